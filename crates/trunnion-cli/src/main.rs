@@ -1,0 +1,3 @@
+//! The command line: read, call the library, write.
+
+fn main() {}

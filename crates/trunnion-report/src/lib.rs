@@ -1,0 +1,1 @@
+//! Results of trunnion as one self-contained HTML file.

@@ -1,0 +1,17 @@
+//! Five-axis machining, from a surface to a verified program.
+//!
+//! Stages, in order; every arrow is a plain function from data to data:
+//!
+//! ```text
+//! import ─▶ surface ─▶ positioning ─▶ cover ─▶ toolpath ─▶ axes ─▶ feed ─▶ setpoint ─▶ (servo)
+//!             cutter ──┘                        machine ──┘          └─▶ blocks ─▶ nc ─▶ (program)
+//!                                                                                  │
+//!                              verify ◀── surface, cutter, machine, nc::read ◀─────┘
+//! ```
+//!
+//! Read [`types`] first: it is the vocabulary that stages hand on. Units everywhere: **mm, rad, s**.
+//! This crate does no I/O, reads no clock, holds no global state and never panics on user data;
+//! the same input gives the same bytes on any number of threads.
+//! Which module may use which is written down, and checked, in `tests/layers.rs`.
+
+pub mod types;

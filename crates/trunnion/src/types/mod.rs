@@ -1,0 +1,39 @@
+//! The vocabulary: plain data that stages hand on. Units: mm, rad, s.
+//!
+//! A path is described three times, each time closer to the machine:
+//!
+//! | data | made by | says |
+//! |---|---|---|
+//! | [`Pass`], [`Leg`] | `cover` | cutter locations, as computed |
+//! | [`ToolPath`] | `toolpath` | smooth curves of tip, tool axis and contact through them |
+//! | [`AxisPath`] | `axes` | the machine's axes along those curves, with exact derivatives |
+//! | [`Schedule`] | `feed` | when each point of the axis path is passed |
+//! | [`Block`] | `blocks` | what a program says |
+
+mod motion;
+mod path;
+mod progress;
+
+pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Schedule, SchedulePiece, Setpoint};
+pub use path::{
+    Geometry, Leg, Motion, Pass, PoseCoordinates, PoseCurve, PoseRates, Span, Station, ToolPath,
+    ToolPiece, ToolPose,
+};
+pub use progress::{Cancelled, Progress, Silent, Stage};
+
+/// Number of machine axes: three linear and two rotary.
+pub const AXES: usize = 5;
+
+/// Axis coordinates in the order X, Y, Z, then the rotaries in chain order \[mm, mm, mm, rad, rad\].
+///
+/// Rotary entries are *unwound*: 370° stays 370°, so that differences are travel.
+pub type AxisVector = nalgebra::SVector<f64, AXES>;
+
+/// A triangle mesh \[mm\].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub vertices: Vec<nalgebra::Point3<f64>>,
+    /// Corners of each triangle as indices into `vertices`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}

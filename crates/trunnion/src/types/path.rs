@@ -1,0 +1,198 @@
+//! Cutter locations and the curves through them, in the workpiece frame.
+
+use nalgebra::{Point3, SVector, UnitVector3, Vector3};
+
+/// Tool tip and tool-axis direction, both in the workpiece frame (a *cutter location*).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolPose {
+    /// Tool tip \[mm\].
+    pub tip: Point3<f64>,
+    /// Unit vector from the tip towards the spindle.
+    pub axis: UnitVector3<f64>,
+}
+
+/// A cutter location of a pass, and the point of the surface it was made for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Where the tool is.
+    pub pose: ToolPose,
+    /// Cutter contact: the surface point whose speed is the feed "at the contact" \[mm\].
+    pub contact: Point3<f64>,
+}
+
+/// What the tool does along a stretch of path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Motion {
+    /// Above the part at the clearance height; the only place where the tool turns freely.
+    Link,
+    /// From the clearance height down to the start of a pass.
+    LeadIn,
+    /// Cutting.
+    Cut,
+    /// From the end of a pass back up to the clearance height.
+    LeadOut,
+}
+
+/// One pass over a face: cutter locations in cutting order and the strip they leave finished.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// Number of the face.
+    pub face: usize,
+    /// Cutter locations, at least two.
+    pub stations: Vec<Station>,
+    /// Strip width at each station \[mm\].
+    pub widths: Vec<f64>,
+    /// End-point track in the face's parameters `[u, v]`, one per station.
+    pub track: Vec<[f64; 2]>,
+}
+
+/// A stretch of cutter locations with one kind of motion. Consecutive legs share their end poses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// Kind of motion.
+    pub motion: Motion,
+    /// Cutter locations, at least two. A `Link` has exactly two: only its ends are prescribed.
+    pub stations: Vec<Station>,
+}
+
+/// Tip (0..3), tool-axis vector, not necessarily unit (3..6), and contact point (6..9).
+pub type PoseCoordinates = SVector<f64, 9>;
+
+/// Polynomial piece of a [`PoseCurve`]: `sum coefficients[k] (u - start)^k`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Ascending coefficients, up to degree 5 \[mm per u^k, 1 per u^k\].
+    pub coefficients: [PoseCoordinates; 6],
+}
+
+/// Piecewise polynomial curve of tip, tool axis and contact over a parameter `u`, close to the
+/// arc length of the contact track \[mm\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseCurve {
+    /// Increasing break points of `u`; one more than `spans`.
+    pub knots: Vec<f64>,
+    /// One polynomial between two break points.
+    pub spans: Vec<Span>,
+}
+
+/// Derivatives 0..=3 of tip, tool-axis vector and contact by the curve parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseRates {
+    /// Tip and its derivatives \[mm per u^k\].
+    pub tip: [Vector3<f64>; 4],
+    /// Tool-axis vector, not necessarily unit, and its derivatives.
+    pub axis: [Vector3<f64>; 4],
+    /// Contact point and its derivatives \[mm per u^k\].
+    pub contact: [Vector3<f64>; 4],
+}
+
+impl PoseCurve {
+    /// First and last value of the parameter.
+    pub fn range(&self) -> [f64; 2] {
+        match (self.knots.first(), self.knots.last()) {
+            (Some(&first), Some(&last)) => [first, last],
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// Index of the span that holds `u`; ends are clamped.
+    pub fn span_at(&self, u: f64) -> usize {
+        let after = self.knots.partition_point(|&knot| knot <= u);
+        after.saturating_sub(1).min(self.spans.len().saturating_sub(1))
+    }
+
+    /// Value and derivatives at `u`; outside the range the end polynomial goes on.
+    pub fn rates(&self, u: f64) -> PoseRates {
+        self.rates_in(self.span_at(u), u)
+    }
+
+    /// As [`PoseCurve::rates`], from a given span: at a knot the two sides may differ.
+    pub fn rates_in(&self, span: usize, u: f64) -> PoseRates {
+        let start = self.knots.get(span).copied().unwrap_or(0.0);
+        let d =
+            self.spans.get(span).map_or([SVector::zeros(); 4], |span| span.derivatives(u - start));
+        let part = |first: usize| d.map(|row| row.fixed_rows::<3>(first).into_owned());
+        PoseRates { tip: part(0), axis: part(3), contact: part(6) }
+    }
+
+    /// Tool pose at `u`; `None` where the axis vector vanishes.
+    pub fn pose(&self, u: f64) -> Option<ToolPose> {
+        self.rates(u).pose()
+    }
+}
+
+impl PoseRates {
+    /// The pose itself; `None` where the axis vector vanishes.
+    pub fn pose(&self) -> Option<ToolPose> {
+        let axis = UnitVector3::try_new(self.axis[0], f64::MIN_POSITIVE)?;
+        Some(ToolPose { tip: Point3::from(self.tip[0]), axis })
+    }
+}
+
+impl Span {
+    /// Value and first three derivatives at `x` from the span's start (Horner's scheme).
+    pub fn derivatives(&self, x: f64) -> [PoseCoordinates; 4] {
+        let mut d = [PoseCoordinates::zeros(); 4];
+        for c in self.coefficients.iter().rev() {
+            d[3] = d[3] * x + d[2];
+            d[2] = d[2] * x + d[1];
+            d[1] = d[1] * x + d[0];
+            d[0] = d[0] * x + c;
+        }
+        [d[0], d[1], d[2] * 2.0, d[3] * 6.0]
+    }
+}
+
+/// Geometry of one piece of a tool path.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Geometry {
+    /// Tip and axis both follow the curve.
+    Curve(PoseCurve),
+    /// The tip moves straight; the rotary axes turn in proportion. Which way they turn is the
+    /// machine's business, so only the ends are prescribed.
+    Reorient {
+        /// Start.
+        from: ToolPose,
+        /// End.
+        to: ToolPose,
+    },
+}
+
+/// One smooth piece of a tool path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolPiece {
+    /// Kind of motion.
+    pub motion: Motion,
+    /// Where the tool goes.
+    pub geometry: Geometry,
+}
+
+/// Smooth pieces end to end; the tool rests where two pieces meet.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ToolPath {
+    /// Pieces in the order they are run.
+    pub pieces: Vec<ToolPiece>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_of_a_cube_are_a_pencil_calculation() {
+        let mut coefficients = [PoseCoordinates::zeros(); 6];
+        coefficients[3][0] = 1.0;
+        coefficients[0][5] = 1.0;
+        let curve = PoseCurve { knots: vec![1.0, 4.0], spans: vec![Span { coefficients }] };
+        let rates = curve.rates(3.0);
+        let x: Vec<f64> = rates.tip.iter().map(|d| d.x).collect();
+        assert_eq!(x, [8.0, 12.0, 12.0, 6.0]);
+        assert_eq!(curve.pose(2.0).map(|pose| pose.axis), Some(Vector3::z_axis()));
+    }
+
+    #[test]
+    fn a_vanishing_axis_has_no_pose() {
+        let span = Span { coefficients: [PoseCoordinates::zeros(); 6] };
+        assert_eq!(PoseCurve { knots: vec![0.0, 1.0], spans: vec![span] }.pose(0.5), None);
+    }
+}

@@ -1,0 +1,60 @@
+//! Progress and cancellation of long loops.
+
+use std::ops::ControlFlow;
+
+/// The stages a user waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// Reading and converting the part.
+    Import,
+    /// Placing passes.
+    Cover,
+    /// Fitting curves through cutter locations.
+    ToolPath,
+    /// Solving for the machine's axes.
+    Axes,
+    /// Planning speeds.
+    Feed,
+    /// Sampling the schedule at the servo period.
+    Setpoints,
+    /// Breaking the path into blocks and writing programs.
+    Program,
+    /// Replaying the program and measuring the part.
+    Verify,
+}
+
+/// Told how far a long loop has come; may ask it to stop. Called from any thread.
+pub trait Progress: Sync {
+    /// `done` of about `total` steps of `stage` are finished. `Break` stops the loop soon, and the
+    /// stage returns its `Cancelled` error.
+    fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()>;
+}
+
+/// Reports nothing and never stops.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn report(&self, _: Stage, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// The caller asked for a stop through [`Progress`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("stopped on request")]
+pub struct Cancelled;
+
+impl dyn Progress + '_ {
+    /// [`Progress::report`] as a `Result`, for `?`.
+    ///
+    /// # Errors
+    ///
+    /// [`Cancelled`] if the caller asked for a stop.
+    pub fn step(&self, stage: Stage, done: u64, total: u64) -> Result<(), Cancelled> {
+        match self.report(stage, done, total) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Cancelled),
+        }
+    }
+}
