@@ -14,4 +14,21 @@
 //! the same input gives the same bytes on any number of threads.
 //! Which module may use which is written down, and checked, in `tests/layers.rs`.
 
+pub mod axes;
+pub mod blocks;
+pub mod cover;
+pub mod cutter;
+pub mod feed;
+pub mod files;
+pub mod import;
+pub mod inverse;
+pub mod machine;
+pub mod math;
+pub mod nc;
+pub mod pipeline;
+pub mod positioning;
+pub mod setpoint;
+pub mod surface;
+pub mod toolpath;
 pub mod types;
+pub mod verify;

@@ -1,0 +1,1 @@
+//! The fewest program blocks for a given kind of control within tolerance.

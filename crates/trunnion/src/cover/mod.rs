@@ -1,0 +1,1 @@
+//! Passes over faces: where strips lie, lead-in, lead-out, links.

@@ -1,0 +1,1 @@
+//! Cutters as a profile of revolution, and where they cut.

@@ -1,0 +1,1 @@
+//! Axis path and limits to speed along the path; knows no machine.

@@ -1,0 +1,1 @@
+//! Job and machine files: text to data with line, column and suggestion; no I/O.

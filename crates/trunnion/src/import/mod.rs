@@ -1,0 +1,1 @@
+//! Bytes to surfaces: STEP (feature `step`), surface JSON.

@@ -1,0 +1,1 @@
+//! Pose to axes in closed form: all branches, jets, reach.

@@ -1,0 +1,1 @@
+//! The kinematic chain: forward map, travel, singular directions.

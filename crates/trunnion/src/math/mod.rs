@@ -1,0 +1,1 @@
+//! Jets (truncated Taylor), B-spline basis, roots, angles; nothing of machining.

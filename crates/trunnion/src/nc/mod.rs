@@ -1,0 +1,1 @@
+//! APT/CL and G-code: words, reading, writing.

@@ -1,0 +1,1 @@
+//! One cutter location: the widest strip, and what gouges.

@@ -1,0 +1,1 @@
+//! A schedule sampled at the servo period.

@@ -1,0 +1,1 @@
+//! Curves through cutter locations; knows no surface and no machine.
