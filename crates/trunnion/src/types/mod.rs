@@ -10,10 +10,12 @@
 //! | [`Schedule`] | `feed` | when each point of the axis path is passed |
 //! | [`Block`] | `blocks` | what a program says |
 
+mod fault;
 mod motion;
 mod path;
 mod progress;
 
+pub use fault::Fault;
 pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Schedule, SchedulePiece, Setpoint};
 pub use path::{
     Geometry, Leg, Motion, Pass, PoseCoordinates, PoseCurve, PoseRates, Span, Station, ToolPath,
