@@ -1,0 +1,299 @@
+//! A job as the stages want it: mm, rad, s; every value checked.
+
+use super::super::Places;
+use nalgebra::{Point3, Rotation3, Vector3};
+
+/// One job. Paths are as written in the file, relative to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobFile {
+    /// Name of the job.
+    pub name: String,
+    /// What to machine.
+    pub part: Part,
+    /// Where it stands on the machine.
+    pub setup: Setup,
+    /// What it is cut from; `None`: nothing is known of the stock.
+    pub stock: Option<Stock>,
+    /// What cuts it.
+    pub tool: Tool,
+    /// How well.
+    pub tolerance: Tolerance,
+    /// How the surface is covered.
+    pub strategy: Strategy,
+    /// Feed and spindle.
+    pub cutting: Cutting,
+    /// Machine file.
+    pub machine: String,
+    /// How the speed along the path is planned.
+    pub motion: Motion,
+    /// Programs to write; never empty.
+    pub dialects: Vec<Dialect>,
+    /// Largest distance between two measured points of the final check \[mm\].
+    pub verify_grid: f64,
+    /// Where each key stands in the file.
+    pub places: Places,
+}
+
+/// The surface to machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Surface JSON or STEP file.
+    pub file: String,
+    /// Which of its faces.
+    pub faces: Faces,
+    /// Whether the cutter works on the other side of the faces.
+    pub flip: bool,
+}
+
+/// Faces of a part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Faces {
+    /// Every one.
+    All,
+    /// These numbers, in this order; never empty, no number twice.
+    Numbers(Vec<usize>),
+}
+
+/// Where the workpiece stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
+    pub origin: Vector3<f64>,
+    /// Turns of the workpiece about the machine's fixed x, then y, then z \[rad\].
+    pub angles: [f64; 3],
+    /// Height above part and stock at which links travel \[mm\].
+    pub clearance: f64,
+}
+
+impl Setup {
+    /// `machine_from_workpiece` without the origin: `Rz Ry Rx`.
+    pub fn rotation(&self) -> Rotation3<f64> {
+        let [x, y, z] = self.angles;
+        Rotation3::from_euler_angles(x, y, z)
+    }
+}
+
+/// Stock in the workpiece frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stock {
+    /// The part with this much left on \[mm\].
+    Offset {
+        /// Thickness \[mm\].
+        thickness: f64,
+    },
+    /// A box parallel to the workpiece frame.
+    Box {
+        /// Corner with the smallest coordinates \[mm\].
+        min: Point3<f64>,
+        /// Corner with the largest coordinates \[mm\].
+        max: Point3<f64>,
+    },
+    /// An upright cylinder.
+    Cylinder {
+        /// Centre of the lower end \[mm\].
+        base: Point3<f64>,
+        /// Radius \[mm\].
+        radius: f64,
+        /// Height \[mm\].
+        height: f64,
+    },
+    /// A closed mesh.
+    Stl {
+        /// STL file in mm.
+        file: String,
+    },
+}
+
+/// The tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tool {
+    /// Number in the magazine.
+    pub number: u32,
+    /// Form of the cutting end.
+    pub kind: ToolKind,
+    /// Radius of the circle the torus is swept along, `R` \[mm\]; 0 for a ball.
+    pub major: f64,
+    /// Radius of the cutting arc, `r` \[mm\]; 0 for a flat end.
+    pub minor: f64,
+    /// From the gauge point to the tip \[mm\].
+    pub length: f64,
+    /// Where it cuts.
+    pub construction: Construction,
+    /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights ascending.
+    pub shank: Vec<[f64; 2]>,
+    /// Holder in the same way.
+    pub holder: Vec<[f64; 2]>,
+}
+
+/// Form of the cutting end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToolKind {
+    /// Sharp corner, `r = 0`.
+    Flat,
+    /// Hemisphere, `R = 0`.
+    Ball,
+    /// Torus.
+    Bull,
+}
+
+/// Where the tool cuts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Construction {
+    /// To the centre.
+    Solid,
+    /// With inserts: not inside this radius.
+    Insert {
+        /// Radius inside which nothing cuts \[mm\].
+        inner_cutting_radius: f64,
+    },
+}
+
+/// What the finished part may deviate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Most material left \[mm\].
+    pub total: f64,
+    /// Deepest gouge \[mm\]; not above `total`.
+    pub gouge: f64,
+    /// Shares the user fixed.
+    pub split: Split,
+}
+
+/// Shares of the tolerance \[mm\]; `None` leaves a share to the pipeline. Their sum is within `total`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Split {
+    /// Scallops of the strips.
+    pub strip: Option<f64>,
+    /// Curves through the cutter locations.
+    pub path: Option<f64>,
+    /// Blocks of the program.
+    pub linearisation: Option<f64>,
+    /// Decimals of the program.
+    pub rounding: Option<f64>,
+    /// The control's own smoothing.
+    pub control: Option<f64>,
+}
+
+/// How the surface is covered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strategy {
+    /// How the tool is placed.
+    pub method: Method,
+    /// Parameter the passes follow.
+    pub along: Along,
+    /// Whether every second pass runs back.
+    pub direction: Direction,
+    /// Where the contact arc may lie, seen along the feed from the cutter centre.
+    pub side: Side,
+    /// Most turn of the tool axis along a pass \[rad/mm\].
+    pub max_axis_turn: f64,
+    /// How the tool comes down to a pass.
+    pub lead: LeadKind,
+    /// Offset directions to search, from the strip side towards the feed \[rad\]; `None`: the
+    /// method's own range.
+    pub offset_range: Option<[f64; 2]>,
+}
+
+/// How the tool is placed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Every cutter location with the widest strip.
+    Widest,
+    /// Tilted back by a fixed angle against the feed.
+    FixedTilt {
+        /// Angle between tool axis and surface normal \[rad\].
+        tilt: f64,
+    },
+}
+
+/// Parameter that varies along a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// First.
+    U,
+    /// Second.
+    V,
+}
+
+/// Order of passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// There and back.
+    Zigzag,
+    /// All the same way.
+    OneWay,
+}
+
+/// Where the contact arc lies along the feed, from the cutter centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// In front.
+    Ahead,
+    /// At the back: needs a centre-cutting tool.
+    Behind,
+    /// Whichever gives the wider strip.
+    Either,
+}
+
+/// How the tool comes down to a pass and leaves it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeadKind {
+    /// Along the tool axis.
+    Axis,
+    /// Tangentially to the pass.
+    Tangent,
+}
+
+/// Feed and spindle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cutting {
+    /// Feed of `reference` \[mm/s\].
+    pub feed: f64,
+    /// The point whose speed is the feed.
+    pub reference: Reference,
+    /// Spindle speed \[rad/s\].
+    pub spindle: f64,
+    /// Whether coolant is on.
+    pub coolant: bool,
+}
+
+impl Cutting {
+    /// Spindle speed as programs state it \[rev/min\].
+    pub fn spindle_rpm(&self) -> f64 {
+        self.spindle * 60.0 / std::f64::consts::TAU
+    }
+}
+
+/// The point whose speed is the feed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reference {
+    /// Cutter contact.
+    Contact,
+    /// Tool tip.
+    Tip,
+}
+
+/// How the speed along the path is planned and sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Planner.
+    pub method: MotionMethod,
+    /// Servo period \[s\].
+    pub servo_period: f64,
+}
+
+/// Speed planner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MotionMethod {
+    /// Shortest time under limits of velocity and acceleration.
+    Optimal,
+}
+
+/// A kind of program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dialect {
+    /// `LinuxCNC` with tool-centre-point control.
+    LinuxCnc,
+    /// Inverse-time feed, for any control without tool-centre-point control.
+    G93,
+}
