@@ -1,0 +1,70 @@
+//! The outline of a cutter in the half plane through its axis.
+
+use super::CutterSpec;
+
+/// A piece of the outline, from the tip side to the spindle side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ProfilePiece {
+    /// Quarter circle, convex, from straight below its centre to straight outward of it.
+    Arc {
+        /// Centre `[rho, z]` \[mm\].
+        center: [f64; 2],
+        /// Radius \[mm\].
+        radius: f64,
+    },
+    /// Straight line.
+    Line {
+        /// Start `[rho, z]` \[mm\].
+        from: [f64; 2],
+        /// End `[rho, z]` \[mm\].
+        to: [f64; 2],
+    },
+}
+
+impl ProfilePiece {
+    /// Where it starts, `[rho, z]` \[mm\].
+    pub fn start(&self) -> [f64; 2] {
+        match *self {
+            Self::Arc { center: [rho, z], radius } => [rho, z - radius],
+            Self::Line { from, .. } => from,
+        }
+    }
+
+    /// Where it ends, `[rho, z]` \[mm\].
+    pub fn end(&self) -> [f64; 2] {
+        match *self {
+            Self::Arc { center: [rho, z], radius } => [rho + radius, z],
+            Self::Line { to, .. } => to,
+        }
+    }
+
+    /// Distance from start to end \[mm\].
+    pub fn extent(&self) -> f64 {
+        let ([x0, z0], [x1, z1]) = (self.start(), self.end());
+        (x1 - x0).hypot(z1 - z0)
+    }
+}
+
+/// The whole outline; pieces without length are left out.
+pub(super) fn lay_out(spec: &CutterSpec) -> Vec<ProfilePiece> {
+    let [major, minor] = [spec.major, spec.minor];
+    let mut pieces = vec![ProfilePiece::Line { from: [0.0, 0.0], to: [major, 0.0] }];
+    if minor > 0.0 {
+        pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor });
+    }
+    let mut at = [major + minor, minor];
+    let mut line_to = |to: [f64; 2]| {
+        pieces.push(ProfilePiece::Line { from: at, to });
+        at = to;
+    };
+    if let Some(&[height, _]) = spec.shank.first() {
+        line_to([major + minor, height]);
+    }
+    for &[height, radius] in &spec.shank {
+        line_to([radius, height]);
+    }
+    let last = spec.shank.last().map_or(major + minor, |&[_, radius]| radius);
+    line_to([last, spec.length]);
+    pieces.retain(|piece| piece.extent() > 0.0);
+    pieces
+}
