@@ -1,1 +1,3 @@
 //! Jets (truncated Taylor), B-spline basis, roots, angles; nothing of machining.
+
+pub mod spline;

@@ -1,5 +1,6 @@
 //! Cutter locations and the curves through them, in the workpiece frame.
 
+use crate::math::spline::cubic_spline;
 use nalgebra::{Point3, SVector, UnitVector3, Vector3};
 
 /// Tool tip and tool-axis direction, both in the workpiece frame (a *cutter location*).
@@ -18,6 +19,28 @@ pub struct Station {
     pub pose: ToolPose,
     /// Cutter contact: the surface point whose speed is the feed "at the contact" \[mm\].
     pub contact: Point3<f64>,
+}
+
+/// While the tool turns about its contact, the path parameter still advances by this part of the
+/// tip's or the lever's movement, so that nothing runs more than 8 times as fast as the parameter.
+const PIVOT_SHARE: f64 = 0.125;
+
+impl Station {
+    /// Advance of the path parameter to the next station \[mm\]: the chord of the contact track, or
+    /// a share of the tip's chord or of `lever` \[mm/rad\] times the axis' turn where the contact
+    /// stands still. Zero only where nothing moves.
+    pub fn advance(&self, next: &Self, lever: f64) -> f64 {
+        let [from, to] = [&self.pose.axis, &next.pose.axis];
+        let turn = from.cross(to).norm().atan2(from.dot(to));
+        let tip = (next.pose.tip - self.pose.tip).norm();
+        (next.contact - self.contact).norm().max(PIVOT_SHARE * tip.max(lever * turn))
+    }
+
+    /// Tip, unit axis and contact in the order of [`PoseCoordinates`].
+    pub fn coordinates(&self) -> PoseCoordinates {
+        let [p, a, c] = [self.pose.tip.coords, self.pose.axis.into_inner(), self.contact.coords];
+        PoseCoordinates::from([p.x, p.y, p.z, a.x, a.y, a.z, c.x, c.y, c.z])
+    }
 }
 
 /// What the tool does along a stretch of path.
@@ -87,6 +110,28 @@ pub struct PoseRates {
 }
 
 impl PoseCurve {
+    /// The C2 cubic spline through `stations`, over the sum of [`Station::advance`].
+    ///
+    /// Neighbouring stations must differ, and there must be two or more; otherwise the curve has
+    /// no spans, or such that are not numbers (`toolpath` checks before it calls).
+    pub fn through(stations: &[Station], lever: f64) -> Self {
+        let mut end = 0.0;
+        let mut knots = vec![end];
+        for pair in stations.windows(2) {
+            end += pair[0].advance(&pair[1], lever);
+            knots.push(end);
+        }
+        let points: Vec<PoseCoordinates> = stations.iter().map(Station::coordinates).collect();
+        let spans = cubic_spline(&knots, &points)
+            .into_iter()
+            .map(|[a, b, c, d]| {
+                let none = PoseCoordinates::zeros();
+                Span { coefficients: [a, b, c, d, none, none] }
+            })
+            .collect();
+        Self { knots, spans }
+    }
+
     /// First and last value of the parameter.
     pub fn range(&self) -> [f64; 2] {
         match (self.knots.first(), self.knots.last()) {

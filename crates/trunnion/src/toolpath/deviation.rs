@@ -1,0 +1,73 @@
+//! How far the curves of a tool path bow off the straight moves between their stations.
+
+use super::great_circle::{great_circle, turn};
+use crate::types::{Geometry, Motion, PoseCurve, ToolPath};
+
+/// Distance of the curves from a polyline of tips and from great circles of tool axes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// Largest distance of the tip from the chord between neighbouring stations \[mm\].
+    pub tip: f64,
+    /// Largest distance of the contact point from its chord \[mm\].
+    pub contact: f64,
+    /// Largest angle of the tool axis to its place on the great circle \[rad\].
+    pub axis: f64,
+}
+
+impl Deviation {
+    fn worst(self, other: Self) -> Self {
+        Self {
+            tip: self.tip.max(other.tip),
+            contact: self.contact.max(other.contact),
+            axis: self.axis.max(other.axis),
+        }
+    }
+}
+
+/// Bow of the cutting curves of `path`, at `samples` points inside each span.
+///
+/// Sampled, not bounded: it tells how much a control that knows only the stations would differ.
+pub fn deviation(path: &ToolPath, samples: u32) -> Deviation {
+    path.pieces
+        .iter()
+        .filter(|piece| piece.motion == Motion::Cut)
+        .filter_map(|piece| match &piece.geometry {
+            Geometry::Curve(curve) => Some(curve),
+            Geometry::Reorient { .. } => None,
+        })
+        .flat_map(|curve| (0..curve.spans.len()).map(move |span| of_span(curve, span, samples)))
+        .fold(Deviation::default(), Deviation::worst)
+}
+
+fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> Deviation {
+    let Some(&[start, end]) = curve.knots.get(span..span + 2).and_then(<[f64]>::first_chunk) else {
+        return Deviation::default();
+    };
+    let [from, to] = [start, end].map(|u| curve.rates_in(span, u));
+    let mut worst = Deviation::default();
+    for sample in 1..=samples {
+        let t = f64::from(sample) / f64::from(samples + 1);
+        let here = curve.rates_in(span, start + t * (end - start));
+        let off = |a: &nalgebra::Vector3<f64>, b: &nalgebra::Vector3<f64>, p| {
+            from_chord(&(b - a), &(p - a))
+        };
+        let axis = match (from.pose(), to.pose(), here.pose()) {
+            (Some(from), Some(to), Some(here)) => great_circle(&from.axis, &to.axis, t)
+                .map_or(f64::INFINITY, |straight| turn(&straight, &here.axis)),
+            _ => f64::INFINITY,
+        };
+        worst = worst.worst(Deviation {
+            tip: off(&from.tip[0], &to.tip[0], here.tip[0]),
+            contact: off(&from.contact[0], &to.contact[0], here.contact[0]),
+            axis,
+        });
+    }
+    worst
+}
+
+/// Distance of the point at `p` from the segment `0..chord`.
+fn from_chord(chord: &nalgebra::Vector3<f64>, p: &nalgebra::Vector3<f64>) -> f64 {
+    let square = chord.norm_squared();
+    let along = if square > 0.0 { (p.dot(chord) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (p - chord * along).norm()
+}
