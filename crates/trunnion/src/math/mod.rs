@@ -1,3 +1,4 @@
 //! Jets (truncated Taylor), B-spline basis, roots, angles; nothing of machining.
 
+pub mod angle;
 pub mod spline;

@@ -1,0 +1,201 @@
+//! The chain seen from the workpiece, and its forward map.
+
+use super::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
+use crate::types::AxisVector;
+use crate::types::ToolPose;
+use nalgebra::{Matrix3, Point3, Rotation3, UnitVector3, Vector3};
+
+/// Where the workpiece is clamped and how long the tool is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
+    pub origin: Vector3<f64>,
+    /// `machine_from_workpiece` with all axes at zero.
+    pub rotation: Rotation3<f64>,
+    /// Gauge point to tip \[mm\].
+    pub tool_length: f64,
+}
+
+impl Setup {
+    /// A setup from its origin \[mm\] and its rotation \[rad\] about the fixed x, then y, then z.
+    pub fn new(origin: Vector3<f64>, rotation: [f64; 3], tool_length: f64) -> Self {
+        let [x, y, z] = rotation;
+        Self { origin, rotation: Rotation3::from_euler_angles(x, y, z), tool_length }
+    }
+}
+
+/// A rotary axis in the workpiece frame at q = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RotaryJoint {
+    /// Direction about which +q turns the tool relative to the workpiece; `sense` is in it.
+    pub dir: UnitVector3<f64>,
+    /// A point of the line \[mm\].
+    pub point: Vector3<f64>,
+}
+
+/// The chain in the workpiece frame at q = 0: all that the forward map and its inverse need.
+///
+/// With `l = (X, Y, Z)` and rotations `R1`, `R2` about the two rotary axes through `p1`, `p2`:
+///
+/// ```text
+/// tip  = S0 l + p1 + R1 (S1 l + p2 - p1 + R2 (S2 l + tip0 - p2))
+/// axis = R1 R2 axis0
+/// ```
+///
+/// where `S0`, `S1`, `S2` hold the directions of the linear axes that stand before, between and
+/// after the rotaries (other columns zero). The setup is inside: rotating a chain as a whole is
+/// again a chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChainGeometry {
+    /// Workpiece side first.
+    pub rotary: [RotaryJoint; 2],
+    /// `S0`, `S1`, `S2`.
+    pub slides: [Matrix3<f64>; 3],
+    /// How many rotaries stand between workpiece and X, Y, Z.
+    pub stage: [usize; 3],
+    /// Tip at q = 0 \[mm\].
+    pub tip: Vector3<f64>,
+    /// Tool axis at q = 0, tip to spindle.
+    pub axis: UnitVector3<f64>,
+}
+
+/// Forward map of a machine with a setup: axes -> tool pose in the workpiece frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinematics {
+    machine: Machine,
+    setup: Setup,
+    chain: ChainGeometry,
+}
+
+impl Kinematics {
+    /// Puts a machine's chain into the workpiece frame of a setup.
+    pub fn new(machine: &Machine, setup: &Setup) -> Self {
+        let workpiece_from_machine = setup.rotation.inverse();
+        let place = |point: &Point3<f64>| workpiece_from_machine * (point.coords - setup.origin);
+        let turn = |axis: &Axis| workpiece_from_machine * axis.dir.scale(axis.sense);
+        let [x, y, z, first, second] = &machine.axes;
+        let joint = |axis: &Axis| RotaryJoint {
+            dir: UnitVector3::new_normalize(turn(axis)),
+            point: place(&axis.point),
+        };
+        let linear = [turn(x), turn(y), turn(z)];
+        let slides = [0, 1, 2].map(|stage| {
+            let column = |axis: usize| {
+                let here = machine.stage.get(axis) == Some(&stage);
+                linear.get(axis).copied().filter(|_| here).unwrap_or_default()
+            };
+            Matrix3::from_columns(&[column(0), column(1), column(2)])
+        });
+        let tip = machine.gauge - machine.tool_axis.scale(setup.tool_length);
+        let chain = ChainGeometry {
+            rotary: [joint(first), joint(second)],
+            slides,
+            stage: machine.stage,
+            tip: place(&tip),
+            axis: workpiece_from_machine * machine.tool_axis,
+        };
+        Self { machine: machine.clone(), setup: *setup, chain }
+    }
+
+    /// The machine.
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// The setup.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The chain in the workpiece frame.
+    pub fn chain(&self) -> &ChainGeometry {
+        &self.chain
+    }
+
+    /// Tool pose in the workpiece frame. Total: every `q` has a pose.
+    pub fn forward(&self, q: &AxisVector) -> ToolPose {
+        let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
+        let linear = Vector3::new(q[0], q[1], q[2]);
+        let [sin_cos1, sin_cos2] = [q[FIRST_ROTARY].sin_cos(), q[SECOND_ROTARY].sin_cos()];
+        let inner = slides[2] * linear + (tip - second.point);
+        let middle =
+            slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
+        let tip = slides[0] * linear + first.point + first.turn(sin_cos1, &middle);
+        let axis = first.turn(sin_cos1, &second.turn(sin_cos2, axis));
+        // A product of two rotations of a unit vector: unit to a few roundings, no need to divide.
+        ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_unchecked(axis) }
+    }
+}
+
+impl RotaryJoint {
+    /// Rodrigues' formula: `v` turned about the direction by the angle with this sine and cosine.
+    fn turn(&self, (sin, cos): (f64, f64), v: &Vector3<f64>) -> Vector3<f64> {
+        v * cos + self.dir.cross(v) * sin + self.dir.scale((1.0 - cos) * self.dir.dot(v))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::samples::ac_trunnion;
+
+    /// The worked cut of a trunnion with the datum 80 mm above the crossing of A and C.
+    #[test]
+    fn a_trunnion_by_hand() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let setup = Setup::new(Vector3::new(0.0, 0.0, 80.0), [0.0; 3], 150.0);
+        let kinematics = Kinematics::new(&machine, &setup);
+        for (xyz, a, c, tip, axis) in [
+            (
+                [13.7512, 21.0482, 74.9198],
+                17.0_f64,
+                33.0_f64,
+                [12.5, 6.0, -2.2],
+                [0.159_237, -0.245_203_5, 0.956_304_8],
+            ),
+            (
+                [16.4330, 23.5772, 73.8924],
+                20.0,
+                37.0,
+                [15.0, 7.4, -2.5],
+                [0.205_832_9, -0.273_149_4, 0.939_692_6],
+            ),
+        ] {
+            let [x, y, z] = xyz;
+            let z = z + 150.0; // gauge point above the tip, both at zero at q = 0
+            let pose =
+                kinematics.forward(&AxisVector::from([x, y, z, c.to_radians(), a.to_radians()]));
+            assert!((pose.tip.coords - Vector3::from(tip)).norm() < 1e-4, "{}", pose.tip);
+            assert!((*pose.axis - Vector3::from(axis)).norm() < 1e-7, "{}", *pose.axis);
+        }
+    }
+
+    #[test]
+    fn the_setup_is_the_workpiece_in_the_machine() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let origin = Vector3::new(10.0, 20.0, -300.0);
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let setup = Setup::new(origin, [0.0, quarter, 0.0], 100.0);
+        let pose = Kinematics::new(&machine, &setup).forward(&AxisVector::zeros());
+        // Machine z is the workpiece's -x after a quarter turn of the workpiece about y.
+        assert!((*pose.axis - Vector3::new(-1.0, 0.0, 0.0)).norm() < 1e-15);
+        let tip_in_machine = setup.rotation * pose.tip.coords + origin;
+        assert!((tip_in_machine - Vector3::new(0.0, 0.0, -100.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_reversed_axis_is_the_same_machine_with_the_other_sign() {
+        let mut spec = ac_trunnion();
+        let machine = Machine::new(spec.clone()).unwrap();
+        for axis in &mut spec.axes {
+            axis.sense = -1.0;
+        }
+        let reversed = Machine::new(spec).unwrap();
+        let setup = Setup::new(Vector3::new(1.0, 2.0, 3.0), [0.1, 0.2, 0.3], 50.0);
+        let q = AxisVector::from([1.0, -2.0, 3.0, 0.4, -0.5]);
+        let one = Kinematics::new(&machine, &setup).forward(&q);
+        let other = Kinematics::new(&reversed, &setup).forward(&-q);
+        assert!((one.tip - other.tip).norm() < 1e-12);
+        assert!((*one.axis - *other.axis).norm() < 1e-15);
+    }
+}

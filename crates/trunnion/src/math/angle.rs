@@ -1,0 +1,70 @@
+//! Angles and great circles.
+
+use nalgebra::{Rotation3, UnitVector3};
+use std::f64::consts::TAU;
+
+/// Angle between two directions \[rad\], in `[0, π]`.
+///
+/// `atan2(|u × v|, u · v)`: full relative accuracy near 0 and π, where `acos` loses half of the
+/// digits (Kahan, *Miscalculating Area and Angles of a Needle-like Triangle*, §13).
+pub fn angle_between(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
+    u.cross(v).norm().atan2(u.dot(v))
+}
+
+/// Great circle from `u` (`t` = 0) to `v` (`t` = 1) with constant angular speed; `None` for
+/// opposite vectors, whose plane is undefined.
+pub fn great_circle(
+    u: &UnitVector3<f64>,
+    v: &UnitVector3<f64>,
+    t: f64,
+) -> Option<UnitVector3<f64>> {
+    let Some(normal) = UnitVector3::try_new(u.cross(v), 0.0) else {
+        return (u.dot(v) > 0.0).then_some(*u);
+    };
+    let turned = Rotation3::from_axis_angle(&normal, t * angle_between(u, v)) * u;
+    Some(UnitVector3::new_normalize(*turned))
+}
+
+/// `angle` moved by whole turns so that it is within half a turn of `near` \[rad\].
+pub fn unwrap_near(angle: f64, near: f64) -> f64 {
+    angle + TAU * ((near - angle) / TAU).round()
+}
+
+/// `angle` moved by whole turns into `[-π, π)` \[rad\].
+pub fn wrap(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU + 0.5).floor()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn small_angles_keep_their_digits() {
+        let u = Vector3::z_axis();
+        let v = UnitVector3::new_normalize(Vector3::new(1e-9, 0.0, 1.0));
+        assert!((angle_between(&u, &v) - 1e-9).abs() < 1e-24);
+        let back = UnitVector3::new_normalize(Vector3::new(1e-9, 0.0, -1.0));
+        assert!((angle_between(&u, &back) - (PI - 1e-9)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_middle_of_a_quarter_turn_is_the_diagonal() {
+        let middle = great_circle(&Vector3::x_axis(), &Vector3::y_axis(), 0.5);
+        let diagonal = UnitVector3::new_normalize(Vector3::new(1.0, 1.0, 0.0));
+        assert!(middle.is_some_and(|middle| angle_between(&middle, &diagonal) < 1e-15));
+        assert_eq!(great_circle(&Vector3::x_axis(), &-Vector3::x_axis(), 0.5), None);
+        let still = great_circle(&Vector3::x_axis(), &Vector3::x_axis(), 0.5);
+        assert_eq!(still, Some(Vector3::x_axis()));
+    }
+
+    #[test]
+    fn unwinding_keeps_to_the_nearest_turn() {
+        assert!((unwrap_near(0.1, 4.0 * PI) - (4.0 * PI + 0.1)).abs() < 1e-14);
+        assert!((unwrap_near(-FRAC_PI_2, 3.0) - 1.5 * PI).abs() < 1e-15);
+        assert!((wrap(PI) + PI).abs() < 1e-15);
+        assert!((wrap(-7.0) - (TAU - 7.0)).abs() < 1e-15);
+    }
+}
