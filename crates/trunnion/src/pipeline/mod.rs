@@ -1,1 +1,5 @@
 //! The whole chain from one job.
+
+mod budget;
+
+pub use budget::{Budget, BudgetError, Shares};

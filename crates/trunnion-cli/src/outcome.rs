@@ -1,0 +1,67 @@
+//! How a verb ends: exit codes and messages.
+
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A verb that ran to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Done {
+    /// Everything asked for was done and holds.
+    Kept,
+    /// Done, but the result breaks a tolerance or a limit.
+    Broken,
+}
+
+/// A verb that wrote nothing.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The input cannot be used: one or several messages, each complete in itself.
+    Input(Vec<String>),
+    /// The user stopped it.
+    Stopped,
+    /// Something failed that is not the user's doing.
+    Internal(anyhow::Error),
+}
+
+impl Failure {
+    /// A single message about the input.
+    pub(crate) fn input(message: impl fmt::Display) -> Self {
+        Self::Input(vec![message.to_string()])
+    }
+
+    /// Messages about a file: `path:line:column: message`, then the remedy.
+    pub(crate) fn faults(path: &Path, faults: &[trunnion::types::Fault]) -> Self {
+        let messages = faults.iter().map(|fault| format!("{}:{fault}", path.display())).collect();
+        Self::Input(messages)
+    }
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Internal(error)
+    }
+}
+
+/// Exit code of a verb; failures are told on stderr first.
+pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
+    match result {
+        Ok(Done::Kept) => ExitCode::SUCCESS,
+        Ok(Done::Broken) => ExitCode::from(1),
+        Err(Failure::Input(messages)) => {
+            for message in &messages {
+                eprintln!("error: {message}");
+            }
+            eprintln!("nothing was written");
+            ExitCode::from(2)
+        }
+        Err(Failure::Stopped) => {
+            eprintln!("stopped on request; nothing was written");
+            ExitCode::from(130)
+        }
+        Err(Failure::Internal(error)) => {
+            eprintln!("internal error: {error:#}");
+            ExitCode::from(3)
+        }
+    }
+}

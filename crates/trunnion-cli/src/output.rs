@@ -1,0 +1,79 @@
+//! Files are written whole or not at all: beside their place first, then renamed.
+
+use anyhow::{Context, Result};
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Output files of one run, none of which is visible before [`Outputs::commit`].
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    folder: PathBuf,
+    created: bool,
+    staged: Vec<(NamedTempFile, PathBuf)>,
+}
+
+impl Outputs {
+    /// Opens `folder`, making it if it is missing.
+    pub(crate) fn open(folder: &Path) -> Result<Self> {
+        let created = !folder.exists();
+        fs::create_dir_all(folder).with_context(|| format!("making folder {}", folder.display()))?;
+        Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
+    }
+
+    /// Stages one file, written by `fill`.
+    pub(crate) fn add(
+        &mut self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<()> {
+        let place = self.folder.join(name);
+        let context = || format!("writing {}", place.display());
+        let file = NamedTempFile::new_in(&self.folder).with_context(context)?;
+        let mut writer = BufWriter::new(file);
+        fill(&mut writer).with_context(context)?;
+        let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error);
+        self.staged.push((file.with_context(context)?, place));
+        Ok(())
+    }
+
+    /// Stages a text file.
+    pub(crate) fn text(&mut self, name: &str, text: &str) -> Result<()> {
+        self.add(name, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// Moves every staged file to its place; returns their paths.
+    pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>> {
+        let mut places = Vec::new();
+        for (file, place) in self.staged.drain(..) {
+            readable(file.as_file())?;
+            file.persist(&place).with_context(|| format!("writing {}", place.display()))?;
+            places.push(place);
+        }
+        self.created = false;
+        Ok(places)
+    }
+}
+
+impl Drop for Outputs {
+    /// A folder that was made for files that never came is taken away again.
+    fn drop(&mut self) {
+        self.staged.clear();
+        if self.created {
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// Temporary files are private to their owner; outputs are ordinary files.
+#[cfg(unix)]
+fn readable(file: &fs::File) -> Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o644)).context("setting permissions")
+}
+
+#[cfg(not(unix))]
+fn readable(_: &fs::File) -> Result<()> {
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! Progress bars on a terminal, and Ctrl-C.
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use trunnion::types::{Progress, Stage};
+
+/// One bar a stage on stderr; nothing where stderr is not a terminal.
+#[derive(Debug)]
+pub(crate) struct Bars {
+    stopped: Arc<AtomicBool>,
+    bars: Option<(MultiProgress, Mutex<BTreeMap<Stage, ProgressBar>>)>,
+}
+
+impl Bars {
+    /// Bars that also listen to Ctrl-C: the first asks the library to stop, a second ends at once.
+    pub(crate) fn new() -> Self {
+        let stopped = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stopped);
+        // Without a handler Ctrl-C ends the process, and staged files are never renamed: as safe.
+        let _ = ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        });
+        let terminal = std::io::stderr().is_terminal();
+        let bars = terminal.then(|| (MultiProgress::new(), Mutex::new(BTreeMap::new())));
+        Self { stopped, bars }
+    }
+
+    /// Leaves the finished bars on the screen.
+    pub(crate) fn finish(&self) {
+        if let Some((_, bars)) = &self.bars {
+            for bar in bars.lock().unwrap_or_else(PoisonError::into_inner).values() {
+                bar.finish();
+            }
+        }
+    }
+}
+
+impl Progress for Bars {
+    fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+        if let Some((all, bars)) = &self.bars {
+            let mut bars = bars.lock().unwrap_or_else(PoisonError::into_inner);
+            let bar = bars.entry(stage).or_insert_with(|| all.add(bar(stage)));
+            bar.set_length(total);
+            bar.set_position(done);
+        }
+        if self.stopped.load(Ordering::SeqCst) {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+fn bar(stage: Stage) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:<28} {bar:32} {percent:>3} %  {elapsed}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(0).with_style(style).with_message(words(stage))
+}
+
+fn words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Import => "reading the part",
+        Stage::Cover => "placing strips",
+        Stage::ToolPath => "fitting curves",
+        Stage::Axes => "solving the axes",
+        Stage::Feed => "planning speeds",
+        Stage::Setpoints => "sampling setpoints",
+        Stage::Program => "writing programs",
+        Stage::Verify => "checking the program",
+    }
+}
