@@ -1,15 +1,29 @@
 //! The tolerance budget: what each stage may spend, so that the part keeps the whole.
 
-/// What share of the total tolerance the stages get that follow the strips. Small shares cost blocks
-/// (their number grows with the square root of 1/share), large ones cost strip width.
+/// What the stages after the strips may spend \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
     /// Curves between stations against the exact cutter locations.
     pub path: f64,
     /// Blocks against the curves.
     pub linearisation: f64,
+    /// Words rounded to the decimals of the program.
+    pub rounding: f64,
     /// The control's own smoothing of corners.
     pub control: f64,
+}
+
+impl Shares {
+    /// What is usual: small shares cost blocks, whose number grows with the square root of 1/share;
+    /// large ones cost strip width, which falls with the square root of what is left.
+    pub fn usual(total: f64, rounding: f64) -> Self {
+        let twentieth = 0.05 * total;
+        Self { path: twentieth, linearisation: twentieth, rounding, control: twentieth }
+    }
+
+    fn sum(&self) -> f64 {
+        self.path + self.linearisation + self.rounding + self.control
+    }
 }
 
 /// A tolerance split over the stages \[mm\].
@@ -27,14 +41,8 @@ pub struct Budget {
     pub lower: f64,
     /// Largest error of a strip.
     pub upper: f64,
-    /// Curves between stations.
-    pub path: f64,
-    /// Program blocks against the curves.
-    pub linearisation: f64,
-    /// Words rounded to the decimals of the program.
-    pub rounding: f64,
-    /// The control's own smoothing.
-    pub control: f64,
+    /// What the other stages may spend.
+    pub shares: Shares,
 }
 
 /// Why a tolerance cannot be split.
@@ -43,28 +51,23 @@ pub struct Budget {
 pub enum BudgetError {
     /// The parts exceed the whole.
     #[error(
-        "tolerance total {total} mm and gouge {gouge} mm leave no band for the strips: path {path:.5}, \
-         linearisation {linearisation:.5}, rounding {rounding:.5} and control {control:.5} mm act on \
-         both sides; raise the tolerance or the decimals of the machine's output"
+        "tolerance total {total} mm and gouge {gouge} mm leave no band for the strips: path {:.5}, \
+         linearisation {:.5}, rounding {:.5} and control {:.5} mm act on both sides; raise the \
+         tolerance, the decimals of the machine's output, or lower a share",
+        shares.path, shares.linearisation, shares.rounding, shares.control
     )]
     NothingLeft {
         /// Largest excess \[mm\].
         total: f64,
         /// Deepest gouge \[mm\].
         gouge: f64,
-        /// Share of the curves \[mm\].
-        path: f64,
-        /// Share of the blocks \[mm\].
-        linearisation: f64,
-        /// Rounding of the words \[mm\].
-        rounding: f64,
-        /// Share of the control \[mm\].
-        control: f64,
+        /// What the other stages ask for.
+        shares: Shares,
     },
 }
 
 impl Budget {
-    /// Splits `total` (excess) and `gouge` \[mm\]; `rounding` \[mm\] is what the program's decimals cost.
+    /// Splits `total` (excess) and `gouge` \[mm\]; `strip` caps the width of the strips' band.
     ///
     /// # Errors
     ///
@@ -72,18 +75,16 @@ impl Budget {
     pub fn split(
         total: f64,
         gouge: f64,
-        rounding: f64,
         shares: Shares,
+        strip: Option<f64>,
     ) -> Result<Self, BudgetError> {
-        let [path, linearisation, control] =
-            [shares.path, shares.linearisation, shares.control].map(|share| share * total);
-        let others = path + linearisation + rounding + control;
-        let (lower, upper) = (others - gouge, total - others);
-        if upper - lower >= 0.5 * total {
-            Ok(Self { total, gouge, lower, upper, path, linearisation, rounding, control })
-        } else {
-            Err(BudgetError::NothingLeft { total, gouge, path, linearisation, rounding, control })
+        let others = shares.sum();
+        let (lower, most) = (others - gouge, total - others);
+        if !(most - lower >= 0.5 * total) {
+            return Err(BudgetError::NothingLeft { total, gouge, shares });
         }
+        let upper = strip.map_or(most, |strip| most.min(lower + strip));
+        Ok(Self { total, gouge, lower, upper, shares })
     }
 }
 
@@ -91,20 +92,25 @@ impl Budget {
 mod tests {
     use super::*;
 
-    const SHARES: Shares = Shares { path: 0.05, linearisation: 0.05, control: 0.05 };
-
     #[test]
     fn the_worst_of_all_shares_stays_inside_the_whole() {
-        let b = Budget::split(0.02, 0.002, 0.0002, SHARES).unwrap();
-        let others = b.path + b.linearisation + b.rounding + b.control;
+        let b = Budget::split(0.02, 0.002, Shares::usual(0.02, 0.0002), None).unwrap();
+        let others = b.shares.sum();
         assert!((b.upper + others - 0.02).abs() < 1e-15);
         assert!((b.lower - others + 0.002).abs() < 1e-15);
         assert!(b.lower > 0.0, "strips keep off the surface where gouges are dear: {}", b.lower);
     }
 
     #[test]
+    fn a_strip_share_narrows_the_band_from_above() {
+        let shares = Shares::usual(0.02, 0.0002);
+        let b = Budget::split(0.02, 0.002, shares, Some(0.004)).unwrap();
+        assert!((b.upper - b.lower - 0.004).abs() < 1e-15);
+    }
+
+    #[test]
     fn coarse_decimals_are_refused() {
-        let refused = Budget::split(0.002, 0.0, 0.0005, SHARES);
+        let refused = Budget::split(0.002, 0.0, Shares::usual(0.002, 0.0005), None);
         assert!(matches!(refused, Err(BudgetError::NothingLeft { .. })), "{refused:?}");
     }
 }
