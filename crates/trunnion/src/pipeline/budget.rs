@@ -80,11 +80,12 @@ impl Budget {
     ) -> Result<Self, BudgetError> {
         let others = shares.sum();
         let (lower, most) = (others - gouge, total - others);
-        if !(most - lower >= 0.5 * total) {
-            return Err(BudgetError::NothingLeft { total, gouge, shares });
+        if most - lower >= 0.5 * total {
+            let upper = strip.map_or(most, |strip| most.min(lower + strip));
+            Ok(Self { total, gouge, lower, upper, shares })
+        } else {
+            Err(BudgetError::NothingLeft { total, gouge, shares })
         }
-        let upper = strip.map_or(most, |strip| most.min(lower + strip));
-        Ok(Self { total, gouge, lower, upper, shares })
     }
 }
 
