@@ -1,6 +1,6 @@
 //! Job and machine files: text to data with line, column and suggestion; no I/O.
 
-mod fault;
 pub mod job;
+mod places;
 
-pub use fault::{Fault, Place, Places};
+pub use places::{Place, Places};
