@@ -1,8 +1,15 @@
 //! The job file (`trunnion-job/1`): what to machine, with what, how well and on which machine.
 
 mod data;
+mod raw;
+mod read;
 
 pub use data::{
     Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Method, Motion,
     MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool, ToolKind,
 };
+pub(super) use raw::RawJob;
+pub use read::parse;
+
+/// Name and version of the layout.
+pub const LAYOUT: &str = "trunnion-job/1";

@@ -1,0 +1,247 @@
+//! A TOML file with its places, checked against the JSON schema of its layout.
+//!
+//! The schema is the only description of a layout: it is what `trunnion schema` prints, what the
+//! walk in [`super::walk`] checks, and, being derived from the raw types, what is read.
+
+use super::places::{Place, Places};
+use super::walk;
+use crate::types::Fault;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Byte offsets to lines and columns.
+#[derive(Debug)]
+struct Lines<'t> {
+    text: &'t str,
+    starts: Vec<usize>,
+}
+
+impl<'t> Lines<'t> {
+    fn new(text: &'t str) -> Self {
+        let after =
+            text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
+        Self { text, starts: std::iter::once(0).chain(after).collect() }
+    }
+
+    fn place(&self, offset: usize) -> Place {
+        let offset = offset.min(self.text.len());
+        let line = self.starts.partition_point(|&start| start <= offset).max(1);
+        let start = self.starts.get(line - 1).copied().unwrap_or(0);
+        let before = self.text.as_bytes().get(start..offset).unwrap_or_default();
+        let column = String::from_utf8_lossy(before).chars().count() + 1;
+        let narrow = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        Place { line: narrow(line), column: narrow(column) }
+    }
+}
+
+/// A parsed file, and what was found wrong with it so far.
+#[derive(Debug)]
+pub(super) struct Document<'t> {
+    lines: Lines<'t>,
+    root: DeTable<'t>,
+    places: Places,
+    faults: Vec<(String, Fault)>,
+}
+
+impl<'t> Document<'t> {
+    /// Parses `text`, which calls itself `layout` (`trunnion-job/1`), and checks it against `schema`.
+    ///
+    /// # Errors
+    ///
+    /// All syntax faults; or one, if the file is something else altogether.
+    pub(super) fn open(text: &'t str, layout: &str, schema: &Value) -> Result<Self, Vec<Fault>> {
+        let lines = Lines::new(text);
+        let (root, errors) = DeTable::parse_recoverable(text);
+        let root = root.into_inner();
+        let mut faults: Vec<(String, Fault)> = errors
+            .iter()
+            .map(|error| {
+                let place = lines.place(error.span().map_or(0, |span| span.start));
+                (String::new(), syntax(place, error.message()))
+            })
+            .collect();
+        if faults.iter().any(|(_, fault)| fault.message != DUPLICATE) {
+            if let Some(fault) = something_else(text, layout) {
+                return Err(vec![fault]);
+            }
+            return Err(sorted(faults));
+        }
+        if let Some(fault) = other_layout(&root, layout, &lines) {
+            return Err(vec![fault]);
+        }
+        let mut places = Vec::new();
+        collect_places(&root, "", &lines, &mut places);
+        let places: Places = places.into_iter().collect();
+        let found = walk::check(schema, &root);
+        faults.extend(found.into_iter().map(|finding| {
+            let place = finding.offset.map_or(Place { line: 1, column: 1 }, |at| lines.place(at));
+            let Place { line, column } = place;
+            let walk::Finding { path, message, help, .. } = finding;
+            (path, Fault { line, column, message, help })
+        }));
+        Ok(Self { lines, root, places, faults })
+    }
+
+    /// Whether the file has this key at its top.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.root.contains_key(key)
+    }
+
+    /// Reads what stands under a top key; `None` if it is absent, or something in it was faulty.
+    pub(super) fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
+        let value = self.root.get(key)?;
+        let inside = |path: &str| {
+            path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        if self.faults.iter().any(|(path, _)| inside(path)) {
+            return None;
+        }
+        match T::deserialize(ValueDeserializer::from(value.clone())) {
+            Ok(section) => Some(section),
+            Err(error) => {
+                let offset = error.span().unwrap_or_else(|| value.span()).start;
+                let Place { line, column } = self.lines.place(offset);
+                let message = error.message().to_owned();
+                self.faults
+                    .push((key.into(), Fault { line, column, message, help: String::new() }));
+                None
+            }
+        }
+    }
+
+    /// Adds a fault at a key.
+    pub(super) fn fault(
+        &mut self,
+        path: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        let fault = self.places.fault(path, message).with_help(help);
+        self.faults.push((path.to_owned(), fault));
+    }
+
+    /// Where the keys stand, or everything that was wrong, in order of lines.
+    ///
+    /// # Errors
+    ///
+    /// If there was any fault.
+    pub(super) fn finish(self) -> Result<Places, Vec<Fault>> {
+        if self.faults.is_empty() { Ok(self.places) } else { Err(sorted(self.faults)) }
+    }
+}
+
+/// The parser's message for a key that is defined twice; the rest of such a file can be read.
+const DUPLICATE: &str = "duplicate key";
+
+fn syntax(place: Place, message: &str) -> Fault {
+    let Place { line, column } = place;
+    let help = if message == DUPLICATE {
+        "it stands above already; keep one of the two"
+    } else {
+        "a line is `key = value` or `[table]`; text goes in double quotes"
+    };
+    Fault { line, column, message: message.to_owned(), help: help.to_owned() }
+}
+
+fn sorted(faults: Vec<(String, Fault)>) -> Vec<Fault> {
+    let mut faults: Vec<Fault> = faults.into_iter().map(|(_, fault)| fault).collect();
+    faults.sort_by(|a, b| (a.line, a.column, &a.message).cmp(&(b.line, b.column, &b.message)));
+    faults.dedup();
+    faults
+}
+
+/// Names a file that is no TOML by its first characters.
+fn something_else(text: &str, layout: &str) -> Option<Fault> {
+    let start = text.trim_start_matches('\u{feff}').trim_start();
+    let starts = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
+    let what = if text.contains('\0') {
+        "a binary file"
+    } else if starts(&["ISO-10303-21"]) {
+        "a STEP file"
+    } else if starts(&["solid"]) && start.contains("facet") {
+        "an STL file"
+    } else if starts(&["{", "[{", "[\n{"]) {
+        "a JSON file"
+    } else if starts(&["<"]) {
+        "an XML or HTML file"
+    } else if starts(&["%", "N1", "G0", "G1", "G9", "BEGIN PGM", "(", "O0"]) {
+        "an NC program"
+    } else if starts(&["PARTNO", "PPRINT", "$$", "GOTO", "LOADTL", "MULTAX"]) {
+        "a CL file"
+    } else {
+        return None;
+    };
+    let kind = kind(layout);
+    let message = format!("this is {what}, not a {kind} file");
+    let help = format!("a {kind} file is TOML and starts with `schema = \"{layout}\"`");
+    Some(Fault { line: 1, column: 1, message, help })
+}
+
+/// `trunnion-job/1` -> `job`.
+fn kind(layout: &str) -> &str {
+    layout.trim_start_matches("trunnion-").split('/').next().unwrap_or(layout)
+}
+
+/// A file with another `schema` than wanted: nothing else in it is worth a message.
+fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<Fault> {
+    let value = root.get("schema")?;
+    let DeValue::String(found) = value.get_ref() else { return None };
+    if found == layout {
+        return None;
+    }
+    let Place { line, column } = lines.place(value.span().start);
+    let (message, help) = match found.split_once('/') {
+        Some((name, version)) if layout.starts_with(&format!("{name}/")) => (
+            format!("version {version} of the {} file is not known here", kind(layout)),
+            format!("this program reads `{layout}`; a newer program may read this file"),
+        ),
+        Some((name, _)) if name.starts_with("trunnion-") => (
+            format!("this is a {} file, not a {} file", kind(found), kind(layout)),
+            format!("give a file with `schema = \"{layout}\"`"),
+        ),
+        _ => (format!("schema {found:?} is not known"), format!("write `schema = \"{layout}\"`")),
+    };
+    Some(Fault { line, column, message, help })
+}
+
+fn collect_places(
+    table: &DeTable<'_>,
+    path: &str,
+    lines: &Lines<'_>,
+    places: &mut Vec<(String, Place)>,
+) {
+    for (key, value) in table {
+        let path = join(path, key.get_ref());
+        match value.get_ref() {
+            DeValue::Table(inner) => {
+                collect_places(inner, &path, lines, places);
+                places.push((path, lines.place(key.span().start)));
+            }
+            DeValue::Array(items) => {
+                places.extend(items.iter().enumerate().map(|(index, item)| {
+                    (join(&path, &index.to_string()), lines.place(item.span().start))
+                }));
+                places.push((path, lines.place(value.span().start)));
+            }
+            _ => places.push((path, lines.place(value.span().start))),
+        }
+    }
+}
+
+/// Dotted path of a key.
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+/// Offset at which a value is blamed: its key if it is a table, whose own span may be its header.
+pub(super) fn blame(
+    key: &Spanned<std::borrow::Cow<'_, str>>,
+    value: &Spanned<DeValue<'_>>,
+) -> usize {
+    match value.get_ref() {
+        DeValue::Table(_) => key.span().start,
+        _ => value.span().start,
+    }
+}

@@ -1,0 +1,376 @@
+//! Layout of the job file, as written: mm, degrees, mm/min. The doc lines are what users read in
+//! `trunnion schema job` and in the remedies of faults. Unknown keys are refused by the walk over
+//! the schema, all of them at once, so serde does not look at them.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A trunnion job file.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "read section by section; the whole describes the layout")]
+pub(in super::super) struct RawJob {
+    /// The layout of this file.
+    #[schemars(extend("const" = super::LAYOUT))]
+    schema: String,
+    /// Name of the job.
+    #[schemars(length(min = 1))]
+    name: String,
+    /// What to machine.
+    part: RawPart,
+    /// Where the workpiece stands on the machine.
+    setup: RawSetup,
+    /// What it is cut from.
+    #[serde(default)]
+    stock: Option<RawStock>,
+    /// What cuts it.
+    tool: RawTool,
+    /// What the finished part may deviate.
+    tolerance: RawTolerance,
+    /// How the surface is covered.
+    strategy: RawStrategy,
+    /// Feed and spindle.
+    cutting: RawCutting,
+    /// The machine.
+    machine: RawMachineRef,
+    /// How the speed along the path is planned.
+    #[serde(default)]
+    motion: Option<RawMotion>,
+    /// Programs to write.
+    #[serde(default)]
+    output: Option<RawOutput>,
+    /// The final check.
+    #[serde(default)]
+    verify: Option<RawVerify>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawPart {
+    /// Surface JSON or STEP file, relative to this file.
+    #[schemars(length(min = 1))]
+    pub(super) file: String,
+    /// "all", or a list of face numbers; `trunnion inspect` shows them.
+    #[serde(default = "all")]
+    pub(super) faces: RawFaces,
+    /// Whether the cutter works on the other side of the faces.
+    #[serde(default)]
+    pub(super) flip: bool,
+}
+
+fn all() -> RawFaces {
+    RawFaces::Word(RawAll::All)
+}
+
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum RawFaces {
+    Word(RawAll),
+    Numbers(#[schemars(length(min = 1))] Vec<usize>),
+}
+
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawAll {
+    All,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawSetup {
+    /// Workpiece origin in machine coordinates with all axes at zero, x, y, z in mm.
+    pub(super) origin: [f64; 3],
+    /// Turns of the workpiece about the machine's fixed x, then y, then z, in degrees.
+    #[serde(default)]
+    pub(super) rotation: [f64; 3],
+    /// Height above part and stock at which links travel, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) clearance: f64,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawStock {
+    /// Which of the keys below apply: offset: thickness; box: min, max; cylinder: base, radius,
+    /// height; stl: file.
+    pub(super) kind: RawStockKind,
+    /// Material left on the part, in mm.
+    #[schemars(extend("minimum" = 0.0))]
+    pub(super) thickness: Option<f64>,
+    /// Corner of the box with the smallest coordinates, in mm.
+    pub(super) min: Option<[f64; 3]>,
+    /// Corner of the box with the largest coordinates, in mm.
+    pub(super) max: Option<[f64; 3]>,
+    /// Centre of the lower end of the cylinder, in mm.
+    pub(super) base: Option<[f64; 3]>,
+    /// Radius of the cylinder, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) radius: Option<f64>,
+    /// Height of the cylinder, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) height: Option<f64>,
+    /// STL file in mm, relative to this file.
+    #[schemars(length(min = 1))]
+    pub(super) file: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawStockKind {
+    Offset,
+    Box,
+    Cylinder,
+    Stl,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawTool {
+    /// Number in the magazine.
+    pub(super) number: u32,
+    /// Form of the cutting end.
+    pub(super) kind: RawToolKind,
+    /// R, tool axis to the centre of the corner arc, in mm.
+    #[schemars(extend("minimum" = 0.0))]
+    pub(super) major_radius: Option<f64>,
+    /// r, radius of the corner arc, in mm.
+    #[schemars(extend("minimum" = 0.0))]
+    pub(super) minor_radius: Option<f64>,
+    /// Cutting diameter in mm, 2 (R + r); with `corner_radius` instead of R and r.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) diameter: Option<f64>,
+    /// Radius of the corner arc in mm, with diameter.
+    #[schemars(extend("minimum" = 0.0))]
+    pub(super) corner_radius: Option<f64>,
+    /// From the gauge point to the tip, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) length: f64,
+    /// "solid" cuts to the centre; "insert" only outside `inner_cutting_radius`.
+    #[serde(default)]
+    pub(super) construction: RawConstruction,
+    /// Radius inside which nothing cuts, in mm; with construction = "insert".
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) inner_cutting_radius: Option<f64>,
+    /// Profile above the cutting part: [height above the tip, radius] pairs in mm, going up.
+    #[serde(default)]
+    pub(super) shank: Vec<[f64; 2]>,
+    /// Profile of the holder, in the same way.
+    #[serde(default)]
+    pub(super) holder: Vec<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawToolKind {
+    Flat,
+    Ball,
+    Bull,
+    Taper,
+    Barrel,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawConstruction {
+    #[default]
+    Solid,
+    Insert,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawTolerance {
+    /// Most material left after everything, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) total: f64,
+    /// Deepest gouge after everything, in mm; not above total.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) gouge: f64,
+    /// Fixed shares of total; what is left out is shared out by the program.
+    #[serde(default)]
+    pub(super) split: RawSplit,
+}
+
+#[derive(Debug, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawSplit {
+    /// Scallops between strips, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) strip: Option<f64>,
+    /// Curves through the cutter locations, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) path: Option<f64>,
+    /// Blocks of the program, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) linearisation: Option<f64>,
+    /// Decimals of the program, in mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) rounding: Option<f64>,
+    /// The control's own smoothing, in mm.
+    #[schemars(extend("minimum" = 0.0))]
+    pub(super) control: Option<f64>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawStrategy {
+    /// How the tool is placed; fixed-tilt needs tilt.
+    pub(super) method: RawMethod,
+    /// Angle between tool axis and surface normal for fixed-tilt, in degrees.
+    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 90.0))]
+    pub(super) tilt: Option<f64>,
+    /// Parameter the passes follow.
+    pub(super) along: RawAlong,
+    /// Whether every second pass runs back.
+    #[serde(default)]
+    pub(super) direction: RawDirection,
+    /// Where the contact arc lies along the feed from the cutter centre; "behind" and "either" only
+    /// for a tool that cuts to its centre.
+    #[serde(default)]
+    pub(super) side: RawSide,
+    /// Most turn of the tool axis along a pass, in degrees per mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) max_axis_turn: f64,
+    /// How the tool comes down to a pass: along its axis or tangentially.
+    #[serde(default)]
+    pub(super) lead: RawLead,
+    /// Offset directions to search, from the strip side towards the feed, in degrees.
+    pub(super) offset_range: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum RawMethod {
+    Widest,
+    FixedTilt,
+    Ball,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawAlong {
+    U,
+    V,
+    Curvature,
+    Adaptive,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum RawDirection {
+    #[default]
+    Zigzag,
+    OneWay,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawSide {
+    #[default]
+    Ahead,
+    Behind,
+    Either,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawLead {
+    #[default]
+    Axis,
+    Tangent,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawCutting {
+    /// Feed in mm/min.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) feed: f64,
+    /// The point that moves at the feed: the cutter contact or the tool tip.
+    #[serde(default)]
+    pub(super) reference: RawReference,
+    /// Spindle speed in rev/min.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) spindle: f64,
+    /// Whether coolant is on.
+    #[serde(default)]
+    pub(super) coolant: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawReference {
+    #[default]
+    Contact,
+    Tip,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawMachineRef {
+    /// Machine file, relative to this file.
+    #[schemars(length(min = 1))]
+    pub(super) file: String,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawMotion {
+    /// Speed planner.
+    #[serde(default)]
+    pub(super) method: RawMotionMethod,
+    /// Servo period in s.
+    #[serde(default = "servo_period")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub(super) servo_period: f64,
+}
+
+/// One millisecond: what most controls have.
+pub(super) fn servo_period() -> f64 {
+    0.001
+}
+
+impl Default for RawMotion {
+    fn default() -> Self {
+        Self { method: RawMotionMethod::Optimal, servo_period: servo_period() }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawMotionMethod {
+    #[default]
+    Optimal,
+    Jerk,
+    Blocks,
+    Given,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawOutput {
+    /// Kinds of program to write.
+    #[schemars(length(min = 1))]
+    pub(super) dialects: Vec<RawDialect>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawDialect {
+    LinuxCnc,
+    G93,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawVerify {
+    /// Largest distance between two measured points, in mm.
+    #[serde(default = "grid")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) grid: f64,
+}
+
+/// As in the example: an eighth of a usual scallop's width and finer.
+pub(super) fn grid() -> f64 {
+    0.2
+}

@@ -1,0 +1,538 @@
+//! From the layout to checked data: units, and what no schema can say.
+
+use super::super::document::Document;
+use super::super::schema;
+use super::data::{
+    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Method, Motion,
+    MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool, ToolKind,
+};
+use super::raw::{
+    RawAlong, RawConstruction, RawCutting, RawDialect, RawDirection, RawFaces, RawLead,
+    RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput, RawPart, RawReference,
+    RawSetup, RawSide, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool, RawToolKind,
+    RawVerify,
+};
+use super::{LAYOUT, raw};
+use crate::types::Fault;
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::TAU;
+
+/// Reads a job file.
+///
+/// # Errors
+///
+/// Every fault that was found, in order of lines: syntax, unknown and missing keys, wrong types,
+/// values out of range, and values that do not go together.
+pub fn parse(text: &str) -> Result<JobFile, Vec<Fault>> {
+    let mut doc = Document::open(text, LAYOUT, &schema::job_value())?;
+    let job = sections(&mut doc);
+    let places = doc.finish()?;
+    match job {
+        Some(job) => Ok(JobFile { places, ..job }),
+        None => Err(vec![Fault::whole("the job file cannot be read")]),
+    }
+}
+
+fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
+    // Every section is read before any is missed, so that all faults come together.
+    let name = doc.section::<String>("name");
+    let part = doc.section::<RawPart>("part").and_then(|raw| part(raw, doc));
+    let setup = doc.section::<RawSetup>("setup").map(|raw| setup(&raw));
+    let stock = doc.section::<RawStock>("stock").map(|raw| stock(raw, doc));
+    let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, doc));
+    let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
+    let strategy = doc.section::<RawStrategy>("strategy").and_then(|raw| strategy(&raw, doc));
+    let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
+    let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
+    let motion = defaulted(doc, "motion", RawMotion::default).and_then(|raw| motion(&raw, doc));
+    let dialects = defaulted(doc, "output", || RawOutput {
+        dialects: vec![RawDialect::LinuxCnc, RawDialect::G93],
+    })
+    .map(|raw| dialects(&raw));
+    let verify = defaulted(doc, "verify", || RawVerify { grid: raw::grid() });
+    if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
+        side_of(tool, strategy, doc);
+    }
+    let stock = match stock {
+        Some(stock) => Some(stock?),
+        None => None,
+    };
+    Some(JobFile {
+        name: name?,
+        part: part?,
+        setup: setup?,
+        stock,
+        tool: tool?,
+        tolerance: tolerance?,
+        strategy: strategy?,
+        cutting: cutting?,
+        machine: machine?,
+        motion: motion?,
+        dialects: dialects?,
+        verify_grid: verify?.grid,
+        places: super::super::Places::default(),
+    })
+}
+
+/// A section that may be left out.
+fn defaulted<T: serde::de::DeserializeOwned>(
+    doc: &mut Document<'_>,
+    key: &str,
+    standard: impl FnOnce() -> T,
+) -> Option<T> {
+    if doc.has(key) { doc.section(key) } else { Some(standard()) }
+}
+
+fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<Part> {
+    let faces = match raw.faces {
+        RawFaces::Word(_) => Faces::All,
+        RawFaces::Numbers(numbers) => {
+            for (at, number) in numbers.iter().enumerate() {
+                if numbers.iter().take(at).any(|other| other == number) {
+                    let path = format!("part.faces.{at}");
+                    doc.fault(&path, format!("face {number} is named twice"), "name it once");
+                    return None;
+                }
+            }
+            Faces::Numbers(numbers)
+        }
+    };
+    Some(Part { file: raw.file, faces, flip: raw.flip })
+}
+
+fn setup(raw: &RawSetup) -> Setup {
+    let origin = Vector3::from(raw.origin);
+    Setup { origin, angles: raw.rotation.map(f64::to_radians), clearance: raw.clearance }
+}
+
+fn stock(raw: RawStock, doc: &mut Document<'_>) -> Option<Stock> {
+    let given = [
+        ("thickness", raw.thickness.is_some()),
+        ("min", raw.min.is_some()),
+        ("max", raw.max.is_some()),
+        ("base", raw.base.is_some()),
+        ("radius", raw.radius.is_some()),
+        ("height", raw.height.is_some()),
+        ("file", raw.file.is_some()),
+    ];
+    let (kind, needed): (&str, &[&str]) = match raw.kind {
+        RawStockKind::Offset => ("offset", &["thickness"]),
+        RawStockKind::Box => ("box", &["min", "max"]),
+        RawStockKind::Cylinder => ("cylinder", &["base", "radius", "height"]),
+        RawStockKind::Stl => ("stl", &["file"]),
+    };
+    let wanted = needed.join(", ");
+    for (key, is_given) in given {
+        let path = format!("stock.{key}");
+        if is_given && !needed.contains(&key) {
+            let message = format!("stock of kind {kind:?} has no {key}");
+            doc.fault(&path, message, format!("remove it; {kind:?} needs {wanted}"));
+        } else if !is_given && needed.contains(&key) {
+            let message = format!("stock of kind {kind:?} needs {key}");
+            doc.fault("stock.kind", message, format!("{kind:?} needs {wanted}, in mm"));
+        }
+    }
+    Some(match raw.kind {
+        RawStockKind::Offset => Stock::Offset { thickness: raw.thickness? },
+        RawStockKind::Box => {
+            let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
+            if (0..3).any(|axis| min[axis] >= max[axis]) {
+                let message = format!("the stock box from {min} to {max} mm has no inside");
+                doc.fault("stock.max", message, "every coordinate of max is above that of min");
+            }
+            Stock::Box { min, max }
+        }
+        RawStockKind::Cylinder => {
+            let base = Point3::from(raw.base?);
+            Stock::Cylinder { base, radius: raw.radius?, height: raw.height? }
+        }
+        RawStockKind::Stl => Stock::Stl { file: raw.file? },
+    })
+}
+
+fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
+    let kind = match raw.kind {
+        RawToolKind::Flat => Some(ToolKind::Flat),
+        RawToolKind::Ball => Some(ToolKind::Ball),
+        RawToolKind::Bull => Some(ToolKind::Bull),
+        RawToolKind::Taper | RawToolKind::Barrel => {
+            let message = "tapered and barrel tools cannot be placed yet";
+            doc.fault("tool.kind", message, "use \"bull\" with the radii of the cutting end");
+            None
+        }
+    };
+    let radii = kind.and_then(|kind| radii(&raw, kind, doc));
+    let construction = construction(&raw, radii, doc);
+    profile("tool.shank", &raw.shank, doc);
+    profile("tool.holder", &raw.holder, doc);
+    let (kind, [major, minor]) = (kind?, radii?);
+    if minor >= raw.length {
+        let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);
+        doc.fault("tool.length", message, "length runs from the gauge point to the tip, in mm");
+    }
+    Some(Tool {
+        number: raw.number,
+        kind,
+        major,
+        minor,
+        length: raw.length,
+        construction: construction?,
+        shank: raw.shank,
+        holder: raw.holder,
+    })
+}
+
+/// `[R, r]` from either way to write them.
+fn radii(raw: &RawTool, kind: ToolKind, doc: &mut Document<'_>) -> Option<[f64; 2]> {
+    let by_radii = raw.major_radius.is_some() || raw.minor_radius.is_some();
+    let by_diameter = raw.diameter.is_some() || raw.corner_radius.is_some();
+    if by_radii && by_diameter {
+        let message = "the tool is given twice: by radii and by diameter";
+        doc.fault("tool.diameter", message, "keep major_radius and minor_radius, or diameter");
+        return None;
+    }
+    let mut missing = |key: &str, example: &str| {
+        let message = format!("a {} tool needs {key}", kind_name(kind));
+        doc.fault("tool.kind", message, format!("add `{key} = ...`, in mm, {example}"));
+        None
+    };
+    let (major, minor) = if by_diameter {
+        let Some(diameter) = raw.diameter else { return missing("diameter", "2 (R + r)") };
+        let radius = 0.5 * diameter;
+        let corner = match (kind, raw.corner_radius) {
+            (_, Some(corner)) => corner,
+            (ToolKind::Flat, None) => 0.0,
+            (ToolKind::Ball, None) => radius,
+            (ToolKind::Bull, None) => return missing("corner_radius", "or use minor_radius"),
+        };
+        (radius - corner, corner)
+    } else {
+        match (kind, raw.major_radius, raw.minor_radius) {
+            (ToolKind::Flat | ToolKind::Bull, None, _) => {
+                return missing("major_radius", "or diameter and corner_radius");
+            }
+            (ToolKind::Ball | ToolKind::Bull, _, None) => {
+                return missing("minor_radius", "the radius of the corner arc");
+            }
+            (_, major, minor) => (major.unwrap_or(0.0), minor.unwrap_or(0.0)),
+        }
+    };
+    let fits = match kind {
+        ToolKind::Flat => major > 0.0 && minor <= 0.0,
+        ToolKind::Ball => major.abs() <= 0.0 && minor > 0.0,
+        ToolKind::Bull => major > 0.0 && minor > 0.0,
+    };
+    if fits {
+        return Some([major, minor]);
+    }
+    let message =
+        format!("a {} tool cannot have R = {major} mm and r = {minor} mm", kind_name(kind));
+    let help = "flat: r = 0; ball: R = 0, corner_radius half the diameter; bull: both above 0";
+    doc.fault("tool.kind", message, help);
+    None
+}
+
+fn kind_name(kind: ToolKind) -> &'static str {
+    match kind {
+        ToolKind::Flat => "flat",
+        ToolKind::Ball => "ball",
+        ToolKind::Bull => "bull",
+    }
+}
+
+fn construction(
+    raw: &RawTool,
+    radii: Option<[f64; 2]>,
+    doc: &mut Document<'_>,
+) -> Option<Construction> {
+    let path = "tool.inner_cutting_radius";
+    match (raw.construction, raw.inner_cutting_radius) {
+        (RawConstruction::Solid, None) => Some(Construction::Solid),
+        (RawConstruction::Solid, Some(_)) => {
+            let message = "a solid tool cuts to its centre: it has no inner_cutting_radius";
+            doc.fault(path, message, "remove it, or write construction = \"insert\"");
+            None
+        }
+        (RawConstruction::Insert, None) => {
+            let message = "a tool with inserts needs inner_cutting_radius";
+            let help = "add `inner_cutting_radius = ...`: nothing cuts inside it, in mm";
+            doc.fault("tool.construction", message, help);
+            None
+        }
+        (RawConstruction::Insert, Some(inner_cutting_radius)) => {
+            if let Some([major, minor]) = radii
+                && inner_cutting_radius >= major + minor
+            {
+                let radius = major + minor;
+                let message = format!(
+                    "inner_cutting_radius {inner_cutting_radius} mm leaves nothing of a cutter of radius {radius} mm"
+                );
+                doc.fault(path, message, "it must be below R + r");
+            }
+            Some(Construction::Insert { inner_cutting_radius })
+        }
+    }
+}
+
+fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
+    let mut below = 0.0;
+    for (at, &[height, radius]) in pairs.iter().enumerate() {
+        if height < below || radius < 0.0 {
+            let message = format!("`{path}` does not go up: [{height}, {radius}] after {below} mm");
+            let help = "pairs are [height above the tip, radius] in mm, heights not falling";
+            doc.fault(&format!("{path}.{at}"), message, help);
+            return;
+        }
+        below = height;
+    }
+}
+
+fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
+    let RawTolerance { total, gouge, ref split } = *raw;
+    if gouge > total {
+        let message = format!("gouge {gouge} mm is above total {total} mm");
+        doc.fault("tolerance.gouge", message, "lower gouge or raise total");
+    }
+    let split = Split {
+        strip: split.strip,
+        path: split.path,
+        linearisation: split.linearisation,
+        rounding: split.rounding,
+        control: split.control,
+    };
+    let parts = [split.strip, split.path, split.linearisation, split.rounding, split.control];
+    let sum: f64 = parts.iter().flatten().sum();
+    if sum > total {
+        let message = format!("the shares add up to {sum} mm, more than total {total} mm");
+        doc.fault("tolerance.split", message, "lower a share or raise total");
+    }
+    (gouge <= total && sum <= total).then_some(Tolerance { total, gouge, split })
+}
+
+fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
+    let method = method(raw, doc);
+    let along = match raw.along {
+        RawAlong::U => Some(Along::U),
+        RawAlong::V => Some(Along::V),
+        RawAlong::Curvature | RawAlong::Adaptive => {
+            let message = "passes follow u or v so far";
+            doc.fault("strategy.along", message, "write `along = \"u\"` or `along = \"v\"`");
+            None
+        }
+    };
+    if let Some([low, high]) = raw.offset_range
+        && low >= high
+    {
+        let message = format!("offset_range [{low}, {high}] deg is empty");
+        doc.fault("strategy.offset_range", message, "the smaller angle comes first");
+    }
+    Some(Strategy {
+        method: method?,
+        along: along?,
+        direction: match raw.direction {
+            RawDirection::Zigzag => Direction::Zigzag,
+            RawDirection::OneWay => Direction::OneWay,
+        },
+        side: match raw.side {
+            RawSide::Ahead => Side::Ahead,
+            RawSide::Behind => Side::Behind,
+            RawSide::Either => Side::Either,
+        },
+        max_axis_turn: raw.max_axis_turn.to_radians(),
+        lead: match raw.lead {
+            RawLead::Axis => LeadKind::Axis,
+            RawLead::Tangent => LeadKind::Tangent,
+        },
+        offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
+    })
+}
+
+fn method(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Method> {
+    match (raw.method, raw.tilt) {
+        (RawMethod::Widest, None) => Some(Method::Widest),
+        (RawMethod::Widest, Some(_)) => {
+            let message = "method \"widest\" finds the tilt itself";
+            doc.fault("strategy.tilt", message, "remove tilt, or write `method = \"fixed-tilt\"`");
+            None
+        }
+        (RawMethod::FixedTilt, Some(tilt)) => Some(Method::FixedTilt { tilt: tilt.to_radians() }),
+        (RawMethod::FixedTilt, None) => {
+            let message = "method \"fixed-tilt\" needs tilt";
+            doc.fault("strategy.method", message, "add `tilt = ...`, in degrees");
+            None
+        }
+        (RawMethod::Ball, _) => {
+            let message = "method \"ball\" is not there yet";
+            doc.fault("strategy.method", message, "write `method = \"widest\"`");
+            None
+        }
+    }
+}
+
+/// What cuts behind the centre must cut at the centre.
+fn side_of(tool: &Tool, strategy: &Strategy, doc: &mut Document<'_>) {
+    if strategy.side != Side::Ahead && tool.construction != Construction::Solid {
+        let message = "a tool with inserts cannot cut behind its centre";
+        let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";
+        doc.fault("strategy.side", message, help);
+    }
+}
+
+fn cutting(raw: &RawCutting) -> Cutting {
+    Cutting {
+        feed: raw.feed / 60.0,
+        reference: match raw.reference {
+            RawReference::Contact => Reference::Contact,
+            RawReference::Tip => Reference::Tip,
+        },
+        spindle: raw.spindle * TAU / 60.0,
+        coolant: raw.coolant,
+    }
+}
+
+/// Planners the chain has; a further one is a further arm here.
+fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
+    let method = match raw.method {
+        RawMotionMethod::Optimal => MotionMethod::Optimal,
+        RawMotionMethod::Jerk | RawMotionMethod::Blocks | RawMotionMethod::Given => {
+            let message = "this speed planner is not there yet";
+            doc.fault("motion.method", message, "write `method = \"optimal\"`");
+            return None;
+        }
+    };
+    Some(Motion { method, servo_period: raw.servo_period })
+}
+
+fn dialects(raw: &RawOutput) -> Vec<Dialect> {
+    let mut dialects = Vec::new();
+    for dialect in &raw.dialects {
+        let dialect = match dialect {
+            RawDialect::LinuxCnc => Dialect::LinuxCnc,
+            RawDialect::G93 => Dialect::G93,
+        };
+        if !dialects.contains(&dialect) {
+            dialects.push(dialect);
+        }
+    }
+    dialects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
+
+    fn faults(text: &str) -> Vec<String> {
+        parse(text).map(|_| ()).unwrap_err().iter().map(ToString::to_string).collect()
+    }
+
+    /// The example with one line replaced.
+    fn with(line: &str, by: &str) -> String {
+        assert!(EXAMPLE.contains(line), "{line}");
+        EXAMPLE.replacen(line, by, 1)
+    }
+
+    #[test]
+    fn the_example_is_in_internal_units() {
+        let job = parse(EXAMPLE).unwrap();
+        assert_eq!(job.name, "bezier patch");
+        assert_eq!((job.tool.major, job.tool.minor, job.tool.length), (10.0, 6.0, 120.0));
+        assert!((job.cutting.feed - 50.0).abs() < 1e-12);
+        assert!((job.cutting.spindle_rpm() - 8000.0).abs() < 1e-9);
+        assert!((job.setup.angles[1].to_degrees() - 20.0).abs() < 1e-12);
+        assert_eq!(job.setup.rotation() * Vector3::y(), Vector3::y());
+        assert_eq!(job.dialects, [Dialect::LinuxCnc, Dialect::G93]);
+        assert_eq!(job.places.get("tool.minor_radius").line, 20);
+        assert_eq!(job.places.get("tool.holder"), job.places.get("tool"));
+    }
+
+    #[test]
+    fn several_faults_come_together_in_order_of_lines() {
+        let text = with("minor_radius = 6 ", "minor_radus = 6 ")
+            .replace("feed = 3000", "feed = -3")
+            .replace("gouge = 0.002", "gouge = 0.2")
+            .replace("[strategy]", "[stratgey]")
+            .replace("number = 1", "number = \"1\"")
+            .replace("origin = [0, 0, -300]", "origin = [0, nan]");
+        let expected = [
+            "12:10: `setup.origin` needs 3 entries, but has 2",
+            "12:14: `setup.origin.1` = nan is not a number one can calculate with",
+            "17:10: `tool.number` must be a whole number, not a text\n  help: write it without quotes: 1",
+            "20:1: unknown key `minor_radus` in [tool]\n  help: did you mean `minor_radius`?",
+            "26:9: gouge 0.2 mm is above total 0.02 mm\n  help: lower gouge or raise total",
+            "28:2: unknown key `stratgey` at the top\n  help: did you mean `strategy`?",
+            "36:8: `cutting.feed` = -3 must be above 0\n  help: Feed in mm/min.",
+        ];
+        let found = faults(&text);
+        assert_eq!(found.len(), expected.len(), "{found:#?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{found}\n{expected}");
+        }
+    }
+
+    #[test]
+    fn each_single_fault_names_its_line_and_a_remedy() {
+        for (line, by, expected) in [
+            ("kind = \"bull\"", "kind = \"barrel\"", "18:8: tapered and barrel"),
+            ("kind = \"bull\"", "kind = \"ball\"", "18:8: a ball tool cannot have R = 10 mm"),
+            ("minor_radius = 6 ", "diameter = 32 ", "20:12: the tool is given twice"),
+            ("minor_radius = 6 ", "# ", "18:8: a bull tool needs minor_radius"),
+            (
+                "construction = \"solid\"",
+                "construction = \"insert\"",
+                "22:16: a tool with inserts needs",
+            ),
+            ("method = \"optimal\"", "method = \"jerk\"", "45:10: this speed planner"),
+            (
+                "method = \"optimal\"",
+                "metod = \"optimal\"",
+                "45:1: unknown key `metod` in [motion]",
+            ),
+            ("along = \"v\"", "along = \"w\"", "30:9: `strategy.along` cannot be \"w\""),
+            (
+                "direction = \"zigzag\"",
+                "feed = 3",
+                "31:1: unknown key `feed` in [strategy]\n  help: `feed` stands in [cutting]",
+            ),
+            ("faces = \"all\"", "faces = [3, 3]", "8:13: face 3 is named twice"),
+            ("faces = \"all\"", "faces = []", "8:9: `part.faces` needs at least 1 entries"),
+            ("length = 120 ", "length = inf ", "21:10: `tool.length` = inf is not a number"),
+            ("feed = 3000 ", "feed = 3000\nfeed = 3", "37:1: duplicate key"),
+            (
+                "dialects = [",
+                "dialects = [\"g94\", ",
+                "49:13: `output.dialects.0` cannot be \"g94\"",
+            ),
+            ("clearance = 50", "clearance", "14:10: "),
+        ] {
+            let found = faults(&with(line, by));
+            assert!(found[0].starts_with(expected), "{by}: {found:#?}");
+            assert!(found[0].contains("help: "), "{by}: no remedy in {found:#?}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_something_else_is_named() {
+        for (text, expected) in [
+            ("{\"degree\": [3, 3]}", "1:1: this is a JSON file, not a job file"),
+            ("ISO-10303-21;\nHEADER;", "1:1: this is a STEP file, not a job file"),
+            ("solid x\n facet normal 0 0 1", "1:1: this is an STL file"),
+            ("\u{0}\u{1}PK", "1:1: this is a binary file"),
+            ("%\nN10 G0 X0", "1:1: this is an NC program"),
+            ("schema = \"trunnion-machine/1\"", "1:10: this is a machine file, not a job file"),
+            ("schema = \"trunnion-job/2\"", "1:10: version 2 of the job file is not known"),
+        ] {
+            let found = faults(text);
+            assert!(found.len() == 1 && found[0].starts_with(expected), "{found:#?}");
+        }
+    }
+
+    #[test]
+    fn a_tool_by_diameter_is_the_same_tool() {
+        let by_radii = parse(EXAMPLE).unwrap().tool;
+        let text = with("major_radius = 10 ", "diameter = 32 # ")
+            .replace("minor_radius = 6 ", "corner_radius = 6 # ");
+        assert_eq!(parse(&text).unwrap().tool, by_radii);
+    }
+}

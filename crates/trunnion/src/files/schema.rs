@@ -1,0 +1,62 @@
+//! The layouts as JSON schema: what `trunnion schema` prints and what the readers check.
+
+use super::job::RawJob;
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::Value;
+
+/// Layout of the job file.
+pub fn job() -> String {
+    pretty(&job_value())
+}
+
+pub(super) fn job_value() -> Value {
+    of::<RawJob>()
+}
+
+/// Schema of a layout without references, and without `null`, which TOML does not have.
+fn of<T: JsonSchema>() -> Value {
+    let settings =
+        SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    drop_null(&mut schema);
+    schema
+}
+
+fn drop_null(schema: &mut Value) {
+    match schema {
+        Value::Object(map) => {
+            if let Some(Value::Array(types)) = map.get_mut("type") {
+                types.retain(|name| name != "null");
+                if let [only] = types.as_slice() {
+                    let only = only.clone();
+                    map.insert("type".into(), only);
+                }
+            }
+            if map.get("default").is_some_and(Value::is_null) {
+                map.remove("default");
+            }
+            for key in ["anyOf", "oneOf"] {
+                if let Some(Value::Array(branches)) = map.get_mut(key) {
+                    branches.retain(|branch| branch.get("type").is_none_or(|name| name != "null"));
+                    if let [Value::Object(only)] = branches.as_slice() {
+                        let only = only.clone();
+                        map.remove(key);
+                        for (key, value) in only {
+                            map.entry(key).or_insert(value);
+                        }
+                    }
+                }
+            }
+            map.values_mut().for_each(drop_null);
+        }
+        Value::Array(items) => items.iter_mut().for_each(drop_null),
+        _ => {}
+    }
+}
+
+fn pretty(schema: &Value) -> String {
+    let mut text = format!("{schema:#}");
+    text.push('\n');
+    text
+}
