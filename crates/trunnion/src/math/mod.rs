@@ -1,4 +1,5 @@
 //! Jets (truncated Taylor), B-spline basis, roots, angles; nothing of machining.
 
 pub mod angle;
+pub mod bspline;
 pub mod spline;

@@ -1,2 +1,97 @@
 //! Point, derivatives to order 3, normal, curvature and its bounds, closest point, trim loops;
 //! NURBS and analytic surfaces.
+//!
+//! A [`Surface`] is geometry over a rectangle of parameters; a [`Face`] is a surface with trim
+//! loops and a side; a [`FaceIndex`] answers closest-point queries on a face. Lengths in mm.
+
+mod error;
+mod face;
+mod index;
+mod jet;
+mod newton;
+mod nurbs;
+mod patches;
+mod trim;
+
+pub use error::ClosestError;
+pub use error::SurfaceError;
+pub use face::Face;
+pub use index::FaceIndex;
+pub use index::Foot;
+pub use jet::Curvature;
+pub use jet::SurfaceJet;
+pub use jet::SurfaceJet1;
+pub use jet::SurfaceJet2;
+pub use nurbs::NurbsSurface;
+pub use nurbs::Patch;
+pub use trim::TrimCurve;
+pub use trim::TrimLoop;
+
+use jet::Table;
+use nalgebra::Point3;
+
+/// A surface over a rectangle of parameters u, v, each possibly endless or periodic.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Surface {
+    /// B-spline, Bezier or rational tensor surface.
+    Nurbs(NurbsSurface),
+}
+
+impl Surface {
+    /// Ranges of u and v; infinite where the surface has no end.
+    pub fn domain(&self) -> [[f64; 2]; 2] {
+        match self {
+            Self::Nurbs(surface) => surface.domain(),
+        }
+    }
+
+    /// Periods by u and v; `None` where the surface does not close smoothly on itself.
+    pub fn periods(&self) -> [Option<f64>; 2] {
+        match self {
+            Self::Nurbs(surface) => surface.periods(),
+        }
+    }
+
+    /// Name of the kind, for tables and messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Nurbs(surface) if surface.is_rational() => "NURBS",
+            Self::Nurbs(_) => "B-spline",
+        }
+    }
+
+    #[inline]
+    fn table<const ORDER: usize>(&self, u: f64, v: f64) -> Table {
+        match self {
+            Self::Nurbs(surface) => surface.table::<ORDER>(u, v),
+        }
+    }
+
+    /// Point at `(u, v)`.
+    ///
+    /// Outside the domain, by a parameter that is not periodic, spline surfaces are continued by
+    /// their second-order Taylor polynomial from the nearest border point; so for all derivatives.
+    #[inline]
+    pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
+        Point3::from(self.table::<0>(u, v)[0][0])
+    }
+
+    /// Point and first derivatives.
+    #[inline]
+    pub fn jet1(&self, u: f64, v: f64) -> SurfaceJet1 {
+        SurfaceJet1::from_table(&self.table::<1>(u, v))
+    }
+
+    /// Point and derivatives to order 2.
+    #[inline]
+    pub fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
+        SurfaceJet2::from_table(&self.table::<2>(u, v))
+    }
+
+    /// Point and derivatives to order 3.
+    #[inline]
+    pub fn jet(&self, u: f64, v: f64) -> SurfaceJet {
+        SurfaceJet::from_table(&self.table::<3>(u, v))
+    }
+}

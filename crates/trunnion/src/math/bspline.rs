@@ -1,0 +1,415 @@
+//! Knot vectors, B-spline and Bernstein basis functions, and the Bezier form of a B-spline.
+//!
+//! Everything that runs per evaluation works on the stack; the degree is bounded by [`MAX_DEGREE`].
+
+use std::ops::Add;
+use std::ops::Mul;
+
+/// Highest degree supported: the size of the stack arrays.
+pub const MAX_DEGREE: usize = 9;
+
+/// Highest derivative computed.
+pub const MAX_ORDER: usize = 3;
+
+/// `basis[k][i]`: `k`-th derivative of the `i`-th function that is not zero on a span.
+pub type Basis = [[f64; MAX_DEGREE + 1]; MAX_ORDER + 1];
+
+/// What is wrong with a knot vector.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KnotError {
+    /// The degree is 0 or above [`MAX_DEGREE`].
+    #[error("degree {degree} is not supported (1 to {MAX_DEGREE}); reduce it when exporting")]
+    Degree {
+        /// Degree given.
+        degree: usize,
+    },
+    /// The number of knots does not fit the number of control points.
+    #[error(
+        "{knots} knots for {points} control points of degree {degree}; {expected} are needed (points + degree + 1, end knots repeated)"
+    )]
+    Count {
+        /// Degree.
+        degree: usize,
+        /// Control points.
+        points: usize,
+        /// Knots given.
+        knots: usize,
+        /// Knots needed.
+        expected: usize,
+    },
+    /// Fewer control points than degree + 1.
+    #[error("{points} control points are too few for degree {degree}; at least {} are needed", degree + 1)]
+    TooFewPoints {
+        /// Degree.
+        degree: usize,
+        /// Control points.
+        points: usize,
+    },
+    /// A knot is NaN or infinite.
+    #[error("knot {index} is {value}, not a finite number")]
+    NotFinite {
+        /// Index of the knot.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// Knots must not decrease.
+    #[error("knot {index} = {value} is less than the knot before it, {before}")]
+    Decreasing {
+        /// Index of the knot.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// The knot before.
+        before: f64,
+    },
+    /// A knot inside the range repeated more often than the degree tears the spline apart.
+    #[error(
+        "knot {value} is repeated {multiplicity} times; inside the range at most {degree} (the degree) keep the spline in one piece"
+    )]
+    Torn {
+        /// Value of the knot.
+        value: f64,
+        /// How often it occurs.
+        multiplicity: usize,
+        /// Degree.
+        degree: usize,
+    },
+    /// The parameter range is a single point.
+    #[error("the knots span no range: first and last are both {value}")]
+    Empty {
+        /// Value of all knots.
+        value: f64,
+    },
+}
+
+/// Degree and checked knots of a B-spline; clamped or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnotVector {
+    degree: usize,
+    knots: Vec<f64>,
+    /// Distinct knots in the range.
+    breaks: Vec<f64>,
+    /// For each piece between breaks: index of the knot it starts at (last of its repetitions).
+    starts: Vec<usize>,
+}
+
+impl KnotVector {
+    /// Checks `knots` for `points` control points.
+    ///
+    /// # Errors
+    ///
+    /// Every fault found, as [`KnotError`].
+    pub fn new(degree: usize, points: usize, knots: Vec<f64>) -> Result<Self, Vec<KnotError>> {
+        let mut faults = shape_faults(degree, points, &knots);
+        faults.extend(value_faults(&knots));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let (low, high) = (knots[degree], knots[points]);
+        let starts: Vec<usize> = (degree..points).filter(|&i| knots[i] < knots[i + 1]).collect();
+        if starts.is_empty() {
+            return Err(vec![KnotError::Empty { value: low }]);
+        }
+        let breaks: Vec<f64> = starts.iter().map(|&i| knots[i]).chain([high]).collect();
+        let torn: Vec<KnotError> = breaks[1..breaks.len() - 1]
+            .iter()
+            .map(|&value| (value, multiplicity(&knots, value)))
+            .filter(|&(_, multiplicity)| multiplicity > degree)
+            .map(|(value, multiplicity)| KnotError::Torn { value, multiplicity, degree })
+            .collect();
+        if torn.is_empty() { Ok(Self { degree, knots, breaks, starts }) } else { Err(torn) }
+    }
+
+    /// Degree.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// Knots as given.
+    pub fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    /// Number of control points.
+    pub fn points(&self) -> usize {
+        self.knots.len() - self.degree - 1
+    }
+
+    /// Distinct knots in the range, increasing; at least two.
+    pub fn breaks(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// Parameter range.
+    pub fn range(&self) -> [f64; 2] {
+        [self.breaks[0], self.breaks[self.breaks.len() - 1]]
+    }
+
+    /// Index of the polynomial piece (between two breaks) that holds `u`; ends are clamped.
+    #[inline]
+    pub fn piece(&self, u: f64) -> usize {
+        piece_of(&self.breaks, u)
+    }
+
+    /// Basis functions that are not zero at `u` and their derivatives up to `order` (at most
+    /// [`MAX_ORDER`]); the first belongs to the control point with the returned index.
+    ///
+    /// Outside the range the end polynomials go on.
+    pub fn basis(&self, u: f64, order: usize) -> (usize, Basis) {
+        let start = self.starts[self.piece(u)];
+        (start - self.degree, self.basis_from(start, u, order.min(MAX_ORDER)))
+    }
+
+    /// Triangular table of basis functions, then derivatives by differences:
+    /// `N'_{i,p} = p (N_{i,p-1} / (t_{i+p} - t_i) - N_{i+1,p-1} / (t_{i+p+1} - t_{i+1}))`.
+    fn basis_from(&self, start: usize, u: f64, order: usize) -> Basis {
+        let p = self.degree;
+        let mut levels = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+        levels[0][0] = 1.0;
+        for m in 1..=p {
+            for i in 0..m {
+                // The i-th function of degree m - 1 starts at knot start - (m - 1) + i.
+                let low = self.knots[start + 1 + i - m];
+                let high = self.knots[start + 1 + i];
+                let share = levels[m - 1][i] / (high - low);
+                levels[m][i] += share * (high - u);
+                levels[m][i + 1] += share * (u - low);
+            }
+        }
+        let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
+        basis[0] = levels[p];
+        for k in 1..=order.min(p) {
+            let mut row = levels[p - k];
+            for m in p - k + 1..=p {
+                row = self.raise(start, m, &row);
+            }
+            basis[k] = row;
+        }
+        basis
+    }
+
+    /// From weights on the functions of degree `m - 1` to weights of the derivative on degree `m`.
+    fn raise(&self, start: usize, m: usize, row: &[f64; MAX_DEGREE + 1]) -> [f64; MAX_DEGREE + 1] {
+        let mut raised = [0.0; MAX_DEGREE + 1];
+        for i in 0..m {
+            let width = self.knots[start + 1 + i] - self.knots[start + 1 + i - m];
+            let slope = m as f64 * row[i] / width;
+            raised[i] -= slope;
+            raised[i + 1] += slope;
+        }
+        raised
+    }
+
+    /// Bezier control points of all polynomial pieces, `degree + 1` each, piece after piece.
+    ///
+    /// The `j`-th point of the piece `[a, b]` is the polar form (blossom) at `degree - j` times `a`
+    /// and `j` times `b`: convex combinations only. `points` must have [`KnotVector::points`]
+    /// entries; of others the result is empty.
+    pub fn bezier<P>(&self, points: &[P]) -> Vec<P>
+    where
+        P: Copy + Add<Output = P> + Mul<f64, Output = P>,
+    {
+        if points.len() != self.points() {
+            return Vec::new();
+        }
+        let mut pieces = Vec::with_capacity(self.starts.len() * (self.degree + 1));
+        for (piece, &start) in self.starts.iter().enumerate() {
+            let [a, b] = [self.breaks[piece], self.breaks[piece + 1]];
+            for j in 0..=self.degree {
+                pieces.push(self.blossom(points, start, [a, b], j));
+            }
+        }
+        pieces
+    }
+
+    /// De Boor's scheme with `a` for the first steps and `b` for the last `count`.
+    fn blossom<P>(&self, points: &[P], start: usize, [a, b]: [f64; 2], count: usize) -> P
+    where
+        P: Copy + Add<Output = P> + Mul<f64, Output = P>,
+    {
+        let p = self.degree;
+        let mut d = [points[start - p]; MAX_DEGREE + 1];
+        d[..=p].copy_from_slice(&points[start - p..=start]);
+        for step in 1..=p {
+            let x = if step <= p - count { a } else { b };
+            for i in (step..=p).rev() {
+                let low = self.knots[start - p + i];
+                let high = self.knots[start + 1 + i - step];
+                let t = (x - low) / (high - low);
+                d[i] = d[i - 1] * (1.0 - t) + d[i] * t;
+            }
+        }
+        d[p]
+    }
+}
+
+/// Index of the interval between two of `breaks` that holds `u`; ends are clamped.
+#[inline]
+pub fn piece_of(breaks: &[f64], u: f64) -> usize {
+    let after = breaks.partition_point(|&knot| knot <= u);
+    after.saturating_sub(1).min(breaks.len().saturating_sub(2))
+}
+
+/// Bernstein polynomials of `degree` (at most [`MAX_DEGREE`]) at `t`, and their derivatives up to
+/// `order` by a parameter that runs `1 / rate` from `t = 0` to `t = 1`.
+#[inline]
+pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> Basis {
+    match degree {
+        1 => bernstein_of::<1>(t, rate, order),
+        2 => bernstein_of::<2>(t, rate, order),
+        3 => bernstein_of::<3>(t, rate, order),
+        4 => bernstein_of::<4>(t, rate, order),
+        5 => bernstein_of::<5>(t, rate, order),
+        6 => bernstein_of::<6>(t, rate, order),
+        7 => bernstein_of::<7>(t, rate, order),
+        8 => bernstein_of::<8>(t, rate, order),
+        _ => bernstein_of::<MAX_DEGREE>(t, rate, order),
+    }
+}
+
+/// One degree, so that the loops unroll.
+#[inline]
+fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> Basis {
+    let s = 1.0 - t;
+    let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
+    let mut row = [0.0; MAX_DEGREE + 1];
+    row[0] = 1.0;
+    for m in 0..=P {
+        let missing = P - m;
+        if missing <= order && missing <= MAX_ORDER {
+            basis[missing] = derivative_weights::<P>(row, missing, rate);
+        }
+        if m < P {
+            for i in (0..=m).rev() {
+                row[i + 1] += t * row[i];
+                row[i] *= s;
+            }
+        }
+    }
+    basis
+}
+
+/// Weights of the `k`-th derivative from the Bernstein polynomials of degree `P - k`.
+#[inline]
+fn derivative_weights<const P: usize>(
+    mut row: [f64; MAX_DEGREE + 1],
+    k: usize,
+    rate: f64,
+) -> [f64; MAX_DEGREE + 1] {
+    for m in P - k + 1..=P {
+        let scale = m as f64 * rate;
+        for i in (1..=m).rev() {
+            row[i] = (row[i - 1] - row[i]) * scale;
+        }
+        row[0] *= -scale;
+    }
+    row
+}
+
+/// Faults of degree and counts.
+fn shape_faults(degree: usize, points: usize, knots: &[f64]) -> Vec<KnotError> {
+    if degree == 0 || degree > MAX_DEGREE {
+        return vec![KnotError::Degree { degree }];
+    }
+    let mut faults = Vec::new();
+    if points <= degree {
+        faults.push(KnotError::TooFewPoints { degree, points });
+    }
+    let expected = points + degree + 1;
+    if knots.len() != expected {
+        faults.push(KnotError::Count { degree, points, knots: knots.len(), expected });
+    }
+    faults
+}
+
+/// Faults of single knots.
+fn value_faults(knots: &[f64]) -> Vec<KnotError> {
+    let mut faults: Vec<KnotError> = knots
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| !value.is_finite())
+        .map(|(index, &value)| KnotError::NotFinite { index, value })
+        .collect();
+    let decreasing = knots.windows(2).enumerate().filter(|(_, pair)| pair[1] < pair[0]);
+    faults.extend(decreasing.map(|(index, pair)| KnotError::Decreasing {
+        index: index + 1,
+        value: pair[1],
+        before: pair[0],
+    }));
+    faults
+}
+
+/// How often `value` occurs in increasing `knots`.
+fn multiplicity(knots: &[f64], value: f64) -> usize {
+    knots.partition_point(|&knot| knot <= value) - knots.partition_point(|&knot| knot < value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clamped() -> KnotVector {
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 3.0, 3.0, 3.0];
+        KnotVector::new(2, 4, knots).unwrap()
+    }
+
+    #[test]
+    fn quadratic_basis_by_pencil() {
+        // On [0, 1] with knots 0 0 0 1 3: (1-u)^2, u(2 - 4u/3), u^2/3.
+        let (first, basis) = clamped().basis(0.5, 2);
+        assert_eq!(first, 0);
+        for (value, expected) in basis[0].iter().zip([0.25, 0.5 * (2.0 - 2.0 / 3.0), 0.25 / 3.0]) {
+            assert!((value - expected).abs() < 1e-15);
+        }
+        for (value, expected) in basis[1].iter().zip([-1.0, 2.0 - 4.0 / 3.0, 1.0 / 3.0]) {
+            assert!((value - expected).abs() < 1e-15);
+        }
+        for (value, expected) in basis[2].iter().zip([2.0, -8.0 / 3.0, 2.0 / 3.0]) {
+            assert!((value - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_bezier_form_is_the_same_curve() {
+        let knots = clamped();
+        let points = [1.0, -2.0, 4.0, 0.5];
+        let bezier = knots.bezier(&points);
+        assert_eq!(bezier.len(), 6);
+        for u in [0.0, 0.3, 0.99, 1.0, 1.7, 3.0] {
+            let (first, basis) = knots.basis(u, 2);
+            let piece = knots.piece(u);
+            let [a, b] = [knots.breaks()[piece], knots.breaks()[piece + 1]];
+            let local = bernstein(2, (u - a) / (b - a), 1.0 / (b - a), 2);
+            for k in 0..3 {
+                let spline: f64 = (0..3).map(|i| basis[k][i] * points[first + i]).sum();
+                let piece: f64 = (0..3).map(|i| local[k][i] * bezier[3 * piece + i]).sum();
+                assert!((spline - piece).abs() < 1e-13, "u {u}, order {k}: {spline} {piece}");
+            }
+        }
+    }
+
+    #[test]
+    fn bernstein_derivatives_sum_to_nothing() {
+        for degree in 1..=MAX_DEGREE {
+            let basis = bernstein(degree, 0.3, 2.0, 3);
+            assert!((basis[0].iter().sum::<f64>() - 1.0).abs() < 1e-14);
+            for row in &basis[1..] {
+                assert!(row.iter().sum::<f64>().abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn faults_are_named_together() {
+        let faults = KnotVector::new(2, 4, vec![0.0, 0.0, f64::NAN, 1.0, 0.5]).unwrap_err();
+        assert!(matches!(faults[0], KnotError::Count { knots: 5, expected: 7, .. }));
+        assert!(matches!(faults[1], KnotError::NotFinite { index: 2, .. }));
+        assert!(matches!(faults[2], KnotError::Decreasing { index: 4, .. }));
+        let torn = KnotVector::new(1, 4, vec![0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).unwrap_err();
+        assert!(matches!(torn[0], KnotError::Torn { multiplicity: 2, degree: 1, .. }));
+        let degree = KnotVector::new(10, 11, vec![]).unwrap_err();
+        assert_eq!(degree, vec![KnotError::Degree { degree: 10 }]);
+    }
+}

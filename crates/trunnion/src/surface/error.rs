@@ -1,0 +1,130 @@
+//! What can be wrong with a surface or its trims, and why a closest point is not given.
+
+use crate::math::bspline::KnotError;
+
+/// Why a surface, curve, trim loop or face is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// A knot vector is wrong.
+    #[error("{direction} knots: {error}")]
+    Knots {
+        /// `u`, `v`, or `curve`.
+        direction: &'static str,
+        /// What is wrong.
+        error: KnotError,
+    },
+    /// The rows of a net have different lengths, or weights and points differ in number.
+    #[error("{what}: row {row} has {found} entries, {expected} are needed")]
+    RowLength {
+        /// `points` or `weights`.
+        what: &'static str,
+        /// Index of the row (along u).
+        row: usize,
+        /// Entries found.
+        found: usize,
+        /// Entries needed.
+        expected: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("{what} is {value}, not a finite number")]
+    NotFinite {
+        /// Name of the number, with indices.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A weight is zero or negative: the surface would leave the hull of its control points.
+    #[error("weight {value} at {place} is not positive")]
+    Weight {
+        /// Indices of the control point.
+        place: String,
+        /// The weight.
+        value: f64,
+    },
+    /// A length, radius or angle is out of its range.
+    #[error("{what} is {value} (mm or rad); it must be {need}")]
+    Size {
+        /// Which size.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Allowed range in words.
+        need: &'static str,
+    },
+    /// A patch has no area: its points lie on a line or in a point.
+    #[error(
+        "the patch u [{}, {}], v [{}, {}] is degenerate: its points lie on a line or in one point; remove repeated control points or the patch",
+        .u[0], .u[1], .v[0], .v[1]
+    )]
+    DegeneratePatch {
+        /// Range of u.
+        u: [f64; 2],
+        /// Range of v.
+        v: [f64; 2],
+    },
+    /// Neighbouring trim curves do not meet.
+    #[error(
+        "trim curves {curve} and {next} of the loop do not meet: they end {gap:.3e} apart in u,v near ({:.6}, {:.6}), more than the allowed {tolerance:.3e}",
+        .at[0], .at[1]
+    )]
+    OpenLoop {
+        /// Index of the curve.
+        curve: usize,
+        /// Index of the curve after it.
+        next: usize,
+        /// Distance in u,v.
+        gap: f64,
+        /// Where the first ends.
+        at: [f64; 2],
+        /// Allowed distance in u,v.
+        tolerance: f64,
+    },
+    /// A trim loop encloses no area.
+    #[error("the trim loop is degenerate: {reason}; remove it from the face")]
+    DegenerateLoop {
+        /// What is missing.
+        reason: &'static str,
+    },
+    /// The surface has no end in some direction and no trims bound it.
+    #[error("face {face} has no bounds in {direction}: an endless surface needs trim loops")]
+    Unbounded {
+        /// Number of the face.
+        face: usize,
+        /// `u` or `v`.
+        direction: &'static str,
+    },
+}
+
+/// Why no closest point is given.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ClosestError {
+    /// The query point is NaN or infinite.
+    #[error("the query point is not finite")]
+    NotFinite,
+    /// The surface has no normal at its closest point.
+    #[error(
+        "the surface has no normal at its closest point, u,v = ({:.6}, {:.6}), {distance:.6} mm away",
+        .uv[0], .uv[1]
+    )]
+    NoNormal {
+        /// Parameters.
+        uv: [f64; 2],
+        /// Distance \[mm\].
+        distance: f64,
+    },
+    /// Too many places are equally close (a point near a centre of curvature).
+    #[error(
+        "no unique closest point: the best found is {distance:.9} mm away at u,v = ({:.6}, {:.6}), but {bound:.9} mm cannot be excluded elsewhere",
+        .uv[0], .uv[1]
+    )]
+    Undecided {
+        /// Parameters of the best point found.
+        uv: [f64; 2],
+        /// Its distance \[mm\].
+        distance: f64,
+        /// What no point of the surface is closer than \[mm\].
+        bound: f64,
+    },
+}

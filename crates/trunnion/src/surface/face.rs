@@ -1,0 +1,174 @@
+//! A face: a surface, its trim loops, and the side the cutter is on.
+
+use super::Surface;
+use super::error::SurfaceError;
+use super::trim::TrimLoop;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+
+/// A surface with trim loops and a side. The cutter stands where the normal
+/// `n = S_u x S_v` points to, or opposite if `flip`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Face {
+    /// Number for messages and job files, from 1.
+    pub number: usize,
+    /// Geometry.
+    pub surface: Surface,
+    /// Trim loops; none = the whole domain. What an odd number of loops encloses is the face.
+    pub loops: Vec<TrimLoop>,
+    /// Whether the cutter is on the `-n` side.
+    pub flip: bool,
+}
+
+impl Face {
+    /// Puts a face together. On a periodic surface the loops are moved by whole periods so that
+    /// the largest is centred in the domain and the others lie around it.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError::Unbounded`] for an endless surface without trims.
+    pub fn new(
+        number: usize,
+        surface: Surface,
+        mut loops: Vec<TrimLoop>,
+        flip: bool,
+    ) -> Result<Self, SurfaceError> {
+        centre_loops(&surface, &mut loops);
+        let face = Self { number, surface, loops, flip };
+        for (bounds, direction) in face.bounds().into_iter().zip(["u", "v"]) {
+            if !bounds.iter().all(|bound| bound.is_finite()) {
+                return Err(SurfaceError::Unbounded { face: number, direction });
+            }
+        }
+        Ok(face)
+    }
+
+    /// Box in u, v of the trim loops, or the domain where there are none. By a periodic parameter
+    /// it may reach outside the domain but is never wider than the period.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        let domain = self.surface.domain();
+        let periods = self.surface.periods();
+        [0, 1].map(|k| {
+            let boxes = || self.loops.iter().map(|trim| trim.bounds()[k]);
+            let low = boxes().map(|b| b[0]).reduce(f64::min).unwrap_or(domain[k][0]);
+            let high = boxes().map(|b| b[1]).reduce(f64::max).unwrap_or(domain[k][1]);
+            let around = self.loops.iter().any(|trim| trim.turns()[k] != 0);
+            let capped = self.loops.iter().map(|trim| trim.turns()[1 - k]).sum::<i32>() != 0;
+            match periods[k] {
+                Some(period) if around || high - low > period => domain[k],
+                Some(_) => [low, high],
+                None if capped => domain[k],
+                None => [low.max(domain[k][0]), high.min(domain[k][1])],
+            }
+        })
+    }
+
+    /// Whether `(u, v)` lies inside the trims; without trims, inside the domain. Points on a
+    /// trim curve itself may be either. Parameters of a periodic surface may be given on any turn.
+    pub fn contains(&self, u: f64, v: f64) -> bool {
+        let (domain, periods) = (self.surface.domain(), self.surface.periods());
+        let in_domain = [u, v].iter().enumerate().all(|(k, x)| {
+            x.is_finite() && (periods[k].is_some() || (domain[k][0]..=domain[k][1]).contains(x))
+        });
+        if !in_domain || self.loops.is_empty() {
+            return in_domain;
+        }
+        let (plain, round): (Vec<_>, Vec<_>) =
+            self.loops.iter().partition(|trim| trim.turns() == [0, 0]);
+        let odd = plain.iter().filter(|trim| inside_plain(trim, [u, v], periods)).count() % 2 == 1;
+        odd != (!round.is_empty() && inside_round(&round, [u, v], periods))
+    }
+
+    /// Unit normal on the cutter's side; `None` where the surface has none.
+    pub fn normal(&self, u: f64, v: f64) -> Option<UnitVector3<f64>> {
+        let jet = self.surface.jet2(u, v);
+        let n = jet.normal_towards(self.inwards(u, v))?;
+        Some(if self.flip { -n } else { n })
+    }
+
+    /// Point at `(u, v)`.
+    pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
+        self.surface.point(u, v)
+    }
+
+    /// A step from `(u, v)` towards the middle of the face: where limits are taken.
+    pub(crate) fn inwards(&self, u: f64, v: f64) -> [f64; 2] {
+        let [bu, bv] = self.bounds();
+        [0.5 * (bu[0] + bu[1]) - u, 0.5 * (bv[0] + bv[1]) - v]
+    }
+}
+
+/// More copies of a point than this over a loop's box are no trim but a broken file.
+const TURNS: usize = 1000;
+
+/// The values of a parameter, `x` plus whole periods, within `[low, high]`.
+fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<Item = f64> {
+    let first = period.map_or(x, |period| low + (x - low).rem_euclid(period));
+    let count = if period.is_some() { TURNS } else { 1 };
+    (0..count)
+        .map(move |turn| first + turn as f64 * period.unwrap_or(0.0))
+        .take_while(move |x| *x <= high)
+        .filter(move |x| *x >= low)
+}
+
+/// Whether `point`, on some turn, lies inside a loop that does not run round the period.
+fn inside_plain(trim: &TrimLoop, point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
+    let [bu, bv] = trim.bounds();
+    let points = copies(point[0], bu, periods[0])
+        .flat_map(|u| copies(point[1], bv, periods[1]).map(move |v| [u, v]));
+    points.map(|copy| trim.crossings(copy, 0)).sum::<u32>() % 2 == 1
+}
+
+/// Whether `point` lies inside loops that run round the period: parity of the crossings of a ray
+/// across them. What lies beyond all of them belongs to the face or not by the sense of the
+/// outermost loop (the face is on a loop's left), where that can be: where the surface is periodic
+/// that way too, or the turns do not cancel (a cap round a pole).
+fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
+    let along = usize::from(loops.iter().any(|trim| trim.turns()[0] != 0));
+    let across = 1 - along;
+    if let Some(period) = periods[along] {
+        let low = loops.iter().map(|trim| trim.bounds()[along][0]).fold(f64::INFINITY, f64::min);
+        point[along] = low + (point[along] - low).rem_euclid(period);
+    }
+    let crossings = |trim: &&TrimLoop| {
+        copies(point[across], trim.bounds()[across], periods[across])
+            .map(|x| {
+                let mut copy = point;
+                copy[across] = x;
+                trim.crossings(copy, along)
+            })
+            .sum::<u32>()
+    };
+    let count: u32 = loops.iter().map(crossings).sum();
+    let net: i32 = loops.iter().map(|trim| trim.turns()[across]).sum();
+    let high = |trim: &TrimLoop| trim.bounds()[along][1];
+    let outermost = loops.iter().max_by(|a, b| high(a).total_cmp(&high(b)));
+    let outermost = outermost.map_or(0, |trim| trim.turns()[across]);
+    let sense = if periods[along].is_some() { outermost } else { net };
+    // Left of a loop towards +u is +v; left of one towards +v is -u.
+    let beyond = sense != 0 && (sense > 0) == (along == 1);
+    (count % 2 == 1) != beyond
+}
+
+/// Moves loops by whole periods: the largest into the domain, the others next to it.
+fn centre_loops(surface: &Surface, loops: &mut [TrimLoop]) {
+    let (domain, periods) = (surface.domain(), surface.periods());
+    for k in 0..2 {
+        let Some(period) = periods[k] else { continue };
+        let width = |trim: &TrimLoop| trim.bounds()[k][1] - trim.bounds()[k][0];
+        let centre = |trim: &TrimLoop| 0.5 * (trim.bounds()[k][0] + trim.bounds()[k][1]);
+        let Some(largest) = loops.iter().max_by(|a, b| width(a).total_cmp(&width(b))) else {
+            return;
+        };
+        let turn = ((centre(largest) - domain[k][0]) / period).floor();
+        let middle = centre(largest) - turn * period;
+        for trim in loops.iter_mut() {
+            let turn = ((centre(trim) - middle) / period).round();
+            let mut step = [0.0; 2];
+            step[k] = -turn * period;
+            if turn != 0.0 {
+                trim.shift(step);
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Newton's method for the closest point, free and confined to a rectangle.
+
+use super::Surface;
+use super::jet::SurfaceJet2;
+use nalgebra::Point3;
+
+/// Steps of one run: quadratic convergence needs 3 to 6; the rest is damping far away.
+const STEPS: u32 = 40;
+
+/// A step this small (share of the size of the numbers involved) is applied and is the last: the
+/// next one, of the order of its square times curvature, would be below rounding.
+const LAST: f64 = 1e-9;
+
+/// Parameters and derivatives of a local minimum of the distance from `p` on the continued
+/// surface; `None` where the method does not settle at one.
+pub(crate) fn free(
+    surface: &Surface,
+    p: &Point3<f64>,
+    guess: [f64; 2],
+) -> Option<([f64; 2], SurfaceJet2)> {
+    let everywhere = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
+    let at = |uv: [f64; 2]| surface.jet2(uv[0], uv[1]);
+    minimise(at, p, guess, everywhere)
+}
+
+/// As [`free`] over a rectangle of parameters; minima at its border count.
+pub(crate) fn minimise(
+    at: impl Fn([f64; 2]) -> SurfaceJet2,
+    p: &Point3<f64>,
+    guess: [f64; 2],
+    bounds: [[f64; 2]; 2],
+) -> Option<([f64; 2], SurfaceJet2)> {
+    let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(bounds[k][0], bounds[k][1]));
+    let mut uv = clamp(guess);
+    let mut jet = at(uv);
+    for _ in 0..STEPS {
+        let step = descent(&jet, p, uv, bounds)?;
+        let length = (jet.su * step[0] + jet.sv * step[1]).norm();
+        let scale = jet.s.coords.norm() + p.coords.norm();
+        let small = length <= LAST * scale;
+        (uv, jet) = advance(&at, p, (uv, &jet), step, (small, &clamp))?;
+        if small {
+            return Some((uv, jet));
+        }
+    }
+    None
+}
+
+/// Takes `step`, halved until the distance does not grow (a last, small step is not questioned:
+/// rounding decides there).
+fn advance(
+    at: &impl Fn([f64; 2]) -> SurfaceJet2,
+    p: &Point3<f64>,
+    (uv, jet): ([f64; 2], &SurfaceJet2),
+    step: [f64; 2],
+    (small, clamp): (bool, &impl Fn([f64; 2]) -> [f64; 2]),
+) -> Option<([f64; 2], SurfaceJet2)> {
+    // 2^-30 of a step above LAST is below rounding: no descent exists.
+    const HALVINGS: i32 = 30;
+    let before = (jet.s - p).norm_squared();
+    let mut share = 1.0;
+    for _ in 0..HALVINGS {
+        let next = clamp([uv[0] + share * step[0], uv[1] + share * step[1]]);
+        let moved = at(next);
+        let after = (moved.s - p).norm_squared();
+        if small || after <= before * (1.0 + 4.0 * f64::EPSILON) {
+            return after.is_finite().then_some((next, moved));
+        }
+        share *= 0.5;
+    }
+    None
+}
+
+/// Newton step for half the squared distance, Gauss-Newton where its Hessian is not positive; a
+/// parameter held at its bound by the gradient stays. `None` on a degenerate tangent plane.
+fn descent(
+    jet: &SurfaceJet2,
+    p: &Point3<f64>,
+    uv: [f64; 2],
+    bounds: [[f64; 2]; 2],
+) -> Option<[f64; 2]> {
+    let r = jet.s - p;
+    let g = [r.dot(&jet.su), r.dot(&jet.sv)];
+    let held = [0, 1]
+        .map(|k| (uv[k] <= bounds[k][0] && g[k] > 0.0) || (uv[k] >= bounds[k][1] && g[k] < 0.0));
+    let first = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
+    let full = [first[0] + r.dot(&jet.suu), first[1] + r.dot(&jet.suv), first[2] + r.dot(&jet.svv)];
+    match held {
+        [true, true] => Some([0.0, 0.0]),
+        [true, false] => Some([0.0, single(g[1], full[2], first[2])?]),
+        [false, true] => Some([single(g[0], full[0], first[0])?, 0.0]),
+        [false, false] => solve(&full, g, &first).or_else(|| solve(&first, g, &first)),
+    }
+}
+
+/// `-g / h` with the curvature term only where it leaves `h` positive.
+fn single(g: f64, full: f64, first: f64) -> Option<f64> {
+    let h = if full > CONDITION * first { full } else { first };
+    (h > 0.0).then(|| -g / h)
+}
+
+/// A Hessian below this share of the first fundamental form is indefinite or about to be: near a
+/// centre of curvature Newton's step would be mostly rounding.
+const CONDITION: f64 = 1e-6;
+
+/// Solves the symmetric system `[[a, b], [b, c]] step = -g` if it is safely positive definite.
+fn solve([a, b, c]: &[f64; 3], g: [f64; 2], first: &[f64; 3]) -> Option<[f64; 2]> {
+    let determinant = a * c - b * b;
+    let safe = CONDITION * CONDITION * first[0] * first[2];
+    if *a > 0.0 && *c > 0.0 && determinant > safe {
+        Some([(b * g[1] - c * g[0]) / determinant, (b * g[0] - a * g[1]) / determinant])
+    } else {
+        None
+    }
+}

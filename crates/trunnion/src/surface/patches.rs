@@ -1,0 +1,265 @@
+//! Bound-and-prune search over the Bezier patches of a NURBS surface.
+
+use super::error::ClosestError;
+use super::jet::SurfaceJet2;
+use super::newton;
+use super::nurbs::NurbsSurface;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use nalgebra::Vector4;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Two distances closer than this share of the numbers involved count as equal: halving a patch
+/// 40 times leaves relative errors of at most `40 p eps`, about 1e-13, in its control points.
+const EQUAL: f64 = 1e-10;
+
+/// Patches looked at before giving up; an ordinary query looks at tens.
+const LOOKS: usize = 20_000;
+
+/// Boxes over rectangles of patches, halved down to single patches.
+#[derive(Debug, Clone)]
+pub(crate) struct PatchTree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    /// Ranges of patch columns and rows.
+    cells: [[usize; 2]; 2],
+    /// Indices of the two halves; the first is the node itself at a single patch.
+    halves: [usize; 2],
+}
+
+/// An entry of the queue: nothing below it is closer than `bound`.
+struct Look {
+    bound: f64,
+    kind: Kind,
+}
+
+enum Kind {
+    Node(usize),
+    Piece(Box<Piece>),
+}
+
+/// Part of a patch: its own control points and rectangle.
+struct Piece {
+    points: Vec<Vector4<f64>>,
+    columns: usize,
+    bounds: [[f64; 2]; 2],
+}
+
+/// Best point found so far.
+struct Best {
+    uv: [f64; 2],
+    distance: f64,
+}
+
+impl PatchTree {
+    pub(crate) fn new(surface: &NurbsSurface) -> Self {
+        let [columns, rows] = surface.patch_count();
+        let mut tree = Self { nodes: Vec::with_capacity(2 * columns * rows) };
+        tree.build(surface, [[0, columns], [0, rows]]);
+        tree
+    }
+
+    fn build(&mut self, surface: &NurbsSurface, cells: [[usize; 2]; 2]) -> usize {
+        let index = self.nodes.len();
+        let [[i0, i1], [j0, j1]] = cells;
+        let (low, high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        self.nodes.push(Node { low, high, cells, halves: [index; 2] });
+        if i1 - i0 <= 1 && j1 - j0 <= 1 {
+            if let Some(patch) = surface.patch(i0, j0) {
+                let (low, high) = hull_box(patch.points);
+                (self.nodes[index].low, self.nodes[index].high) = (low, high);
+            }
+            return index;
+        }
+        let (mut first, mut second) = (cells, cells);
+        let k = usize::from(j1 - j0 > i1 - i0);
+        let middle = usize::midpoint(cells[k][0], cells[k][1]);
+        (first[k][1], second[k][0]) = (middle, middle);
+        let halves = [self.build(surface, first), self.build(surface, second)];
+        for half in halves {
+            let (low, high) = (self.nodes[half].low, self.nodes[half].high);
+            let node = &mut self.nodes[index];
+            (node.low, node.high) = (node.low.inf(&low), node.high.sup(&high));
+        }
+        self.nodes[index].halves = halves;
+        index
+    }
+
+    /// Parameters of the closest point over the domain.
+    pub(crate) fn closest(
+        &self,
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
+    ) -> Result<[f64; 2], ClosestError> {
+        let Some(root) = self.nodes.first() else { return Err(ClosestError::NotFinite) };
+        let size = (root.high - root.low).norm() + p.coords.norm() + root.high.norm();
+        let slack = EQUAL * size;
+        let mut best = Best { uv: [f64::NAN; 2], distance: f64::INFINITY };
+        let mut queue = BinaryHeap::new();
+        queue.push(Look { bound: box_distance(p, root), kind: Kind::Node(0) });
+        for _ in 0..LOOKS {
+            let Some(look) = queue.pop() else { return Ok(best.uv) };
+            if look.bound >= best.distance - slack {
+                return Ok(best.uv);
+            }
+            match look.kind {
+                Kind::Node(index) => self.open((surface, p), index, &best, &mut queue),
+                Kind::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
+            }
+        }
+        let bound = queue.peek().map_or(best.distance, |look| look.bound);
+        Err(ClosestError::Undecided { uv: best.uv, distance: best.distance, bound })
+    }
+
+    /// Replaces a node by its halves, or by the control points of its patch.
+    fn open(
+        &self,
+        (surface, p): (&NurbsSurface, &Point3<f64>),
+        index: usize,
+        best: &Best,
+        queue: &mut BinaryHeap<Look>,
+    ) {
+        let node = &self.nodes[index];
+        if node.halves[0] == index {
+            let [[i, _], [j, _]] = node.cells;
+            let Some(patch) = surface.patch(i, j) else { return };
+            let columns = surface.degree()[1] + 1;
+            let piece = Piece { points: patch.points.to_vec(), columns, bounds: patch.bounds };
+            offer(p, piece, best, queue);
+        } else {
+            for half in node.halves {
+                let bound = box_distance(p, &self.nodes[half]);
+                if bound < best.distance {
+                    queue.push(Look { bound, kind: Kind::Node(half) });
+                }
+            }
+        }
+    }
+}
+
+/// Queues a piece unless it is proved to be no closer than the best point.
+fn offer(p: &Point3<f64>, piece: Piece, best: &Best, queue: &mut BinaryHeap<Look>) {
+    let bound = lower_bound(p, &piece);
+    if bound < best.distance {
+        queue.push(Look { bound, kind: Kind::Piece(Box::new(piece)) });
+    }
+}
+
+/// Improves the best point from the middle of `piece`, then queues its two halves.
+fn split(
+    surface: &NurbsSurface,
+    p: &Point3<f64>,
+    piece: &Piece,
+    best: &mut Best,
+    queue: &mut BinaryHeap<Look>,
+) {
+    let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
+    let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
+    let start = at(middle);
+    if (start.s - p).norm() < best.distance {
+        let found = newton::minimise(at, p, middle, surface.domain()).unwrap_or((middle, start));
+        let distance = (found.1.s - p).norm();
+        if distance < best.distance {
+            *best = Best { uv: found.0, distance };
+        }
+    }
+    for half in piece.halves() {
+        offer(p, half, best, queue);
+    }
+}
+
+impl Piece {
+    /// Halves across the longer direction of the control net.
+    fn halves(&self) -> [Self; 2] {
+        let rows = self.points.len() / self.columns;
+        let last = self.points.len() - 1;
+        let c = |i: usize| self.points[i].xyz() / self.points[i].w;
+        let along_u =
+            (c(last + 1 - self.columns) - c(0)).norm() + (c(last) - c(self.columns - 1)).norm();
+        let along_v =
+            (c(self.columns - 1) - c(0)).norm() + (c(last) - c(last + 1 - self.columns)).norm();
+        let k = usize::from(along_v > along_u);
+        let mut low = self.points.clone();
+        let mut high = self.points.clone();
+        let (lines, count, step, stride) = if k == 0 {
+            (self.columns, rows, 1, self.columns)
+        } else {
+            (rows, self.columns, self.columns, 1)
+        };
+        for line in 0..lines {
+            let at = |i: usize| line * step + i * stride;
+            for level in 0..count {
+                low[at(level)] = high[at(0)];
+                for i in 0..count - 1 - level {
+                    high[at(i)] = (high[at(i)] + high[at(i + 1)]) * 0.5;
+                }
+            }
+        }
+        let (mut first, mut second) = (self.bounds, self.bounds);
+        let middle = 0.5 * (self.bounds[k][0] + self.bounds[k][1]);
+        (first[k][1], second[k][0]) = (middle, middle);
+        let columns = self.columns;
+        [
+            Self { points: low, columns, bounds: first },
+            Self { points: high, columns, bounds: second },
+        ]
+    }
+}
+
+/// What no point of the piece is closer than: the distance to the box of its control points, or to
+/// their plane of support across the direction to the net's middle, whichever is larger. The
+/// second is quadratically sharp where the surface faces `p`.
+fn lower_bound(p: &Point3<f64>, piece: &Piece) -> f64 {
+    let points = || piece.points.iter().map(|point| point.xyz() / point.w - p.coords);
+    let count = piece.points.len() as f64;
+    let middle = points().sum::<Vector3<f64>>() / count;
+    let (low, high) = points().fold(
+        (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
+        |(low, high), x| (low.inf(&x), high.sup(&x)),
+    );
+    let gap = low.sup(&-high).sup(&Vector3::zeros()).norm();
+    let support = middle
+        .try_normalize(0.0)
+        .map_or(0.0, |d| points().map(|x| x.dot(&d)).fold(f64::INFINITY, f64::min));
+    gap.max(support)
+}
+
+/// Distance from `p` to the box of a node.
+fn box_distance(p: &Point3<f64>, node: &Node) -> f64 {
+    (node.low - p.coords).sup(&(p.coords - node.high)).sup(&Vector3::zeros()).norm()
+}
+
+/// Box of Cartesian control points.
+fn hull_box(points: &[Vector4<f64>]) -> (Vector3<f64>, Vector3<f64>) {
+    points.iter().map(|point| point.xyz() / point.w).fold(
+        (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
+        |(low, high), x| (low.inf(&x), high.sup(&x)),
+    )
+}
+
+impl PartialEq for Look {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Look {}
+
+impl PartialOrd for Look {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Look {
+    /// The smallest bound is the greatest: a heap pops it first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.bound.total_cmp(&self.bound)
+    }
+}

@@ -1,0 +1,234 @@
+//! Surfaces against independent oracles: a peer's kernel, finite differences, brute force.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use trunnion::surface::Face;
+use trunnion::surface::FaceIndex;
+use trunnion::surface::NurbsSurface;
+use trunnion::surface::Surface;
+use trunnion::surface::SurfaceJet;
+
+/// The paper's patch: see fixtures/bezier-patch/README.md.
+fn bezier_patch() -> Surface {
+    let grid = [-60.0, -30.0, 30.0, 60.0];
+    let table = [
+        [0.0, -20.0, -20.0, 5.0],
+        [-5.0, -15.0, -25.0, -5.0],
+        [-5.0, -25.0, -20.0, -5.0],
+        [5.0, -15.0, -15.0, 0.0],
+    ];
+    let point = |i: usize, j: usize| Point3::new(grid[i], grid[j], table[j][i]);
+    let points = (0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let net = NurbsSurface::new([3, 3], [knots.clone(), knots], points, None);
+    Surface::Nurbs(net.unwrap())
+}
+
+/// Deterministic numbers in [-1, 1].
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64) / ((1_u64 << 52) as f64) - 1.0
+    }
+}
+
+/// Clamped knots with random interior steps.
+fn knots(numbers: &mut Numbers, degree: usize, points: usize) -> Vec<f64> {
+    let mut knots = vec![0.0; degree + 1];
+    for _ in 0..points - degree - 1 {
+        let last = knots[knots.len() - 1];
+        knots.push(last + 0.6 + 0.5 * numbers.next());
+    }
+    let end = knots[knots.len() - 1] + 0.7;
+    knots.extend(vec![end; degree + 1]);
+    knots
+}
+
+/// A wavy sheet of about 100 mm x 100 mm.
+fn wavy(seed: u64, degree: [usize; 2], count: [usize; 2], rational: bool) -> NurbsSurface {
+    let mut numbers = Numbers(seed.wrapping_mul(77).wrapping_add(5));
+    let knots = [0, 1].map(|k| knots(&mut numbers, degree[k], count[k]));
+    let step = [0, 1].map(|k| 100.0 / (count[k] - 1) as f64);
+    let point = |i: usize, j: usize, numbers: &mut Numbers| {
+        let [x, y] = [i as f64 * step[0], j as f64 * step[1]];
+        let mut shake = || 0.2 * numbers.next();
+        Point3::new(x + shake() * step[0], y + shake() * step[1], 75.0 * shake())
+    };
+    let points =
+        (0..count[0]).map(|i| (0..count[1]).map(|j| point(i, j, &mut numbers)).collect()).collect();
+    let weights = rational.then(|| {
+        (0..count[0]).map(|_| (0..count[1]).map(|_| 1.0 + 0.7 * numbers.next()).collect()).collect()
+    });
+    NurbsSurface::new(degree, knots, points, weights).unwrap()
+}
+
+/// Derivatives to order 3 with names, for comparing.
+fn entries(jet: &SurfaceJet) -> [Vector3<f64>; 10] {
+    let SurfaceJet { s, su, sv, suu, suv, svv, suuu, suuv, suvv, svvv } = *jet;
+    [s.coords, su, sv, suu, suv, svv, suuu, suuv, suvv, svvv]
+}
+
+#[test]
+fn curvature_of_the_papers_patch() {
+    let curvature = bezier_patch().jet2(0.4, 0.5).curvature().unwrap();
+    assert!((curvature.min - 0.001_509_81).abs() < 1e-7, "{curvature:?}");
+    assert!((curvature.max - 0.005_738_69).abs() < 1e-7, "{curvature:?}");
+    let s = bezier_patch().point(0.4, 0.5);
+    assert!((s - Point3::new(-13.44, 0.0, -15.365)).norm() < 1e-12, "{s}");
+}
+
+/// Each derivative against the central difference of the one below it.
+fn check_differences(surface: &Surface, [u, v]: [f64; 2]) {
+    let jet = |u: f64, v: f64| entries(&surface.jet(u, v));
+    let here = jet(u, v);
+    let h = 1e-5;
+    let by_u = [jet(u - h, v), jet(u + h, v)];
+    let by_v = [jet(u, v - h), jet(u, v + h)];
+    let slope = |pair: &[[Vector3<f64>; 10]; 2], k: usize| (pair[1][k] - pair[0][k]) / (2.0 * h);
+    // (derivative, the one below it, by which parameter)
+    let steps = [
+        (1, 0, 0),
+        (2, 0, 1),
+        (3, 1, 0),
+        (4, 2, 0),
+        (4, 1, 1),
+        (5, 2, 1),
+        (6, 3, 0),
+        (7, 4, 0),
+        (7, 3, 1),
+        (8, 5, 0),
+        (8, 4, 1),
+        (9, 5, 1),
+    ];
+    for (k, below, direction) in steps {
+        let numeric = slope(if direction == 0 { &by_u } else { &by_v }, below);
+        let scale = 1.0 + here.iter().map(Vector3::norm).fold(0.0, f64::max);
+        let error = (numeric - here[k]).norm() / scale;
+        assert!(error < 1e-6, "derivative {k} at ({u}, {v}): {numeric} {} {error:e}", here[k]);
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    for (seed, degree) in [(1, [3, 3]), (2, [2, 4]), (3, [5, 3]), (4, [1, 2])] {
+        for rational in [false, true] {
+            let surface = Surface::Nurbs(wavy(seed, degree, [8, 9], rational));
+            let [[u0, u1], [v0, v1]] = surface.domain();
+            let mut numbers = Numbers(seed + 100);
+            for _ in 0..20 {
+                // Off the domain too: 20 % beyond every border.
+                let u = 0.5 * (u0 + u1) + 0.7 * (u1 - u0) * numbers.next();
+                let v = 0.5 * (v0 + v1) + 0.7 * (v1 - v0) * numbers.next();
+                check_differences(&surface, [u, v]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_continuation_is_twice_continuously_differentiable() {
+    for rational in [false, true] {
+        let surface = Surface::Nurbs(wavy(9, [3, 4], [7, 6], rational));
+        let [[u0, u1], [v0, v1]] = surface.domain();
+        let h = 1e-12;
+        let inside = 0.37;
+        let border = [
+            ([u0, v0 + inside], [h, 0.0]),
+            ([u1, v0 + inside], [h, 0.0]),
+            ([u0 + inside, v0], [0.0, h]),
+            ([u0 + inside, v1], [0.0, h]),
+            // Across the lines that go on from the corners.
+            ([u1, v1 + inside], [h, 0.0]),
+            ([u1 + inside, v1], [0.0, h]),
+            ([u0, v0 - inside], [h, 0.0]),
+            ([u0 - inside, v0], [0.0, h]),
+        ];
+        for ([u, v], [du, dv]) in border {
+            let one = entries(&surface.jet(u - du, v - dv));
+            let two = entries(&surface.jet(u + du, v + dv));
+            for k in 0..6 {
+                let size = 1.0 + one[k].norm();
+                assert!((one[k] - two[k]).norm() < 1e-8 * size, "derivative {k} at {u} {v}");
+            }
+        }
+    }
+}
+
+/// Closest of a dense grid, refined by shrinking grids round the best: no derivatives, no bounds.
+fn brute(surface: &Surface, p: &Point3<f64>) -> f64 {
+    let [[u0, u1], [v0, v1]] = surface.domain();
+    let n = 120;
+    let mut best: Vec<(f64, [f64; 2])> = Vec::new();
+    for i in 0..=n {
+        for j in 0..=n {
+            let uv = [
+                u0 + (u1 - u0) * f64::from(i) / f64::from(n),
+                v0 + (v1 - v0) * f64::from(j) / f64::from(n),
+            ];
+            best.push(((surface.point(uv[0], uv[1]) - p).norm(), uv));
+        }
+    }
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    best.truncate(12);
+    let refine = |&(mut d, mut uv): &(f64, [f64; 2])| {
+        let mut step = [(u1 - u0) / f64::from(n), (v1 - v0) / f64::from(n)];
+        for _ in 0..60 {
+            let around = [-1.0, 0.0, 1.0].map(|a| [-1.0, 0.0, 1.0].map(|b| [a, b]));
+            let (centre, before) = (uv, d);
+            for [a, b] in around.into_iter().flatten() {
+                let u = (centre[0] + a * step[0]).clamp(u0, u1);
+                let v = (centre[1] + b * step[1]).clamp(v0, v1);
+                let there = (surface.point(u, v) - p).norm();
+                if there < d {
+                    (d, uv) = (there, [u, v]);
+                }
+            }
+            if d >= before {
+                step = step.map(|s| 0.5 * s);
+            }
+        }
+        d
+    };
+    best.iter().map(refine).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn closest_agrees_with_brute_force() {
+    for rational in [false, true] {
+        let surface = Surface::Nurbs(wavy(21, [3, 3], [9, 8], rational));
+        let index = FaceIndex::new(Face::new(1, surface.clone(), vec![], false).unwrap()).unwrap();
+        let mut numbers = Numbers(3);
+        for query in 0..40 {
+            let far = [0.0, 20.0, 120.0, -60.0][query % 4];
+            let p = Point3::new(
+                50.0 + 70.0 * numbers.next(),
+                50.0 + 70.0 * numbers.next(),
+                far + 10.0 * numbers.next(),
+            );
+            let foot = index.closest(&p).unwrap();
+            let brute = brute(&surface, &p);
+            assert!(foot.distance.abs() <= brute + 1e-6, "{p}: {} against {brute}", foot.distance);
+            assert!((surface.point(foot.uv[0], foot.uv[1]) - foot.point).norm() < 1e-12);
+            assert!((foot.distance.abs() - (p - foot.point).norm()).abs() < 1e-12);
+        }
+    }
+}
+
+proptest! {
+    /// A point put up on the normal comes back to its foot, also beyond the border.
+    #[test]
+    fn a_point_on_the_normal_has_that_foot(u in -0.15..1.15_f64, v in -0.15..1.15_f64, h in -20.0..20.0_f64, flip: bool) {
+        let surface = bezier_patch();
+        let index = FaceIndex::new(Face::new(1, surface.clone(), vec![], flip).unwrap()).unwrap();
+        let side = if flip { -1.0 } else { 1.0 };
+        let p = surface.point(u, v) + surface.jet1(u, v).normal().unwrap().scale(h * side);
+        let foot = index.closest_near(&p, [u + 0.02, v - 0.02]).unwrap();
+        prop_assert!((foot.uv[0] - u).abs() < 1e-9 && (foot.uv[1] - v).abs() < 1e-9, "{:?}", foot);
+        prop_assert!((foot.distance - h).abs() < 1e-9, "{:?}", foot);
+    }
+}
