@@ -66,7 +66,7 @@ fn all() -> RawFaces {
 #[serde(untagged)]
 pub(super) enum RawFaces {
     Word(RawAll),
-    Numbers(#[schemars(length(min = 1))] Vec<usize>),
+    Numbers(Vec<usize>),
 }
 
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]

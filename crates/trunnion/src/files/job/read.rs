@@ -87,6 +87,11 @@ fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<Part> {
     let faces = match raw.faces {
         RawFaces::Word(_) => Faces::All,
         RawFaces::Numbers(numbers) => {
+            if numbers.is_empty() {
+                let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
+                doc.fault("part.faces", "no face is named", help);
+                return None;
+            }
             for (at, number) in numbers.iter().enumerate() {
                 if numbers.iter().take(at).any(|other| other == number) {
                     let path = format!("part.faces.{at}");
@@ -424,7 +429,8 @@ mod tests {
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
 
     fn faults(text: &str) -> Vec<String> {
-        parse(text).map(|_| ()).unwrap_err().iter().map(ToString::to_string).collect()
+        let faults = parse(text).err().unwrap_or_else(|| panic!("no fault in\n{text}"));
+        faults.iter().map(ToString::to_string).collect()
     }
 
     /// The example with one line replaced.
@@ -496,7 +502,7 @@ mod tests {
                 "31:1: unknown key `feed` in [strategy]\n  help: `feed` stands in [cutting]",
             ),
             ("faces = \"all\"", "faces = [3, 3]", "8:13: face 3 is named twice"),
-            ("faces = \"all\"", "faces = []", "8:9: `part.faces` needs at least 1 entries"),
+            ("faces = \"all\"", "faces = []", "8:9: no face is named"),
             ("length = 120 ", "length = inf ", "21:10: `tool.length` = inf is not a number"),
             ("feed = 3000 ", "feed = 3000\nfeed = 3", "37:1: duplicate key"),
             (
@@ -504,7 +510,7 @@ mod tests {
                 "dialects = [\"g94\", ",
                 "49:13: `output.dialects.0` cannot be \"g94\"",
             ),
-            ("clearance = 50", "clearance", "14:10: "),
+            ("clearance = 50", "clearance", "14:27: key with no value"),
         ] {
             let found = faults(&with(line, by));
             assert!(found[0].starts_with(expected), "{by}: {found:#?}");
