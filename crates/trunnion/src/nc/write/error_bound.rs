@@ -1,0 +1,61 @@
+//! What rounding a program's words does at the tool.
+
+use super::AxisWords;
+use crate::machine::Kinematics;
+use crate::types::AxisVector;
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// What X Y Z mean in a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinates {
+    /// The tip: TCP on.
+    Tip,
+    /// Axis positions: TCP off.
+    Axes,
+}
+
+/// Bound on how far rounding the words of `q` moves any point within `lever` \[mm\] of the tip
+/// \[mm\].
+///
+/// A rotary error `e` moves a point by at most `e` times its distance from the axis; the tip's
+/// distance is half the way between its places at `q` and half a turn further. With TCP the tip is
+/// written directly and a rotary error only turns the tool about it.
+pub fn rounding(
+    kinematics: &Kinematics,
+    q: &AxisVector,
+    words: &AxisWords,
+    coordinates: Coordinates,
+    lever: f64,
+) -> f64 {
+    let half = words.rounding();
+    let rotary = half[3] + half[4];
+    match coordinates {
+        Coordinates::Tip => half.fixed_rows::<3>(0).norm() + rotary * lever,
+        Coordinates::Axes => {
+            let tips: f64 =
+                [3, 4].iter().map(|&axis| half[axis] * radius(kinematics, q, axis)).sum();
+            linear(kinematics, q, &half) + tips + rotary * lever
+        }
+    }
+}
+
+/// Distance of the tip from a rotary axis \[mm\].
+fn radius(kinematics: &Kinematics, q: &AxisVector, axis: usize) -> f64 {
+    let mut opposite = *q;
+    opposite[axis] += PI;
+    0.5 * (kinematics.forward(&opposite).tip - kinematics.forward(q).tip).norm()
+}
+
+/// Farthest corner of the box that the linear roundings span.
+fn linear(kinematics: &Kinematics, q: &AxisVector, half: &AxisVector) -> f64 {
+    let tip = kinematics.forward(q).tip;
+    let edge = |axis: usize| {
+        let mut moved = *q;
+        moved[axis] += 1.0;
+        (kinematics.forward(&moved).tip - tip) * half[axis]
+    };
+    let [x, y, z]: [Vector3<f64>; 3] = [edge(0), edge(1), edge(2)];
+    let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
+    corners.iter().map(Vector3::norm).fold(0.0, f64::max)
+}

@@ -1,0 +1,106 @@
+//! Programs, CL files and the setup sheet as text.
+//!
+//! [`linuxcnc`] and [`g93`] write the same blocks for a control with and without TCP; see
+//! [`nc`](super) for what X Y Z mean in each. Positions are rounded to nearest; [`rounding`] bounds
+//! what that does at the tool. Feeds are rounded down, so that a block never takes less time than
+//! planned.
+
+mod apt;
+mod error_bound;
+mod gcode;
+mod number;
+mod sheet;
+
+pub use super::words::{AxisWord, AxisWords, WordsError};
+pub use apt::apt;
+pub use error_bound::{Coordinates, rounding};
+pub use gcode::{g93, linuxcnc};
+pub use sheet::{setup_sheet, work_offset};
+
+use std::fmt;
+
+/// What the texts say about the job besides its motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note<'a> {
+    /// Name of the job.
+    pub name: &'a str,
+    /// Tool in the spindle.
+    pub tool: ToolNote,
+    /// Spindle speed, clockwise \[1/min\].
+    pub spindle: f64,
+    /// Coolant on.
+    pub coolant: bool,
+    /// Programmed feed \[mm/s\].
+    pub feed: f64,
+    /// Parts of the tolerance budget: what for, and how much \[mm\].
+    pub budget: &'a [(String, f64)],
+    /// Planned time \[s\].
+    pub duration: f64,
+}
+
+/// The tool as the texts name it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolNote {
+    /// Number in the magazine, and of its length in the tool table.
+    pub number: u32,
+    /// Radius of the centre circle of the rounding \[mm\].
+    pub major: f64,
+    /// Radius of the rounding \[mm\].
+    pub minor: f64,
+}
+
+/// How a program is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProgramOptions {
+    /// Letters, decimals and signs of the axes.
+    pub axes: AxisWords,
+    /// Decimals of the feed words \[1/min\].
+    pub feed_decimals: u8,
+    /// How far the control may leave the programmed path to keep its speed \[mm\] (`G64 P`);
+    /// `None`: not at all (`G61`).
+    pub blend: Option<f64>,
+}
+
+/// Why a text cannot be written.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The receiver of the text failed.
+    #[error("the text cannot be stored")]
+    Store(#[from] fmt::Error),
+    /// Nothing to write.
+    #[error("there is no motion to write")]
+    Empty,
+    /// A number that no program can hold.
+    #[error("block {block}: {value} cannot be written with {decimals} decimals")]
+    Number {
+        /// Index of the block.
+        block: usize,
+        /// The number, in mm, degrees or 1/min.
+        value: f64,
+        /// Decimals asked for.
+        decimals: u8,
+    },
+    /// A block that moves in no time, or in so much that its feed word would be 0.
+    #[error("block {block} takes {duration} s, which no inverse-time feed word can say")]
+    Duration {
+        /// Index of the block.
+        block: usize,
+        /// Its time \[s\].
+        duration: f64,
+    },
+    /// X, Y and Z do not span space.
+    #[error("the linear axes do not reach every position, so there is no work offset")]
+    WorkOffset,
+}
+
+/// A text that can stand inside a `( )` comment: one line, printable ASCII, no parentheses.
+fn comment(text: &str) -> String {
+    let plain = |c: char| match c {
+        '(' => '[',
+        ')' => ']',
+        ' '..='~' => c,
+        _ => '?',
+    };
+    text.chars().map(plain).collect()
+}

@@ -1,0 +1,140 @@
+//! The setup sheet: what has to be entered at the control for the programs to be true.
+
+use super::{AxisWords, Note, WriteError};
+use crate::machine::{AxisKind, Kinematics};
+use crate::types::AxisVector;
+use nalgebra::{Matrix3, Vector3};
+use std::fmt::Write;
+
+/// Work offset of both programs: the positions of X, Y, Z at which, rotaries at zero and no tool,
+/// the gauge point stands on the workpiece origin \[mm\]. `None` if X, Y, Z do not span space.
+///
+/// The gauge point is affine in the linear axes, so four forward maps give it.
+pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
+    let length = kinematics.setup().tool_length;
+    let gauge = |q: &AxisVector| {
+        let pose = kinematics.forward(q);
+        pose.tip.coords + pose.axis.into_inner() * length
+    };
+    let start = gauge(&AxisVector::zeros());
+    let column = |axis: usize| {
+        let mut q = AxisVector::zeros();
+        q[axis] = 1.0;
+        gauge(&q) - start
+    };
+    let columns = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+    columns.try_inverse().map(|inverse| -(inverse * start))
+}
+
+/// Writes the setup sheet.
+///
+/// # Errors
+///
+/// [`WriteError::Store`], [`WriteError::WorkOffset`].
+pub fn setup_sheet(
+    out: &mut impl Write,
+    kinematics: &Kinematics,
+    note: &Note<'_>,
+    axes: AxisWords,
+) -> Result<(), WriteError> {
+    writeln!(out, "Setup sheet")?;
+    writeln!(out)?;
+    for line in facts(kinematics, note, axes) {
+        writeln!(out, "{line}")?;
+    }
+    writeln!(out)?;
+    entries(out, kinematics, note)?;
+    writeln!(out)?;
+    meanings(out, kinematics)?;
+    writeln!(out)?;
+    writeln!(out, "Tolerance budget (mm)")?;
+    for (what, share) in note.budget {
+        writeln!(out, "  {what:<28} {share:.6}")?;
+    }
+    Ok(())
+}
+
+/// What has to be entered at the control.
+fn entries(
+    out: &mut impl Write,
+    kinematics: &Kinematics,
+    note: &Note<'_>,
+) -> Result<(), WriteError> {
+    let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
+    writeln!(out, "Enter at the control")?;
+    writeln!(
+        out,
+        "  G54 (both programs)   X {:.4}  Y {:.4}  Z {:.4}",
+        offset.x, offset.y, offset.z
+    )?;
+    writeln!(out, "  G54 of the rotaries   0, and no rotation of the work offset")?;
+    let length = kinematics.setup().tool_length;
+    writeln!(out, "  tool length H{:<8} Z {length:.4}", note.tool.number)?;
+    writeln!(out, "Pivots assumed (machine coordinates, all axes at zero)")?;
+    for axis in kinematics.machine().axes.iter().filter(|axis| axis.kind == AxisKind::Rotary) {
+        let (p, d) = (axis.point, axis.dir);
+        writeln!(
+            out,
+            "  {:<4} line through X {:.4}  Y {:.4}  Z {:.4}  along {:.6} {:.6} {:.6}{}",
+            axis.name,
+            p.x,
+            p.y,
+            p.z,
+            d.x,
+            d.y,
+            d.z,
+            if axis.sense < 0.0 { "  (counts against ISO 841)" } else { "" }
+        )?;
+    }
+    Ok(())
+}
+
+/// What the numbers of the programs mean.
+fn meanings(out: &mut impl Write, kinematics: &Kinematics) -> Result<(), WriteError> {
+    let [roll, pitch, yaw] = turns(kinematics);
+    writeln!(out, "Coordinates")?;
+    writeln!(
+        out,
+        "  toolpath.cls          workpiece frame: as in the part file\n  \
+         program.linuxcnc.ngc  X Y Z = tool tip in the table frame: origin at the workpiece origin,\n  \
+         \x20                     axes parallel to the machine's while all axes stand at zero, turning\n  \
+         \x20                     with the table; that is the workpiece frame turned by\n  \
+         \x20                     {roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z\n  \
+         program.g93.nc        X Y Z = axis positions less G54 and, along Z, less the tool length;\n  \
+         \x20                     true only for the pivots, origin and tool length above\n  \
+         tip reference         the lowest point of the cutter on its axis, not the ball centre\n  \
+         rotaries              axis positions in degrees, unwound (370 is not 10)"
+    )?;
+    Ok(())
+}
+
+/// Turns of the workpiece about the fixed x, then y, then z \[deg\].
+fn turns(kinematics: &Kinematics) -> [f64; 3] {
+    let (roll, pitch, yaw) = kinematics.setup().rotation.euler_angles();
+    [roll, pitch, yaw].map(f64::to_degrees)
+}
+
+/// Lines that stand in every header.
+pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -> Vec<String> {
+    let (machine, setup) = (kinematics.machine(), kinematics.setup());
+    let [roll, pitch, yaw] = turns(kinematics);
+    let [x, y, z] = setup.origin.into();
+    let tool = note.tool;
+    let budget: Vec<String> =
+        note.budget.iter().map(|(what, share)| format!("{what} {share:.6}")).collect();
+    let reversed = axes.0.iter().any(|word| word.reversed);
+    vec![
+        format!("job      {}", note.name),
+        format!("machine  {}, chain {}, words {axes}", machine.name, machine.chain.join(" ")),
+        format!("rotaries {}", if reversed { "written reversed" } else { "as the machine counts" }),
+        format!("origin   X {x:.4} Y {y:.4} Z {z:.4} mm in machine coordinates, all axes at zero"),
+        format!("rotation {roll:.4} {pitch:.4} {yaw:.4} deg about the fixed x, then y, then z"),
+        format!(
+            "tool     T{} R {:.4} r {:.4} mm, gauge length {:.4} mm, reference: tip",
+            tool.number, tool.major, tool.minor, setup.tool_length
+        ),
+        format!("cutting  feed {:.1} mm/min, spindle {:.0} 1/min", note.feed * 60.0, note.spindle),
+        format!("budget   {} mm", if budget.is_empty() { "-".into() } else { budget.join(", ") }),
+        format!("time     {:.1} s planned", note.duration),
+    ]
+}

@@ -1,0 +1,98 @@
+//! Machines that program and verification tests share.
+
+#![allow(dead_code, reason = "every test file uses its part")]
+
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use trunnion::machine::{
+    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec,
+    Output, Retract, Setup, Singular,
+};
+
+/// Which machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// Table C on tilting B, both below the spindle.
+    TableTable,
+    /// Head C carrying A, offset pivot.
+    HeadHead,
+}
+
+fn axis(name: &str, dir: [f64; 3], point: Option<[f64; 3]>) -> AxisSpec {
+    let kind = if point.is_some() { AxisKind::Rotary } else { AxisKind::Linear };
+    let [reach, vel, acc] =
+        if point.is_some() { [40.0, 3.0, 10.0] } else { [2000.0, 500.0, 2500.0] };
+    AxisSpec {
+        name: name.to_owned(),
+        kind,
+        dir,
+        point,
+        limits: Some([-reach, reach]),
+        cyclic: None,
+        vel,
+        rapid: None,
+        acc,
+        jerk: 40.0 * acc,
+        sense: 1.0,
+        home: None,
+        prefer: None,
+        output: Output::STANDARD,
+    }
+}
+
+/// A machine of that layout with generous travel.
+pub(crate) fn machine(layout: Layout) -> Machine {
+    let mut axes = vec![
+        axis("X", [1.0, 0.0, 0.0], None),
+        axis("Y", [0.0, 1.0, 0.0], None),
+        axis("Z", [0.0, 0.0, 1.0], None),
+    ];
+    let (chain, rotaries): (&[&str], _) = match layout {
+        Layout::TableTable => (
+            &["w", "C", "B", "b", "X", "Y", "Z", "t"],
+            [
+                axis("C", [0.0, 0.0, 1.0], Some([-381.0, -254.0, -560.0])),
+                axis("B", [0.0, 1.0, 0.0], Some([-381.0, -254.0, -535.0])),
+            ],
+        ),
+        Layout::HeadHead => (
+            &["w", "b", "X", "Y", "Z", "C", "A", "t"],
+            [
+                axis("C", [0.0, 0.0, 1.0], Some([0.0; 3])),
+                axis("A", [1.0, 0.0, 0.0], Some([0.0, 30.0, 90.0])),
+            ],
+        ),
+    };
+    axes.extend(rotaries);
+    let spec = MachineSpec {
+        name: "test".to_owned(),
+        chain: chain.iter().map(|&word| word.to_owned()).collect(),
+        tool_axis: [0.0, 0.0, 1.0],
+        gauge: [0.0; 3],
+        axes,
+        cycle: Cycle::default(),
+        singular: Singular::STANDARD,
+        retract: Retract::standard(),
+        dialect: Dialect {
+            name: "linuxcnc".to_owned(),
+            interpolation: Interpolation::RotaryLinear,
+            feed: FeedMode::InverseTime,
+            strings: BTreeMap::new(),
+        },
+    };
+    Machine::new(spec).unwrap()
+}
+
+/// A tilted workpiece, tool of 120 mm.
+pub(crate) fn setup(layout: Layout) -> Setup {
+    let origin = match layout {
+        Layout::TableTable => Vector3::new(-381.0, -254.0, -500.0),
+        Layout::HeadHead => Vector3::new(40.0, -30.0, -400.0),
+    };
+    Setup::new(origin, [0.0, 20f64.to_radians(), 0.1], 120.0)
+}
+
+/// Machine and setup together.
+pub(crate) fn kinematics(layout: Layout) -> Kinematics {
+    Kinematics::new(&machine(layout), &setup(layout))
+}
