@@ -213,7 +213,11 @@ fn chain(spec: &MachineSpec, faults: &mut Vec<MachineError>) -> Option<[usize; A
         let [linear, rotary] = [linear.len(), rotary.len()];
         faults.push(MachineError::AxisCount { linear, rotary });
     }
-    linear.sort_by_key(|&index| spec.axes.get(index).map(|axis| axis.name.clone()));
+    // X, Y, Z in this order; a quill or other name after them.
+    linear.sort_by_key(|&index| {
+        let name = spec.axes.get(index).map_or("", |axis| axis.name.as_str());
+        (!matches!(name, "X" | "Y" | "Z"), name)
+    });
     linear.extend(rotary);
     linear.try_into().ok().filter(|_| faults.len() == before)
 }

@@ -2,4 +2,5 @@
 
 pub mod angle;
 pub mod bspline;
+pub mod jet;
 pub mod spline;

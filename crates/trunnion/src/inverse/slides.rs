@@ -1,0 +1,187 @@
+//! Linear axes for a tip, once the rotary axes are known: one 3x3 solve.
+
+use super::rotary::Turn;
+use crate::machine::ChainGeometry;
+use crate::math::jet::Real;
+use nalgebra::{Matrix3, Vector3};
+
+/// A vector turned about the second rotary, seen in the first rotary's frame:
+/// `still + with_cos cos t2 + with_sin sin t2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Turned {
+    still: Vector3<f64>,
+    with_cos: Vector3<f64>,
+    with_sin: Vector3<f64>,
+}
+
+/// Where the linear axes stand, and so how little there is to solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Layout {
+    /// All before both rotaries: `l = inverse R1 y`, frame of the first rotary back to the workpiece.
+    Before(Matrix3<f64>),
+    /// All between: `l = inverse y`.
+    Between(Matrix3<f64>),
+    /// All after: `l = inverse R2⁻¹ y`, through the frame of the second rotary.
+    After { second_from_first: Matrix3<f64>, inverse: Matrix3<f64> },
+    /// On both sides of a rotary: columns in the frame of the first.
+    Mixed([Column; 3]),
+}
+
+/// Direction of one linear axis seen in the first rotary's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Column {
+    /// Before the first rotary: turned back by it.
+    Before(Vector3<f64>),
+    Between(Vector3<f64>),
+    After(Turned),
+}
+
+/// Fixed parts of the solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slides {
+    /// Frame of the first rotary, and a point of it.
+    frame: Matrix3<f64>,
+    point: Vector3<f64>,
+    /// `p2 - p1`, and `tip0 - p2` turned by the second rotary, in the frame of the first.
+    offset: Turned,
+    layout: Layout,
+}
+
+impl Slides {
+    /// `None` if the linear axes lie in one plane, or a number is not finite.
+    pub(super) fn new(chain: &ChainGeometry, frame: &[Vector3<f64>; 3]) -> Option<Self> {
+        let frame = Matrix3::from_rows(&frame.map(|row| row.transpose()));
+        let [first, second] = &chain.rotary;
+        let turned = |v: Vector3<f64>| {
+            let along = second.dir.scale(second.dir.dot(&v));
+            Turned {
+                still: frame * along,
+                with_cos: frame * (v - along),
+                with_sin: frame * second.dir.cross(&v),
+            }
+        };
+        let mut offset = turned(chain.tip - second.point);
+        offset.still += frame * (second.point - first.point);
+        let all: Matrix3<f64> = chain.slides.iter().sum();
+        let inverse = all.try_inverse()?;
+        let layout = match chain.stage {
+            [0, 0, 0] => Layout::Before(inverse * frame.transpose()),
+            [1, 1, 1] => Layout::Between(inverse * frame.transpose()),
+            [2, 2, 2] => after(chain, &frame, &inverse)?,
+            stage => Layout::Mixed([0, 1, 2].map(|axis| {
+                let column: Vector3<f64> = all.column(axis).into();
+                match stage.get(axis) {
+                    Some(0) => Column::Before(frame * column),
+                    Some(1) => Column::Between(frame * column),
+                    _ => Column::After(turned(column)),
+                }
+            })),
+        };
+        let finite = offset.still.iter().chain(inverse.iter()).all(|x| x.is_finite());
+        finite.then_some(Self { frame, point: first.point, offset, layout })
+    }
+
+    /// Linear axes that bring the tip to `tip` with the rotaries at `turns`; `None` if the linear
+    /// axes lie in one plane there.
+    #[inline]
+    pub(super) fn solve<T: Real>(&self, tip: [T; 3], turns: &[Turn<T>; 2]) -> Option<[T; 3]> {
+        let [first, second] = turns;
+        let p = &self.point;
+        let tip = apply(&self.frame, [tip[0] + -p.x, tip[1] + -p.y, tip[2] + -p.z]);
+        let y = minus(back(first, tip), self.offset.at(second));
+        match &self.layout {
+            Layout::Between(inverse) => Some(apply(inverse, y)),
+            Layout::Before(inverse) => Some(apply(inverse, on(first, y))),
+            Layout::After { second_from_first, inverse } => {
+                Some(apply(inverse, back(second, apply(second_from_first, y))))
+            }
+            Layout::Mixed(columns) => cramer(columns.map(|column| column.at(turns)), y),
+        }
+    }
+}
+
+/// Frame of the second rotary, in which it turns its x-y plane.
+fn after(chain: &ChainGeometry, frame: &Matrix3<f64>, inverse: &Matrix3<f64>) -> Option<Layout> {
+    let [first, second] = chain.rotary.map(|joint| *joint.dir);
+    let across = first.cross(&second).try_normalize(0.0)?;
+    let rows = [across, second.cross(&across), second].map(|row| row.transpose());
+    let second_frame = Matrix3::from_rows(&rows);
+    Some(Layout::After {
+        second_from_first: second_frame * frame.transpose(),
+        inverse: inverse * second_frame.transpose(),
+    })
+}
+
+impl Turned {
+    #[inline]
+    fn at<T: Real>(&self, turn: &Turn<T>) -> [T; 3] {
+        let one = |row: usize| {
+            turn.cos * self.with_cos[row] + turn.sin * self.with_sin[row] + self.still[row]
+        };
+        [one(0), one(1), one(2)]
+    }
+}
+
+impl Column {
+    #[inline]
+    fn at<T: Real>(&self, turns: &[Turn<T>; 2]) -> [T; 3] {
+        let constant = |v: &Vector3<f64>| [v.x, v.y, v.z].map(T::constant);
+        match self {
+            Self::Before(v) => back(&turns[0], constant(v)),
+            Self::Between(v) => constant(v),
+            Self::After(turned) => turned.at(&turns[1]),
+        }
+    }
+}
+
+/// `matrix v`.
+#[inline]
+fn apply<T: Real>(matrix: &Matrix3<f64>, v: [T; 3]) -> [T; 3] {
+    let one =
+        |row: usize| v[0] * matrix[(row, 0)] + v[1] * matrix[(row, 1)] + v[2] * matrix[(row, 2)];
+    [one(0), one(1), one(2)]
+}
+
+/// `v` turned about the third direction.
+#[inline]
+fn on<T: Real>(turn: &Turn<T>, [x, y, z]: [T; 3]) -> [T; 3] {
+    [x * turn.cos - y * turn.sin, x * turn.sin + y * turn.cos, z]
+}
+
+/// `v` turned back about the third direction.
+#[inline]
+fn back<T: Real>(turn: &Turn<T>, [x, y, z]: [T; 3]) -> [T; 3] {
+    [x * turn.cos + y * turn.sin, y * turn.cos - x * turn.sin, z]
+}
+
+#[inline]
+fn minus<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline]
+fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    let one = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+    [one(1, 2), one(2, 0), one(0, 1)]
+}
+
+#[inline]
+fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Smallest volume of three unit directions that still counts as a frame: solving loses as many
+/// digits as this is below 1, and half of them must stay.
+const FLAT: f64 = 1e-8;
+
+/// Solves `columns l = y` by Cramer's rule; exact to rounding times the condition, for any jet.
+#[inline]
+fn cramer<T: Real>([a, b, c]: [[T; 3]; 3], y: [T; 3]) -> Option<[T; 3]> {
+    let [bc, ca, ab] = [cross(b, c), cross(c, a), cross(a, b)];
+    let volume = dot(a, bc);
+    if volume.value().abs() <= FLAT {
+        return None;
+    }
+    let inverse = T::constant(1.0) / volume;
+    Some([bc, ca, ab].map(|row| dot(row, y) * inverse))
+}

@@ -1,0 +1,487 @@
+//! The inverse of a machine with a setup.
+
+use super::rotary::{Miss, Place, ROUNDING, Seen, Triangle, Turn};
+use super::slides::Slides;
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Machine, OutOfTravel, Prefer, SECOND_ROTARY};
+use crate::math::angle::unwrap_near;
+use crate::math::jet::{Jet, Real};
+use crate::types::{AxisVector, PoseRates, ToolPose};
+use nalgebra::{UnitVector3, Vector3};
+use std::f64::consts::{PI, TAU};
+use std::iter::successors;
+
+/// Rotary travels closer than this \[rad\] are equal: a sum of 10^6 moves of up to a turn, each
+/// rounded to half an ulp of 2π.
+pub(crate) const TRAVEL_TIE: f64 = 1e-9;
+
+/// Which of the two rotary solutions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Branch {
+    /// g = +1: the tool-side rotary is turned backwards from where the triangle is flat.
+    Plus,
+    /// g = -1.
+    Minus,
+}
+
+impl Branch {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::Plus, Self::Minus];
+
+    /// The sign g of the spherical triangle.
+    fn sign(self) -> f64 {
+        match self {
+            Self::Plus => 1.0,
+            Self::Minus => -1.0,
+        }
+    }
+
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Plus => Self::Minus,
+            Self::Minus => Self::Plus,
+        }
+    }
+}
+
+/// All axis positions for one pose, travel ignored; rotaries in `[-π, π]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Solutions {
+    /// Two: branch `Plus`, then `Minus`. They are equal at the rim of reach.
+    Regular([AxisVector; 2]),
+    /// The tool is parallel to the workpiece-side rotary, which is free; it stands at its home.
+    Singular(AxisVector),
+}
+
+/// Why a pose has no axis position.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InverseError {
+    /// The direction is outside the cone the two rotaries reach.
+    #[error(
+        "tool direction ({:.6}, {:.6}, {:.6}) misses what rotary axes {first} and {second} reach by {:.4} deg; nearest: ({:.6}, {:.6}, {:.6})",
+        direction.x, direction.y, direction.z, miss.to_degrees(), nearest.x, nearest.y, nearest.z
+    )]
+    Unreachable {
+        /// Wanted, workpiece frame.
+        direction: UnitVector3<f64>,
+        /// Nearest direction within reach.
+        nearest: UnitVector3<f64>,
+        /// Angle between them \[rad\].
+        miss: f64,
+        /// Name of the workpiece-side rotary.
+        first: String,
+        /// Name of the tool-side rotary.
+        second: String,
+    },
+    /// Every solution is outside the travel of some axis; the nearest is told.
+    #[error(transparent)]
+    OutOfTravel(#[from] OutOfTravel),
+    /// Derivatives do not exist: the tool is parallel to the workpiece-side rotary.
+    #[error("tool parallel to rotary axis {axis}: its motion is not determined by the pose")]
+    Singular {
+        /// Name of the free axis.
+        axis: String,
+    },
+    /// Derivatives do not exist: the direction is on the rim of reach, where both branches meet.
+    #[error(
+        "tool direction on the rim of what rotary axes {first} and {second} reach: they would need infinite speed"
+    )]
+    Rim {
+        /// Name of the workpiece-side rotary.
+        first: String,
+        /// Name of the tool-side rotary.
+        second: String,
+    },
+    /// The linear axes lie in one plane with the rotaries where they are.
+    #[error("the linear axes lie in one plane at {first} = {:.3} deg, {second} = {:.3} deg", at[0].to_degrees(), at[1].to_degrees())]
+    FlatSlides {
+        /// Name of the workpiece-side rotary.
+        first: String,
+        /// Name of the tool-side rotary.
+        second: String,
+        /// The rotary positions \[rad\].
+        at: [f64; 2],
+    },
+    /// A number of setup, tool or pose is NaN or infinite, or the tool axis vanishes.
+    #[error("{what} is not a finite number, or a direction without length")]
+    NotFinite {
+        /// What is not.
+        what: &'static str,
+    },
+}
+
+/// Axis jets at one point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates {
+    /// `q`, `q'`, `q''`, `q'''`.
+    pub q: [AxisVector; 4],
+    /// How many of the highest derivatives are unknown (and zero): none away from a pole.
+    pub lost: usize,
+}
+
+/// Pose -> axes for a machine with a setup. Everything that does not depend on the pose is
+/// computed once; a call allocates nothing unless it fails.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inverse {
+    kinematics: Kinematics,
+    triangle: Triangle,
+    slides: Slides,
+}
+
+impl Inverse {
+    /// Prepares the inverse.
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::NotFinite`] if origin, rotation or tool length is not finite.
+    pub fn new(kinematics: &Kinematics) -> Result<Self, InverseError> {
+        let triangle = Triangle::new(kinematics.chain());
+        let slides = Slides::new(kinematics.chain(), &triangle.frame)
+            .ok_or(InverseError::NotFinite { what: "the setup or the tool length" })?;
+        Ok(Self { kinematics: kinematics.clone(), triangle, slides })
+    }
+
+    /// The forward map it inverts.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// Directions parallel to the workpiece-side rotary that the tool can take, workpiece frame.
+    pub fn singular_directions(&self) -> Vec<UnitVector3<f64>> {
+        let w1 = self.kinematics.chain().rotary[0].dir;
+        let [low, high] = self.triangle.band();
+        let up = (low <= 0.0).then_some(w1);
+        let down = (high >= PI).then_some(-w1);
+        up.into_iter().chain(down).collect()
+    }
+
+    /// Smallest and largest angle within reach between the tool and `dir` of the workpiece-side
+    /// rotary \[rad\].
+    pub fn reach(&self) -> [f64; 2] {
+        let [low, high] = self.triangle.band();
+        let [_, _, _, first, _] = &self.kinematics.machine().axes;
+        // The triangle knows the direction with `sense` in it.
+        if first.sense < 0.0 { [PI - high, PI - low] } else { [low, high] }
+    }
+
+    /// Angle between a tool direction and the line of the workpiece-side rotary \[rad\], in
+    /// `[0, π/2]`.
+    pub fn pole_distance(&self, axis: &UnitVector3<f64>) -> f64 {
+        let w1 = self.kinematics.chain().rotary[0].dir;
+        w1.cross(axis).norm().atan2(w1.dot(axis).abs())
+    }
+
+    /// All axis positions for a pose, travel ignored, rotaries in `[-π, π]`.
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::Unreachable`] with the nearest direction, `FlatSlides`, `NotFinite`.
+    pub fn solutions(&self, pose: &ToolPose) -> Result<Solutions, InverseError> {
+        let (seen, place) = self.look(pose)?;
+        match place {
+            Place::Regular => {
+                let [plus, minus] = self.triangle.both(seen);
+                Ok(Solutions::Regular([self.slide(pose, &plus)?, self.slide(pose, &minus)?]))
+            }
+            Place::Pole => {
+                let home = self.kinematics.machine().home()[FIRST_ROTARY];
+                Ok(Solutions::Singular(self.held(pose, &seen, home)?))
+            }
+        }
+    }
+
+    /// Axis position on the branch and turn nearest to `near` in rotary travel, travel ends
+    /// ignored. At a singular pose the free rotary stays where `near` has it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::solutions`].
+    #[inline]
+    pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
+        let (seen, place) = self.look(pose)?;
+        if place == Place::Pole {
+            return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
+        }
+        let [plus, minus] = self.triangle.both(seen);
+        let travel = |turns: &[Turn<f64>; 2]| {
+            let [first, second] = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
+            (unwrap_near(turns[0].angle, first) - first).abs()
+                + (unwrap_near(turns[1].angle, second) - second).abs()
+        };
+        let nearest = if travel(&plus) <= travel(&minus) { plus } else { minus };
+        self.slide(pose, &nearest).map(|q| unwound(q, near))
+    }
+
+    /// As [`Inverse::near`], but inside travel: the branch and whole turns with the least rotary
+    /// travel from `near`; where two are equal, the one an axis prefers.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::solutions`], and [`InverseError::OutOfTravel`] with the axis that is outside
+    /// by least if no branch is inside.
+    pub fn near_inside(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<AxisVector, InverseError> {
+        let machine = self.kinematics.machine();
+        let bases = match self.solutions(pose)? {
+            Solutions::Regular(both) => both.to_vec(),
+            Solutions::Singular(_) => vec![self.near(pose, near)?],
+        };
+        let mut best: Option<(f64, AxisVector)> = None;
+        let mut fault: Option<OutOfTravel> = None;
+        for q in bases.iter().flat_map(|q| turns_inside(*q, near, machine)) {
+            if let Some(outside) = machine.out_of_travel(&q) {
+                if fault.as_ref().is_none_or(|worst| outside.excess < worst.excess) {
+                    fault = Some(outside);
+                }
+                continue;
+            }
+            let travel = (q - near).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
+            let better = best.as_ref().is_none_or(|(least, chosen)| {
+                travel < least - TRAVEL_TIE
+                    || (travel <= least + TRAVEL_TIE
+                        && disliked(&q, machine) < disliked(chosen, machine))
+            });
+            if better {
+                best = Some((travel, q));
+            }
+        }
+        match (best, fault) {
+            (Some((_, q)), _) => Ok(q),
+            (None, Some(fault)) => Err(fault.into()),
+            (None, None) => Err(InverseError::NotFinite { what: "the pose" }),
+        }
+    }
+
+    /// Axis position and its first three derivatives along a path, on a given branch; rotaries in
+    /// `[-π, π]`. `rates.axis` need not be a unit vector. Exact: truncated Taylor arithmetic
+    /// through the closed form.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::solutions`]; [`InverseError::Singular`] and [`InverseError::Rim`] where there
+    /// are no derivatives.
+    pub fn jets(&self, rates: &PoseRates, branch: Branch) -> Result<[AxisVector; 4], InverseError> {
+        let axis = direction(rates)?;
+        let seen = self.triangle.see(axis);
+        let plain = self.triangle.see(axis.map(Real::value));
+        if self.reachable(&plain, ROUNDING, || unit(axis))? == Place::Pole {
+            return Err(self.singular());
+        }
+        let turns = self.triangle.turns(seen, branch.sign());
+        if !turns.iter().all(|turn| turn.angle.c.iter().all(|c| c.is_finite())) {
+            let [first, second] = self.rotary_names();
+            return Err(InverseError::Rim { first, second });
+        }
+        self.slide_jets(rates, &turns)
+    }
+
+    /// As [`Inverse::jets`], but a direction within `pole` \[rad\] of the singular one is taken to
+    /// pass through it: the limits from the side of growing parameter. `reach` \[parameter\] is the
+    /// distance over which the path must leave that cone to count as passing.
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::Singular`] if it stays there.
+    pub fn jets_through(
+        &self,
+        rates: &PoseRates,
+        branch: Branch,
+        pole: f64,
+        reach: f64,
+    ) -> Result<Rates, InverseError> {
+        let axis = direction(rates)?;
+        let plain = self.triangle.see(axis.map(Real::value));
+        if self.reachable(&plain, pole, || unit(axis))? == Place::Regular {
+            return Ok(Rates { q: self.jets(rates, branch)?, lost: 0 });
+        }
+        let least = [1, 2, 3].map(|order| pole.max(ROUNDING) / reach.powi(order));
+        let seen = self.triangle.see(axis);
+        let (turns, lost) = self
+            .triangle
+            .through_pole(seen, branch.sign(), least)
+            .ok_or_else(|| self.singular())?;
+        Ok(Rates { q: self.slide_jets(rates, &turns)?, lost })
+    }
+
+    /// Position and derivatives of all axes while the rotaries move as prescribed and the tip as
+    /// in `tip` (derivatives 0..=3 each).
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::FlatSlides`].
+    pub fn with_rotaries(
+        &self,
+        tip: &[Vector3<f64>; 4],
+        rotaries: [Jet; 2],
+    ) -> Result<[AxisVector; 4], InverseError> {
+        self.with_turns(tip, &rotaries.map(Turn::from_angle))
+    }
+
+    /// The second rotary's angle at a pose within `pole` \[rad\] of the singular direction, where
+    /// the first is free; `None` elsewhere.
+    pub fn second_at_pole(&self, axis: &UnitVector3<f64>, pole: f64) -> Option<f64> {
+        let seen = self.triangle.see([axis.x, axis.y, axis.z]);
+        let at_pole = self.triangle.place(&seen, pole).ok()? == Place::Pole;
+        let u = self.kinematics.chain().rotary[0].dir.dot(axis);
+        at_pole.then(|| self.triangle.second_at_pole(u).angle)
+    }
+
+    fn look(&self, pose: &ToolPose) -> Result<(Seen<f64>, Place), InverseError> {
+        let axis = pose.axis;
+        let seen = self.triangle.see([axis.x, axis.y, axis.z]);
+        let place = self.reachable(&seen, ROUNDING, || axis)?;
+        Ok((seen, place))
+    }
+
+    #[inline]
+    fn reachable(
+        &self,
+        seen: &Seen<f64>,
+        pole: f64,
+        direction: impl FnOnce() -> UnitVector3<f64>,
+    ) -> Result<Place, InverseError> {
+        self.triangle.place(seen, pole).map_err(|Miss { angle: miss, nearest }| {
+            let [first, second] = self.rotary_names();
+            if miss.is_nan() {
+                return InverseError::NotFinite { what: "the tool axis" };
+            }
+            InverseError::Unreachable { direction: direction(), nearest, miss, first, second }
+        })
+    }
+
+    #[inline]
+    fn slide(&self, pose: &ToolPose, turns: &[Turn<f64>; 2]) -> Result<AxisVector, InverseError> {
+        let tip = [pose.tip.x, pose.tip.y, pose.tip.z];
+        match self.slides.solve(tip, turns) {
+            Some([x, y, z]) if (x + y + z).is_finite() => {
+                Ok(AxisVector::from([x, y, z, turns[0].angle, turns[1].angle]))
+            }
+            Some(_) => Err(InverseError::NotFinite { what: "the tip" }),
+            None => Err(self.flat(turns[0].angle, turns[1].angle)),
+        }
+    }
+
+    /// At a pole, with the first rotary held.
+    fn held(
+        &self,
+        pose: &ToolPose,
+        seen: &Seen<f64>,
+        first: f64,
+    ) -> Result<AxisVector, InverseError> {
+        self.slide(pose, &[Turn::from_angle(first), self.triangle.second_at_pole(seen.cos())])
+    }
+
+    fn slide_jets(
+        &self,
+        rates: &PoseRates,
+        turns: &[Turn<Jet>; 2],
+    ) -> Result<[AxisVector; 4], InverseError> {
+        self.with_turns(&rates.tip, turns)
+    }
+
+    fn with_turns(
+        &self,
+        tip: &[Vector3<f64>; 4],
+        turns: &[Turn<Jet>; 2],
+    ) -> Result<[AxisVector; 4], InverseError> {
+        let [x, y, z] = self
+            .slides
+            .solve(jets_of(tip), turns)
+            .ok_or_else(|| self.flat(turns[0].angle.value(), turns[1].angle.value()))?;
+        let all = [x, y, z, turns[0].angle, turns[1].angle].map(Jet::derivatives);
+        Ok([0, 1, 2, 3].map(|order| AxisVector::from(all.map(|jet| jet[order]))))
+    }
+
+    fn rotary_names(&self) -> [String; 2] {
+        let [_, _, _, first, second] = &self.kinematics.machine().axes;
+        [first.name.clone(), second.name.clone()]
+    }
+
+    fn singular(&self) -> InverseError {
+        let [axis, _] = self.rotary_names();
+        InverseError::Singular { axis }
+    }
+
+    fn flat(&self, first_at: f64, second_at: f64) -> InverseError {
+        let [first, second] = self.rotary_names();
+        InverseError::FlatSlides { first, second, at: [first_at, second_at] }
+    }
+}
+
+/// Three components with derivatives 0..=3 as jets.
+fn jets_of(d: &[Vector3<f64>; 4]) -> [Jet; 3] {
+    [0, 1, 2].map(|row| Jet::from_derivatives([d[0][row], d[1][row], d[2][row], d[3][row]]))
+}
+
+/// Unit tool direction of a path as jets.
+fn direction(rates: &PoseRates) -> Result<[Jet; 3], InverseError> {
+    let [x, y, z] = jets_of(&rates.axis);
+    let length = (x * x + y * y + z * z).sqrt();
+    if length.value() > 0.0 && length.value().is_finite() {
+        let inverse = Jet::constant(1.0) / length;
+        Ok([x * inverse, y * inverse, z * inverse])
+    } else {
+        Err(InverseError::NotFinite { what: "the tool axis" })
+    }
+}
+
+fn unit(axis: [Jet; 3]) -> UnitVector3<f64> {
+    UnitVector3::new_normalize(Vector3::from(axis.map(Real::value)))
+}
+
+/// Rotaries moved by whole turns to within half a turn of `near`.
+#[inline]
+fn unwound(mut q: AxisVector, near: &AxisVector) -> AxisVector {
+    for axis in [FIRST_ROTARY, SECOND_ROTARY] {
+        q[axis] = unwrap_near(q[axis], near[axis]);
+    }
+    q
+}
+
+/// `q` with its rotaries at every turn inside travel (for an axis without ends, and where none is
+/// inside, the nearest to `near`).
+fn turns_inside(q: AxisVector, near: &AxisVector, machine: &Machine) -> Vec<AxisVector> {
+    let values = |axis: usize| -> Vec<f64> {
+        let nearest = unwrap_near(q[axis], near[axis]);
+        let [low, high] = machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
+        if !(low.is_finite() && high.is_finite()) {
+            return vec![nearest];
+        }
+        let last = ((high - q[axis]) / TAU).floor();
+        let until = |turn: f64| (turn <= last).then_some(turn);
+        let first = until(((low - q[axis]) / TAU).ceil());
+        let inside: Vec<f64> =
+            successors(first, |turn| until(turn + 1.0)).map(|turn| q[axis] + TAU * turn).collect();
+        if inside.is_empty() { vec![nearest_turn(q[axis], [low, high])] } else { inside }
+    };
+    let [first, second] = [values(FIRST_ROTARY), values(SECOND_ROTARY)];
+    let pairs = first.iter().flat_map(|&first| second.iter().map(move |&second| [first, second]));
+    pairs
+        .map(|[first, second]| {
+            let mut q = q;
+            q[FIRST_ROTARY] = first;
+            q[SECOND_ROTARY] = second;
+            q
+        })
+        .collect()
+}
+
+/// The turn of `value` that is outside `[low, high]` by least.
+fn nearest_turn(value: f64, [low, high]: [f64; 2]) -> f64 {
+    unwrap_near(value, 0.5 * (low + high))
+}
+
+/// How many axes stand on the side they do not prefer.
+fn disliked(q: &AxisVector, machine: &Machine) -> usize {
+    let wrong = |(axis, &value): (&Axis, &f64)| match axis.prefer {
+        Some(Prefer::Positive) => value < 0.0,
+        Some(Prefer::Negative) => value >= 0.0,
+        None => false,
+    };
+    machine.axes.iter().zip(q.iter()).filter(|pair| wrong(*pair)).count()
+}

@@ -1,0 +1,154 @@
+//! Machines for the tests of kinematics: the twelve layouts, joint lists, random chains.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+#![allow(dead_code, reason = "every test binary uses its own part of this module")]
+
+use nalgebra::{Point3, UnitVector3, Vector3};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::Path;
+use trunnion::machine::{
+    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec,
+    Output, Retract, Setup, Singular,
+};
+use trunnion::types::ToolPose;
+
+pub(crate) type V3 = Vector3<f64>;
+
+/// A fixture of `fixtures/kinematics`.
+pub(crate) fn cases(name: &str) -> Vec<Value> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/kinematics");
+    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+    serde_json::from_str::<Vec<Value>>(&text).unwrap()
+}
+
+pub(crate) fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(number).collect()
+}
+
+pub(crate) fn vector(value: &Value) -> V3 {
+    V3::from_column_slice(&numbers(value))
+}
+
+/// An axis with generous limits: rotaries without end.
+pub(crate) fn axis(name: &str, dir: V3, rotary_point: Option<V3>) -> AxisSpec {
+    let rotary = rotary_point.is_some();
+    AxisSpec {
+        name: name.to_owned(),
+        kind: if rotary { AxisKind::Rotary } else { AxisKind::Linear },
+        dir: dir.into(),
+        point: rotary_point.map(Into::into),
+        limits: (!rotary).then_some([-1e5, 1e5]),
+        cyclic: rotary.then_some(TAU),
+        vel: 1.0,
+        rapid: None,
+        acc: 10.0,
+        jerk: 100.0,
+        sense: 1.0,
+        home: None,
+        prefer: None,
+        output: Output::STANDARD,
+    }
+}
+
+/// A machine from its chain (without `w` and `t`) and axes.
+pub(crate) fn spec(chain: &[&str], axes: Vec<AxisSpec>, tip: V3, tool_axis: V3) -> MachineSpec {
+    let words = ["w"].iter().chain(chain).chain(&["t"]);
+    MachineSpec {
+        name: "test".to_owned(),
+        chain: words.map(|&word| word.to_owned()).collect(),
+        tool_axis: tool_axis.into(),
+        gauge: tip.into(),
+        axes,
+        cycle: Cycle::default(),
+        singular: Singular::STANDARD,
+        retract: Retract::standard(),
+        dialect: Dialect {
+            name: "linuxcnc".to_owned(),
+            interpolation: Interpolation::RotaryLinear,
+            feed: FeedMode::InverseTime,
+            strings: BTreeMap::new(),
+        },
+    }
+}
+
+pub(crate) fn slides() -> Vec<AxisSpec> {
+    vec![axis("X", V3::x(), None), axis("Y", V3::y(), None), axis("Z", V3::z(), None)]
+}
+
+pub(crate) fn direction(name: &str) -> V3 {
+    match name {
+        "A" => V3::x(),
+        "B" => V3::y(),
+        _ => V3::z(),
+    }
+}
+
+/// The kinematics of a case of the twelve layouts, and where its first and second angle stand in
+/// an axis vector.
+pub(crate) fn layout(case: &Value) -> (Kinematics, [usize; 2]) {
+    const NAMES: [[[&str; 2]; 4]; 3] = [
+        [["A", "B"], ["B", "A"], ["C", "A"], ["C", "B"]],
+        [["A", "B"], ["B", "A"], ["A", "C"], ["B", "C"]],
+        [["A", "B"], ["B", "A"], ["C", "A"], ["C", "B"]],
+    ];
+    let code = usize::try_from(case["layout"].as_u64().unwrap()).unwrap();
+    let [first, second] = NAMES[code / 10 - 1][code % 10 - 1];
+    let of = |key: &str| case.get(key).map_or(V3::zeros(), vector);
+    let [l, r, t] = [of("L"), of("R"), of("T")];
+    // A table that turns physically by +theta is the reverse of ISO 841.
+    let table = -number(&case["table_sign"]);
+    let rotary = |name: &str, point: V3, sense: f64| {
+        let mut axis = axis(name, direction(name), Some(point));
+        axis.sense = sense;
+        axis
+    };
+    let mut axes = slides();
+    let zero = V3::zeros();
+    let (chain, tip, order) = match code / 10 {
+        1 => {
+            axes.extend([rotary(first, zero, 1.0), rotary(second, r, 1.0)]);
+            (["b", "X", "Y", "Z", first, second], r + t, [3, 4])
+        }
+        2 => {
+            axes.extend([rotary(first, -r, table), rotary(second, zero, table)]);
+            ([second, first, "b", "X", "Y", "Z"], t - r, [4, 3])
+        }
+        _ => {
+            axes.extend([rotary(first, zero, table), rotary(second, r, 1.0)]);
+            ([first, "b", "X", "Y", "Z", second], r + t, [3, 4])
+        }
+    };
+    let machine = Machine::new(spec(&chain, axes, tip, V3::z())).unwrap();
+    (Kinematics::new(&machine, &Setup::new(-l, [0.0; 3], 0.0)), order)
+}
+
+/// A machine given as joint lists from the base outwards.
+pub(crate) fn joints(machine: &Value) -> Kinematics {
+    let list = |key: &str| machine[key].as_array().unwrap().clone();
+    let one = |joint: &Value, side: f64| {
+        let point = (joint["kind"] == "R").then(|| vector(&joint["point"]));
+        let mut axis = axis(joint["name"].as_str().unwrap(), vector(&joint["axis"]), point);
+        axis.sense = side * joint.get("sign").map_or(1.0, number);
+        axis
+    };
+    // A joint that carries the workpiece moves the tool the other way.
+    let work: Vec<AxisSpec> = list("work").iter().rev().map(|joint| one(joint, -1.0)).collect();
+    let tool: Vec<AxisSpec> = list("tool").iter().map(|joint| one(joint, 1.0)).collect();
+    let mut chain: Vec<&str> = work.iter().map(|axis| axis.name.as_str()).collect();
+    chain.push("b");
+    chain.extend(tool.iter().map(|axis| axis.name.as_str()));
+    let axes = work.iter().chain(&tool).cloned().collect();
+    let spec = spec(&chain, axes, vector(&machine["tip0"]), vector(&machine["o0"]));
+    let machine_checked = Machine::new(spec).unwrap();
+    Kinematics::new(&machine_checked, &Setup::new(vector(&machine["work_origin"]), [0.0; 3], 0.0))
+}
+
+pub(crate) fn pose(tip: V3, axis: V3) -> ToolPose {
+    ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_normalize(axis) }
+}
