@@ -1,1 +1,365 @@
 //! Axis path and limits to speed along the path; knows no machine.
+//!
+//! [`optimal`] plans the fastest speed that velocity limits, acceleration limits and the programmed
+//! feed allow, everywhere on the path and not only at its nodes. Each piece starts and ends at rest.
+//!
+//! ```text
+//! cell     a stretch between two rows: its Bernstein coefficients and constraints
+//! strip    the two-variable linear program of one cell
+//! profile  backward and forward pass over a piece
+//! refine   rows where the schedule would gain from them
+//! lower    certified lower bound of the time
+//! check    what the schedule does, measured with another discretisation
+//! ```
+
+mod cell;
+mod check;
+mod error;
+mod lower;
+mod profile;
+mod refine;
+mod strip;
+
+pub use error::{FeedError, LimitKind};
+
+use crate::types::{
+    AxisPath, AxisPiece, Cancelled, Motion, Progress, Schedule, SchedulePiece, Stage,
+};
+use nalgebra::SVector;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What the axes can do, in both directions alike. All finite and positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits<const N: usize> {
+    /// Axis velocities while cutting, leading in and leading out \[axis unit/s\].
+    pub velocity: SVector<f64, N>,
+    /// Axis velocities on links \[axis unit/s\].
+    pub rapid: SVector<f64, N>,
+    /// Axis accelerations \[axis unit/s²\].
+    pub acceleration: SVector<f64, N>,
+    /// Axis jerks \[axis unit/s³\]: measured, not kept, by [`optimal`].
+    pub jerk: Option<SVector<f64, N>>,
+}
+
+/// How a path is to be run. No `Default`: the caller knows the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedOptions {
+    /// Speed of the programmed point on everything but links \[mm/s\]; `None` for as fast as the axes can.
+    pub feed: Option<f64>,
+    /// Speed of the programmed point on links \[mm/s\]; `None` for as fast as the axes can.
+    pub link_feed: Option<f64>,
+    /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
+    pub tip: Option<f64>,
+    /// Rows are inserted until the time still to gain is estimated below this fraction of the
+    /// piece's time. Limits hold whatever the value; 1e-3 is fine, 1 never inserts for speed.
+    pub time_tolerance: f64,
+}
+
+/// What keeps the path from being run faster at some place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Binding {
+    /// Velocity limit of this axis.
+    Velocity(u8),
+    /// Acceleration limit of this axis.
+    Acceleration(u8),
+    /// Programmed feed.
+    Feed,
+    /// Speed limit of the tool tip.
+    Tip,
+    /// Nothing: neither an axis nor the programmed point moves.
+    Still,
+}
+
+/// Largest axis velocity, acceleration and jerk over their limits: 1 is full use.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ratios {
+    /// Velocities, programmed feed and tip speed.
+    pub velocity: f64,
+    /// Accelerations.
+    pub acceleration: f64,
+    /// Jerks between rows; `None` without jerk limits. At rows accelerations step.
+    pub jerk: Option<f64>,
+}
+
+/// A speed schedule and what is known about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// When each row is passed; rows are the path's nodes and those inserted.
+    pub schedule: Schedule,
+    /// No schedule within the limits is faster than this \[s\].
+    pub lower_bound: f64,
+    /// Largest ratios found in a dense check.
+    pub ratios: Ratios,
+    /// Guaranteed upper bounds of the ratios, everywhere; `jerk` is not bounded.
+    pub bounds: Ratios,
+    /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.
+    pub acceleration_step: f64,
+    /// What binds from each row to the next, piece by piece; as many entries as rows.
+    pub binding: Vec<Vec<Binding>>,
+    /// Inserted rows.
+    pub inserted: usize,
+}
+
+/// Reciprocal limits of one kind of motion: 0 is unlimited.
+#[derive(Debug, Clone, Copy)]
+struct Reciprocals<const N: usize> {
+    velocity: SVector<f64, N>,
+    acceleration: SVector<f64, N>,
+    jerk: Option<SVector<f64, N>>,
+    feed: f64,
+    tip: f64,
+}
+
+impl<const N: usize> Reciprocals<N> {
+    fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
+        let (velocity, feed) = match motion {
+            Motion::Link => (limits.rapid, options.link_feed),
+            _ => (limits.velocity, options.feed),
+        };
+        let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);
+        Self {
+            velocity: inverse(velocity),
+            acceleration: inverse(limits.acceleration),
+            jerk: limits.jerk.map(inverse),
+            feed: feed.map_or(0.0, f64::recip),
+            tip: options.tip.map_or(0.0, f64::recip),
+        }
+    }
+
+    #[cfg(test)]
+    fn none() -> Self {
+        let zero = SVector::zeros();
+        Self { velocity: zero, acceleration: zero, jerk: None, feed: 0.0, tip: 0.0 }
+    }
+}
+
+/// Plans the fastest schedule within velocity, acceleration and feed limits.
+///
+/// Backward and forward reachability over the rows in closed form; the constraints of a cell are the
+/// Bernstein coefficients of its axis accelerations, so the limits hold between rows as well. Greedy:
+/// next to points where an axis reverses it can be up to about 1e-5 slower than the optimum of the
+/// same grid. Zero is always allowed, so valid data always has a schedule, whatever its units.
+///
+/// # Errors
+///
+/// [`FeedError`] names the limit, or piece, node and axis that is wrong; [`FeedError::Cancelled`].
+///
+/// # Source
+///
+/// `docs/sources.md#001`: time-optimal path parametrisation by reachability (Pham and Pham, 2018).
+pub fn optimal<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    options: &FeedOptions,
+    progress: &dyn Progress,
+) -> Result<Plan, FeedError> {
+    error::validate(path, limits, options)?;
+    let done = AtomicU64::new(0);
+    let total = path.pieces.len() as u64;
+    progress.step(Stage::Feed, 0, total)?;
+    let planned: Vec<PlannedPiece> = path
+        .pieces
+        .par_iter()
+        .map(|piece| {
+            let planned =
+                plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options);
+            progress.step(Stage::Feed, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
+            Ok(planned)
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    Ok(assemble(planned))
+}
+
+/// One piece's share of a [`Plan`], with times from 0.
+struct PlannedPiece {
+    schedule: SchedulePiece,
+    lower_bound: f64,
+    measured: check::Measured,
+    bounds: Ratios,
+    binding: Vec<Binding>,
+    inserted: usize,
+}
+
+fn plan_piece<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    options: &FeedOptions,
+) -> PlannedPiece {
+    let (grid, profile) = refine::plan(piece, limits, options.time_tolerance);
+    let schedule = profile.schedule(&grid);
+    PlannedPiece {
+        lower_bound: lower::bound(&grid, limits),
+        measured: check::measure(piece, &schedule, limits),
+        bounds: check::bounds(&grid, &profile, limits),
+        binding: check::binding(&grid, &profile, limits),
+        inserted: schedule.s.len() - piece.nodes.len(),
+        schedule,
+    }
+}
+
+fn assemble(planned: Vec<PlannedPiece>) -> Plan {
+    let mut plan = Plan {
+        schedule: Schedule::default(),
+        lower_bound: 0.0,
+        ratios: Ratios::default(),
+        bounds: Ratios::default(),
+        acceleration_step: 0.0,
+        binding: Vec::with_capacity(planned.len()),
+        inserted: 0,
+    };
+    let mut start = 0.0;
+    for mut piece in planned {
+        for t in &mut piece.schedule.t {
+            *t += start;
+        }
+        start = piece.schedule.t.last().copied().unwrap_or(start);
+        plan.schedule.pieces.push(piece.schedule);
+        plan.lower_bound += piece.lower_bound;
+        plan.ratios = plan.ratios.max(piece.measured.ratios);
+        plan.bounds = plan.bounds.max(piece.bounds);
+        plan.acceleration_step = plan.acceleration_step.max(piece.measured.acceleration_step);
+        plan.binding.push(piece.binding);
+        plan.inserted += piece.inserted;
+    }
+    plan
+}
+
+impl Ratios {
+    /// The larger of each.
+    fn max(self, other: Self) -> Self {
+        let jerk = match (self.jerk, other.jerk) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        Self {
+            velocity: self.velocity.max(other.velocity),
+            acceleration: self.acceleration.max(other.acceleration),
+            jerk,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::{AxisNode, Silent};
+    use nalgebra::{Vector1, Vector2};
+
+    fn node<const N: usize>(s: f64, q: [SVector<f64, N>; 4]) -> AxisNode<N> {
+        AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+    }
+
+    fn path<const N: usize>(nodes: Vec<AxisNode<N>>) -> AxisPath<N> {
+        AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] }
+    }
+
+    fn limits<const N: usize>(velocity: f64, acceleration: f64) -> Limits<N> {
+        Limits {
+            velocity: SVector::repeat(velocity),
+            rapid: SVector::repeat(2.0 * velocity),
+            acceleration: SVector::repeat(acceleration),
+            jerk: None,
+        }
+    }
+
+    const FREE: FeedOptions =
+        FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 1e-4 };
+
+    /// A straight line of `length` by one axis, from two nodes.
+    fn line(length: f64) -> AxisPath<1> {
+        let [zero, one] = [Vector1::zeros(), Vector1::new(1.0)];
+        let at = |s: f64| node(s, [Vector1::new(s), one, zero, zero]);
+        path(vec![at(0.0), at(length)])
+    }
+
+    fn duration<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, o: &FeedOptions) -> Plan {
+        optimal(path, limits, o, &Silent).unwrap()
+    }
+
+    #[test]
+    fn a_line_is_a_trapezoid_or_a_triangle() {
+        // 100 mm at 50 mm/s, 500 mm/s²: 0.1 + 1.9 + 0.1 s; 2 mm: a triangle.
+        for (length, time) in [(100.0, 2.1), (5.0, 0.2), (2.0, 2.0 * (2.0f64 / 500.0).sqrt())] {
+            let plan = duration(&line(length), &limits(50.0, 500.0), &FREE);
+            let got = plan.schedule.duration();
+            assert!((got - time).abs() < 1e-9 * time, "{length} mm: {got} s");
+            assert!((plan.lower_bound - time).abs() < 1e-9 * time, "{}", plan.lower_bound);
+            assert!(plan.bounds.velocity <= 1.0 + 1e-12);
+            assert!(plan.bounds.acceleration <= 1.0 + 1e-12);
+            assert!(plan.acceleration_step <= 2.0 + 1e-12);
+        }
+    }
+
+    #[test]
+    fn feed_limits_cuts_and_rapids_limit_links() {
+        let options = FeedOptions { feed: Some(20.0), ..FREE };
+        let cut = duration(&line(100.0), &limits(50.0, 500.0), &options);
+        assert!((cut.schedule.duration() - (100.0 / 20.0 + 20.0 / 500.0)).abs() < 1e-9);
+        assert_eq!(cut.binding[0][cut.binding[0].len() / 2], Binding::Feed);
+        let mut link = line(100.0);
+        link.pieces[0].motion = Motion::Link;
+        let link = duration(&link, &limits(50.0, 500.0), &options);
+        assert!((link.schedule.duration() - (100.0 / 100.0 + 100.0 / 500.0)).abs() < 1e-9);
+        assert_eq!(link.binding[0][0], Binding::Acceleration(0));
+    }
+
+    #[test]
+    fn a_circle_is_limited_by_centripetal_acceleration() {
+        // Half a turn about (0, 0): v² / r = a at the places where one axis takes it all.
+        let radius = 40.0;
+        let nodes = (0..=64).map(|k| {
+            let s = f64::from(k) / 64.0 * radius * std::f64::consts::PI;
+            let (sin, cos) = (s / radius).sin_cos();
+            let at = |x: f64, y: f64| Vector2::new(x, y);
+            let (r, rr) = (1.0 / radius, 1.0 / (radius * radius));
+            let q = [at(radius * cos, radius * sin), at(-sin, cos), at(-cos, -sin) * r];
+            node(s, [q[0], q[1], q[2], at(sin, -cos) * rr])
+        });
+        let plan = duration(&path(nodes.collect()), &limits(1e6, 1000.0), &FREE);
+        let piece = &plan.schedule.pieces[0];
+        let top = piece.time_at(radius * std::f64::consts::FRAC_PI_2);
+        let speed = piece.at_time(top).unwrap().speed;
+        assert!(speed <= 200.0 * (1.0 + 1e-12) && speed > 199.0, "{speed}");
+        assert!(plan.ratios.acceleration <= 1.0 + 1e-12);
+        assert!(plan.lower_bound <= plan.schedule.duration());
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
+    fn a_path_that_stands_still_takes_no_time() {
+        let zero = Vector1::zeros();
+        let mut still = path(vec![node(0.0, [zero; 4]), node(1.0, [zero; 4])]);
+        for node in &mut still.pieces[0].nodes {
+            (node.tip_rate, node.feed_rate) = (0.0, 0.0);
+        }
+        let plan = duration(&still, &limits(50.0, 500.0), &FREE);
+        assert_eq!(plan.schedule.duration(), 0.0);
+        assert_eq!(plan.binding[0][0], Binding::Still);
+    }
+
+    #[test]
+    fn wrong_data_is_named() {
+        let good = line(1.0);
+        let ok = limits(50.0, 500.0);
+        let error = |path: &AxisPath<1>, limits: &Limits<1>, options: &FeedOptions| {
+            optimal(path, limits, options, &Silent).unwrap_err().to_string()
+        };
+        let mut bad = ok;
+        bad.rapid[0] = 0.0;
+        assert!(error(&good, &bad, &FREE).contains("rapid velocity limit of axis 0 is 0"));
+        bad = ok;
+        bad.acceleration[0] = f64::INFINITY;
+        assert!(error(&good, &bad, &FREE).contains("acceleration limit of axis 0 is inf"));
+        let options = FeedOptions { feed: Some(-1.0), ..FREE };
+        assert!(error(&good, &ok, &options).contains("feed is -1 mm/s"));
+        let mut path = good.clone();
+        path.pieces[0].nodes[1].s = 0.0;
+        assert!(error(&path, &ok, &FREE).contains("piece 0, node 1: s = 0 does not increase"));
+        path = good.clone();
+        path.pieces[0].nodes[1].q[2][0] = f64::NAN;
+        assert!(error(&path, &ok, &FREE).contains("node 1: derivative 2 of axis 0 is NaN"));
+        path.pieces[0].nodes.truncate(1);
+        assert!(error(&path, &ok, &FREE).contains("piece 0 has 1 node(s)"));
+    }
+}

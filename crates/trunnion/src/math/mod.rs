@@ -3,4 +3,5 @@
 pub mod angle;
 pub mod bspline;
 pub mod jet;
+pub mod quintic;
 pub mod spline;

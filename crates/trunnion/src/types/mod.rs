@@ -14,6 +14,7 @@ mod fault;
 mod motion;
 mod path;
 mod progress;
+mod timing;
 
 pub use fault::Fault;
 pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Schedule, SchedulePiece, Setpoint};
@@ -22,6 +23,7 @@ pub use path::{
     ToolPiece, ToolPose,
 };
 pub use progress::{Cancelled, Progress, Silent, Stage};
+pub use timing::Moment;
 
 /// Number of machine axes: three linear and two rotary.
 pub const AXES: usize = 5;

@@ -1,0 +1,189 @@
+//! What can be wrong with a path or with limits.
+
+use super::{FeedOptions, Limits};
+use crate::types::{AxisNode, AxisPath, AxisPiece, Cancelled};
+use nalgebra::SVector;
+use std::fmt;
+
+/// Which limit an error is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitKind {
+    /// Axis velocity while cutting.
+    Velocity,
+    /// Axis velocity on links.
+    Rapid,
+    /// Axis acceleration.
+    Acceleration,
+    /// Axis jerk.
+    Jerk,
+}
+
+impl fmt::Display for LimitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Velocity => "velocity",
+            Self::Rapid => "rapid velocity",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+        })
+    }
+}
+
+/// Why no schedule was planned. Pieces, nodes and axes count from 0.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FeedError {
+    /// A limit is missing (infinite), zero, negative or not a number.
+    #[error("{kind} limit of axis {axis} is {value}; it must be finite and positive (mm, rad, s)")]
+    BadLimit {
+        /// Which limit.
+        kind: LimitKind,
+        /// Index of the axis.
+        axis: usize,
+        /// Value given.
+        value: f64,
+    },
+    /// The feed, link feed or tip speed is zero, negative, infinite or not a number.
+    #[error("{name} is {value} mm/s; it must be finite and positive, or absent for no limit")]
+    BadFeed {
+        /// Name of the field of [`FeedOptions`].
+        name: &'static str,
+        /// Value given.
+        value: f64,
+    },
+    /// The time tolerance is not positive.
+    #[error("time tolerance is {value}; it must be positive, for instance 1e-3")]
+    BadTolerance {
+        /// Value given.
+        value: f64,
+    },
+    /// A piece has less than two nodes.
+    #[error("piece {piece} has {nodes} node(s); at least two are needed, or leave the piece out")]
+    TooFewNodes {
+        /// Index of the piece.
+        piece: usize,
+        /// Nodes it has.
+        nodes: usize,
+    },
+    /// The path parameter does not increase.
+    #[error(
+        "piece {piece}, node {node}: s = {s} does not increase from {before}; \
+         remove repeated nodes and sort the rest"
+    )]
+    NotIncreasing {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the node.
+        node: usize,
+        /// Its path parameter.
+        s: f64,
+        /// Path parameter of the node before.
+        before: f64,
+    },
+    /// A coordinate or derivative is infinite or not a number.
+    #[error(
+        "piece {piece}, node {node}: derivative {order} of axis {axis} is {value}; \
+         it must be finite"
+    )]
+    NotFinite {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the node.
+        node: usize,
+        /// Index of the axis.
+        axis: usize,
+        /// Order of the derivative; 0 is the position.
+        order: usize,
+        /// The value.
+        value: f64,
+    },
+    /// A tip or feed rate is negative, infinite or not a number.
+    #[error("piece {piece}, node {node}: {name} is {value}; it must be finite and not negative")]
+    BadRate {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the node.
+        node: usize,
+        /// `tip_rate` or `feed_rate`.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The caller asked for a stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Checks everything the planner relies on.
+pub(super) fn validate<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    options: &FeedOptions,
+) -> Result<(), FeedError> {
+    validate_limits(limits)?;
+    validate_options(options)?;
+    path.pieces.iter().enumerate().try_for_each(|(index, piece)| validate_piece(index, piece))
+}
+
+fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
+    let all: [(LimitKind, Option<SVector<f64, N>>); 4] = [
+        (LimitKind::Velocity, Some(limits.velocity)),
+        (LimitKind::Rapid, Some(limits.rapid)),
+        (LimitKind::Acceleration, Some(limits.acceleration)),
+        (LimitKind::Jerk, limits.jerk),
+    ];
+    for (kind, values) in all {
+        for (axis, &value) in values.iter().flatten().enumerate() {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(FeedError::BadLimit { kind, axis, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
+    let all = [("feed", options.feed), ("link_feed", options.link_feed), ("tip", options.tip)];
+    for (name, value) in all {
+        if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+            return Err(FeedError::BadFeed { name, value });
+        }
+    }
+    let value = options.time_tolerance;
+    if value > 0.0 { Ok(()) } else { Err(FeedError::BadTolerance { value }) }
+}
+
+fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(), FeedError> {
+    if data.nodes.len() < 2 {
+        return Err(FeedError::TooFewNodes { piece, nodes: data.nodes.len() });
+    }
+    let mut before = f64::NEG_INFINITY;
+    for (node, at) in data.nodes.iter().enumerate() {
+        if !(at.s > before && at.s.is_finite()) {
+            return Err(FeedError::NotIncreasing { piece, node, s: at.s, before });
+        }
+        before = at.s;
+        validate_node(piece, node, at)?;
+    }
+    Ok(())
+}
+
+fn validate_node<const N: usize>(
+    piece: usize,
+    node: usize,
+    at: &AxisNode<N>,
+) -> Result<(), FeedError> {
+    for (order, derivative) in at.q.iter().enumerate() {
+        for (axis, &value) in derivative.iter().enumerate() {
+            if !value.is_finite() {
+                return Err(FeedError::NotFinite { piece, node, axis, order, value });
+            }
+        }
+    }
+    for (name, value) in [("tip_rate", at.tip_rate), ("feed_rate", at.feed_rate)] {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(FeedError::BadRate { piece, node, name, value });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,199 @@
+//! Rows where the schedule gains from them.
+//!
+//! Limits hold on any grid; rows only make the schedule faster. The fastest motion uses some limit
+//! fully at every place, so the unused share of a cell, times its time, measures what is to gain.
+
+use super::cell::{Cell, MIDDLE};
+use super::profile::{Grid, Profile};
+use super::{Binding, Reciprocals};
+use crate::types::AxisPiece;
+use nalgebra::SVector;
+
+/// Fewest cells of a piece: with one cell from rest to rest nothing would ever move, and a switch
+/// from speeding up to slowing down is located by the cells on both sides of it.
+const FEWEST_CELLS: usize = 8;
+
+/// Most times rows are inserted. Halving twelve times turns a cell into 1/4096 of itself.
+const ROUNDS: usize = 12;
+
+/// Rows a piece may end with: so many per node, and so many at least. Bounds memory and time on
+/// paths that no grid makes smooth.
+const ROWS_PER_NODE: usize = 4;
+const ROWS_AT_LEAST: usize = 1024;
+
+/// A cut is kept this share of the cell away from its ends, so that cells do not degenerate.
+const MARGIN: f64 = 1.0 / 64.0;
+
+/// Grid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
+pub(super) fn plan<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    tolerance: f64,
+) -> (Grid<N>, Profile) {
+    let mut grid = initial(piece);
+    let mut profile = Profile::fastest(&grid, limits);
+    let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
+    let mut before = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let gains = Gains::of(&grid, &profile, limits);
+        let [wanted, won] = [tolerance * gains.time, before - gains.time];
+        // A round that brings a small part of what is asked for will not be followed by better.
+        if gains.total <= wanted || grid.s.len() >= most || won <= 0.05 * wanted {
+            break;
+        }
+        before = gains.time;
+        grid = split(&grid, &profile, limits, (&gains, wanted));
+        profile = Profile::fastest(&grid, limits);
+    }
+    (grid, profile)
+}
+
+/// The path's nodes, with even cuts where there are too few.
+fn initial<const N: usize>(piece: &AxisPiece<N>) -> Grid<N> {
+    let intervals = piece.nodes.len().saturating_sub(1).max(1);
+    let parts = FEWEST_CELLS.div_ceil(intervals);
+    let mut grid = Grid { s: Vec::new(), cells: Vec::with_capacity(intervals * parts) };
+    grid.s.reserve(intervals * parts + 1);
+    for pair in piece.nodes.windows(2) {
+        let [from, to] = [&pair[0], &pair[1]];
+        let mut rest = Cell::between(from, to);
+        let whole = rest.h;
+        grid.s.push(from.s);
+        for part in 1..parts {
+            let [cell, remainder] = rest.split(1.0 / (parts - part + 1) as f64);
+            grid.cells.push(cell);
+            grid.s.push(from.s + whole * part as f64 / parts as f64);
+            rest = remainder;
+        }
+        grid.cells.push(rest);
+    }
+    grid.s.extend(piece.nodes.last().map(|node| node.s));
+    grid
+}
+
+/// What each cell could still gain.
+struct Gains {
+    cells: Vec<f64>,
+    total: f64,
+    time: f64,
+}
+
+impl Gains {
+    fn of<const N: usize>(grid: &Grid<N>, profile: &Profile, limits: &Reciprocals<N>) -> Self {
+        let mut gains = Self { cells: Vec::with_capacity(grid.cells.len()), total: 0.0, time: 0.0 };
+        for (index, cell) in grid.cells.iter().enumerate() {
+            let time = profile.time(grid, index);
+            let (used, _) = utilisation(cell, limits, profile.ends(index));
+            let gain = time * (1.0 - used).max(0.0);
+            gains.cells.push(gain);
+            gains.total += gain;
+            gains.time += time;
+        }
+        gains
+    }
+}
+
+/// Mean share of the most used limit over a cell (by its ends and middle), and which limit that is.
+pub(super) fn utilisation<const N: usize>(
+    cell: &Cell<N>,
+    limits: &Reciprocals<N>,
+    x: [f64; 2],
+) -> (f64, Binding) {
+    let strips = cell.strips(limits);
+    let coefficients: [_; 5] = std::array::from_fn(|k| strips.coefficient(k, x));
+    let middle = |values: &[SVector<f64, N>; 5], axis: usize| -> f64 {
+        values.iter().zip(MIDDLE).map(|(value, weight)| value[axis] * weight).sum()
+    };
+    let speeds = [x[0].sqrt(), (0.5 * (x[0] + x[1])).sqrt(), x[1].sqrt()];
+    let mut most = [0.0; 3];
+    let mut binding = (0.0, Binding::Still);
+    let mut add = |shares: [f64; 3], name: Binding| {
+        for (most, share) in most.iter_mut().zip(shares) {
+            *most = share.max(*most);
+        }
+        let mean = mean(shares);
+        if mean > binding.0 {
+            binding = (mean, name);
+        }
+    };
+    for axis in 0..N {
+        let name = u8::try_from(axis).unwrap_or(u8::MAX);
+        let values = [coefficients[0][axis], middle(&coefficients, axis), coefficients[4][axis]];
+        add(values.map(f64::abs), Binding::Acceleration(name));
+        let rates = [cell.rates[0][axis], middle(&cell.rates, axis), cell.rates[4][axis]];
+        let share = |k: usize| speeds[k] * rates[k].abs() * limits.velocity[axis];
+        add([share(0), share(1), share(2)], Binding::Velocity(name));
+    }
+    let lines =
+        [(cell.feed_rate, limits.feed, Binding::Feed), (cell.tip_rate, limits.tip, Binding::Tip)];
+    for ([from, to], inverse, name) in lines {
+        let rates = [from, 0.5 * (from + to), to];
+        add(std::array::from_fn(|k| speeds[k] * rates[k] * inverse), name);
+    }
+    (mean(most), binding.1)
+}
+
+fn mean([from, middle, to]: [f64; 3]) -> f64 {
+    0.25 * from + 0.5 * middle + 0.25 * to
+}
+
+/// Cuts the cells with more than their share of the gain: where the profiles of both neighbours
+/// would meet if there is such a place, else in the middle.
+fn split<const N: usize>(
+    grid: &Grid<N>,
+    profile: &Profile,
+    limits: &Reciprocals<N>,
+    (gains, wanted): (&Gains, f64),
+) -> Grid<N> {
+    let share = 0.5 * wanted / grid.cells.len() as f64;
+    let mut finer = Grid { s: Vec::with_capacity(grid.s.len()), cells: Vec::new() };
+    for (index, cell) in grid.cells.iter().enumerate() {
+        let s = grid.s[index];
+        finer.s.push(s);
+        let cut = kink(grid, profile, limits, index).unwrap_or(0.5).clamp(MARGIN, 1.0 - MARGIN);
+        let middle = s + cut * cell.h;
+        // No cut where rounding leaves nothing of either side.
+        if gains.cells[index] > share && resolvable(s, middle, grid.s[index + 1]) {
+            finer.s.push(middle);
+            finer.cells.extend(cell.split(cut));
+        } else {
+            finer.cells.push(*cell);
+        }
+    }
+    finer.s.extend(grid.s.last());
+    finer
+}
+
+/// Whether differences of three neighbouring `s` keep half of their digits.
+fn resolvable(before: f64, middle: f64, after: f64) -> bool {
+    let size = before.abs().max(after.abs()) * f64::EPSILON.sqrt();
+    middle - before > size && after - middle > size
+}
+
+/// Fraction of a cell at which the profiles of its two neighbours, continued, cross above its own.
+/// At an end of the piece the fastest start from rest stands for the neighbour.
+fn kink<const N: usize>(
+    grid: &Grid<N>,
+    profile: &Profile,
+    limits: &Reciprocals<N>,
+    index: usize,
+) -> Option<f64> {
+    let cell = grid.cells.get(index)?;
+    let slope = |neighbour: usize| {
+        let [from, to] = profile.ends(neighbour);
+        grid.cells.get(neighbour).map(|other| (to - from) * cell.h / other.h)
+    };
+    let from_rest =
+        |rates: &SVector<f64, N>| 2.0 * cell.h / rates.component_mul(&limits.acceleration).amax();
+    let rise = match index.checked_sub(1) {
+        Some(before) => slope(before)?,
+        None => from_rest(&cell.rates[0]),
+    };
+    let last = index + 1 == grid.cells.len();
+    let fall = if last { -from_rest(&cell.rates[4]) } else { slope(index + 1)? };
+    let [from, to] = profile.ends(index);
+    let own = to - from;
+    // Both neighbours must lie above: steeper before, steeper downwards after.
+    let cut = (own - fall) / (rise - fall);
+    (rise > own && own > fall && cut.is_finite()).then_some(cut)
+}

@@ -1,0 +1,199 @@
+//! The two-variable linear program of one cell, in closed form.
+//!
+//! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
+//! `|a x + b y| <= 1` about the origin, so zero is always allowed and there is always an answer.
+
+use super::cell::Strips;
+
+/// Most rounds of a search. Each round drops at least one line for good, and a cell has
+/// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
+const ROUNDS: usize = 64;
+
+/// A bound on `x` that is linear in `y`: `x <= at_zero + slope y`.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    at_zero: f64,
+    slope: f64,
+}
+
+impl Line {
+    fn at(self, y: f64) -> f64 {
+        self.at_zero + self.slope * y
+    }
+}
+
+/// Upper and lower bounds of `x` as lines in `y`, one pair per strip.
+///
+/// Strips that hardly depend on `x` bound `y` instead.
+struct Bounds<const N: usize> {
+    at_zero: [[f64; N]; 5],
+    slope: [[f64; N]; 5],
+    x_max: f64,
+    y_max: f64,
+}
+
+impl<const N: usize> Bounds<N> {
+    fn new(strips: &Strips<N>, x_max: f64, y_max: f64) -> Self {
+        let mut bounds =
+            Self { at_zero: [[f64::INFINITY; N]; 5], slope: [[0.0; N]; 5], x_max, y_max };
+        // Below this a term a x is lost in the rounding of the limit 1.
+        let negligible = f64::EPSILON / x_max;
+        for k in 0..5 {
+            for axis in 0..N {
+                let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+                if a.abs() > negligible {
+                    bounds.at_zero[k][axis] = 1.0 / a.abs();
+                    bounds.slope[k][axis] = -b / a;
+                } else if b != 0.0 {
+                    bounds.y_max = bounds.y_max.min(1.0 / b.abs());
+                }
+            }
+        }
+        bounds
+    }
+
+    /// The lowest upper bound at `y`.
+    fn upper(&self, y: f64) -> Line {
+        let mut line = Line { at_zero: self.x_max, slope: 0.0 };
+        let mut lowest = self.x_max;
+        for (at_zero, slope) in self.pairs() {
+            let value = at_zero + slope * y;
+            if value < lowest {
+                (lowest, line) = (value, Line { at_zero, slope });
+            }
+        }
+        line
+    }
+
+    /// The highest lower bound at `y`.
+    fn lower(&self, y: f64) -> Line {
+        let mut line = Line { at_zero: 0.0, slope: 0.0 };
+        let mut highest = 0.0;
+        for (at_zero, slope) in self.pairs() {
+            let value = slope * y - at_zero;
+            if value > highest {
+                (highest, line) = (value, Line { at_zero: -at_zero, slope });
+            }
+        }
+        line
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (f64, f64)> {
+        let [at_zero, slope] = [self.at_zero.as_flattened(), self.slope.as_flattened()];
+        at_zero.iter().copied().zip(slope.iter().copied())
+    }
+}
+
+/// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips.
+pub(super) fn backward<const N: usize>(strips: &Strips<N>, x_max: f64, y_max: f64) -> f64 {
+    let bounds = Bounds::new(strips, x_max, y_max);
+    let mut y = bounds.y_max;
+    for _ in 0..ROUNDS {
+        let [upper, lower] = [bounds.upper(y), bounds.lower(y)];
+        // The gap closes between 0 and y: both lines leave some room at 0. Where rounding opens it
+        // again at the very place where it closes, it is closed.
+        let closer = (upper.at_zero - lower.at_zero) / (lower.slope - upper.slope);
+        if lower.at(y) <= upper.at(y) || closer >= y {
+            return if upper.slope >= 0.0 { upper.at(y) } else { peak(&bounds, upper, y) };
+        }
+        y = closer;
+    }
+    bounds.upper(0.0).at(0.0)
+}
+
+/// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`.
+fn peak<const N: usize>(bounds: &Bounds<N>, mut right: Line, mut y: f64) -> f64 {
+    let mut left = bounds.upper(0.0);
+    let mut best = left.at(0.0);
+    if left.slope <= 0.0 {
+        return best;
+    }
+    for _ in 0..ROUNDS {
+        let crossing = (right.at_zero - left.at_zero) / (left.slope - right.slope);
+        let line = bounds.upper(crossing);
+        best = best.max(line.at(crossing));
+        if line.at(crossing) >= left.at(crossing) || line.slope == 0.0 || crossing >= y {
+            break;
+        }
+        if line.slope > 0.0 { left = line } else { (right, y) = (line, crossing) }
+    }
+    best
+}
+
+/// Largest `y <= y_max` that satisfies all strips for this `x`.
+pub(super) fn forward<const N: usize>(strips: &Strips<N>, x: f64, y_max: f64) -> f64 {
+    let mut y = y_max;
+    for k in 0..5 {
+        for axis in 0..N {
+            let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+            let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };
+            // As a product: dividing is only worth it when this strip is the narrowest so far.
+            if y * b.abs() > room {
+                y = room / b.abs();
+            }
+        }
+    }
+    y.max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+    use proptest::prelude::*;
+
+    /// Five strips on one axis.
+    fn strips(rows: [[f64; 2]; 5]) -> Strips<1> {
+        Strips { a: rows.map(|row| SVector::from([row[0]])), b: rows.map(|row| [row[1]].into()) }
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
+    fn a_straight_line_gains_twice_acceleration_times_distance() {
+        // |y - x| <= 8
+        let line = strips([[-0.125, 0.125]; 5]);
+        assert_eq!(backward(&line, 100.0, 4.0), 12.0);
+        assert_eq!(backward(&line, 10.0, 4.0), 10.0);
+        assert_eq!(forward(&line, 4.0, 100.0), 12.0);
+        assert_eq!(forward(&line, 4.0, 9.0), 9.0);
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
+    fn a_gap_above_is_closed_by_a_smaller_end() {
+        // y <= x + 8, x <= 2: y = 50 is out of reach, but x = 2 is allowed with y = 10.
+        let line = strips([[-0.125, 0.125]; 5]);
+        assert_eq!(backward(&line, 2.0, 50.0), 2.0);
+    }
+
+    proptest! {
+        /// Against a search over a grid of `y`, which can only find less.
+        #[test]
+        fn backward_agrees_with_a_search(
+            rows in prop::array::uniform5([-3.0..3.0f64, -3.0..3.0f64]),
+            x_max in 0.01..10.0f64,
+            y_max in 0.01..10.0f64,
+        ) {
+            let strips = strips(rows);
+            let mut best: f64 = 0.0;
+            for step in 0..=20_000 {
+                let y = y_max * f64::from(step) / 20_000.0;
+                let mut range = [0.0, x_max];
+                for [a, b] in rows {
+                    let [low, high] = [(-1.0 - b * y) / a, (1.0 - b * y) / a];
+                    range = [range[0].max(low.min(high)), range[1].min(low.max(high))];
+                }
+                if range[0] <= range[1] {
+                    best = best.max(range[1]);
+                }
+            }
+            let got = backward(&strips, x_max, y_max);
+            prop_assert!(got >= best - 1e-12 && got <= best + 0.05, "{got} against {best}");
+            // Reached: going forward from it stays inside every strip.
+            let y = forward(&strips, got, y_max);
+            for [a, b] in rows {
+                prop_assert!((a * got + b * y).abs() <= 1.0 + 1e-9);
+            }
+        }
+    }
+}
