@@ -16,8 +16,9 @@ pub struct Shares {
 impl Shares {
     /// What is usual: small shares cost blocks, whose number grows with the square root of 1/share;
     /// large ones cost strip width, which falls with the square root of what is left.
-    pub fn usual(total: f64, rounding: f64) -> Self {
+    pub fn usual(total: f64) -> Self {
         let twentieth = 0.05 * total;
+        let rounding = 0.5 * twentieth;
         Self { path: twentieth, linearisation: twentieth, rounding, control: twentieth }
     }
 
@@ -95,7 +96,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_all_shares_stays_inside_the_whole() {
-        let b = Budget::split(0.02, 0.002, Shares::usual(0.02, 0.0002), None).unwrap();
+        let b = Budget::split(0.02, 0.002, Shares::usual(0.02), None).unwrap();
         let others = b.shares.sum();
         assert!((b.upper + others - 0.02).abs() < 1e-15);
         assert!((b.lower - others + 0.002).abs() < 1e-15);
@@ -104,14 +105,15 @@ mod tests {
 
     #[test]
     fn a_strip_share_narrows_the_band_from_above() {
-        let shares = Shares::usual(0.02, 0.0002);
+        let shares = Shares::usual(0.02);
         let b = Budget::split(0.02, 0.002, shares, Some(0.004)).unwrap();
         assert!((b.upper - b.lower - 0.004).abs() < 1e-15);
     }
 
     #[test]
-    fn coarse_decimals_are_refused() {
-        let refused = Budget::split(0.002, 0.0, Shares::usual(0.002, 0.0005), None);
+    fn shares_that_leave_no_band_are_refused() {
+        let shares = Shares { rounding: 0.0005, ..Shares::usual(0.002) };
+        let refused = Budget::split(0.002, 0.0, shares, None);
         assert!(matches!(refused, Err(BudgetError::NothingLeft { .. })), "{refused:?}");
     }
 }

@@ -1,5 +1,7 @@
 //! The whole chain from one job.
 
 mod budget;
+mod job;
 
 pub use budget::{Budget, BudgetError, Shares};
+pub use job::{Job, JobError};

@@ -1,0 +1,159 @@
+//! One job: everything the chain needs, checked and in internal units.
+
+use super::budget::{Budget, BudgetError, Shares};
+use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
+use crate::files::job::{self, JobFile};
+use crate::machine::{Kinematics, Machine, Setup};
+use crate::surface::{Face, FaceIndex, SurfaceError};
+use crate::types::Fault;
+
+/// Everything one run needs. Made by [`Job::new`] from files that were read elsewhere.
+#[derive(Debug)]
+pub struct Job {
+    /// The job file, checked.
+    pub file: JobFile,
+    /// Faces to machine, in the order of the job, ready for closest-point queries.
+    pub faces: Vec<FaceIndex>,
+    /// The cutter.
+    pub cutter: Cutter,
+    /// Machine, setup and tool as one chain.
+    pub kinematics: Kinematics,
+    /// The tolerance, split.
+    pub budget: Budget,
+}
+
+/// Why a job cannot be run as it stands.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum JobError {
+    /// A face that the part does not have.
+    #[error("the part has no face {number}; it has {available}")]
+    NoFace {
+        /// Number asked for.
+        number: usize,
+        /// Numbers there are, in words.
+        available: String,
+    },
+    /// A part without a face.
+    #[error("the part has no face to machine")]
+    EmptyPart,
+    /// A face that cannot be worked with.
+    #[error("face {number}: {error}")]
+    Face {
+        /// Number of the face.
+        number: usize,
+        /// Why.
+        error: SurfaceError,
+    },
+    /// The cutter.
+    #[error(transparent)]
+    Cutter(#[from] CutterError),
+    /// The tolerance.
+    #[error(transparent)]
+    Budget(#[from] BudgetError),
+}
+
+impl JobError {
+    /// Key of the job file this is about.
+    fn key(&self) -> &'static str {
+        match self {
+            Self::NoFace { .. } | Self::EmptyPart => "part.faces",
+            Self::Face { .. } => "part.file",
+            Self::Cutter(_) => "tool",
+            Self::Budget(_) => "tolerance",
+        }
+    }
+}
+
+impl Job {
+    /// Puts a job together from its file, the faces of its part and its machine.
+    ///
+    /// # Errors
+    ///
+    /// All faults found, each at its line of the job file.
+    pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Vec<Fault>> {
+        let mut faults = Vec::new();
+        let cutter = Cutter::new(cutter_spec(&file.tool))
+            .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
+            .ok();
+        let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
+        let budget = budget(&file).map_err(|error| faults.push(error.into())).ok();
+        let kinematics = Kinematics::new(machine, &setup(&file));
+        match (cutter, faces, budget) {
+            (Some(cutter), Some(faces), Some(budget)) => {
+                Ok(Self { file, faces, cutter, kinematics, budget })
+            }
+            _ => Err(faults
+                .into_iter()
+                .map(|fault| file.places.fault(fault.key(), fault.to_string()))
+                .collect()),
+        }
+    }
+}
+
+fn cutter_spec(tool: &job::Tool) -> CutterSpec {
+    CutterSpec {
+        kind: match tool.kind {
+            job::ToolKind::Flat => Kind::Flat,
+            job::ToolKind::Ball => Kind::Ball,
+            job::ToolKind::Bull => Kind::Bull,
+        },
+        major: tool.major,
+        minor: tool.minor,
+        length: tool.length,
+        construction: match tool.construction {
+            job::Construction::Solid => Construction::Solid,
+            job::Construction::Insert { inner_cutting_radius } => {
+                Construction::Insert { inner_cutting_radius }
+            }
+        },
+        shank: tool.shank.clone(),
+    }
+}
+
+fn setup(file: &JobFile) -> Setup {
+    let job::Setup { origin, angles, .. } = file.setup;
+    Setup::new(origin, angles, file.tool.length)
+}
+
+/// Faces of the job in its order, turned over if it says so.
+fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+    let numbers: Vec<usize> = match &part.faces {
+        job::Faces::All => faces.iter().map(|face| face.number).collect(),
+        job::Faces::Numbers(numbers) => numbers.clone(),
+    };
+    if numbers.is_empty() {
+        return Err(vec![JobError::EmptyPart]);
+    }
+    let available = || match (faces.first(), faces.last()) {
+        (Some(first), Some(last)) => format!("faces {} to {}", first.number, last.number),
+        _ => "none".to_owned(),
+    };
+    let mut errors = Vec::new();
+    let mut chosen = Vec::new();
+    for number in numbers {
+        let Some(face) = faces.iter().find(|face| face.number == number) else {
+            errors.push(JobError::NoFace { number, available: available() });
+            continue;
+        };
+        let mut face = face.clone();
+        face.flip ^= part.flip;
+        match FaceIndex::new(face) {
+            Ok(index) => chosen.push(index),
+            Err(error) => errors.push(JobError::Face { number, error }),
+        }
+    }
+    if errors.is_empty() { Ok(chosen) } else { Err(errors) }
+}
+
+fn budget(file: &JobFile) -> Result<Budget, BudgetError> {
+    let job::Tolerance { total, gouge, split } = file.tolerance;
+    let usual = Shares::usual(total);
+    let shares = Shares {
+        path: split.path.unwrap_or(usual.path),
+        linearisation: split.linearisation.unwrap_or(usual.linearisation),
+        rounding: split.rounding.unwrap_or(usual.rounding),
+        control: split.control.unwrap_or(usual.control),
+    };
+    Budget::split(total, gouge, shares, split.strip)
+}
