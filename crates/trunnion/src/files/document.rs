@@ -84,18 +84,10 @@ impl<'t> Document<'t> {
         Ok(Self { lines, root, places, faults })
     }
 
-    /// Whether the file has this key at its top.
-    pub(super) fn has(&self, key: &str) -> bool {
-        self.root.contains_key(key)
-    }
-
     /// Reads what stands under a top key; `None` if it is absent, or something in it was faulty.
     pub(super) fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
         let value = self.root.get(key)?;
-        let inside = |path: &str| {
-            path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        if self.faults.iter().any(|(path, _)| inside(path)) {
+        if self.is_faulty(key) {
             return None;
         }
         match T::deserialize(ValueDeserializer::from(value.clone())) {
@@ -109,6 +101,19 @@ impl<'t> Document<'t> {
                 None
             }
         }
+    }
+
+    /// Reads a table that may be left out, and then is the standard one.
+    pub(super) fn or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
+        if self.root.contains_key(key) { self.section(key) } else { Some(T::default()) }
+    }
+
+    /// Whether a fault was found at this key or inside it.
+    pub(super) fn is_faulty(&self, key: &str) -> bool {
+        let inside = |path: &str| {
+            path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        self.faults.iter().any(|(path, _)| inside(path))
     }
 
     /// Adds a fault at a key.

@@ -2,8 +2,10 @@
 
 mod document;
 pub mod job;
+pub mod machine;
 mod places;
 pub mod schema;
+pub mod summary;
 mod walk;
 
 pub use places::{Place, Places};

@@ -1,6 +1,8 @@
 //! The layouts as JSON schema: what `trunnion schema` prints and what the readers check.
 
 use super::job::RawJob;
+use super::machine::RawMachine;
+use super::summary::Summary;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
@@ -10,8 +12,44 @@ pub fn job() -> String {
     pretty(&job_value())
 }
 
+/// Layout of the machine file.
+pub fn machine() -> String {
+    pretty(&machine_value())
+}
+
+pub(super) fn machine_value() -> Value {
+    of::<RawMachine>()
+}
+
 pub(super) fn job_value() -> Value {
     of::<RawJob>()
+}
+
+/// Layout of a surface file.
+pub fn surface() -> String {
+    pretty(&of::<SurfaceFile>())
+}
+
+/// Layout of the summary of a run.
+pub fn summary() -> String {
+    pretty(&of::<Summary>())
+}
+
+/// A tensor-product B-spline or NURBS surface.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "describes the layout; the surface reader has its own types")]
+struct SurfaceFile {
+    /// Degrees along u and v.
+    degree: [u32; 2],
+    /// Clamped knot vectors along u and v, every knot written as often as it counts: as many knots
+    /// as control points plus degree plus 1, not falling.
+    knots: [Vec<f64>; 2],
+    /// Control points in mm, points[i][j] = [x, y, z] with i along u and j along v.
+    points: Vec<Vec<[f64; 3]>>,
+    /// Positive weights, one per control point; all 1 if left out.
+    #[serde(default)]
+    weights: Option<Vec<Vec<f64>>>,
 }
 
 /// Schema of a layout without references, and without `null`, which TOML does not have.

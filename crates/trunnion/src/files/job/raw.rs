@@ -35,13 +35,13 @@ pub(in super::super) struct RawJob {
     machine: RawMachineRef,
     /// How the speed along the path is planned.
     #[serde(default)]
-    motion: Option<RawMotion>,
+    motion: RawMotion,
     /// Programs to write.
     #[serde(default)]
-    output: Option<RawOutput>,
+    output: RawOutput,
     /// The final check.
     #[serde(default)]
-    verify: Option<RawVerify>,
+    verify: RawVerify,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -313,7 +313,7 @@ pub(super) struct RawMachineRef {
     pub(super) file: String,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawMotion {
     /// Speed planner.
@@ -326,7 +326,7 @@ pub(super) struct RawMotion {
 }
 
 /// One millisecond: what most controls have.
-pub(super) fn servo_period() -> f64 {
+fn servo_period() -> f64 {
     0.001
 }
 
@@ -346,7 +346,7 @@ pub(super) enum RawMotionMethod {
     Given,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawOutput {
     /// Kinds of program to write.
@@ -354,14 +354,20 @@ pub(super) struct RawOutput {
     pub(super) dialects: Vec<RawDialect>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+impl Default for RawOutput {
+    fn default() -> Self {
+        Self { dialects: vec![RawDialect::LinuxCnc, RawDialect::G93] }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RawDialect {
     LinuxCnc,
     G93,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawVerify {
     /// Largest distance between two measured points, in mm.
@@ -370,7 +376,13 @@ pub(super) struct RawVerify {
     pub(super) grid: f64,
 }
 
-/// As in the example: an eighth of a usual scallop's width and finer.
-pub(super) fn grid() -> f64 {
+/// As in the example.
+fn grid() -> f64 {
     0.2
+}
+
+impl Default for RawVerify {
+    fn default() -> Self {
+        Self { grid: grid() }
+    }
 }

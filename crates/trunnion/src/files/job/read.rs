@@ -2,6 +2,7 @@
 
 use super::super::document::Document;
 use super::super::schema;
+use super::LAYOUT;
 use super::data::{
     Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Method, Motion,
     MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool, ToolKind,
@@ -12,7 +13,6 @@ use super::raw::{
     RawSetup, RawSide, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool, RawToolKind,
     RawVerify,
 };
-use super::{LAYOUT, raw};
 use crate::types::Fault;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -44,12 +44,9 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let strategy = doc.section::<RawStrategy>("strategy").and_then(|raw| strategy(&raw, doc));
     let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
-    let motion = defaulted(doc, "motion", RawMotion::default).and_then(|raw| motion(&raw, doc));
-    let dialects = defaulted(doc, "output", || RawOutput {
-        dialects: vec![RawDialect::LinuxCnc, RawDialect::G93],
-    })
-    .map(|raw| dialects(&raw));
-    let verify = defaulted(doc, "verify", || RawVerify { grid: raw::grid() });
+    let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
+    let dialects = doc.or_default::<RawOutput>("output").map(|raw| dialects(&raw));
+    let verify = doc.or_default::<RawVerify>("verify");
     if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
         side_of(tool, strategy, doc);
     }
@@ -72,15 +69,6 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         verify_grid: verify?.grid,
         places: super::super::Places::default(),
     })
-}
-
-/// A section that may be left out.
-fn defaulted<T: serde::de::DeserializeOwned>(
-    doc: &mut Document<'_>,
-    key: &str,
-    standard: impl FnOnce() -> T,
-) -> Option<T> {
-    if doc.has(key) { doc.section(key) } else { Some(standard()) }
 }
 
 fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<Part> {

@@ -1,0 +1,341 @@
+//! From the layout to a checked machine: units, and faults of the whole blamed on their lines.
+
+use super::super::Places;
+use super::super::document::Document;
+use super::super::schema;
+use super::super::walk::nearest;
+use super::LAYOUT;
+use super::raw::{
+    RawAngle, RawAxis, RawCycle, RawDialect, RawFeed, RawFrame, RawInterpolation, RawKind,
+    RawLength, RawModulo, RawOutput, RawPrefer, RawRetract, RawSingular, RawTime, RawUnits,
+};
+use crate::machine::{
+    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Machine, MachineError,
+    MachineSpec, Modulo, Output, Prefer, Retract, RetractFrame, Singular,
+};
+use crate::types::Fault;
+use std::collections::BTreeMap;
+
+/// A machine file that was read and found good.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineFile {
+    /// The machine.
+    pub machine: Machine,
+    /// What the file says, in mm, rad, s.
+    pub spec: MachineSpec,
+    /// Where each key stands in the file.
+    pub places: Places,
+}
+
+/// Reads a machine file and checks the machine as a whole.
+///
+/// # Errors
+///
+/// Every fault that was found, in order of lines.
+pub fn parse(text: &str) -> Result<MachineFile, Vec<Fault>> {
+    let mut doc = Document::open(text, LAYOUT, &schema::machine_value())?;
+    let spec = sections(&mut doc);
+    let machine = spec.clone().and_then(|spec| match Machine::new(spec) {
+        Ok(machine) => Some(machine),
+        Err(errors) => {
+            blame(&errors, &mut doc);
+            None
+        }
+    });
+    let places = doc.finish()?;
+    match (machine, spec) {
+        (Some(machine), Some(spec)) => Ok(MachineFile { machine, spec, places }),
+        _ => Err(vec![Fault::whole("the machine file cannot be read")]),
+    }
+}
+
+/// Faults of the whole machine at the keys that cause them.
+fn blame(errors: &[MachineError], doc: &mut Document<'_>) {
+    for error in errors {
+        let key = error.key();
+        if !doc.is_faulty(&key) {
+            doc.fault(&key, error.to_string(), remedy(error));
+        }
+    }
+}
+
+fn remedy(error: &MachineError) -> String {
+    match error {
+        MachineError::Chain { .. } | MachineError::AxisCount { .. } => {
+            "for example chain = [\"w\", \"C\", \"B\", \"b\", \"X\", \"Y\", \"Z\", \"t\"]".into()
+        }
+        MachineError::MissingAxis { name } => format!("add [axis.{name}], or correct the name"),
+        MachineError::UnusedAxis { name } => format!("put \"{name}\" into the chain, or remove it"),
+        MachineError::DoubleLetter { .. } => "give one of them output.letter".into(),
+        MachineError::ZeroDirection { .. } => "for example [0, 0, 1]".into(),
+        MachineError::Missing { .. } => "add it".into(),
+        MachineError::ParallelRotaries { .. } | MachineError::SpindleParallel { .. } => {
+            "give the direction the axis has when all axes are at zero".into()
+        }
+        _ => String::new(),
+    }
+}
+
+fn sections(doc: &mut Document<'_>) -> Option<MachineSpec> {
+    let units = doc.or_default::<RawUnits>("units").map(Scale::new);
+    // Where the units cannot be read, the rest is still checked, in mm, deg and s.
+    let scale = units.unwrap_or(Scale::new(RawUnits::default()));
+    let name = doc.section::<String>("name");
+    let chain = doc.section::<Vec<String>>("chain");
+    let tool_axis = doc.section::<[f64; 3]>("tool_axis");
+    let gauge = doc.section::<[f64; 3]>("gauge");
+    let axes = doc.section::<BTreeMap<String, RawAxis>>("axis").map(|axes| {
+        for (name, axis) in &axes {
+            travel(name, axis, doc);
+        }
+        axes.into_iter().map(|(name, axis)| scale.axis(name, axis)).collect()
+    });
+    let cycle = doc.or_default::<RawCycle>("cycle").map(|raw| scale.cycle(&raw));
+    let singular = doc.or_default::<RawSingular>("singular").map(|raw| scale.singular(&raw));
+    let retract = doc.or_default::<RawRetract>("retract").map(|raw| scale.retract(raw));
+    let dialect = doc.or_default::<RawDialect>("dialect").map(|raw| dialect(raw, doc));
+    if let (Some(Retract { frame: RetractFrame::Machine, axis, .. }), Some(chain)) =
+        (&retract, &chain)
+        && !chain.contains(axis)
+    {
+        let message = format!("the retracting axis {axis} does not stand in the chain");
+        doc.fault("retract.axis", message, "name a linear axis of the chain");
+    }
+    Some(MachineSpec {
+        name: name?,
+        chain: chain?,
+        tool_axis: tool_axis?,
+        gauge: gauge?.map(|value| value * scale.length),
+        axes: axes?,
+        cycle: cycle?,
+        singular: singular?,
+        retract: retract?,
+        dialect: dialect?,
+    })
+}
+
+/// Faults of travel in the units of the file; in radians they would be hard to recognise.
+fn travel(name: &str, axis: &RawAxis, doc: &mut Document<'_>) {
+    let Some([low, high]) = axis.limits else { return };
+    if low >= high {
+        let message = format!("travel of axis {name} is empty: [{low}, {high}]");
+        doc.fault(&format!("axis.{name}.limits"), message, "the lower end comes first");
+    } else if let Some(home) = axis.home
+        && !(low..=high).contains(&home)
+    {
+        let message = format!("home {home} of axis {name} is outside its travel [{low}, {high}]");
+        doc.fault(&format!("axis.{name}.home"), message, "put it inside, or leave it out");
+    }
+}
+
+/// Factors to mm, rad, s.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    length: f64,
+    angle: f64,
+    time: f64,
+}
+
+impl Scale {
+    fn new(units: RawUnits) -> Self {
+        Self {
+            length: match units.length {
+                RawLength::Mm => 1.0,
+                RawLength::Inch => 25.4,
+            },
+            angle: match units.angle {
+                RawAngle::Deg => 1.0_f64.to_radians(),
+                RawAngle::Rad => 1.0,
+            },
+            time: match units.time {
+                RawTime::S => 1.0,
+                RawTime::Min => 60.0,
+            },
+        }
+    }
+
+    fn axis(self, name: String, raw: RawAxis) -> AxisSpec {
+        let (kind, unit) = match raw.kind {
+            RawKind::Linear => (AxisKind::Linear, self.length),
+            RawKind::Rotary => (AxisKind::Rotary, self.angle),
+        };
+        let per_time = |order: i32| unit / self.time.powi(order);
+        AxisSpec {
+            name,
+            kind,
+            dir: raw.dir,
+            point: raw.point.map(|point| point.map(|value| value * self.length)),
+            limits: raw.limits.map(|limits| limits.map(|value| value * unit)),
+            cyclic: raw.cyclic.map(|value| value * unit),
+            vel: raw.vel * per_time(1),
+            rapid: raw.rapid.map(|value| value * per_time(1)),
+            acc: raw.acc * per_time(2),
+            jerk: raw.jerk * per_time(3),
+            sense: raw.sense,
+            home: raw.home.map(|value| value * unit),
+            prefer: raw.prefer.map(|prefer| match prefer {
+                RawPrefer::Positive => Prefer::Positive,
+                RawPrefer::Negative => Prefer::Negative,
+            }),
+            output: output(raw.output),
+        }
+    }
+
+    fn cycle(self, raw: &RawCycle) -> Cycle {
+        let speed = |value: Option<f64>, order: i32| {
+            value.map(|value| value * self.length / self.time.powi(order))
+        };
+        Cycle {
+            servo_period: raw.servo_period.map(|value| value * self.time),
+            tip_speed_max: speed(raw.tip_speed_max, 1),
+            tip_acc_max: speed(raw.tip_acc_max, 2),
+            tip_jerk_max: speed(raw.tip_jerk_max, 3),
+            contour_tolerance: speed(raw.contour_tolerance, 0),
+            orientation_tolerance: raw.orientation_tolerance.map(|value| value * self.angle),
+        }
+    }
+
+    fn singular(self, raw: &RawSingular) -> Singular {
+        let Singular { cone, min_rotary, tolerance } = Singular::STANDARD;
+        Singular {
+            cone: raw.cone.map_or(cone, |value| value * self.angle),
+            min_rotary: raw.min_rotary.map_or(min_rotary, |value| value * self.angle),
+            tolerance: raw.tolerance.map_or(tolerance, |value| value * self.length),
+        }
+    }
+
+    fn retract(self, raw: RawRetract) -> Retract {
+        let standard = Retract::standard();
+        Retract {
+            frame: match raw.frame {
+                None => standard.frame,
+                Some(RawFrame::Machine) => RetractFrame::Machine,
+                Some(RawFrame::Tool) => RetractFrame::Tool,
+            },
+            axis: raw.axis.unwrap_or(standard.axis),
+            to: raw.to.map_or(standard.to, |value| value * self.length),
+            first: raw.first.unwrap_or(standard.first),
+        }
+    }
+}
+
+fn output(raw: RawOutput) -> Output {
+    Output {
+        letter: raw.letter,
+        decimals: raw.decimals.unwrap_or(Output::STANDARD.decimals),
+        modulo: match raw.modulo {
+            RawModulo::Unwound => Modulo::Unwound,
+            RawModulo::Positive => Modulo::Positive,
+            RawModulo::Signed => Modulo::Signed,
+        },
+    }
+}
+
+fn dialect(raw: RawDialect, doc: &mut Document<'_>) -> Dialect {
+    // Any text is welcome here, but one that is nearly a key was meant to be it.
+    for key in raw.strings.keys() {
+        if let Some(nearest) = nearest(key, &["name", "interpolation", "feed", "tcp_on", "tcp_off"])
+            && nearest != key
+        {
+            let message = format!("unknown key `{key}` in [dialect]");
+            doc.fault(&format!("dialect.{key}"), message, format!("did you mean `{nearest}`?"));
+        }
+    }
+    Dialect {
+        name: raw.name,
+        interpolation: match raw.interpolation {
+            RawInterpolation::RotaryLinear => Interpolation::RotaryLinear,
+            RawInterpolation::GreatCircle => Interpolation::GreatCircle,
+            RawInterpolation::Axes => Interpolation::Axes,
+        },
+        feed: match raw.feed {
+            RawFeed::Tip => FeedMode::Tip,
+            RawFeed::InverseTime => FeedMode::InverseTime,
+        },
+        strings: raw.strings,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MACHINE: &str = r#"schema = "trunnion-machine/1"
+name = "small"
+chain = ["w", "C", "A", "b", "X", "Y", "Z", "t"]
+tool_axis = [0, 0, 1]
+gauge = [0, 0, 0]
+[axis]
+X = { kind = "linear", dir = [1, 0, 0], limits = [-4, 4], vel = 100, acc = 200, jerk = 300 }
+Y = { kind = "linear", dir = [0, 1, 0], limits = [-4, 4], vel = 100, acc = 200, jerk = 300 }
+Z = { kind = "linear", dir = [0, 0, 1], limits = [-4, 4], vel = 100, acc = 200, jerk = 300 }
+A = { kind = "rotary", dir = [1, 0, 0], point = [0, 0, 1], limits = [-90, 90], vel = 180, acc = 3, jerk = 4 }
+C = { kind = "rotary", dir = [0, 0, 1], point = [0, 0, 0], cyclic = 360, vel = 180, acc = 3, jerk = 4 }
+"#;
+
+    fn faults(text: &str) -> Vec<String> {
+        let faults = parse(text).err().unwrap_or_else(|| panic!("no fault in\n{text}"));
+        faults.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn degrees_become_radians() {
+        let file = parse(MACHINE).unwrap();
+        let names: Vec<&str> = file.machine.axes.iter().map(|axis| axis.name.as_str()).collect();
+        assert_eq!(names, ["X", "Y", "Z", "C", "A"]);
+        let [.., a] = &file.machine.axes;
+        assert!((a.vel - std::f64::consts::PI).abs() < 1e-15);
+        assert!((a.limits[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+        assert_eq!(file.places.get("axis.A.vel").line, 10);
+    }
+
+    #[test]
+    fn inches_and_minutes_scale_every_length_and_rate() {
+        let text = MACHINE.replace(
+            "gauge = [0, 0, 0]",
+            "gauge = [0, 0, 1]\nunits = { length = \"inch\", angle = \"rad\", time = \"min\" }",
+        );
+        let text = text.replace("[-90, 90]", "[-1, 1]").replace("360", "6.283185307179586");
+        let machine = parse(&text).unwrap().machine;
+        let [x, .., a] = &machine.axes;
+        assert!((machine.gauge.z - 25.4).abs() < 1e-12);
+        assert!((x.jerk - 300.0 * 25.4 / 216_000.0).abs() < 1e-12);
+        assert!((a.vel - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn faults_of_the_whole_machine_have_lines_too() {
+        for (line, by, expected) in [
+            ("\"A\", \"b\"", "\"b\"", "10:1: axis A is described but does not stand in the chain"),
+            (
+                "dir = [1, 0, 0], point",
+                "dir = [0, 0, 1], point",
+                "10:30: rotary axes C and A are parallel",
+            ),
+            (
+                "limits = [-90, 90]",
+                "limits = [90, -90]",
+                "10:69: travel of axis A is empty: [90, -90]",
+            ),
+            (
+                "jerk = 300 }\nY",
+                "jerk = 300, rapd = 3 }\nY",
+                "7:93: unknown key `rapd` in [axis.X]",
+            ),
+            ("[axis]", "[retract]\naxis = \"W\"\n[axis]", "7:8: the retracting axis W"),
+        ] {
+            assert!(MACHINE.contains(line), "{line}");
+            let found = faults(&MACHINE.replacen(line, by, 1));
+            assert!(found.iter().any(|fault| fault.starts_with(expected)), "{by}: {found:#?}");
+        }
+    }
+
+    #[test]
+    fn a_key_that_is_nearly_right_is_no_editable_text() {
+        let text = format!("{MACHINE}[dialect]\nmacro = \"M3\"\ninterpolaton = \"axes\"\n");
+        let found = faults(&text);
+        assert!(found.len() == 1 && found[0].starts_with("14:16: unknown key"), "{found:#?}");
+        let text = text.replace("interpolaton", "interpolation");
+        assert_eq!(parse(&text).unwrap().machine.dialect.strings["macro"], "M3");
+    }
+}

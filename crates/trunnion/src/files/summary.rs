@@ -1,0 +1,139 @@
+//! What a run found, for scripts: the layout of `summary.json` (`trunnion-summary/1`).
+//!
+//! Lengths in mm, times in s, angles in degrees, as in every file.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Name and version of the layout.
+pub const LAYOUT: &str = "trunnion-summary/1";
+
+/// Result of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Summary {
+    /// The layout of this file.
+    #[schemars(extend("const" = LAYOUT))]
+    pub schema: String,
+    /// Name and version of the program that made it.
+    pub generator: String,
+    /// Name of the job.
+    pub job: String,
+    /// Whether every tolerance and limit is kept.
+    pub passed: bool,
+    /// Why not, one sentence each; empty if passed.
+    pub failures: Vec<String>,
+    /// What to know before using the program.
+    pub warnings: Vec<String>,
+    /// Tolerance and how it was shared out.
+    pub tolerance: ToleranceSummary,
+    /// Passes over the faces.
+    pub cover: CoverSummary,
+    /// Motion of the machine.
+    pub motion: MotionSummary,
+    /// Programs that were written.
+    pub programs: Vec<ProgramSummary>,
+    /// Other files that were written, relative to this file.
+    pub files: Vec<String>,
+}
+
+/// Tolerance and how it was shared out, in mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct ToleranceSummary {
+    /// Most material left after everything, in mm.
+    pub total: f64,
+    /// Deepest gouge after everything, in mm.
+    pub gouge: f64,
+    /// Least and largest error of a strip, in mm.
+    pub strip: [f64; 2],
+    /// Share of the curves through the cutter locations, in mm.
+    pub path: f64,
+    /// Share of the program's blocks, in mm.
+    pub linearisation: f64,
+    /// Share of the program's decimals, in mm.
+    pub rounding: f64,
+    /// Share of the control's own smoothing, in mm.
+    pub control: f64,
+}
+
+/// Passes over the faces.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct CoverSummary {
+    /// Numbers of the faces.
+    pub faces: Vec<usize>,
+    /// Number of passes.
+    pub passes: usize,
+    /// Number of cutter locations.
+    pub stations: usize,
+    /// Length of all passes along the cutter contact, in mm.
+    pub cutting_length: f64,
+    /// Least, mean and largest strip width, in mm.
+    pub strip_width: [f64; 3],
+}
+
+/// Motion of the machine.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MotionSummary {
+    /// Machine.
+    pub machine: String,
+    /// Planner: which limits the schedule keeps.
+    pub method: String,
+    /// Planned time, in s.
+    pub duration: f64,
+    /// Of this, while cutting, in s.
+    pub cutting: f64,
+    /// Time that no schedule under the same limits can beat, in s.
+    pub lower_bound: f64,
+    /// The axes.
+    pub axes: Vec<AxisSummary>,
+}
+
+/// One axis, in mm or degrees.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct AxisSummary {
+    /// Name.
+    pub name: String,
+    /// Unit of positions: mm or deg.
+    pub unit: String,
+    /// Least and largest position.
+    pub range: [f64; 2],
+    /// Largest velocity as a fraction of its limit.
+    pub velocity_ratio: f64,
+    /// Largest acceleration as a fraction of its limit.
+    pub acceleration_ratio: f64,
+}
+
+/// A program and what its check found.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ProgramSummary {
+    /// Dialect.
+    pub dialect: String,
+    /// File, relative to this file.
+    pub file: String,
+    /// Number of blocks that move.
+    pub blocks: usize,
+    /// What the check of this very program found; left out if it was not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub check: Option<CheckSummary>,
+}
+
+/// What the check of a program found.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct CheckSummary {
+    /// Largest distance between measured points, in mm.
+    pub grid: f64,
+    /// Points measured.
+    pub points: usize,
+    /// Of these, not cut.
+    pub uncut: usize,
+    /// Deepest gouge, in mm; 0 for none.
+    pub gouge: f64,
+    /// Most material left, in mm, at points that were cut.
+    pub excess: f64,
+    /// Time the program takes, in s.
+    pub duration: f64,
+    /// Largest axis velocity as a fraction of its limit.
+    pub velocity_ratio: f64,
+    /// Largest axis acceleration as a fraction of its limit; left out if it was not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration_ratio: Option<f64>,
+}
