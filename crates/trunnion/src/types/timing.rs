@@ -73,6 +73,14 @@ impl<const N: usize> AxisPiece<N> {
         let end = self.nodes.get(interval + 1)?;
         Some(if s < end.s { quintic.at((s - start).max(0.0)) } else { end.q })
     }
+
+    /// Axes at `s`, clamped to the piece; exact at nodes. `None` for a piece of less than two nodes.
+    pub fn position_at(&self, s: f64) -> Option<SVector<f64, N>> {
+        let interval = self.interval_at(s);
+        let (start, quintic) = self.quintic(interval)?;
+        let end = self.nodes.get(interval + 1)?;
+        Some(if s < end.s { quintic.value((s - start).max(0.0)) } else { end.q[0] })
+    }
 }
 
 /// Index of the interval of an increasing list that holds `value`; ends are clamped.

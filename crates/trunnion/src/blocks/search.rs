@@ -1,0 +1,127 @@
+//! Longest blocks first.
+
+use super::BlockOptions;
+use super::deviation::{Course, Place};
+use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::types::{Motion, SchedulePiece};
+
+/// Halvings between an allowed and a refused length: right to 1/128 of the block.
+const HALVINGS: u32 = 7;
+
+/// A block that strays however short it is.
+pub(super) struct Fault {
+    pub(super) s: f64,
+    pub(super) deviation: f64,
+    pub(super) tolerance: f64,
+}
+
+/// Path parameters of the block ends of a piece, the first being where it starts.
+pub(super) fn ends(
+    course: &Course,
+    rows: &SchedulePiece,
+    options: &BlockOptions,
+) -> Result<Vec<f64>, Fault> {
+    let (Some(first), Some(last)) = (course.piece.nodes.first(), course.piece.nodes.last()) else {
+        return Ok(Vec::new());
+    };
+    let search = Search { course, rows, options, end: last.s };
+    let mut ends = vec![first.s];
+    let mut from = course.at(first.s);
+    let mut guess = last.s - first.s;
+    while from.s < last.s {
+        let to = search.longest(&from, guess)?;
+        guess = to.s - from.s;
+        ends.push(to.s);
+        from = to;
+    }
+    search.balance(&mut ends);
+    Ok(ends)
+}
+
+struct Search<'a> {
+    course: &'a Course<'a>,
+    rows: &'a SchedulePiece,
+    options: &'a BlockOptions,
+    end: f64,
+}
+
+impl Search<'_> {
+    /// End of the longest allowed block from here: doubled or halved from a guess until both an
+    /// allowed and a refused length are known, then halved between them.
+    fn longest(&self, from: &Place, guess: f64) -> Result<Place, Fault> {
+        let mut best: Option<Place> = None;
+        let mut refused = f64::INFINITY;
+        let mut length = guess;
+        // Lengths below this share of s are lost in its rounding.
+        let shortest = from.s.abs().max(self.end.abs()) * f64::EPSILON * 1024.0;
+        while best.is_none() || refused.is_infinite() {
+            let to = self.course.at(self.end.min(from.s + length));
+            if self.allowed(from, &to) {
+                best = Some(to);
+                if to.s >= self.end {
+                    return Ok(to);
+                }
+                length *= 2.0;
+            } else {
+                refused = to.s;
+                length = 0.5 * (to.s - from.s);
+                if length <= shortest {
+                    return Err(self.fault(from, &to));
+                }
+            }
+        }
+        let mut best = best.unwrap_or(*from);
+        for _ in 0..HALVINGS {
+            let to = self.course.at(0.5 * (best.s + refused));
+            if self.allowed(from, &to) { best = to } else { refused = to.s }
+        }
+        Ok(best)
+    }
+
+    fn allowed(&self, from: &Place, to: &Place) -> bool {
+        let tolerance = self.tolerance();
+        self.fine(from, to) && self.course.deviation(from, to, tolerance) <= tolerance
+    }
+
+    /// Whether step, turn and duration are allowed.
+    fn fine(&self, from: &Place, to: &Place) -> bool {
+        if self.course.piece.motion == Motion::Link {
+            return true;
+        }
+        let duration = self.rows.time_at(to.s) - self.rows.time_at(from.s);
+        if duration <= self.options.min_duration {
+            return true;
+        }
+        let step = (to.pose.tip - from.pose.tip).norm();
+        let turn = |axis: usize| (to.q[axis] - from.q[axis]).abs();
+        step <= self.options.max_step
+            && turn(FIRST_ROTARY).max(turn(SECOND_ROTARY)) <= self.options.max_turn
+            && duration <= self.options.max_duration
+    }
+
+    fn tolerance(&self) -> f64 {
+        match self.course.piece.motion {
+            Motion::Link => self.options.link_tolerance,
+            _ => self.options.tolerance,
+        }
+    }
+
+    /// A last block that is too short shares its time evenly with the one before, where allowed.
+    fn balance(&self, ends: &mut [f64]) {
+        let &mut [.., before, ref mut middle, last] = ends else { return };
+        let [start, end] = [before, last].map(|s| self.rows.time_at(s));
+        if end - self.rows.time_at(*middle) >= self.options.min_duration {
+            return;
+        }
+        let Some(moment) = self.rows.at_time(0.5 * (start + end)) else { return };
+        let [from, via, to] = [before, moment.s, last].map(|s| self.course.at(s));
+        if via.s > before && via.s < last && self.allowed(&from, &via) && self.allowed(&via, &to) {
+            *middle = via.s;
+        }
+    }
+
+    fn fault(&self, from: &Place, to: &Place) -> Fault {
+        let deviation = self.course.deviation(from, to, f64::INFINITY);
+        Fault { s: from.s, deviation, tolerance: self.tolerance() }
+    }
+}
