@@ -2,3 +2,226 @@
 //!
 //! Shares only surface, cutter, machine and `nc::read` with the makers and never calls an inverse,
 //! so that a maker's mistake cannot hide in the checker.
+//!
+//! [`check`] runs a [`Program`] from the machine's home position: without TCP all axes are linear in
+//! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
+//! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
+//! in any pose of any move, links and rapids included: below 0 a gouge, above 0 excess. That is a
+//! minimum over continuous time to a stated tolerance, not over sampled poses
+//! (`docs/sources.md`, verification).
+
+mod audit;
+mod body;
+mod deviation;
+mod grid;
+mod index;
+mod ray;
+mod replay;
+mod report;
+mod sweep;
+
+pub use report::{
+    Audit, AxisAudit, Bin, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report, Sample,
+};
+
+use crate::cutter::Cutter;
+use crate::machine::Kinematics;
+use crate::nc::read::Program;
+use crate::surface::Face;
+use crate::types::{Cancelled, Progress, Stage};
+use deviation::Sweep;
+use grid::Grid;
+use replay::Control;
+
+/// What is checked, and against what.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<'a> {
+    /// The program, as read from its text.
+    pub program: &'a Program,
+    /// Machine and setup as the control has them: work offset, tool length, pivots.
+    pub believed: &'a Kinematics,
+    /// Machine and setup as they are; the same, unless an error of either is to be studied.
+    pub real: &'a Kinematics,
+    /// Faces to be cut, in the workpiece frame.
+    pub faces: &'a [Face],
+    /// The tool, from tip to gauge point.
+    pub cutter: &'a Cutter,
+}
+
+/// How finely to look, and what to allow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Largest distance of grid points \[mm\].
+    pub grid: f64,
+    /// How far to look for the tool along the normal, both ways \[mm\]: what is higher is uncut.
+    pub reach: f64,
+    /// How exactly heights are found \[mm\]: the true one is at most this much lower. Motion inside a
+    /// block is followed to a tenth of it.
+    pub ray_tolerance: f64,
+    /// Largest excess \[mm\].
+    pub total: f64,
+    /// Deepest gouge \[mm\].
+    pub gouge: f64,
+    /// Grid points on one face at most.
+    pub most_points: usize,
+}
+
+/// Why a program cannot be checked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// The caller asked for a stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// An option that is not a usable number.
+    #[error("option {name} is {value}; it must be {must}")]
+    Option {
+        /// Which one.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// The program moves nothing.
+    #[error("the program has no moves")]
+    NoMotion,
+    /// More than one tool.
+    #[error("the program calls {count} tools; check it tool by tool, cut at M6")]
+    Tools {
+        /// How many.
+        count: usize,
+    },
+    /// A work offset other than the one the setup defines.
+    #[error("line {line}: the setup defines G54 only, not G{number}")]
+    WorkOffset {
+        /// Line of the program.
+        line: u32,
+        /// G code without its decimals.
+        number: u8,
+    },
+    /// X, Y and Z do not span space.
+    #[error("the linear axes do not reach every position")]
+    LinearAxes,
+    /// A block that turns so far that its motion cannot be followed.
+    #[error("line {line}: the block turns too far to be followed; break it up")]
+    TurnsTooFar {
+        /// Line of the program.
+        line: u32,
+    },
+    /// The grid is too fine.
+    #[error("face {face} would have {points:.0} grid points, more than {most}; use a coarser grid")]
+    TooManyPoints {
+        /// Number of the face.
+        face: usize,
+        /// Points asked for.
+        points: f64,
+        /// Points allowed.
+        most: usize,
+    },
+}
+
+/// Checks a program against surface and machine.
+///
+/// Heights are relative to the faces as given; control smoothing and the speed of rapids beyond
+/// their limit are not modelled. A limit broken shows in [`Report::findings`], not as an error.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+///
+/// # Source
+///
+/// `theory`: distance functions of convex bodies of revolution, branch and bound over time.
+pub fn check(
+    input: &Input<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Report, VerifyError> {
+    check_options(options)?;
+    let mut tools = input.program.tools.clone();
+    tools.dedup();
+    if tools.len() > 1 {
+        return Err(VerifyError::Tools { count: tools.len() });
+    }
+    let control = Control::new(input)?;
+    let segments = replay::replay(&control, input)?;
+    let audit = audit::audit(&control, &segments, input)?;
+    let sweep = Sweep::new(&control, &segments, input, options)?;
+    let grids: Result<Vec<Grid>, _> =
+        input.faces.iter().map(|face| Grid::over(face, options)).collect();
+    let grids = grids?;
+    let total: u64 = grids.iter().map(|grid| grid.size().iter().product::<usize>() as u64).sum();
+    let mut done = 0u64;
+    let mut advance = |points: usize| {
+        done = total.min(done + points as u64);
+        progress.step(Stage::Verify, done, total)
+    };
+    let mut maps = Vec::with_capacity(grids.len());
+    for (face, grid) in input.faces.iter().zip(grids) {
+        maps.push(deviation::map(&sweep, face, grid, &mut advance)?);
+    }
+    let deviation = Deviation::of(&maps);
+    let findings = findings(&maps, &deviation, &audit, options);
+    Ok(Report { maps, deviation, audit, findings })
+}
+
+fn check_options(options: &Options) -> Result<(), VerifyError> {
+    let positive = [
+        ("grid", options.grid),
+        ("reach", options.reach),
+        ("ray_tolerance", options.ray_tolerance),
+    ];
+    for (name, value) in positive {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(VerifyError::Option { name, value, must: "a length above 0" });
+        }
+    }
+    for (name, value) in [("total", options.total), ("gouge", options.gouge)] {
+        if !(value >= 0.0 && value < options.reach) {
+            return Err(VerifyError::Option { name, value, must: "from 0 to below the reach" });
+        }
+    }
+    Ok(())
+}
+
+/// What breaks a tolerance or a limit. A gouge is judged with the ray tolerance against it.
+fn findings(
+    maps: &[FaceMap],
+    deviation: &Deviation,
+    audit: &Audit,
+    options: &Options,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if let Some(low) = deviation.lowest
+        && low.height - options.ray_tolerance < -options.gouge
+    {
+        findings.push(Finding::Gouge(low));
+    }
+    if let Some(high) = deviation.highest
+        && high.height > options.total
+    {
+        findings.push(Finding::Excess(high));
+    }
+    let mut uncut = maps.iter().flat_map(|map| &map.samples).flatten();
+    if let Some(sample) = uncut.find(|sample| sample.height.is_none()) {
+        let (points, area) = (deviation.uncut, deviation.uncut_area);
+        findings.push(Finding::Uncut { points, area, place: sample.point });
+    }
+    if deviation.unmeasured > 0 {
+        findings.push(Finding::Unmeasured { points: deviation.unmeasured });
+    }
+    for axis in &audit.axes {
+        let name = || axis.name.clone();
+        if let Some(worst) = axis.travel {
+            findings.push(Finding::Travel { axis: name(), worst });
+        }
+        if axis.velocity.broken > 0 {
+            findings.push(Finding::Velocity { axis: name(), worst: axis.velocity });
+        }
+        if axis.acceleration.broken > 0 {
+            findings.push(Finding::Acceleration { axis: name(), worst: axis.acceleration });
+        }
+    }
+    findings
+}

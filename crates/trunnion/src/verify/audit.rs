@@ -1,0 +1,238 @@
+//! Axes against travel, velocity and acceleration limits, from the text's own times.
+
+use super::replay::{Control, Course, Segment};
+use super::report::{Audit, AxisAudit, Overrun, Ratio};
+use super::{Input, VerifyError};
+use crate::machine::Axis;
+use crate::types::{AXES, AxisVector};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
+
+/// Turn within a TCP block beyond which the linear axes are looked at in between \[rad\].
+const TURN: f64 = 0.02;
+/// Looks inside one block at most.
+const MOST_LOOKS: f64 = 256.0;
+
+/// What a stretch of a program asks of the axes.
+struct Stretch {
+    line: u32,
+    velocity: AxisVector,
+    duration: f64,
+    /// Velocity that the rounding of the words can have added.
+    slack: AxisVector,
+}
+
+/// Audits all segments.
+pub(super) fn audit(
+    control: &Control<'_>,
+    segments: &[Segment],
+    input: &Input<'_>,
+) -> Result<Audit, VerifyError> {
+    let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
+    let mut before = None;
+    for segment in segments {
+        for_positions(control, segment, |q| {
+            axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
+        })?;
+        if segment.rapid || matches!(segment.course, Course::Rest) {
+            // The machine rests before and after: the stretch before runs into a standstill.
+            between(&mut axes, before.take().as_ref(), None);
+            continue;
+        }
+        if segment.duration <= 0.0 {
+            continue;
+        }
+        let stretch = stretch(control, segment, input)?;
+        inner_velocities(control, segment, &stretch, &mut axes)?;
+        between(&mut axes, before.as_ref(), Some(&stretch));
+        before = Some(stretch);
+    }
+    between(&mut axes, before.as_ref(), None);
+    let time = |rapid: bool| -> f64 {
+        segments.iter().filter(|s| s.rapid || !rapid).map(|s| s.duration).sum()
+    };
+    Ok(Audit {
+        axes: axes.map(AxisState::finish),
+        duration: time(false),
+        rapid: time(true),
+        moves: segments.len(),
+    })
+}
+
+/// Times in 0..=1 at which a segment is looked at: its ends where axes are linear, more where they
+/// are not.
+fn looks(segment: &Segment) -> impl Iterator<Item = f64> + use<> {
+    let [from, to] = segment.joints;
+    let turn = (to[3] - from[3]).abs() + (to[4] - from[4]).abs();
+    let count = match segment.course {
+        Course::Tip { .. } => (turn / TURN).ceil().clamp(1.0, MOST_LOOKS),
+        _ => 1.0,
+    };
+    let mut index = 0.0;
+    std::iter::from_fn(move || {
+        let t = index / count;
+        index += 1.0;
+        (t <= 1.0).then_some(t)
+    })
+}
+
+fn for_positions(
+    control: &Control<'_>,
+    segment: &Segment,
+    mut look: impl FnMut(&AxisVector),
+) -> Result<(), VerifyError> {
+    for t in looks(segment) {
+        look(&control.joints(segment, t)?);
+    }
+    Ok(())
+}
+
+/// Mean velocity of a block and its slack: both ends may be off by the rounding, and the time by
+/// the last digit of the feed word.
+fn stretch(
+    control: &Control<'_>,
+    segment: &Segment,
+    input: &Input<'_>,
+) -> Result<Stretch, VerifyError> {
+    let duration = segment.duration;
+    let velocity = (segment.joints[1] - segment.joints[0]) / duration;
+    let error = joint_rounding(control, segment, &input.program.rounding)?;
+    // F = 60 / duration in inverse time; under G94 this overstates the effect.
+    let feed = 2.0 * input.program.feed_rounding * duration / 60.0;
+    let slack = error * (2.0 / duration) + velocity.abs() * feed.min(1.0);
+    Ok(Stretch { line: segment.line, velocity, duration, slack })
+}
+
+/// What the rounding of the words does to the joints at a block's end \[mm, rad\].
+///
+/// Without TCP that is the rounding itself. With it the linear axes follow
+/// `J dl = dtip - (d tip / d rotary) d rotary`, and the tip's distances from the rotary axes bound
+/// the last term.
+fn joint_rounding(
+    control: &Control<'_>,
+    segment: &Segment,
+    rounding: &AxisVector,
+) -> Result<AxisVector, VerifyError> {
+    let Course::Tip { length, .. } = segment.course else { return Ok(*rounding) };
+    let kinematics = control.reckons(length);
+    let q = segment.joints[1];
+    let tip = |axis: usize, by: f64| {
+        let mut moved = q;
+        moved[axis] += by;
+        kinematics.forward(&moved).tip
+    };
+    let here = kinematics.forward(&q).tip;
+    let column = |axis: usize| tip(axis, 1.0) - here;
+    let inverse = Matrix3::from_columns(&[column(0), column(1), column(2)])
+        .try_inverse()
+        .ok_or(VerifyError::LinearAxes)?;
+    let swing = |axis: usize| 0.5 * (tip(axis, PI) - here).norm() * rounding[axis];
+    let error = rounding.fixed_rows::<3>(0).norm() + swing(3) + swing(4);
+    let linear: Vector3<f64> = Vector3::from_fn(|row, _| inverse.row(row).norm() * error);
+    Ok(AxisVector::new(linear.x, linear.y, linear.z, rounding[3], rounding[4]))
+}
+
+/// Velocities between the looks of a block.
+fn inner_velocities(
+    control: &Control<'_>,
+    segment: &Segment,
+    stretch: &Stretch,
+    axes: &mut [AxisState<'_>; AXES],
+) -> Result<(), VerifyError> {
+    let mut last: Option<(f64, AxisVector)> = None;
+    for t in looks(segment) {
+        let q = control.joints(segment, t)?;
+        if let Some((before, from)) = last {
+            let velocity = (q - from) / ((t - before) * stretch.duration);
+            for (index, axis) in axes.iter_mut().enumerate() {
+                axis.velocity.take(
+                    velocity[index],
+                    stretch.slack[index],
+                    axis.axis.vel,
+                    stretch.line,
+                );
+            }
+        }
+        last = Some((t, q));
+    }
+    Ok(())
+}
+
+/// Acceleration from one stretch to the next; `None` is a standstill.
+///
+/// The divided difference of two mean velocities is a weighted mean of the acceleration over both
+/// stretches (weights form a trapezoid of area 1), so it cannot exceed a limit that is kept.
+fn between(axes: &mut [AxisState<'_>; AXES], from: Option<&Stretch>, to: Option<&Stretch>) {
+    let at = |stretch: Option<&Stretch>, index: usize| {
+        stretch.map_or([0.0, 0.0], |s| [s.velocity[index], s.slack[index]])
+    };
+    let time = 0.5 * (from.map_or(0.0, |s| s.duration) + to.map_or(0.0, |s| s.duration));
+    let Some(line) = to.or(from).map(|s| s.line) else { return };
+    for (index, axis) in axes.iter_mut().enumerate() {
+        let ([v1, slack1], [v2, slack2]) = (at(from, index), at(to, index));
+        let (acceleration, slack) = ((v2 - v1) / time, (slack1 + slack2) / time);
+        axis.acceleration.take(acceleration, slack, axis.axis.acc, line);
+    }
+}
+
+/// Running results of an axis.
+struct AxisState<'a> {
+    axis: &'a Axis,
+    range: [f64; 2],
+    travel: Option<Overrun>,
+    velocity: Ratio,
+    acceleration: Ratio,
+}
+
+impl<'a> AxisState<'a> {
+    fn new(axis: &'a Axis) -> Self {
+        let none = Ratio { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
+        Self {
+            axis,
+            range: [f64::INFINITY, f64::NEG_INFINITY],
+            travel: None,
+            velocity: none,
+            acceleration: none,
+        }
+    }
+
+    /// Takes a position in.
+    fn visit(&mut self, q: f64, line: u32) {
+        self.range = [self.range[0].min(q), self.range[1].max(q)];
+        let [low, high] = self.axis.limits;
+        let excess = (low - q).max(q - high);
+        if excess > TRAVEL_ROUNDING && self.travel.is_none_or(|worst| excess > worst.excess) {
+            self.travel = Some(Overrun { line, value: q, excess });
+        }
+    }
+
+    fn finish(self) -> AxisAudit {
+        AxisAudit {
+            name: self.axis.name.clone(),
+            range: self.range,
+            travel: self.travel,
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+        }
+    }
+}
+
+/// Joints of some 1e3 mm come out of a 3 x 3 solve with a few dozen roundings of 1e-13.
+const TRAVEL_ROUNDING: f64 = 1e-9;
+/// A difference of joints (rounding 1e-12 mm) over the shortest step worth a block (1e-4 mm) is
+/// known to 1e-8 of itself.
+const RATE_ROUNDING: f64 = 1e-8;
+
+impl Ratio {
+    /// Takes a rate in.
+    fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
+        let raw = rate.abs() / limit;
+        let worst = (rate.abs() - slack).max(0.0) / limit;
+        self.raw = self.raw.max(raw);
+        if worst > self.worst {
+            self.worst = worst;
+            self.line = line;
+        }
+        self.broken += usize::from(worst > 1.0 + RATE_ROUNDING);
+    }
+}

@@ -1,0 +1,237 @@
+//! The tool as convex bodies of revolution: signed distance with its gradient.
+
+use crate::cutter::Cutter;
+use nalgebra::{Point3, Vector3};
+
+/// A convex body about the tool axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Body {
+    /// Cutting end and flank: a circle of radius `minor` swept round one of radius `major`, then a
+    /// cylinder up to `top`.
+    Nose { major: f64, minor: f64, top: f64 },
+    /// A piece of the shank between two heights; `slope` is the growth of the radius by height.
+    Frustum { low: f64, high: f64, radius: f64, slope: f64 },
+}
+
+/// Convex function that is 0 on a body's surface, below 0 inside, and never above the distance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Probe {
+    /// Its value \[mm\].
+    pub(super) distance: f64,
+    /// Its derivative by the distance `rho` from the axis, divided by `rho` \[1/mm\].
+    pub(super) radial: f64,
+    /// Its derivative by the height above the tip.
+    pub(super) axial: f64,
+    /// Height above the tip \[mm\].
+    pub(super) height: f64,
+}
+
+/// The tool of a job, in the order tip to spindle.
+pub(super) fn bodies(cutter: &Cutter) -> Vec<Body> {
+    let shank = &cutter.spec().shank;
+    let top = shank.first().map_or(cutter.length(), |&[height, _]| height);
+    let mut bodies = vec![Body::Nose { major: cutter.major(), minor: cutter.minor(), top }];
+    let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
+    let ends = shank.iter().copied().skip(1).chain(last);
+    for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
+        if high > low {
+            bodies.push(Body::Frustum { low, high, radius, slope: (end - radius) / (high - low) });
+        }
+    }
+    bodies
+}
+
+impl Body {
+    /// Lowest and highest point on the axis \[mm above the tip\].
+    pub(super) fn heights(self) -> [f64; 2] {
+        match self {
+            Self::Nose { top, .. } => [0.0, top],
+            Self::Frustum { low, high, .. } => [low, high],
+        }
+    }
+
+    /// Largest radius \[mm\].
+    pub(super) fn radius(self) -> f64 {
+        match self {
+            Self::Nose { major, minor, .. } => major + minor,
+            Self::Frustum { low, high, radius, slope } => radius.max(radius + slope * (high - low)),
+        }
+    }
+
+    /// Probes a point `y` (from the tip) for a tool along the unit vector `axis`.
+    ///
+    /// Every piece is a convex function of `y`, so their maximum is; where it has a kink, the
+    /// derivative of one side is given, which supports it as well.
+    #[inline]
+    pub(super) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> Probe {
+        let height = axis.dot(y);
+        let rho = (y - axis * height).norm();
+        let (distance, by_rho, axial) = match self {
+            Self::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+            Self::Frustum { low, high, radius, slope } => {
+                let steep = slope.hypot(1.0);
+                let side = (rho - radius - slope * (height - low)) / steep;
+                capped((side, 1.0 / steep, -slope / steep), height, [low, high])
+            }
+        };
+        // On the axis itself any radial slope up to by_rho supports the function; 0 is one.
+        let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
+        Probe { distance, radial, axial, height }
+    }
+}
+
+/// Value and derivatives by rho and height of the nose.
+#[inline]
+fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f64) {
+    // Distance to the corner region {out <= 0, down <= 0}, less the rounding.
+    let [out, down] = [rho - major, minor - height];
+    let side = if out > 0.0 && down > 0.0 {
+        let away = out.hypot(down);
+        (away - minor, out / away, -down / away)
+    } else if out >= down {
+        (out - minor, 1.0, 0.0)
+    } else {
+        (down - minor, 0.0, -1.0)
+    };
+    if height - top > side.0 { (height - top, 0.0, 1.0) } else { side }
+}
+
+/// The larger of a side and the two end planes.
+fn capped(side: (f64, f64, f64), height: f64, [low, high]: [f64; 2]) -> (f64, f64, f64) {
+    let ends = if height - high > low - height {
+        (height - high, 0.0, 1.0)
+    } else {
+        (low - height, 0.0, -1.0)
+    };
+    if ends.0 > side.0 { ends } else { side }
+}
+
+/// Where and how a tool stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stand {
+    pub(super) tip: Point3<f64>,
+    /// Unit vector.
+    pub(super) axis: Vector3<f64>,
+}
+
+/// A ray from a surface point along its normal, searched from `-below` up.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray {
+    pub(super) origin: Point3<f64>,
+    /// Unit vector.
+    pub(super) normal: Vector3<f64>,
+    /// How far below the origin the search begins \[mm\].
+    pub(super) below: f64,
+}
+
+impl Ray {
+    /// The point at `s`.
+    #[inline]
+    pub(super) fn at(&self, s: f64) -> Point3<f64> {
+        self.origin + self.normal * s
+    }
+}
+
+/// Newton steps on a convex function approach its root from one side; halving is the slowest they
+/// can be (a double root), and 60 halvings pass from metres to below a nanometre.
+const STEPS: u32 = 60;
+
+impl Body {
+    /// Distance function along a ray and its derivative.
+    fn along(self, stand: &Stand, ray: &Ray, s: f64) -> (f64, f64) {
+        let y = ray.at(s) - stand.tip;
+        let probe = self.probe(&y, &stand.axis);
+        (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
+    }
+
+    /// Lowest `s` in `[-below, limit)` at which the ray is inside the body, to within
+    /// `tolerance` \[mm\]; `None` if there is none.
+    ///
+    /// The distance function is convex along the ray. Newton's method started where it is positive
+    /// and falling never passes the root, so it finds the first one or shows that there is none.
+    pub(super) fn entry(self, stand: &Stand, ray: &Ray, limit: f64, tolerance: f64) -> Option<f64> {
+        let mut s = -ray.below;
+        let inside = self.along(stand, ray, limit).0;
+        if inside <= 0.0 {
+            // The distance changes by at most 1 a millimetre: the root is at least this far below.
+            let guess = limit + 2.0 * inside - tolerance;
+            if guess > s {
+                let (value, slope) = self.along(stand, ray, guess);
+                if value > 0.0 && slope < 0.0 {
+                    s = guess;
+                }
+            }
+        }
+        for _ in 0..STEPS {
+            let (value, slope) = self.along(stand, ray, s);
+            if value <= 0.0 {
+                break;
+            }
+            if slope >= 0.0 {
+                return None;
+            }
+            let step = -value / slope;
+            s += step;
+            if s >= limit {
+                return None;
+            }
+            if step <= tolerance {
+                break;
+            }
+        }
+        Some(s)
+    }
+}
+
+impl Probe {
+    /// Derivative when the point moves along `direction`.
+    #[inline]
+    pub(super) fn slope(
+        &self,
+        y: &Vector3<f64>,
+        axis: &Vector3<f64>,
+        direction: &Vector3<f64>,
+    ) -> f64 {
+        let out = y.dot(direction) - self.height * axis.dot(direction);
+        self.radial * out + self.axial * axis.dot(direction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BULL: Body = Body::Nose { major: 10.0, minor: 6.0, top: 50.0 };
+
+    fn distance(body: Body, y: [f64; 3]) -> f64 {
+        body.probe(&Vector3::from(y), &Vector3::z()).distance
+    }
+
+    #[test]
+    fn distances_to_a_bull_nose_are_a_pencil_calculation() {
+        assert!((distance(BULL, [0.0, 3.0, -2.0]) - 2.0).abs() < 1e-15); // below the disc
+        assert!((distance(BULL, [20.0, 0.0, 20.0]) - 4.0).abs() < 1e-15); // beside the flank
+        assert!((distance(BULL, [14.0, 0.0, 3.0]) + 1.0).abs() < 1e-15); // 3-4-5 in the corner
+        assert!((distance(BULL, [0.0, 0.0, 51.0]) - 1.0).abs() < 1e-15); // above
+    }
+
+    #[test]
+    fn a_ray_from_below_enters_where_the_disc_is() {
+        let stand = Stand { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
+        let ray = Ray { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
+        assert!((BULL.entry(&stand, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
+        assert_eq!(BULL.entry(&stand, &ray, 0.2, 1e-9), None);
+        let beside = Ray { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
+        assert_eq!(BULL.entry(&stand, &beside, 2.0, 1e-9), None);
+        let deep = Ray { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
+        assert_eq!(BULL.entry(&stand, &deep, 2.0, 1e-9), Some(-4.0));
+    }
+
+    #[test]
+    fn a_frustum_ends_at_its_planes_and_its_cone() {
+        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        assert!((distance(body, [0.0, 0.0, 8.0]) - 2.0).abs() < 1e-15);
+        assert!((distance(body, [10.0, 0.0, 10.0]) - 4.0).abs() < 1e-15); // 5 / hypot(1, 0.75)
+        assert!((body.radius() - 12.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,189 @@
+//! Material left over the faces: the lowest the tool ever gets on the normal of each grid point.
+
+use super::body::{self, Body, Ray};
+use super::grid::Grid;
+use super::index::{Bounds, Item, Tree};
+use super::ray::Lowest;
+use super::replay::{Control, Segment};
+use super::report::{FaceMap, Sample};
+use super::sweep::{self, Piece};
+use super::{Input, Options, VerifyError};
+use crate::surface::Face;
+use crate::types::Cancelled;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Grid points along the side of a tile: points that share one look into the tree.
+const TILE: usize = 8;
+/// Tiles worked on between two looks at the progress.
+const BATCH: usize = 128;
+
+/// The moving tool, ready to be measured against.
+pub(super) struct Sweep {
+    pieces: Vec<Piece>,
+    bodies: Vec<Body>,
+    tree: Tree,
+    reach: f64,
+    tolerance: f64,
+}
+
+impl Sweep {
+    /// Cuts all moves into pieces and sorts them by place.
+    pub(super) fn new(
+        control: &Control<'_>,
+        segments: &[Segment],
+        input: &Input<'_>,
+        options: &Options,
+    ) -> Result<Self, VerifyError> {
+        let bodies = body::bodies(input.cutter);
+        let size = input.cutter.length().hypot(widest(&bodies));
+        let error = 0.1 * options.ray_tolerance;
+        let mut pieces = Vec::with_capacity(segments.len());
+        for segment in segments {
+            sweep::pieces(control, segment, size + options.reach, error, &mut pieces)?;
+        }
+        let mut items = Vec::new();
+        for (index, piece) in pieces.iter().enumerate() {
+            for (part, body) in bodies.iter().enumerate() {
+                let content = (narrow(index), narrow(part));
+                for bounds in boxes(piece, *body) {
+                    items.push(Item { bounds: bounds.grown(error), content });
+                }
+            }
+        }
+        let tree = Tree::new(items);
+        let (reach, tolerance) = (options.reach, options.ray_tolerance);
+        Ok(Self { pieces, bodies, tree, reach, tolerance })
+    }
+
+    /// Lowest entry for every ray of a tile.
+    fn measure(&self, rays: &[Ray]) -> Vec<Lowest> {
+        let none = Lowest { s: self.reach, line: None };
+        let region = rays.iter().fold(Bounds::empty(), |all, ray| {
+            let [a, b] = [ray.at(-self.reach), ray.at(self.reach)];
+            all.join(&Bounds { low: a.inf(&b), high: a.sup(&b) })
+        });
+        let mut near = Vec::new();
+        self.tree.near(&region, &mut near);
+        let candidates = self.nearest_first(&near, rays);
+        let search = |ray: &Ray| {
+            let mut lowest = none;
+            for &(piece, body) in &candidates {
+                lowest.search(piece, body, ray, self.tolerance);
+            }
+            lowest
+        };
+        rays.iter().map(search).collect()
+    }
+
+    /// Candidates by distance from the middle ray: what cuts lowest comes early, and the rest is
+    /// refused at a glance.
+    fn nearest_first(&self, near: &[(u32, u32)], rays: &[Ray]) -> Vec<(&Piece, Body)> {
+        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
+            return Vec::new();
+        };
+        let mut found: Vec<(f64, &Piece, Body)> = Vec::with_capacity(near.len());
+        for &(piece, body) in near {
+            let parts = (self.pieces.get(piece as usize), self.bodies.get(body as usize));
+            if let (Some(piece), Some(&body)) = parts {
+                let stand = &piece.middle().stand;
+                let distance = body.probe(&(centre - stand.tip), &stand.axis).distance;
+                found.push((distance, piece, body));
+            }
+        }
+        // Stable: equal distances keep the order of the program.
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, piece, body)| (piece, body)).collect()
+    }
+}
+
+fn narrow(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+fn widest(bodies: &[Body]) -> f64 {
+    bodies.iter().map(|body| body.radius()).fold(0.0, f64::max)
+}
+
+/// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
+/// tool does not claim all the space beside it.
+fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
+    let [low, high] = body.heights();
+    let radius = body.radius();
+    let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
+    let mut index = 0.0;
+    std::iter::from_fn(move || {
+        if index >= count {
+            return None;
+        }
+        let [from, to] = [index, index + 1.0].map(|i| low + (high - low) * i / count);
+        index += 1.0;
+        let [low, high] = piece.axis_box([from, to]);
+        Some(Bounds { low, high }.grown(radius))
+    })
+}
+
+/// Measures a face at the points of a grid; `advance` is told how many points are done.
+pub(super) fn map(
+    sweep: &Sweep,
+    face: &Face,
+    grid: Grid,
+    advance: &mut dyn FnMut(usize) -> Result<(), Cancelled>,
+) -> Result<FaceMap, VerifyError> {
+    let [rows, columns] = grid.size();
+    let mut samples = vec![None; rows * columns];
+    let mut unmeasured = 0;
+    let tiles: Vec<[usize; 2]> = (0..rows)
+        .step_by(TILE)
+        .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
+        .collect();
+    for batch in tiles.chunks(BATCH) {
+        let results: Vec<Tile> = batch.par_iter().map(|&at| tile(sweep, face, &grid, at)).collect();
+        for tile in results {
+            unmeasured += tile.unmeasured;
+            for (place, sample) in tile.samples {
+                if let Some(found) = samples.get_mut(place) {
+                    *found = Some(sample);
+                }
+            }
+        }
+        advance(batch.len() * TILE * TILE)?;
+    }
+    let Grid { u, v, .. } = grid;
+    Ok(FaceMap { face: face.number, u, v, samples, unmeasured })
+}
+
+/// Samples of a tile with their places in the map.
+struct Tile {
+    samples: Vec<(usize, Sample)>,
+    unmeasured: usize,
+}
+
+fn tile(sweep: &Sweep, face: &Face, grid: &Grid, [row, column]: [usize; 2]) -> Tile {
+    let [rows, columns] = grid.size();
+    let mut rays = Vec::with_capacity(TILE * TILE);
+    let mut places = Vec::with_capacity(TILE * TILE);
+    let mut unmeasured = 0;
+    for i in row..(row + TILE).min(rows) {
+        for j in column..(column + TILE).min(columns) {
+            let Some([u, v]) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
+                continue;
+            };
+            let origin = face.point(u, v);
+            let Some(normal) = face.normal(u, v) else {
+                unmeasured += 1;
+                continue;
+            };
+            let jet = face.surface.jet1(u, v);
+            let area = Vector3::cross(&jet.su, &jet.sv).norm() * grid.cell(i, j);
+            rays.push(Ray { origin, normal: normal.into_inner(), below: sweep.reach });
+            places.push((i * columns + j, [u, v], area));
+        }
+    }
+    let lowest = sweep.measure(&rays);
+    let samples = rays.iter().zip(places).zip(lowest).map(|((ray, (place, uv, area)), lowest)| {
+        let height = lowest.line.map(|_| lowest.s);
+        (place, Sample { uv, point: ray.origin, height, line: lowest.line, area })
+    });
+    Tile { samples: samples.collect(), unmeasured }
+}

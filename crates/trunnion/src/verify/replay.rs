@@ -1,0 +1,214 @@
+//! What the machine does when a control runs a program: joints, tool, time.
+
+use super::{Input, VerifyError};
+use crate::machine::{Kinematics, Setup};
+use crate::nc::read::{Frame, Move, Pace, Step};
+use crate::types::{AxisVector, ToolPose};
+use nalgebra::{Matrix3, Point3, Vector3};
+
+/// One move of the machine.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Segment {
+    /// Line of the program.
+    pub(super) line: u32,
+    /// Axes at both ends.
+    pub(super) joints: [AxisVector; 2],
+    /// How the axes get from one end to the other.
+    pub(super) course: Course,
+    /// Time \[s\].
+    pub(super) duration: f64,
+    /// Run at rapid speed: its time is an estimate.
+    pub(super) rapid: bool,
+}
+
+/// What is linear in a move.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Course {
+    /// All axes.
+    Joints,
+    /// The rotaries, and the tip in the table frame as the control knows it.
+    Tip {
+        /// Tip at both ends \[mm\].
+        ends: [Point3<f64>; 2],
+        /// The tool length counts.
+        length: bool,
+    },
+    /// Nothing moves.
+    Rest,
+}
+
+/// A control's belief about the machine, and the machine.
+pub(super) struct Control<'a> {
+    /// As the control believes it to be, with the tool length.
+    believed: &'a Kinematics,
+    /// The same without a tool length, for `G49`.
+    bare: Kinematics,
+    /// As it is.
+    real: &'a Kinematics,
+    /// Work offset `G54`.
+    offset: Vector3<f64>,
+}
+
+impl<'a> Control<'a> {
+    /// The control of a job.
+    pub(super) fn new(input: &Input<'a>) -> Result<Self, VerifyError> {
+        let believed = input.believed;
+        let setup = Setup { tool_length: 0.0, ..*believed.setup() };
+        let bare = Kinematics::new(believed.machine(), &setup);
+        // The work offset puts the gauge point on the workpiece origin, rotaries at zero.
+        let joints = linear_joints(&bare, &Point3::origin(), &AxisVector::zeros());
+        let offset = joints.ok_or(VerifyError::LinearAxes)?;
+        Ok(Self { believed, bare, real: input.real, offset })
+    }
+
+    /// The kinematics a control reckons with.
+    pub(super) fn reckons(&self, length: bool) -> &Kinematics {
+        if length { self.believed } else { &self.bare }
+    }
+
+    /// Joints of a segment at `t` in 0..=1.
+    pub(super) fn joints(&self, segment: &Segment, t: f64) -> Result<AxisVector, VerifyError> {
+        let [from, to] = segment.joints;
+        let mut q = from + (to - from) * t;
+        if let Course::Tip { ends: [from, to], length } = segment.course {
+            let tip = from + (to - from) * t;
+            let linear = self.linear_joints(&tip, &q, length)?;
+            q.fixed_rows_mut::<3>(0).copy_from(&linear);
+        }
+        Ok(q)
+    }
+
+    /// The tool as it really stands at `t` in 0..=1.
+    pub(super) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
+        Ok(self.real.forward(&self.joints(segment, t)?))
+    }
+
+    /// Largest distance between the tip a control reckons with and the real one, up to a constant
+    /// shift \[mm\]: what tool length and origin can differ by.
+    pub(super) fn error_lever(&self, length: bool) -> f64 {
+        let [believed, real] = [self.reckons(length).setup(), self.real.setup()];
+        (believed.tool_length - real.tool_length).abs()
+            + 2.0 * (believed.origin - real.origin).norm()
+    }
+
+    /// The real machine.
+    pub(super) fn real(&self) -> &Kinematics {
+        self.real
+    }
+
+    fn linear_joints(
+        &self,
+        tip: &Point3<f64>,
+        q: &AxisVector,
+        length: bool,
+    ) -> Result<Vector3<f64>, VerifyError> {
+        let reckons = self.reckons(length);
+        let tip = reckons.setup().rotation.inverse() * tip;
+        linear_joints(reckons, &tip, q).ok_or(VerifyError::LinearAxes)
+    }
+
+    /// Tip in the table frame as the control reckons it.
+    fn tip(&self, q: &AxisVector, length: bool) -> Point3<f64> {
+        let reckons = self.reckons(length);
+        reckons.setup().rotation * reckons.forward(q).tip
+    }
+
+    /// Where a block leads to.
+    fn target(&self, q: &AxisVector, step: &Move) -> Result<(AxisVector, Course), VerifyError> {
+        let Frame::Work { offset, length, tcp } = step.frame else {
+            return Ok((apply(*q, step, &AxisVector::zeros()), Course::Joints));
+        };
+        if offset != 0 {
+            return Err(VerifyError::WorkOffset { line: step.line, number: 54 + offset });
+        }
+        if !tcp {
+            let z = if length { self.believed.setup().tool_length } else { 0.0 };
+            let shift = self.offset + Vector3::z() * z;
+            let shift = AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0);
+            return Ok((apply(*q, step, &shift), Course::Joints));
+        }
+        let from = self.tip(q, length);
+        let here = AxisVector::new(from.x, from.y, from.z, q[3], q[4]);
+        let mut there = apply(here, step, &AxisVector::zeros());
+        let to = Point3::new(there[0], there[1], there[2]);
+        let linear = self.linear_joints(&to, &there, length)?;
+        there.fixed_rows_mut::<3>(0).copy_from(&linear);
+        Ok((there, Course::Tip { ends: [from, to], length }))
+    }
+}
+
+/// Coordinates with a block's words put in; `shift` is what words are short of them.
+fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
+    for ((value, word), shift) in q.iter_mut().zip(step.words).zip(shift.iter()) {
+        match word {
+            Some(word) if step.incremental => *value += word,
+            Some(word) => *value = word + shift,
+            None => {}
+        }
+    }
+    q
+}
+
+/// Linear axes that bring the tip (workpiece frame) to `tip` with the rotaries of `q`: the forward
+/// map is affine in them, so four evaluations and a 3 x 3 solve give them.
+fn linear_joints(
+    kinematics: &Kinematics,
+    tip: &Point3<f64>,
+    q: &AxisVector,
+) -> Option<Vector3<f64>> {
+    let at = |x: f64, y: f64, z: f64| kinematics.forward(&AxisVector::new(x, y, z, q[3], q[4])).tip;
+    let start = at(0.0, 0.0, 0.0);
+    let columns = [at(1.0, 0.0, 0.0) - start, at(0.0, 1.0, 0.0) - start, at(0.0, 0.0, 1.0) - start];
+    Matrix3::from_columns(&columns).lu().solve(&(tip - start))
+}
+
+/// Runs a program from the machine's home position.
+pub(super) fn replay(
+    control: &Control<'_>,
+    input: &Input<'_>,
+) -> Result<Vec<Segment>, VerifyError> {
+    let machine = control.real().machine();
+    let mut q = machine.home();
+    let mut segments = Vec::with_capacity(input.program.steps.len());
+    for step in &input.program.steps {
+        let segment = match step {
+            Step::Dwell { line, seconds } => Segment {
+                line: *line,
+                joints: [q, q],
+                course: Course::Rest,
+                duration: *seconds,
+                rapid: false,
+            },
+            Step::Move(step) => {
+                let (to, course) = control.target(&q, step)?;
+                if !to.iter().all(|value| value.is_finite()) {
+                    return Err(VerifyError::LinearAxes);
+                }
+                let joints = [q, to];
+                let duration = duration(&joints, &course, step.pace, &machine.vector(|a| a.rapid));
+                let rapid = step.pace == Pace::Rapid;
+                Segment { line: step.line, joints, course, duration, rapid }
+            }
+        };
+        q = segment.joints[1];
+        segments.push(segment);
+    }
+    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
+}
+
+/// Time of a move \[s\].
+fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisVector) -> f64 {
+    let change = joints[1] - joints[0];
+    match pace {
+        Pace::Inverse { seconds } => seconds,
+        Pace::Rapid => change.component_div(rapid).amax(),
+        Pace::PerMinute { speed } => {
+            let length = match course {
+                Course::Tip { ends: [from, to], .. } => (to - from).norm(),
+                _ => change.fixed_rows::<3>(0).norm(),
+            };
+            let degrees = change.fixed_rows::<2>(3).norm().to_degrees();
+            if length > 0.0 { length / speed } else { degrees / speed }
+        }
+    }
+}

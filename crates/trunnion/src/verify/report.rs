@@ -1,0 +1,294 @@
+//! What verification found.
+
+use crate::types::AXES;
+use nalgebra::Point3;
+use std::fmt;
+
+/// Everything measured, and what is wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// One map of the height left over each face.
+    pub maps: Vec<FaceMap>,
+    /// The same in a few numbers.
+    pub deviation: Deviation,
+    /// Axes against their limits.
+    pub audit: Audit,
+    /// Everything that breaks a tolerance or a limit; the worst of its kind each.
+    pub findings: Vec<Finding>,
+}
+
+impl Report {
+    /// Whether tolerances and limits are all kept.
+    pub fn passed(&self) -> bool {
+        self.findings.is_empty()
+    }
+}
+
+/// Height left over a face at the points of a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceMap {
+    /// Number of the face.
+    pub face: usize,
+    /// Values of u, increasing.
+    pub u: Vec<f64>,
+    /// Values of v, increasing.
+    pub v: Vec<f64>,
+    /// `samples[i * v.len() + j]` at `(u[i], v[j])`; `None` outside the trims.
+    pub samples: Vec<Option<Sample>>,
+    /// Points without a surface normal, which could not be measured.
+    pub unmeasured: usize,
+}
+
+/// What is left over one point of a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Parameters.
+    pub uv: [f64; 2],
+    /// Place, workpiece frame \[mm\].
+    pub point: Point3<f64>,
+    /// Lowest the tool gets on the normal \[mm\]: below 0 a gouge, above 0 excess, `None` if no tool
+    /// comes within the reach searched. A gouge as deep as that reach is at least that deep.
+    pub height: Option<f64>,
+    /// Line of the program that gets there.
+    pub line: Option<u32>,
+    /// Area of the face that the point stands for \[mm²\].
+    pub area: f64,
+}
+
+/// A sample that stands out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// Number of the face.
+    pub face: usize,
+    /// Parameters.
+    pub uv: [f64; 2],
+    /// Place \[mm\].
+    pub point: Point3<f64>,
+    /// Height left \[mm\].
+    pub height: f64,
+    /// Line of the program that made it.
+    pub line: u32,
+}
+
+/// All maps in a few numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deviation {
+    /// Points measured, uncut ones among them.
+    pub points: usize,
+    /// The lowest sample: the worst gouge, if below 0.
+    pub lowest: Option<Extreme>,
+    /// The highest sample: the worst excess, if above 0.
+    pub highest: Option<Extreme>,
+    /// Points that no tool came near.
+    pub uncut: usize,
+    /// Area of the faces \[mm²\].
+    pub area: f64,
+    /// Area around uncut points \[mm²\].
+    pub uncut_area: f64,
+    /// Points without a normal.
+    pub unmeasured: usize,
+    /// Area by height, from lowest to highest.
+    pub histogram: Vec<Bin>,
+}
+
+/// Area of the faces with a height in a range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Range \[mm\].
+    pub range: [f64; 2],
+    /// Area \[mm²\].
+    pub area: f64,
+}
+
+/// Bins of the histogram.
+const BINS: usize = 40;
+
+impl Deviation {
+    /// Sums maps up.
+    pub(super) fn of(maps: &[FaceMap]) -> Self {
+        let samples =
+            || maps.iter().flat_map(|map| map.samples.iter().flatten().map(|s| (map.face, s)));
+        let extremes = || {
+            samples().filter_map(|(face, s)| {
+                let (height, line) = (s.height?, s.line?);
+                Some(Extreme { face, uv: s.uv, point: s.point, height, line })
+            })
+        };
+        let by_height = |a: &Extreme, b: &Extreme| a.height.total_cmp(&b.height);
+        let uncut = || samples().filter(|(_, s)| s.height.is_none());
+        let (lowest, highest) = (extremes().min_by(by_height), extremes().max_by(by_height));
+        Self {
+            points: samples().count(),
+            lowest,
+            highest,
+            uncut: uncut().count(),
+            area: samples().map(|(_, s)| s.area).sum(),
+            uncut_area: uncut().map(|(_, s)| s.area).sum(),
+            unmeasured: maps.iter().map(|map| map.unmeasured).sum(),
+            histogram: match (lowest, highest) {
+                (Some(low), Some(high)) => {
+                    let heights = samples().filter_map(|(_, s)| Some((s.height?, s.area)));
+                    histogram(heights, [low.height, high.height])
+                }
+                _ => Vec::new(),
+            },
+        }
+    }
+}
+
+/// Areas by height.
+fn histogram(heights: impl Iterator<Item = (f64, f64)>, [low, high]: [f64; 2]) -> Vec<Bin> {
+    let edge = |k: usize| low + (high - low) * k as f64 / BINS as f64;
+    let mut bins: Vec<Bin> =
+        (0..BINS).map(|k| Bin { range: [edge(k), edge(k + 1)], area: 0.0 }).collect();
+    for (height, area) in heights {
+        let bin = bins.partition_point(|bin| bin.range[1] <= height).min(BINS - 1);
+        if let Some(bin) = bins.get_mut(bin) {
+            bin.area += area;
+        }
+    }
+    bins
+}
+
+/// Axes against their limits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Audit {
+    /// In the order of the machine's axes.
+    pub axes: [AxisAudit; AXES],
+    /// Time of all blocks \[s\]; rapids at rapid speed, without the time to get there.
+    pub duration: f64,
+    /// Part of it that is rapid.
+    pub rapid: f64,
+    /// Moves.
+    pub moves: usize,
+}
+
+/// One axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisAudit {
+    /// Name of the axis.
+    pub name: String,
+    /// Smallest and largest position \[mm or rad\].
+    pub range: [f64; 2],
+    /// Where it is farthest outside its travel.
+    pub travel: Option<Overrun>,
+    /// Largest velocity in a feed move, against the limit.
+    pub velocity: Ratio,
+    /// Largest acceleration between feed moves, against the limit.
+    pub acceleration: Ratio,
+}
+
+/// A position outside the travel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overrun {
+    /// Line of the program.
+    pub line: u32,
+    /// Position \[mm or rad\].
+    pub value: f64,
+    /// How far outside \[mm or rad\].
+    pub excess: f64,
+}
+
+/// A rate against its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratio {
+    /// Largest rate over limit as the text says it.
+    pub raw: f64,
+    /// The same less what the rounding of the text can have added: this is judged.
+    pub worst: f64,
+    /// Line where `worst` was found; 0 if nothing moves.
+    pub line: u32,
+    /// Count of blocks above the limit.
+    pub broken: usize,
+}
+
+/// Something that breaks a tolerance or a limit.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Finding {
+    /// The tool cuts too deep.
+    Gouge(Extreme),
+    /// Too much is left.
+    Excess(Extreme),
+    /// Points that no tool came near.
+    Uncut {
+        /// How many.
+        points: usize,
+        /// Their area \[mm²\].
+        area: f64,
+        /// One of them.
+        place: Point3<f64>,
+    },
+    /// Points without a normal.
+    Unmeasured {
+        /// How many.
+        points: usize,
+    },
+    /// An axis leaves its travel.
+    Travel {
+        /// Name of the axis.
+        axis: String,
+        /// Where.
+        worst: Overrun,
+    },
+    /// An axis is too fast.
+    Velocity {
+        /// Name of the axis.
+        axis: String,
+        /// How much.
+        worst: Ratio,
+    },
+    /// An axis accelerates too much.
+    Acceleration {
+        /// Name of the axis.
+        axis: String,
+        /// How much.
+        worst: Ratio,
+    },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Gouge(e) => write!(f, "gouge of {:.4} mm {e}", -e.height),
+            Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
+            Self::Uncut { points, area, place: p } => write!(
+                f,
+                "{points} points ({area:.2} mm²) stay uncut, one at X {:.3} Y {:.3} Z {:.3}",
+                p.x, p.y, p.z
+            ),
+            Self::Unmeasured { points } => {
+                write!(f, "{points} points have no surface normal and were not measured")
+            }
+            Self::Travel { axis, worst } => write!(
+                f,
+                "line {}: {axis} = {:.4} is {:.4} outside its travel (mm or rad)",
+                worst.line, worst.value, worst.excess
+            ),
+            Self::Velocity { axis, worst } => write!(f, "{axis} velocity {worst}"),
+            Self::Acceleration { axis, worst } => write!(f, "{axis} acceleration {worst}"),
+        }
+    }
+}
+
+impl fmt::Display for Extreme {
+    /// Where it is, and which line made it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (p, [u, v]) = (self.point, self.uv);
+        write!(
+            f,
+            "on face {} at X {:.3} Y {:.3} Z {:.3} (u {u:.4}, v {v:.4}), made by line {}",
+            self.face, p.x, p.y, p.z, self.line
+        )
+    }
+}
+
+impl fmt::Display for Ratio {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "is {:.4} times its limit at line {}, above it in {} blocks",
+            self.worst, self.line, self.broken
+        )
+    }
+}

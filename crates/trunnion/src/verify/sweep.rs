@@ -1,0 +1,220 @@
+//! Moves as short pieces whose motion is quadratic in time to within a stated error.
+
+use super::VerifyError;
+use super::body::{Body, Probe, Ray, Stand};
+use super::replay::{Control, Course, Segment};
+use crate::types::AxisVector;
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::PI;
+
+/// A piece of a move, over `u` in -1..=1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// Line of the program.
+    pub(super) line: u32,
+    /// The tool at u = 0.
+    middle: Instant,
+    /// Coefficients of the tip \[mm\].
+    tip: [Vector3<f64>; 3],
+    /// Coefficients of the axis vector, unit to within the error.
+    axis: [Vector3<f64>; 3],
+    /// Bounds over the piece on speed and acceleration of the tip, turn rate and its change.
+    speed: f64,
+    acceleration: f64,
+    turn: f64,
+    turn_change: f64,
+}
+
+/// `|(u+1) u (u-1)| / 6 <= 0.06416` on -1..=1, and `d/du = d/dt / 2` with t in 0..=1, so that a
+/// quadratic through both ends and the middle is off by at most this times the third derivative
+/// by t.
+const INTERPOLATION: f64 = 0.06416 / 8.0;
+/// Largest turn of a piece \[rad\]: keeps the quadratic axis vector close to length 1.
+const LARGEST_TURN: f64 = 0.2;
+/// Pieces of one move; more only in a program that turns a thousand times in a block.
+const MOST_PIECES: f64 = 1e6;
+
+/// Splits a segment into pieces that are off by at most `tolerance` \[mm\] anywhere within `reach`
+/// \[mm\] of the tip.
+///
+/// With the rotaries linear in time the axis is a product of two rotations, whose third derivative
+/// is at most `theta³`, theta the sum of both turns. A tip carried along at distance `r` from the
+/// rotary axes while the linear axes travel `v` has at most `theta³ r + 3 theta² v`. Under TCP the
+/// tip is linear but for the error a wrong belief makes, which turns with the tool.
+pub(super) fn pieces(
+    control: &Control<'_>,
+    segment: &Segment,
+    reach: f64,
+    tolerance: f64,
+    out: &mut Vec<Piece>,
+) -> Result<(), VerifyError> {
+    let change = segment.joints[1] - segment.joints[0];
+    let theta = change[3].abs() + change[4].abs();
+    let (lever, travel) = match segment.course {
+        Course::Rest => return Ok(()),
+        Course::Tip { length, .. } => (control.error_lever(length), 0.0),
+        Course::Joints => {
+            let travel = change.fixed_rows::<3>(0).lp_norm(1);
+            (lever(control, segment) + travel, travel)
+        }
+    };
+    let error = |theta: f64, travel: f64| {
+        INTERPOLATION * theta.powi(2) * (theta * (lever + reach) + 3.0 * travel)
+    };
+    let mut count = (theta / LARGEST_TURN).ceil().max(1.0);
+    while error(theta / count, travel / count) > tolerance {
+        count *= 2.0;
+        if count > MOST_PIECES {
+            return Err(VerifyError::TurnsTooFar { line: segment.line });
+        }
+    }
+    let mut index = 0.0;
+    while index < count {
+        let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
+        out.push(Piece::through(control, segment, [a, b, c])?);
+        index += 1.0;
+    }
+    Ok(())
+}
+
+/// Largest distance of the tip from a rotary axis at either end: half the way to where it is half a
+/// turn further.
+fn lever(control: &Control<'_>, segment: &Segment) -> f64 {
+    let forward = |q: &AxisVector| control.real().forward(q).tip;
+    let mut largest = 0.0f64;
+    for q in &segment.joints {
+        for axis in [3, 4] {
+            let mut opposite = *q;
+            opposite[axis] += PI;
+            largest = largest.max(0.5 * (forward(&opposite) - forward(q)).norm());
+        }
+    }
+    largest
+}
+
+/// Quadratic through values at -1, 0, 1.
+fn quadratic([low, mid, high]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
+    [mid, (high - low) * 0.5, (high + low) * 0.5 - mid]
+}
+
+/// A tool in motion at one instant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Instant {
+    pub(super) stand: Stand,
+    tip_rate: Vector3<f64>,
+    axis_rate: Vector3<f64>,
+}
+
+/// Tool at `u` from the coefficients of tip and axis vector.
+fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant {
+    let raw = axis[0] + (axis[1] + axis[2] * u) * u;
+    let scale = 1.0 / raw.norm();
+    let unit = raw * scale;
+    let rate = (axis[1] + axis[2] * (2.0 * u)) * scale;
+    Instant {
+        stand: Stand { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
+        tip_rate: tip[1] + tip[2] * (2.0 * u),
+        axis_rate: rate - unit * unit.dot(&rate),
+    }
+}
+
+/// What is asked of a piece: does `body` meet `ray` below `s`?
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Target<'a> {
+    pub(super) body: Body,
+    pub(super) ray: &'a Ray,
+    pub(super) s: f64,
+}
+
+/// How a body stands to the ray at one instant: enough to bound it over an interval.
+pub(super) struct Bound {
+    /// Lower bound of the distance function over the interval, at any `s` up to the probed one.
+    pub(super) low: f64,
+    /// Derivative by `u` at the middle.
+    pub(super) drift: f64,
+}
+
+impl Piece {
+    /// The piece of a segment through three times.
+    fn through(
+        control: &Control<'_>,
+        segment: &Segment,
+        [a, b, c]: [f64; 3],
+    ) -> Result<Self, VerifyError> {
+        let pose = |t| control.pose(segment, t);
+        let [low, mid, high] = [pose(a)?, pose(b)?, pose(c)?];
+        let tip = quadratic([low.tip.coords, mid.tip.coords, high.tip.coords]);
+        let axis = quadratic([low, mid, high].map(|pose| pose.axis.into_inner()));
+        let rate = axis[1].norm() + 2.0 * axis[2].norm();
+        // The vector is at least this long (at least 0.9 by LARGEST_TURN), since it is 1 at both ends
+        // and the middle; its direction turns accordingly faster.
+        let length = 1.0 - axis[2].norm() - rate * rate;
+        let turn = rate / length;
+        let middle = instant(&tip, &axis, 0.0);
+        Ok(Self {
+            line: segment.line,
+            middle,
+            tip,
+            axis,
+            speed: tip[1].norm() + 2.0 * tip[2].norm(),
+            acceleration: 2.0 * tip[2].norm(),
+            turn,
+            // Second derivative of a / |a|, plus the square of the turn rate that a frame carried
+            // along adds.
+            turn_change: (4.0 * axis[2].norm() + 3.0 * rate * turn) / length + turn * turn,
+        })
+    }
+
+    /// Tool at `u`.
+    pub(super) fn instant(&self, u: f64) -> Instant {
+        instant(&self.tip, &self.axis, u)
+    }
+
+    /// Tool at u = 0.
+    #[inline]
+    pub(super) fn middle(&self) -> &Instant {
+        &self.middle
+    }
+
+    /// Bounds the distance function `G(s, u)` of a body over `u` within `half` of the instant and
+    /// all `s` from the ray's start up to `s`.
+    ///
+    /// In the tool's frame the body is fixed and convex, so `G` is at least its linear part at the
+    /// instant less the curvature of the motion of the point: with `w = half`, turn rate `o` and
+    /// `H = s + below`,
+    ///
+    /// ```text
+    /// G >= d - |d_u| w - (a + 2 o v + b |y|) w²/2 - max(0, d_s + o w + b w²/2) H
+    /// ```
+    #[inline]
+    pub(super) fn bound(&self, instant: &Instant, half: f64, target: &Target<'_>) -> Bound {
+        let &Target { body, ray, s } = target;
+        let Instant { stand, tip_rate, axis_rate } = instant;
+        let y = ray.at(s) - stand.tip;
+        let probe: Probe = body.probe(&y, &stand.axis);
+        let by_s = probe.slope(&y, &stand.axis, &ray.normal);
+        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
+        let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
+        let square = 0.5 * half * half;
+        let far = y.norm() + self.speed * half;
+        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
+        let away = (by_s + self.turn * half + self.turn_change * square).max(0.0);
+        let low = probe.distance - drift.abs() * half - bend * square - away * (s + ray.below);
+        Bound { low, drift }
+    }
+
+    /// Corners of a box around the axis points between two heights, over the whole piece.
+    pub(super) fn axis_box(&self, heights: [f64; 2]) -> [Point3<f64>; 2] {
+        let mut low = Vector3::repeat(f64::INFINITY);
+        let mut high = -low;
+        for height in heights {
+            let [p0, p1, p2] = [0, 1, 2].map(|k: usize| self.tip[k] + self.axis[k] * height);
+            // Bezier control points of the quadratic contain it.
+            for corner in [p0 - p1 + p2, p0 - p2, p0 + p1 + p2] {
+                low = low.inf(&corner);
+                high = high.sup(&corner);
+            }
+        }
+        [Point3::from(low), Point3::from(high)]
+    }
+}
