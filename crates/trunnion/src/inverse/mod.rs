@@ -17,4 +17,5 @@ mod slides;
 mod solve;
 
 pub use rotary::Turn;
+pub(crate) use solve::TRAVEL_TIE;
 pub use solve::{Branch, Inverse, InverseError, Rates, Solutions};

@@ -1,0 +1,112 @@
+//! What can go wrong between tool path and axes.
+
+use super::AxesOptions;
+use crate::inverse::InverseError;
+use crate::types::Cancelled;
+
+/// Why a tool path has no axis path.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AxesError {
+    /// An option is not a finite number above zero.
+    #[error("{option} = {value}: must be a finite number above zero")]
+    BadOption {
+        /// Name of the option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A pose has no axis position.
+    #[error("piece {piece} at u = {u:.4}: {source}")]
+    Inverse {
+        /// Index of the tool-path piece.
+        piece: usize,
+        /// Curve parameter.
+        u: f64,
+        /// Why.
+        source: InverseError,
+    },
+    /// A stretch leaves travel on every branch and turn; the nearest is told.
+    #[error(
+        "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {value:.4}, beyond its end of travel {limit:.4} by {excess:.4} (mm or rad) on the best branch; {remedy}"
+    )]
+    OutOfTravel {
+        /// Index of the tool-path piece.
+        piece: usize,
+        /// Index of the node of the piece where it is worst.
+        node: usize,
+        /// Parameter of that node.
+        u: f64,
+        /// Name of the axis.
+        axis: String,
+        /// Where it would have to be \[mm or rad\].
+        value: f64,
+        /// End of travel \[mm or rad\].
+        limit: f64,
+        /// How far beyond; positive.
+        excess: f64,
+        /// What would help.
+        remedy: String,
+    },
+    /// The axes cannot be followed within tolerance by steps of any size.
+    #[error(
+        "piece {piece} at u = {u:.4}: the axes stay {tip:.2e} mm, {axis:.2e} rad off the path however small the step; the tool path has a corner there, or passes a singular direction too close"
+    )]
+    NotFollowed {
+        /// Index of the tool-path piece.
+        piece: usize,
+        /// Curve parameter.
+        u: f64,
+        /// Remaining distance of the tip \[mm\].
+        tip: f64,
+        /// Remaining angle of the tool axis \[rad\].
+        axis: f64,
+    },
+    /// Two pieces do not meet.
+    #[error("piece {piece} starts {tip:.4} mm and {axis:.2e} rad from where piece {before} ends")]
+    Gap {
+        /// Index of the piece that starts elsewhere.
+        piece: usize,
+        /// Index of the piece before.
+        before: usize,
+        /// Distance of the tips \[mm\].
+        tip: f64,
+        /// Angle between the tool axes \[rad\].
+        axis: f64,
+    },
+    /// Two curves meet in the singular direction, but leave it different ways.
+    #[error(
+        "between pieces {before} and {piece} a rotary axis must turn by {turn:.4} rad while the tool stands in the singular direction; put a link between them, or turn the setup so that the path keeps off that direction"
+    )]
+    TurnAtRest {
+        /// Index of the piece after.
+        piece: usize,
+        /// Index of the piece before.
+        before: usize,
+        /// Rotary move \[rad\].
+        turn: f64,
+    },
+    /// The caller asked for a stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// All options positive and finite.
+pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
+    let [first, second] = options.rotary_weights;
+    for (option, value) in [
+        ("tip_tolerance", options.tip_tolerance),
+        ("axis_tolerance", options.axis_tolerance),
+        ("max_rotary_step", options.max_rotary_step),
+        ("rotary_weights[0]", first),
+        ("rotary_weights[1]", second),
+    ] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(AxesError::BadOption { option, value });
+        }
+    }
+    match options.start.iter().find(|value| !value.is_finite()) {
+        Some(&value) => Err(AxesError::BadOption { option: "start", value }),
+        None => Ok(()),
+    }
+}

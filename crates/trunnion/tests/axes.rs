@@ -1,0 +1,555 @@
+//! Axis paths against the exact kinematics, another discretisation, and brute force.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
+
+mod chains;
+
+use chains::{V3, axis, cases, layout, number, pose, slides, spec};
+use nalgebra::{Point3, SVector};
+use proptest::prelude::*;
+use serde_json::json;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::ControlFlow;
+use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, follow};
+use trunnion::inverse::{Inverse, InverseError, Solutions};
+use trunnion::machine::{Kinematics, Machine, Prefer, Setup};
+use trunnion::math::angle::{angle_between, wrap};
+use trunnion::math::jet::{Jet, Real};
+use trunnion::types::{
+    AxisPiece, AxisVector, Geometry, Motion, PoseCurve, Progress, Silent, Span, Stage, ToolPath,
+    ToolPiece, ToolPose,
+};
+
+const OPTIONS: AxesOptions = AxesOptions {
+    tip_tolerance: 1e-3,
+    axis_tolerance: 1e-4,
+    max_rotary_step: 0.2,
+    feed_at: FeedPoint::Tip,
+    rotary_weights: [1.0, 1.0],
+    start: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
+};
+
+/// Quintic spans through value and two derivatives of tip and axis at the knots.
+fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -> Geometry {
+    let jets = |u: f64| {
+        let (tip, axis) = at(Jet::variable(u));
+        let mut taylor = [SVector::<f64, 9>::zeros(); 3];
+        for (row, jet) in tip.iter().chain(&axis).chain(&tip).enumerate() {
+            for (order, coefficients) in taylor.iter_mut().enumerate() {
+                coefficients[row] = jet.c[order];
+            }
+        }
+        taylor
+    };
+    let spans = knots
+        .windows(2)
+        .map(|pair| {
+            let h = pair[1] - pair[0];
+            let [a, b] = [jets(pair[0]), jets(pair[1])];
+            let [d0, d1, d2] = [
+                (b[0] - a[0] - a[1] * h - a[2] * (h * h)) / h.powi(3),
+                (b[1] - a[1] - a[2] * (2.0 * h)) / h.powi(2),
+                (b[2] - a[2]) / h,
+            ];
+            Span {
+                coefficients: [
+                    a[0],
+                    a[1],
+                    a[2],
+                    d0 * 10.0 - d1 * 4.0 + d2,
+                    (d0 * -15.0 + d1 * 7.0 - d2 * 2.0) / h,
+                    (d0 * 6.0 - d1 * 3.0 + d2) / (h * h),
+                ],
+            }
+        })
+        .collect();
+    Geometry::Curve(PoseCurve { knots, spans })
+}
+
+fn knots(from: f64, to: f64, count: u32) -> Vec<f64> {
+    (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect()
+}
+
+fn cut(geometry: Geometry) -> ToolPiece {
+    ToolPiece { motion: Motion::Cut, geometry }
+}
+
+fn link(from: ToolPose, to: ToolPose) -> ToolPiece {
+    ToolPiece { motion: Motion::Link, geometry: Geometry::Reorient { from, to } }
+}
+
+/// Straight move with a fixed axis.
+fn straight(from: V3, to: V3, axis: V3) -> Geometry {
+    curve(vec![0.0, 1.0], |u| {
+        (
+            [0, 1, 2].map(|i| u * (to[i] - from[i]) + from[i]),
+            [axis.x, axis.y, axis.z].map(Jet::constant),
+        )
+    })
+}
+
+/// C-A head on a gantry, pivots above the tip.
+fn head(c_limits: Option<[f64; 2]>) -> Kinematics {
+    let mut axes = slides();
+    axes.push(axis("C", V3::z(), Some(V3::new(0.0, 0.0, 300.0))));
+    axes.push(axis("A", V3::x(), Some(V3::new(0.0, 10.0, 250.0))));
+    if let Some(limits) = c_limits {
+        axes[3].limits = Some(limits);
+        axes[3].cyclic = None;
+    }
+    axes[4].limits = Some([-2.0, 2.0]);
+    axes[4].cyclic = None;
+    kinematics(spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z()))
+}
+
+fn kinematics(spec: trunnion::machine::MachineSpec) -> Kinematics {
+    Kinematics::new(&Machine::new(spec).unwrap(), &Setup::new(V3::zeros(), [0.0; 3], 0.0))
+}
+
+/// Rotary travel inside the pieces.
+fn travel(pieces: &[AxisPiece]) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for pair in pieces.iter().flat_map(|piece| piece.nodes.windows(2)) {
+        sum[0] += (pair[1].q[0][3] - pair[0].q[0][3]).abs();
+        sum[1] += (pair[1].q[0][4] - pair[0].q[0][4]).abs();
+    }
+    sum
+}
+
+/// Worst distance of the axis path from the tool path, at 23 points between any two nodes.
+fn recheck(kinematics: &Kinematics, path: &ToolPath, followed: &Followed) -> [f64; 2] {
+    let mut worst = [0.0_f64; 2];
+    for piece in &followed.path.pieces {
+        let Geometry::Curve(curve) = &path.pieces[piece.source].geometry else { continue };
+        for pair in piece.nodes.windows(2) {
+            for i in 0..=23 {
+                let s = pair[0].s + (pair[1].s - pair[0].s) * f64::from(i) / 23.0;
+                let is = kinematics.forward(&piece.axes_at(s).unwrap()[0]);
+                let wanted = curve.pose(s).unwrap();
+                worst[0] = worst[0].max((is.tip - wanted.tip).norm());
+                worst[1] = worst[1].max(angle_between(&is.axis, &wanted.axis));
+            }
+        }
+    }
+    worst
+}
+
+/// Pieces meet, and derivatives at nodes are those of the quintics.
+fn assert_continuous(followed: &Followed) {
+    for pair in followed.path.pieces.windows(2) {
+        let [end, start] = [pair[0].nodes.last().unwrap(), pair[1].nodes.first().unwrap()];
+        let gap = (end.q[0] - start.q[0]).amax();
+        assert!(gap < 1e-9, "gap of {gap:e} between {} and {}", pair[0].source, pair[1].source);
+    }
+    for piece in &followed.path.pieces {
+        assert!(piece.nodes.len() >= 2);
+        assert!(piece.nodes.windows(2).all(|pair| pair[0].s < pair[1].s));
+        assert!(
+            piece.nodes.iter().all(|node| node.q.iter().all(|q| q.iter().all(|x| x.is_finite())))
+        );
+    }
+}
+
+fn run(kinematics: &Kinematics, path: &ToolPath) -> Followed {
+    let followed = follow(kinematics, path, &OPTIONS, &Silent).unwrap();
+    assert_continuous(&followed);
+    let [tip, axis] = recheck(kinematics, path, &followed);
+    assert!(tip <= OPTIONS.tip_tolerance && axis <= OPTIONS.axis_tolerance, "{tip:e} {axis:e}");
+    followed
+}
+
+fn cone(half_angle: f64) -> impl Fn(Jet) -> ([Jet; 3], [Jet; 3]) {
+    move |u| {
+        let (sin, cos) = u.sin_cos();
+        let (s, c) = half_angle.sin_cos();
+        ([cos * 50.0, sin * 50.0, u * 2.0], [cos * s, sin * s, Jet::constant(c)])
+    }
+}
+
+#[test]
+fn reference_paths_choose_their_branch() {
+    for case in cases("branch_selection.json") {
+        let machine = layout(&json!({"layout": case["layout"], "table_sign": 1})).0;
+        let path = if case["id"] == "cone3turns-CA" {
+            let [half, turns] = ["half_angle", "turns"].map(|key| number(&case[key]));
+            cut(curve(knots(0.0, TAU * turns, 108), cone(half)))
+        } else {
+            // An even count puts a knot on the pole itself.
+            cut(curve(knots(-0.6, 0.6, 24), arc(0.0)))
+        };
+        let followed = run(&machine, &ToolPath { pieces: vec![path] });
+        let [first, second] = travel(&followed.path.pieces);
+        let tol = number(&case["tol"]).max(1e-8);
+        assert!((first - number(&case["expect_total_travel_first"])).abs() <= tol, "{first}");
+        assert!((second - number(&case["expect_total_travel_second"])).abs() <= tol, "{second}");
+    }
+}
+
+/// Great circle in the x-z plane, moved `off` to the side of the pole.
+fn arc(off: f64) -> impl Fn(Jet) -> ([Jet; 3], [Jet; 3]) {
+    move |u| {
+        let (sin, cos) = u.sin_cos();
+        let (s, c) = f64::sin_cos(off);
+        ([u * 100.0, u * u * 20.0, Jet::constant(5.0)], [sin, cos * s, cos * c])
+    }
+}
+
+#[test]
+fn through_the_pole_wherever_the_nodes_fall() {
+    let machine = head(None);
+    for (from, to, count) in
+        [(-0.6, 0.6, 1), (-0.6, 0.6, 7), (-0.3, 0.9, 3), (0.0, 0.5, 2), (-0.5, 0.0, 2)]
+    {
+        let path = ToolPath { pieces: vec![cut(curve(knots(from, to, count), arc(0.0)))] };
+        let followed = run(&machine, &path);
+        let [first, second] = travel(&followed.path.pieces);
+        // The quintic spans of the tool path are themselves 1e-4 off a great circle's speed.
+        assert!(first < 1e-4 && (second - (to - from)).abs() < 1e-3, "{count}: {first} {second}");
+        assert!(
+            followed.path.pieces[0].nodes.len() < 80,
+            "{}",
+            followed.path.pieces[0].nodes.len()
+        );
+    }
+}
+
+/// Nearer than the tolerance: straight through. Farther: the first rotary swings half a turn.
+#[test]
+fn beside_the_pole() {
+    let machine = head(None);
+    for (off, swings) in [(1e-12, false), (1e-8, false), (1e-6, false), (1e-3, true), (0.02, true)]
+    {
+        let path = ToolPath { pieces: vec![cut(curve(knots(-0.6, 0.6, 8), arc(off)))] };
+        let followed = run(&machine, &path);
+        let [first, _] = travel(&followed.path.pieces);
+        assert_eq!(first > 3.0, swings, "{off}: {first}");
+        assert!(first < 3.2);
+    }
+    // In between either is right, as long as it stays within tolerance.
+    for off in [3e-6, 9e-6, 1.1e-5, 2e-5, 5e-5, 1e-4, 2e-4] {
+        for (from, count) in [(-0.6, 8), (-0.5, 1), (-0.55, 3)] {
+            let path = ToolPath { pieces: vec![cut(curve(knots(from, 0.6, count), arc(off)))] };
+            let [first, _] = travel(&run(&machine, &path).path.pieces);
+            assert!(first < 3.2, "{off}: {first}");
+        }
+    }
+}
+
+#[test]
+fn at_the_pole_the_free_axis_is_held() {
+    let machine = head(None);
+    let [a, b, c] = [V3::new(0.0, 0.0, 50.0), V3::zeros(), V3::new(40.0, 0.0, 0.0)];
+    // All vertical: nothing turns at all.
+    let up = V3::z();
+    let vertical = [straight(a, b, up), straight(b, c, up), straight(c, a, up)].map(cut).to_vec();
+    let followed = run(&machine, &ToolPath { pieces: vertical });
+    assert!(followed.rotary_travel.abs() < 1e-15);
+    assert!(travel(&followed.path.pieces).iter().all(|travel| *travel < 1e-15));
+    // Down vertically, then a cut that leaves the pole towards +y: C waits where the cut needs it.
+    let leave = curve(knots(0.0, 0.4, 2), |u| {
+        let (sin, cos) = u.sin_cos();
+        ([u * 30.0, Jet::constant(0.0), Jet::constant(0.0)], [Jet::constant(0.0), sin, cos])
+    });
+    let path = ToolPath { pieces: vec![cut(straight(a, b, up)), cut(leave)] };
+    let followed = run(&machine, &path);
+    let [lead, cutting] = &followed.path.pieces[..] else { panic!() };
+    let c_axis =
+        |piece: &AxisPiece| piece.nodes.iter().map(|node| node.q[0][3]).collect::<Vec<_>>();
+    assert!(c_axis(lead).iter().chain(&c_axis(cutting)).all(|c| wrap(*c).abs() < 1e-9));
+    assert!((travel(&followed.path.pieces)[1] - 0.4).abs() < 1e-3);
+}
+
+/// Two curves that leave the pole different ways cannot be joined without a link.
+#[test]
+fn a_turn_at_rest_is_refused() {
+    let leave = |way: f64| {
+        curve(knots(0.0, 0.4, 2), move |u| {
+            let (sin, cos) = u.sin_cos();
+            (
+                [u * 30.0, Jet::constant(0.0), Jet::constant(0.0)],
+                [sin * way.cos(), sin * way.sin(), cos],
+            )
+        })
+    };
+    let arrive = curve(knots(-0.4, 0.0, 2), |u| {
+        let (sin, cos) = u.sin_cos();
+        ([u * 30.0, Jet::constant(0.0), Jet::constant(0.0)], [sin, Jet::constant(0.0), cos])
+    });
+    let path = ToolPath { pieces: vec![cut(arrive), cut(leave(1.0))] };
+    let error = follow(&head(None), &path, &OPTIONS, &Silent).unwrap_err();
+    assert!(matches!(error, AxesError::TurnAtRest { piece: 1, before: 0, .. }), "{error}");
+}
+
+/// Cuts with fixed axes, joined by links: a case small enough for brute force.
+fn fixed_cuts(axes: &[V3]) -> ToolPath {
+    let mut pieces: Vec<ToolPiece> = Vec::new();
+    let mut last: Option<ToolPose> = None;
+    for (index, &axis) in (0..).zip(axes) {
+        let from = V3::new(10.0 * f64::from(index), 0.0, 0.0);
+        let to = from + V3::new(0.0, 20.0, 0.0);
+        if let Some(last) = last {
+            pieces.push(link(last, pose(from, axis)));
+        }
+        pieces.push(cut(straight(from, to, axis)));
+        last = Some(pose(to, axis));
+    }
+    ToolPath { pieces }
+}
+
+/// Least rotary travel over all branches and turns, by trying every combination.
+fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2]) -> Option<f64> {
+    let inverse = Inverse::new(kinematics).unwrap();
+    let machine = kinematics.machine();
+    let choices: Vec<Vec<[f64; 2]>> = axes
+        .iter()
+        .map(|&axis| {
+            let Solutions::Regular(both) = inverse.solutions(&pose(V3::zeros(), axis)).unwrap()
+            else {
+                panic!()
+            };
+            let mut all = Vec::new();
+            for q in both {
+                for [i, j] in (-2..=2).flat_map(|i| (-2..=2).map(move |j| [i, j])) {
+                    let value = [q[3] + TAU * f64::from(i), q[4] + TAU * f64::from(j)];
+                    let inside = |axis: usize| {
+                        let [low, high] = machine.axes[3 + axis].limits;
+                        low <= value[axis] && value[axis] <= high
+                    };
+                    if inside(0) && inside(1) {
+                        all.push(value);
+                    }
+                }
+            }
+            all
+        })
+        .collect();
+    let mut combinations: Vec<(f64, [f64; 2])> = vec![(0.0, [0.0; 2])];
+    for column in choices {
+        combinations = combinations
+            .iter()
+            .flat_map(|(cost, from)| {
+                column.iter().map(move |to| {
+                    let step =
+                        weights[0] * (to[0] - from[0]).abs() + weights[1] * (to[1] - from[1]).abs();
+                    (cost + step, *to)
+                })
+            })
+            .collect();
+    }
+    combinations.iter().map(|(cost, _)| *cost).min_by(f64::total_cmp)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn the_choice_is_the_best_of_all(
+        tilts in prop::array::uniform4((0.1..1.4f64, -PI..PI)),
+        reach in prop::array::uniform2(1.0..7.0f64),
+        weight in 0.2..5.0f64,
+    ) {
+        let machine = head(Some([-reach[0], reach[1]]));
+        let axes = tilts.map(|(tilt, turn)| {
+            V3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos())
+        });
+        let weights = [1.0, weight];
+        let options = AxesOptions { rotary_weights: weights, ..OPTIONS };
+        let found = follow(&machine, &fixed_cuts(&axes), &options, &Silent);
+        if let Some(best) = brute_force(&machine, &axes, weights) {
+            let followed = found.unwrap();
+            assert_continuous(&followed);
+            let travel = followed.rotary_travel;
+            prop_assert!((travel - best).abs() < 1e-9, "{travel} {best}");
+            for node in followed.path.pieces.iter().flat_map(|piece| &piece.nodes) {
+                prop_assert!(machine.machine().out_of_travel(&node.q[0]).is_none());
+            }
+        } else {
+            let refused = matches!(found, Err(AxesError::OutOfTravel { .. }));
+            prop_assert!(refused);
+        }
+    }
+
+    /// Any smooth path, on the three kinds of machine, checked at other points than the nodes'.
+    #[test]
+    fn any_smooth_path_is_followed(
+        which in 0..60usize,
+        tip in prop::array::uniform9(-40.0..40.0f64),
+        bend in prop::array::uniform9(-0.5..0.5f64),
+    ) {
+        let machine = layout(&cases("layouts.json")[which]).0;
+        let inverse = Inverse::new(&machine).unwrap();
+        let geometry = curve(knots(0.0, 1.0, 3), |u| {
+            let poly = |c: &[f64], start: f64| (u * c[0] + c[1]) * u * u + u * c[2] + start;
+            (
+                [poly(&tip[0..3], 0.0), poly(&tip[3..6], 10.0), poly(&tip[6..9], 0.0)],
+                [poly(&bend[0..3], 0.55), poly(&bend[3..6], 0.6), poly(&bend[6..9], 0.6)],
+            )
+        });
+        let Geometry::Curve(pose_curve) = &geometry else { panic!() };
+        let clear = (0..=50).all(|i| {
+            let pose = pose_curve.pose(f64::from(i) / 50.0).unwrap();
+            inverse.pole_distance(&pose.axis) > 0.05
+        });
+        prop_assume!(clear);
+        let path = ToolPath { pieces: vec![cut(geometry.clone())] };
+        let followed = run(&machine, &path);
+        prop_assert!(followed.path.pieces[0].nodes.len() < 200);
+        // Derivatives at the nodes against differences of the exact inverse.
+        for node in &followed.path.pieces[0].nodes {
+            let h = 1e-4;
+            if node.s < 2.0 * h || node.s > 1.0 - 2.0 * h || (node.s * 3.0).fract().min(1.0 - (node.s * 3.0).fract()) < 1e-3 {
+                continue;
+            }
+            let at = |s: f64| inverse.near(&pose_curve.pose(s).unwrap(), &node.q[0]).unwrap();
+            let [back, here, forth] = [at(node.s - h), at(node.s), at(node.s + h)];
+            let scale = 1.0 + node.q[1].amax() + node.q[2].amax() + node.q[3].amax();
+            prop_assert!((here - node.q[0]).amax() < 1e-9);
+            prop_assert!(((forth - back) / (2.0 * h) - node.q[1]).amax() < 1e-5 * scale);
+            prop_assert!(((forth - here * 2.0 + back) / (h * h) - node.q[2]).amax() < 1e-3 * scale);
+        }
+    }
+}
+
+/// A cable-bound C must unwind on links: three turns of a cone in three cuts.
+#[test]
+fn turns_are_unwound_on_links() {
+    let limit = 370.0_f64.to_radians();
+    let machine = head(Some([-limit, limit]));
+    let turn = |index: f64| curve(knots(TAU * index, TAU * (index + 1.0), 40), cone(0.35));
+    let ends = |geometry: &Geometry| {
+        let Geometry::Curve(curve) = geometry else { panic!() };
+        curve.range().map(|u| curve.pose(u).unwrap())
+    };
+    let turns = [0.0, 1.0, 2.0].map(turn);
+    let all = ToolPath { pieces: turns.iter().cloned().map(cut).collect() };
+    let error = follow(&machine, &all, &OPTIONS, &Silent).unwrap_err();
+    let AxesError::OutOfTravel { axis, excess, .. } = &error else { panic!("{error}") };
+    assert_eq!(axis, "C");
+    assert!(*excess > 1.0, "{error}");
+    let mut pieces = Vec::new();
+    for geometry in &turns {
+        if let Some(ToolPiece { geometry: last, .. }) = pieces.last() {
+            pieces.push(link(ends(last)[1], ends(geometry)[0]));
+        }
+        pieces.push(cut(geometry.clone()));
+    }
+    let followed = run(&machine, &ToolPath { pieces });
+    for node in followed.path.pieces.iter().flat_map(|piece| &piece.nodes) {
+        assert!(node.q[0][3].abs() <= limit + 1e-9);
+    }
+    assert_eq!(followed.path.pieces.len(), 5);
+}
+
+/// A link turns its rotaries in proportion while the tip goes straight.
+#[test]
+fn a_link_is_straight_at_the_tip() {
+    let machine = head(None);
+    let axes = [V3::new(0.3, 0.1, 1.0), V3::new(-0.5, 0.4, 0.8)].map(|v| v.normalize());
+    let path = fixed_cuts(&axes);
+    let followed = run(&machine, &path);
+    let piece = &followed.path.pieces[1];
+    let Geometry::Reorient { from, to } = &path.pieces[1].geometry else { panic!() };
+    let [first, last] = [piece.nodes.first().unwrap(), piece.nodes.last().unwrap()];
+    for i in 0..=100 {
+        let share = f64::from(i) / 100.0;
+        let q = piece.axes_at(last.s * share).unwrap()[0];
+        let tip = machine.forward(&q).tip;
+        let wanted: Point3<f64> = from.tip + (to.tip - from.tip) * share;
+        assert!((tip - wanted).norm() < OPTIONS.tip_tolerance);
+        let rotaries = first.q[0] + (last.q[0] - first.q[0]) * share;
+        assert!((q - rotaries).fixed_rows::<2>(3).amax() < 1e-12);
+    }
+    assert!((first.tip_rate - 1.0).abs() < 1e-12);
+}
+
+/// Where two branches cost the same, an axis decides.
+#[test]
+fn preference_breaks_ties() {
+    for prefer in [Prefer::Positive, Prefer::Negative] {
+        let mut spec_of = {
+            let mut axes = slides();
+            axes.push(axis("C", V3::z(), Some(V3::zeros())));
+            axes.push(axis("A", V3::x(), Some(V3::zeros())));
+            spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z())
+        };
+        spec_of.axes[4].prefer = Some(prefer);
+        let machine = kinematics(spec_of);
+        // Tilted about y: C = +-90 deg either way.
+        let axis = V3::new(0.5, 0.0, 0.75_f64.sqrt());
+        let followed = run(&machine, &fixed_cuts(&[axis]));
+        let a = followed.path.pieces[0].nodes[0].q[0][4];
+        assert!((a.abs() - 0.5_f64.asin()).abs() < 1e-12);
+        assert_eq!(a > 0.0, prefer == Prefer::Positive);
+        assert!((followed.rotary_travel - FRAC_PI_2 - a.abs()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn what_cannot_be_run_says_where_and_why() {
+    let machine = head(None);
+    let axis = V3::new(0.0, 0.6, 0.8);
+    let far = straight(V3::zeros(), V3::new(3e5, 0.0, 0.0), axis);
+    let error =
+        follow(&machine, &ToolPath { pieces: vec![cut(far)] }, &OPTIONS, &Silent).unwrap_err();
+    let AxesError::OutOfTravel { piece: 0, axis: name, excess, value, limit, .. } = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(name, "X");
+    assert!((excess - (value - limit)).abs() < 1e-6 && (*excess - 2e5).abs() < 500.0, "{error}");
+    assert!(error.to_string().contains("move the workpiece origin"));
+
+    let gap =
+        vec![cut(straight(V3::zeros(), V3::x(), axis)), cut(straight(V3::y(), V3::x(), axis))];
+    let error = follow(&machine, &ToolPath { pieces: gap }, &OPTIONS, &Silent).unwrap_err();
+    assert!(matches!(error, AxesError::Gap { piece: 1, before: 0, .. }));
+
+    let options = AxesOptions { tip_tolerance: 0.0, ..OPTIONS };
+    let error = follow(&machine, &ToolPath::default(), &options, &Silent).unwrap_err();
+    assert!(matches!(error, AxesError::BadOption { option: "tip_tolerance", .. }));
+    let empty = follow(&machine, &ToolPath::default(), &OPTIONS, &Silent).unwrap();
+    assert!(empty.path.pieces.is_empty());
+}
+
+#[test]
+fn an_unreachable_direction_is_named() {
+    let mut axes = slides();
+    axes.push(axis("C", V3::z(), Some(V3::zeros())));
+    axes.push(axis("B", V3::new(0.0, 1.0, 1.0), Some(V3::zeros())));
+    let machine = kinematics(spec(&["C", "b", "X", "Y", "Z", "B"], axes, V3::zeros(), V3::z()));
+    let down = straight(V3::zeros(), V3::x(), V3::new(0.8, 0.0, -0.6));
+    let error =
+        follow(&machine, &ToolPath { pieces: vec![cut(down)] }, &OPTIONS, &Silent).unwrap_err();
+    let AxesError::Inverse { piece: 0, source: InverseError::Unreachable { miss, .. }, .. } = error
+    else {
+        panic!("{error}")
+    };
+    assert!((miss - 0.6_f64.asin()).abs() < 1e-12);
+}
+
+#[test]
+fn a_stop_is_a_stop() {
+    struct Stopping;
+    impl Progress for Stopping {
+        fn report(&self, _: Stage, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Break(())
+        }
+    }
+    let path = fixed_cuts(&[V3::new(0.0, 0.6, 0.8)]);
+    let error = follow(&head(None), &path, &OPTIONS, &Stopping).unwrap_err();
+    assert!(matches!(error, AxesError::Cancelled(_)));
+}
+
+/// Same bytes on any number of threads.
+#[test]
+fn threads_do_not_matter() {
+    let axes: Vec<V3> = (0..20)
+        .map(|i| V3::new(f64::from(i).sin() * 0.5, f64::from(i).cos() * 0.4, 1.0).normalize())
+        .collect();
+    let path = fixed_cuts(&axes);
+    let machine = head(Some([-6.5, 6.5]));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| follow(&machine, &path, &OPTIONS, &Silent).unwrap())
+    };
+    assert_eq!(on(1), on(3));
+}
