@@ -4,11 +4,23 @@
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use trunnion::surface::Cone;
+use trunnion::surface::Curve;
+use trunnion::surface::Cylinder;
+use trunnion::surface::Extrusion;
 use trunnion::surface::Face;
 use trunnion::surface::FaceIndex;
+use trunnion::surface::Frame;
+use trunnion::surface::NurbsCurve;
 use trunnion::surface::NurbsSurface;
+use trunnion::surface::Plane;
+use trunnion::surface::Revolution;
+use trunnion::surface::Sphere;
 use trunnion::surface::Surface;
 use trunnion::surface::SurfaceJet;
+use trunnion::surface::Torus;
+use trunnion::surface::TrimCurve;
+use trunnion::surface::TrimLoop;
 
 /// The paper's patch: see fixtures/bezier-patch/README.md.
 fn bezier_patch() -> Surface {
@@ -230,5 +242,122 @@ proptest! {
         let foot = index.closest_near(&p, [u + 0.02, v - 0.02]).unwrap();
         prop_assert!((foot.uv[0] - u).abs() < 1e-9 && (foot.uv[1] - v).abs() < 1e-9, "{:?}", foot);
         prop_assert!((foot.distance - h).abs() < 1e-9, "{:?}", foot);
+    }
+}
+
+/// One face of every kind, trimmed to a rectangle of parameters where endless.
+fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
+    let frame = Frame::new(Point3::new(1.0, -2.0, 3.0), Vector3::new(0.2, 0.3, 1.0), Vector3::x());
+    let frame = frame.unwrap();
+    let spline = {
+        let points = [
+            [20.0, 0.0, -10.0],
+            [30.0, 5.0, 0.0],
+            [22.0, -3.0, 10.0],
+            [28.0, 4.0, 25.0],
+            [35.0, 0.0, 30.0],
+        ];
+        let points = points.map(Point3::from);
+        let knots = vec![0.0, 0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0, 1.0];
+        Curve::Nurbs(NurbsCurve::new(3, knots, &points, Some(&[1.0, 2.0, 0.7, 1.0, 1.3])).unwrap())
+    };
+    let ring = Curve::ellipse(frame, [12.0, 12.0]).unwrap();
+    let oval = Curve::ellipse(frame, [25.0, 9.0]).unwrap();
+    let line = Curve::line(Point3::new(15.0, 0.0, 0.0), Vector3::new(0.1, 0.4, 2.0)).unwrap();
+    let z = Vector3::z_axis();
+    let off = Point3::new(-40.0, 3.0, 0.0);
+    let kinds: Vec<(Surface, [[f64; 2]; 2])> = vec![
+        (Surface::Plane(Plane { frame }), [[-20.0, 30.0], [-10.0, 15.0]]),
+        (Surface::Cylinder(Cylinder::new(frame, 12.0).unwrap()), [[1.0, 3.0], [-5.0, 20.0]]),
+        (Surface::Cone(Cone::new(frame, 5.0, 0.4).unwrap()), [[0.5, 2.5], [-3.0, 30.0]]),
+        (Surface::Sphere(Sphere::new(frame, 20.0).unwrap()), [[0.5, 3.5], [-1.0, 1.2]]),
+        (Surface::Torus(Torus::new(frame, 20.0, 6.0).unwrap()), [[0.5, 3.5], [1.0, 4.2]]),
+        (
+            Surface::Extrusion(
+                Extrusion::new(spline.clone(), Vector3::new(3.0, 40.0, 4.0)).unwrap(),
+            ),
+            [[0.0, 1.0], [-0.5, 1.5]],
+        ),
+        (
+            Surface::Extrusion(Extrusion::new(oval, Vector3::new(0.0, 1.0, 4.0)).unwrap()),
+            [[0.4, 5.0], [-5.0, 15.0]],
+        ),
+        (
+            Surface::Revolution(Revolution::new(spline, Point3::origin(), z).unwrap()),
+            [[0.2, 6.0], [0.0, 1.0]],
+        ),
+        (Surface::Revolution(Revolution::new(ring, off, z).unwrap()), [[0.2, 6.0], [0.4, 5.0]]),
+        (
+            Surface::Revolution(Revolution::new(line, Point3::origin(), z).unwrap()),
+            [[0.2, 4.0], [-8.0, 9.0]],
+        ),
+    ];
+    let face = |(number, (surface, bounds)): (usize, (Surface, [[f64; 2]; 2]))| {
+        let [[a, b], [c, d]] = bounds;
+        let corners = [[a, c], [b, c], [b, d], [a, d], [a, c]];
+        let trim = TrimCurve::polyline(&corners).unwrap();
+        let trim = TrimLoop::new(vec![trim], surface.periods(), 1e-9).unwrap();
+        (Face::new(number + 1, surface, vec![trim], false).unwrap(), bounds)
+    };
+    kinds.into_iter().enumerate().map(face).collect()
+}
+
+fn between([low, high]: [f64; 2], x: f64) -> f64 {
+    low + (high - low) * 0.5 * (x + 1.0)
+}
+
+#[test]
+fn every_kind_has_exact_derivatives_and_closest_points() {
+    for (face, bounds) in every_kind() {
+        let kind = face.surface.kind();
+        assert_eq!(face.bounds(), bounds, "{kind}");
+        let index = FaceIndex::new(face.clone()).unwrap();
+        let mut numbers = Numbers(17);
+        for query in 0..60 {
+            let uv = bounds.map(|range| between(range, 0.98 * numbers.next()));
+            check_differences(&face.surface, uv);
+            assert!(face.contains(uv[0], uv[1]), "{kind}: {uv:?}");
+            assert!(!face.contains(uv[0], bounds[1][1] + 0.01), "{kind}: {uv:?}");
+            // Close enough to the surface that the foot is the only one.
+            let h = 0.3 * numbers.next();
+            let p = face.surface.point(uv[0], uv[1]) + face.normal(uv[0], uv[1]).unwrap().scale(h);
+            let near = index.closest_near(&p, uv.map(|x| x + 1e-3)).unwrap();
+            assert!((near.distance - h).abs() < 1e-9, "{kind} {query}: {near:?}");
+            let foot = index.closest(&p).unwrap();
+            let there = face.surface.point(foot.uv[0], foot.uv[1]);
+            assert!((foot.point - there).norm() < 1e-12, "{kind}");
+            assert!((p - there).norm() <= h.abs() + 1e-9, "{kind} {query}: {foot:?}");
+        }
+    }
+}
+
+#[test]
+fn curvature_bounds_hold_and_are_close() {
+    let patch = Face::new(1, bezier_patch(), vec![], false).unwrap();
+    let waves = Face::new(2, Surface::Nurbs(wavy(5, [3, 3], [8, 8], true)), vec![], true).unwrap();
+    let sheets = [patch, waves].map(|face| (face.clone(), face.bounds()));
+    for (face, bounds) in every_kind().into_iter().chain(sheets) {
+        let index = FaceIndex::new(face.clone()).unwrap();
+        let [low, high] = index.curvature_range(bounds);
+        let mut attained = [0.0_f64; 2];
+        for i in 0..=60 {
+            for j in 0..=60 {
+                let u = between(bounds[0], f64::from(i) / 30.0 - 1.0);
+                let v = between(bounds[1], f64::from(j) / 30.0 - 1.0);
+                let curvature = face.surface.jet2(u, v).curvature().unwrap();
+                let pair = if face.flip {
+                    [-curvature.max, -curvature.min]
+                } else {
+                    [curvature.min, curvature.max]
+                };
+                attained = [attained[0].min(pair[0]), attained[1].max(pair[1])];
+            }
+        }
+        let size = attained[1].max(-attained[0]);
+        let place =
+            format!("{} {}: [{low}, {high}] {attained:?}", face.number, face.surface.kind());
+        assert!(low <= attained[0] + 1e-9 && high >= attained[1] - 1e-9, "{place}");
+        // 10 % as promised, and some for a peak between the samples.
+        assert!(low >= attained[0] - 0.13 * size && high <= attained[1] + 0.13 * size, "{place}");
     }
 }

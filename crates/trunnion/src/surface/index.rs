@@ -1,12 +1,15 @@
 //! Closest points: bound-and-prune over Bezier patches, then Newton's method.
 
 use super::Surface;
+use super::bounds;
 use super::error::ClosestError;
 use super::error::SurfaceError;
 use super::face::Face;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::patches::PatchTree;
+use super::swept::Conversion;
+use super::swept::Revolution;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 
@@ -20,7 +23,12 @@ pub struct FaceIndex {
 /// How the closest point over the whole domain is found.
 #[derive(Debug, Clone)]
 enum Search {
+    /// Over the patches of the surface itself.
     Patches(PatchTree),
+    /// Over the patches of an equal NURBS surface.
+    Converted(Box<Conversion>, PatchTree),
+    /// In closed form.
+    Closed,
 }
 
 /// Foot of a perpendicular (or, from a search over the domain, possibly a border point).
@@ -43,12 +51,29 @@ impl FaceIndex {
     ///
     /// # Errors
     ///
-    /// [`SurfaceError::Unbounded`] for an endless surface without trims.
+    /// [`SurfaceError::Unbounded`] for an endless surface without trims;
+    /// [`SurfaceError::DegeneratePatch`] for a sweep without area.
     pub fn new(face: Face) -> Result<Self, SurfaceError> {
         let Face { number, surface, loops, flip } = face;
         let face = Face::new(number, surface, loops, flip)?;
-        let search = match &face.surface {
-            Surface::Nurbs(surface) => Search::Patches(PatchTree::new(surface)),
+        let bounds = search_bounds(&face);
+        let converted = match &face.surface {
+            Surface::Extrusion(surface) => Some(surface.to_nurbs(bounds)),
+            Surface::Revolution(surface) => Some(surface.to_nurbs(bounds)),
+            _ => None,
+        };
+        let search = match (&face.surface, converted) {
+            (Surface::Nurbs(surface), _) => Search::Patches(PatchTree::new(surface)),
+            (_, None) => Search::Closed,
+            (_, Some(Ok(converted))) => {
+                let tree = PatchTree::new(&converted.surface);
+                Search::Converted(Box::new(converted), tree)
+            }
+            (_, Some(Err(faults))) => {
+                let [u, v] = bounds;
+                let degenerate = SurfaceError::DegeneratePatch { u, v };
+                return Err(faults.into_iter().next().unwrap_or(degenerate));
+            }
         };
         Ok(Self { face, search })
     }
@@ -58,7 +83,8 @@ impl FaceIndex {
         &self.face
     }
 
-    /// The surface point closest to `p` over the whole domain, trims disregarded.
+    /// The surface point closest to `p` over the whole domain, trims disregarded. Where an
+    /// extrusion or revolution has no end, over the box of the trims that way.
     ///
     /// Guaranteed: whatever is left unsearched is proved to be no closer, up to rounding
     /// (`1e-10` of the size of surface and query). Spline surfaces are bounded by the boxes and
@@ -72,12 +98,15 @@ impl FaceIndex {
         if !p.iter().all(|x| x.is_finite()) {
             return Err(ClosestError::NotFinite);
         }
-        match (&self.search, &self.face.surface) {
-            (Search::Patches(tree), Surface::Nurbs(surface)) => {
-                let found = tree.closest(surface, p)?;
-                self.foot(found, self.face.surface.jet2(found[0], found[1]), p)
+        let surface = &self.face.surface;
+        let uv = match (&self.search, surface) {
+            (Search::Patches(tree), Surface::Nurbs(surface)) => tree.closest(surface, p)?,
+            (Search::Converted(converted, tree), _) => {
+                converted.original(tree.closest(&converted.surface, p)?)
             }
-        }
+            _ => surface.elementary().map_or([f64::NAN; 2], |surface| surface.closest(p)),
+        };
+        self.foot(uv, surface.jet2(uv[0], uv[1]), p)
     }
 
     /// Foot of the perpendicular from `p` near `guess`, by Newton's method on the surface and its
@@ -96,6 +125,48 @@ impl FaceIndex {
         self.closest(p)
     }
 
+    /// Bounds of the curvature \[1/mm\] over a rectangle of parameters (clipped to the domain):
+    /// no normal curvature there is below the first or above the second number. The first is at
+    /// most 0, the second at least 0; positive = the surface bends towards the cutter (concave).
+    ///
+    /// Guaranteed, from derivative control nets, and within 10 % of the largest curvature unless the
+    /// surface is singular there (infinite at a pole or a collapsed edge).
+    pub fn curvature_range(&self, cell: [[f64; 2]; 2]) -> [f64; 2] {
+        let surface = &self.face.surface;
+        let [low, high] = match (&self.search, surface) {
+            (Search::Patches(_), Surface::Nurbs(surface)) => bounds::range(surface, cell),
+            (_, Surface::Extrusion(surface)) => {
+                let thin = [0.0, surface.thin()];
+                bounds::of_conversion(surface.to_nurbs([self.along(0), thin]), [cell[0], thin])
+            }
+            (_, Surface::Revolution(surface)) => {
+                let thin = [0.0, Revolution::THIN];
+                bounds::of_conversion(surface.to_nurbs([thin, self.along(1)]), [thin, cell[1]])
+            }
+            _ => surface.elementary().map_or([0.0; 2], |surface| surface.curvatures(cell[1])),
+        };
+        if self.face.flip { [-high, -low] } else { [low, high] }
+    }
+
+    /// Range in which closest points are searched.
+    fn along(&self, direction: usize) -> [f64; 2] {
+        search_bounds(&self.face)[direction]
+    }
+
+    /// Upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see
+    /// [`FaceIndex::curvature_range`]. For the whole face pass [`Face::bounds`].
+    pub fn curvature_bound(&self, cell: [[f64; 2]; 2]) -> f64 {
+        let [low, high] = self.curvature_range(cell);
+        high.max(-low)
+    }
+
+    /// Lower bound of the smallest radius \[mm\] by which the face bends towards the cutter, over
+    /// its bounds; infinite where it is nowhere concave. A cutter with a larger radius of
+    /// curvature cannot touch everywhere without gouging.
+    pub fn smallest_concave_radius(&self) -> f64 {
+        self.curvature_range(self.face.bounds())[1].recip()
+    }
+
     /// Side, normal and distance for parameters found.
     fn foot(&self, uv: [f64; 2], jet: SurfaceJet2, p: &Point3<f64>) -> Result<Foot, ClosestError> {
         let offset = p - jet.s;
@@ -108,6 +179,12 @@ impl FaceIndex {
         let distance = if offset.dot(&normal) < 0.0 { -size } else { size };
         Ok(Foot { uv, point: jet.s, normal, distance, jet })
     }
+}
+
+/// The domain; where it is endless, the box of the trims.
+fn search_bounds(face: &Face) -> [[f64; 2]; 2] {
+    let (domain, trims) = (face.surface.domain(), face.bounds());
+    [0, 1].map(|k| if domain[k].iter().all(|x| x.is_finite()) { domain[k] } else { trims[k] })
 }
 
 impl std::ops::Deref for FaceIndex {

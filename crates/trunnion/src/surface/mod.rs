@@ -4,6 +4,9 @@
 //! A [`Surface`] is geometry over a rectangle of parameters; a [`Face`] is a surface with trim
 //! loops and a side; a [`FaceIndex`] answers closest-point queries on a face. Lengths in mm.
 
+mod analytic;
+mod bounds;
+mod curve;
 mod error;
 mod face;
 mod index;
@@ -11,8 +14,18 @@ mod jet;
 mod newton;
 mod nurbs;
 mod patches;
+mod swept;
 mod trim;
 
+pub use analytic::Cone;
+pub use analytic::Cylinder;
+pub use analytic::Frame;
+pub use analytic::Plane;
+pub use analytic::Sphere;
+pub use analytic::Torus;
+pub use curve::Curve;
+pub use curve::CurveJet;
+pub use curve::NurbsCurve;
 pub use error::ClosestError;
 pub use error::SurfaceError;
 pub use face::Face;
@@ -24,9 +37,12 @@ pub use jet::SurfaceJet1;
 pub use jet::SurfaceJet2;
 pub use nurbs::NurbsSurface;
 pub use nurbs::Patch;
+pub use swept::Extrusion;
+pub use swept::Revolution;
 pub use trim::TrimCurve;
 pub use trim::TrimLoop;
 
+use analytic::Elementary;
 use jet::Table;
 use nalgebra::Point3;
 
@@ -36,13 +52,42 @@ use nalgebra::Point3;
 pub enum Surface {
     /// B-spline, Bezier or rational tensor surface.
     Nurbs(NurbsSurface),
+    /// Plane.
+    Plane(Plane),
+    /// Cylinder of revolution.
+    Cylinder(Cylinder),
+    /// Cone of revolution, one nappe.
+    Cone(Cone),
+    /// Sphere.
+    Sphere(Sphere),
+    /// Torus.
+    Torus(Torus),
+    /// A curve moved along a straight line.
+    Extrusion(Extrusion),
+    /// A curve turned about an axis.
+    Revolution(Revolution),
 }
 
 impl Surface {
+    /// The elementary kinds, whose closest point is known in closed form.
+    fn elementary(&self) -> Option<&dyn Elementary> {
+        match self {
+            Self::Plane(surface) => Some(surface),
+            Self::Cylinder(surface) => Some(surface),
+            Self::Cone(surface) => Some(surface),
+            Self::Sphere(surface) => Some(surface),
+            Self::Torus(surface) => Some(surface),
+            Self::Nurbs(_) | Self::Extrusion(_) | Self::Revolution(_) => None,
+        }
+    }
+
     /// Ranges of u and v; infinite where the surface has no end.
     pub fn domain(&self) -> [[f64; 2]; 2] {
         match self {
             Self::Nurbs(surface) => surface.domain(),
+            Self::Extrusion(surface) => surface.domain(),
+            Self::Revolution(surface) => surface.domain(),
+            _ => self.elementary().map_or([[0.0; 2]; 2], Elementary::domain),
         }
     }
 
@@ -50,6 +95,9 @@ impl Surface {
     pub fn periods(&self) -> [Option<f64>; 2] {
         match self {
             Self::Nurbs(surface) => surface.periods(),
+            Self::Extrusion(surface) => surface.periods(),
+            Self::Revolution(surface) => surface.periods(),
+            _ => self.elementary().map_or([None; 2], Elementary::periods),
         }
     }
 
@@ -58,6 +106,13 @@ impl Surface {
         match self {
             Self::Nurbs(surface) if surface.is_rational() => "NURBS",
             Self::Nurbs(_) => "B-spline",
+            Self::Plane(_) => "plane",
+            Self::Cylinder(_) => "cylinder",
+            Self::Cone(_) => "cone",
+            Self::Sphere(_) => "sphere",
+            Self::Torus(_) => "torus",
+            Self::Extrusion(_) => "extrusion",
+            Self::Revolution(_) => "revolution",
         }
     }
 
@@ -65,6 +120,13 @@ impl Surface {
     fn table<const ORDER: usize>(&self, u: f64, v: f64) -> Table {
         match self {
             Self::Nurbs(surface) => surface.table::<ORDER>(u, v),
+            Self::Plane(surface) => surface.table(u, v),
+            Self::Cylinder(surface) => surface.table(u, v),
+            Self::Cone(surface) => surface.table(u, v),
+            Self::Sphere(surface) => surface.table(u, v),
+            Self::Torus(surface) => surface.table(u, v),
+            Self::Extrusion(surface) => surface.table(u, v),
+            Self::Revolution(surface) => surface.table(u, v),
         }
     }
 

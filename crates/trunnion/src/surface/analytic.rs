@@ -1,0 +1,354 @@
+//! Plane, cylinder, cone, sphere and torus, parametrised as in ISO 10303-42.
+
+use super::error::SurfaceError;
+use super::jet::Table;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::TAU;
+
+/// Two directions whose sine is below this are parallel: rounding of file digits.
+const PARALLEL: f64 = 1e-9;
+
+/// Origin and right-handed orthonormal axes (`axis2_placement_3d`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    origin: Point3<f64>,
+    axes: [UnitVector3<f64>; 3],
+}
+
+impl Frame {
+    /// From the z axis and a direction that, made orthogonal to z, is the x axis.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] if `x` and `z` are parallel, zero or not finite.
+    pub fn new(
+        origin: Point3<f64>,
+        z: Vector3<f64>,
+        x: Vector3<f64>,
+    ) -> Result<Self, SurfaceError> {
+        let finite = origin.iter().chain(&z).chain(&x).all(|value| value.is_finite());
+        let z_axis = UnitVector3::try_new(z, f64::MIN_POSITIVE).filter(|_| finite);
+        let x_axis = z_axis.and_then(|z| {
+            let x = x.try_normalize(f64::MIN_POSITIVE)?;
+            UnitVector3::try_new(x - z.scale(x.dot(&z)), PARALLEL)
+        });
+        let (Some(z), Some(x)) = (z_axis, x_axis) else {
+            let value = z.cross(&x).norm();
+            let need = "of two finite directions that are not parallel";
+            return Err(SurfaceError::Size { what: "|z cross x| of a placement", value, need });
+        };
+        let y = UnitVector3::new_normalize(z.cross(&x));
+        Ok(Self { origin, axes: [x, y, z] })
+    }
+
+    /// Origin.
+    pub fn origin(&self) -> Point3<f64> {
+        self.origin
+    }
+
+    /// x axis.
+    pub fn x(&self) -> UnitVector3<f64> {
+        self.axes[0]
+    }
+
+    /// y axis.
+    pub fn y(&self) -> UnitVector3<f64> {
+        self.axes[1]
+    }
+
+    /// z axis.
+    pub fn z(&self) -> UnitVector3<f64> {
+        self.axes[2]
+    }
+
+    /// Coordinates of `p` in this frame.
+    pub(crate) fn local(&self, p: &Point3<f64>) -> Vector3<f64> {
+        let d = p - self.origin;
+        Vector3::new(d.dot(&self.axes[0]), d.dot(&self.axes[1]), d.dot(&self.axes[2]))
+    }
+}
+
+/// `origin + u x + v y`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Where it lies; its normal is z.
+    pub frame: Frame,
+}
+
+/// `origin + R (cos u x + sin u y) + v z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    frame: Frame,
+    radius: f64,
+}
+
+/// `origin + (R + v tan a)(cos u x + sin u y) + v z`, from the apex on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    frame: Frame,
+    radius: f64,
+    slope: f64,
+}
+
+/// `origin + R cos v (cos u x + sin u y) + R sin v z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    frame: Frame,
+    radius: f64,
+}
+
+/// `origin + (R + r cos v)(cos u x + sin u y) + r sin v z`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Torus {
+    frame: Frame,
+    major: f64,
+    minor: f64,
+}
+
+impl Cylinder {
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] unless the radius is positive.
+    pub fn new(frame: Frame, radius: f64) -> Result<Self, SurfaceError> {
+        Ok(Self { frame, radius: positive("radius of the cylinder", radius)? })
+    }
+}
+
+impl Cone {
+    /// `radius` at the origin of `frame`, half angle `angle` \[rad\].
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] unless the radius is 0 or more and the angle between 0 and pi/2.
+    pub fn new(frame: Frame, radius: f64, angle: f64) -> Result<Self, SurfaceError> {
+        if !(radius >= 0.0 && radius.is_finite()) {
+            let need = "finite and 0 or more";
+            return Err(SurfaceError::Size { what: "radius of the cone", value: radius, need });
+        }
+        if !(angle > 0.0 && angle < FRAC_PI_2) {
+            let need = "between 0 and pi/2";
+            return Err(SurfaceError::Size { what: "half angle of the cone", value: angle, need });
+        }
+        Ok(Self { frame, radius, slope: angle.tan() })
+    }
+
+    /// `v` of the apex.
+    fn apex(&self) -> f64 {
+        -self.radius / self.slope
+    }
+}
+
+impl Sphere {
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] unless the radius is positive.
+    pub fn new(frame: Frame, radius: f64) -> Result<Self, SurfaceError> {
+        Ok(Self { frame, radius: positive("radius of the sphere", radius)? })
+    }
+}
+
+impl Torus {
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] unless both radii are positive.
+    pub fn new(frame: Frame, major: f64, minor: f64) -> Result<Self, SurfaceError> {
+        let major = positive("major radius of the torus", major)?;
+        Ok(Self { frame, major, minor: positive("minor radius of the torus", minor)? })
+    }
+}
+
+fn positive(what: &'static str, value: f64) -> Result<f64, SurfaceError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(SurfaceError::Size { what, value, need: "finite and above 0" })
+    }
+}
+
+/// What the elementary surfaces have in common.
+pub(crate) trait Elementary {
+    fn domain(&self) -> [[f64; 2]; 2];
+    fn periods(&self) -> [Option<f64>; 2];
+    fn table(&self, u: f64, v: f64) -> Table;
+    /// Parameters of a closest point of the whole surface.
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2];
+    /// Bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of the
+    /// larger (or 0) from above; positive towards `S_u x S_v`.
+    fn curvatures(&self, v: [f64; 2]) -> [f64; 2];
+}
+
+const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+impl Elementary for Plane {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        [ENDLESS; 2]
+    }
+
+    fn periods(&self) -> [Option<f64>; 2] {
+        [None; 2]
+    }
+
+    fn table(&self, u: f64, v: f64) -> Table {
+        let (x, y) = (self.frame.x().into_inner(), self.frame.y().into_inner());
+        let mut d = [[Vector3::zeros(); 4]; 4];
+        d[0][0] = self.frame.origin.coords + x * u + y * v;
+        d[1][0] = x;
+        d[0][1] = y;
+        d
+    }
+
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
+        let local = self.frame.local(p);
+        [local.x, local.y]
+    }
+
+    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
+        [0.0; 2]
+    }
+}
+
+impl Elementary for Cylinder {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        [[0.0, TAU], ENDLESS]
+    }
+
+    fn periods(&self) -> [Option<f64>; 2] {
+        [Some(TAU), None]
+    }
+
+    fn table(&self, u: f64, v: f64) -> Table {
+        round(&self.frame, u, [self.radius, 0.0, 0.0, 0.0], [v, 1.0, 0.0, 0.0])
+    }
+
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
+        let local = self.frame.local(p);
+        [turn(&local), local.z]
+    }
+
+    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
+        [-self.radius.recip(), 0.0]
+    }
+}
+
+impl Elementary for Cone {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        [[0.0, TAU], [self.apex(), f64::INFINITY]]
+    }
+
+    fn periods(&self) -> [Option<f64>; 2] {
+        [Some(TAU), None]
+    }
+
+    fn table(&self, u: f64, v: f64) -> Table {
+        let rho = [self.radius + v * self.slope, self.slope, 0.0, 0.0];
+        round(&self.frame, u, rho, [v, 1.0, 0.0, 0.0])
+    }
+
+    /// Foot on the ruling through the half plane of `p`; the apex where it falls short of it.
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
+        let local = self.frame.local(p);
+        let rho = local.x.hypot(local.y);
+        let v = ((rho - self.radius) * self.slope + local.z) / (1.0 + self.slope * self.slope);
+        [turn(&local), v.max(self.apex())]
+    }
+
+    fn curvatures(&self, [low, _]: [f64; 2]) -> [f64; 2] {
+        let rho = self.radius + low.max(self.apex()) * self.slope;
+        [-(rho * 1.0_f64.hypot(self.slope)).recip(), 0.0]
+    }
+}
+
+impl Elementary for Sphere {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        [[0.0, TAU], [-FRAC_PI_2, FRAC_PI_2]]
+    }
+
+    fn periods(&self) -> [Option<f64>; 2] {
+        [Some(TAU), None]
+    }
+
+    fn table(&self, u: f64, v: f64) -> Table {
+        let (sin, cos) = v.sin_cos();
+        let [rho, z] = circle(self.radius, sin, cos);
+        round(&self.frame, u, rho, z)
+    }
+
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
+        let local = self.frame.local(p);
+        [turn(&local), local.z.atan2(local.x.hypot(local.y))]
+    }
+
+    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
+        [-self.radius.recip(), 0.0]
+    }
+}
+
+impl Elementary for Torus {
+    fn domain(&self) -> [[f64; 2]; 2] {
+        [[0.0, TAU]; 2]
+    }
+
+    fn periods(&self) -> [Option<f64>; 2] {
+        [Some(TAU); 2]
+    }
+
+    fn table(&self, u: f64, v: f64) -> Table {
+        let (sin, cos) = v.sin_cos();
+        let [mut rho, z] = circle(self.minor, sin, cos);
+        rho[0] += self.major;
+        round(&self.frame, u, rho, z)
+    }
+
+    /// Closest point of the two circles in the half plane of `p`: the far one matters only inside
+    /// a spindle torus.
+    fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
+        let local = self.frame.local(p);
+        let rho = local.x.hypot(local.y);
+        let gap = |x: f64| (x.hypot(local.z) - self.minor).abs();
+        let (near, far) = (rho - self.major, -rho - self.major);
+        let u = turn(&local);
+        if gap(far) < gap(near) {
+            return [(u + 0.5 * TAU).rem_euclid(TAU), local.z.atan2(far).rem_euclid(TAU)];
+        }
+        [u, local.z.atan2(near).rem_euclid(TAU)]
+    }
+
+    /// `-1/r` across and `-cos v / (R + r cos v)`, never below `-1/r`, round. Where the circle
+    /// reaches the axis (a spindle torus) there is no bound.
+    fn curvatures(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        let innermost = 0.5 * TAU + ((low - 0.5 * TAU) / TAU).ceil() * TAU;
+        let smallest = if innermost <= high { -1.0 } else { low.cos().min(high.cos()) };
+        let rho = self.major + self.minor * smallest;
+        if rho > 0.0 {
+            [-self.minor.recip(), (-smallest / rho).max(0.0)]
+        } else {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        }
+    }
+}
+
+/// `[rho, z]` of a circle about the origin of the half plane, with derivatives by its angle.
+fn circle(radius: f64, sin: f64, cos: f64) -> [[f64; 4]; 2] {
+    [[cos, -sin, -cos, sin], [sin, cos, -sin, -cos]].map(|row| row.map(|x| radius * x))
+}
+
+/// `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`.
+fn round(frame: &Frame, u: f64, rho: [f64; 4], z: [f64; 4]) -> Table {
+    let (sin, cos) = u.sin_cos();
+    let [x, y, axis] = frame.axes.map(UnitVector3::into_inner);
+    let (e, f) = (x * cos + y * sin, y * cos - x * sin);
+    let mut d = [e, f, -e, -f].map(|ring| rho.map(|rho| ring * rho));
+    for (entry, z) in d[0].iter_mut().zip(z) {
+        *entry += axis * z;
+    }
+    d[0][0] += frame.origin.coords;
+    d
+}
+
+/// Angle about z in [0, 2 pi); 0 on the axis.
+fn turn(local: &Vector3<f64>) -> f64 {
+    local.y.atan2(local.x).rem_euclid(TAU)
+}

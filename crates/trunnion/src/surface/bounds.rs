@@ -1,0 +1,368 @@
+//! Guaranteed bounds of curvature over a rectangle, from derivative control nets.
+
+use super::jet::SurfaceJet2;
+use super::nurbs::NurbsSurface;
+use super::swept::Conversion;
+use nalgebra::Vector3;
+use nalgebra::Vector4;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// A bound this much above a value attained is good enough to stop refining.
+const CLOSE: f64 = 0.1;
+
+/// Pieces looked at before the bound is given as it stands.
+const LOOKS: usize = 8000;
+
+/// Overlap of a patch and a cell that is rounding of their borders, as a share of the patch.
+const SLIVER: f64 = 1e-12;
+
+/// Ranges of u and v.
+type Rectangle = [[f64; 2]; 2];
+
+type V4 = Vector4<f64>;
+
+/// Vectors within `radius` of `centre`.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+/// Part of a Bezier patch with a bound of its curvatures.
+struct Cell {
+    net: Net,
+    bounds: Rectangle,
+    /// Curvatures of mean derivatives, and what others may differ from them in the cell.
+    range: [f64; 2],
+    spread: f64,
+}
+
+/// Homogeneous control points, v running fastest, over the unit square.
+#[derive(Clone)]
+struct Net {
+    points: Vec<Vector4<f64>>,
+    columns: usize,
+}
+
+/// Bounds `[low, high]`, `low <= 0 <= high`, of all normal curvatures over `cell`.
+///
+/// Best-first: the cell with the widest bound is halved until the bound is close to a value
+/// attained.
+pub(crate) fn range(surface: &NurbsSurface, cell: Rectangle) -> [f64; 2] {
+    let mut queue: BinaryHeap<Cell> = BinaryHeap::new();
+    let domain = surface.domain();
+    // A cell without width has no patch of its own: the whole range bounds it too.
+    let cell = [0, 1].map(|k| if cell[k][0] < cell[k][1] { cell[k] } else { domain[k] });
+    let [columns, rows] = surface.patch_count();
+    for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let Some(patch) = surface.patch(i, j) else { continue };
+        let Some([local, bounds]) = overlap(patch.bounds, cell) else { continue };
+        let net = Net { points: patch.points.to_vec(), columns: surface.degree()[1] + 1 };
+        queue.push(Cell::new(net.part(0, local[0]).part(1, local[1]), bounds));
+    }
+    let mut attained = queue.iter().fold([0.0; 2], |best, cell| attain(surface, cell, best));
+    let mut range = [0.0; 2];
+    for _ in 0..LOOKS {
+        let Some(cell) = queue.pop() else { return range };
+        let slack = CLOSE * attained[1].max(-attained[0]);
+        let [low, high] = cell.bound();
+        if low >= attained[0] - slack && high <= attained[1] + slack {
+            range = widen(range, [low, high]);
+        } else {
+            for half in cell.halves() {
+                attained = attain(surface, &half, attained);
+                queue.push(half);
+            }
+        }
+    }
+    queue.iter().fold(range, |range, cell| widen(range, cell.bound()))
+}
+
+/// As [`range`] of a surface converted for it, over `cell` in the original's parameters; no bound
+/// for one that has no area.
+pub(crate) fn of_conversion<E>(converted: Result<Conversion, E>, cell: Rectangle) -> [f64; 2] {
+    let Ok(converted) = converted else { return [f64::NEG_INFINITY, f64::INFINITY] };
+    let corner = |k: usize| converted.converted([cell[0][k], cell[1][k]]);
+    let (low, high) = (corner(0), corner(1));
+    range(&converted.surface, [[low[0], high[0]], [low[1], high[1]]])
+}
+
+/// Widens `best` by the curvatures in the middle of `cell`.
+fn attain(surface: &NurbsSurface, cell: &Cell, best: [f64; 2]) -> [f64; 2] {
+    let [u, v] = cell.bounds.map(|[low, high]| 0.5 * (low + high));
+    let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
+    curvature.map_or(best, |curvature| widen(best, [curvature.min, curvature.max]))
+}
+
+fn widen(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+/// The part of `cell` inside `patch`, in local parameters and in its own; `None` if they meet in
+/// a line or not at all.
+fn overlap(patch: Rectangle, cell: Rectangle) -> Option<[Rectangle; 2]> {
+    let bounds = [0, 1].map(|k| cell[k].map(|x| x.clamp(patch[k][0], patch[k][1])));
+    let local = [0, 1].map(|k| {
+        let [low, high] = patch[k];
+        bounds[k].map(|x| (x - low) / (high - low))
+    });
+    local.iter().all(|[a, b]| b - a > SLIVER).then_some([local, bounds])
+}
+
+impl Cell {
+    fn new(net: Net, bounds: Rectangle) -> Self {
+        let (range, spread) = net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY));
+        Self { net, bounds, range, spread }
+    }
+
+    /// Halves across the direction in which the derivatives vary more.
+    fn halves(&self) -> [Self; 2] {
+        let [by_u, by_v] = self.net.variation();
+        let k = usize::from(by_v > by_u);
+        let (mut low, mut high) = (self.bounds, self.bounds);
+        let middle = 0.5 * (low[k][0] + low[k][1]);
+        (low[k][1], high[k][0]) = (middle, middle);
+        let (first, second) = self.net.split(k, 0.5);
+        [Self::new(first, low), Self::new(second, high)]
+    }
+
+    fn bound(&self) -> [f64; 2] {
+        [self.range[0] - self.spread, self.range[1] + self.spread]
+    }
+
+    fn rank(&self) -> f64 {
+        let [low, high] = self.bound();
+        high.max(-low)
+    }
+}
+
+impl Net {
+    fn rows(&self) -> usize {
+        self.points.len() / self.columns
+    }
+
+    /// De Casteljau at `t` by parameter `k`.
+    fn split(&self, k: usize, t: f64) -> (Self, Self) {
+        let (lines, count) =
+            if k == 0 { (self.columns, self.rows()) } else { (self.rows(), self.columns) };
+        let (step, stride) = if k == 0 { (1, self.columns) } else { (self.columns, 1) };
+        let (mut low, mut high) = (self.clone(), self.clone());
+        for line in 0..lines {
+            let at = |i: usize| line * step + i * stride;
+            for level in 0..count {
+                low.points[at(level)] = high.points[at(0)];
+                for i in 0..count - 1 - level {
+                    let (a, b) = (high.points[at(i)], high.points[at(i + 1)]);
+                    high.points[at(i)] = a * (1.0 - t) + b * t;
+                }
+            }
+        }
+        (low, high)
+    }
+
+    /// The part over `[a, b]` of parameter `k`.
+    fn part(&self, k: usize, [a, b]: [f64; 2]) -> Self {
+        let tail = if a > 0.0 { self.split(k, a).1 } else { self.clone() };
+        let share = if a < 1.0 { (b - a) / (1.0 - a) } else { 1.0 };
+        if share < 1.0 { tail.split(k, share).0 } else { tail }
+    }
+
+    /// Control net of the derivative by parameter `k`; empty for degree 0.
+    fn differences(&self, k: usize) -> Self {
+        let rows = self.rows();
+        let (m, n) =
+            if k == 0 { (rows.saturating_sub(1), self.columns) } else { (rows, self.columns - 1) };
+        let degree = if k == 0 { m } else { n } as f64;
+        let step = if k == 0 { self.columns } else { 1 };
+        let mut points = Vec::with_capacity(m * n);
+        for i in 0..m {
+            for j in 0..n {
+                let at = i * self.columns + j;
+                points.push((self.points[at + step] - self.points[at]) * degree);
+            }
+        }
+        Self { points, columns: n.max(1) }
+    }
+
+    /// How much first and second derivatives vary by parameters 0 and 1, relative to the first.
+    fn variation(&self) -> [f64; 2] {
+        let size = |net: &Self| net.points.iter().map(Vector4::norm).fold(0.0, f64::max);
+        let (u, v) = (self.numerator(0), self.numerator(1));
+        let (a, b) = (size(&u), size(&v));
+        let both = [
+            (u.differences(0), a),
+            (u.differences(1), a.max(b)),
+            (v.differences(1), b),
+            (u, a),
+            (v, b),
+        ];
+        let change = |k: usize| {
+            let share = |(net, whole): &(Self, f64)| match size(&net.differences(k)) {
+                change if *whole > 0.0 => change / whole,
+                _ => 0.0,
+            };
+            both.iter().map(share).sum::<f64>()
+        };
+        [change(0), change(1)]
+    }
+
+    /// Ball round all vectors of a derivative net; zero for an empty one.
+    fn ball(&self) -> Ball {
+        let count = self.points.len().max(1) as f64;
+        let centre = self.points.iter().map(Vector4::xyz).sum::<Vector3<f64>>() / count;
+        let radius = self.points.iter().map(|p| (p.xyz() - centre).norm()).fold(0.0, f64::max);
+        Ball { centre, radius }
+    }
+
+    /// For the net of a weight's derivative and the range of the weight itself: middle and half
+    /// width of an interval around `2 w_k / w`.
+    fn pace(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        let rates = || self.points.iter().map(|p| 2.0 * p.w);
+        let least = rates().map(|x| if x < 0.0 { x / low } else { x / high }).reduce(f64::min);
+        let most = rates().map(|x| if x > 0.0 { x / low } else { x / high }).reduce(f64::max);
+        let (least, most) = (least.unwrap_or(0.0), most.unwrap_or(0.0));
+        [0.5 * (least + most), 0.5 * (most - least)]
+    }
+
+    /// Net of `A_k w - A w_k`: the numerator of `S_k`, of degree `2p` or `2p - 1`. Unlike `A_k`
+    /// and `w_k S` apart it does not depend on where the origin is.
+    fn numerator(&self, k: usize) -> Self {
+        let d = self.differences(k);
+        let up = d.times(self, |d, p| (d.xyz() * p.w).push(0.0));
+        let down = d.times(self, |d, p| (p.xyz() * d.w).push(0.0));
+        let points = up.points.iter().zip(&down.points).map(|(a, b)| a - b).collect();
+        Self { points, columns: up.columns }
+    }
+
+    /// Bernstein form of a product: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by
+    /// both parameters.
+    fn times(&self, other: &Self, product: impl Fn(&V4, &V4) -> V4) -> Self {
+        let (m, n) = ([self.rows(), self.columns], [other.rows(), other.columns]);
+        let columns = m[1] + n[1] - 1;
+        let rows = m[0] + n[0] - 1;
+        let mut points = vec![Vector4::zeros(); rows * columns];
+        for (a, x) in self.points.iter().enumerate() {
+            for (b, y) in other.points.iter().enumerate() {
+                let (i, j) = ([a / m[1], a % m[1]], [b / n[1], b % n[1]]);
+                let share = |k: usize| {
+                    binomial(m[k] - 1, i[k]) * binomial(n[k] - 1, j[k])
+                        / binomial(m[k] + n[k] - 2, i[k] + j[k])
+                };
+                points[(i[0] + j[0]) * columns + i[1] + j[1]] +=
+                    product(x, y) * (share(0) * share(1));
+            }
+        }
+        Self { points, columns }
+    }
+
+    /// Curvatures `[min or 0, max or 0]` of the shape operator made from the balls' centres, and
+    /// a bound of its distance from the shape operator anywhere in the cell.
+    fn curvatures(&self) -> Option<([f64; 2], f64)> {
+        let d = self.derivatives()?;
+        let [su, sv, suu, suv, svv] = d;
+        let jet = SurfaceJet2 {
+            s: nalgebra::Point3::origin(),
+            su: su.centre,
+            sv: sv.centre,
+            suu: suu.centre,
+            suv: suv.centre,
+            svv: svv.centre,
+        };
+        let curvature = jet.curvature()?;
+        let spread = spread(&d)?;
+        Some(([curvature.min.min(0.0), curvature.max.max(0.0)], spread))
+    }
+
+    /// Balls round `S_u, S_v, S_uu, S_uv, S_vv`.
+    ///
+    /// With `N_k` the numerator of `S_k = N_k / w^2`: `S_kl = (N_k)_l / w^2 - 2 w_l S_k / w`.
+    fn derivatives(&self) -> Option<[Ball; 5]> {
+        let weights = self.points.iter().map(|p| p.w);
+        let (low, high) = weights.fold((f64::INFINITY, 0.0_f64), |(a, b), w| (a.min(w), b.max(w)));
+        let [wu, wv] = [0, 1].map(|k| self.differences(k).pace([low, high]));
+        let plain = [wu, wv].iter().all(|[middle, spread]| middle.abs() + spread <= 0.0);
+        let [u, v] = [0, 1].map(|k| if plain { self.differences(k) } else { self.numerator(k) });
+        let range = if plain { [low, high] } else { [low * low, high * high] };
+        let ball = |net: &Self| divide(net.ball(), range);
+        let (su, sv) = (ball(&u), ball(&v));
+        let second = |net: Self, [middle, spread]: [f64; 2], first: &Ball| {
+            let Ball { centre, radius } = ball(&net);
+            let more = middle.abs() * first.radius + spread * first.reach();
+            Ball { centre: centre - first.centre * middle, radius: radius + more }
+        };
+        let suu = second(u.differences(0), wu, &su);
+        let suv = second(u.differences(1), wv, &su);
+        let svv = second(v.differences(1), wv, &sv);
+        let all = [su, sv, suu, suv, svv];
+        all.iter().all(|ball| ball.reach().is_finite()).then_some(all)
+    }
+}
+
+impl Ball {
+    /// Largest length in the ball.
+    fn reach(&self) -> f64 {
+        self.centre.norm() + self.radius
+    }
+}
+
+/// Ball round `x / w` for `x` in `ball`, `w` in the range.
+fn divide(ball: Ball, [low, high]: [f64; 2]) -> Ball {
+    let inverse = 0.5 * (low.recip() + high.recip());
+    let spread = 0.5 * (low.recip() - high.recip());
+    let radius = ball.radius * (inverse + spread) + ball.centre.norm() * spread;
+    Ball { centre: ball.centre * inverse, radius }
+}
+
+/// `n` over `k`, exact in `f64` for the degrees in use.
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
+}
+
+/// Bound of the distance between the shape operators `sum (n . S_ij) g^i (x) g^j`, `g^u = S_v x N
+/// / |N|^2` and `g^v = N x S_u / |N|^2` the dual tangents, of the centres and of any vectors of the
+/// balls. By Weyl's inequality no curvature differs by more. `None` where `N` may vanish.
+fn spread(d: &[Ball; 5]) -> Option<f64> {
+    let [su, sv, suu, suv, svv] = d;
+    let (a, b) = (su.centre.norm(), sv.centre.norm());
+    let n = su.centre.cross(&sv.centre).norm();
+    let error = a * sv.radius + b * su.radius + su.radius * sv.radius;
+    if error >= n {
+        return None;
+    }
+    let tightest = (n - error).powi(-2);
+    let dual = |length: f64, radius: f64| {
+        let error = (length * error + radius * (n + error)) * tightest
+            + length * n * (tightest - n.powi(-2));
+        (length / n, error)
+    };
+    let (gu, gv) = (dual(b, sv.radius), dual(a, su.radius));
+    let turn = 2.0 * error / n;
+    let unit = su.centre.cross(&sv.centre) / n;
+    let term = |s: &Ball, (g, dg): (f64, f64), (h, dh): (f64, f64)| {
+        let value = unit.dot(&s.centre).abs();
+        let off = turn * s.reach() + s.radius;
+        (value + off) * (g + dg) * (h + dh) - value * g * h
+    };
+    Some(term(suu, gu, gu) + 2.0 * term(suv, gu, gv) + term(svv, gv, gv))
+}
+
+impl PartialEq for Cell {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Cell {}
+
+impl PartialOrd for Cell {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cell {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.rank().total_cmp(&other.rank())
+    }
+}
