@@ -1,1 +1,41 @@
 //! One cutter location: the widest strip, and what gouges.
+//!
+//! At an end point `P1` the cutter is placed so that the error there is the upper end of the band;
+//! the circle of the torus then passes over the strip to a second end point `P2`. [`widest`] finds
+//! the location whose strip is widest while the error on the strip stays in the band and nothing
+//! else of the cutter comes closer than the band's lower end. [`inclined`] does the same at a given
+//! lead, for places where no wide strip fits. [`strip_of_pose`] looks at any pose, independently of
+//! how it was made.
+//!
+//! Frame at `P1`: `n` the normal on the cutter's side, `a` the feed, `v = a x n` (reversed for a
+//! strip on the left). Angles: alpha from `v` towards `a`, theta about the chord; mm and rad.
+
+mod ball;
+mod body;
+mod check;
+mod circle;
+mod constraints;
+mod disc;
+mod error;
+mod placement;
+mod probe;
+mod quadratic;
+mod request;
+mod solve;
+mod widest;
+
+pub use body::body_clear;
+pub use check::Look;
+pub use check::Setting;
+pub use check::Strip;
+pub use check::strip_of_pose;
+pub use error::PositioningError;
+pub use request::Active;
+pub use request::AxisNear;
+pub use request::Band;
+pub use request::ContactSide;
+pub use request::Location;
+pub use request::Request;
+pub use request::StripSide;
+pub use widest::inclined;
+pub use widest::widest;

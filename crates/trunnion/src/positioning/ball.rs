@@ -1,0 +1,174 @@
+//! A ball: the circle shrinks to a point, and the strip is where the surface stays close to it.
+
+use super::Active;
+use super::Band;
+use super::ContactSide;
+use super::Location;
+use super::PositioningError;
+use super::Request;
+use super::check::Setting;
+use super::check::Strip;
+use super::check::across;
+use super::placement::Frame;
+use super::probe::Probe;
+use super::probe::Reading;
+use crate::types::ToolPose;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+
+/// Ends of the strip of a ball around `center`: the error of a surface point is its distance from
+/// the sphere.
+pub(super) fn strip(
+    setting: &Setting,
+    center: Point3<f64>,
+    (v, near): (&Vector3<f64>, &Reading),
+    mut probe: Probe,
+) -> Result<Strip, PositioningError> {
+    let minor = setting.cutter.minor();
+    let touch = probe.read(&center, near.foot.uv)?;
+    let error = touch.distance - minor;
+    let sphere = Sphere { center, radius: minor + setting.band.upper };
+    let (before, after) = if error <= setting.band.upper {
+        (sphere.end(&touch, &-v, &mut probe)?, sphere.end(&touch, v, &mut probe)?)
+    } else {
+        (touch, touch)
+    };
+    Ok(Strip {
+        width: across(v, &before, &after).max(0.0),
+        near: (before.foot.uv, before.foot.point),
+        far: (after.foot.uv, after.foot.point),
+        front_max: error.max(setting.band.upper),
+        front_max_bound: error.max(setting.band.upper),
+        front_min: error,
+        rear_min: error,
+        rear_min_bound: error,
+        contact: (touch.foot.uv, touch.foot.point),
+        queries: probe.queries,
+    })
+}
+
+/// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
+/// where the end point lies at the upper end. The tool axis leans by `lead` along the feed.
+pub(super) fn location(
+    request: &Request,
+    side: ContactSide,
+    lead: f64,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let frame = Frame::new(request, side, &mut probe)?;
+    let (first, minor) = (&frame.first, frame.minor);
+    let concave = first.curvatures()[1];
+    if concave * frame.lift >= 1.0 {
+        let (uv, concave) = (request.at, 1.0 / concave);
+        return Err(PositioningError::ConcaveRadius { uv, concave, minor });
+    }
+    let touch = touching(&frame, request.band, &mut probe)?;
+    let n = touch.normal();
+    let center = touch.foot.point + n.scale(minor + request.band.lower);
+    let along = frame.a - n.scale(n.dot(&frame.a));
+    let lean = if side == ContactSide::Behind { -lead } else { lead };
+    let leaning = n.scale(lean.cos()) + along.normalize() * lean.sin();
+    let axis = UnitVector3::new_normalize(leaning);
+    let pose = ToolPose { tip: center - axis.scale(minor), axis };
+    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    super::body::clear(&setting, &pose, request.at, &mut probe)?;
+    let strip = strip(&setting, center, (&frame.v, &touch), probe)?;
+    let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
+    Ok(Location {
+        strip_width: strip.width,
+        chord_width: strip.width,
+        offset: strip.width,
+        offset_direction: 0.0,
+        rotation: lead,
+        center,
+        pose,
+        side,
+        strip: request.strip,
+        arc: 2.0 * (0.5 * chord / minor).min(1.0).asin(),
+        contact_angles: vec![(0.5 * chord / minor).min(1.0).asin()],
+        active: vec![Active::Touch, Active::GivenLead],
+        front_max: strip.front_max,
+        front_max_bound: strip.front_max_bound,
+        front_min: strip.front_min,
+        rear_min: strip.rear_min,
+        rear_min_bound: strip.rear_min_bound,
+        queries: strip.queries,
+        contact: strip.contact.1,
+        contact_uv: strip.contact.0,
+        end: strip.far.0,
+        near: strip.near.0,
+        far: strip.far.0,
+    })
+}
+
+/// The contact from which the end point is at the upper end of the band.
+fn touching(frame: &Frame, band: Band, probe: &mut Probe) -> Result<Reading, PositioningError> {
+    // As in `Sphere::end`: Newton's steps on a function close to `c t^2 - gap`.
+    const STEPS: u32 = 20;
+    let first = &frame.first;
+    let gap = band.upper - band.lower;
+    let curvature = 1.0 / frame.lift - first.normal_curvature(&frame.v);
+    let mut t = (2.0 * gap / curvature.max(f64::EPSILON)).sqrt().min(frame.lift);
+    let mut touch = *first;
+    for _ in 0..STEPS {
+        let step = frame.v * t;
+        touch = probe.read(&(first.foot.point + step), first.ahead(&step))?;
+        let center = touch.foot.point + touch.normal().scale(frame.minor + band.lower);
+        let outside = (first.foot.point - center).norm() - frame.lift;
+        let rise = outside + gap;
+        if rise <= 0.0 {
+            t *= 2.0;
+            continue;
+        }
+        let step = 0.5 * t * outside / rise;
+        t -= step;
+        if step.abs() <= 1e-9 * frame.lift {
+            break;
+        }
+    }
+    Ok(touch)
+}
+
+/// The ball, thicker by the upper end of the band.
+struct Sphere {
+    center: Point3<f64>,
+    radius: f64,
+}
+
+impl Sphere {
+    /// The surface point where the surface leaves the sphere, going from `touch` along `way`.
+    fn end(
+        &self,
+        touch: &Reading,
+        way: &Vector3<f64>,
+        probe: &mut Probe,
+    ) -> Result<Reading, PositioningError> {
+        // Secant steps on a function close to a parabola; the start is its root for a sphere on
+        // a plane, from where eight steps reach rounding.
+        const STEPS: u32 = 12;
+        let origin = touch.foot.point;
+        let outside = |reading: &Reading| (reading.foot.point - self.center).norm() - self.radius;
+        let gap = -outside(touch);
+        let curvature = (1.0 / self.radius - touch.normal_curvature(way)).max(f64::EPSILON);
+        let mut t = (2.0 * gap.max(0.0) / curvature).sqrt().min(self.radius);
+        let mut reading = *touch;
+        for _ in 0..STEPS {
+            let p = origin + way * t;
+            reading = probe.read(&p, touch.ahead(&(way * t)))?;
+            // For g = c t^2 - gap the step of Newton is (g / 2 (g + gap)) t.
+            let g = outside(&reading);
+            let rise = g + gap;
+            if rise <= 0.0 {
+                t *= 2.0;
+                continue;
+            }
+            let step = 0.5 * t * g / rise;
+            t -= step;
+            if step.abs() <= 1e-9 * self.radius {
+                break;
+            }
+        }
+        Ok(reading)
+    }
+}

@@ -1,0 +1,146 @@
+//! Flank, shank and holder: everything above the cutting end.
+
+use super::PositioningError;
+use super::check::Setting;
+use super::probe::Probe;
+use crate::types::ToolPose;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use std::f64::consts::TAU;
+
+/// Queries after which a body that could not be proven clear counts as touching.
+const QUERIES: u32 = 400;
+
+/// Below this share of the cutter's radius the flank of a flat cutter is its edge, which the
+/// circle answers for.
+const EDGE: f64 = 0.125;
+
+/// Sectors into which the flank is cut where a sphere around the axis does not clear it.
+const SECTORS: u32 = 12;
+
+/// Proves that the tool above its cutting end keeps `band.lower` from the whole face.
+///
+/// The distance `D` of a point from the face clears the sphere of radius `D` around it. Where the
+/// sphere around the middle of a stretch of axis holds that stretch of the tool, it is clear; else
+/// the stretch is halved, and where it is shorter than wide, cut into sectors.
+/// Unlike the circle's, these distances are to the nearest point of the whole face.
+///
+/// Returns the number of closest-point queries.
+///
+/// # Errors
+///
+/// [`PositioningError::Body`], [`PositioningError::Closest`].
+pub fn body_clear(
+    setting: &Setting,
+    pose: &ToolPose,
+    uv: [f64; 2],
+) -> Result<u32, PositioningError> {
+    let mut probe = Probe::new(setting.face);
+    clear(setting, pose, uv, &mut probe)?;
+    Ok(probe.queries)
+}
+
+pub(super) fn clear(
+    setting: &Setting,
+    pose: &ToolPose,
+    uv: [f64; 2],
+    probe: &mut Probe,
+) -> Result<(), PositioningError> {
+    let cutter = setting.cutter;
+    let bottom = cutter.cutting_height().max(EDGE * cutter.radius());
+    let body = Body { setting, pose, uv, limit: probe.queries + QUERIES };
+    let mut stretches = vec![[bottom, cutter.length()]];
+    while let Some(stretch) = stretches.pop() {
+        let [low, high] = stretch;
+        if high <= low {
+            continue;
+        }
+        let radius = body.widest(stretch);
+        let middle = 0.5 * (low + high);
+        let free = body.free(pose.tip + pose.axis.scale(middle), middle, probe)?;
+        if free >= radius.hypot(0.5 * (high - low)) {
+            continue;
+        }
+        if high - low > radius {
+            stretches.extend([[low, middle], [middle, high]]);
+        } else {
+            body.sectors(stretch, radius, probe)?;
+        }
+    }
+    Ok(())
+}
+
+struct Body<'a> {
+    setting: &'a Setting<'a>,
+    pose: &'a ToolPose,
+    uv: [f64; 2],
+    limit: u32,
+}
+
+impl Body<'_> {
+    /// Largest radius of the profile over a stretch of heights.
+    fn widest(&self, [low, high]: [f64; 2]) -> f64 {
+        let mut radius = 0.0_f64;
+        for piece in self.setting.cutter.profile() {
+            let ([rho0, z0], [rho1, z1]) = (piece.start(), piece.end());
+            if z1 >= low && z0 <= high {
+                radius = radius.max(rho0).max(rho1);
+            }
+        }
+        radius
+    }
+
+    /// Radius of the sphere around `p` that keeps off the face.
+    fn free(
+        &self,
+        p: Point3<f64>,
+        height: f64,
+        probe: &mut Probe,
+    ) -> Result<f64, PositioningError> {
+        let distance = probe.nearest(&p, self.uv)? - self.setting.band.lower;
+        if probe.queries > self.limit {
+            let clearance = distance;
+            return Err(PositioningError::Body { uv: self.uv, height, clearance });
+        }
+        Ok(distance)
+    }
+
+    fn sectors(
+        &self,
+        stretch: [f64; 2],
+        radius: f64,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        let axis = self.pose.axis;
+        let side = axis.iamin();
+        let mut across = nalgebra::Vector3::zeros();
+        across[side] = 1.0;
+        let one = UnitVector3::new_normalize(axis.cross(&across));
+        let two = axis.cross(&one);
+        let step = TAU / f64::from(SECTORS);
+        let mut cells: Vec<([f64; 2], [f64; 2])> = (0..SECTORS)
+            .map(|k| (stretch, [step * f64::from(k), step * f64::from(k + 1)]))
+            .collect();
+        while let Some(([low, high], [from, to])) = cells.pop() {
+            let (height, angle) = (0.5 * (low + high), 0.5 * (from + to));
+            let (sin, cos) = angle.sin_cos();
+            let out = one.scale(cos) + two * sin;
+            let p = self.pose.tip + axis.scale(height) + out * radius;
+            let free = self.free(p, height, probe)?;
+            let [tall, wide] = [high - low, radius * (to - from)];
+            if free >= 0.5 * tall.hypot(wide) {
+                continue;
+            }
+            if free <= 0.0 {
+                let uv = self.uv;
+                return Err(PositioningError::Body { uv, height, clearance: free });
+            }
+            if tall > wide {
+                cells.extend([([low, height], [from, to]), ([height, high], [from, to])]);
+            } else {
+                cells.extend([([low, high], [from, angle]), ([low, high], [angle, to])]);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,182 @@
+//! The error along the torus circle: samples, slopes, local extrema.
+
+use super::PositioningError;
+use super::placement::Ring;
+use super::probe::Probe;
+use super::probe::Reading;
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// Error of one circle point: signed distance to the surface minus the corner radius.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    /// Angle from the middle of the arc, towards the second end point \[rad\].
+    pub(super) psi: f64,
+    /// Error \[mm\].
+    pub(super) error: f64,
+    /// Its derivative by the angle \[mm/rad\].
+    pub(super) slope: f64,
+    /// Its second derivative \[mm/rad^2\].
+    pub(super) bend: f64,
+    pub(super) reading: Reading,
+}
+
+/// A circle in space whose points are read one after another, each from its neighbour's foot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Circle {
+    pub(super) ring: Ring,
+    pub(super) minor: f64,
+}
+
+/// Local extremum of the error.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extremum {
+    pub(super) sample: Sample,
+    /// Value at the extremum itself, by the parabola through the sample next to it \[mm\].
+    pub(super) value: f64,
+    pub(super) maximum: bool,
+}
+
+/// Newton steps from the root of the cubic to the extremum.
+const REFINEMENTS: u32 = 3;
+/// Angle \[rad\] within which an extremum is found: its value is then off by `E'' LEVEL^2 / 2`
+/// before the correction by the parabola, some 1e-9 mm, and its derivatives by 1e-4 of themselves.
+const LEVEL: f64 = 1e-4;
+
+impl Circle {
+    /// Error at `psi`, its foot sought near `guess`.
+    pub(super) fn read(
+        &self,
+        psi: f64,
+        guess: [f64; 2],
+        probe: &mut Probe,
+    ) -> Result<Sample, PositioningError> {
+        let q = self.ring.at(psi);
+        let reading = probe.read(&q, guess)?;
+        let n = reading.normal();
+        let tangent = self.ring.tangent(psi);
+        let inward: Vector3<f64> = self.ring.center - q;
+        Ok(Sample {
+            psi,
+            error: reading.distance - self.minor,
+            slope: n.dot(&tangent),
+            bend: n.dot(&inward) + reading.hessian(&tangent),
+            reading,
+        })
+    }
+
+    /// As [`Circle::read`], starting from a sample nearby.
+    pub(super) fn read_from(
+        &self,
+        psi: f64,
+        from: &Sample,
+        probe: &mut Probe,
+    ) -> Result<Sample, PositioningError> {
+        let step = self.ring.at(psi) - self.ring.at(from.psi);
+        self.read(psi, from.reading.ahead(&step), probe)
+    }
+
+    /// Samples at the angles given, in order, from a first one nearby.
+    pub(super) fn walk(
+        &self,
+        angles: impl Iterator<Item = f64>,
+        start: &Sample,
+        probe: &mut Probe,
+    ) -> Result<Vec<Sample>, PositioningError> {
+        let mut samples = Vec::with_capacity(angles.size_hint().0);
+        let mut last = *start;
+        for psi in angles {
+            last = self.read_from(psi, &last, probe)?;
+            samples.push(last);
+        }
+        Ok(samples)
+    }
+
+    /// Samples over the front, `[-half, half]`: `count` intervals, closer
+    /// together towards the ends (Chebyshev's abscissas).
+    pub(super) fn front(
+        &self,
+        (half, count): (f64, u32),
+        first: &Reading,
+        probe: &mut Probe,
+    ) -> Result<Vec<Sample>, PositioningError> {
+        let start = self.read(-half, first.foot.uv, probe)?;
+        let angles = (1..=count).map(|k| -half * (PI * f64::from(k) / f64::from(count)).cos());
+        let mut samples = self.walk(angles, &start, probe)?;
+        samples.insert(0, start);
+        Ok(samples)
+    }
+
+    /// Samples strictly between the second end point and, round the rear, the first:
+    /// `count - 1` of them, closer together towards the ends, where a level end point hides a
+    /// minimum next to it; `from` is the sample at the second end point.
+    pub(super) fn rear(
+        &self,
+        (half, count): (f64, u32),
+        from: &Sample,
+        probe: &mut Probe,
+    ) -> Result<Vec<Sample>, PositioningError> {
+        let span = PI - half;
+        let angles = (1..count).map(|k| PI - span * (PI * f64::from(k) / f64::from(count)).cos());
+        self.walk(angles, from, probe)
+    }
+
+    /// Local extrema between neighbouring samples, refined by one reading each.
+    pub(super) fn extrema(
+        &self,
+        samples: &[Sample],
+        probe: &mut Probe,
+    ) -> Result<Vec<Extremum>, PositioningError> {
+        let mut found = Vec::new();
+        for pair in samples.windows(2) {
+            let [a, b] = pair else { continue };
+            if (a.slope < 0.0) == (b.slope < 0.0) {
+                continue;
+            }
+            let psi = level(a, b);
+            let nearest = if psi - a.psi < b.psi - psi { a } else { b };
+            let mut sample = self.read_from(psi, nearest, probe)?;
+            let maximum = a.slope >= 0.0;
+            for _ in 0..REFINEMENTS {
+                let psi = sample.psi - sample.slope / sample.bend;
+                if (psi - sample.psi).abs() <= LEVEL || !(psi > a.psi && psi < b.psi) {
+                    break;
+                }
+                sample = self.read_from(psi, &sample, probe)?;
+            }
+            // A bend of the wrong sign would carry the parabola's vertex away: keep the sample.
+            let vertex = if (sample.bend < 0.0) == maximum && sample.bend.abs() > 0.0 {
+                -0.5 * sample.slope * sample.slope / sample.bend
+            } else {
+                0.0
+            };
+            let spread = (a.error - b.error).abs().max((a.error - sample.error).abs());
+            let value = sample.error + vertex.clamp(-spread, spread);
+            found.push(Extremum { sample, value, maximum });
+        }
+        Ok(found)
+    }
+}
+
+/// Angle between two samples at which the slope vanishes: root of the cubic through slopes and
+/// bends, by bisection (the slopes differ in sign).
+fn level(a: &Sample, b: &Sample) -> f64 {
+    let h = b.psi - a.psi;
+    let slope = |t: f64| {
+        let u = 1.0 - t;
+        a.slope * u * u * (1.0 + 2.0 * t)
+            + b.slope * t * t * (3.0 - 2.0 * t)
+            + h * (a.bend * t * u * u - b.bend * t * t * u)
+    };
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    // 2^-40 of the interval: below what the cubic is true to.
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if (slope(middle) < 0.0) == (a.slope < 0.0) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    a.psi + h * 0.5 * (low + high)
+}

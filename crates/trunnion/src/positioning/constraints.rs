@@ -1,0 +1,329 @@
+//! What a cutter location has to keep, with derivatives by `x = (w, alpha, theta)`.
+
+use super::Active;
+use super::AxisNear;
+use super::Band;
+use super::PositioningError;
+use super::circle::Circle;
+use super::circle::Sample;
+use super::placement::Frame;
+use super::placement::Placement;
+use super::probe::Probe;
+use super::probe::Reading;
+
+/// Intervals of front and rear. The error of the front is close to a polynomial of degree four,
+/// whose slope changes sign at most three times; that of the rear to two waves of a cosine.
+pub(super) const COARSE: [u32; 2] = [10, 12];
+/// The same where a dense look found an extremum that the coarse sampling missed.
+pub(super) const FINE: [u32; 2] = [24, 64];
+/// Share of the arc over which the slope at an end point is differenced: the truncation is of
+/// the same relative size, the rounding 1e-13 mm / 1e-4.
+const END_STEP: f64 = 1e-4;
+/// The chord may take this share of the circle's diameter; at the diameter itself the height of
+/// the arc has no derivative. Costs 0.1 % of the width where nothing else limits it.
+const CHORD: f64 = 0.999;
+
+/// `value >= 0` is kept, below it broken \[mm\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Condition {
+    pub(super) kind: Active,
+    pub(super) value: f64,
+    pub(super) gradient: [f64; 3],
+    /// Angle on the circle it belongs to, from the middle of the arc \[rad\].
+    pub(super) psi: f64,
+}
+
+/// The problem to be solved at one end point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Problem {
+    pub(super) frame: Frame,
+    /// The band the solver works in.
+    pub(super) band: Band,
+    pub(super) axis_near: Option<AxisNear>,
+    /// Intervals of front and rear that are sampled.
+    pub(super) intervals: [u32; 2],
+}
+
+/// A placement and all its conditions.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub(super) placement: Placement,
+    pub(super) conditions: Vec<Condition>,
+}
+
+impl State {
+    /// How far the worst condition is broken \[mm\]; 0 where all hold.
+    pub(super) fn breach(&self) -> f64 {
+        self.conditions.iter().fold(0.0, |worst, c| (-c.value).max(worst))
+    }
+
+    /// The condition with the least value.
+    pub(super) fn tightest(&self) -> Active {
+        self.conditions
+            .iter()
+            .min_by(|a, b| a.value.total_cmp(&b.value))
+            .map_or(Active::Touch, |condition| condition.kind)
+    }
+}
+
+impl Problem {
+    /// Evaluates everything at `x`; `None` where the cutter cannot be placed.
+    pub(super) fn state(
+        &self,
+        x: [f64; 3],
+        probe: &mut Probe,
+        near: Option<&State>,
+    ) -> Result<Option<State>, PositioningError> {
+        let guess = near.map(|state| {
+            let from = &state.placement;
+            let step =
+                self.frame.direction(x[1]) * x[0] - self.frame.direction(from.x[1]) * from.x[0];
+            from.second.ahead(&step)
+        });
+        let Some(placement) = self.frame.place(x, probe, guess)? else { return Ok(None) };
+        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        let front =
+            circle.front((placement.half_arc, self.intervals[0]), &self.frame.first, probe)?;
+        let mut conditions = vec![self.chord(&placement)];
+        if let (Some(first), Some(last)) = (front.first(), front.last()) {
+            let at = (&placement, &circle);
+            self.end_slope(at, first, (-1.0, Active::FirstSlope), &mut conditions, probe)?;
+            self.end_slope(at, last, (1.0, Active::SecondSlope), &mut conditions, probe)?;
+            self.front(at, &front, &mut conditions, probe)?;
+            self.rear(at, [first, last], &mut conditions, probe)?;
+        }
+        self.disc(&placement, &mut conditions, probe)?;
+        self.axis(&placement, &mut conditions);
+        Ok(Some(State { placement, conditions }))
+    }
+
+    fn chord(&self, placement: &Placement) -> Condition {
+        Condition {
+            kind: Active::Chord,
+            value: CHORD * self.frame.major - placement.half_chord,
+            gradient: placement.chord_gradient().map(|rate| -rate),
+            psi: 0.0,
+        }
+    }
+
+    /// The error must not rise from an end point into the strip.
+    fn end_slope(
+        &self,
+        (placement, circle): (&Placement, &Circle),
+        end: &Sample,
+        (share, kind): (f64, Active),
+        conditions: &mut Vec<Condition>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        let half = placement.half_arc;
+        let value = share * end.slope * half;
+        // Far from level it binds nothing: four times the slope of a parabola as deep as the band.
+        if value > 8.0 * (self.band.upper - self.band.lower) {
+            return Ok(());
+        }
+        let inside = share * (1.0 - END_STEP);
+        let sample = circle.read_from(inside * half, end, probe)?;
+        let gradient = placement.arc_gradient(inside, &sample.reading);
+        let gradient = gradient.map(|g| -g / END_STEP);
+        conditions.push(Condition { kind, value, gradient, psi: end.psi });
+        Ok(())
+    }
+
+    fn front(
+        &self,
+        (placement, circle): (&Placement, &Circle),
+        samples: &[Sample],
+        conditions: &mut Vec<Condition>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        for extremum in circle.extrema(samples, probe)? {
+            let psi = extremum.sample.psi;
+            let share = psi / placement.half_arc;
+            let gradient = placement.arc_gradient(share, &extremum.sample.reading);
+            conditions.push(if extremum.maximum {
+                let value = self.band.upper - extremum.value;
+                Condition { kind: Active::Middle, value, gradient: gradient.map(|g| -g), psi }
+            } else {
+                let value = extremum.value - self.band.lower;
+                Condition { kind: Active::Touch, value, gradient, psi }
+            });
+        }
+        Ok(())
+    }
+
+    fn rear(
+        &self,
+        (placement, circle): (&Placement, &Circle),
+        [first, last]: [&Sample; 2],
+        conditions: &mut Vec<Condition>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        let mut samples = vec![*last];
+        samples.extend(circle.rear((placement.half_arc, self.intervals[1]), last, probe)?);
+        samples.push(Sample { psi: first.psi + 2.0 * std::f64::consts::PI, ..*first });
+        let extrema = circle.extrema(&samples, probe)?;
+        for extremum in extrema.iter().filter(|extremum| !extremum.maximum) {
+            let reading = &extremum.sample.reading;
+            let q = circle.ring.at(extremum.sample.psi);
+            conditions.push(Condition {
+                kind: Active::Rear,
+                value: extremum.value - self.band.lower,
+                gradient: placement.gradient(&q, &reading.normal()),
+                psi: extremum.sample.psi,
+            });
+        }
+        Ok(())
+    }
+
+    /// The disc inside the circle, where the surface is convex below it.
+    fn disc(
+        &self,
+        placement: &Placement,
+        conditions: &mut Vec<Condition>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        let disc = super::disc::Disc {
+            center: placement.pose(self.frame.minor).tip,
+            axis: placement.axis,
+            radius: self.frame.major,
+        };
+        let ends = [&self.frame.first, &placement.second];
+        if let Some((point, reading)) = disc.lowest(&ends, probe)? {
+            conditions.push(Condition {
+                kind: Active::Disc,
+                value: reading.distance - self.band.lower,
+                gradient: placement.gradient(&point, &reading.normal()),
+                psi: 0.0,
+            });
+        }
+        Ok(())
+    }
+
+    fn axis(&self, placement: &Placement, conditions: &mut Vec<Condition>) {
+        let Some(near) = self.axis_near else { return };
+        // Arc on a circle of the cutter's size: comparable with the other conditions.
+        let (sin, cos) = near.max_turn.sin_cos();
+        let scale = self.frame.major / sin.max(f64::EPSILON);
+        conditions.push(Condition {
+            kind: Active::AxisTurn,
+            value: scale * (placement.axis.dot(&near.axis) - cos),
+            gradient: placement.axis_gradient(&near.axis).map(|rate| scale * rate),
+            psi: 0.0,
+        });
+    }
+}
+
+/// Normal curvature of the offset surface at distance `lift` in `direction`; `None` where the
+/// offset surface has no such side (the cutter's corner is larger than the concave radius).
+pub(super) fn offset_curvature(
+    reading: &Reading,
+    direction: &nalgebra::Vector3<f64>,
+    lift: f64,
+) -> Option<f64> {
+    let curvature = reading.normal_curvature(direction);
+    let left = 1.0 - curvature * lift;
+    (left > 0.0).then(|| curvature / left)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::Construction;
+    use crate::cutter::Cutter;
+    use crate::cutter::CutterSpec;
+    use crate::cutter::Kind;
+    use crate::positioning::ContactSide;
+    use crate::positioning::Request;
+    use crate::positioning::StripSide;
+    use crate::surface::Face;
+    use crate::surface::FaceIndex;
+    use crate::surface::NurbsSurface;
+    use crate::surface::Surface;
+    use nalgebra::Point3;
+    use nalgebra::UnitVector3;
+    use nalgebra::Vector3;
+
+    /// z = (k1 x^2 + k2 y^2) / 2 over a square of side 120.
+    fn quadric(k1: f64, k2: f64) -> FaceIndex {
+        let square = |i: usize| if i == 1 { -3600.0 } else { 3600.0 };
+        let place = |i: usize| [-60.0, 0.0, 60.0][i];
+        let point = |i, j| Point3::new(place(i), place(j), 0.5 * (k1 * square(i) + k2 * square(j)));
+        let points = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
+        let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let surface = NurbsSurface::new([2, 2], [knots(), knots()], points, None).unwrap();
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap()).unwrap()
+    }
+
+    /// Central differences of every condition against its derivative.
+    fn check(k: [f64; 2], strip: StripSide, side: ContactSide, x: [f64; 3]) -> Vec<Active> {
+        let face = quadric(k[0], k[1]);
+        let cutter = Cutter::new(CutterSpec {
+            kind: Kind::Bull,
+            major: 9.0,
+            minor: 4.0,
+            length: 100.0,
+            construction: Construction::Solid,
+            shank: vec![],
+        })
+        .unwrap();
+        let band = Band { lower: 0.0, upper: 0.02 };
+        let request = Request {
+            face: &face,
+            cutter: &cutter,
+            band,
+            at: [0.45, 0.52],
+            feed: [0.2, 1.0],
+            strip,
+            side,
+            offset_range: [-0.5, 0.5],
+            axis_near: None,
+        };
+        let mut probe = Probe::new(&face);
+        let frame = Frame::new(&request, side, &mut probe).unwrap();
+        let axis = UnitVector3::new_normalize(Vector3::new(0.05, 0.02, 1.0));
+        let axis_near = Some(AxisNear { axis, max_turn: 0.3 });
+        let problem = Problem { frame, band, axis_near, intervals: COARSE };
+        let at = problem.state(x, &mut probe, None).unwrap().unwrap();
+        for (entry, h) in [1e-4, 1e-5, 1e-5].into_iter().enumerate() {
+            let mut moved = |step: f64| {
+                let mut x = x;
+                x[entry] += step;
+                problem.state(x, &mut probe, Some(&at)).unwrap().unwrap()
+            };
+            let (low, high) = (moved(-h), moved(h));
+            assert_eq!(low.conditions.len(), high.conditions.len());
+            for ((a, b), c) in low.conditions.iter().zip(&high.conditions).zip(&at.conditions) {
+                let slope = (b.value - a.value) / (2.0 * h);
+                let size = c.gradient.iter().map(|g| g.abs()).fold(0.02, f64::max);
+                // The slope at an end point is differenced over 1e-4 of the arc.
+                let wrong = (slope - c.gradient[entry]).abs() / size;
+                assert!(wrong < 1e-3, "{:?} {entry}: {slope} {:?}", c.kind, c.gradient);
+            }
+        }
+        at.conditions.iter().map(|condition| condition.kind).collect()
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let mut seen = Vec::new();
+        for strip in [StripSide::Right, StripSide::Left] {
+            for side in [ContactSide::Ahead, ContactSide::Behind] {
+                seen.extend(check([0.002, 0.006], strip, side, [8.0, 0.1, 0.06]));
+                seen.extend(check([0.006, 0.002], strip, side, [12.0, -0.2, 0.04]));
+                seen.extend(check([-0.01, -0.02], strip, side, [5.0, 0.2, -0.05]));
+            }
+        }
+        for kind in [
+            Active::Chord,
+            Active::FirstSlope,
+            Active::SecondSlope,
+            Active::Touch,
+            Active::Middle,
+            Active::Rear,
+            Active::Disc,
+            Active::AxisTurn,
+        ] {
+            assert!(seen.contains(&kind), "{kind:?} was never checked");
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Cutter locations through two end points: pose and its derivatives by `(w, alpha, theta)`.
+//!
+//! `docs/sources.md#004`, section 1: `P3 = P1 + w d`, `P2` its closest surface point, `C1`, `C2` at
+//! `r + e` above them, and the torus circle turned by theta about the chord.
+
+use super::ContactSide;
+use super::PositioningError;
+use super::Request;
+use super::probe::Probe;
+use super::probe::Reading;
+use crate::types::ToolPose;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+
+/// What stays the same while a location is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    /// Radius of the centre circle `R` \[mm\].
+    pub(super) major: f64,
+    /// Corner radius `r` \[mm\].
+    pub(super) minor: f64,
+    /// Distance of `C1` and `C2` from the surface: `r + e` \[mm\].
+    pub(super) lift: f64,
+    /// The first end point.
+    pub(super) first: Reading,
+    /// Feed direction.
+    pub(super) a: Vector3<f64>,
+    /// Direction across the feed, to the strip's side.
+    pub(super) v: Vector3<f64>,
+    /// `e3 = hand * (e1 x e2)` points along the feed for a contact arc ahead.
+    hand: f64,
+}
+
+/// The centre circle of the torus.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ring {
+    pub(super) center: Point3<f64>,
+    /// Unit vector towards the angle 0.
+    pub(super) f: Vector3<f64>,
+    /// Unit vector towards the angle pi/2.
+    pub(super) e2: Vector3<f64>,
+    pub(super) radius: f64,
+}
+
+impl Ring {
+    /// Point of the circle at the angle `psi`.
+    pub(super) fn at(&self, psi: f64) -> Point3<f64> {
+        let (sin, cos) = psi.sin_cos();
+        self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
+    }
+
+    /// Derivative of [`Ring::at`] by `psi`.
+    pub(super) fn tangent(&self, psi: f64) -> Vector3<f64> {
+        let (sin, cos) = psi.sin_cos();
+        self.e2 * (self.radius * cos) - self.f * (self.radius * sin)
+    }
+}
+
+/// A cutter location, and how it moves with `x = (w, alpha, theta)`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placement {
+    pub(super) x: [f64; 3],
+    /// Foot of `P3`: the second end point.
+    pub(super) second: Reading,
+    /// Angle 0 is the middle of the arc, `e2` points along the chord to the second end point.
+    pub(super) ring: Ring,
+    pub(super) axis: UnitVector3<f64>,
+    /// Half the angle of the arc between the end points \[rad\].
+    pub(super) half_arc: f64,
+    /// Half the chord \[mm\].
+    pub(super) half_chord: f64,
+    rates: [Rate; 3],
+}
+
+/// Motion of the tool per unit of one unknown: a point `Q` moves by `shift + spin x (Q - M)`, `M`
+/// the middle of the chord, and a point fixed in the arc's own parameter also along the arc.
+#[derive(Debug, Clone, Copy)]
+struct Rate {
+    middle: Point3<f64>,
+    shift: Vector3<f64>,
+    spin: Vector3<f64>,
+    half_arc: f64,
+    half_chord: f64,
+}
+
+impl Frame {
+    /// Frame at the first end point of `request`, for the side `Ahead` or `Behind`.
+    pub(super) fn new(
+        request: &Request,
+        side: ContactSide,
+        probe: &mut Probe,
+    ) -> Result<Self, PositioningError> {
+        let no_direction = || PositioningError::NoDirection { feed: request.feed, uv: request.at };
+        let [u, v] = request.at;
+        let face = request.face.face();
+        let point = face.surface.point(u, v);
+        let first = probe.read(&point, request.at)?;
+        let jet = &first.foot.jet;
+        let along = jet.su * request.feed[0] + jet.sv * request.feed[1];
+        let a = UnitVector3::try_new(along, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
+        let strip = request.strip.sign();
+        let sense = if side == ContactSide::Behind { -1.0 } else { 1.0 };
+        Ok(Self {
+            major: request.cutter.major(),
+            minor: request.cutter.minor(),
+            lift: request.cutter.minor() + request.band.upper,
+            first,
+            a: a.into_inner(),
+            v: a.cross(&first.normal()) * strip,
+            hand: strip * sense,
+        })
+    }
+
+    /// Tangent direction at angle `alpha` from `v` towards `a`.
+    pub(super) fn direction(&self, alpha: f64) -> Vector3<f64> {
+        self.v * alpha.cos() + self.a * alpha.sin()
+    }
+
+    /// Width across the feed of the chord.
+    pub(super) fn width([w, alpha, _]: [f64; 3]) -> f64 {
+        w * alpha.cos()
+    }
+
+    /// Places the cutter; `None` where the chord does not fit into the circle.
+    pub(super) fn place(
+        &self,
+        x @ [w, alpha, theta]: [f64; 3],
+        probe: &mut Probe,
+        guess: Option<[f64; 2]>,
+    ) -> Result<Option<Placement>, PositioningError> {
+        let d = self.direction(alpha);
+        let p3 = self.first.foot.point + d * w;
+        let guess = guess.unwrap_or_else(|| self.first.ahead(&(d * w)));
+        let second = probe.read(&p3, guess)?;
+        let n1 = self.first.normal().into_inner();
+        let c1 = self.first.foot.point + n1 * self.lift;
+        let c2 = second.foot.point + second.normal().into_inner() * self.lift;
+        let half_chord = 0.5 * (c2 - c1).norm();
+        let Some(e2) = UnitVector3::try_new(c2 - c1, f64::MIN_POSITIVE) else { return Ok(None) };
+        let up = n1 - e2.scale(n1.dot(&e2));
+        let Some(e1) = UnitVector3::try_new(up, f64::MIN_POSITIVE) else { return Ok(None) };
+        if half_chord >= self.major {
+            return Ok(None);
+        }
+        let e3 = e1.cross(&e2) * self.hand;
+        let (sin, cos) = theta.sin_cos();
+        let f = e3 * cos - e1.scale(sin);
+        let axis = UnitVector3::new_normalize(e1.scale(cos) + e3 * sin);
+        let sagitta = (self.major * self.major - half_chord * half_chord).sqrt();
+        let middle = nalgebra::center(&c1, &c2);
+        let bare = Placement {
+            x,
+            second,
+            ring: Ring { center: middle - f * sagitta, f, e2: e2.into_inner(), radius: self.major },
+            axis,
+            half_arc: half_chord.atan2(sagitta),
+            half_chord,
+            rates: [Rate::turning(middle, -e2.scale(self.hand)); 3],
+        };
+        let along = self.a * alpha.cos() - self.v * alpha.sin();
+        let by_w = self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &d);
+        let by_alpha =
+            self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &(along * w));
+        Ok(Some(Placement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
+    }
+
+    /// Motion of the tool when `P3` moves by `step`.
+    fn rate(
+        &self,
+        at: &Placement,
+        (e1, up): (Vector3<f64>, f64),
+        (middle, sagitta): (Point3<f64>, f64),
+        step: &Vector3<f64>,
+    ) -> Rate {
+        let (foot, normal) = at.second.foot_rate(step);
+        let c2 = foot + normal * self.lift;
+        let n1 = self.first.normal().into_inner();
+        let e2 = at.ring.e2;
+        let half_chord = 0.5 * e2.dot(&c2);
+        let turned = (c2 - e2 * e2.dot(&c2)) / (2.0 * at.half_chord);
+        // e1 = unit(n1 - (n1.e2) e2); the part of its change along e3 is a spin about e2.
+        let risen = -(e2 * n1.dot(&turned) + turned * n1.dot(&e2)) / up;
+        let spin = e2.cross(&turned) + e2 * (e2.cross(&e1)).dot(&risen);
+        let sagitta_rate = -at.half_chord * half_chord / sagitta;
+        Rate {
+            middle,
+            shift: c2 * 0.5 - at.ring.f * sagitta_rate,
+            spin,
+            half_arc: half_chord / sagitta,
+            half_chord,
+        }
+    }
+}
+
+impl Rate {
+    fn turning(middle: Point3<f64>, spin: Vector3<f64>) -> Self {
+        Self { middle, shift: Vector3::zeros(), spin, half_arc: 0.0, half_chord: 0.0 }
+    }
+}
+
+impl Placement {
+    /// Derivatives by `x` of the distance of a point fixed in the tool (envelope theorem:
+    /// the foot's own motion does not count).
+    pub(super) fn gradient(&self, q: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 3] {
+        self.rates
+            .map(|rate| normal.dot(&rate.shift) + rate.spin.dot(&(q - rate.middle).cross(normal)))
+    }
+
+    /// As [`Placement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
+    /// the arc is kept: at the end points the distance is constant.
+    pub(super) fn arc_gradient(&self, share: f64, reading: &Reading) -> [f64; 3] {
+        let psi = share * self.half_arc;
+        let (q, normal) = (self.ring.at(psi), reading.normal().into_inner());
+        let slope = normal.dot(&self.ring.tangent(psi));
+        let mut gradient = self.gradient(&q, &normal);
+        for (entry, rate) in gradient.iter_mut().zip(&self.rates) {
+            *entry += slope * share * rate.half_arc;
+        }
+        gradient
+    }
+
+    /// Derivatives of half the chord.
+    pub(super) fn chord_gradient(&self) -> [f64; 3] {
+        self.rates.map(|rate| rate.half_chord)
+    }
+
+    /// Derivatives of `axis . direction`.
+    pub(super) fn axis_gradient(&self, direction: &Vector3<f64>) -> [f64; 3] {
+        self.rates.map(|rate| rate.spin.cross(&self.axis).dot(direction))
+    }
+
+    /// Tip and axis; the circle's plane is `minor` above the tip.
+    pub(super) fn pose(&self, minor: f64) -> ToolPose {
+        ToolPose { tip: self.ring.center - self.axis.scale(minor), axis: self.axis }
+    }
+}

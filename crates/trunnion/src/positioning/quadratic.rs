@@ -1,0 +1,177 @@
+//! Strictly convex quadratic programs of four unknowns, by the dual method.
+
+use nalgebra::Matrix4;
+use nalgebra::Vector4;
+
+/// `normal . x >= bound`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Constraint {
+    pub(super) normal: Vector4<f64>,
+    pub(super) bound: f64,
+}
+
+/// Minimum of `x' G x / 2 - g' x` and the multiplier of each constraint.
+#[derive(Debug, Clone)]
+pub(super) struct Solution {
+    pub(super) x: Vector4<f64>,
+    pub(super) multipliers: Vec<f64>,
+}
+
+/// A breach below this share of the size of the numbers in it is rounding (four products and sums,
+/// amplified by the condition of at most four active normals).
+const ROUNDING: f64 = 1e-11;
+
+/// Solves the program; `None` where the constraints contradict each other.
+///
+/// Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic
+/// programs*, Mathematical Programming 27 (1983): starts at the free minimum and adds the most
+/// violated constraint until none is left.
+pub(super) fn minimise(
+    inverse: &Matrix4<f64>,
+    g: &Vector4<f64>,
+    constraints: &[Constraint],
+) -> Option<Solution> {
+    let mut x = inverse * g;
+    let mut active: Vec<(usize, f64)> = Vec::with_capacity(4);
+    // Each outer step raises the dual objective; cycles are impossible but for rounding.
+    let rounds = 10 * (constraints.len() + 4);
+    for _ in 0..rounds {
+        let Some((entering, mut slack)) = most_violated(constraints, &x, &active) else {
+            let mut multipliers = vec![0.0; constraints.len()];
+            for (index, multiplier) in active {
+                *multipliers.get_mut(index)? = multiplier;
+            }
+            return Some(Solution { x, multipliers });
+        };
+        let normal = constraints.get(entering)?.normal;
+        let mut multiplier = 0.0;
+        loop {
+            let (z, r) = directions(inverse, &normal, &active, constraints)?;
+            let descent = z.dot(&normal);
+            let independent = descent > ROUNDING * normal.dot(&(inverse * normal));
+            let full = if independent { -slack / descent } else { f64::INFINITY };
+            let (leaving, partial) = shortest(&active, &r);
+            let step = full.min(partial);
+            if !step.is_finite() {
+                return None;
+            }
+            for (entry, rate) in active.iter_mut().zip(r.iter()) {
+                entry.1 = (entry.1 - step * rate).max(0.0);
+            }
+            multiplier += step;
+            if independent {
+                x += z * step;
+                slack += step * descent;
+            }
+            if full <= partial {
+                active.push((entering, multiplier));
+                break;
+            }
+            active.remove(leaving);
+        }
+    }
+    None
+}
+
+fn most_violated(
+    constraints: &[Constraint],
+    x: &Vector4<f64>,
+    active: &[(usize, f64)],
+) -> Option<(usize, f64)> {
+    let mut worst = None;
+    let mut depth = 0.0;
+    for (index, constraint) in constraints.iter().enumerate() {
+        if active.iter().any(|&(held, _)| held == index) {
+            continue;
+        }
+        let norm = constraint.normal.norm();
+        if norm <= 0.0 {
+            continue;
+        }
+        let slack = constraint.normal.dot(x) - constraint.bound;
+        let rounding = ROUNDING * (norm * x.norm() + constraint.bound.abs());
+        let relative = slack / norm;
+        if slack < -rounding && relative < depth {
+            depth = relative;
+            worst = Some((index, slack));
+        }
+    }
+    worst
+}
+
+/// Step of `x` along the constraint to be added, kept inside the active ones, and the rates at
+/// which their multipliers fall.
+fn directions(
+    inverse: &Matrix4<f64>,
+    normal: &Vector4<f64>,
+    active: &[(usize, f64)],
+    constraints: &[Constraint],
+) -> Option<(Vector4<f64>, Vector4<f64>)> {
+    let mut normals = [Vector4::zeros(); 4];
+    for (slot, (index, _)) in normals.iter_mut().zip(active) {
+        *slot = constraints.get(*index)?.normal;
+    }
+    let mut gram = Matrix4::identity();
+    let mut right = Vector4::zeros();
+    let raised = inverse * normal;
+    for row in 0..active.len().min(4) {
+        for column in 0..active.len().min(4) {
+            gram[(row, column)] = normals[row].dot(&(inverse * normals[column]));
+        }
+        right[row] = normals[row].dot(&raised);
+    }
+    let r = gram.full_piv_lu().solve(&right)?;
+    let mut z = raised;
+    for row in 0..active.len().min(4) {
+        z -= inverse * normals[row] * r[row];
+    }
+    Some((z, r))
+}
+
+/// The active constraint whose multiplier reaches zero first, and after which step.
+fn shortest(active: &[(usize, f64)], r: &Vector4<f64>) -> (usize, f64) {
+    let mut first = (0, f64::INFINITY);
+    for (position, (&(_, multiplier), &rate)) in active.iter().zip(r.iter()).enumerate() {
+        if rate > 0.0 && multiplier / rate < first.1 {
+            first = (position, multiplier / rate);
+        }
+    }
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at_least(normal: [f64; 4], bound: f64) -> Constraint {
+        Constraint { normal: Vector4::from(normal), bound }
+    }
+
+    #[test]
+    fn a_corner_by_pencil() {
+        // Nearest point to the origin with x >= 1, x + y >= 3: (1.5, 1.5), only the second binds.
+        let constraints =
+            [at_least([1.0, 0.0, 0.0, 0.0], 1.0), at_least([1.0, 1.0, 0.0, 0.0], 3.0)];
+        let solution = minimise(&Matrix4::identity(), &Vector4::zeros(), &constraints).unwrap();
+        assert!((solution.x - Vector4::new(1.5, 1.5, 0.0, 0.0)).norm() < 1e-14);
+        assert!(solution.multipliers[0].abs() < 1e-14);
+        assert!((solution.multipliers[1] - 1.5).abs() < 1e-14);
+    }
+
+    #[test]
+    fn contradicting_constraints_have_no_solution() {
+        let constraints =
+            [at_least([1.0, 0.0, 0.0, 0.0], 1.0), at_least([-1.0, 0.0, 0.0, 0.0], 0.0)];
+        assert!(minimise(&Matrix4::identity(), &Vector4::zeros(), &constraints).is_none());
+    }
+
+    #[test]
+    fn a_constraint_that_entered_early_may_leave() {
+        // The steep one is violated most at first, the final corner is the other one's alone.
+        let constraints =
+            [at_least([0.0, 1.0, 0.0, 0.0], 2.0), at_least([0.1, 1.0, 0.0, 0.0], 30.0)];
+        let solution = minimise(&Matrix4::identity(), &Vector4::zeros(), &constraints).unwrap();
+        let scale = 30.0 / 1.01;
+        assert!((solution.x - Vector4::new(0.1, 1.0, 0.0, 0.0) * scale).norm() < 1e-12);
+    }
+}

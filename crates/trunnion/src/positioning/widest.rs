@@ -1,0 +1,394 @@
+//! The widest strip: starts, and the choice between what they lead to.
+
+use super::Active;
+use super::Band;
+use super::ContactSide;
+use super::Location;
+use super::PositioningError;
+use super::Request;
+use super::ball;
+use super::body;
+use super::check::Setting;
+use super::check::Strip;
+use super::check::Survey;
+use super::circle::Circle;
+use super::constraints::COARSE;
+use super::constraints::FINE;
+use super::constraints::Problem;
+use super::constraints::offset_curvature;
+use super::placement::Frame;
+use super::probe::Probe;
+use super::solve::ARRIVED;
+use super::solve::MOST_ROTATION;
+use super::solve::Optimum;
+use super::solve::ROUGHLY;
+use super::solve::Start;
+use crate::types::ToolPose;
+use std::f64::consts::FRAC_PI_2;
+
+/// Share of the band kept free on both sides while searching: what the search stops short of,
+/// it may break by as much, and the result still lies in the band.
+const MARGIN: f64 = 1e-6;
+
+/// Largest distance between two starts of the offset direction \[rad\].
+const START_SPACING: f64 = 0.27;
+
+/// A warm start that ends this much narrower than its neighbour is not trusted alone.
+const NARROWED: f64 = 0.9;
+
+/// The cutter location with the widest strip from `request.at` \[mm\].
+///
+/// `warm`, the location of a neighbour on the same side, starts the search there; without it, or
+/// where it leads nowhere, several offset directions are tried. The width is `w cos(alpha)`.
+///
+/// Source: `docs/sources.md#004`, sections 1 and 2, with the errata named there.
+///
+/// # Errors
+///
+/// See [`PositioningError`].
+pub fn widest(request: &Request, warm: Option<&Location>) -> Result<Location, PositioningError> {
+    check(request)?;
+    let rotation = [-MOST_ROTATION, MOST_ROTATION];
+    on_sides(request, |side| {
+        if request.cutter.major() > 0.0 {
+            search(request, side, warm, rotation)
+        } else {
+            ball::location(request, side, 0.0)
+        }
+    })
+}
+
+/// The widest location whose rotation about the chord is at least `lead` \[rad\]: fixed
+/// inclination, more only where the rear would gouge. An offset range of `[0, 0]` keeps the chord
+/// across the feed.
+///
+/// For places where no wide strip fits, and for ball cutters.
+///
+/// # Errors
+///
+/// See [`PositioningError`].
+pub fn inclined(
+    request: &Request,
+    lead: f64,
+    warm: Option<&Location>,
+) -> Result<Location, PositioningError> {
+    check(request)?;
+    on_sides(request, |side| {
+        if request.cutter.major() <= 0.0 {
+            return ball::location(request, side, lead);
+        }
+        let mut location = search(request, side, warm, [lead, MOST_ROTATION])?;
+        if location.rotation <= lead {
+            location.active.push(Active::GivenLead);
+        }
+        Ok(location)
+    })
+}
+
+/// The wider one of the sides allowed.
+fn on_sides(
+    request: &Request,
+    find: impl Fn(ContactSide) -> Result<Location, PositioningError>,
+) -> Result<Location, PositioningError> {
+    match request.side {
+        ContactSide::Either => {
+            let [ahead, behind] = [find(ContactSide::Ahead), find(ContactSide::Behind)];
+            match (ahead, behind) {
+                (Ok(a), Ok(b)) if b.strip_width > a.strip_width => Ok(b),
+                (Ok(a), _) => Ok(a),
+                (Err(_), Ok(b)) => Ok(b),
+                (Err(error), Err(_)) => Err(error),
+            }
+        }
+        side => find(side),
+    }
+}
+
+/// What can be refused before any search.
+fn check(request: &Request) -> Result<(), PositioningError> {
+    let Band { lower, upper } = request.band;
+    if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+        return Err(PositioningError::EmptyBand { lower, upper });
+    }
+    let range = request.offset_range;
+    let fits = range[0] <= range[1] && range[0] > -FRAC_PI_2 && range[1] < FRAC_PI_2;
+    if !fits {
+        return Err(PositioningError::OffsetRange { range });
+    }
+    let cutter = request.cutter;
+    if request.side != ContactSide::Ahead && !cutter.centre_cutting() {
+        return Err(PositioningError::NotCentreCutting { inner: cutter.inner_cutting_radius() });
+    }
+    Ok(())
+}
+
+/// Searches on one side of the cutter.
+fn search(
+    request: &Request,
+    side: ContactSide,
+    warm: Option<&Location>,
+    rotation_range: [f64; 2],
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let Band { lower, upper } = request.band;
+    let margin = MARGIN * (upper - lower);
+    let band = Band { lower: lower + margin, upper: upper - margin };
+    let inner = Request { band, ..*request };
+    let frame = Frame::new(&inner, side, &mut probe)?;
+    let concave = frame.first.curvatures()[1];
+    if concave * frame.lift >= 1.0 {
+        let (uv, concave) = (request.at, 1.0 / concave);
+        return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
+    }
+    let (axis_near, intervals) = (request.axis_near, COARSE);
+    let problem = Problem { frame, band, axis_near, intervals };
+    let fits = |optimum: &Optimum| optimum.state.breach() <= margin;
+    let ranges = [request.offset_range, rotation_range];
+    let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
+    let mut best: Option<Optimum> = None;
+    if let Some(warm) = warm {
+        let climbed = problem.climb(&warm_start(warm, ranges), ARRIVED, &mut probe)?;
+        if let Some(optimum) = climbed.filter(fits) {
+            if Frame::width(optimum.state.placement.x) >= NARROWED * warm.chord_width {
+                return settle(request, side, &problem, optimum, (ranges, probe));
+            }
+            best = Some(optimum);
+        }
+    }
+    for tilt in TILTS {
+        for start in cold_starts(&problem, tilt, ranges) {
+            let Some(optimum) = problem.climb(&start, ROUGHLY, &mut probe)? else { continue };
+            best = Some(match best {
+                Some(best) => better(best, optimum, margin),
+                None => optimum,
+            });
+        }
+        if best.as_ref().is_some_and(fits) {
+            break;
+        }
+    }
+    if let Some(rough) = &best {
+        best = problem.climb(&again(rough, ranges), ARRIVED, &mut probe)?;
+    }
+    match best {
+        Some(best) if fits(&best) => settle(request, side, &problem, best, (ranges, probe)),
+        failed => Err(no_strip(request, failed.as_ref())),
+    }
+}
+
+/// Looks densely at the optimum; where that finds a breach between the samples, the search goes
+/// on with more of them.
+fn settle(
+    request: &Request,
+    side: ContactSide,
+    problem: &Problem,
+    mut optimum: Optimum,
+    (ranges, mut probe): ([[f64; 2]; 2], Probe),
+) -> Result<Location, PositioningError> {
+    let strip = look(request, problem, &optimum, &mut probe)?;
+    if keeps(request.band, &strip, &optimum) {
+        return finish(request, (side, problem), &optimum, &strip, probe);
+    }
+    let fine = Problem { intervals: FINE, ..*problem };
+    if let Some(better) = fine.climb(&again(&optimum, ranges), ARRIVED, &mut probe)? {
+        optimum = better;
+    }
+    let strip = look(request, problem, &optimum, &mut probe)?;
+    if keeps(request.band, &strip, &optimum) {
+        return finish(request, (side, problem), &optimum, &strip, probe);
+    }
+    Err(no_strip(request, Some(&optimum)))
+}
+
+/// Nothing closer than the lower end of the band, and the strip reaches the second end point:
+/// an error above the band on the way would have cut it short.
+fn keeps(band: Band, strip: &Strip, optimum: &Optimum) -> bool {
+    /// Of the width: on a strongly curved surface the widths of strip and chord, seen from
+    /// different tangent planes, differ a little.
+    const WHOLE: f64 = 0.99;
+    let whole = strip.width >= WHOLE * Frame::width(optimum.state.placement.x);
+    whole && strip.front_min >= band.lower && strip.rear_min >= band.lower
+}
+
+fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
+    let band = request.band.upper - request.band.lower;
+    PositioningError::NoStrip {
+        uv: request.at,
+        smallest: (8.0 * request.cutter.major() * band).sqrt(),
+        excess: failed.map_or(f64::INFINITY, |optimum| optimum.state.breach()),
+        binding: failed.map_or(Active::Touch, |optimum| optimum.state.tightest()),
+    }
+}
+
+/// The one that keeps its conditions; of two that do, the wider one.
+fn better(one: Optimum, two: Optimum, margin: f64) -> Optimum {
+    let breach = |optimum: &Optimum| (optimum.state.breach() - margin).max(0.0);
+    let width = |optimum: &Optimum| Frame::width(optimum.state.placement.x);
+    let (b1, b2) = (breach(&one), breach(&two));
+    let second = if b1 > 0.0 || b2 > 0.0 { b2 < b1 } else { width(&two) > width(&one) };
+    if second { two } else { one }
+}
+
+fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
+    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
+    let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
+    Start {
+        x: [warm.offset, alpha, theta],
+        trust: 0.3,
+        scale: scales(warm.offset, theta),
+        offset_range,
+        rotation_range,
+    }
+}
+
+fn again(rough: &Optimum, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
+    let x = rough.state.placement.x;
+    Start { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
+}
+
+/// A bold step of `(w, alpha, theta)`: a third of what there is, but not less than a degree.
+fn scales(w: f64, theta: f64) -> [f64; 3] {
+    [0.3 * w, 0.2, (0.3 * theta.abs()).max(0.017)]
+}
+
+/// How much more than the surface a start bends along the chord and rises along the feed, as sine
+/// of the rotation; the next one is tried where none of the starts found a strip.
+const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
+
+/// Starts spread over the offset range. Along the chord the circle, turned by theta, bends like
+/// `sin(theta) / R`, and so does the line from its front to its rear against the surface along
+/// the feed; a start bends clearly more than the surface does both ways, so that it fits at once.
+fn cold_starts(
+    problem: &Problem,
+    tilt: f64,
+    [offset_range, rotation_range]: [[f64; 2]; 2],
+) -> Vec<Start> {
+    let frame = &problem.frame;
+    let [low, high] = offset_range;
+    let band = problem.band.upper - problem.band.lower;
+    let mut starts = Vec::new();
+    for alpha in spread(low, high) {
+        let curvature =
+            |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
+        let (Some(across), Some(along)) = (curvature(0.0), curvature(FRAC_PI_2)) else { continue };
+        let sine = (frame.major * across.max(along).max(0.0) + tilt).min(0.97);
+        let theta = sine.asin().clamp(rotation_range[0], rotation_range[1]);
+        let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);
+        let w = (8.0 * band / bend).sqrt().min(frame.major);
+        starts.push(Start {
+            x: [w, alpha, theta],
+            trust: 1.0,
+            scale: scales(w, theta),
+            offset_range,
+            rotation_range,
+        });
+    }
+    starts
+}
+
+/// Evenly spaced values over `[low, high]`, at most `START_SPACING` apart, ends left out.
+fn spread(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let count = ((high - low) / START_SPACING).ceil().clamp(1.0, 100.0);
+    (0..100)
+        .map(f64::from)
+        .take_while(move |k| *k < count)
+        .map(move |k| low + (high - low) * (k + 0.5) / count)
+}
+
+/// A dense look at the optimum.
+fn look(
+    request: &Request,
+    problem: &Problem,
+    optimum: &Optimum,
+    probe: &mut Probe,
+) -> Result<Strip, PositioningError> {
+    let placement = &optimum.state.placement;
+    let frame = &problem.frame;
+    let circle = Circle { ring: placement.ring, minor: frame.minor };
+    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    let survey = Survey {
+        setting: &setting,
+        circle,
+        axis: placement.axis,
+        v: frame.v,
+        half_arc: placement.half_arc,
+    };
+    let [u1, v1] = frame.first.foot.uv;
+    let [u2, v2] = placement.second.foot.uv;
+    survey.strip([0.5 * (u1 + u2), 0.5 * (v1 + v2)], probe)
+}
+
+/// Describes the optimum; the rest of the tool is checked.
+fn finish(
+    request: &Request,
+    (side, problem): (ContactSide, &Problem),
+    optimum: &Optimum,
+    strip: &Strip,
+    mut probe: Probe,
+) -> Result<Location, PositioningError> {
+    let placement = &optimum.state.placement;
+    let frame = &problem.frame;
+    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    let pose = placement.pose(frame.minor);
+    cuts_there(&setting, &pose, strip)?;
+    body::clear(&setting, &pose, request.at, &mut probe)?;
+    let (contact_angles, active) = binding(request, optimum);
+    let [w, alpha, theta] = placement.x;
+    Ok(Location {
+        strip_width: strip.width,
+        chord_width: Frame::width(placement.x),
+        offset: w,
+        offset_direction: alpha,
+        rotation: theta,
+        center: placement.ring.center,
+        pose,
+        side,
+        strip: request.strip,
+        arc: 2.0 * placement.half_arc,
+        contact_angles,
+        active,
+        front_max: strip.front_max,
+        front_max_bound: strip.front_max_bound,
+        front_min: strip.front_min,
+        rear_min: strip.rear_min,
+        rear_min_bound: strip.rear_min_bound,
+        queries: probe.queries,
+        contact: strip.contact.1,
+        contact_uv: strip.contact.0,
+        end: placement.second.foot.uv,
+        near: strip.near.0,
+        far: strip.far.0,
+    })
+}
+
+/// The strip must lie under the part of the underside that cuts.
+fn cuts_there(setting: &Setting, pose: &ToolPose, strip: &Strip) -> Result<(), PositioningError> {
+    let inner = setting.cutter.inner_cutting_radius();
+    for (uv, point) in [strip.near, strip.contact, strip.far] {
+        let radius = pose.axis.cross(&(point - pose.tip)).norm();
+        if radius < inner {
+            return Err(PositioningError::NotCutting { uv, radius, inner });
+        }
+    }
+    Ok(())
+}
+
+/// Contacts, as angles from the first end point, and the conditions that bind.
+fn binding(request: &Request, optimum: &Optimum) -> (Vec<f64>, Vec<Active>) {
+    let band = request.band.upper - request.band.lower;
+    let half = optimum.state.placement.half_arc;
+    let mut active = Vec::new();
+    let mut angles = Vec::new();
+    for (condition, multiplier) in optimum.state.conditions.iter().zip(&optimum.multipliers) {
+        if condition.kind == Active::Touch {
+            angles.push(condition.psi + half);
+        }
+        if *multiplier > 0.0 && condition.value <= 1e-3 * band {
+            active.push(condition.kind);
+        }
+    }
+    if optimum.at_range_end {
+        active.push(Active::OffsetRange);
+    }
+    (angles, active)
+}
