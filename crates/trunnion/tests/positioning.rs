@@ -259,10 +259,8 @@ fn what_does_not_fit_is_refused_with_the_reason() {
     // A trough of 7 mm radius holds the corner of 6 mm, but not the whole cutter across it.
     let trough = quadric(0.0, 1.0 / 7.0);
     let refused = widest(&request(&trough, &bull, heading(0.0)), None).unwrap_err();
-    let fits_not = matches!(
-        refused,
-        PositioningError::NoStrip { .. } | PositioningError::Body { .. }
-    );
+    let fits_not =
+        matches!(refused, PositioningError::NoStrip { .. } | PositioningError::Body { .. });
     assert!(fits_not, "{refused}");
     let flat = quadric(0.0, 0.0);
     let feed = Request { feed: [0.0, 0.0], ..request(&flat, &bull, heading(0.0)) };
@@ -410,7 +408,7 @@ mod brute_force {
             let mut best = (height([0.0, 0.0]), [0.0, 0.0]);
             let mut reach = 0.5 * self.major;
             while reach > 1e-3 * self.major {
-                let around = best.1;
+                let (lowest, around) = best;
                 for k in 0..12 {
                     let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 12.0).sin_cos();
                     let at = [around[0] + reach * cos, around[1] + reach * sin];
@@ -421,7 +419,7 @@ mod brute_force {
                         best = (h, at);
                     }
                 }
-                if best.1 == around {
+                if best.0 >= lowest {
                     reach *= 0.5;
                 }
             }

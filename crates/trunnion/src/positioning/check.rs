@@ -361,7 +361,7 @@ impl Survey<'_> {
     /// between tool axis and foot normal, grows by at most the normal's turn to the middle.
     fn bend_bound(&self, a: &Sample, b: &Sample, h: f64) -> f64 {
         let radius = self.circle.ring.radius;
-        let curvature = self.curvature(a, b);
+        let curvature = curvature(a, b);
         let highest = self.circle.minor + a.error.max(b.error).max(0.0) + 0.5 * radius * h;
         let left = 1.0 - curvature * highest;
         if left <= 0.0 {
@@ -371,9 +371,9 @@ impl Survey<'_> {
         let sine = |s: &Sample| self.axis.cross(&s.reading.normal()).norm();
         radius * (sine(a).max(sine(b)) + 0.5 * h * turning + turning)
     }
+}
 
-    /// Largest curvature, either sign, at the feet.
-    fn curvature(&self, a: &Sample, b: &Sample) -> f64 {
-        [a, b].iter().flat_map(|s| s.reading.curvatures()).fold(0.0, |k, c| c.abs().max(k))
-    }
+/// Largest curvature, either sign, at the feet.
+fn curvature(a: &Sample, b: &Sample) -> f64 {
+    [a, b].iter().flat_map(|s| s.reading.curvatures()).fold(0.0, |k, c| c.abs().max(k))
 }

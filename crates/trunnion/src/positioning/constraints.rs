@@ -87,8 +87,10 @@ impl Problem {
         let mut conditions = vec![self.chord(&placement)];
         if let (Some(first), Some(last)) = (front.first(), front.last()) {
             let at = (&placement, &circle);
-            self.end_slope(at, first, (-1.0, Active::FirstSlope), &mut conditions, probe)?;
-            self.end_slope(at, last, (1.0, Active::SecondSlope), &mut conditions, probe)?;
+            let ends = [(first, -1.0, Active::FirstSlope), (last, 1.0, Active::SecondSlope)];
+            for end in ends {
+                conditions.extend(self.end_slope(at, end, probe)?);
+            }
             self.front(at, &front, &mut conditions, probe)?;
             self.rear(at, [first, last], &mut conditions, probe)?;
         }
@@ -110,23 +112,19 @@ impl Problem {
     fn end_slope(
         &self,
         (placement, circle): (&Placement, &Circle),
-        end: &Sample,
-        (share, kind): (f64, Active),
-        conditions: &mut Vec<Condition>,
+        (end, share, kind): (&Sample, f64, Active),
         probe: &mut Probe,
-    ) -> Result<(), PositioningError> {
+    ) -> Result<Option<Condition>, PositioningError> {
         let half = placement.half_arc;
         let value = share * end.slope * half;
         // Far from level it binds nothing: four times the slope of a parabola as deep as the band.
         if value > 8.0 * (self.band.upper - self.band.lower) {
-            return Ok(());
+            return Ok(None);
         }
         let inside = share * (1.0 - END_STEP);
         let sample = circle.read_from(inside * half, end, probe)?;
-        let gradient = placement.arc_gradient(inside, &sample.reading);
-        let gradient = gradient.map(|g| -g / END_STEP);
-        conditions.push(Condition { kind, value, gradient, psi: end.psi });
-        Ok(())
+        let gradient = placement.arc_gradient(inside, &sample.reading).map(|g| -g / END_STEP);
+        Ok(Some(Condition { kind, value, gradient, psi: end.psi }))
     }
 
     fn front(

@@ -128,7 +128,7 @@ impl Problem {
         if gained >= 0.2 * step.gain || trial.breach() <= 0.0 {
             return Ok(Some((trial, gained)));
         }
-        let values = model.curved_values(state, &trial);
+        let values = curved_values(state, &trial);
         let Some(corrected) = model.step_to(state, trust, &values) else {
             return Ok(Some((trial, gained)));
         };
@@ -186,18 +186,6 @@ impl<'a> Model<'a> {
             }
         }
         Some(step)
-    }
-
-    /// What the conditions of `state` would have to be worth there for the linear model to meet
-    /// `trial`, where the trial has the same condition.
-    fn curved_values(&self, state: &State, trial: &State) -> Vec<f64> {
-        let d = Vector3::from(trial.placement.x) - Vector3::from(state.placement.x);
-        let value = |condition: &Condition| {
-            twin(condition, trial).map_or(condition.value, |later| {
-                later.value - Vector3::from(condition.gradient).dot(&d)
-            })
-        };
-        state.conditions.iter().map(value).collect()
     }
 
     /// Best step of the model at the current price, the conditions worth `values`.
@@ -295,6 +283,18 @@ impl<'a> Model<'a> {
             self.hessian = update + Matrix3::identity() * floor;
         }
     }
+}
+
+/// What the conditions of `state` would have to be worth there for the linear model to meet
+/// `trial`, where the trial has the same condition.
+fn curved_values(state: &State, trial: &State) -> Vec<f64> {
+    let d = Vector3::from(trial.placement.x) - Vector3::from(state.placement.x);
+    let value = |condition: &Condition| {
+        twin(condition, trial).map_or(condition.value, |later| {
+            later.value - Vector3::from(condition.gradient).dot(&d)
+        })
+    };
+    state.conditions.iter().map(value).collect()
 }
 
 /// The condition of `state` of the same kind, nearest on the circle.
