@@ -1,1 +1,83 @@
 //! Passes over faces: where strips lie, lead-in, lead-out, links.
+//!
+//! [`cover`] lays passes along iso-parametric end-point tracks over each face, so that the strips
+//! of neighbouring passes meet; [`legs`] joins them to one program of motions.
+//!
+//! A strip begins at the track (the first end points, where the error equals the upper end of the
+//! band) and ends at the far track (the second end points), which is not iso-parametric: the next
+//! track lies where the strip reaches least far. Passes begin and end the cutter's radius outside
+//! what they cut, on the continued surface, so that their curved contact arcs leave nothing.
+
+mod face;
+mod lane;
+mod legs;
+mod options;
+mod region;
+mod stretch;
+mod track;
+
+pub use legs::{LeadKind, LinkOptions, legs};
+pub use options::{
+    Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, Method, lever,
+};
+
+use crate::cutter::Cutter;
+use crate::surface::FaceIndex;
+use crate::types::{Cancelled, Progress, Stage};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Steps of progress a face is worth.
+const STEPS: u64 = 1000;
+
+/// Passes over `faces`, face after face, in cutting order.
+///
+/// Every place of a face inside its trims comes to lie in a strip: at the stations the error keeps
+/// `options.band`, and on the curve that `toolpath::through` lays through them (with [`lever`]) it
+/// leaves the band by at most `options.path_share`, as tested in the middle between stations; spans at
+/// the least spacing that fail the test are counted in the [`CoverReport`].
+///
+/// # Errors
+///
+/// [`CoverError`] with face and place; [`CoverError::Cancelled`] on request.
+///
+/// # Source
+///
+/// Placing each pass from the end points of the one before: `docs/sources.md#004`; the worst
+/// station decides.
+pub fn cover(
+    faces: &[FaceIndex],
+    cutter: &Cutter,
+    options: &CoverOptions,
+    progress: &dyn Progress,
+) -> Result<Covering, CoverError> {
+    options.check()?;
+    let done: Vec<AtomicU64> = faces.iter().map(|_| AtomicU64::new(0)).collect();
+    let total = STEPS * faces.len() as u64;
+    let covered: Vec<_> = faces
+        .par_iter()
+        .zip(&done)
+        .map(|(face, mine)| {
+            let report = |share: f64| -> Result<(), Cancelled> {
+                // A share of 0..=1: the product is a small non-negative number.
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "see above"
+                )]
+                let steps = (share.clamp(0.0, 1.0) * STEPS as f64) as u64;
+                mine.store(steps, Ordering::Relaxed);
+                let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
+                progress.step(Stage::Cover, sum, total)
+            };
+            face::cover(face, cutter, options, &report)
+        })
+        .collect();
+    let mut all = Covering::default();
+    for of_face in covered {
+        let Covering { passes, report } = of_face?;
+        all.passes.extend(passes);
+        all.report.add(report);
+    }
+    Ok(all)
+}

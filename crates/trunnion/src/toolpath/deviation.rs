@@ -1,6 +1,6 @@
 //! How far the curves of a tool path bow off the straight moves between their stations.
 
-use super::great_circle::{great_circle, turn};
+use crate::math::angle::{angle_between, great_circle};
 use crate::types::{Geometry, Motion, PoseCurve, ToolPath};
 
 /// Distance of the curves from a polyline of tips and from great circles of tool axes.
@@ -53,7 +53,7 @@ fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> Deviation {
         };
         let axis = match (from.pose(), to.pose(), here.pose()) {
             (Some(from), Some(to), Some(here)) => great_circle(&from.axis, &to.axis, t)
-                .map_or(f64::INFINITY, |straight| turn(&straight, &here.axis)),
+                .map_or(f64::INFINITY, |straight| angle_between(&straight, &here.axis)),
             _ => f64::INFINITY,
         };
         worst = worst.worst(Deviation {

@@ -5,11 +5,11 @@
 //! and links of which only the ends are prescribed. [`great_circle`] interpolates a tool axis alone.
 
 mod deviation;
-mod great_circle;
 
+pub use crate::math::angle::great_circle;
 pub use deviation::{Deviation, deviation};
-pub use great_circle::great_circle;
 
+use crate::math::angle::angle_between;
 use crate::types::{
     Cancelled, Geometry, Leg, Motion, PoseCoordinates, PoseCurve, Progress, Span, Stage, Station,
     ToolPath, ToolPiece,
@@ -178,13 +178,13 @@ fn joined(leg: usize, before: &Leg, of: &Leg) -> Result<(), ToolPathError> {
         return Ok(());
     }
     let distance = (end.pose.tip - start.pose.tip).norm();
-    let angle = great_circle::turn(&end.pose.axis, &start.pose.axis);
+    let angle = angle_between(&end.pose.axis, &start.pose.axis);
     Err(ToolPathError::Gap { leg, distance, angle })
 }
 
 fn cut(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
     for (station, pair) in of.stations.windows(2).enumerate() {
-        let angle = great_circle::turn(&pair[0].pose.axis, &pair[1].pose.axis);
+        let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
         if angle > LARGEST_TURN {
             let limit = LARGEST_TURN;
             return Err(ToolPathError::AxisReversal { leg, station, angle, limit });
@@ -206,7 +206,7 @@ fn link(of: &Leg) -> Option<ToolPiece> {
 fn lead(leg: usize, of: &Leg) -> Result<Vec<ToolPiece>, ToolPathError> {
     let mut pieces = Vec::new();
     for (station, pair) in of.stations.windows(2).enumerate() {
-        let angle = great_circle::turn(&pair[0].pose.axis, &pair[1].pose.axis);
+        let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
         if angle > SAME_AXIS {
             return Err(ToolPathError::LeadTurns { leg, angle });
         }

@@ -1,5 +1,6 @@
 //! Cutter locations and the curves through them, in the workpiece frame.
 
+use crate::math::angle::angle_between;
 use crate::math::spline::cubic_spline;
 use nalgebra::{Point3, SVector, UnitVector3, Vector3};
 
@@ -30,8 +31,7 @@ impl Station {
     /// a share of the tip's chord or of `lever` \[mm/rad\] times the axis' turn where the contact
     /// stands still. Zero only where nothing moves.
     pub fn advance(&self, next: &Self, lever: f64) -> f64 {
-        let [from, to] = [&self.pose.axis, &next.pose.axis];
-        let turn = from.cross(to).norm().atan2(from.dot(to));
+        let turn = angle_between(&self.pose.axis, &next.pose.axis);
         let tip = (next.pose.tip - self.pose.tip).norm();
         (next.contact - self.contact).norm().max(PIVOT_SHARE * tip.max(lever * turn))
     }

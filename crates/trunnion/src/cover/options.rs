@@ -1,0 +1,214 @@
+//! What a user decides about passes, and what can go wrong with them.
+
+use crate::cutter::Cutter;
+use crate::positioning::{Band, ContactSide, PositioningError};
+use crate::types::{Cancelled, Pass};
+
+/// Surface parameter that a pass follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Along {
+    /// The first: passes lie at constant v.
+    U,
+    /// The second: passes lie at constant u.
+    V,
+}
+
+/// Whether every second pass runs back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// To and fro; the return pass has its strip on the other side of the feed.
+    ZigZag,
+    /// All passes towards growing parameters.
+    OneWay,
+}
+
+/// How the tool is placed at a station.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// The widest strip; where there is none, the whole pass is placed at the least lead.
+    Widest,
+    /// At the fixed lead everywhere.
+    Inclined,
+}
+
+/// How a face is covered. No `Default`: every number is the caller's decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoverOptions {
+    /// Parameter that the passes follow.
+    pub along: Along,
+    /// Order of directions.
+    pub direction: Direction,
+    /// How the tool is placed.
+    pub method: Method,
+    /// Side of the cutter that cuts.
+    pub side: ContactSide,
+    /// Where the error of each cutter location has to lie \[mm\].
+    pub band: Band,
+    /// By how much the curve between stations may leave the band on either side \[mm\].
+    pub path_share: f64,
+    /// Least and largest distance between stations along the end-point track \[mm\].
+    pub spacing: [f64; 2],
+    /// Largest turn of the tool axis, and of the offset direction about the surface normal, per mm
+    /// of the end-point track \[rad/mm\].
+    pub max_axis_turn: f64,
+    /// Offset directions to search, from the strip side towards the feed \[rad\].
+    pub offset_range: [f64; 2],
+    /// Least lead of [`Method::Inclined`] \[rad\].
+    pub lead: f64,
+}
+
+impl CoverOptions {
+    pub(super) fn check(&self) -> Result<(), CoverError> {
+        let bad = |name, value, must| Err(CoverError::BadOption { name, value, must });
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let [least, most] = self.spacing;
+        if !positive(least) {
+            return bad("least spacing", least, "positive (mm)");
+        }
+        if !(most >= least && most.is_finite()) {
+            return bad("largest spacing", most, "at least the least one (mm)");
+        }
+        if !positive(self.path_share) {
+            return bad("path share", self.path_share, "positive (mm)");
+        }
+        if !positive(self.max_axis_turn) {
+            return bad("largest axis turn", self.max_axis_turn, "positive (rad/mm)");
+        }
+        if !self.lead.is_finite() {
+            return bad("lead", self.lead, "finite (rad)");
+        }
+        Ok(())
+    }
+}
+
+/// Distance from the tip at which an axis turn counts as movement when a curve is laid through the
+/// stations of a pass \[mm\]: the cutter's outer radius. `cover` checks passes on curves with this
+/// lever, so the tool path must use the same.
+pub fn lever(cutter: &Cutter) -> f64 {
+    cutter.radius()
+}
+
+/// Passes, and what there is to know about them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Covering {
+    /// Passes in cutting order, face after face.
+    pub passes: Vec<Pass>,
+    /// What happened on the way.
+    pub report: CoverReport,
+}
+
+/// What happened while passes were placed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CoverReport {
+    /// Length of all contact tracks \[mm\].
+    pub length: f64,
+    /// Number of stations.
+    pub stations: usize,
+    /// Passes placed at the least lead because some station had no strip, with the first reason.
+    pub fallbacks: Vec<Fallback>,
+    /// Passes that could not be run out in full beyond the face.
+    pub shortened: usize,
+    /// Spans between stations at the least spacing that still leave the band.
+    pub coarse_spans: usize,
+    /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
+    pub worst_gouge: f64,
+    /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
+    pub axis_turn: f64,
+    /// Pairs of stations between which the axis turns by more than the limit.
+    pub fast_turns: usize,
+}
+
+impl CoverReport {
+    /// Adds what happened on another face.
+    pub(super) fn add(&mut self, other: Self) {
+        self.length += other.length;
+        self.stations += other.stations;
+        self.fallbacks.extend(other.fallbacks);
+        self.shortened += other.shortened;
+        self.coarse_spans += other.coarse_spans;
+        self.worst_gouge = self.worst_gouge.max(other.worst_gouge);
+        self.axis_turn = self.axis_turn.max(other.axis_turn);
+        self.fast_turns += other.fast_turns;
+    }
+}
+
+/// A pass placed at the least lead.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fallback {
+    /// Number of the face.
+    pub face: usize,
+    /// Parameters `[u, v]` where there was no strip.
+    pub at: [f64; 2],
+    /// Why not.
+    pub reason: PositioningError,
+}
+
+/// Why a face is not covered, or passes are not joined.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CoverError {
+    /// An option that makes no sense.
+    #[error("{name} is {value}; it must be {must}")]
+    BadOption {
+        /// Which one.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        must: &'static str,
+    },
+    /// Passes along this parameter have no length.
+    #[error(
+        "face {face}: at {across} the pass along {along:?} has no length; cover it along the other parameter"
+    )]
+    NoTrack {
+        /// Number of the face.
+        face: usize,
+        /// Parameter followed.
+        along: Along,
+        /// Value of the other parameter.
+        across: f64,
+    },
+    /// Neither a strip nor a location at the least lead.
+    #[error("face {face}: the cutter cannot be placed, not even at the least lead: {error}")]
+    NoPose {
+        /// Number of the face.
+        face: usize,
+        /// Parameters `[u, v]`.
+        at: [f64; 2],
+        /// Why not.
+        error: PositioningError,
+    },
+    /// The next pass would lie (almost) on the one before.
+    #[error(
+        "face {face}: the strip at (u, v) = ({:.6}, {:.6}) brings the next pass only {advance:.4} mm \
+         further, less than the least spacing of {least} mm; use a smaller cutter, passes along the \
+         other parameter, or a wider tolerance", .at[0], .at[1]
+    )]
+    TooNarrow {
+        /// Number of the face.
+        face: usize,
+        /// Parameters `[u, v]`.
+        at: [f64; 2],
+        /// Advance of the pass there \[mm\].
+        advance: f64,
+        /// What it has to be at least \[mm\].
+        least: f64,
+    },
+    /// No way down to a pass or up from it.
+    #[error(
+        "pass {pass} on face {face}: every lead between the pass and the link height gouges \
+         (deepest {depth:.4} mm) or does not lead up; turn the part or lower the plane of the links"
+    )]
+    LeadGouges {
+        /// Index of the pass.
+        pass: usize,
+        /// Number of the face.
+        face: usize,
+        /// Deepest gouge of the ways tried \[mm\].
+        depth: f64,
+    },
+    /// Stopped through `Progress`.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

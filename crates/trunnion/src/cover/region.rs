@@ -1,0 +1,134 @@
+//! The part of a parameter rectangle inside the trim loops, seen across and along the passes.
+
+/// Local parameters of a pass: `[across, along]`. Passes follow `along`; the next one lies further
+/// `across`.
+pub(super) type Local = [f64; 2];
+
+/// Trimmed region of a face in local parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Region<Inside> {
+    /// Ranges of across and along that hold the region.
+    pub(super) bounds: [[f64; 2]; 2],
+    /// Trim loops as closed polylines (the last point joins the first).
+    loops: Vec<Vec<Local>>,
+    inside: Inside,
+}
+
+impl<Inside: Fn(Local) -> bool> Region<Inside> {
+    pub(super) fn new(bounds: [[f64; 2]; 2], loops: Vec<Vec<Local>>, inside: Inside) -> Self {
+        Self { bounds, loops, inside }
+    }
+
+    /// Stretches of `across` inside the region on the line `along` = const; empty outside the bounds.
+    pub(super) fn row(&self, along: f64) -> Vec<[f64; 2]> {
+        let [[first, last], [low, high]] = self.bounds;
+        if !(low..=high).contains(&along) {
+            return Vec::new();
+        }
+        let mut cuts = vec![first, last];
+        cuts.extend(self.crossings(along).map(|cut| cut.clamp(first, last)));
+        cuts.sort_by(f64::total_cmp);
+        let mut row: Vec<[f64; 2]> = Vec::new();
+        for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
+            if !(self.inside)([0.5 * (pair[0] + pair[1]), along]) {
+                continue;
+            }
+            match row.last_mut() {
+                Some(before) if before[1] >= pair[0] => before[1] = pair[1],
+                _ => row.push([pair[0], pair[1]]),
+            }
+        }
+        row
+    }
+
+    fn crossings(&self, along: f64) -> impl Iterator<Item = f64> {
+        let edges = self.loops.iter().flat_map(|points| {
+            let next = points.iter().cycle().skip(1);
+            points.iter().zip(next)
+        });
+        edges
+            .filter(move |(a, b)| (a[1] <= along) != (b[1] <= along))
+            .map(move |(a, b)| a[0] + (b[0] - a[0]) * (along - a[1]) / (b[1] - a[1]))
+    }
+
+    /// Corners of the trim loops within `[low, high]` along.
+    fn corners(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = &Local> {
+        self.loops.iter().flatten().filter(move |p| (low..=high).contains(&p[1]))
+    }
+
+    /// `slab` cut to the bounds along; `None` where nothing is left.
+    fn clip(&self, slab: [f64; 2]) -> Option<[f64; 2]> {
+        let [low, high] = self.bounds[1];
+        let slab = [slab[0].max(low), slab[1].min(high)];
+        (slab[0] <= slab[1]).then_some(slab)
+    }
+
+    /// Whether any of the region lies in the box `across` x `along`. Exact for the polylines: the
+    /// region meets the box on one of its two lines, or has a corner inside.
+    pub(super) fn touches(&self, across: [f64; 2], along: [f64; 2]) -> bool {
+        let Some(slab) = self.clip(along) else { return false };
+        slab.iter()
+            .flat_map(|&line| self.row(line))
+            .any(|row| row[0] <= across[1] && row[1] >= across[0])
+            || self.corners(slab).any(|p| (across[0]..=across[1]).contains(&p[0]))
+    }
+
+    /// The first `across`, from `from` on, where the slab holds some of the region.
+    pub(super) fn first_from(&self, from: f64, slab: [f64; 2]) -> Option<f64> {
+        let slab = self.clip(slab)?;
+        let rows = slab
+            .iter()
+            .flat_map(|&line| self.row(line))
+            .filter(|row| row[1] > from)
+            .map(|row| row[0].max(from));
+        let corners = self.corners(slab).map(|p| p[0]).filter(|&across| across >= from);
+        rows.chain(corners).min_by(f64::total_cmp)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> Region<impl Fn(Local) -> bool> {
+        let inside = |[x, y]: Local| y > 0.0 && y < x && x < 1.0;
+        Region::new(
+            [[0.0, 1.0], [0.0, 1.0]],
+            vec![vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]],
+            inside,
+        )
+    }
+
+    #[test]
+    fn rows_of_a_triangle_by_pencil() {
+        let region = triangle();
+        assert_eq!(region.row(0.25), [[0.25, 1.0]]);
+        assert!(region.row(1.5).is_empty());
+        assert_eq!(region.first_from(0.0, [0.5, 0.75]), Some(0.5));
+        assert_eq!(region.first_from(0.6, [0.5, 0.75]), Some(0.6));
+        assert_eq!(region.first_from(0.0, [1.5, 2.0]), None);
+        assert!(!region.touches([0.0, 0.4], [0.5, 0.9]));
+        assert!(region.touches([0.0, 0.5], [0.5, 0.9]));
+    }
+
+    #[test]
+    fn a_corner_between_the_lines_is_found() {
+        // A square standing on its corner; the box holds only its left corner.
+        let inside = |[x, y]: Local| (x - 5.0).abs() + (y - 5.0).abs() < 2.0;
+        let square = vec![[3.0, 5.0], [5.0, 3.0], [7.0, 5.0], [5.0, 7.0]];
+        let region = Region::new([[0.0, 9.0], [0.0, 9.0]], vec![square], inside);
+        assert!(region.touches([0.0, 3.2], [4.5, 5.5]));
+        assert_eq!(region.first_from(0.0, [4.5, 5.5]), Some(3.0));
+    }
+
+    #[test]
+    fn a_hole_splits_a_row() {
+        let inside = |[x, y]: Local| !(x > 0.4 && x < 0.6 && y > 0.4 && y < 0.6);
+        let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
+        let loops = vec![square(0.0, 1.0), square(0.4, 0.6)];
+        let region = Region::new([[0.0, 1.0], [0.0, 1.0]], loops, inside);
+        assert_eq!(region.row(0.5), [[0.0, 0.4], [0.6, 1.0]]);
+        assert_eq!(region.row(0.7), [[0.0, 1.0]]);
+        assert_eq!(region.first_from(0.45, [0.45, 0.55]), Some(0.6));
+    }
+}

@@ -1,0 +1,313 @@
+//! Passes must finish the whole face: an independent check of what the cutter leaves.
+//!
+//! The oracle knows nothing of strips or closest points: it takes the curves that the tool path
+//! follows, and for points of the face the least signed distance to the cutter, in closed form.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Vector3};
+use std::ops::ControlFlow;
+use trunnion::cover::{
+    Along, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method, cover,
+    legs, lever,
+};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::positioning::{Band, ContactSide};
+use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface, TrimCurve, TrimLoop};
+use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, ToolPose};
+
+const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const SHARE: f64 = 0.002;
+
+/// Distance between the poses that are tried \[mm\].
+const SPACING: f64 = 0.1;
+
+/// What that may miss: a point is at most half of it from the nearest pose, where its distance has a
+/// minimum with a second derivative of at most one over the corner radius of 3 mm.
+const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING) / 3.0;
+
+/// A bicubic patch over 36 x 30 mm, hollow across and waved along: `lift` scales the heights.
+fn surface(lift: f64) -> Surface {
+    let heights = [
+        [0.0, -1.5, -1.0, 0.5],
+        [-1.0, -2.5, -2.0, -0.5],
+        [-1.2, -2.0, -2.2, -0.8],
+        [0.4, -1.0, -1.4, 0.2],
+    ];
+    let points = (0..4)
+        .map(|i| {
+            (0..4)
+                .map(|j| Point3::new(12.0 * i as f64, 10.0 * j as f64, lift * heights[i][j]))
+                .collect()
+        })
+        .collect();
+    nurbs(points)
+}
+
+fn nurbs(points: Vec<Vec<Point3<f64>>>) -> Surface {
+    let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    Surface::Nurbs(NurbsSurface::new([3, 3], [knots(), knots()], points, None).unwrap())
+}
+
+fn face(surface: Surface, loops: &[Vec<[f64; 2]>], flip: bool) -> FaceIndex {
+    let loops = loops
+        .iter()
+        .map(|points| {
+            let closed: Vec<_> = points.iter().chain(points.first()).copied().collect();
+            let curve = TrimCurve::polyline(&closed).unwrap();
+            TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()
+        })
+        .collect();
+    FaceIndex::new(Face::new(1, surface, loops, flip).unwrap()).unwrap()
+}
+
+fn cutter() -> Cutter {
+    Cutter::new(CutterSpec {
+        kind: Kind::Bull,
+        major: 4.0,
+        minor: 3.0,
+        length: 60.0,
+        construction: Construction::Solid,
+        shank: Vec::new(),
+    })
+    .unwrap()
+}
+
+fn options() -> CoverOptions {
+    CoverOptions {
+        along: Along::V,
+        direction: Direction::ZigZag,
+        method: Method::Widest,
+        side: ContactSide::Ahead,
+        band: BAND,
+        path_share: SHARE,
+        spacing: [0.05, 4.0],
+        max_axis_turn: 0.1,
+        offset_range: [-0.5, 0.5],
+        lead: 0.05,
+    }
+}
+
+/// Signed distance of `p` from the cutter, the solid of height above `r` within `R`, grown by `r`.
+fn distance(p: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
+    let from_tip = p - pose.tip;
+    let up = from_tip.dot(&pose.axis) - cutter.minor();
+    let out = (from_tip.norm_squared() - from_tip.dot(&pose.axis).powi(2)).max(0.0).sqrt()
+        - cutter.major();
+    let outside = out.max(0.0).hypot((-up).max(0.0));
+    let inside = out.max(-up).min(0.0);
+    outside + inside - cutter.minor()
+}
+
+/// Poses of the cutting curves, [`SPACING`] of contact track apart.
+fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
+    let mut poses = Vec::new();
+    assert!(!passes.is_empty());
+    for pass in passes {
+        let legs = [trunnion::types::Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
+        let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
+        let Geometry::Curve(curve) = &path.pieces[0].geometry else { continue };
+        let [start, end] = curve.range();
+        let steps = ((end - start) / SPACING).ceil();
+        let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);
+        poses.extend(ways.map(|i| curve.pose(start + (end - start) * i / steps).unwrap()));
+    }
+    poses
+}
+
+/// Largest and least distance left over an `n` x `n` grid inside the trims, and where.
+fn left_over(
+    face: &FaceIndex,
+    poses: &[ToolPose],
+    cutter: &Cutter,
+    n: u32,
+) -> [(f64, f64, f64); 2] {
+    let [bu, bv] = face.face().bounds();
+    let mut worst = [(f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0)];
+    for i in 0..=n {
+        for j in 0..=n {
+            let at = |b: [f64; 2], k: u32| b[0] + (b[1] - b[0]) * f64::from(k) / f64::from(n);
+            let (u, v) = (at(bu, i), at(bv, j));
+            if !face.face().contains(u, v) {
+                continue;
+            }
+            let p = face.face().point(u, v);
+            let left = poses.iter().map(|q| distance(&p, q, cutter)).fold(f64::INFINITY, f64::min);
+            if left > worst[0].0 {
+                worst[0] = (left, u, v);
+            }
+            if left < worst[1].0 {
+                worst[1] = (left, u, v);
+            }
+        }
+    }
+    worst
+}
+
+fn finished(face: &FaceIndex, options: &CoverOptions) -> Covering {
+    let cutter = cutter();
+    let covering = cover(std::slice::from_ref(face), &cutter, options, &Silent).unwrap();
+    let [most, least] = left_over(face, &poses(&covering.passes, &cutter), &cutter, 60);
+    let report = &covering.report;
+    let most_allowed = options.band.upper + SHARE + SAMPLING;
+    let least_allowed = options.band.lower - SHARE;
+    assert!(most.0 <= most_allowed, "excess {most:?} of {most_allowed}; {report:?}");
+    assert!(least.0 >= least_allowed, "gouge {least:?} of {least_allowed}; {report:?}");
+    covering
+}
+
+#[test]
+fn strips_meet_over_the_whole_face() {
+    let face = face(surface(1.0), &[], false);
+    let to_and_fro = finished(&face, &options());
+    assert!(to_and_fro.report.fallbacks.is_empty(), "{:?}", to_and_fro.report);
+    let one_way = finished(&face, &CoverOptions { direction: Direction::OneWay, ..options() });
+    let feeds = |covering: &Covering| -> Vec<bool> {
+        covering.passes.iter().map(|pass| pass.track[0][1] < pass.track[1][1]).collect()
+    };
+    assert!(feeds(&one_way).iter().all(|forward| *forward));
+    assert!(feeds(&to_and_fro).iter().enumerate().all(|(i, forward)| *forward == (i % 2 == 0)));
+}
+
+#[test]
+fn strips_meet_along_u_and_on_the_other_side() {
+    finished(&face(surface(1.0), &[], false), &CoverOptions { along: Along::U, ..options() });
+    finished(&face(surface(-1.0), &[], true), &options());
+}
+
+#[test]
+fn passes_run_out_over_the_border() {
+    let face = face(surface(1.0), &[], false);
+    let cutter = cutter();
+    for pass in finished(&face, &options()).passes {
+        let [first, last] = [pass.track[0], pass.track[pass.track.len() - 1]];
+        for [u, v] in [first, last] {
+            assert!(!(0.0..=1.0).contains(&v), "ends at {u}, {v}");
+            let border = face.face().point(u, v.clamp(0.0, 1.0));
+            let beyond = (face.face().point(u, v) - border).norm();
+            assert!(beyond >= 0.9 * cutter.radius(), "{beyond} mm beyond the border");
+        }
+    }
+}
+
+#[test]
+fn trims_shorten_and_split_passes() {
+    // A plate with a large hole: passes over the hole are split, their run-out reaches into it.
+    let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
+    let wide = nurbs(
+        (0..4)
+            .map(|i| {
+                (0..4)
+                    .map(|j| {
+                        let [x, y] = [25.0 * f64::from(i), 25.0 * f64::from(j)];
+                        Point3::new(x, y, 0.002 * (x - 37.0).powi(2) + 0.001 * y * y)
+                    })
+                    .collect()
+            })
+            .collect(),
+    );
+    let face = face(wide, &[square(0.02, 0.98), square(0.22, 0.78)], false);
+    let covering = finished(&face, &options());
+    let mut lanes: Vec<f64> = covering.passes.iter().map(|pass| pass.track[0][0]).collect();
+    let passes = lanes.len();
+    lanes.dedup();
+    assert!(passes > lanes.len(), "{passes} passes in {} lanes", lanes.len());
+    let in_hole = |[u, v]: &[f64; 2]| (0.36..0.64).contains(u) && (0.36..0.64).contains(v);
+    assert!(!covering.passes.iter().flat_map(|pass| &pass.track).any(in_hole));
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_number_of_threads() {
+    let faces = [face(surface(1.0), &[], false), face(surface(0.6), &[], false)];
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| cover(&faces, &cutter(), &options(), &Silent).unwrap())
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn a_stop_is_a_typed_error() {
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+            assert_eq!(stage, Stage::Cover);
+            assert!(done <= total);
+            if 5 * done > total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let stopped = cover(&face, &cutter(), &options(), &Stop);
+    assert!(matches!(stopped, Err(CoverError::Cancelled(_))), "{stopped:?}");
+}
+
+#[test]
+fn bad_options_are_named() {
+    let face = [face(surface(1.0), &[], false)];
+    let run = |options| cover(&face, &cutter(), &options, &Silent);
+    for options in [
+        CoverOptions { spacing: [0.0, 1.0], ..options() },
+        CoverOptions { spacing: [2.0, 1.0], ..options() },
+        CoverOptions { path_share: f64::NAN, ..options() },
+        CoverOptions { max_axis_turn: -1.0, ..options() },
+        CoverOptions { lead: f64::INFINITY, ..options() },
+    ] {
+        assert!(matches!(run(options), Err(CoverError::BadOption { .. })), "{options:?}");
+    }
+}
+
+#[test]
+fn legs_join_and_turn_only_above_the_plane() {
+    let face = [face(surface(1.0), &[], false)];
+    let cutter = cutter();
+    let passes = cover(&face, &cutter, &options(), &Silent).unwrap().passes;
+    for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
+        let link = LinkOptions { plane: 20.0, lead, gouge: 0.002 };
+        let legs = legs(&passes, &face, &cutter, &link, &Silent).unwrap();
+        assert_eq!(legs.len(), 4 * passes.len() - 1);
+        // `through` refuses gaps and leads that turn.
+        through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
+        for leg in legs.iter().filter(|leg| leg.motion == Motion::Link) {
+            for station in &leg.stations {
+                assert!(station.pose.tip.z >= link.plane + cutter.radius() - 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lead_that_would_gouge_takes_another_way() {
+    // A floor with a wall 12 mm high at x = 24.
+    let profile = [[0.0, 0.0], [18.0, 0.0], [24.0, 0.0], [24.0, 12.0]];
+    let wall = nurbs(
+        profile
+            .iter()
+            .map(|[x, z]| (0..4).map(|j| Point3::new(*x, 10.0 * f64::from(j), *z)).collect())
+            .collect(),
+    );
+    let faces = [face(wall, &[], false)];
+    let standing = |x: f64, lean: f64| {
+        let axis = nalgebra::Unit::new_normalize(Vector3::new(lean, 0.0, 1.0));
+        let at = |y: f64| {
+            let pose = ToolPose { tip: Point3::new(x, y, 8.0), axis };
+            trunnion::types::Station { pose, contact: Point3::new(x, y, 0.0) }
+        };
+        let stations = vec![at(10.0), at(20.0)];
+        vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]
+    };
+    let link = LinkOptions { plane: 15.0, lead: LeadKind::Axis, gouge: 0.01 };
+    let up = |passes: &[Pass]| {
+        let legs = legs(passes, &faces, &cutter(), &link, &Silent).unwrap();
+        let ends = &legs[2].stations;
+        (ends[1].pose.tip - ends[0].pose.tip).normalize()
+    };
+    // Far from the wall the way is the axis, beside it the axis would lead into the wall.
+    let free = standing(0.0, 0.4);
+    assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
+    let barred = standing(11.0, 1.5);
+    assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
+    // Inside the wall no way is free.
+    let stuck = legs(&standing(22.0, 0.0), &faces, &cutter(), &link, &Silent);
+    assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
+}
