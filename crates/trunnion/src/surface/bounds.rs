@@ -22,11 +22,12 @@ type Rectangle = [[f64; 2]; 2];
 
 type V4 = Vector4<f64>;
 
-/// Vectors within `radius` of `centre`.
+/// Vectors within `radius` of `centre`, and within `height` of it along the normal.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: Vector3<f64>,
     radius: f64,
+    height: f64,
 }
 
 /// Part of a Bezier patch with a bound of its curvatures.
@@ -207,12 +208,19 @@ impl Net {
         [change(0), change(1)]
     }
 
-    /// Ball round all vectors of a derivative net; zero for an empty one.
-    fn ball(&self) -> Ball {
+    /// Mean of all vectors of a derivative net; zero for an empty one.
+    fn middle(&self) -> Vector3<f64> {
         let count = self.points.len().max(1) as f64;
-        let centre = self.points.iter().map(Vector4::xyz).sum::<Vector3<f64>>() / count;
-        let radius = self.points.iter().map(|p| (p.xyz() - centre).norm()).fold(0.0, f64::max);
-        Ball { centre, radius }
+        self.points.iter().map(Vector4::xyz).sum::<Vector3<f64>>() / count
+    }
+
+    /// Ball round all vectors of a derivative net, `normal` being the direction of its height.
+    fn ball(&self, normal: &Vector3<f64>) -> Ball {
+        let centre = self.middle();
+        let off = || self.points.iter().map(|p| p.xyz() - centre);
+        let radius = off().map(|d| d.norm()).fold(0.0, f64::max);
+        let height = off().map(|d| d.dot(normal).abs()).fold(0.0, f64::max);
+        Ball { centre, radius, height }
     }
 
     /// For the net of a weight's derivative and the range of the weight itself: middle and half
@@ -284,12 +292,16 @@ impl Net {
         let plain = [wu, wv].iter().all(|[middle, spread]| middle.abs() + spread <= 0.0);
         let [u, v] = [0, 1].map(|k| if plain { self.differences(k) } else { self.numerator(k) });
         let range = if plain { [low, high] } else { [low * low, high * high] };
-        let ball = |net: &Self| divide(net.ball(), range);
+        let normal = u.middle().cross(&v.middle()).try_normalize(f64::MIN_POSITIVE)?;
+        let ball = |net: &Self| divide(net.ball(&normal), &normal, range);
         let (su, sv) = (ball(&u), ball(&v));
         let second = |net: Self, [middle, spread]: [f64; 2], first: &Ball| {
-            let Ball { centre, radius } = ball(&net);
-            let more = middle.abs() * first.radius + spread * first.reach();
-            Ball { centre: centre - first.centre * middle, radius: radius + more }
+            let Ball { centre, radius, height } = ball(&net);
+            Ball {
+                centre: centre - first.centre * middle,
+                radius: radius + middle.abs() * first.radius + spread * first.reach(),
+                height: height + (middle.abs() + spread) * first.height,
+            }
         };
         let suu = second(u.differences(0), wu, &su);
         let suv = second(u.differences(1), wv, &su);
@@ -307,11 +319,15 @@ impl Ball {
 }
 
 /// Ball round `x / w` for `x` in `ball`, `w` in the range.
-fn divide(ball: Ball, [low, high]: [f64; 2]) -> Ball {
+fn divide(ball: Ball, normal: &Vector3<f64>, [low, high]: [f64; 2]) -> Ball {
     let inverse = 0.5 * (low.recip() + high.recip());
     let spread = 0.5 * (low.recip() - high.recip());
-    let radius = ball.radius * (inverse + spread) + ball.centre.norm() * spread;
-    Ball { centre: ball.centre * inverse, radius }
+    let grown = |off: f64, centre: f64| off * (inverse + spread) + centre * spread;
+    Ball {
+        centre: ball.centre * inverse,
+        radius: grown(ball.radius, ball.centre.norm()),
+        height: grown(ball.height, ball.centre.dot(normal).abs()),
+    }
 }
 
 /// `n` over `k`, exact in `f64` for the degrees in use.
@@ -319,32 +335,36 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// Bound of the distance between the shape operators `sum (n . S_ij) g^i (x) g^j`, `g^u = S_v x N
-/// / |N|^2` and `g^v = N x S_u / |N|^2` the dual tangents, of the centres and of any vectors of the
-/// balls. By Weyl's inequality no curvature differs by more. `None` where `N` may vanish.
+/// Bound of the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, `J` the
+/// tangents as columns, of the centres and of any vectors of the balls. By Weyl's inequality no
+/// curvature differs by more. `None` where the tangents may become parallel.
+///
+/// Columns are scaled to unit length at the centres, so that `|J+| = 1 / sqrt(1 - |cos|)`. Bounds
+/// of other pseudo-inverses: `|J+| <= m / (1 - m d)`, `|dJ+| <= sqrt 2 m |J+| d` (Wedin,
+/// *Perturbation theory for pseudo-inverses*, 1973) for `|dJ| <= d`, `m = |J+|` at the centres.
 fn spread(d: &[Ball; 5]) -> Option<f64> {
     let [su, sv, suu, suv, svv] = d;
     let (a, b) = (su.centre.norm(), sv.centre.norm());
-    let n = su.centre.cross(&sv.centre).norm();
-    let error = a * sv.radius + b * su.radius + su.radius * sv.radius;
-    if error >= n {
+    let cosine = su.centre.dot(&sv.centre) / (a * b);
+    let at_centre = (1.0 - cosine.abs()).sqrt().recip();
+    let change = (su.radius / a).hypot(sv.radius / b);
+    let room = 1.0 - at_centre * change;
+    let unit = su.centre.cross(&sv.centre).try_normalize(f64::MIN_POSITIVE)?;
+    let anywhere = at_centre / room;
+    // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of the
+    // normal's turn, and chord = sine / cos(turn/2).
+    let sine = anywhere * (su.height / a).hypot(sv.height / b);
+    if !(room > 0.0 && sine < 1.0) {
         return None;
     }
-    let tightest = (n - error).powi(-2);
-    let dual = |length: f64, radius: f64| {
-        let error = (length * error + radius * (n + error)) * tightest
-            + length * n * (tightest - n.powi(-2));
-        (length / n, error)
+    let chord = sine / (0.5 + 0.5 * (1.0 - sine * sine).sqrt()).sqrt();
+    let entry = |s: &Ball, scale: f64| {
+        [unit.dot(&s.centre) / scale, (chord * s.reach() + s.height) / scale]
     };
-    let (gu, gv) = (dual(b, sv.radius), dual(a, su.radius));
-    let turn = 2.0 * error / n;
-    let unit = su.centre.cross(&sv.centre) / n;
-    let term = |s: &Ball, (g, dg): (f64, f64), (h, dh): (f64, f64)| {
-        let value = unit.dot(&s.centre).abs();
-        let off = turn * s.reach() + s.radius;
-        (value + off) * (g + dg) * (h + dh) - value * g * h
-    };
-    Some(term(suu, gu, gu) + 2.0 * term(suv, gu, gv) + term(svv, gv, gv))
+    let all = [entry(suu, a * a), entry(suv, a * b), entry(suv, a * b), entry(svv, b * b)];
+    let norm = |k: usize| all.iter().map(|entry| entry[k] * entry[k]).sum::<f64>().sqrt();
+    let turned = std::f64::consts::SQRT_2 * at_centre * anywhere * change;
+    Some(norm(1) * anywhere * anywhere + norm(0) * turned * (anywhere + at_centre))
 }
 
 impl PartialEq for Cell {

@@ -11,6 +11,10 @@ const STEPS: u32 = 40;
 /// next one, of the order of its square times curvature, would be below rounding.
 const LAST: f64 = 1e-9;
 
+/// A distance is known to this share of the coordinates' size: control points are summed with
+/// weights that add up to 1 over at most 100 terms, whose errors add up like a random walk.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Parameters and derivatives of a local minimum of the distance from `p` on the continued
 /// surface; `None` where the method does not settle at one.
 pub(crate) fn free(
@@ -46,7 +50,7 @@ pub(crate) fn minimise(
     None
 }
 
-/// Takes `step`, halved until the distance does not grow (a last, small step is not questioned:
+/// Takes `step`, halved until the distance does not grow beyond its rounding (a last, small step is not questioned:
 /// rounding decides there).
 fn advance(
     at: &impl Fn([f64; 2]) -> SurfaceJet2,
@@ -57,13 +61,14 @@ fn advance(
 ) -> Option<([f64; 2], SurfaceJet2)> {
     // 2^-30 of a step above LAST is below rounding: no descent exists.
     const HALVINGS: i32 = 30;
-    let before = (jet.s - p).norm_squared();
+    let scale = jet.s.coords.norm() + p.coords.norm();
+    let allowed = (jet.s - p).norm() + ROUNDING * scale;
     let mut share = 1.0;
     for _ in 0..HALVINGS {
         let next = clamp([uv[0] + share * step[0], uv[1] + share * step[1]]);
         let moved = at(next);
-        let after = (moved.s - p).norm_squared();
-        if small || after <= before * (1.0 + 4.0 * f64::EPSILON) {
+        let after = (moved.s - p).norm();
+        if small || after <= allowed {
             return after.is_finite().then_some((next, moved));
         }
         share *= 0.5;

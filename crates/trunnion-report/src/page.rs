@@ -1,0 +1,126 @@
+//! The page itself: a template, the bundled script and style, and the data, in one text.
+
+use crate::data::{Budget, Number, ReportData, WorstPlace};
+use crate::payload::Payload;
+use minijinja::Environment;
+use minijinja::value::Serde;
+use serde::Serialize;
+
+const TEMPLATE: &str = include_str!("../assets/report.html");
+/// Built from `viewer/`; see its README.
+const SCRIPT: &str = include_str!("../assets/viewer.js");
+const STYLE: &str = include_str!("../assets/viewer.css");
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The data cannot be written as JSON.
+    #[error("report data as JSON: {0}")]
+    Data(#[from] serde_json::Error),
+    /// The template cannot be filled.
+    #[error("report page: {0}")]
+    Template(#[from] minijinja::Error),
+}
+
+/// What the template shows.
+#[derive(Debug, Serialize)]
+struct Page<'a> {
+    job: &'a str,
+    part: &'a str,
+    machine: &'a str,
+    tool: &'a str,
+    generator: &'a str,
+    passed: bool,
+    verdict: &'a str,
+    warnings: &'a [String],
+    numbers: &'a [Number],
+    headline: Vec<&'a Number>,
+    total: String,
+    gouge: String,
+    bars: Vec<Bar>,
+    method: &'a str,
+    places: Vec<Row<'a>>,
+    has_motion: bool,
+    script: &'static str,
+    style: &'static str,
+    payload: &'a str,
+}
+
+/// One line of the budget, ready to draw.
+#[derive(Debug, Serialize)]
+struct Bar {
+    name: String,
+    allowed: String,
+    used: Option<String>,
+    percent: f64,
+}
+
+/// A worst place in words.
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    kind: &'a str,
+    deviation: Option<String>,
+    point: String,
+    note: &'a str,
+}
+
+/// The whole page: one HTML text that loads nothing from anywhere.
+///
+/// # Errors
+///
+/// [`ReportError`]; none is expected for data that was built from finite numbers.
+pub fn render(data: &ReportData) -> Result<String, ReportError> {
+    let payload = Payload::new(data).to_json()?;
+    let mut environment = Environment::new();
+    environment.add_template("report.html", TEMPLATE)?;
+    let page = Page {
+        job: &data.job,
+        part: &data.part,
+        machine: &data.machine,
+        tool: &data.tool,
+        generator: &data.generator,
+        passed: data.passed,
+        verdict: &data.verdict,
+        warnings: &data.warnings,
+        numbers: &data.numbers,
+        headline: data.numbers.iter().filter(|number| number.headline).collect(),
+        total: micrometres(data.budget.total),
+        gouge: micrometres(data.budget.gouge),
+        bars: bars(&data.budget),
+        method: &data.check.method,
+        places: data.check.places.iter().map(row).collect(),
+        has_motion: !data.motion.binding.is_empty(),
+        script: SCRIPT,
+        style: STYLE,
+        payload: &payload,
+    };
+    Ok(environment.get_template("report.html")?.render(Serde(&page))?)
+}
+
+fn bars(budget: &Budget) -> Vec<Bar> {
+    let whole = budget.total.max(f64::MIN_POSITIVE);
+    let bar = |share: &crate::data::Share| Bar {
+        name: share.name.clone(),
+        allowed: micrometres(share.allowed),
+        used: share.used.map(micrometres),
+        percent: (100.0 * share.allowed / whole).clamp(0.0, 100.0),
+    };
+    budget.shares.iter().map(bar).collect()
+}
+
+fn row(place: &WorstPlace) -> Row<'_> {
+    let [x, y, z] = place.point;
+    Row {
+        kind: &place.kind,
+        deviation: place.deviation.map(micrometres),
+        point: format!("{x:.3}, {y:.3}, {z:.3}"),
+        note: &place.note,
+    }
+}
+
+/// A small length as people of the trade say it.
+fn micrometres(mm: f64) -> String {
+    let value = 1000.0 * mm;
+    if value.abs() >= 99.95 { format!("{value:.0} µm") } else { format!("{value:.1} µm") }
+}

@@ -1,0 +1,113 @@
+// The page's JSON -> typed arrays, and questions about a moment in time.
+
+const bytes = (text) => {
+  const raw = atob(text);
+  const array = new Uint8Array(raw.length);
+  for (let at = 0; at < raw.length; at += 1) array[at] = raw.charCodeAt(at);
+  return array;
+};
+
+export const floats = (text) => new Float32Array(bytes(text).buffer);
+export const words = (text) => new Uint16Array(bytes(text).buffer);
+export const shorts = (text) => new Int16Array(bytes(text).buffer);
+export const longs = (text) => new Uint32Array(bytes(text).buffer);
+
+/** Deviation that stands for "nothing was cut". */
+export const UNCUT = -32768;
+
+/** Numbers of a path point: t, tip, axis, contact. */
+export const STRIDE = 10;
+
+const band = ({ min, max }) => ({ min: floats(min), max: floats(max) });
+
+function surface(packed) {
+  const fractions = words(packed.positions);
+  const positions = new Float32Array(fractions.length);
+  for (let at = 0; at < fractions.length; at += 1) {
+    const low = packed.low[at % 3];
+    positions[at] = low + ((packed.high[at % 3] - low) * fractions[at]) / 65535;
+  }
+  return {
+    low: packed.low,
+    high: packed.high,
+    positions,
+    triangles: longs(packed.triangles),
+    deviation: shorts(packed.deviation),
+    step: packed.step,
+    count: fractions.length / 3,
+    measured: packed.measured,
+  };
+}
+
+function path(packed) {
+  const points = floats(packed.points);
+  let start = 0;
+  const pieces = packed.kinds.map((kind, at) => {
+    const piece = { kind, start, count: packed.counts[at] };
+    start += piece.count;
+    return piece;
+  });
+  return { points, pieces, count: start };
+}
+
+export function unpack(packed) {
+  const { motion } = packed;
+  return {
+    ...packed,
+    surface: surface(packed.surface),
+    path: path(packed.path),
+    motion: {
+      ...motion,
+      speed: band(motion.speed),
+      binding: bytes(motion.binding),
+      bands: motion.bands.map(({ position, velocity, acceleration }) => ({
+        position: band(position),
+        velocity: band(velocity),
+        acceleration: band(acceleration),
+      })),
+    },
+  };
+}
+
+/** Deviation of a vertex in mm; null where nothing was cut, undefined where nothing was measured. */
+export function deviationAt(surface, vertex) {
+  if (vertex >= surface.deviation.length) return undefined;
+  const packed = surface.deviation[vertex];
+  return packed === UNCUT ? null : packed * surface.step;
+}
+
+/** Tool at a time: tip, axis, contact and kind of motion; null without a path. */
+export function toolAt({ points, pieces, count }, t) {
+  if (count === 0) return null;
+  let low = 0;
+  let high = count - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (points[STRIDE * middle] <= t) low = middle;
+    else high = middle - 1;
+  }
+  const next = Math.min(low + 1, count - 1);
+  const [t0, t1] = [points[STRIDE * low], points[STRIDE * next]];
+  const share = t1 > t0 ? Math.min(Math.max((t - t0) / (t1 - t0), 0), 1) : 0;
+  const mix = (first) =>
+    [0, 1, 2].map((k) => {
+      const from = points[STRIDE * low + first + k];
+      return from + share * (points[STRIDE * next + first + k] - from);
+    });
+  const axis = mix(4);
+  const length = Math.hypot(...axis) || 1;
+  const piece = pieces.find(({ start, count: size }) => low < start + size) ?? pieces.at(-1);
+  return { tip: mix(1), axis: axis.map((x) => x / length), contact: mix(7), kind: piece.kind };
+}
+
+/** Slot of a time. */
+export const slotAt = ({ duration, slots }, t) =>
+  Math.min(Math.max(Math.floor((t / duration) * slots), 0), slots - 1);
+
+/** Name of a binding limit as numbered by the report. */
+export function limitName(axes, binding) {
+  if (binding === 0) return "nothing";
+  if (binding === 1) return "feed";
+  const axis = axes[(binding - 2) >> 1];
+  return `${axis?.name ?? "?"} ${binding % 2 === 0 ? "velocity" : "acceleration"}`;
+}

@@ -1,0 +1,278 @@
+// The 3-D view: surface with deviation colours, path, tool, a marker. Drawn only when it changed.
+
+import {
+  AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  DataTexture,
+  DirectionalLight,
+  DoubleSide,
+  Group,
+  HemisphereLight,
+  LatheGeometry,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  NearestFilter,
+  PerspectiveCamera,
+  Quaternion,
+  Raycaster,
+  RGBAFormat,
+  Scene,
+  SphereGeometry,
+  SRGBColorSpace,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { COLUMNS, PLAIN_COLOUR, REACH, UNCUT_COLOUR, colourOf, inTolerances } from "./colour.js";
+import { STRIDE, deviationAt } from "./data.js";
+
+const UP = new Vector3(0, 0, 1);
+
+/** Kinds of path lines: which pieces, which point of them, colour by theme. */
+const LINES = [
+  { key: "contact", kinds: ["cut"], first: 7, light: "#10243a", dark: "#0b1826" },
+  { key: "tip", kinds: ["cut"], first: 1, light: "#7a4fbf", dark: "#c3a6ff" },
+  { key: "leads", kinds: ["leadin", "leadout"], first: 1, light: "#1b8a4b", dark: "#59d68f" },
+  { key: "links", kinds: ["link"], first: 1, light: "#b06a00", dark: "#ffb84d" },
+];
+
+/** Row 0: the scale; row 1: uncut; row 2: not measured. */
+function lookup() {
+  const pixels = new Uint8Array(4 * COLUMNS * 4);
+  for (let row = 0; row < 4; row += 1) {
+    for (let column = 0; column < COLUMNS; column += 1) {
+      const value = REACH * ((2 * (column + 0.5)) / COLUMNS - 1);
+      const colour = [colourOf(value), UNCUT_COLOUR, PLAIN_COLOUR, PLAIN_COLOUR][row];
+      pixels.set([...colour, 255], 4 * (row * COLUMNS + column));
+    }
+  }
+  const texture = new DataTexture(pixels, COLUMNS, 4, RGBAFormat);
+  texture.colorSpace = SRGBColorSpace;
+  texture.magFilter = NearestFilter;
+  texture.minFilter = NearestFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function surfaceMesh({ surface, budget }) {
+  const places = new Float32Array(2 * surface.count);
+  for (let vertex = 0; vertex < surface.count; vertex += 1) {
+    const deviation = deviationAt(surface, vertex);
+    const row = deviation === undefined ? 2 : deviation === null ? 1 : 0;
+    const value = row === 0 ? inTolerances(deviation, budget) : 0;
+    const clamped = Math.min(Math.max(value, -REACH), REACH);
+    places[2 * vertex] = 0.5 + (0.499 * clamped) / REACH;
+    places[2 * vertex + 1] = (row + 0.5) / 4;
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(surface.positions, 3));
+  geometry.setAttribute("uv", new BufferAttribute(places, 2));
+  geometry.setIndex(new BufferAttribute(surface.triangles, 1));
+  geometry.computeVertexNormals();
+  const material = new MeshStandardMaterial({
+    map: lookup(),
+    side: DoubleSide,
+    roughness: 0.75,
+    metalness: 0,
+    polygonOffset: true,
+    polygonOffsetFactor: 1.5,
+    polygonOffsetUnits: 1.5,
+  });
+  return new Mesh(geometry, material);
+}
+
+function pathLines({ path }, { kinds, first }) {
+  const corners = [];
+  for (const { kind, start, count } of path.pieces) {
+    if (!kinds.includes(kind)) continue;
+    for (let at = start; at + 1 < start + count; at += 1) {
+      for (const point of [at, at + 1]) {
+        const from = STRIDE * point + first;
+        corners.push(path.points[from], path.points[from + 1], path.points[from + 2]);
+      }
+    }
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(corners), 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+}
+
+function toolMesh(outline) {
+  const group = new Group();
+  if (outline.length < 2) return group;
+  const profile = outline.map(([radius, height]) => new Vector2(Math.max(radius, 0), height));
+  const lathe = new LatheGeometry(profile, 72);
+  lathe.rotateX(Math.PI / 2);
+  const material = new MeshStandardMaterial({
+    color: "#8f9aa6",
+    roughness: 0.35,
+    metalness: 0.2,
+    transparent: true,
+    opacity: 0.42,
+    side: DoubleSide,
+    depthWrite: false,
+  });
+  group.add(new Mesh(lathe, material));
+  return group;
+}
+
+export class View {
+  /** Throws where there is no WebGL. */
+  constructor(host, data) {
+    this.host = host;
+    this.data = data;
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    host.append(this.renderer.domElement);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(28, 1, 0.1, 1000);
+    this.camera.up.copy(UP);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener("change", () => this.draw());
+    this.addLights();
+    this.mesh = surfaceMesh(data);
+    this.scene.add(this.mesh);
+    this.lines = Object.fromEntries(LINES.map((line) => [line.key, pathLines(data, line)]));
+    this.scene.add(...Object.values(this.lines));
+    this.tool = toolMesh(data.tool_outline);
+    this.scene.add(this.tool);
+    this.addMarker();
+    this.measure();
+    this.fit();
+    this.theme();
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.resize();
+  }
+
+  addLights() {
+    this.scene.add(new AmbientLight("#ffffff", 0.9), new HemisphereLight("#ffffff", "#8890a0", 1.4));
+    this.lamp = new DirectionalLight("#ffffff", 1.3);
+    this.scene.add(this.lamp, this.lamp.target);
+  }
+
+  addMarker() {
+    const material = new MeshBasicMaterial({ color: "#ff2bd6", depthTest: false });
+    this.marker = new Mesh(new SphereGeometry(1, 20, 12), material);
+    this.marker.visible = false;
+    this.marker.renderOrder = 9;
+    this.scene.add(this.marker);
+  }
+
+  measure() {
+    const { low, high, count } = this.data.surface;
+    if (count > 0) {
+      this.centre = new Vector3().fromArray(low.map((x, k) => 0.5 * (x + high[k])));
+      this.radius = 0.5 * Math.hypot(...low.map((x, k) => high[k] - x)) || 1;
+    } else {
+      this.lines.tip.geometry.computeBoundingSphere();
+      const sphere = this.lines.tip.geometry.boundingSphere;
+      const exists = sphere !== null && sphere.radius > 0;
+      this.centre = exists ? sphere.center.clone() : new Vector3();
+      this.radius = exists ? sphere.radius : 1;
+    }
+  }
+
+  /** Looks at everything from a direction. */
+  fit(direction = [-0.75, -1.15, 0.95]) {
+    const distance = (1.08 * this.radius) / Math.sin((0.5 * this.camera.fov * Math.PI) / 180);
+    const wide = Math.max(1, 1 / Math.max(this.camera.aspect, 0.2));
+    const from = new Vector3().fromArray(direction).normalize().multiplyScalar(distance * wide);
+    this.controls.target.copy(this.centre);
+    this.camera.position.copy(this.centre).add(from);
+    this.camera.near = 0.01 * distance;
+    this.camera.far = 20 * distance;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.host;
+    if (width === 0 || height === 0) return;
+    const first = this.camera.aspect === 1;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (first) this.fit();
+    this.draw();
+  }
+
+  theme(isDark = matchMedia("(prefers-color-scheme: dark)").matches) {
+    for (const { key, light, dark } of LINES) {
+      this.lines[key].material.color = new Color(isDark ? dark : light);
+    }
+    this.draw();
+  }
+
+  show(layer, visible) {
+    if (layer === "surface") this.mesh.visible = visible;
+    else if (layer === "tool") this.tool.visible = visible;
+    else this.lines[layer].visible = visible;
+    this.draw();
+  }
+
+  placeTool(pose) {
+    if (!pose) return;
+    this.tool.position.fromArray(pose.tip);
+    const turn = new Quaternion().setFromUnitVectors(UP, new Vector3().fromArray(pose.axis));
+    this.tool.quaternion.copy(turn);
+    this.draw();
+  }
+
+  /** Puts the marker at a point; looks at it if asked. */
+  mark(point, { look = false } = {}) {
+    this.marker.visible = point !== null;
+    if (point !== null) {
+      this.marker.position.fromArray(point);
+      if (look) {
+        const offset = this.camera.position.clone().sub(this.controls.target);
+        offset.setLength(Math.min(offset.length(), 1.6 * this.radius));
+        this.controls.target.fromArray(point);
+        this.camera.position.fromArray(point).add(offset);
+        this.controls.update();
+      }
+    }
+    this.draw();
+  }
+
+  /** Vertex of the surface under a point of the screen; null beside it. */
+  pick(clientX, clientY) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const place = new Vector2(
+      (2 * (clientX - box.left)) / box.width - 1,
+      1 - (2 * (clientY - box.top)) / box.height,
+    );
+    const ray = new Raycaster();
+    ray.setFromCamera(place, this.camera);
+    const hit = this.mesh.visible ? ray.intersectObject(this.mesh)[0] : undefined;
+    if (!hit) return null;
+    const { positions } = this.data.surface;
+    const away = (vertex) =>
+      Math.hypot(...[0, 1, 2].map((k) => positions[3 * vertex + k] - hit.point.getComponent(k)));
+    const corners = [hit.face.a, hit.face.b, hit.face.c];
+    return corners.reduce((best, corner) => (away(corner) < away(best) ? corner : best));
+  }
+
+  draw() {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      // A lamp at the shoulder of whoever looks.
+      this.lamp.position.copy(this.camera.position);
+      this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
+      this.lamp.target.position.copy(this.controls.target);
+      const distance = this.camera.position.distanceTo(this.marker.position);
+      this.marker.scale.setScalar(0.006 * distance);
+      this.renderer.render(this.scene, this.camera);
+      this.drawn?.(this.camera);
+    });
+  }
+}

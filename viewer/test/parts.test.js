@@ -1,0 +1,80 @@
+// Tests of the parts that need no screen: `npm run check`.
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { ticks } from "../src/charts.js";
+import { colourOf, inTolerances } from "../src/colour.js";
+import { UNCUT, deviationAt, floats, limitName, slotAt, toolAt, unpack } from "../src/data.js";
+
+const base64 = (array) => Buffer.from(array.buffer).toString("base64");
+
+test("a kept tolerance and a broken one differ sharply, on both sides", () => {
+  const away = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
+  for (const limit of [-1, 1]) {
+    const [inside, outside] = [colourOf(limit), colourOf(limit * 1.001)];
+    assert.ok(away(inside, outside) > 100, `${inside} ${outside}`);
+    assert.ok(away(inside, colourOf(limit * 0.999)) < 2);
+  }
+  assert.deepEqual(colourOf(-9), colourOf(-2));
+  assert.deepEqual(colourOf(9), colourOf(2));
+});
+
+test("each side is measured by its own tolerance", () => {
+  const budget = { total: 0.02, gouge: 0.002 };
+  assert.equal(inTolerances(-0.002, budget), -1);
+  assert.equal(inTolerances(0.01, budget), 0.5);
+});
+
+test("the tool lies between its points", () => {
+  const points = new Float32Array([
+    ...[0, 0, 0, 0, 0, 0, 1, 5, 5, 5],
+    ...[2, 4, 0, 0, 0, 1, 0, 7, 5, 5],
+    ...[2, 4, 0, 0, 0, 1, 0, 7, 5, 5],
+    ...[3, 4, 0, 9, 0, 1, 0, 7, 5, 5],
+  ]);
+  const pieces = [{ kind: "cut", start: 0, count: 2 }, { kind: "link", start: 2, count: 2 }];
+  const path = { points, pieces, count: 4 };
+  const tool = toolAt(path, 1);
+  assert.deepEqual(tool.tip, [2, 0, 0]);
+  assert.ok(Math.abs(tool.axis[1] - Math.SQRT1_2) < 1e-9);
+  assert.equal(tool.kind, "cut");
+  assert.equal(toolAt(path, 2.5).kind, "link");
+  assert.deepEqual(toolAt(path, 99).tip, [4, 0, 9]);
+  assert.equal(toolAt({ points, pieces: [], count: 0 }, 1), null);
+});
+
+test("packed data come out as they went in", () => {
+  const empty = { min: "", max: "" };
+  const data = unpack({
+    surface: {
+      low: [0, 0, 0],
+      high: [10, 20, 0],
+      positions: base64(new Uint16Array([0, 65535, 0, 65535, 0, 0])),
+      step: 0.001,
+      deviation: base64(new Int16Array([-7, UNCUT])),
+      triangles: "",
+      measured: 2,
+    },
+    path: { kinds: [], counts: [], points: "" },
+    motion: { duration: 4, axes: [], slots: 8, bands: [], speed: empty, binding: "" },
+  });
+  assert.deepEqual([...data.surface.positions], [0, 20, 0, 10, 0, 0]);
+  assert.equal(deviationAt(data.surface, 0), -0.007);
+  assert.equal(deviationAt(data.surface, 1), null);
+  assert.equal(deviationAt(data.surface, 2), undefined);
+  assert.equal(slotAt(data.motion, 3.99), 7);
+  assert.equal(slotAt(data.motion, 9), 7);
+  assert.deepEqual([...floats(base64(new Float32Array([1.5])))], [1.5]);
+});
+
+test("limits have names", () => {
+  const axes = [{ name: "X" }, { name: "C" }];
+  const names = [0, 1, 2, 5].map((binding) => limitName(axes, binding));
+  assert.deepEqual(names, ["nothing", "feed", "X velocity", "C acceleration"]);
+});
+
+test("ticks are round and within", () => {
+  assert.deepEqual(ticks(0, 42, 5), [0, 10, 20, 30, 40]);
+  assert.deepEqual(ticks(-1, 1, 4), [-1, -0.5, 0, 0.5, 1]);
+  assert.deepEqual(ticks(3, 3, 4), [3]);
+});
