@@ -158,7 +158,12 @@ export class View {
   }
 
   addMarker() {
-    const material = new MeshBasicMaterial({ color: "#ff2bd6", depthTest: false });
+    const material = new MeshBasicMaterial({
+      color: "#ff2bd6",
+      depthTest: false,
+      // Drawn with the transparent things, after the tool.
+      transparent: true,
+    });
     this.marker = new Mesh(new SphereGeometry(1, 20, 12), material);
     this.marker.visible = false;
     this.marker.renderOrder = 9;
