@@ -174,8 +174,9 @@ impl Survey<'_> {
         let mut inside: Vec<Sample> = near.inside.iter().rev().copied().collect();
         inside.push(seed);
         inside.extend(&far.inside);
-        let front_max_bound = self.bound(&inside, 1.0, probe)?;
-        let rear_min_bound = -self.bound(&points, -1.0, probe)?;
+        let curvature = curvature_below(self.setting.face, &points);
+        let front_max_bound = self.bound(&inside, (1.0, curvature), probe)?;
+        let rear_min_bound = -self.bound(&points, (-1.0, curvature), probe)?;
         let foot = |sample: &Sample| (sample.reading.foot.uv, sample.reading.foot.point);
         Ok(Strip {
             width: across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
@@ -306,16 +307,18 @@ impl Survey<'_> {
     fn bound(
         &self,
         points: &[Sample],
-        sign: f64,
+        (sign, curvature): (f64, f64),
         probe: &mut Probe,
     ) -> Result<f64, PositioningError> {
         let band = self.setting.band;
         let known = points.iter().map(|p| sign * p.error).fold(f64::NEG_INFINITY, f64::max);
         let target = known + SHARE * (band.upper - band.lower);
+        let limits = Limits { curvature, target };
+        let depth = if curvature.is_finite() { DEPTH } else { 0 };
         let mut worst = known;
         for pair in points.windows(2) {
             if let [a, b] = pair {
-                worst = worst.max(self.gap_bound([a, b], sign, (target, DEPTH), probe)?);
+                worst = worst.max(self.gap_bound([a, b], sign, (&limits, depth), probe)?);
             }
         }
         Ok(worst)
@@ -325,24 +328,24 @@ impl Survey<'_> {
         &self,
         [a, b]: [&Sample; 2],
         sign: f64,
-        (target, depth): (f64, u32),
+        (limits, depth): (&Limits, u32),
         probe: &mut Probe,
     ) -> Result<f64, PositioningError> {
-        let bound = self.peak(a, b, sign);
-        if bound <= target || depth == 0 {
+        let bound = self.peak([a, b], sign, limits.curvature);
+        if bound <= limits.target || depth == 0 {
             return Ok(bound);
         }
         let middle = self.circle.read_from(0.5 * (a.psi + b.psi), a, probe)?;
-        let left = self.gap_bound([a, &middle], sign, (target, depth - 1), probe)?;
-        let right = self.gap_bound([&middle, b], sign, (target, depth - 1), probe)?;
+        let left = self.gap_bound([a, &middle], sign, (limits, depth - 1), probe)?;
+        let right = self.gap_bound([&middle, b], sign, (limits, depth - 1), probe)?;
         Ok(left.max(right))
     }
 
     /// What `sign * error` cannot exceed between two samples: under both parabolas that start
     /// with value and slope of a sample and bend upward as much as `|E''|` allows.
-    fn peak(&self, a: &Sample, b: &Sample, sign: f64) -> f64 {
+    fn peak(&self, [a, b]: [&Sample; 2], sign: f64, curvature: f64) -> f64 {
         let h = b.psi - a.psi;
-        let bend = self.bend_bound(a, b, h);
+        let bend = self.bend_bound([a, b], h, curvature);
         let [ea, eb] = [sign * a.error, sign * b.error];
         let [sa, sb] = [sign * a.slope, sign * b.slope];
         let ends = ea.max(eb);
@@ -359,9 +362,8 @@ impl Survey<'_> {
 
     /// `|E''| <= R (sin beta + R k / (1 - k d))` over a gap of `h` \[rad\]; `beta`, the angle
     /// between tool axis and foot normal, grows by at most the normal's turn to the middle.
-    fn bend_bound(&self, a: &Sample, b: &Sample, h: f64) -> f64 {
+    fn bend_bound(&self, [a, b]: [&Sample; 2], h: f64, curvature: f64) -> f64 {
         let radius = self.circle.ring.radius;
-        let curvature = curvature(a, b);
         let highest = self.circle.minor + a.error.max(b.error).max(0.0) + 0.5 * radius * h;
         let left = 1.0 - curvature * highest;
         if left <= 0.0 {
@@ -373,7 +375,26 @@ impl Survey<'_> {
     }
 }
 
-/// Largest curvature, either sign, at the feet.
-fn curvature(a: &Sample, b: &Sample) -> f64 {
-    [a, b].iter().flat_map(|s| s.reading.curvatures()).fold(0.0, |k, c| c.abs().max(k))
+/// What bounds between samples go by.
+struct Limits {
+    /// No curvature of the surface below the samples is larger, either sign \[1/mm\].
+    curvature: f64,
+    /// Bounds up to here need no refinement \[mm\].
+    target: f64,
+}
+
+/// Bound of the curvature, either sign, over the rectangle of the samples' feet, wider by the
+/// longest step between two of them. Beyond the domain, where the surface goes on with the
+/// border's second derivatives, the curvature at the feet stands for it.
+fn curvature_below(face: &FaceIndex, points: &[Sample]) -> f64 {
+    let at = |k: usize| points.iter().map(move |point| point.reading.foot.uv[k]);
+    let cell = [0, 1].map(|k| {
+        let steps = at(k).zip(at(k).skip(1)).map(|(a, b)| (a - b).abs());
+        let margin = steps.fold(0.0, f64::max);
+        let low = at(k).fold(f64::INFINITY, f64::min);
+        let high = at(k).fold(f64::NEG_INFINITY, f64::max);
+        [low - margin, high + margin]
+    });
+    let feet = points.iter().flat_map(|point| point.reading.curvatures());
+    feet.fold(face.curvature_bound(cell), |bound, curvature| curvature.abs().max(bound))
 }
