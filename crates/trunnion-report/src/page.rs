@@ -11,6 +11,9 @@ const TEMPLATE: &str = include_str!("../assets/report.html");
 const SCRIPT: &str = include_str!("../assets/viewer.js");
 const STYLE: &str = include_str!("../assets/viewer.css");
 
+/// Worst places that are listed: more would hide the ones that matter.
+const PLACES: usize = 20;
+
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -41,6 +44,7 @@ struct Page<'a> {
     bars: Vec<Bar>,
     method: &'a str,
     places: Vec<Row<'a>>,
+    more_places: usize,
     has_motion: bool,
     script: &'static str,
     style: &'static str,
@@ -89,7 +93,8 @@ pub fn render(data: &ReportData) -> Result<String, ReportError> {
         gouge: micrometres(data.budget.gouge),
         bars: bars(&data.budget),
         method: &data.check.method,
-        places: data.check.places.iter().map(row).collect(),
+        places: data.check.places.iter().take(PLACES).map(row).collect(),
+        more_places: data.check.places.len().saturating_sub(PLACES),
         has_motion: !data.motion.binding.is_empty(),
         script: SCRIPT,
         style: STYLE,
