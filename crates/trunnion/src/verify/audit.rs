@@ -132,7 +132,7 @@ fn joint_rounding(
     Ok(AxisVector::new(linear.x, linear.y, linear.z, rounding[3], rounding[4]))
 }
 
-/// Velocities between the looks of a block.
+/// The largest velocities between the looks of a block.
 fn inner_velocities(
     control: &Control<'_>,
     segment: &Segment,
@@ -140,20 +140,17 @@ fn inner_velocities(
     axes: &mut [AxisState<'_>; AXES],
 ) -> Result<(), VerifyError> {
     let mut last: Option<(f64, AxisVector)> = None;
+    let mut fastest = AxisVector::zeros();
     for t in looks(segment) {
         let q = control.joints(segment, t)?;
         if let Some((before, from)) = last {
             let velocity = (q - from) / ((t - before) * stretch.duration);
-            for (index, axis) in axes.iter_mut().enumerate() {
-                axis.velocity.take(
-                    velocity[index],
-                    stretch.slack[index],
-                    axis.axis.vel,
-                    stretch.line,
-                );
-            }
+            fastest = fastest.sup(&velocity.abs());
         }
         last = Some((t, q));
+    }
+    for (index, axis) in axes.iter_mut().enumerate() {
+        axis.velocity.take(fastest[index], stretch.slack[index], axis.axis.vel, stretch.line);
     }
     Ok(())
 }

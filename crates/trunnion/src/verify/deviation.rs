@@ -58,7 +58,7 @@ impl Sweep {
 
     /// Lowest entry for every ray of a tile.
     fn measure(&self, rays: &[Ray]) -> Vec<Lowest> {
-        let none = Lowest { s: self.reach, line: None };
+        let none = Lowest { s: self.reach, line: None, unresolved: false };
         let region = rays.iter().fold(Bounds::empty(), |all, ray| {
             let [a, b] = [ray.at(-self.reach), ray.at(self.reach)];
             all.join(&Bounds { low: a.inf(&b), high: a.sup(&b) })
@@ -181,6 +181,7 @@ fn tile(sweep: &Sweep, face: &Face, grid: &Grid, [row, column]: [usize; 2]) -> T
         }
     }
     let lowest = sweep.measure(&rays);
+    unmeasured += lowest.iter().filter(|lowest| lowest.unresolved).count();
     let samples = rays.iter().zip(places).zip(lowest).map(|((ray, (place, uv, area)), lowest)| {
         let height = lowest.line.map(|_| lowest.s);
         (place, Sample { uv, point: ray.origin, height, line: lowest.line, area })

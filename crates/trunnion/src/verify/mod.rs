@@ -55,8 +55,8 @@ pub struct Options {
     pub grid: f64,
     /// How far to look for the tool along the normal, both ways \[mm\]: what is higher is uncut.
     pub reach: f64,
-    /// How exactly heights are found \[mm\]: the true one is at most this much lower. Motion inside a
-    /// block is followed to a tenth of it.
+    /// How exactly heights are found \[mm\]: no tool smaller by a fifth of this gets lower by more
+    /// than this. (A tenth each is for motion inside a block and for touches that only graze.)
     pub ray_tolerance: f64,
     /// Largest excess \[mm\].
     pub total: f64,

@@ -1,7 +1,7 @@
 //! The lowest point of a ray that the moving tool reaches.
 
 use super::body::{Body, Ray};
-use super::sweep::{Piece, Target};
+use super::sweep::{Instant, Piece, Target};
 
 /// The lowest entry found so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,8 +10,14 @@ pub(super) struct Lowest {
     pub(super) s: f64,
     /// Line of the program that got there.
     pub(super) line: Option<u32>,
+    /// The search was given up: `s` may be too high.
+    pub(super) unresolved: bool,
 }
 
+/// Share of the tolerance by which a tool may cut into the ray unnoticed.
+const GRAZE: f64 = -0.1;
+/// Intervals of one piece after which the search is given up; a contact needs a few dozen.
+const MOST_STEPS: u32 = 50_000;
 /// Depth at which an interval of time is 1e-9 of a piece: below all rounding.
 const DEEPEST: u32 = 30;
 
@@ -25,44 +31,47 @@ impl Lowest {
     /// that a tool sliding along the ray would be searched for ever.
     #[inline]
     pub(super) fn search(&mut self, piece: &Piece, body: Body, ray: &Ray, tolerance: f64) {
-        let graze = -0.1 * tolerance;
         let limit = self.s - tolerance;
         if limit <= -ray.below {
             return;
         }
         // Most pieces end here: one distance and its derivatives.
-        let bound = piece.bound(piece.middle(), 1.0, &Target { body, ray, s: limit });
-        if bound.low > graze {
-            return;
+        let target = Target { body, ray, s: limit, limit };
+        if piece.bound(piece.middle(), 1.0, &target).low <= GRAZE * tolerance {
+            self.refine(piece, body, ray, tolerance);
         }
-        self.refine(piece, body, ray, tolerance);
     }
 
     /// The search proper.
     fn refine(&mut self, piece: &Piece, body: Body, ray: &Ray, tolerance: f64) {
-        let graze = -0.1 * tolerance;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
+        let mut steps = 0;
         while let Some(&(u, depth)) = count.checked_sub(1).and_then(|last| open.get(last)) {
             count -= 1;
-            let half = 0.5f64.powi(depth.cast_signed());
-            let instant = piece.instant(u);
+            steps += 1;
+            if steps > MOST_STEPS {
+                self.unresolved = true;
+                return;
+            }
             let limit = self.s - tolerance;
             if limit <= -ray.below {
                 return;
             }
-            let bound = piece.bound(&instant, half, &Target { body, ray, s: limit });
-            if bound.low > graze {
+            let half = 0.5f64.powi(depth.cast_signed());
+            let instant = piece.instant(u);
+            let target = Target { body, ray, s: limit, limit };
+            let Some(drift) = open_drift(piece, &instant, half, &target, tolerance) else {
                 continue;
-            }
+            };
             if let Some(s) = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance) {
-                *self = Self { s, line: Some(piece.line) };
+                (self.s, self.line) = (s, Some(piece.line));
             }
             if depth + 1 >= DEEPEST {
                 continue;
             }
             // The half towards which the tool comes down is searched first: last in, first out.
-            let step = 0.5 * half * if bound.drift > 0.0 { 1.0 } else { -1.0 };
+            let step = if drift > 0.0 { 0.5 * half } else { -0.5 * half };
             for next in [u + step, u - step] {
                 if let Some(place) = open.get_mut(count) {
                     *place = (next, depth + 1);
@@ -71,4 +80,24 @@ impl Lowest {
             }
         }
     }
+}
+
+/// Whether the body may meet the ray below the limit within `half` of an instant: then the
+/// derivative of its distance by `u`.
+///
+/// Where the ray leaves the body behind at the limit, the bound from there is poor; the point
+/// closest to the body gives a sharp one.
+fn open_drift(
+    piece: &Piece,
+    instant: &Instant,
+    half: f64,
+    target: &Target<'_>,
+    tolerance: f64,
+) -> Option<f64> {
+    let mut bound = piece.bound(instant, half, target);
+    if bound.low <= GRAZE * tolerance && bound.by_s > 0.0 {
+        let s = target.body.closest(&instant.stand, target.ray, target.limit);
+        bound = piece.bound(instant, half, &Target { s, ..*target });
+    }
+    (bound.low <= GRAZE * tolerance).then_some(bound.drift)
 }

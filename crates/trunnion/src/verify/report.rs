@@ -35,7 +35,7 @@ pub struct FaceMap {
     pub v: Vec<f64>,
     /// `samples[i * v.len() + j]` at `(u[i], v[j])`; `None` outside the trims.
     pub samples: Vec<Option<Sample>>,
-    /// Points without a surface normal, which could not be measured.
+    /// Points that could not be measured: no surface normal, or a search that was given up.
     pub unmeasured: usize,
 }
 
@@ -85,7 +85,7 @@ pub struct Deviation {
     pub area: f64,
     /// Area around uncut points \[mm²\].
     pub uncut_area: f64,
-    /// Points without a normal.
+    /// Points that could not be measured.
     pub unmeasured: usize,
     /// Area by height, from lowest to highest.
     pub histogram: Vec<Bin>,
@@ -219,7 +219,7 @@ pub enum Finding {
         /// One of them.
         place: Point3<f64>,
     },
-    /// Points without a normal.
+    /// Points that could not be measured: no normal, or a search that was given up.
     Unmeasured {
         /// How many.
         points: usize,
@@ -258,7 +258,10 @@ impl fmt::Display for Finding {
                 p.x, p.y, p.z
             ),
             Self::Unmeasured { points } => {
-                write!(f, "{points} points have no surface normal and were not measured")
+                write!(
+                    f,
+                    "{points} points could not be measured (no surface normal, or no end of the search)"
+                )
             }
             Self::Travel { axis, worst } => write!(
                 f,

@@ -118,18 +118,21 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant
     }
 }
 
-/// What is asked of a piece: does `body` meet `ray` below `s`?
+/// What is asked of a piece: does `body` meet `ray` below `limit`? Seen from the point at `s`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target<'a> {
     pub(super) body: Body,
     pub(super) ray: &'a Ray,
     pub(super) s: f64,
+    pub(super) limit: f64,
 }
 
 /// How a body stands to the ray at one instant: enough to bound it over an interval.
 pub(super) struct Bound {
-    /// Lower bound of the distance function over the interval, at any `s` up to the probed one.
+    /// Lower bound of the distance function over the interval, at any `s` up to the limit.
     pub(super) low: f64,
+    /// Derivative by `s` where it was probed.
+    pub(super) by_s: f64,
     /// Derivative by `u` at the middle.
     pub(super) drift: f64,
 }
@@ -177,18 +180,18 @@ impl Piece {
     }
 
     /// Bounds the distance function `G(s, u)` of a body over `u` within `half` of the instant and
-    /// all `s` from the ray's start up to `s`.
+    /// all `s` from the ray's start to `limit`, from its values at `s0 = target.s`.
     ///
     /// In the tool's frame the body is fixed and convex, so `G` is at least its linear part at the
-    /// instant less the curvature of the motion of the point: with `w = half`, turn rate `o` and
-    /// `H = s + below`,
+    /// instant less the curvature of the motion of the point: with `w = half`, turn rate `o`, turn
+    /// change `b`, tip speed and acceleration `v` and `a`,
     ///
     /// ```text
-    /// G >= d - |d_u| w - (a + 2 o v + b |y|) w²/2 - max(0, d_s + o w + b w²/2) H
+    /// G >= d + d_s (s - s0) - |d_u| w - (a + 2 o v + b |y|) w²/2 - (o w + b w²/2) |s - s0|
     /// ```
     #[inline]
     pub(super) fn bound(&self, instant: &Instant, half: f64, target: &Target<'_>) -> Bound {
-        let &Target { body, ray, s } = target;
+        let &Target { body, ray, s, limit } = target;
         let Instant { stand, tip_rate, axis_rate } = instant;
         let y = ray.at(s) - stand.tip;
         let probe: Probe = body.probe(&y, &stand.axis);
@@ -198,9 +201,11 @@ impl Piece {
         let square = 0.5 * half * half;
         let far = y.norm() + self.speed * half;
         let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let away = (by_s + self.turn * half + self.turn_change * square).max(0.0);
-        let low = probe.distance - drift.abs() * half - bend * square - away * (s + ray.below);
-        Bound { low, drift }
+        let shear = self.turn * half + self.turn_change * square;
+        let down = (shear + by_s).max(0.0) * (s + ray.below);
+        let up = (shear - by_s).max(0.0) * (limit - s);
+        let low = probe.distance - drift.abs() * half - bend * square - down.max(up);
+        Bound { low, by_s, drift }
     }
 
     /// Corners of a box around the axis points between two heights, over the whole piece.
