@@ -1,4 +1,4 @@
-/*! This file contains three.js:
+/*! Built from viewer/, sources e37df8e3eaa04bc1. It contains three.js:
 The MIT License
 
 Copyright © 2010-2026 three.js authors

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+use std::fs;
+use std::path::Path;
 use trunnion_report::{
     Axis, Budget, MotionKind, Number, PathPiece, PathPoint, Recorder, ReportData, Sample, Surface,
     WorstPlace, render,
@@ -96,6 +98,24 @@ fn nothing_is_loaded_from_anywhere() {
         addresses.is_empty(),
         "only names of namespaces may look like addresses: {addresses:?}"
     );
+}
+
+/// The script is committed as it was built: this finds a change of its sources without a build.
+#[test]
+fn the_script_was_built_from_these_sources() {
+    let viewer = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../viewer");
+    let mut files: Vec<_> =
+        fs::read_dir(viewer.join("src")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.push(viewer.join("package-lock.json"));
+    let bytes = files.iter().flat_map(|file| fs::read(file).unwrap());
+    // FNV-1a, as in viewer/vite.config.js.
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
+    let page = render(&ReportData::default()).unwrap();
+    let built = page.split_once("viewer/, sources ").unwrap().1;
+    assert!(built.starts_with(&format!("{hash:016x}.")), "run `npm run build` in viewer/");
 }
 
 #[test]
