@@ -361,3 +361,176 @@ fn curvature_bounds_hold_and_are_close() {
         assert!(low >= attained[0] - 0.13 * size && high <= attained[1] + 0.13 * size, "{place}");
     }
 }
+
+/// Nine-point rational circle.
+fn circle([cu, cv]: [f64; 2], radius: f64) -> TrimCurve {
+    let h = 0.5_f64.sqrt();
+    let square = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]];
+    let points = square.map(|[a, b]| [cu + f64::from(a) * radius, cv + f64::from(b) * radius]);
+    let weights = [1.0, h, 1.0, h, 1.0, h, 1.0, h, 1.0];
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 4.0];
+    TrimCurve::spline(2, knots, &points, Some(&weights)).unwrap()
+}
+
+fn closed(curve: TrimCurve) -> TrimLoop {
+    TrimLoop::new(vec![curve], [None; 2], 1e-9).unwrap()
+}
+
+/// A plane with a disc of radius 20 round (3, -4), without one of radius 8.
+fn disc_with_hole() -> Face {
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let loops =
+        vec![closed(circle([3.0, -4.0], 20.0)), closed(circle([5.0, -2.0], 8.0).reversed())];
+    Face::new(1, Surface::Plane(Plane { frame }), loops, true).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn trims_agree_with_circles(u in -25.0..30.0_f64, v in -30.0..20.0_f64, share in 0.99..1.01_f64, turn in 0.0..6.3_f64) {
+        let face = disc_with_hole();
+        let inside = |u: f64, v: f64| (u - 3.0).hypot(v + 4.0) < 20.0 && (u - 5.0).hypot(v + 2.0) > 8.0;
+        prop_assert_eq!(face.contains(u, v), inside(u, v));
+        // Close to the rims.
+        for (c, r) in [([3.0, -4.0], 20.0), ([5.0, -2.0], 8.0)] {
+            let (u, v) = (c[0] + r * share * turn.cos(), c[1] + r * share * turn.sin());
+            prop_assume!((share - 1.0).abs() > 1e-12);
+            prop_assert_eq!(face.contains(u, v), inside(u, v));
+        }
+    }
+
+    /// Whatever the bytes, a surface or faults, never a panic.
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let _ = trunnion::import::surface_json::read(&bytes);
+    }
+
+    /// The patch with a few bytes changed, taken out or doubled.
+    #[test]
+    fn a_mutated_file_is_read_or_refused(edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_u8), 1..6)) {
+        let mut bytes = include_bytes!("../../../fixtures/bezier-patch/patch.json").to_vec();
+        for (at, byte, kind) in edits {
+            let at = at.index(bytes.len());
+            match kind {
+                0 => bytes[at] = byte,
+                1 => bytes[at] = b"0123456789-.,[]{}e\""[usize::from(byte) % 19],
+                2 => drop(bytes.remove(at)),
+                _ => bytes.insert(at, bytes[at]),
+            }
+        }
+        match trunnion::import::surface_json::read(&bytes) {
+            Ok(surface) => {
+                let [u, v] = surface.domain();
+                let _ = surface.jet(u[1], v[0]).normal();
+                if let Ok(index) = FaceIndex::new(Face::new(1, surface, vec![], false).unwrap()) {
+                    let _ = index.closest(&Point3::new(1.0, 2.0, 30.0));
+                }
+            }
+            Err(faults) => prop_assert!(!faults.is_empty()),
+        }
+    }
+}
+
+#[test]
+fn the_patch_file_is_the_papers_patch() {
+    let bytes = include_bytes!("../../../fixtures/bezier-patch/patch.json");
+    assert_eq!(trunnion::import::surface_json::read(bytes).unwrap(), bezier_patch());
+}
+
+#[test]
+fn a_grid_covers_the_face_and_nothing_else() {
+    let face = disc_with_hole();
+    let spacing = 0.25;
+    let grid = face.grid(spacing).unwrap();
+    let area = std::f64::consts::PI * (400.0 - 64.0);
+    let covered = grid.len() as f64 * spacing * spacing;
+    assert!((covered / area - 1.0).abs() < 0.01, "{covered} {area}");
+    assert!(grid.iter().all(|sample| sample.normal.z < 0.0), "flipped");
+    assert!(face.grid(0.0).is_err() && face.grid(f64::NAN).is_err() && face.grid(1e-6).is_err());
+    // Free-form: neighbours on the patch are about the spacing apart, none farther than it.
+    let patch = Face::new(1, bezier_patch(), vec![], false).unwrap();
+    let grid = patch.grid(2.0).unwrap();
+    let rows = grid.chunk_by(|a, b| a.uv[1].total_cmp(&b.uv[1]).is_eq());
+    for row in rows {
+        for pair in row.windows(2) {
+            let gap = (pair[1].point - pair[0].point).norm();
+            assert!(gap < 2.02 && gap > 1.8, "{gap}");
+        }
+    }
+}
+
+#[test]
+fn a_tessellation_has_the_area_and_the_side_of_the_face() {
+    let area_and_sense = |face: &Face, chord: f64| {
+        let out = face.tessellate(chord).unwrap();
+        let [mut area, mut sense] = [0.0; 2];
+        for [a, b, c] in &out.mesh.triangles {
+            let at = |index: &u32| out.mesh.vertices[*index as usize];
+            let normal = (at(b) - at(a)).cross(&(at(c) - at(a))) * 0.5;
+            area += normal.norm();
+            sense += normal.dot(&out.normals[*a as usize]);
+        }
+        for (uv, vertex) in out.uv.iter().zip(&out.mesh.vertices) {
+            assert!((face.surface.point(uv[0], uv[1]) - vertex).norm() < 1e-12);
+        }
+        (area, sense)
+    };
+    // The disc: marching squares over 8 x 8 cells cut its rims by chords only.
+    let (area, sense) = area_and_sense(&disc_with_hole(), 0.1);
+    let exact = std::f64::consts::PI * (400.0 - 64.0);
+    assert!(
+        (area / exact - 1.0).abs() < 0.05 && (sense / area - 1.0).abs() < 1e-9,
+        "{area} {exact}"
+    );
+    // A whole sphere: 4 pi r^2, a little less.
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Face::new(1, Surface::Sphere(Sphere::new(frame, 10.0).unwrap()), vec![], false);
+    let (area, sense) = area_and_sense(&sphere.unwrap(), 0.01);
+    let exact = 400.0 * std::f64::consts::PI;
+    assert!(area < exact && area > 0.995 * exact && sense > 0.99 * area, "{area} {exact}");
+}
+
+#[test]
+fn loops_round_a_period() {
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let turn = std::f64::consts::TAU;
+    let round = |v: f64, ahead: bool, periods| {
+        let (a, b) = if ahead { (0.3, 0.3 + turn) } else { (0.3 + turn, 0.3) };
+        let line = TrimCurve::polyline(&[[a, v], [b, v]]).unwrap();
+        TrimLoop::new(vec![line], periods, 1e-9).unwrap()
+    };
+    // A band of a cylinder between two full circles, whatever turn a point is given on.
+    let cylinder = Surface::Cylinder(Cylinder::new(frame, 5.0).unwrap());
+    let periods = cylinder.periods();
+    let loops = vec![round(1.0, true, periods), round(4.0, false, periods)];
+    assert_eq!(loops[0].turns(), [1, 0]);
+    let band = Face::new(1, cylinder, loops, false).unwrap();
+    for u in [0.0, 0.3, 3.0, 6.2, -20.0, 40.0] {
+        assert!(band.contains(u, 2.0) && !band.contains(u, 0.9) && !band.contains(u, 4.1), "{u}");
+    }
+    assert_eq!(band.bounds(), [[0.0, turn], [1.0, 4.0]]);
+    // Caps of a sphere above and below a circle of latitude.
+    for (ahead, inside, outside) in [(true, 1.0, -1.0), (false, -1.0, 1.0)] {
+        let sphere = Surface::Sphere(Sphere::new(frame, 5.0).unwrap());
+        let loops = vec![round(0.5, ahead, sphere.periods())];
+        let cap = Face::new(1, sphere, loops, false).unwrap();
+        assert!(cap.contains(2.0, inside) && !cap.contains(2.0, outside));
+    }
+    // Both bands of a torus between two circles of latitude: the loops' sense tells them apart.
+    for (ahead, inside, outside) in [(true, 2.0, 5.0), (false, 5.0, 2.0)] {
+        let torus = Surface::Torus(Torus::new(frame, 10.0, 2.0).unwrap());
+        let periods = torus.periods();
+        let loops = vec![round(1.0, ahead, periods), round(3.0, !ahead, periods)];
+        let face = Face::new(1, torus, loops, false).unwrap();
+        for turns in [-1.0, 0.0, 1.0] {
+            let v = turns * turn;
+            assert!(face.contains(0.1, inside + v) && !face.contains(0.1, outside + v), "{ahead}");
+        }
+    }
+    // A patch of a cylinder across the seam.
+    let cylinder = Surface::Cylinder(Cylinder::new(frame, 5.0).unwrap());
+    let across = [[6.0, 0.0], [6.8, 0.0], [6.8, 3.0], [6.0, 3.0], [6.0, 0.0]];
+    let trim = closed(TrimCurve::polyline(&across).unwrap());
+    let patch = Face::new(1, cylinder, vec![trim], false).unwrap();
+    assert!(patch.contains(6.2, 1.0) && patch.contains(0.2, 1.0) && patch.contains(-0.1, 1.0));
+    assert!(!patch.contains(1.0, 1.0) && !patch.contains(5.9, 1.0) && !patch.contains(0.2, 3.1));
+}

@@ -2,6 +2,7 @@
 
 use super::Surface;
 use super::error::SurfaceError;
+use super::trim::ROUNDING;
 use super::trim::TrimLoop;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -111,6 +112,19 @@ fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<I
         .filter(move |x| *x >= low)
 }
 
+/// As [`copies`] for a loop that runs round the period, counted from its joint so that a point on
+/// the joint's line has copies exactly at the loop's ends.
+fn round_copies(x: f64, trim: &TrimLoop, across: usize, period: f64) -> impl Iterator<Item = f64> {
+    let ([low, high], joint) = (trim.bounds()[across], trim.joint()[across]);
+    let past = (x - joint).rem_euclid(period);
+    let on_joint = past.min(period - past) <= ROUNDING * (period + x.abs());
+    let base = if on_joint { joint } else { joint + past };
+    let first = ((low - base) / period).ceil();
+    (0..TURNS)
+        .map(move |turn| base + (first + turn as f64) * period)
+        .take_while(move |x| *x <= high)
+}
+
 /// Whether `point`, on some turn, lies inside a loop that does not run round the period.
 fn inside_plain(trim: &TrimLoop, point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
     let [bu, bv] = trim.bounds();
@@ -131,7 +145,7 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
         point[along] = low + (point[along] - low).rem_euclid(period);
     }
     let crossings = |trim: &&TrimLoop| {
-        copies(point[across], trim.bounds()[across], periods[across])
+        round_copies(point[across], trim, across, periods[across].unwrap_or(f64::INFINITY))
             .map(|x| {
                 let mut copy = point;
                 copy[across] = x;

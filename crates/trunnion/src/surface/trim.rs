@@ -8,6 +8,9 @@ use nalgebra::Vector3;
 /// Below this share of its box a loop's area is rounding of its coordinates.
 const FLAT: f64 = 1e-12;
 
+/// A sum of a parameter and a period is right to this share of the period.
+pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// Halvings after which a piece is a straight line to the last bit, whatever its shape.
 const HALVINGS: u32 = 60;
 
@@ -28,6 +31,8 @@ pub struct TrimCurve {
 pub struct TrimLoop {
     pieces: Vec<Piece>,
     bounds: [[f64; 2]; 2],
+    /// `turns` periods, in u and v.
+    advance: [f64; 2],
     turns: [i32; 2],
 }
 
@@ -141,17 +146,24 @@ impl TrimLoop {
         let turn = whole_periods(start, end, periods);
         let goal = [start[0] + turn[0], start[1] + turn[1]];
         gap_at(count - 1, end, goal);
-        join(&mut pieces, end, goal);
+        if (end[0] - goal[0]).hypot(end[1] - goal[1]) > ROUNDING * (turn[0].abs() + turn[1].abs()) {
+            join(&mut pieces, end, goal);
+        }
         if !faults.is_empty() {
             return Err(faults);
         }
-        Self::closed(pieces, turns(turn, periods)).map_err(|fault| vec![fault])
+        Self::closed(pieces, turn, turns(turn, periods)).map_err(|fault| vec![fault])
     }
 
-    fn closed(mut pieces: Vec<Piece>, turns: [i32; 2]) -> Result<Self, SurfaceError> {
+    fn closed(
+        mut pieces: Vec<Piece>,
+        advance: [f64; 2],
+        turns: [i32; 2],
+    ) -> Result<Self, SurfaceError> {
         unit_ends(&mut pieces);
+        meet(&mut pieces, advance);
         let bounds = bounds_of(&pieces);
-        let trim = Self { pieces, bounds, turns };
+        let trim = Self { pieces, bounds, advance, turns };
         let [width, height] = bounds.map(|[low, high]| high - low);
         // Fine enough that no loop of nonzero area flattens to none.
         let tiny = [width / 64.0, height / 64.0];
@@ -177,6 +189,14 @@ impl TrimLoop {
         self.turns
     }
 
+    /// Where the loop closes, of its two ends on a periodic surface the lower.
+    pub(crate) fn joint(&self) -> [f64; 2] {
+        let start = cartesian(&self.pieces[0][0]);
+        let last = &self.pieces[self.pieces.len() - 1];
+        let end = cartesian(&last[last.len() - 1]);
+        [start[0].min(end[0]), start[1].min(end[1])]
+    }
+
     /// Points of a polyline that stays within `tolerance` (by u and by v) of the loop; the last
     /// point joins the first (or lies [`TrimLoop::turns`] periods further).
     pub fn polyline(&self, tolerance: [f64; 2]) -> Vec<[f64; 2]> {
@@ -190,6 +210,7 @@ impl TrimLoop {
     /// Moves the loop by `[du, dv]`.
     pub(crate) fn shift(&mut self, [du, dv]: [f64; 2]) {
         move_pieces(&mut self.pieces, [du, dv]);
+        meet(&mut self.pieces, self.advance);
         self.bounds = bounds_of(&self.pieces);
     }
 
@@ -284,6 +305,23 @@ fn move_pieces(pieces: &mut [Piece], [du, dv]: [f64; 2]) {
 fn join(pieces: &mut Vec<Piece>, from: [f64; 2], to: [f64; 2]) {
     if from[0].total_cmp(&to[0]).is_ne() || from[1].total_cmp(&to[1]).is_ne() {
         pieces.push(vec![Vector3::new(from[0], from[1], 1.0), Vector3::new(to[0], to[1], 1.0)]);
+    }
+}
+
+/// Makes the last point of a loop exactly `turn` from its first, added to the lower of the two: so
+/// that a point's copies, found the same way, cross the joint once.
+fn meet(pieces: &mut [Piece], turn: [f64; 2]) {
+    let Some(start) = pieces.first().map(|piece| cartesian(&piece[0])) else { return };
+    let set = |point: &mut Vector3<f64>, [u, v]: [f64; 2]| {
+        *point = Vector3::new(u * point.z, v * point.z, point.z);
+    };
+    let Some(end) = pieces.last().map(|piece| cartesian(&piece[piece.len() - 1])) else { return };
+    if turn[0] + turn[1] >= 0.0 {
+        if let Some(point) = pieces.last_mut().and_then(|piece| piece.last_mut()) {
+            set(point, [start[0] + turn[0], start[1] + turn[1]]);
+        }
+    } else if let Some(point) = pieces.first_mut().and_then(|piece| piece.first_mut()) {
+        set(point, [end[0] - turn[0], end[1] - turn[1]]);
     }
 }
 

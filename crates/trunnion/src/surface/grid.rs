@@ -1,0 +1,114 @@
+//! Sample points spread over a face at about equal distances.
+
+use super::error::SurfaceError;
+use super::face::Face;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+
+/// Steps by which lengths along parameter lines are summed up.
+const STEPS: usize = 128;
+
+/// Lines of the other parameter over which the longest step is taken.
+const LINES: usize = 16;
+
+/// More samples than this are a slip of the spacing's unit, not a wish.
+const MOST: f64 = 5e7;
+
+/// A point of a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Parameters.
+    pub uv: [f64; 2],
+    /// Point \[mm\].
+    pub point: Point3<f64>,
+    /// Unit normal on the cutter's side.
+    pub normal: UnitVector3<f64>,
+}
+
+impl Face {
+    /// Points inside the trims, at most about `spacing` \[mm\] apart along u and along v: rows of
+    /// constant v, laid by the longest step over u, and on each row points at equal arc length.
+    /// Points without a normal (poles) are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] unless `spacing` is positive and gives at most 5e7 points.
+    pub fn grid(&self, spacing: f64) -> Result<Vec<Sample>, SurfaceError> {
+        let [u, v] = self.bounds();
+        let across = |v: f64| {
+            let step = |k: usize| {
+                let u = u[0] + (u[1] - u[0]) * k as f64 / LINES as f64;
+                self.surface.jet1(u, v).sv.norm()
+            };
+            (0..=LINES).map(step).fold(0.0, f64::max)
+        };
+        let rows = Pace::new(v, across);
+        let middle = Pace::new(u, |u| self.surface.jet1(u, 0.5 * (v[0] + v[1])).su.norm());
+        let estimate = (rows.length() / spacing + 1.0) * (middle.length() / spacing + 1.0);
+        if !(spacing > 0.0 && estimate <= MOST) {
+            let need = "above 0 and coarse enough for at most 5e7 points";
+            return Err(SurfaceError::Size { what: "grid spacing", value: spacing, need });
+        }
+        let mut samples = Vec::new();
+        for v in rows.centres(spacing) {
+            let along = Pace::new(u, |u| self.surface.jet1(u, v).su.norm());
+            samples.extend(along.centres(spacing).filter_map(|u| self.sample([u, v])));
+        }
+        Ok(samples)
+    }
+
+    /// The sample at `uv` if it lies inside the trims and has a normal.
+    fn sample(&self, uv: [f64; 2]) -> Option<Sample> {
+        if !self.contains(uv[0], uv[1]) {
+            return None;
+        }
+        let normal = self.normal(uv[0], uv[1])?;
+        Some(Sample { uv, point: self.point(uv[0], uv[1]), normal })
+    }
+}
+
+/// Arc length over a parameter, piecewise linear.
+struct Pace {
+    range: [f64; 2],
+    /// Length up to each of the `STEPS + 1` nodes.
+    lengths: Vec<f64>,
+}
+
+impl Pace {
+    /// Sums `speed` over `range` by the trapezoidal rule.
+    fn new(range: [f64; 2], speed: impl Fn(f64) -> f64) -> Self {
+        let step = (range[1] - range[0]) / STEPS as f64;
+        let mut lengths = vec![0.0];
+        let (mut before, mut length) = (speed(range[0]), 0.0);
+        for k in 1..=STEPS {
+            let here = speed(range[0] + step * k as f64);
+            length += 0.5 * (before + here) * step;
+            lengths.push(length);
+            before = here;
+        }
+        Self { range, lengths }
+    }
+
+    fn length(&self) -> f64 {
+        self.lengths.last().copied().unwrap_or(0.0)
+    }
+
+    /// Middles of equal parts not longer than `spacing`; at least one.
+    fn centres(&self, spacing: f64) -> impl Iterator<Item = f64> + '_ {
+        let length = self.length();
+        let count = (length / spacing).ceil().clamp(1.0, MOST);
+        (0_u32..)
+            .map(f64::from)
+            .take_while(move |part| *part < count)
+            .map(move |part| self.parameter(length * (part + 0.5) / count))
+    }
+
+    /// Parameter at a length.
+    fn parameter(&self, length: f64) -> f64 {
+        let after = self.lengths.partition_point(|&known| known < length).clamp(1, STEPS);
+        let [a, b] = [self.lengths[after - 1], self.lengths[after]];
+        let share = if b > a { (length - a) / (b - a) } else { 0.5 };
+        let step = (self.range[1] - self.range[0]) / STEPS as f64;
+        self.range[0] + step * (after as f64 - 1.0 + share)
+    }
+}
