@@ -5,8 +5,8 @@ use super::{Binding, Ratios, Reciprocals, refine};
 use crate::types::{AxisPiece, SchedulePiece};
 use nalgebra::SVector;
 
-/// Samples between two rows, evenly in time.
-const SAMPLES: u32 = 8;
+/// Samples between two rows, evenly in time: none at the rows, where the planner looks itself.
+const SAMPLES: u32 = 4;
 
 /// Largest values found between and at rows.
 #[derive(Debug, Clone, Copy)]
@@ -87,6 +87,7 @@ pub(super) fn bounds<const N: usize>(
     limits: &Reciprocals<N>,
 ) -> Ratios {
     let mut bounds = Ratios::default();
+    let mut square = 0.0_f64;
     for (index, cell) in grid.cells.iter().enumerate() {
         let x = profile.ends(index);
         let strips = cell.strips(limits);
@@ -94,7 +95,7 @@ pub(super) fn bounds<const N: usize>(
             bounds.acceleration = bounds.acceleration.max(strips.coefficient(k, x).amax());
         }
         let mut speed = |rate: [f64; 2]| {
-            bounds.velocity = bounds.velocity.max(peak_speed(x, rate));
+            square = square.max(peak_square(x, rate));
         };
         for axis in 0..N {
             speed(cell.speed_line(axis).map(|rate| rate * limits.velocity[axis]));
@@ -102,19 +103,22 @@ pub(super) fn bounds<const N: usize>(
         speed(cell.feed_rate.map(|rate| rate * limits.feed));
         speed(cell.tip_rate.map(|rate| rate * limits.tip));
     }
+    bounds.velocity = square.sqrt();
     bounds
 }
 
-/// Maximum of `sqrt(x) rate` with both linear over a cell: at an end, or where
+/// Maximum of `x rate²` with both linear over a cell: at an end, or where
 /// `(x rate²)' = rate (x' rate + 2 x rate') = 0`.
-fn peak_speed(x: [f64; 2], rate: [f64; 2]) -> f64 {
+fn peak_square(x: [f64; 2], rate: [f64; 2]) -> f64 {
     let [dx, dr] = [x[1] - x[0], rate[1] - rate[0]];
-    let stationary = -(dx * rate[0] + 2.0 * dr * x[0]) / (3.0 * dx * dr);
-    let inside = if stationary > 0.0 && stationary < 1.0 { stationary } else { 0.0 };
-    [0.0, inside, 1.0]
-        .map(|t| (x[0] + t * dx).sqrt() * (rate[0] + t * dr))
-        .into_iter()
-        .fold(0.0, f64::max)
+    let ends = (x[0] * rate[0] * rate[0]).max(x[1] * rate[1] * rate[1]);
+    let [above, below] = [-(dx * rate[0] + 2.0 * dr * x[0]), 3.0 * dx * dr];
+    // Fraction above / below strictly between 0 and 1; the division only where it is.
+    if above * below > 0.0 && above.abs() < below.abs() {
+        let t = above / below;
+        return ends.max((x[0] + t * dx) * (rate[0] + t * dr).powi(2));
+    }
+    ends
 }
 
 /// What binds from each row to the next; the last entry repeats.

@@ -44,12 +44,16 @@ fn start_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
     speeds.max(point).powi(-2).min(pair_cap(cell.rates_at(0.0), limits))
 }
 
-/// The two-axis cap at one place.
-fn pair_cap<const N: usize>([s, c]: [SVector<f64, N>; 2], limits: &Reciprocals<N>) -> f64 {
+/// The two-axis cap at one place: the intervals of `u` of all axes share a point iff those of any
+/// two do (Helly's theorem on a line), so it is the exact largest `x`.
+pub(super) fn pair_cap<const N: usize>(
+    [s, c]: [SVector<f64, N>; 2],
+    limits: &Reciprocals<N>,
+) -> f64 {
     let [s, c] = [s, c].map(|rate| rate.component_mul(&limits.acceleration));
     let mut cap = f64::INFINITY;
     for j in 0..N {
-        // With one axis alone standing still: |c_j| x <= 1 is the pair with itself's limit case.
+        // An axis that only turns round: no u helps it.
         if s[j] == 0.0 && c[j] != 0.0 {
             cap = cap.min(1.0 / c[j].abs());
         }

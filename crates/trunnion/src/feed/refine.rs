@@ -5,7 +5,7 @@
 
 use super::cell::{Cell, MIDDLE};
 use super::profile::{Grid, Profile};
-use super::{Binding, Reciprocals};
+use super::{Binding, Reciprocals, lower};
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -21,7 +21,8 @@ const ROUNDS: usize = 12;
 const ROWS_PER_NODE: usize = 4;
 const ROWS_AT_LEAST: usize = 1024;
 
-/// A cut is kept this share of the cell away from its ends, so that cells do not degenerate.
+/// A cut nearer to an end than this share of the cell is no use: neighbours that continue one another
+/// meet at the end they share, or not, by rounding. Halving brings a true one away from the ends.
 const MARGIN: f64 = 1.0 / 64.0;
 
 /// Grid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
@@ -32,13 +33,16 @@ pub(super) fn plan<const N: usize>(
 ) -> (Grid<N>, Profile) {
     let mut grid = initial(piece);
     let mut profile = Profile::fastest(&grid, limits);
+    // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
+    let unbeatable = if tolerance < 1.0 { lower::bound(&grid, limits) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
     let mut before = f64::INFINITY;
     for _ in 0..ROUNDS {
         let gains = Gains::of(&grid, &profile, limits);
         let [wanted, won] = [tolerance * gains.time, before - gains.time];
         // A round that brings a small part of what is asked for will not be followed by better.
-        if gains.total <= wanted || grid.s.len() >= most || won <= 0.05 * wanted {
+        let enough = gains.total.min(gains.time - unbeatable) <= wanted;
+        if enough || grid.s.len() >= most || won <= 0.05 * wanted {
             break;
         }
         before = gains.time;
@@ -94,6 +98,7 @@ impl Gains {
 }
 
 /// Mean share of the most used limit over a cell (by its ends and middle), and which limit that is.
+/// Shares are in time: a path run at this share of the speed limits needs its reciprocal in time.
 pub(super) fn utilisation<const N: usize>(
     cell: &Cell<N>,
     limits: &Reciprocals<N>,
@@ -119,7 +124,8 @@ pub(super) fn utilisation<const N: usize>(
     for axis in 0..N {
         let name = u8::try_from(axis).unwrap_or(u8::MAX);
         let values = [coefficients[0][axis], middle(&coefficients, axis), coefficients[4][axis]];
-        add(values.map(f64::abs), Binding::Acceleration(name));
+        // Time goes with the root of the acceleration: of what is unused, half is to gain.
+        add(values.map(|value| value.abs().sqrt()), Binding::Acceleration(name));
         let rates = [cell.rates[0][axis], middle(&cell.rates, axis), cell.rates[4][axis]];
         let share = |k: usize| speeds[k] * rates[k].abs() * limits.velocity[axis];
         add([share(0), share(1), share(2)], Binding::Velocity(name));
@@ -150,7 +156,7 @@ fn split<const N: usize>(
     for (index, cell) in grid.cells.iter().enumerate() {
         let s = grid.s[index];
         finer.s.push(s);
-        let cut = kink(grid, profile, limits, index).unwrap_or(0.5).clamp(MARGIN, 1.0 - MARGIN);
+        let cut = kink(grid, profile, limits, index).unwrap_or(0.5);
         let middle = s + cut * cell.h;
         // No cut where rounding leaves nothing of either side.
         if gains.cells[index] > share && resolvable(s, middle, grid.s[index + 1]) {
@@ -193,7 +199,7 @@ fn kink<const N: usize>(
     let fall = if last { -from_rest(&cell.rates[4]) } else { slope(index + 1)? };
     let [from, to] = profile.ends(index);
     let own = to - from;
-    // Both neighbours must lie above: steeper before, steeper downwards after.
+    // Both neighbours must lie above: steeper before, steeper downwards after. Then this is in 0..1.
     let cut = (own - fall) / (rise - fall);
-    (rise > own && own > fall && cut.is_finite()).then_some(cut)
+    (rise > own && own > fall && (MARGIN..=1.0 - MARGIN).contains(&cut)).then_some(cut)
 }

@@ -1,0 +1,66 @@
+//! Smooth random axis paths with exact derivatives.
+
+#![allow(dead_code, reason = "every test binary uses its part of this module")]
+
+use nalgebra::SVector;
+use proptest::prelude::*;
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion};
+
+/// Every axis: a slope and three sine waves over `s` in `[0, length]`.
+#[derive(Debug, Clone)]
+pub(crate) struct Waves {
+    pub(crate) length: f64,
+    /// Per axis: slope, then amplitude, waves per length and phase, three times.
+    pub(crate) axes: [[f64; 10]; 5],
+}
+
+impl Waves {
+    /// Axes and three derivatives.
+    pub(crate) fn at(&self, s: f64) -> [SVector<f64, 5>; 4] {
+        let mut q = [SVector::zeros(); 4];
+        for (axis, numbers) in self.axes.iter().enumerate() {
+            q[0][axis] += numbers[0] * s;
+            q[1][axis] += numbers[0];
+            for wave in numbers[1..].chunks(3) {
+                let w = wave[1] * std::f64::consts::TAU / self.length;
+                let (sin, cos) = (w * s + wave[2]).sin_cos();
+                let values = [sin, cos * w, -sin * w * w, -cos * w * w * w];
+                for (order, value) in values.into_iter().enumerate() {
+                    q[order][axis] += wave[0] * value;
+                }
+            }
+        }
+        q
+    }
+
+    /// Even nodes, one piece; programmed point and tip as X, Y, Z would move alone.
+    pub(crate) fn piece(&self, motion: Motion, intervals: u32) -> AxisPiece {
+        let nodes = (0..=intervals).map(|k| {
+            let s = self.length * f64::from(k) / f64::from(intervals);
+            let q = self.at(s);
+            let rate = q[1].fixed_rows::<3>(0).norm();
+            AxisNode { s, q, tip_rate: rate, feed_rate: rate }
+        });
+        AxisPiece { motion, source: 0, nodes: nodes.collect() }
+    }
+
+    pub(crate) fn path(&self, intervals: u32) -> AxisPath {
+        AxisPath { pieces: vec![self.piece(Motion::Cut, intervals)] }
+    }
+}
+
+/// Paths of 20 to 100 mm, a few millimetres and tenths of a radian of waves.
+pub(crate) fn any_waves() -> impl Strategy<Value = Waves> {
+    let wave = || (-1.0..1.0f64, 0.3..4.0f64, 0.0..6.3f64);
+    let axis = (-1.0..1.0f64, wave(), wave(), wave());
+    (20.0..100.0f64, prop::collection::vec(axis, 5)).prop_map(|(length, axes)| {
+        let mut waves = Waves { length, axes: [[0.0; 10]; 5] };
+        for (index, (slope, a, b, c)) in axes.into_iter().enumerate() {
+            let scale = if index < 3 { 3.0 } else { 0.1 };
+            let slope = if index < 3 { slope } else { 0.01 * slope };
+            waves.axes[index] =
+                [slope, scale * a.0, a.1, a.2, scale * b.0, b.1, b.2, scale * c.0, c.1, c.2];
+        }
+        waves
+    })
+}
