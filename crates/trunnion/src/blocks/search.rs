@@ -8,6 +8,9 @@ use crate::types::{Motion, SchedulePiece};
 /// Halvings between an allowed and a refused length: right to 1/128 of the block.
 const HALVINGS: u32 = 7;
 
+/// A length found is short of the longest by up to 1/128: this much more makes up for it.
+const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
+
 /// A block that strays however short it is.
 pub(super) struct Fault {
     pub(super) s: f64,
@@ -79,8 +82,12 @@ impl Search<'_> {
     }
 
     fn allowed(&self, from: &Place, to: &Place) -> bool {
+        self.fine(from, to) && self.strays_little(from, to)
+    }
+
+    fn strays_little(&self, from: &Place, to: &Place) -> bool {
         let tolerance = self.tolerance();
-        self.fine(from, to) && self.course.deviation(from, to, tolerance) <= tolerance
+        self.course.deviation(from, to, tolerance) <= tolerance
     }
 
     /// Whether step, turn and duration are allowed.
@@ -89,7 +96,7 @@ impl Search<'_> {
             return true;
         }
         let duration = self.rows.time_at(to.s) - self.rows.time_at(from.s);
-        if duration <= self.options.min_duration {
+        if duration <= self.options.min_duration * ROUNDED_UP {
             return true;
         }
         let step = (to.pose.tip - from.pose.tip).norm();
@@ -106,17 +113,27 @@ impl Search<'_> {
         }
     }
 
-    /// A last block that is too short shares its time evenly with the one before, where allowed.
-    fn balance(&self, ends: &mut [f64]) {
-        let &mut [.., before, ref mut middle, last] = ends else { return };
-        let [start, end] = [before, last].map(|s| self.rows.time_at(s));
-        if end - self.rows.time_at(*middle) >= self.options.min_duration {
+    /// A last block that is too short shares its time evenly with the one before; if that leaves
+    /// both too short they become one. Both only where the tolerance allows.
+    fn balance(&self, ends: &mut Vec<f64>) {
+        let &[.., before, middle, last] = ends.as_slice() else { return };
+        let [start, via, end] = [before, middle, last].map(|s| self.rows.time_at(s));
+        let least = self.options.min_duration;
+        if end - via >= least {
+            return;
+        }
+        let index = ends.len() - 2;
+        let [from, to] = [before, last].map(|s| self.course.at(s));
+        if end - start < 2.0 * least {
+            if self.strays_little(&from, &to) {
+                ends.remove(index);
+            }
             return;
         }
         let Some(moment) = self.rows.at_time(0.5 * (start + end)) else { return };
-        let [from, via, to] = [before, moment.s, last].map(|s| self.course.at(s));
+        let via = self.course.at(moment.s);
         if via.s > before && via.s < last && self.allowed(&from, &via) && self.allowed(&via, &to) {
-            *middle = via.s;
+            ends[index] = via.s;
         }
     }
 

@@ -35,7 +35,8 @@ impl SchedulePiece {
 
     /// Time at which `s` is passed, clamped to the piece \[s\]; 0 for a piece without rows.
     ///
-    /// `dt = 2 ds / (v + sqrt(v² + 2 a ds))`: no cancellation, and right for `v = 0` or `a = 0`.
+    /// `dt = 2 ds / (v + sqrt(v² + 2 |a| ds))` from the slower end of the interval: nothing cancels,
+    /// not even on the way to rest, and `v = 0` or `a = 0` are no special cases.
     pub fn time_at(&self, s: f64) -> f64 {
         let row = interval(&self.s, s);
         let (Some(&from), Some(&start), Some(&speed), Some(&acceleration)) =
@@ -43,10 +44,21 @@ impl SchedulePiece {
         else {
             return 0.0;
         };
-        let ds = s - from;
-        let end_speed = (speed * speed + 2.0 * acceleration * ds).max(0.0).sqrt();
-        let last = self.t.get(row + 1).copied().unwrap_or(start);
-        if ds > 0.0 { (start + 2.0 * ds / (speed + end_speed)).min(last) } else { start }
+        let end = self.t.get(row + 1).copied().unwrap_or(start);
+        let [to, end_speed] =
+            [&self.s, &self.speed].map(|list| list.get(row + 1).copied().unwrap_or_default());
+        let elapsed = |ds: f64, slow: f64| {
+            2.0 * ds / (slow + (slow * slow + 2.0 * acceleration.abs() * ds).sqrt())
+        };
+        if s <= from {
+            start
+        } else if s >= to {
+            end
+        } else if acceleration < 0.0 {
+            (end - elapsed(to - s, end_speed)).max(start)
+        } else {
+            (start + elapsed(s - from, speed)).min(end)
+        }
     }
 }
 
@@ -121,6 +133,14 @@ mod tests {
             let s = ramp().at_time(t).unwrap().s;
             assert!((ramp().time_at(s) - t).abs() < 1e-14 * 10.0, "{t}");
         }
+        // 1 mm to rest at 2 mm/s²: a quarter of a millimetre before the end is half a second.
+        let stop = SchedulePiece {
+            s: vec![0.0, 1.0],
+            t: vec![0.0, 1.0],
+            speed: vec![2.0, 0.0],
+            acceleration: vec![-2.0; 2],
+        };
+        assert_eq!((stop.time_at(0.75), stop.time_at(1.0)), (0.5, 1.0));
         assert_eq!(ramp().time_at(-1.0), 5.0);
         assert_eq!(ramp().time_at(4.0), 7.0);
     }
