@@ -122,6 +122,36 @@ function toolMesh(outline) {
   return group;
 }
 
+/** Small arrows that say where the workpiece's x, y and z point. */
+class Triad {
+  constructor(host) {
+    const space = "http://www.w3.org/2000/svg";
+    this.svg = document.createElementNS(space, "svg");
+    this.svg.setAttribute("class", "triad");
+    this.svg.setAttribute("viewBox", "-42 -42 84 84");
+    this.arms = ["x", "y", "z"].map((name) => {
+      const line = document.createElementNS(space, "line");
+      const text = document.createElementNS(space, "text");
+      line.setAttribute("class", name);
+      text.textContent = name;
+      this.svg.append(line, text);
+      return { line, text };
+    });
+    host.append(this.svg);
+  }
+
+  turn(camera) {
+    const view = camera.quaternion.clone().invert();
+    this.arms.forEach(({ line, text }, k) => {
+      const arm = new Vector3().setComponent(k, 1).applyQuaternion(view);
+      line.setAttribute("x2", 26 * arm.x);
+      line.setAttribute("y2", -26 * arm.y);
+      text.setAttribute("x", 35 * arm.x);
+      text.setAttribute("y", -35 * arm.y + 4);
+    });
+  }
+}
+
 export class View {
   /** Throws where there is no WebGL. */
   constructor(host, data) {
@@ -136,6 +166,7 @@ export class View {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => this.draw());
+    this.triad = new Triad(host);
     this.addLights();
     this.mesh = surfaceMesh(data);
     this.scene.add(this.mesh);
@@ -145,7 +176,6 @@ export class View {
     this.scene.add(this.tool);
     this.addMarker();
     this.measure();
-    this.fit();
     this.theme();
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
@@ -200,13 +230,15 @@ export class View {
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.host;
-    if (width === 0 || height === 0) return;
-    const first = this.camera.aspect === 1;
+    const [before] = this.size ?? [];
+    if (width === 0 || height === 0 || `${this.size}` === `${[width, height]}`) return;
+    this.size = [width, height];
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (first) this.fit();
-    this.draw();
+    if (before === undefined) this.fit();
+    // A new size empties the canvas: drawn at once, it does not flicker.
+    this.render();
   }
 
   theme(isDark = matchMedia("(prefers-color-scheme: dark)").matches) {
@@ -270,14 +302,18 @@ export class View {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      // A lamp at the shoulder of whoever looks.
-      this.lamp.position.copy(this.camera.position);
-      this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
-      this.lamp.target.position.copy(this.controls.target);
-      const distance = this.camera.position.distanceTo(this.marker.position);
-      this.marker.scale.setScalar(0.006 * distance);
-      this.renderer.render(this.scene, this.camera);
-      this.drawn?.(this.camera);
+      this.render();
     });
+  }
+
+  render() {
+    // A lamp at the shoulder of whoever looks.
+    this.lamp.position.copy(this.camera.position);
+    this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
+    this.lamp.target.position.copy(this.controls.target);
+    const distance = this.camera.position.distanceTo(this.marker.position);
+    this.marker.scale.setScalar(0.006 * distance);
+    this.renderer.render(this.scene, this.camera);
+    this.triad.turn(this.camera);
   }
 }

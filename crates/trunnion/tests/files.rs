@@ -90,6 +90,21 @@ fn the_machine_with_everything_parses() {
     assert_eq!(machine::parse(MACHINE).err(), None);
 }
 
+/// Deep nesting must end in a fault, not in an overflow of the stack.
+#[test]
+fn deep_nesting_is_a_fault() {
+    for text in [
+        format!("a = {}", "[".repeat(200_000)),
+        format!("a = {}", "{a = ".repeat(200_000)),
+        format!("{}a = 1", "a.".repeat(200_000)),
+        format!("[{}a]", "a.".repeat(200_000)),
+    ] {
+        for faults in faults(&text) {
+            assert!(!faults.is_empty());
+        }
+    }
+}
+
 #[test]
 fn the_four_shared_machines_parse() {
     let folder = root().join("../shared/machines");
