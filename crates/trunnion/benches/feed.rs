@@ -1,0 +1,68 @@
+//! Time per point of the optimal schedule with its guarantee, lower bound and dense check, for five
+//! axes. Budget: 500 ns a point and core on paths whose nodes suffice (`smooth`); a whip near the
+//! pole of the rotary axes inserts rows and costs more. Peers on like paths: 1.1 to 4 us.
+
+use divan::Bencher;
+use nalgebra::SVector;
+use trunnion::feed::{FeedOptions, Limits, optimal};
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
+
+fn main() {
+    divan::main();
+}
+
+/// Axes and derivatives: `f` is X, Y, Z as waves of about 10 mm, and the last axis.
+fn path(points: u32, last: impl Fn(f64) -> [f64; 4]) -> AxisPath {
+    let nodes = (0..points).map(|k| {
+        let s = 0.1 * f64::from(k);
+        let mut q = [SVector::zeros(); 4];
+        for axis in 0..4 {
+            let w = [0.31, 0.17, 0.23, 0.05][axis];
+            let size = if axis < 3 { 2.0 } else { 0.1 };
+            let (sin, cos) = (w * s).sin_cos();
+            let values = [sin, w * cos, -w * w * sin, -w * w * w * cos];
+            for (order, value) in values.into_iter().enumerate() {
+                q[order][axis] = size * value;
+            }
+        }
+        for (order, value) in last(s).into_iter().enumerate() {
+            q[order][4] = value;
+        }
+        q[0][0] += s;
+        q[1][0] += 1.0;
+        AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+    });
+    AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes: nodes.collect() }] }
+}
+
+fn plan(bencher: Bencher, points: u32, path: &AxisPath) {
+    let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
+    let acceleration = SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]);
+    let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None };
+    let options =
+        FeedOptions { feed: Some(300.0), link_feed: None, tip: None, time_tolerance: 5e-3 };
+    bencher
+        .counter(divan::counter::ItemsCount::new(points))
+        .bench(|| optimal(path, &limits, &options, &Silent));
+}
+
+#[divan::bench(args = [1_000, 10_000, 100_000])]
+fn smooth(bencher: Bencher, points: u32) {
+    let path = path(points, |s| {
+        let (sin, cos) = (0.1 * s).sin_cos();
+        [0.3 * sin, 0.03 * cos, -0.003 * sin, -0.0003 * cos]
+    });
+    plan(bencher, points, &path);
+}
+
+#[divan::bench(args = [1_000, 10_000, 100_000])]
+fn whips(bencher: Bencher, points: u32) {
+    // Half a turn within about a millimetre, every 100 mm.
+    let path = path(points, |s| {
+        let x = (s + 50.0).rem_euclid(100.0) - 50.0;
+        let d = 0.25 + x * x;
+        let angle = (x / 0.5).atan() + ((s + 50.0) / 100.0).floor() * 2.0 * (100.0_f64).atan();
+        [angle, 0.5 / d, -x / (d * d), 0.5 * (6.0 * x * x - 0.5) / (d * d * d)]
+    });
+    plan(bencher, points, &path);
+}
