@@ -1,0 +1,246 @@
+//! From points in space back to the parameters of a surface.
+
+use super::curve::Curve;
+use super::model::Frame;
+use super::shape::Shape;
+use crate::surface::FaceIndex;
+use crate::surface::Surface;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
+
+/// A point at which one parameter is fixed and the other says nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pole {
+    /// Which parameter is fixed: 0 = u, 1 = v.
+    pub(super) fixed: usize,
+    /// Its value.
+    pub(super) at: f64,
+    /// Where.
+    point: Point3<f64>,
+}
+
+/// A surface and its inverse.
+#[derive(Debug)]
+pub(super) struct Chart<'a> {
+    shape: &'a Shape,
+    pub(super) surface: &'a Surface,
+    /// Closest points, for surfaces without a closed form.
+    index: Option<FaceIndex>,
+    /// Periods by u and v. Other than those of the surface these include spline surfaces that
+    /// close with an edge.
+    pub(super) periods: [Option<f64>; 2],
+    pub(super) poles: Vec<Pole>,
+    tolerance: f64,
+}
+
+impl<'a> Chart<'a> {
+    /// `tolerance` \[mm\]: how far apart two points may be and still be one.
+    pub(super) fn new(
+        shape: &'a Shape,
+        surface: &'a Surface,
+        index: Option<FaceIndex>,
+        tolerance: f64,
+    ) -> Self {
+        let periods = match shape {
+            Shape::Plane(_) => [None; 2],
+            Shape::Cylinder { .. } | Shape::Cone { .. } | Shape::Sphere { .. } => [Some(TAU), None],
+            Shape::Torus { .. } => [Some(TAU); 2],
+            Shape::Extrusion { curve, .. } => [curve.period(tolerance), None],
+            Shape::Revolution { curve, .. } => [Some(TAU), curve.period(tolerance)],
+            Shape::Net(_) => closed_rims(surface, tolerance),
+        };
+        let poles = poles(shape, surface, tolerance);
+        Self { shape, surface, index, periods, poles, tolerance }
+    }
+
+    /// The pole at `p`, if there is one.
+    pub(super) fn pole(&self, p: &Point3<f64>) -> Option<Pole> {
+        self.poles.iter().copied().find(|pole| (pole.point - p).norm() <= self.tolerance)
+    }
+
+    /// Parameters of the surface point at `p`, on the turn closest to `near`. `None` where the
+    /// search fails (it does not on points that lie on the surface and away from its poles).
+    pub(super) fn uv(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        let uv = self.any_turn(p, near)?;
+        if !uv.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        Some(near.map_or(uv, |near| self.nearest_turn(uv, near)))
+    }
+
+    /// `uv` moved by whole periods to lie closest to `near`.
+    pub(super) fn nearest_turn(&self, uv: [f64; 2], near: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| match self.periods[k] {
+            Some(period) => uv[k] + period * ((near[k] - uv[k]) / period).round(),
+            None => uv[k],
+        })
+    }
+
+    /// The surface point, with closed spline surfaces continued round their rim.
+    pub(super) fn point(&self, uv: [f64; 2]) -> Point3<f64> {
+        let [u, v] = self.wrapped(uv);
+        self.surface.point(u, v)
+    }
+
+    /// Parameters brought into the domain by whole periods.
+    fn wrapped(&self, uv: [f64; 2]) -> [f64; 2] {
+        let domain = self.surface.domain();
+        [0, 1].map(|k| match self.periods[k] {
+            Some(period) if domain[k][0].is_finite() => {
+                let turns = ((uv[k] - domain[k][0]) / period).floor();
+                uv[k] - turns * period
+            }
+            _ => uv[k],
+        })
+    }
+
+    fn any_turn(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        match self.shape {
+            Shape::Plane(frame) => {
+                let q = frame.local(p);
+                Some([q.x, q.y])
+            }
+            Shape::Cylinder { frame, .. } => {
+                let q = frame.local(p);
+                Some([q.y.atan2(q.x), q.z])
+            }
+            Shape::Cone { frame, radius, angle } => {
+                let q = frame.local(p);
+                // Beyond the apex the radius is negative: the point is on the far side of the axis.
+                let turn = if radius + q.z * angle.tan() < 0.0 { PI } else { 0.0 };
+                Some([q.y.atan2(q.x) + turn, q.z])
+            }
+            Shape::Sphere { frame, .. } => {
+                let q = frame.local(p);
+                Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y))])
+            }
+            Shape::Torus { frame, major, .. } => {
+                let q = frame.local(p);
+                Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y) - major)])
+            }
+            Shape::Extrusion { curve, direction } => Some(extrusion(curve, direction, p)),
+            Shape::Revolution { curve, axis } => Some(revolution(curve, axis, p)),
+            Shape::Net(_) => self.searched(p, near),
+        }
+    }
+
+    fn searched(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        let index = self.index.as_ref()?;
+        let foot = match near {
+            Some(near) => index.closest_near(p, self.wrapped(near)),
+            None => index.closest(p),
+        };
+        let mut foot = foot.ok()?;
+        // Newton's method may have settled in a far hollow; a point of the surface has a foot at
+        // no distance.
+        if near.is_some() && foot.distance.abs() > self.tolerance {
+            foot = index.closest(p).ok().filter(|f| f.distance.abs() < foot.distance.abs())?;
+        }
+        let domain = self.surface.domain();
+        Some([0, 1].map(|k| match self.periods[k] {
+            Some(_) => foot.uv[k],
+            None => foot.uv[k].clamp(domain[k][0], domain[k][1]),
+        }))
+    }
+}
+
+/// Seen along the direction, the surface is its curve.
+fn extrusion(curve: &Curve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f64; 2] {
+    let length = direction.norm_squared();
+    let across = |x: Vector3<f64>| x - direction * (direction.dot(&x) / length);
+    let u = curve.nearest(window(curve, p), &|s, ds| (across(s - p), across(ds)));
+    [u, direction.dot(&(p - curve.point(u))) / length]
+}
+
+/// Turned into the half plane of the axis, the surface is its curve.
+fn revolution(curve: &Curve, axis: &Frame, p: &Point3<f64>) -> [f64; 2] {
+    let q = axis.local(p);
+    let radius = q.x.hypot(q.y);
+    let v = curve.nearest(window(curve, p), &|s, ds| {
+        let local = axis.local(&s);
+        let along = Vector3::new(axis.x.dot(&ds), axis.y.dot(&ds), axis.z.dot(&ds));
+        let r = local.x.hypot(local.y);
+        let slope = if r > 0.0 { (local.x * along.x + local.y * along.y) / r } else { 0.0 };
+        (Vector3::new(r - radius, local.z - q.z, 0.0), Vector3::new(slope, along.z, 0.0))
+    });
+    let s = axis.local(&curve.point(v));
+    [q.y.atan2(q.x) - s.y.atan2(s.x), v]
+}
+
+/// Stretch of an endless profile that holds every point as far from its origin as `p`.
+fn window(curve: &Curve, p: &Point3<f64>) -> [f64; 2] {
+    let reach = match curve {
+        Curve::Line { origin, direction } => 2.0 * (p - origin).norm() / direction.norm(),
+        Curve::Hyperbola { frame, semi } => (2.0 * (p - frame.origin).norm() / semi[1]).asinh(),
+        Curve::Parabola { frame, focal } => (p - frame.origin).norm() / focal,
+        Curve::Ellipse { .. } | Curve::Spline(_) => 0.0,
+    };
+    [-reach, reach]
+}
+
+/// Parameters at which rims are compared: enough to tell a rim from another of the same ends.
+const RIM: usize = 16;
+
+fn rim(domain: [[f64; 2]; 2], k: usize, end: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..=RIM).map(move |i| {
+        let [low, high] = domain[1 - k];
+        let mut uv = [low + (high - low) * i as f64 / RIM as f64; 2];
+        uv[k] = domain[k][end];
+        uv
+    })
+}
+
+fn closed_rims(surface: &Surface, tolerance: f64) -> [Option<f64>; 2] {
+    let domain = surface.domain();
+    [0, 1].map(|k| {
+        let mut pairs = rim(domain, k, 0).zip(rim(domain, k, 1));
+        let meet = pairs.all(|([a, b], [c, d])| {
+            (surface.point(a, b) - surface.point(c, d)).norm() <= tolerance
+        });
+        meet.then(|| domain[k][1] - domain[k][0])
+    })
+}
+
+fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
+    let at_v = |at: f64, point: Point3<f64>| Pole { fixed: 1, at, point };
+    match shape {
+        Shape::Sphere { frame, radius } => [-1.0, 1.0]
+            .map(|side| at_v(side * FRAC_PI_2, frame.point(0.0, 0.0, side * radius)))
+            .to_vec(),
+        Shape::Cone { frame, radius, angle } => {
+            let apex = -radius / angle.tan();
+            vec![at_v(apex, frame.point(0.0, 0.0, apex))]
+        }
+        Shape::Torus { frame, major, minor } if minor >= major => {
+            // The tube reaches the axis where `major + minor cos v` vanishes.
+            let v = (-major / minor).acos();
+            [-v, v].map(|v| at_v(v, frame.point(0.0, 0.0, minor * v.sin()))).to_vec()
+        }
+        Shape::Revolution { axis, .. } => {
+            let domain = surface.domain()[1];
+            if !domain.iter().all(|v| v.is_finite()) {
+                return Vec::new();
+            }
+            let ends = domain.map(|v| (v, surface.point(surface.domain()[0][0], v)));
+            let on_axis = |p: &Point3<f64>| axis.local(p).xy().norm() <= tolerance;
+            ends.into_iter().filter(|(_, p)| on_axis(p)).map(|(v, p)| at_v(v, p)).collect()
+        }
+        Shape::Net(_) => {
+            let domain = surface.domain();
+            let mut poles = Vec::new();
+            for (k, end) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let points: Vec<_> =
+                    rim(domain, k, end).map(|[u, v]| surface.point(u, v)).collect();
+                let Some(&point) = points.first() else { continue };
+                if points.iter().all(|p| (p - point).norm() <= tolerance) {
+                    poles.push(Pole { fixed: k, at: domain[k][end], point });
+                }
+            }
+            poles
+        }
+        _ => Vec::new(),
+    }
+}

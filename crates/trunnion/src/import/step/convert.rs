@@ -1,0 +1,112 @@
+//! Stated surfaces to the project's own.
+
+use super::curve::Curve;
+use super::model::Frame;
+use super::model::Loss;
+use super::model::Read;
+use super::model::loss;
+use super::shape::Shape;
+use crate::surface;
+use crate::surface::Face;
+use crate::surface::NurbsCurve;
+use crate::surface::NurbsSurface;
+use crate::surface::Surface;
+use crate::surface::SurfaceError;
+use nalgebra::Point3;
+
+/// The surface, with the same parametrisation.
+pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
+    let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
+    let several = |faults: Vec<SurfaceError>| joined(&faults, id);
+    match shape {
+        Shape::Plane(at) => Ok(Surface::Plane(surface::Plane { frame: frame(at, id)? })),
+        Shape::Cylinder { frame: at, radius } => {
+            surface::Cylinder::new(frame(at, id)?, *radius).map(Surface::Cylinder).map_err(named)
+        }
+        Shape::Cone { frame: at, radius, angle } => {
+            surface::Cone::new(frame(at, id)?, *radius, *angle).map(Surface::Cone).map_err(named)
+        }
+        Shape::Sphere { frame: at, radius } => {
+            surface::Sphere::new(frame(at, id)?, *radius).map(Surface::Sphere).map_err(named)
+        }
+        Shape::Torus { frame: at, major, minor } => {
+            let torus = surface::Torus::new(frame(at, id)?, *major, *minor);
+            torus.map(Surface::Torus).map_err(named)
+        }
+        Shape::Extrusion { curve, direction } => {
+            let swept = surface::Extrusion::new(profile(curve, id)?, *direction);
+            swept.map(Surface::Extrusion).map_err(named)
+        }
+        Shape::Revolution { curve, axis } => {
+            let swept = surface::Revolution::new(profile(curve, id)?, axis.origin, axis.z);
+            swept.map(Surface::Revolution).map_err(named)
+        }
+        Shape::Net(net) => {
+            let net = net.clone();
+            let surface = NurbsSurface::new(net.degree, net.knots, net.points, net.weights);
+            surface.map(Surface::Nurbs).map_err(several)
+        }
+    }
+}
+
+fn joined(faults: &[SurfaceError], id: u64) -> Loss {
+    let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
+    Loss { entity: id, message: all.join("; ") }
+}
+
+fn frame(at: &Frame, id: u64) -> Read<surface::Frame> {
+    surface::Frame::new(at.origin, at.z.into_inner(), at.x.into_inner())
+        .map_err(|fault| Loss { entity: id, message: fault.to_string() })
+}
+
+fn profile(curve: &Curve, id: u64) -> Read<surface::Curve> {
+    let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
+    match curve {
+        Curve::Line { origin, direction } => {
+            surface::Curve::line(*origin, *direction).map_err(named)
+        }
+        Curve::Ellipse { frame: at, semi } => {
+            surface::Curve::ellipse(frame(at, id)?, *semi).map_err(named)
+        }
+        Curve::Spline(spline) => {
+            let points: Vec<Point3<f64>> =
+                spline.points.iter().map(|h| Point3::from(h.xyz() / h.w)).collect();
+            let weights: Vec<f64> = spline.points.iter().map(|h| h.w).collect();
+            let knots = spline.knots.knots().to_vec();
+            NurbsCurve::new(spline.knots.degree(), knots, &points, Some(&weights))
+                .map(surface::Curve::Nurbs)
+                .map_err(|faults| joined(&faults, id))
+        }
+        Curve::Hyperbola { .. } | Curve::Parabola { .. } => loss(
+            id,
+            "a swept hyperbola or parabola is not read; export its surface as a B-spline surface",
+        ),
+    }
+}
+
+/// Refuses a face that reaches beyond its surface: over the rim of one that closes with an edge,
+/// or of a damaged file. There it would be continued wrongly.
+pub(super) fn inside_domain(face: &Face, id: u64, tolerance: f64) -> Read<()> {
+    let domain = face.surface.domain();
+    let periods = face.surface.periods();
+    for k in (0..2).filter(|&k| periods[k].is_none()) {
+        let ends = face.loops.iter().map(|trim| trim.bounds()[k]);
+        let low = ends.clone().map(|end| end[0]).fold(f64::INFINITY, f64::min);
+        let high = ends.map(|end| end[1]).fold(f64::NEG_INFINITY, f64::max);
+        let [u, v] = face.bounds();
+        let middle = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+        let point = |x: f64| {
+            let mut uv = middle;
+            uv[k] = x;
+            face.point(uv[0], uv[1])
+        };
+        for (beyond, bound, rim) in
+            [(low < domain[k][0], low, domain[k][0]), (high > domain[k][1], high, domain[k][1])]
+        {
+            if beyond && (point(bound) - point(rim)).norm() > tolerance {
+                return loss(id, "the face reaches beyond the rim of its surface");
+            }
+        }
+    }
+    Ok(())
+}

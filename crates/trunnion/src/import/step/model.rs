@@ -1,0 +1,278 @@
+//! Typed access to the records of a file: numbers, points, directions, placements, in mm and rad.
+
+use super::part21::Exchange;
+use super::part21::Instance;
+use super::part21::Value;
+use super::units;
+use nalgebra::Isometry3;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+
+/// How long a chain of references may be before it is taken for a circle. Curves on surfaces on
+/// curves nest three or four deep in real files.
+pub(super) const MAX_CHAIN: usize = 16;
+
+/// Something the file holds and the result does not.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Loss {
+    /// The entity it is about.
+    pub(super) entity: u64,
+    /// What and why.
+    pub(super) message: String,
+}
+
+pub(super) type Read<T> = Result<T, Loss>;
+
+pub(super) fn loss<T>(entity: u64, message: impl Into<String>) -> Read<T> {
+    Err(Loss { entity, message: message.into() })
+}
+
+/// Right-handed orthonormal axes at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Frame {
+    pub(super) origin: Point3<f64>,
+    pub(super) x: UnitVector3<f64>,
+    pub(super) y: UnitVector3<f64>,
+    pub(super) z: UnitVector3<f64>,
+}
+
+impl Frame {
+    /// `z` along `axis`, `x` as close to `reference` as that allows. STEP lets the reference be
+    /// left out, or be parallel to the axis; any perpendicular will do then.
+    pub(super) fn new(
+        origin: Point3<f64>,
+        axis: UnitVector3<f64>,
+        reference: Option<UnitVector3<f64>>,
+    ) -> Self {
+        let across = |v: Vector3<f64>| {
+            let part = v - axis.scale(axis.dot(&v));
+            // Rounding leaves about 1e-16 of a parallel unit vector; a direction of a file has
+            // some ten digits.
+            UnitVector3::try_new(part, 1e-12)
+        };
+        let x = reference
+            .and_then(|r| across(r.into_inner()))
+            .or_else(|| across(Vector3::x()))
+            .or_else(|| across(Vector3::y()))
+            .unwrap_or_else(Vector3::z_axis);
+        let y = UnitVector3::new_normalize(axis.cross(&x));
+        Self { origin, x, y, z: axis }
+    }
+
+    /// The point with these coordinates along the axes.
+    pub(super) fn point(&self, x: f64, y: f64, z: f64) -> Point3<f64> {
+        self.origin + self.x.scale(x) + self.y.scale(y) + self.z.scale(z)
+    }
+
+    /// Coordinates along the axes.
+    pub(super) fn local(&self, p: &Point3<f64>) -> Vector3<f64> {
+        let d = p - self.origin;
+        Vector3::new(self.x.dot(&d), self.y.dot(&d), self.z.dot(&d))
+    }
+}
+
+/// Factors from the units of the file to mm and rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    pub(super) length: f64,
+    pub(super) angle: f64,
+}
+
+/// A file and the units of the representation being read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Model<'a> {
+    pub(super) exchange: &'a Exchange,
+    pub(super) scale: Scale,
+    /// Where the representation stands in the file's common frame.
+    pub(super) place: Isometry3<f64>,
+}
+
+/// Parameters of one record, with the entity they belong to, for messages.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fields<'a> {
+    pub(super) id: u64,
+    pub(super) name: &'a str,
+    pub(super) values: &'a [Value],
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn value(&self, index: usize) -> Read<&'a Value> {
+        match self.values.get(index) {
+            Some(value) => Ok(value),
+            None => loss(self.id, format!("{} has no parameter {}", self.name, index + 1)),
+        }
+    }
+
+    fn wrong<T>(&self, index: usize, wanted: &str) -> Read<T> {
+        loss(self.id, format!("parameter {} of {} is not {wanted}", index + 1, self.name))
+    }
+
+    pub(super) fn number(&self, index: usize) -> Read<f64> {
+        self.value(index)?.number().map_or_else(|| self.wrong(index, "a number"), Ok)
+    }
+
+    pub(super) fn count(&self, index: usize) -> Read<usize> {
+        self.value(index)?.count().map_or_else(|| self.wrong(index, "a count"), Ok)
+    }
+
+    pub(super) fn reference(&self, index: usize) -> Read<u64> {
+        self.value(index)?.reference().map_or_else(|| self.wrong(index, "a reference"), Ok)
+    }
+
+    pub(super) fn truth(&self, index: usize) -> Read<bool> {
+        self.value(index)?.truth().map_or_else(|| self.wrong(index, ".T. or .F."), Ok)
+    }
+
+    pub(super) fn list(&self, index: usize) -> Read<&'a [Value]> {
+        self.value(index)?.list().map_or_else(|| self.wrong(index, "a list"), Ok)
+    }
+
+    pub(super) fn numbers(&self, index: usize) -> Read<Vec<f64>> {
+        let numbers: Option<Vec<f64>> = self.list(index)?.iter().map(Value::number).collect();
+        numbers.map_or_else(|| self.wrong(index, "a list of numbers"), Ok)
+    }
+
+    pub(super) fn counts(&self, index: usize) -> Read<Vec<usize>> {
+        let counts: Option<Vec<usize>> = self.list(index)?.iter().map(Value::count).collect();
+        counts.map_or_else(|| self.wrong(index, "a list of counts"), Ok)
+    }
+
+    pub(super) fn references(&self, index: usize) -> Read<Vec<u64>> {
+        let ids: Option<Vec<u64>> = self.list(index)?.iter().map(Value::reference).collect();
+        ids.map_or_else(|| self.wrong(index, "a list of references"), Ok)
+    }
+
+    /// A length that must be positive \[mm\].
+    pub(super) fn radius(&self, index: usize, model: &Model<'_>) -> Read<f64> {
+        let radius = self.number(index)? * model.scale.length;
+        if radius > 0.0 && radius.is_finite() {
+            return Ok(radius);
+        }
+        loss(self.id, format!("{} has a radius of {radius} mm; it must be positive", self.name))
+    }
+}
+
+impl<'a> Model<'a> {
+    /// The file as it is: its own numbers, its own frame.
+    pub(super) fn plain(exchange: &'a Exchange) -> Self {
+        Self { exchange, scale: units::ASSUMED, place: Isometry3::identity() }
+    }
+
+    pub(super) fn instance(&self, id: u64, from: u64) -> Read<&'a Instance> {
+        match self.exchange.get(id) {
+            Some(instance) => Ok(instance),
+            None => loss(from, format!("refers to #{id}, which the file does not define")),
+        }
+    }
+
+    /// The fields of the part called `name`.
+    pub(super) fn part(instance: &'a Instance, name: &str) -> Option<Fields<'a>> {
+        let record = instance.part(name)?;
+        Some(Fields { id: instance.id, name: &record.name, values: &record.values })
+    }
+
+    /// The fields of a simple entity, whatever its name.
+    pub(super) fn simple(instance: &'a Instance) -> Option<Fields<'a>> {
+        match instance.records.as_slice() {
+            [record] => {
+                Some(Fields { id: instance.id, name: &record.name, values: &record.values })
+            }
+            _ => None,
+        }
+    }
+
+    /// The fields of an entity that must have one of these names.
+    pub(super) fn named(&self, id: u64, from: u64, names: &[&str]) -> Read<Fields<'a>> {
+        let instance = self.instance(id, from)?;
+        let found = names.iter().find_map(|name| Self::part(instance, name));
+        match found {
+            Some(fields) => Ok(fields),
+            None => loss(
+                from,
+                format!("refers to #{id}, a {}, where {} is due", instance.kind(), names.join("|")),
+            ),
+        }
+    }
+
+    fn triple(fields: Fields<'a>) -> Read<Vector3<f64>> {
+        match fields.numbers(1)?.as_slice() {
+            &[x, y, z] => Ok(Vector3::new(x, y, z)),
+            // Parameter-space entities have two coordinates; none is ever read as a point in space.
+            other => loss(fields.id, format!("{} coordinates where 3 are due", other.len())),
+        }
+    }
+
+    /// A point \[mm\].
+    pub(super) fn point(&self, id: u64, from: u64) -> Read<Point3<f64>> {
+        let fields = self.named(id, from, &["CARTESIAN_POINT"])?;
+        let p = self.place * Point3::from(Self::triple(fields)? * self.scale.length);
+        if p.iter().all(|x| x.is_finite()) {
+            return Ok(p);
+        }
+        loss(id, "the point is not finite in mm")
+    }
+
+    /// A direction; STEP does not ask for unit length.
+    pub(super) fn direction(&self, id: u64, from: u64) -> Read<UnitVector3<f64>> {
+        let fields = self.named(id, from, &["DIRECTION"])?;
+        let vector = Self::triple(fields)?;
+        let largest = vector.amax();
+        // Divided first, so that huge or tiny ratios neither overflow nor vanish when squared.
+        match UnitVector3::try_new(vector / largest, 0.5) {
+            Some(unit) => Ok(self.placed(unit.into_inner())),
+            None => loss(id, "the direction has no length"),
+        }
+    }
+
+    /// A vector with length \[mm\].
+    pub(super) fn vector(&self, id: u64, from: u64) -> Read<Vector3<f64>> {
+        let fields = self.named(id, from, &["VECTOR"])?;
+        let direction = self.direction(fields.reference(1)?, id)?;
+        let length = fields.number(2)? * self.scale.length;
+        if length.is_finite() && length != 0.0 {
+            return Ok(direction.scale(length));
+        }
+        loss(id, "the vector has no length")
+    }
+
+    fn placed(&self, axis: Vector3<f64>) -> UnitVector3<f64> {
+        UnitVector3::new_normalize(self.place * axis)
+    }
+
+    fn optional_direction(
+        &self,
+        fields: Fields<'a>,
+        index: usize,
+    ) -> Read<Option<UnitVector3<f64>>> {
+        match fields.values.get(index).and_then(Value::reference) {
+            Some(id) => self.direction(id, fields.id).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
+    pub(super) fn frame(&self, id: u64, from: u64) -> Read<Frame> {
+        let fields = self.named(id, from, &["AXIS2_PLACEMENT_3D", "AXIS1_PLACEMENT"])?;
+        let origin = self.point(fields.reference(1)?, id)?;
+        let axis = self.optional_direction(fields, 2)?.unwrap_or_else(|| self.placed(Vector3::z()));
+        let reference = self.optional_direction(fields, 3)?;
+        let reference = reference.unwrap_or_else(|| self.placed(Vector3::x()));
+        Ok(Frame::new(origin, axis, Some(reference)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_right_handed_whatever_the_reference() {
+        for reference in [None, Some(Vector3::z_axis()), Some(Vector3::y_axis())] {
+            let frame = Frame::new(Point3::origin(), Vector3::z_axis(), reference);
+            assert!((frame.x.cross(&frame.y) - Vector3::z()).norm() < 1e-15);
+            let p = frame.point(1.0, 2.0, 3.0);
+            assert!((frame.local(&p) - Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Assemblies: where, and how often, a representation stands in the file's common frame.
+
+use super::model::Loss;
+use super::model::MAX_CHAIN;
+use super::model::Model;
+use super::model::Read;
+use super::model::loss;
+use super::part21::Exchange;
+use super::part21::Instance;
+use super::part21::Value;
+use super::units;
+use nalgebra::Isometry3;
+use nalgebra::Rotation3;
+use nalgebra::Translation3;
+use nalgebra::UnitQuaternion;
+use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+
+/// Most copies of one part that are read. Screws may come by the hundred; a chain of doublings in
+/// a damaged file would come by the million.
+const MAX_COPIES: usize = 1000;
+
+/// `parent_from_child` of one use of a representation.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    parent: u64,
+    parent_from_child: Isometry3<f64>,
+}
+
+/// How representations are placed in each other.
+#[derive(Debug, Default)]
+pub(super) struct Placements {
+    /// Uses of a representation, in file order.
+    steps: BTreeMap<u64, Vec<Step>>,
+    /// Representations of the same thing in the same place, both ways.
+    same: BTreeMap<u64, Vec<u64>>,
+}
+
+impl Placements {
+    /// Reads all relationships of a file, and what could not be read of them.
+    pub(super) fn read(exchange: &Exchange) -> (Self, Vec<Loss>) {
+        let mut placements = Self::default();
+        let mut losses = Vec::new();
+        for instance in &exchange.instances {
+            if let Err(loss) = placements.add(exchange, instance) {
+                losses.push(loss);
+            }
+        }
+        (placements, losses)
+    }
+
+    fn add(&mut self, exchange: &Exchange, instance: &Instance) -> Read<()> {
+        let model = Model::plain(exchange);
+        let placing = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
+        if let (Some(pair), Some(fields)) =
+            (Model::part(instance, "REPRESENTATION_RELATIONSHIP"), Model::part(instance, placing))
+        {
+            let names = ["ITEM_DEFINED_TRANSFORMATION"];
+            let items = model.named(fields.reference(0)?, instance.id, &names)?;
+            let items = [items.reference(2)?, items.reference(3)?];
+            let [a, b] = [pair.reference(2)?, pair.reference(3)?];
+            // The first is placed in the second; some files name them the other way round.
+            let swapped = holds(exchange, a, items[1]) && holds(exchange, b, items[0]);
+            let [child, parent] = if swapped { [b, a] } else { [a, b] };
+            return self.place(exchange, [child, parent], items, instance.id);
+        }
+        if let Some(fields) = Model::part(instance, "SHAPE_REPRESENTATION_RELATIONSHIP")
+            && let (Ok(a), Ok(b)) = (fields.reference(2), fields.reference(3))
+        {
+            self.same.entry(a).or_default().push(b);
+            self.same.entry(b).or_default().push(a);
+        }
+        let Some(items) = Model::simple(instance)
+            .filter(|fields| fields.name.ends_with("REPRESENTATION"))
+            .and_then(|fields| fields.values.get(1).and_then(Value::list))
+        else {
+            return Ok(());
+        };
+        for item in items.iter().filter_map(Value::reference) {
+            let Some(mapped) = exchange.get(item).and_then(|i| Model::part(i, "MAPPED_ITEM"))
+            else {
+                continue;
+            };
+            let map = model.named(mapped.reference(1)?, item, &["REPRESENTATION_MAP"])?;
+            let frames = [map.reference(0)?, mapped.reference(2)?];
+            self.place(exchange, [map.reference(1)?, instance.id], frames, item)?;
+        }
+        Ok(())
+    }
+
+    /// The first frame, in the child, stands on the second, in the parent.
+    fn place(
+        &mut self,
+        exchange: &Exchange,
+        [child, parent]: [u64; 2],
+        [inner, outer]: [u64; 2],
+        from: u64,
+    ) -> Read<()> {
+        let inner = isometry(exchange, child, inner, from)?;
+        let outer = isometry(exchange, parent, outer, from)?;
+        let parent_from_child = outer * inner.inverse();
+        self.steps.entry(child).or_default().push(Step { parent, parent_from_child });
+        Ok(())
+    }
+
+    /// `file_from_representation`, once for every use.
+    pub(super) fn of(&self, representation: u64) -> Read<Vec<Isometry3<f64>>> {
+        let mut found = Vec::new();
+        self.climb(representation, Isometry3::identity(), 0, &mut found)?;
+        Ok(found)
+    }
+
+    fn climb(
+        &self,
+        representation: u64,
+        here: Isometry3<f64>,
+        depth: usize,
+        found: &mut Vec<Isometry3<f64>>,
+    ) -> Read<()> {
+        if depth > MAX_CHAIN {
+            return loss(representation, "the assembly contains itself");
+        }
+        let mut top = true;
+        for same in self.alike(representation) {
+            for step in self.steps.get(&same).into_iter().flatten() {
+                top = false;
+                self.climb(step.parent, step.parent_from_child * here, depth + 1, found)?;
+            }
+        }
+        if top {
+            found.push(here);
+        }
+        if found.len() > MAX_COPIES {
+            return loss(representation, format!("placed more than {MAX_COPIES} times"));
+        }
+        Ok(())
+    }
+
+    /// The representation and those that stand for the same thing.
+    fn alike(&self, representation: u64) -> BTreeSet<u64> {
+        let mut all = BTreeSet::from([representation]);
+        let mut fresh = vec![representation];
+        while let Some(next) = fresh.pop() {
+            for &other in self.same.get(&next).into_iter().flatten() {
+                if all.insert(other) {
+                    fresh.push(other);
+                }
+            }
+        }
+        all
+    }
+}
+
+/// Whether `item` is listed by the representation.
+fn holds(exchange: &Exchange, representation: u64, item: u64) -> bool {
+    exchange
+        .get(representation)
+        .and_then(Model::simple)
+        .and_then(|fields| fields.values.get(1).and_then(Value::list))
+        .is_some_and(|items| items.contains(&Value::Reference(item)))
+}
+
+/// A frame of a representation, in the representation's units.
+fn isometry(
+    exchange: &Exchange,
+    representation: u64,
+    frame: u64,
+    from: u64,
+) -> Read<Isometry3<f64>> {
+    let context = exchange
+        .get(representation)
+        .and_then(Model::simple)
+        .and_then(|fields| fields.values.get(2).and_then(Value::reference));
+    let scale = match context {
+        Some(context) => units::scale(exchange, context)?,
+        None => None,
+    };
+    let scale = scale.or_else(|| units::first(exchange)).unwrap_or(units::ASSUMED);
+    let model = Model { scale, ..Model::plain(exchange) };
+    let frame = model.frame(frame, from)?;
+    let axes = [frame.x.into_inner(), frame.y.into_inner(), frame.z.into_inner()];
+    let rotation = Rotation3::from_basis_unchecked(&axes);
+    let translation = Translation3::from(frame.origin.coords);
+    Ok(Isometry3::from_parts(translation, UnitQuaternion::from_rotation_matrix(&rotation)))
+}

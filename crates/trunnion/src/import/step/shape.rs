@@ -1,0 +1,186 @@
+//! Surfaces as a STEP file states them.
+
+use super::curve::Curve;
+use super::curve::Knots;
+use super::curve::positive;
+use super::model::Fields;
+use super::model::Frame;
+use super::model::MAX_CHAIN;
+use super::model::Model;
+use super::model::Read;
+use super::model::loss;
+use super::part21::Instance;
+use super::part21::Value;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+
+/// A surface with the parametrisation STEP gives it, except that lengths are mm and angles rad.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Shape {
+    /// u along x, v along y.
+    Plane(Frame),
+    /// u about z, v along z.
+    Cylinder { frame: Frame, radius: f64 },
+    /// As a cylinder; the radius at v is `radius + v tan(angle)`.
+    Cone { frame: Frame, radius: f64, angle: f64 },
+    /// u about z, v from the equator towards z.
+    Sphere { frame: Frame, radius: f64 },
+    /// u about z, v about the tube, from its outer equator towards z.
+    Torus { frame: Frame, major: f64, minor: f64 },
+    /// `curve(u) + v direction`.
+    Extrusion { curve: Curve, direction: Vector3<f64> },
+    /// `curve(v)` turned by u about the z axis of the frame.
+    Revolution { curve: Curve, axis: Frame },
+    /// Control net, rational or not.
+    Net(Net),
+}
+
+/// A B-spline control net; `points[i][j]` with i along u.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Net {
+    pub(super) degree: [usize; 2],
+    pub(super) knots: [Vec<f64>; 2],
+    pub(super) points: Vec<Vec<Point3<f64>>>,
+    pub(super) weights: Option<Vec<Vec<f64>>>,
+}
+
+impl<'a> Model<'a> {
+    pub(super) fn shape(&self, id: u64, from: u64) -> Read<Shape> {
+        self.shape_in(id, from, 0)
+    }
+
+    fn shape_in(&self, id: u64, from: u64, depth: usize) -> Read<Shape> {
+        if depth > MAX_CHAIN {
+            return loss(id, "the surface refers to itself");
+        }
+        let instance = self.instance(id, from)?;
+        if let Some(net) = self.net(instance)? {
+            return Ok(Shape::Net(net));
+        }
+        let Some(fields) = Self::simple(instance) else {
+            return loss(id, format!("{} is not a surface this reader knows", instance.kind()));
+        };
+        match fields.name {
+            "RECTANGULAR_TRIMMED_SURFACE" => self.shape_in(fields.reference(1)?, id, depth + 1),
+            "SURFACE_OF_LINEAR_EXTRUSION" => Ok(Shape::Extrusion {
+                curve: self.curve(fields.reference(1)?, id)?,
+                direction: self.vector(fields.reference(2)?, id)?,
+            }),
+            "SURFACE_OF_REVOLUTION" => Ok(Shape::Revolution {
+                curve: self.curve(fields.reference(1)?, id)?,
+                axis: self.frame(fields.reference(2)?, id)?,
+            }),
+            _ => self.elementary(fields),
+        }
+    }
+
+    fn elementary(&self, fields: Fields<'a>) -> Read<Shape> {
+        let frame = || self.frame(fields.reference(1)?, fields.id);
+        match fields.name {
+            "PLANE" => Ok(Shape::Plane(frame()?)),
+            "CYLINDRICAL_SURFACE" => {
+                Ok(Shape::Cylinder { frame: frame()?, radius: fields.radius(2, self)? })
+            }
+            "CONICAL_SURFACE" => self.cone(fields, frame()?),
+            "SPHERICAL_SURFACE" => {
+                Ok(Shape::Sphere { frame: frame()?, radius: fields.radius(2, self)? })
+            }
+            "TOROIDAL_SURFACE" | "DEGENERATE_TOROIDAL_SURFACE" => {
+                let [major, minor] = [fields.radius(2, self)?, fields.radius(3, self)?];
+                Ok(Shape::Torus { frame: frame()?, major, minor })
+            }
+            other => loss(fields.id, format!("{other} is not a surface this reader knows")),
+        }
+    }
+
+    /// The radius of a cone may be zero: its apex is the origin then.
+    fn cone(&self, fields: Fields<'a>, frame: Frame) -> Read<Shape> {
+        let radius = fields.number(2)? * self.scale.length;
+        let angle = fields.number(3)? * self.scale.angle;
+        if !(radius >= 0.0 && radius.is_finite()) {
+            return loss(fields.id, format!("the cone has a radius of {radius} mm"));
+        }
+        if !(angle > 0.0 && angle < FRAC_PI_2) {
+            let degrees = angle.to_degrees();
+            let message = format!(
+                "the cone has a half angle of {degrees} degrees; it must lie between 0 and 90"
+            );
+            return loss(fields.id, message);
+        }
+        Ok(Shape::Cone { frame, radius, angle })
+    }
+
+    /// Any kind of B-spline surface; `None` if it is something else.
+    fn net(&self, instance: &'a Instance) -> Read<Option<Net>> {
+        let id = instance.id;
+        let complex = Self::part(instance, "B_SPLINE_SURFACE");
+        let names = [
+            "B_SPLINE_SURFACE_WITH_KNOTS",
+            "BEZIER_SURFACE",
+            "QUASI_UNIFORM_SURFACE",
+            "UNIFORM_SURFACE",
+        ];
+        let Some(kind) = names.iter().find_map(|name| Self::part(instance, name)) else {
+            return Ok(None);
+        };
+        let (base, skip) = complex.map_or((kind, 1), |base| (base, 0));
+        let degree = [base.count(skip)?, base.count(skip + 1)?];
+        let points = self.net_points(base, skip + 2)?;
+        let columns = points.first().map_or(0, Vec::len);
+        let knots = match kind.name {
+            "B_SPLINE_SURFACE_WITH_KNOTS" => {
+                let first = if complex.is_some() { 0 } else { 8 };
+                [0, 1].map(|k| {
+                    let counts = kind.counts(first + k)?;
+                    Ok(Knots::Given { counts, values: kind.numbers(first + 2 + k)? })
+                })
+            }
+            "UNIFORM_SURFACE" => [Ok(Knots::Uniform), Ok(Knots::Uniform)],
+            _ => [Ok(Knots::Even), Ok(Knots::Even)],
+        };
+        let [ku, kv] = knots;
+        let ku = ku?.expand(degree[0], points.len(), id)?;
+        let kv = kv?.expand(degree[1], columns, id)?;
+        let weights = match Self::part(instance, "RATIONAL_B_SPLINE_SURFACE") {
+            Some(fields) => Some(weights(fields, &points)?),
+            None => None,
+        };
+        let knots = [ku.knots().to_vec(), kv.knots().to_vec()];
+        Ok(Some(Net { degree, knots, points, weights }))
+    }
+
+    fn net_points(&self, fields: Fields<'a>, index: usize) -> Read<Vec<Vec<Point3<f64>>>> {
+        let row = |row: &Value| -> Read<Vec<Point3<f64>>> {
+            let Some(row) = row.list() else {
+                return loss(fields.id, "a row of the control net is not a list");
+            };
+            row.iter()
+                .map(|point| match point.reference() {
+                    Some(point) => self.point(point, fields.id),
+                    None => loss(fields.id, "the control net holds something else than points"),
+                })
+                .collect()
+        };
+        fields.list(index)?.iter().map(row).collect()
+    }
+}
+
+fn weights(fields: Fields<'_>, points: &[Vec<Point3<f64>>]) -> Read<Vec<Vec<f64>>> {
+    let rows = fields.list(0)?;
+    if rows.len() != points.len() {
+        let message = format!("{} rows of weights for {} of points", rows.len(), points.len());
+        return loss(fields.id, message);
+    }
+    rows.iter()
+        .zip(points)
+        .map(|(row, points)| {
+            let numbers: Option<Vec<f64>> =
+                row.list().and_then(|row| row.iter().map(Value::number).collect());
+            match numbers {
+                Some(numbers) => positive(&numbers, points.len(), fields.id),
+                None => loss(fields.id, "the weights are not numbers"),
+            }
+        })
+        .collect()
+}
