@@ -10,7 +10,7 @@ use super::sweep::{self, Piece};
 use super::{Input, Options, VerifyError};
 use crate::surface::Face;
 use crate::types::Cancelled;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Grid points along the side of a tile: points that share one look into the tree.
@@ -65,10 +65,18 @@ impl Sweep {
         });
         let mut near = Vec::new();
         self.tree.near(&region, &mut near);
-        let candidates = self.nearest_first(&near, rays);
+        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
+            return Vec::new();
+        };
+        let candidates = self.nearest_first(&near, &centre);
         let search = |ray: &Ray| {
             let mut lowest = none;
-            for &(piece, body) in &candidates {
+            let aside = (ray.origin - centre).norm();
+            for &(clearance, piece, body) in &candidates {
+                // Distances change by at most 1 a millimetre, and the rest is farther still.
+                if clearance > aside + self.reach.max(lowest.s) {
+                    break;
+                }
                 lowest.search(piece, body, ray, self.tolerance);
             }
             lowest
@@ -76,24 +84,19 @@ impl Sweep {
         rays.iter().map(search).collect()
     }
 
-    /// Candidates by distance from the middle ray: what cuts lowest comes early, and the rest is
-    /// refused at a glance.
-    fn nearest_first(&self, near: &[(u32, u32)], rays: &[Ray]) -> Vec<(&Piece, Body)> {
-        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
-            return Vec::new();
-        };
-        let mut found: Vec<(f64, &Piece, Body)> = Vec::with_capacity(near.len());
+    /// Candidates by distance from the centre of a tile: what cuts lowest comes early, and most of
+    /// the rest is refused at a glance.
+    fn nearest_first(&self, near: &[(u32, u32)], centre: &Point3<f64>) -> Vec<(f64, &Piece, Body)> {
+        let mut found = Vec::with_capacity(near.len());
         for &(piece, body) in near {
             let parts = (self.pieces.get(piece as usize), self.bodies.get(body as usize));
             if let (Some(piece), Some(&body)) = parts {
-                let stand = &piece.middle().stand;
-                let distance = body.probe(&(centre - stand.tip), &stand.axis).distance;
-                found.push((distance, piece, body));
+                found.push((piece.clearance(body, centre), piece, body));
             }
         }
         // Stable: equal distances keep the order of the program.
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.into_iter().map(|(_, piece, body)| (piece, body)).collect()
+        found
     }
 }
 

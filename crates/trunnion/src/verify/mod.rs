@@ -132,7 +132,7 @@ pub enum VerifyError {
 ///
 /// # Source
 ///
-/// `theory`: distance functions of convex bodies of revolution, branch and bound over time.
+/// `docs/sources.md`, verification.
 pub fn check(
     input: &Input<'_>,
     options: &Options,

@@ -208,6 +208,14 @@ impl Piece {
         Bound { low, by_s, drift }
     }
 
+    /// Distance of a body from a point, less all that the motion of the piece can take from it.
+    pub(super) fn clearance(&self, body: Body, point: &Point3<f64>) -> f64 {
+        let stand = &self.middle.stand;
+        let y = point - stand.tip;
+        let travel = self.speed + self.turn * (y.norm() + self.speed);
+        body.probe(&y, &stand.axis).distance - travel
+    }
+
     /// Corners of a box around the axis points between two heights, over the whole piece.
     pub(super) fn axis_box(&self, heights: [f64; 2]) -> [Point3<f64>; 2] {
         let mut low = Vector3::repeat(f64::INFINITY);

@@ -1,0 +1,102 @@
+//! Deviation map of a curved 120 mm patch: 42 passes of 240 blocks with a bull nose, as a control
+//! with TCP runs them. Aim: 0.2 mm grid (360 000 points) in 10 s on two cores.
+
+#![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
+
+#[path = "../tests/shop/mod.rs"]
+mod shop;
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use shop::Layout;
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::inverse::Inverse;
+use trunnion::machine::Kinematics;
+use trunnion::nc::read::{self, Program, ReadOptions};
+use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
+use trunnion::surface::{Face, NurbsSurface, Surface};
+use trunnion::types::{Block, Motion, Silent, ToolPose};
+use trunnion::verify::{self, Input, Options};
+
+fn main() {
+    divan::main();
+}
+
+const MAJOR: f64 = 10.0;
+const MINOR: f64 = 6.0;
+
+fn face() -> Face {
+    let row = |i: u8| {
+        let point = |j: u8| {
+            let [x, y] = [f64::from(i) - 1.0, f64::from(j) - 1.0];
+            Point3::new(60.0 * x, 60.0 * y, 12.0 * x * x - 8.0 * y * y + 3.0 * x * y)
+        };
+        (0..3).map(point).collect()
+    };
+    let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    let net = (0..3).map(row).collect();
+    let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
+    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+}
+
+/// The tool touching the face at `(u, v)` with its rounding, leaning back along v.
+fn pose(face: &Face, [u, v]: [f64; 2], lift: f64) -> ToolPose {
+    let normal = face.normal(u, v).unwrap();
+    let axis = Rotation3::from_axis_angle(&Vector3::x_axis(), 0.25) * normal;
+    let out = normal.dot(&axis) * axis.into_inner() - normal.into_inner();
+    let tube = face.point(u, v) + normal.into_inner() * (MINOR + lift);
+    ToolPose { tip: tube - out.normalize() * MAJOR - axis.into_inner() * MINOR, axis }
+}
+
+fn program(kinematics: &Kinematics, face: &Face) -> Program {
+    let mut poses = vec![pose(face, [0.0, 0.0], 40.0)];
+    for pass in 0..42 {
+        for step in 0..=240 {
+            let v = f64::from(step) / 240.0;
+            let v = if pass % 2 == 0 { v } else { 1.0 - v };
+            poses.push(pose(face, [f64::from(pass) / 41.0, v], 0.0));
+        }
+    }
+    let inverse = Inverse::new(kinematics).unwrap();
+    let mut q = kinematics.machine().home();
+    let mut blocks: Vec<Block> = Vec::new();
+    for pose in poses {
+        q = inverse.near(&pose, &q).unwrap();
+        blocks.push(Block { motion: Motion::Cut, q, pose, duration: 0.02 });
+    }
+    let axes = AxisWords::of(kinematics.machine(), false).unwrap().with_decimals(5, 5);
+    let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
+    let tool = ToolNote { number: 1, major: MAJOR, minor: MINOR };
+    let (budget, duration) = (&[][..], 0.0);
+    let note =
+        Note { name: "bench", tool, spindle: 1.0, coolant: false, feed: 1.0, budget, duration };
+    let mut text = String::new();
+    write::linuxcnc(&mut text, kinematics, &blocks, &note, &options).unwrap();
+    read::gcode(&text, &ReadOptions { axes, most_faults: 5 }).unwrap()
+}
+
+#[divan::bench(args = [1.0, 0.2], sample_count = 1, sample_size = 1)]
+fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
+    let kinematics = shop::kinematics(Layout::TableTable);
+    let face = face();
+    let program = program(&kinematics, &face);
+    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let spec =
+        CutterSpec { kind, major: MAJOR, minor: MINOR, length: 120.0, construction, shank: vec![] };
+    let cutter = Cutter::new(spec).unwrap();
+    let input = Input {
+        program: &program,
+        believed: &kinematics,
+        real: &kinematics,
+        faces: std::slice::from_ref(&face),
+        cutter: &cutter,
+    };
+    let options = Options {
+        grid,
+        reach: 5.0,
+        ray_tolerance: 1e-4,
+        total: 0.2,
+        gouge: 0.1,
+        most_points: 10_000_000,
+    };
+    bencher.bench_local(|| verify::check(&input, &options, &Silent).unwrap());
+}
