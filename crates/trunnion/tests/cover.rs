@@ -218,6 +218,35 @@ fn trims_shorten_and_split_passes() {
 }
 
 #[test]
+fn a_collapsed_edge_is_refused_with_its_place() {
+    // Three-sided: the edge v = 0 is one point, near which the height is 1.8 v^2 mm.
+    let heights = [0.0, 0.0, 0.6, 1.8];
+    let fan = nurbs(
+        (0..4)
+            .map(|i| {
+                (0..4)
+                    .map(|j| {
+                        let angle = 0.25 * f64::from(i) - 0.375;
+                        let radius = 10.0 * j as f64;
+                        Point3::new(radius * angle.sin(), radius * angle.cos(), heights[j])
+                    })
+                    .collect()
+            })
+            .collect(),
+    );
+    // The cutter reaches over the corner, where the continued surface folds back on itself.
+    let face = [face(fan, &[], false)];
+    let run = |along| cover(&face, &cutter(), &CoverOptions { along, ..options() }, &Silent);
+    let [along_v, along_u] = [run(Along::V), run(Along::U)];
+    let near_corner = |at: &[f64; 2]| (0.0..0.4).contains(&at[1]);
+    assert!(
+        matches!(&along_v, Err(CoverError::NoPose { face: 1, at, .. }) if near_corner(at)),
+        "{along_v:?}"
+    );
+    assert!(matches!(along_u, Err(CoverError::NoTrack { face: 1, .. })), "{along_u:?}");
+}
+
+#[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let faces = [face(surface(1.0), &[], false), face(surface(0.6), &[], false)];
     let run = |threads: usize| {

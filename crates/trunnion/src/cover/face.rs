@@ -2,7 +2,7 @@
 
 use super::lane::{Lane, Placed};
 use super::options::{Along, CoverError, CoverOptions, Covering, Direction};
-use super::options::{Fallback, Method};
+use super::options::{Fallback, FallbackReason, Method};
 use super::region::{Local, Region};
 use super::stretch::{Refused, Stretch, Trimmer};
 use super::track::Track;
@@ -30,7 +30,6 @@ pub(super) fn cover(
     let mut across = first;
     report(0.0)?;
     while let Some(next) = job.lane(across)? {
-        job.advances(across, next)?;
         across = next[0];
         report((across - first) / (last - first))?;
     }
@@ -67,6 +66,9 @@ fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Syn
     })
 }
 
+/// What is cut on one track, and the first place left further on.
+type Lot = (Vec<Stretch>, Option<Local>);
+
 /// A face while its passes are placed.
 struct Job<'a, Inside> {
     face: &'a FaceIndex,
@@ -81,29 +83,50 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     /// Adds the pass at `across`; the first place that is still left further on.
     fn lane(&mut self, across: f64) -> Result<Option<Local>, CoverError> {
         let track = self.track(across)?;
-        let (stretches, next) = match self.place(&track, across, self.options.method) {
-            Ok(placed) => placed,
-            Err((way, reason)) if self.options.method == Method::Widest => {
-                let at = self.options.along.uv([across, track.at(way)]);
-                let placed = self
-                    .place(&track, across, Method::Inclined)
-                    .map_err(|refused| self.no_pose(&track, across, refused))?;
-                let face = self.face.face().number;
-                self.done.report.fallbacks.push(Fallback { face, at, reason });
-                placed
+        if self.options.method == Method::Widest {
+            match self.widest(&track, across) {
+                Ok((stretches, next)) => {
+                    self.add(stretches);
+                    return Ok(next);
+                }
+                Err(fallback) => self.done.report.fallbacks.push(fallback),
             }
-            Err(refused) => return Err(self.no_pose(&track, across, refused)),
-        };
+        }
+        let (stretches, next) = self
+            .place(&track, across, Method::Inclined)
+            .map_err(|refused| self.no_pose(&track, across, refused))?;
+        if let Some(next) = next {
+            self.advances(across, next)?;
+        }
         self.add(stretches);
         Ok(next)
     }
 
-    fn place(
-        &self,
-        track: &Track,
-        across: f64,
-        method: Method,
-    ) -> Result<(Vec<Stretch>, Option<Local>), Refused> {
+    /// The pass with the widest strips, or why it is not taken.
+    fn widest(&self, track: &Track, across: f64) -> Result<Lot, Fallback> {
+        let chart = self.options.along;
+        let face = self.face.face().number;
+        let fallback = |at: Local, reason| Fallback { face, at: chart.uv(at), reason };
+        let (stretches, next) =
+            self.place(track, across, Method::Widest).map_err(|(way, error)| {
+                fallback([across, track.at(way)], FallbackReason::NoStrip(error))
+            })?;
+        if let Some(at) = next
+            && let Err(CoverError::TooNarrow { advance, .. }) = self.advances(across, at)
+        {
+            return Err(fallback(at, FallbackReason::NoAdvance(advance)));
+        }
+        for stretch in &stretches {
+            let gouges = stretch.placed.iter().zip(&stretch.checks).find(|(_, c)| c.gouge > 0.0);
+            if let Some((place, check)) = gouges {
+                let at = [across, place.along];
+                return Err(fallback(at, FallbackReason::Gouge(check.gouge)));
+            }
+        }
+        Ok((stretches, next))
+    }
+
+    fn place(&self, track: &Track, across: f64, method: Method) -> Result<Lot, Refused> {
         let lane = Lane {
             face: self.face,
             cutter: self.cutter,

@@ -61,6 +61,22 @@ struct Hold {
     axis_near: Option<AxisNear>,
 }
 
+/// How far across a location finishes the region; infinite where nothing is left beyond it.
+pub(super) type Reach<'a> = &'a (dyn Fn(&Placed) -> f64 + Sync);
+
+/// What a location has to reach.
+struct Goal<'a> {
+    reach: Reach<'a>,
+    least: f64,
+}
+
+/// Shares of the allowed turn that are tried: the less a location differs from its neighbours, the
+/// better the curve between them fits.
+const SHARES: [f64; 3] = [0.125, 0.5, 1.0];
+
+/// A little more than half: of the difference of two neighbours, for what lies between them.
+const HALF: f64 = 0.55;
+
 /// A place of a lane: the location found, or why there is none.
 pub(super) type Place = Result<Placed, PositioningError>;
 
@@ -133,31 +149,25 @@ impl Lane<'_> {
         self.options.max_axis_turn * distance.abs()
     }
 
-    /// Whether neighbours turn no faster than allowed, both the axis and the offset direction.
-    pub(super) fn steady(&self, a: &Placed, b: &Placed) -> bool {
-        let limit = self.turn(b.way - a.way);
-        let offset = (a.location.offset_direction - b.location.offset_direction).abs();
-        offset <= limit && angle_between(&a.station.pose.axis, &b.station.pose.axis) <= limit
-    }
-
-    /// Locations at `ways`, each as wide as it can be while neighbours are held to each other.
+    /// Locations at `ways`, held to each other.
     ///
     /// The station where the strip reaches least far across decides where the next pass lies, so it
-    /// keeps its optimum, and the others follow from it outwards on both sides.
-    pub(super) fn settle(&self, ways: &[f64], reach: &dyn Fn(&Placed) -> f64) -> Vec<Place> {
+    /// keeps its optimum. The others follow from it outwards on both sides: width beyond that reach
+    /// is of no use, so each stays as near to its neighbour as it can while it reaches as far.
+    pub(super) fn settle(&self, ways: &[f64], reach: Reach<'_>) -> Vec<Place> {
         let free = self.free_places(ways);
         if self.method == Method::Inclined {
             return free;
         }
+        let free = self.teach(ways, &free);
         let worst = |places: &[Place]| {
             let reaches = places.iter().map(|p| p.as_ref().map_or(f64::INFINITY, reach));
             reaches.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
         };
-        let free = self.teach(ways, &free);
-        let Some((mut seed, _)) = worst(&free) else { return free };
+        let Some((mut seed, mut goal)) = worst(&free) else { return free };
         let mut best: Option<(f64, Vec<Place>)> = None;
         for _ in 0..ROUNDS {
-            let held = self.grow(ways, &free, seed);
+            let held = self.grow(ways, &free, seed, &Goal { reach, least: goal });
             let Some((next, least)) = worst(&held) else { break };
             if best.as_ref().is_none_or(|(before, _)| least > *before) {
                 best = Some((least, held));
@@ -165,7 +175,7 @@ impl Lane<'_> {
             if next == seed {
                 break;
             }
-            seed = next;
+            (seed, goal) = (next, goal.min(reach_at(&free, next, reach)));
         }
         best.map_or(free, |(_, held)| held)
     }
@@ -212,13 +222,14 @@ impl Lane<'_> {
     }
 
     /// Holds every station to its neighbour nearer to `seed`.
-    fn grow(&self, ways: &[f64], free: &[Place], seed: usize) -> Vec<Place> {
+    fn grow(&self, ways: &[f64], free: &[Place], seed: usize, goal: &Goal<'_>) -> Vec<Place> {
         let Some(Ok(start)) = free.get(seed) else { return free.to_vec() };
         let outwards = |indices: &mut dyn Iterator<Item = usize>| {
             let mut before = start.clone();
             let mut places = Vec::new();
             for index in indices {
-                let place = self.follow(ways[index], &free[index], &before);
+                let limit = self.turn(ways[index] - before.way);
+                let place = self.near(ways[index], &free[index], &[(&before, limit)], goal);
                 if let Ok(placed) = &place {
                     before = placed.clone();
                 }
@@ -236,37 +247,64 @@ impl Lane<'_> {
         back
     }
 
-    /// The free location if it is near enough to the one `before`, or the widest that is.
-    fn follow(&self, way: f64, free: &Place, before: &Placed) -> Place {
-        if let Ok(placed) = free
-            && self.steady(before, placed)
-        {
-            return free.clone();
+    /// The location nearest to its neighbours that reaches the goal; if none does, the one that
+    /// reaches farthest. If none is near at all, the `free` one where there is a face to finish; a
+    /// run-out rather ends.
+    fn near(
+        &self,
+        way: f64,
+        free: &Place,
+        neighbours: &[(&Placed, f64)],
+        goal: &Goal<'_>,
+    ) -> Place {
+        let mut best: Option<(f64, Placed)> = None;
+        for share in SHARES {
+            let near: Vec<_> = neighbours.iter().map(|(p, limit)| (*p, limit * share)).collect();
+            let own = free.as_ref().ok().filter(|f| near.iter().all(|(p, l)| steady(p, f, *l)));
+            let held =
+                || neighbours.iter().find_map(|n| self.held(way, &self.hold(&near), n.0).ok());
+            let Some(found) = own.cloned().or_else(held) else { continue };
+            let reach = (goal.reach)(&found);
+            if reach >= goal.least {
+                return Ok(found);
+            }
+            if best.as_ref().is_none_or(|(before, _)| reach > *before) {
+                best = Some((reach, found));
+            }
         }
-        let limit = self.turn(way - before.way);
-        let hold = self.hold(&[(before, limit)]);
-        self.held(way, &hold, before).or_else(|_| free.clone())
+        match best {
+            Some((_, found)) => Ok(found),
+            None if self.track.over_face(way) => free.clone(),
+            None => free.clone().and_then(|_| Err(self.apart())),
+        }
+    }
+
+    /// No location lies near enough to its neighbours.
+    fn apart(&self) -> PositioningError {
+        PositioningError::OffsetRange { range: self.options.offset_range }
     }
 
     /// A location at `way` with a neighbour on one side, as close to its optimum as that allows.
     pub(super) fn beside(&self, way: f64, neighbour: &Placed) -> Place {
-        let hold = self.hold(&[(neighbour, self.turn(way - neighbour.way))]);
-        self.held(way, &hold, neighbour)
+        self.held(way, &self.hold(&[(neighbour, self.turn(way - neighbour.way))]), neighbour)
     }
 
-    /// A location between two others, for a finer pass.
-    pub(super) fn between(&self, a: &Placed, b: &Placed) -> Place {
+    /// A location between two others that reaches about as far, for a finer pass.
+    pub(super) fn between(&self, a: &Placed, b: &Placed, reach: Reach<'_>) -> Place {
         let way = 0.5 * (a.way + b.way);
-        let limit = self.turn(0.5 * (b.way - a.way));
-        let hold = self.hold(&[(a, limit), (b, limit)]);
-        self.held(way, &hold, a).or_else(|_| self.place(way, &self.free(), Some(&a.location)))
+        let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
+        let offset = (a.location.offset_direction - b.location.offset_direction).abs();
+        // Divided by the least share, so that even then the ranges of both neighbours meet.
+        let limit = self.turn(0.5 * (b.way - a.way)).max(HALF / SHARES[0] * turn.max(offset));
+        let least = reach(a).min(reach(b));
+        let none = Err(self.apart());
+        let goal = Goal { reach, least };
+        self.near(way, &none, &[(a, limit), (b, limit)], &goal)
+            .or_else(|_| self.place(way, &self.free(), Some(&a.location)))
     }
 
     fn held(&self, way: f64, hold: &Hold, warm: &Placed) -> Place {
-        self.place(way, hold, Some(&warm.location)).or_else(|error| {
-            let wider = Hold { axis_near: None, ..*hold };
-            self.place(way, &wider, Some(&warm.location)).map_err(|_| error)
-        })
+        self.place(way, hold, Some(&warm.location))
     }
 
     /// Ranges within `limit` of each neighbour; where these do not meet, halfway.
@@ -290,6 +328,16 @@ impl Lane<'_> {
         });
         Hold { offset_range, axis_near }
     }
+}
+
+/// Whether neighbours differ by at most `limit` \[rad\], both in axis and in offset direction.
+fn steady(a: &Placed, b: &Placed, limit: f64) -> bool {
+    let offset = (a.location.offset_direction - b.location.offset_direction).abs();
+    offset <= limit && angle_between(&a.station.pose.axis, &b.station.pose.axis) <= limit
+}
+
+fn reach_at(places: &[Place], index: usize, reach: Reach<'_>) -> f64 {
+    places.get(index).and_then(|p| p.as_ref().ok()).map_or(f64::INFINITY, reach)
 }
 
 /// The location with the wider strip; the first if they are equal.

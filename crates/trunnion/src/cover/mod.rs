@@ -8,6 +8,7 @@
 //! track lies where the strip reaches least far. Passes begin and end the cutter's radius outside
 //! what they cut, on the continued surface, so that their curved contact arcs leave nothing.
 
+mod between;
 mod face;
 mod lane;
 mod legs;
@@ -18,7 +19,8 @@ mod track;
 
 pub use legs::{LeadKind, LinkOptions, legs};
 pub use options::{
-    Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, Method, lever,
+    Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, FallbackReason,
+    Method, lever,
 };
 
 use crate::cutter::Cutter;

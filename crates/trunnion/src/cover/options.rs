@@ -104,7 +104,7 @@ pub struct CoverReport {
     pub length: f64,
     /// Number of stations.
     pub stations: usize,
-    /// Passes placed at the least lead because some station had no strip, with the first reason.
+    /// Passes placed [`Method::Inclined`] because wide strips failed somewhere, with the reason.
     pub fallbacks: Vec<Fallback>,
     /// Passes that could not be run out in full beyond the face.
     pub shortened: usize,
@@ -137,10 +137,22 @@ impl CoverReport {
 pub struct Fallback {
     /// Number of the face.
     pub face: usize,
-    /// Parameters `[u, v]` where there was no strip.
+    /// Parameters `[u, v]` of the place.
     pub at: [f64; 2],
-    /// Why not.
-    pub reason: PositioningError,
+    /// Why no wide strips were taken.
+    pub reason: FallbackReason,
+}
+
+/// Why a pass is not made of the widest strips.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum FallbackReason {
+    /// There is none somewhere on the pass.
+    NoStrip(PositioningError),
+    /// The next pass would have come no further, by this many mm.
+    NoAdvance(f64),
+    /// The curve between two stations that lie apart would have gouged, this deep beyond the band \[mm\].
+    Gouge(f64),
 }
 
 /// Why a face is not covered, or passes are not joined.

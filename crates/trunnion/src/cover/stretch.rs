@@ -1,9 +1,10 @@
 //! From the places of a lane to the stretches that are cut: trimmed, run out, and fine enough.
 
+use super::between::{Between, Strip};
 use super::lane::{Lane, Place, Placed};
 use super::region::{Local, Region};
 use crate::cutter::Cutter;
-use crate::positioning::{Band, Look, PositioningError, Setting, Strip, strip_of_pose};
+use crate::positioning::{Band, PositioningError};
 use crate::types::{PoseCurve, ToolPose};
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -25,7 +26,7 @@ pub(super) struct Stretch {
 /// The middle of a span on the curve that will be laid through the stations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Check {
-    /// Where the strip ends; `None` where it could not be found.
+    /// Where the strip ends, if all is as it should be.
     far: Option<Local>,
     /// How far the error is below the widened band \[mm\]; 0 or less is good.
     pub(super) gouge: f64,
@@ -70,12 +71,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     /// A place in the region that has no cutter location.
     pub(super) fn stretches(&self) -> Result<Vec<Stretch>, Refused> {
         let ways = self.ways();
-        let chart = self.lane.options.along;
-        let reach = |placed: &Placed| {
-            let [across, along] = placed.far(chart);
-            self.region.first_from(across, [along, along]).unwrap_or(f64::INFINITY)
-        };
-        let spots = self.spots(&ways, self.lane.settle(&ways, &reach));
+        let spots = self.spots(&ways, self.lane.settle(&ways, &|placed| self.reach(placed)));
         let mut stretches = Vec::new();
         for [first, last] in kept(&spots, self.lane.cutter.radius()) {
             let Some(row) = self.whole(&spots[first..=last])? else { continue };
@@ -83,6 +79,12 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
             stretches.push(Stretch { placed, checks, shortened: row.shortened });
         }
         Ok(stretches)
+    }
+
+    /// How far across a location finishes the region on its own line.
+    fn reach(&self, placed: &Placed) -> f64 {
+        let [across, along] = placed.far(self.lane.options.along);
+        self.region.first_from(across, [along, along]).unwrap_or(f64::INFINITY)
     }
 
     /// Evenly spaced places along the track.
@@ -156,15 +158,17 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         good
     }
 
-    /// An error if there is something to cut farther from `end` than twice the least spacing.
-    /// Beyond the border only the run-out is lost.
+    /// An error if there is something to cut farther from `end` than twice the least spacing, on the
+    /// side of the `spots` given up. Beyond the border only the run-out is lost.
     fn lost(&self, end: &Placed, spots: &[Spot]) -> Result<(), Refused> {
+        let track = &self.lane.track;
         let least = 2.0 * self.lane.options.spacing[0];
-        let [low, high] = self.region.bounds[1];
+        let across = [self.lane.across; 2];
         let missed = |spot: &&Spot| {
-            spot.touched
-                && (low..=high).contains(&self.lane.track.at(spot.way))
-                && (spot.way - end.way).abs() > least
+            let away = least.copysign(spot.way - end.way);
+            let mut slab = [track.at(end.way + away), track.at(spot.way)];
+            slab.sort_by(f64::total_cmp);
+            (spot.way - end.way).abs() > least && self.region.touches(across, slab)
         };
         spots.iter().filter(missed).find_map(Spot::refused).map_or(Ok(()), Err)
     }
@@ -178,8 +182,11 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
             let split: Vec<usize> = (0..checks.len())
                 .filter(|&i| !checks[i].good && placed[i + 1].way - placed[i].way >= least)
                 .collect();
-            let between: Vec<Place> =
-                split.par_iter().map(|&i| self.lane.between(&placed[i], &placed[i + 1])).collect();
+            let reach = |placed: &Placed| self.reach(placed);
+            let between: Vec<Place> = split
+                .par_iter()
+                .map(|&i| self.lane.between(&placed[i], &placed[i + 1], &reach))
+                .collect();
             let new: Vec<(usize, Placed)> = split
                 .into_iter()
                 .zip(between)
@@ -201,16 +208,17 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let share = lane.options.path_share;
         let Band { lower, upper } = lane.options.band;
         let band = Band { lower: lower - share, upper: upper + share };
-        let setting = Setting { face: lane.face, cutter: lane.cutter, band };
+        let chart = lane.options.along;
+        let between = Between { face: lane.face, cutter: lane.cutter, chart, band };
         (0..curve.spans.len())
             .into_par_iter()
-            .map(|span| self.check(&setting, &curve, [&placed[span], &placed[span + 1]], span))
+            .map(|span| self.check(&between, &curve, [&placed[span], &placed[span + 1]], span))
             .collect()
     }
 
     fn check(
         &self,
-        setting: &Setting<'_>,
+        between: &Between<'_>,
         curve: &PoseCurve,
         [a, b]: [&Placed; 2],
         span: usize,
@@ -218,21 +226,18 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let unknown = Check { far: None, gouge: 0.0, good: false };
         let rates = curve.rates_in(span, 0.5 * (curve.knots[span] + curve.knots[span + 1]));
         let Some(pose) = rates.pose() else { return unknown };
-        let look = Look {
-            feed: if self.lane.forward { rates.contact[1] } else { -rates.contact[1] },
-            strip: self.lane.strip(),
-            contact: rates.contact[0].into(),
-            uv: [0, 1].map(|k| 0.5 * (a.contact_uv[k] + b.contact_uv[k])),
+        let guess = [0, 1].map(|k| 0.5 * (a.contact_uv[k] + b.contact_uv[k]));
+        let Ok(strip) = between.strip(&pose, &rates.contact[0].into(), guess) else {
+            return unknown;
         };
-        let Ok(strip) = strip_of_pose(setting, &pose, &look) else { return unknown };
-        let gouge = setting.band.lower - strip.front_min.min(strip.rear_min);
+        let gouge = between.band.lower - strip.least;
         let [low, high] = self.region.bounds[1];
         // Beyond the border there is nothing to cover.
         let beyond = a.along > high || b.along < low;
         let covers = beyond
-            || (self.meets(&pose, setting.band.upper, [a, b]) && self.reaches(&strip, [a, b]));
-        let far = (strip.width > 0.0).then(|| self.lane.options.along.local(strip.far.0));
-        Check { far, gouge, good: gouge <= 0.0 && covers }
+            || (self.meets(&pose, between.band.upper, [a, b]) && self.reaches(&strip, [a, b]));
+        let good = gouge <= 0.0 && covers;
+        Check { far: strip.far.filter(|_| good), gouge, good }
     }
 
     /// Whether the track between two stations, where the pass before ended, is cut to `upper` by the
@@ -246,11 +251,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
 
     /// Whether a strip between two stations is about as wide as theirs.
     fn reaches(&self, strip: &Strip, ends: [&Placed; 2]) -> bool {
-        let across = self.lane.across;
-        let chart = self.lane.options.along;
-        let far = chart.local(strip.far.0)[0];
+        let (across, chart) = (self.lane.across, self.lane.options.along);
         let least = ends.map(|p| p.far(chart)[0]).into_iter().fold(f64::INFINITY, f64::min);
-        strip.width > 0.0 && far >= least - WASTE * (least - across)
+        strip.far.is_some_and(|far| far[0] >= least - WASTE * (least - across))
     }
 
     /// The first place across, beyond what the stretches cover, where something is left to cut.

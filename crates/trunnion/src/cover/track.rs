@@ -30,6 +30,8 @@ pub(super) struct Track {
     along: Vec<f64>,
     /// Arc length \[mm\] from the border of the face; negative before it.
     way: Vec<f64>,
+    /// Arc length over the face itself \[mm\].
+    length: f64,
 }
 
 impl Track {
@@ -51,11 +53,12 @@ impl Track {
             }
         };
         let width = (end - start) / f64::from(INTERVALS);
-        let mut track = Self { along: vec![start], way: vec![0.0] };
+        let mut track = Self { along: vec![start], way: vec![0.0], length: 0.0 };
         for i in 1..=INTERVALS {
             let to = if i == INTERVALS { end } else { start + width * f64::from(i) };
             track.walk(to, &speed);
         }
+        track.length = track.way.last().copied().unwrap_or(0.0);
         track.extend(extension, &speed);
         track.turn_round();
         track.extend(extension, &speed);
@@ -98,6 +101,11 @@ impl Track {
             (Some(&first), Some(&last)) => [first, last],
             _ => [0.0, 0.0],
         }
+    }
+
+    /// Whether `way` lies over the face and not on its continuation.
+    pub(super) fn over_face(&self, way: f64) -> bool {
+        (0.0..=self.length).contains(&way)
     }
 
     /// Parameter along at arc length `way`.
