@@ -175,6 +175,21 @@ fn shared_models_agree_with_occt() {
     }
 }
 
+#[test]
+fn the_impeller_agrees_with_occt() {
+    let path = root().join("../shared/models/kj66_impeller.step");
+    if !path.exists() {
+        println!("{} is absent: nothing compared", path.display());
+        return;
+    }
+    let part = lossless(&path);
+    assert_eq!(part.faces.len(), 92);
+    let sums = sums(&part);
+    // OCCT's adaptive integrators, 1e-6; 11 solids.
+    assert_share("impeller area", sums.area, 54_446.353_66, 1e-3);
+    assert_share("impeller volume", sums.volume, 78_552.814_55, 2e-3);
+}
+
 /// The mutated file is the smallest fixture with a curved, trimmed face.
 fn example() -> Vec<u8> {
     fs::read(root().join("examples/step-face/part.step")).unwrap()
