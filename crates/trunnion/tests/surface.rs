@@ -2,8 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 use nalgebra::Point3;
+use nalgebra::Point4;
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use trunnion::surface::ClosestError;
 use trunnion::surface::Cone;
 use trunnion::surface::Curve;
 use trunnion::surface::Cylinder;
@@ -171,33 +173,32 @@ fn the_continuation_is_twice_continuously_differentiable() {
     }
 }
 
-/// Closest of a dense grid, refined by shrinking grids round the best: no derivatives, no bounds.
-fn brute(surface: &Surface, p: &Point3<f64>) -> f64 {
-    let [[u0, u1], [v0, v1]] = surface.domain();
+/// Points of a dense grid with their parameters.
+fn dense(surface: &Surface) -> Vec<([f64; 2], Point3<f64>)> {
     let n = 120;
-    let mut best: Vec<(f64, [f64; 2])> = Vec::new();
-    for i in 0..=n {
-        for j in 0..=n {
-            let uv = [
-                u0 + (u1 - u0) * f64::from(i) / f64::from(n),
-                v0 + (v1 - v0) * f64::from(j) / f64::from(n),
-            ];
-            best.push(((surface.point(uv[0], uv[1]) - p).norm(), uv));
-        }
-    }
-    best.sort_by(|a, b| a.0.total_cmp(&b.0));
-    best.truncate(12);
+    let at = |[low, high]: [f64; 2], k: i32| low + (high - low) * f64::from(k) / f64::from(n);
+    let [u, v] = surface.domain();
+    let all = (0..=n).flat_map(|i| (0..=n).map(move |j| [at(u, i), at(v, j)]));
+    all.map(|uv| (uv, surface.point(uv[0], uv[1]))).collect()
+}
+
+/// Closest of a dense grid, refined by shrinking grids round the best: no derivatives, no bounds.
+fn brute(surface: &Surface, grid: &[([f64; 2], Point3<f64>)], p: &Point3<f64>) -> f64 {
+    let bounds = surface.domain();
+    let mut best: Vec<_> = grid.iter().map(|(uv, point)| ((point - p).norm(), *uv)).collect();
+    let by_distance = |a: &(f64, [f64; 2]), b: &(f64, [f64; 2])| a.0.total_cmp(&b.0);
+    best.select_nth_unstable_by(6, by_distance);
+    best.truncate(6);
     let refine = |&(mut d, mut uv): &(f64, [f64; 2])| {
-        let mut step = [(u1 - u0) / f64::from(n), (v1 - v0) / f64::from(n)];
-        for _ in 0..60 {
-            let around = [-1.0, 0.0, 1.0].map(|a| [-1.0, 0.0, 1.0].map(|b| [a, b]));
+        let mut step = bounds.map(|[low, high]| (high - low) / 120.0);
+        for _ in 0..40 {
             let (centre, before) = (uv, d);
-            for [a, b] in around.into_iter().flatten() {
-                let u = (centre[0] + a * step[0]).clamp(u0, u1);
-                let v = (centre[1] + b * step[1]).clamp(v0, v1);
-                let there = (surface.point(u, v) - p).norm();
+            for k in (0..9).filter(|k| *k != 4) {
+                let move_by = [f64::from(k / 3 - 1) * step[0], f64::from(k % 3 - 1) * step[1]];
+                let to = [0, 1].map(|k| (centre[k] + move_by[k]).clamp(bounds[k][0], bounds[k][1]));
+                let there = (surface.point(to[0], to[1]) - p).norm();
                 if there < d {
-                    (d, uv) = (there, [u, v]);
+                    (d, uv) = (there, to);
                 }
             }
             if d >= before {
@@ -209,24 +210,113 @@ fn brute(surface: &Surface, p: &Point3<f64>) -> f64 {
     best.iter().map(refine).fold(f64::INFINITY, f64::min)
 }
 
+type Net = (Vec<Vec<Point3<f64>>>, Vec<Vec<f64>>, [Vec<f64>; 2]);
+
+/// A sphere of the peer's making, centre (50, 50, 0), radius 40: quadratic, rational, closed by one
+/// parameter and collapsed at the poles.
+fn peer_sphere() -> Net {
+    use curvo::prelude::NurbsSurface3D;
+    let centre = Point3::new(50.0, 50.0, 0.0);
+    let sphere = NurbsSurface3D::try_sphere(&centre, &Vector3::z(), &Vector3::x(), 40.0).unwrap();
+    let rows = sphere.control_points();
+    let points =
+        rows.iter().map(|row| row.iter().map(|p| Point3::from(p.coords.xyz() / p.w)).collect());
+    let weights = rows.iter().map(|row| row.iter().map(|p| p.w).collect());
+    let knots = [sphere.u_knots().to_vec(), sphere.v_knots().to_vec()];
+    (points.collect(), weights.collect(), knots)
+}
+
+/// The sphere, or with `bump` a potato: control points moved in and out, the seam kept shut.
+fn potato(bump: f64) -> Surface {
+    let (mut points, weights, knots) = peer_sphere();
+    let mut numbers = Numbers(5);
+    let centre = Point3::new(50.0, 50.0, 0.0);
+    let mut moved: Vec<(Point3<f64>, f64)> = Vec::new();
+    for point in points.iter_mut().flatten() {
+        let known = moved.iter().find(|(at, _)| (at - *point).norm() < 1e-9).map(|pair| pair.1);
+        let share = known.unwrap_or_else(|| 1.0 + bump * numbers.next());
+        moved.push((*point, share));
+        *point = centre + (*point - centre) * share;
+    }
+    Surface::Nurbs(NurbsSurface::new([2, 2], knots, points, Some(weights)).unwrap())
+}
+
+/// 1000 queries: on the surface, 20, 60 and 120 mm away, inside closed ones; none wrong.
 #[test]
 fn closest_agrees_with_brute_force() {
-    for rational in [false, true] {
-        let surface = Surface::Nurbs(wavy(21, [3, 3], [9, 8], rational));
+    let wavy = |seed, rational| Surface::Nurbs(wavy(seed, [3, 3], [9, 8], rational));
+    let surfaces = [wavy(21, false), wavy(22, true), potato(0.0), potato(0.4), bezier_patch()];
+    for surface in surfaces {
         let index = FaceIndex::new(Face::new(1, surface.clone(), vec![], false).unwrap()).unwrap();
+        let grid = dense(&surface);
         let mut numbers = Numbers(3);
-        for query in 0..40 {
+        for query in 0..200 {
             let far = [0.0, 20.0, 120.0, -60.0][query % 4];
-            let p = Point3::new(
-                50.0 + 70.0 * numbers.next(),
-                50.0 + 70.0 * numbers.next(),
-                far + 10.0 * numbers.next(),
-            );
+            let mut around = || 50.0 + 70.0 * numbers.next();
+            let p = Point3::new(around(), around(), far + 0.15 * around());
             let foot = index.closest(&p).unwrap();
-            let brute = brute(&surface, &p);
+            let brute = brute(&surface, &grid, &p);
             assert!(foot.distance.abs() <= brute + 1e-6, "{p}: {} against {brute}", foot.distance);
             assert!((surface.point(foot.uv[0], foot.uv[1]) - foot.point).norm() < 1e-12);
             assert!((foot.distance.abs() - (p - foot.point).norm()).abs() < 1e-12);
+        }
+    }
+}
+
+/// The centre of a sphere has no one closest point: an answer that says so, or a right distance.
+#[test]
+fn the_centre_of_a_sphere_is_undecided() {
+    let index = FaceIndex::new(Face::new(1, potato(0.0), vec![], false).unwrap()).unwrap();
+    match index.closest(&Point3::new(50.0, 50.0, 0.0)) {
+        Ok(foot) => assert!((foot.distance.abs() - 40.0).abs() < 1e-9, "{foot:?}"),
+        Err(error) => assert!(matches!(error, ClosestError::Undecided { .. }), "{error}"),
+    }
+    let nan = index.closest(&Point3::new(f64::NAN, 0.0, 0.0));
+    assert_eq!(nan, Err(ClosestError::NotFinite));
+    assert!(index.closest_near(&Point3::new(f64::INFINITY, 0.0, 0.0), [0.0; 2]).is_err());
+}
+
+/// Values and all derivatives to order 3 against the peer's recursive basis functions.
+#[test]
+fn derivatives_agree_with_the_peers() {
+    use curvo::prelude::NurbsSurface3D;
+    for (seed, degree) in [(31, [3, 3]), (32, [2, 4]), (33, [5, 3]), (34, [1, 2])] {
+        for rational in [false, true] {
+            let ours = wavy(seed, degree, [8, 9], rational);
+            let lift = |i: usize, j: usize, p: &Point3<f64>| {
+                let w = ours.weights().map_or(1.0, |rows| rows[i][j]);
+                Point4::new(p.x * w, p.y * w, p.z * w, w)
+            };
+            let net = ours.points().iter().enumerate();
+            let net =
+                net.map(|(i, row)| row.iter().enumerate().map(|(j, p)| lift(i, j, p)).collect());
+            let [u, v] = ours.knots().each_ref().map(|knots| knots.knots().to_vec());
+            let peer = NurbsSurface3D::new(degree[0], degree[1], u, v, net.collect());
+            let surface = Surface::Nurbs(ours.clone());
+            let [u, v] = surface.domain();
+            let mut numbers = Numbers(seed);
+            for _ in 0..50 {
+                let (u, v) = (between(u, numbers.next()), between(v, numbers.next()));
+                let theirs = peer.rational_derivatives(u, v, 3);
+                let order = [
+                    (0, 0),
+                    (1, 0),
+                    (0, 1),
+                    (2, 0),
+                    (1, 1),
+                    (0, 2),
+                    (3, 0),
+                    (2, 1),
+                    (1, 2),
+                    (0, 3),
+                ];
+                for ((k, l), own) in order.into_iter().zip(entries(&surface.jet(u, v))) {
+                    let error = (theirs[k][l] - own).norm() / (1.0 + own.norm());
+                    assert!(error < 1e-10, "({k}, {l}) at ({u}, {v}): {error:e}");
+                }
+                let two = surface.jet2(u, v);
+                assert_eq!(two, surface.jet(u, v).second());
+            }
         }
     }
 }
