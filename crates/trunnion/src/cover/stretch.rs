@@ -158,17 +158,14 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         good
     }
 
-    /// An error if there is something to cut farther from `end` than twice the least spacing, on the
-    /// side of the `spots` given up. Beyond the border only the run-out is lost.
+    /// An error if a place over the face is given up, farther from `end` than twice the least
+    /// spacing, with something to cut. Beyond the border only the run-out is lost.
     fn lost(&self, end: &Placed, spots: &[Spot]) -> Result<(), Refused> {
-        let track = &self.lane.track;
         let least = 2.0 * self.lane.options.spacing[0];
-        let across = [self.lane.across; 2];
         let missed = |spot: &&Spot| {
-            let away = least.copysign(spot.way - end.way);
-            let mut slab = [track.at(end.way + away), track.at(spot.way)];
-            slab.sort_by(f64::total_cmp);
-            (spot.way - end.way).abs() > least && self.region.touches(across, slab)
+            spot.touched
+                && self.lane.track.over_face(spot.way)
+                && (spot.way - end.way).abs() > least
         };
         spots.iter().filter(missed).find_map(Spot::refused).map_or(Ok(()), Err)
     }
