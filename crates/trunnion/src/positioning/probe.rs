@@ -36,6 +36,11 @@ impl<'a> Probe<'a> {
         Self { face, queries: 0 }
     }
 
+    /// Another one that goes on counting.
+    pub(super) fn again(&self) -> Self {
+        Self { face: self.face, queries: self.queries }
+    }
+
     /// Reads the distance of `p`, whose foot is expected near `guess`.
     pub(super) fn read(
         &mut self,

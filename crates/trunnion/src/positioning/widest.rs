@@ -150,7 +150,11 @@ fn search(
         let climbed = problem.climb(&warm_start(warm, ranges), ARRIVED, &mut probe)?;
         if let Some(optimum) = climbed.filter(fits) {
             if Frame::width(optimum.state.placement.x) >= NARROWED * warm.chord_width {
-                return settle(request, side, &problem, optimum, (ranges, probe));
+                let settled =
+                    settle(request, side, &problem, optimum.clone(), (ranges, probe.again()));
+                if settled.is_ok() {
+                    return settled;
+                }
             }
             best = Some(optimum);
         }
@@ -176,8 +180,8 @@ fn search(
     }
 }
 
-/// Looks densely at the optimum; where that finds a breach between the samples, the search goes
-/// on with more of them.
+/// Looks densely at the optimum; where that finds a breach between the samples, the search goes on
+/// with more of them, and then with the band narrowed from below by what was still missing.
 fn settle(
     request: &Request,
     side: ContactSide,
@@ -185,19 +189,36 @@ fn settle(
     mut optimum: Optimum,
     (ranges, mut probe): ([[f64; 2]; 2], Probe),
 ) -> Result<Location, PositioningError> {
-    let strip = look(request, problem, &optimum, &mut probe)?;
-    if keeps(request.band, &strip, &optimum) {
-        return finish(request, (side, problem), &optimum, &strip, probe);
+    let mut problem = Problem { ..*problem };
+    for _ in 0..NARROWINGS {
+        let strip = look(request, &problem, &optimum, &mut probe)?;
+        if keeps(request.band, &strip, &optimum) {
+            return finish(request, (side, &problem), &optimum, &strip, probe);
+        }
+        let missing = request.band.lower - strip.front_min.min(strip.rear_min);
+        if problem.intervals == FINE && missing > 0.0 {
+            problem.band.lower += 2.0 * missing;
+        }
+        problem.intervals = FINE;
+        match problem.climb(&again(&optimum, ranges), ARRIVED, &mut probe)? {
+            Some(better) => optimum = better,
+            None => break,
+        }
     }
-    let fine = Problem { intervals: FINE, ..*problem };
-    if let Some(better) = fine.climb(&again(&optimum, ranges), ARRIVED, &mut probe)? {
-        optimum = better;
-    }
-    let strip = look(request, problem, &optimum, &mut probe)?;
-    if keeps(request.band, &strip, &optimum) {
-        return finish(request, (side, problem), &optimum, &strip, probe);
+    let strip = look(request, &problem, &optimum, &mut probe)?;
+    if clear(request.band, &strip) && strip.width > 0.0 {
+        return finish(request, (side, &problem), &optimum, &strip, probe);
     }
     Err(no_strip(request, Some(&optimum)))
+}
+
+/// How often the dense look may send the search on. What is missing falls with its square, so a few
+/// times do where any number does.
+const NARROWINGS: usize = 4;
+
+/// Nothing closer than the lower end of the band.
+fn clear(band: Band, strip: &Strip) -> bool {
+    strip.front_min >= band.lower && strip.rear_min >= band.lower
 }
 
 /// Nothing closer than the lower end of the band, and the strip reaches the second end point:
@@ -207,7 +228,7 @@ fn keeps(band: Band, strip: &Strip, optimum: &Optimum) -> bool {
     /// different tangent planes, differ a little.
     const WHOLE: f64 = 0.99;
     let whole = strip.width >= WHOLE * Frame::width(optimum.state.placement.x);
-    whole && strip.front_min >= band.lower && strip.rear_min >= band.lower
+    whole && clear(band, strip)
 }
 
 fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
