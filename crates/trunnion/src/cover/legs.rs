@@ -26,6 +26,9 @@ pub struct LinkOptions {
     pub plane: f64,
     /// Kind of lead.
     pub lead: LeadKind,
+    /// Last stretch of a lead that is run at the cutting feed \[mm\]; what lies above counts as a link.
+    /// Longer than the lead: all of it.
+    pub approach: f64,
     /// Depth to which the cutter may go into a face during a lead \[mm\]: the gouge tolerance.
     pub gouge: f64,
 }
@@ -60,19 +63,41 @@ pub fn legs(
         let gouges = |depth| CoverError::LeadGouges { pass: number, face: pass.face, depth };
         let forward = pass.stations.iter();
         let out = leads.away(&mut forward.clone().rev().copied()).map_err(gouges)?;
-        let mut down = leads.away(&mut forward.copied()).map_err(gouges)?;
-        down.reverse();
+        let down = leads.away(&mut forward.copied()).map_err(gouges)?;
         if let (Some(above), Some(&below)) =
-            (legs.last().and_then(|leg| leg.stations.last()), down.first())
+            (legs.last().and_then(|leg| leg.stations.last()), down.last())
         {
             legs.push(Leg { motion: Motion::Link, stations: vec![*above, below] });
         }
-        legs.push(Leg { motion: Motion::LeadIn, stations: down });
+        let (high, low) = split(out, options.approach);
+        let (high_down, low_down) = split(down, options.approach);
+        legs.extend(high_down.map(|link| Leg { motion: Motion::Link, stations: reversed(link) }));
+        legs.push(Leg { motion: Motion::LeadIn, stations: reversed(low_down) });
         legs.push(Leg { motion: Motion::Cut, stations: pass.stations.clone() });
-        legs.push(Leg { motion: Motion::LeadOut, stations: out });
+        legs.push(Leg { motion: Motion::LeadOut, stations: low });
+        legs.extend(high.map(|link| Leg { motion: Motion::Link, stations: link }));
     }
     progress.step(Stage::Cover, passes.len() as u64, passes.len() as u64)?;
     Ok(legs)
+}
+
+/// Splits a way up where its last straight part, the climb, is `approach` long: what lies above, if
+/// anything does, and what lies below.
+fn split(mut up: Vec<Station>, approach: f64) -> (Option<Vec<Station>>, Vec<Station>) {
+    let Some(&[foot, top]) = up.last_chunk::<2>() else { return (None, up) };
+    let climb = top.pose.tip - foot.pose.tip;
+    if climb.norm() <= approach {
+        return (None, up);
+    }
+    let near = moved(&foot, &climb.scale(approach / climb.norm()));
+    up.pop();
+    up.push(near);
+    (Some(vec![near, top]), up)
+}
+
+fn reversed(mut stations: Vec<Station>) -> Vec<Station> {
+    stations.reverse();
+    stations
 }
 
 struct Leads<'a> {
@@ -192,4 +217,24 @@ fn square_to(axis: &UnitVector3<f64>) -> [UnitVector3<f64>; 2] {
     let least = Vector3::ith(axis.iamin(), 1.0);
     let e = Unit::new_normalize(axis.cross(&least));
     [e, Unit::new_normalize(axis.cross(&e))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_last_stretch_of_a_climb_is_run_at_the_feed() {
+        let axis = Unit::new_normalize(Vector3::new(0.0, 0.6, 0.8));
+        let at = |z: f64| {
+            let tip = Point3::from(axis.scale(z));
+            Station { pose: ToolPose { tip, axis }, contact: tip }
+        };
+        let (high, low) = split(vec![at(0.0), at(50.0)], 8.0);
+        let (high, tip) = (high.unwrap(), |station: &Station| station.pose.tip.coords.norm());
+        assert!((tip(&low[1]) - 8.0).abs() < 1e-12 && low.len() == 2);
+        assert!((high[0].pose.tip - low[1].pose.tip).norm() < 1e-15);
+        assert!((tip(&high[1]) - 50.0).abs() < 1e-12);
+        assert!(split(vec![at(0.0), at(5.0)], 8.0).0.is_none());
+    }
 }

@@ -90,6 +90,24 @@ impl Budget {
     }
 }
 
+impl Budget {
+    /// Every part by name \[mm\], the whole first.
+    pub fn lines(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let Self { total, gouge, lower, upper, shares } = *self;
+        [
+            ("total", total),
+            ("gouge", gouge),
+            ("strip, least", lower),
+            ("strip, most", upper),
+            ("path", shares.path),
+            ("linearisation", shares.linearisation),
+            ("rounding", shares.rounding),
+            ("control", shares.control),
+        ]
+        .into_iter()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,7 @@
 use super::budget::{Budget, BudgetError, Shares};
 use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
 use crate::files::job::{self, JobFile};
+use crate::import::inspect;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
 use crate::types::Fault;
@@ -87,6 +88,34 @@ impl Job {
                 .into_iter()
                 .map(|fault| file.places.fault(fault.key(), fault.to_string()))
                 .collect()),
+        }
+    }
+}
+
+impl Job {
+    /// Highest point of part and stock along workpiece z \[mm\]. The stock of an STL file counts as
+    /// the part alone: its mesh is not read.
+    pub(super) fn highest(&self) -> f64 {
+        let tops = self.faces.iter().map(|face| inspect::summary(face.face()).bounds[1].z);
+        let part = tops.fold(f64::NEG_INFINITY, f64::max);
+        match &self.file.stock {
+            Some(job::Stock::Offset { thickness }) => part + thickness,
+            Some(job::Stock::Box { max, .. }) => part.max(max.z),
+            Some(job::Stock::Cylinder { base, height, .. }) => part.max(base.z + height),
+            Some(job::Stock::Stl { .. }) | None => part,
+        }
+    }
+}
+
+impl Job {
+    /// Last stretch of a lead that is run at the cutting feed \[mm\]: half the cutter's radius above
+    /// what there is to cut; all of it where the stock is not known to follow the part.
+    pub(super) fn approach(&self) -> f64 {
+        let above = 0.5 * self.cutter.radius();
+        match &self.file.stock {
+            None => above,
+            Some(job::Stock::Offset { thickness }) => above + thickness,
+            Some(_) => f64::INFINITY,
         }
     }
 }

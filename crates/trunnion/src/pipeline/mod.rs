@@ -1,7 +1,64 @@
-//! The whole chain from one job.
+//! The whole chain from one job: [`Job`] in, [`Outcome`] out.
+//!
+//! [`run`] reads like the picture on the crate's front page; each stage is one call. What a stage may
+//! spend of the tolerance comes from the [`Budget`].
 
 mod budget;
+mod error;
 mod job;
+mod programs;
+mod stages;
+mod summary;
 
 pub use budget::{Budget, BudgetError, Shares};
+pub use error::PipelineError;
 pub use job::{Job, JobError};
+pub use programs::Program;
+
+use crate::axes::Followed;
+use crate::cover::Covering;
+use crate::feed::Plan;
+use crate::files::summary::Summary;
+use crate::types::{Leg, Progress, ToolPath};
+
+/// Everything a run makes. Nothing is written anywhere.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Passes over the faces.
+    pub covering: Covering,
+    /// Passes with leads and links, in the order they are run.
+    pub legs: Vec<Leg>,
+    /// Curves through the cutter locations.
+    pub tool_path: ToolPath,
+    /// The machine's axes along them.
+    pub followed: Followed,
+    /// Speeds.
+    pub plan: Plan,
+    /// Programs as text, each with what its own check found.
+    pub programs: Vec<Program>,
+    /// Cutter locations as APT/CL text.
+    pub cl: String,
+    /// Setup sheet.
+    pub setup: String,
+    /// The numbers.
+    pub summary: Summary,
+}
+
+/// Runs the whole chain.
+///
+/// A result that breaks a tolerance or a limit is not an error: see [`Summary::passed`].
+///
+/// # Errors
+///
+/// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
+pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
+    let covering = stages::cover(job, progress)?;
+    let legs = stages::legs(job, &covering.passes, progress)?;
+    let tool_path = stages::tool_path(job, &legs, progress)?;
+    let followed = stages::axes(job, &tool_path, progress)?;
+    let plan = stages::feed(job, &followed.path, progress)?;
+    let programs = programs::write(job, &followed.path, &plan.schedule, progress)?;
+    let (cl, setup) = programs::sheets(job, &legs, &plan.schedule)?;
+    let summary = summary::of(job, &covering, &followed.path, &plan, &programs)?;
+    Ok(Outcome { covering, legs, tool_path, followed, plan, programs, cl, setup, summary })
+}

@@ -1,0 +1,96 @@
+//! Why a chain stopped.
+
+use crate::axes::AxesError;
+use crate::blocks::BlocksError;
+use crate::cover::CoverError;
+use crate::feed::FeedError;
+use crate::nc::write::{WordsError, WriteError};
+use crate::setpoint::SetpointError;
+use crate::toolpath::ToolPathError;
+use crate::types::{Cancelled, Fault};
+use crate::verify::VerifyError;
+
+/// The stage that could not go on, and why.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The caller asked for a stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Passes over the faces.
+    #[error("placing strips: {0}")]
+    Cover(CoverError),
+    /// Curves through the cutter locations.
+    #[error("fitting curves: {0}")]
+    ToolPath(ToolPathError),
+    /// The machine's axes.
+    #[error("solving the axes: {0}")]
+    Axes(AxesError),
+    /// Speeds.
+    #[error("planning speeds: {0}")]
+    Feed(FeedError),
+    /// Setpoints.
+    #[error("sampling setpoints: {0}")]
+    Setpoint(#[from] SetpointError),
+    /// Program blocks.
+    #[error("breaking the path into blocks: {0}")]
+    Blocks(BlocksError),
+    /// Axis words of the machine.
+    #[error("machine file: {0}")]
+    Words(#[from] WordsError),
+    /// Program text.
+    #[error("writing the program: {0}")]
+    Write(#[from] WriteError),
+    /// Decimals of the program are too few for the tolerance.
+    #[error(
+        "rounding the words of {file} moves the cutter by up to {rounding:.6} mm, more than the \
+         {share:.6} mm the budget gives it; ask for more decimals in the machine's output or set \
+         tolerance.split.rounding"
+    )]
+    Rounding {
+        /// Program file.
+        file: &'static str,
+        /// What rounding does \[mm\].
+        rounding: f64,
+        /// What it may do \[mm\].
+        share: f64,
+    },
+    /// A program that the reader does not understand: a mistake of the writer.
+    #[error("{file} cannot be read back: {}", first(faults))]
+    ReadBack {
+        /// Program file.
+        file: &'static str,
+        /// What is wrong with it.
+        faults: Vec<Fault>,
+    },
+    /// The check of a program.
+    #[error("checking the program: {0}")]
+    Verify(VerifyError),
+}
+
+fn first(faults: &[Fault]) -> String {
+    faults.first().map(ToString::to_string).unwrap_or_default()
+}
+
+/// Cancellation is one error, whichever stage noticed it.
+macro_rules! stage_error {
+    ($($error:ident => $variant:ident),*) => {$(
+        impl From<$error> for PipelineError {
+            fn from(error: $error) -> Self {
+                match error {
+                    $error::Cancelled(stop) => Self::Cancelled(stop),
+                    error => Self::$variant(error),
+                }
+            }
+        }
+    )*};
+}
+
+stage_error!(
+    CoverError => Cover,
+    ToolPathError => ToolPath,
+    AxesError => Axes,
+    FeedError => Feed,
+    BlocksError => Blocks,
+    VerifyError => Verify
+);

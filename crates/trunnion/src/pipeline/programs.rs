@@ -1,0 +1,214 @@
+//! Programs: blocks, text, and the check of that very text.
+
+use super::error::PipelineError;
+use super::job::Job;
+use super::stages::QUINTIC_SHARE;
+use crate::blocks::{self, BlockOptions, Control};
+use crate::cover;
+use crate::files::job as file;
+use crate::nc::read;
+use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote};
+use crate::types::{AxisPath, Block, Leg, Motion, Progress, Schedule};
+use crate::verify;
+
+/// Decimals of cutter locations \[mm\].
+const CL_DECIMALS: u8 = 6;
+
+/// Decimals of inverse-time feed words \[1/min\].
+const FEED_DECIMALS: u8 = 3;
+
+/// Longest block \[s\]: a program runs at block-mean speed, and follows the schedule this closely.
+const LONGEST_BLOCK: f64 = 0.05;
+
+/// Shortest block \[s\]: controls read a thousand blocks a second.
+const SHORTEST_BLOCK: f64 = 0.001;
+
+/// Largest turn of a rotary axis in a block \[rad\].
+const LARGEST_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Deviation on links, far from the part \[mm\].
+const LINK_TOLERANCE: f64 = 1.0;
+
+/// Material higher than this counts as uncut in the check \[mm\].
+const REACH: f64 = 1.0;
+
+/// Share of the total tolerance by which a ray may miss the swept cutter in the check.
+const RAY_SHARE: f64 = 0.005;
+
+/// Most grid points on one face in the check.
+const MOST_POINTS: usize = 20_000_000;
+
+/// Most faults to report of a program that cannot be read back.
+const MOST_FAULTS: usize = 20;
+
+/// A program and what its check found.
+#[derive(Debug)]
+pub struct Program {
+    /// Name of the dialect.
+    pub dialect: &'static str,
+    /// File name.
+    pub file: &'static str,
+    /// The program.
+    pub text: String,
+    /// What it says, block by block.
+    pub blocks: Vec<Block>,
+    /// Bound on what rounding its words does at the cutter \[mm\].
+    pub rounding: f64,
+    /// What replaying the text found.
+    pub check: verify::Report,
+}
+
+/// What tells the dialects apart here.
+struct Form {
+    dialect: &'static str,
+    file: &'static str,
+    control: Control,
+    coordinates: Coordinates,
+}
+
+fn form(dialect: file::Dialect) -> Form {
+    match dialect {
+        file::Dialect::LinuxCnc => Form {
+            dialect: "linuxcnc",
+            file: "program.linuxcnc.ngc",
+            control: Control::RotaryLinear,
+            coordinates: Coordinates::Tip,
+        },
+        file::Dialect::G93 => Form {
+            dialect: "g93",
+            file: "program.g93.nc",
+            control: Control::Axes,
+            coordinates: Coordinates::Axes,
+        },
+    }
+}
+
+/// Writes every program of the job and checks what was written.
+pub(super) fn write(
+    job: &Job,
+    path: &AxisPath,
+    schedule: &Schedule,
+    progress: &dyn Progress,
+) -> Result<Vec<Program>, PipelineError> {
+    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    let mut programs = Vec::new();
+    for &dialect in &job.file.dialects {
+        let form = form(dialect);
+        let blocks =
+            blocks::blocks(&job.kinematics, path, schedule, &options(job, form.control), progress)?;
+        let rounding = rounding(job, &blocks, &words, form.coordinates);
+        let share = job.budget.shares.rounding;
+        if rounding > share {
+            return Err(PipelineError::Rounding { file: form.file, rounding, share });
+        }
+        let text = text(job, &form, &blocks, words, schedule)?;
+        let check = check(job, form.file, &text, words, progress)?;
+        let Form { dialect, file, .. } = form;
+        programs.push(Program { dialect, file, text, blocks, rounding, check });
+    }
+    Ok(programs)
+}
+
+fn options(job: &Job, control: Control) -> BlockOptions {
+    BlockOptions {
+        control,
+        tolerance: (1.0 - 2.0 * QUINTIC_SHARE) * job.budget.shares.linearisation,
+        link_tolerance: LINK_TOLERANCE,
+        lever: cover::lever(&job.cutter),
+        max_step: f64::INFINITY,
+        max_turn: LARGEST_TURN,
+        max_duration: LONGEST_BLOCK,
+        min_duration: SHORTEST_BLOCK,
+    }
+}
+
+/// Bound on what rounding does while the tool cuts; elsewhere it is clear of the part.
+fn rounding(job: &Job, blocks: &[Block], words: &AxisWords, coordinates: Coordinates) -> f64 {
+    let lever = cover::lever(&job.cutter);
+    let of = |block: &Block| write::rounding(&job.kinematics, &block.q, words, coordinates, lever);
+    blocks.iter().filter(|block| block.motion == Motion::Cut).map(of).fold(0.0, f64::max)
+}
+
+fn text(
+    job: &Job,
+    form: &Form,
+    blocks: &[Block],
+    axes: AxisWords,
+    schedule: &Schedule,
+) -> Result<String, PipelineError> {
+    let blend = Some(job.budget.shares.control);
+    let options = ProgramOptions { axes, feed_decimals: FEED_DECIMALS, blend };
+    let shares = shares(job);
+    let note = note(job, &shares, schedule);
+    let mut text = String::new();
+    match form.coordinates {
+        Coordinates::Tip => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
+        Coordinates::Axes => write::g93(&mut text, &job.kinematics, blocks, &note, &options)?,
+    }
+    Ok(text)
+}
+
+/// Reads the text back and replays it.
+fn check(
+    job: &Job,
+    file: &'static str,
+    text: &str,
+    axes: AxisWords,
+    progress: &dyn Progress,
+) -> Result<verify::Report, PipelineError> {
+    let options = read::ReadOptions { axes, most_faults: MOST_FAULTS };
+    let program =
+        read::gcode(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })?;
+    let faces: Vec<_> = job.faces.iter().map(|face| face.face().clone()).collect();
+    let input = verify::Input {
+        program: &program,
+        believed: &job.kinematics,
+        real: &job.kinematics,
+        faces: &faces,
+        cutter: &job.cutter,
+    };
+    let options = verify::Options {
+        grid: job.file.verify_grid,
+        reach: REACH.max(2.0 * job.budget.total),
+        ray_tolerance: RAY_SHARE * job.budget.total,
+        total: job.budget.total,
+        gouge: job.budget.gouge,
+        most_points: MOST_POINTS,
+    };
+    Ok(verify::check(&input, &options, progress)?)
+}
+
+/// Cutter locations and setup sheet.
+pub(super) fn sheets(
+    job: &Job,
+    legs: &[Leg],
+    schedule: &Schedule,
+) -> Result<(String, String), PipelineError> {
+    let shares = shares(job);
+    let note = note(job, &shares, schedule);
+    let (mut cl, mut setup) = (String::new(), String::new());
+    write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
+    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
+    Ok((cl, setup))
+}
+
+fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], schedule: &Schedule) -> Note<'a> {
+    Note {
+        name: &job.file.name,
+        tool: ToolNote {
+            number: job.file.tool.number,
+            major: job.cutter.major(),
+            minor: job.cutter.minor(),
+        },
+        spindle: job.file.cutting.spindle_rpm(),
+        coolant: job.file.cutting.coolant,
+        feed: job.file.cutting.feed,
+        budget,
+        duration: schedule.duration(),
+    }
+}
+
+fn shares(job: &Job) -> Vec<(String, f64)> {
+    job.budget.lines().map(|(name, value)| (name.to_owned(), value)).collect()
+}

@@ -1,0 +1,127 @@
+//! One call a stage: options from the job and its budget.
+
+use super::error::PipelineError;
+use super::job::Job;
+use crate::axes::{self, AxesOptions, FeedPoint, Followed};
+use crate::cover::{self, CoverOptions, Covering, LinkOptions};
+use crate::feed::{self, FeedOptions, Limits, Plan};
+use crate::files::job as file;
+use crate::positioning::{Band, ContactSide};
+use crate::toolpath::{self, ToolPathOptions};
+use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
+
+/// Least and largest distance between stations, as fractions of the cutter's radius.
+const SPACING: [f64; 2] = [0.02, 0.25];
+
+/// Offset directions searched unless the job says otherwise \[rad\].
+const OFFSET_RANGE: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4];
+
+/// Lead of the fallback where no strip fits \[rad\].
+const FALLBACK_LEAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Share of the linearisation that the quintic axis path takes from the blocks: tip and axis each.
+pub(super) const QUINTIC_SHARE: f64 = 0.1;
+
+/// Largest rotary move between two nodes of the axis path \[rad\].
+const MAX_ROTARY_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// Time still to gain at which the planner stops inserting rows.
+const TIME_TOLERANCE: f64 = 1e-3;
+
+pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
+    let strategy = &job.file.strategy;
+    let (method, lead) = match strategy.method {
+        file::Method::Widest => (cover::Method::Widest, FALLBACK_LEAD),
+        file::Method::FixedTilt { tilt } => (cover::Method::Inclined, tilt),
+    };
+    let options = CoverOptions {
+        along: match strategy.along {
+            file::Along::U => cover::Along::U,
+            file::Along::V => cover::Along::V,
+        },
+        direction: match strategy.direction {
+            file::Direction::Zigzag => cover::Direction::ZigZag,
+            file::Direction::OneWay => cover::Direction::OneWay,
+        },
+        method,
+        side: match strategy.side {
+            file::Side::Ahead => ContactSide::Ahead,
+            file::Side::Behind => ContactSide::Behind,
+            file::Side::Either => ContactSide::Either,
+        },
+        band: Band { lower: job.budget.lower, upper: job.budget.upper },
+        path_share: job.budget.shares.path,
+        spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),
+        max_axis_turn: strategy.max_axis_turn,
+        offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
+        lead,
+    };
+    Ok(cover::cover(&job.faces, &job.cutter, &options, progress)?)
+}
+
+pub(super) fn legs(
+    job: &Job,
+    passes: &[Pass],
+    progress: &dyn Progress,
+) -> Result<Vec<Leg>, PipelineError> {
+    let lead = match job.file.strategy.lead {
+        file::LeadKind::Axis => cover::LeadKind::Axis,
+        file::LeadKind::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
+    };
+    let plane = job.highest() + job.file.setup.clearance;
+    let approach = job.approach();
+    let options = LinkOptions { plane, lead, approach, gouge: job.budget.gouge };
+    Ok(cover::legs(passes, &job.faces, &job.cutter, &options, progress)?)
+}
+
+pub(super) fn tool_path(
+    job: &Job,
+    legs: &[Leg],
+    progress: &dyn Progress,
+) -> Result<ToolPath, PipelineError> {
+    let options = ToolPathOptions { lever: cover::lever(&job.cutter) };
+    Ok(toolpath::through(legs, &options, progress)?)
+}
+
+pub(super) fn axes(
+    job: &Job,
+    path: &ToolPath,
+    progress: &dyn Progress,
+) -> Result<Followed, PipelineError> {
+    let tip_tolerance = QUINTIC_SHARE * job.budget.shares.linearisation;
+    let machine = job.kinematics.machine();
+    let slowest = machine.axes[3].vel.min(machine.axes[4].vel);
+    let options = AxesOptions {
+        tip_tolerance,
+        axis_tolerance: tip_tolerance / cover::lever(&job.cutter),
+        max_rotary_step: MAX_ROTARY_STEP,
+        feed_at: match job.file.cutting.reference {
+            file::Reference::Contact => FeedPoint::Contact,
+            file::Reference::Tip => FeedPoint::Tip,
+        },
+        rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
+        start: machine.home(),
+    };
+    Ok(axes::follow(&job.kinematics, path, &options, progress)?)
+}
+
+pub(super) fn feed(
+    job: &Job,
+    path: &AxisPath,
+    progress: &dyn Progress,
+) -> Result<Plan, PipelineError> {
+    let machine = job.kinematics.machine();
+    let limits = Limits::<AXES> {
+        velocity: machine.vector(|axis| axis.vel),
+        rapid: machine.vector(|axis| axis.rapid),
+        acceleration: machine.vector(|axis| axis.acc),
+        jerk: Some(machine.vector(|axis| axis.jerk)),
+    };
+    let options = FeedOptions {
+        feed: Some(job.file.cutting.feed),
+        link_feed: None,
+        tip: machine.cycle.tip_speed_max,
+        time_tolerance: TIME_TOLERANCE,
+    };
+    Ok(feed::optimal(path, &limits, &options, progress)?)
+}

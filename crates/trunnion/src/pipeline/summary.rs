@@ -1,0 +1,205 @@
+//! The numbers of a run, for people and scripts.
+
+use super::error::PipelineError;
+use super::job::Job;
+use super::programs::Program;
+use crate::cover::{Covering, FallbackReason};
+use crate::feed::Plan;
+use crate::files::summary::{
+    AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
+    ToleranceSummary,
+};
+use crate::machine::{Axis, AxisKind};
+use crate::setpoint;
+use crate::types::{AxisPath, AxisVector, Motion};
+
+/// Name and version of this library, as files name their maker.
+const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
+
+pub(super) fn of(
+    job: &Job,
+    covering: &Covering,
+    path: &AxisPath,
+    plan: &Plan,
+    programs: &[Program],
+) -> Result<Summary, PipelineError> {
+    let failures: Vec<String> = programs
+        .iter()
+        .flat_map(|program| {
+            let name = program.file;
+            program.check.findings.iter().map(move |finding| format!("{name}: {finding}"))
+        })
+        .collect();
+    Ok(Summary {
+        schema: LAYOUT.to_owned(),
+        generator: GENERATOR.to_owned(),
+        job: job.file.name.clone(),
+        passed: failures.is_empty(),
+        failures,
+        warnings: warnings(covering),
+        tolerance: tolerance(job),
+        cover: cover(job, covering),
+        motion: motion(job, path, plan)?,
+        programs: programs.iter().map(|one| program(job, one)).collect(),
+        files: Vec::new(),
+    })
+}
+
+/// What a user has to know although no tolerance is broken.
+fn warnings(covering: &Covering) -> Vec<String> {
+    let report = &covering.report;
+    let mut warnings = Vec::new();
+    if let Some(first) = report.fallbacks.first() {
+        let [u, v] = first.at;
+        warnings.push(format!(
+            "{} of {} passes run at a fixed lead, with narrow strips; the first on face {} at \
+             u {u:.4}, v {v:.4}: {}",
+            report.fallbacks.len(),
+            covering.passes.len(),
+            first.face,
+            reason(&first.reason)
+        ));
+    }
+    if report.shortened > 0 {
+        let count = report.shortened;
+        warnings.push(format!("{count} passes could not be run out in full beyond the face"));
+    }
+    if report.worst_gouge > 0.0 {
+        warnings.push(format!(
+            "{} spans leave the strips' band even at the least station spacing, towards the \
+             surface by at most {:.5} mm",
+            report.coarse_spans, report.worst_gouge
+        ));
+    }
+    if report.fast_turns > 0 {
+        warnings.push(format!(
+            "the tool axis turns faster than strategy.max_axis_turn at {} places, by up to {:.2} deg/mm",
+            report.fast_turns,
+            report.axis_turn.to_degrees()
+        ));
+    }
+    warnings
+}
+
+fn reason(reason: &FallbackReason) -> String {
+    match reason {
+        FallbackReason::NoStrip(error) => error.to_string(),
+        FallbackReason::NoAdvance(advance) => {
+            format!("the widest strips would bring the next pass only {advance:.3} mm further")
+        }
+        FallbackReason::Gouge(depth) => {
+            format!("between two strips that lie apart the cutter would go {depth:.4} mm too deep")
+        }
+    }
+}
+
+fn tolerance(job: &Job) -> ToleranceSummary {
+    let budget = &job.budget;
+    ToleranceSummary {
+        total: budget.total,
+        gouge: budget.gouge,
+        strip: [budget.lower, budget.upper],
+        path: budget.shares.path,
+        linearisation: budget.shares.linearisation,
+        rounding: budget.shares.rounding,
+        control: budget.shares.control,
+    }
+}
+
+fn cover(job: &Job, covering: &Covering) -> CoverSummary {
+    let widths = || covering.passes.iter().flat_map(|pass| pass.widths.iter().copied());
+    let count = widths().count().max(1) as f64;
+    let strip_width = [
+        widths().fold(f64::INFINITY, f64::min),
+        widths().sum::<f64>() / count,
+        widths().fold(0.0, f64::max),
+    ];
+    CoverSummary {
+        faces: job.faces.iter().map(|face| face.face().number).collect(),
+        passes: covering.passes.len(),
+        stations: covering.report.stations,
+        cutting_length: covering.report.length,
+        strip_width,
+    }
+}
+
+fn motion(job: &Job, path: &AxisPath, plan: &Plan) -> Result<MotionSummary, PipelineError> {
+    let machine = job.kinematics.machine();
+    let cutting = path
+        .pieces
+        .iter()
+        .zip(&plan.schedule.pieces)
+        .filter(|(piece, _)| piece.motion == Motion::Cut)
+        .map(|(_, rows)| rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0))
+        .sum();
+    let mut peaks = Peaks::default();
+    for setpoint in setpoint::sample(path, &plan.schedule, job.file.motion.servo_period)? {
+        peaks.add(&setpoint.position, &setpoint.velocity, &setpoint.acceleration);
+    }
+    let axes = machine.axes.iter().enumerate().map(|(index, axis)| peaks.axis(index, axis));
+    Ok(MotionSummary {
+        machine: machine.name.clone(),
+        method: "optimal: velocity and acceleration limits; jerk is not limited".to_owned(),
+        duration: plan.schedule.duration(),
+        cutting,
+        lower_bound: plan.lower_bound,
+        axes: axes.collect(),
+    })
+}
+
+/// Extremes of the axes over all setpoints.
+#[derive(Default)]
+struct Peaks {
+    seen: Option<[AxisVector; 2]>,
+    velocity: AxisVector,
+    acceleration: AxisVector,
+}
+
+impl Peaks {
+    fn add(&mut self, position: &AxisVector, velocity: &AxisVector, acceleration: &AxisVector) {
+        let [low, high] = self.seen.unwrap_or([*position; 2]);
+        self.seen = Some([low.inf(position), high.sup(position)]);
+        self.velocity = self.velocity.sup(&velocity.abs());
+        self.acceleration = self.acceleration.sup(&acceleration.abs());
+    }
+
+    fn axis(&self, index: usize, axis: &Axis) -> AxisSummary {
+        let rotary = axis.kind == AxisKind::Rotary;
+        let range = self
+            .seen
+            .unwrap_or_default()
+            .map(|end| if rotary { end[index].to_degrees() } else { end[index] });
+        AxisSummary {
+            name: axis.name.clone(),
+            unit: if rotary { "deg" } else { "mm" }.to_owned(),
+            range,
+            velocity_ratio: self.velocity[index] / axis.vel.max(axis.rapid),
+            acceleration_ratio: self.acceleration[index] / axis.acc,
+        }
+    }
+}
+
+fn program(job: &Job, program: &Program) -> ProgramSummary {
+    let check = &program.check;
+    let height = |extreme: &Option<crate::verify::Extreme>| {
+        extreme.as_ref().map_or(0.0, |extreme| extreme.height)
+    };
+    let worst = |pick: fn(&crate::verify::AxisAudit) -> f64| {
+        check.audit.axes.iter().map(pick).fold(0.0, f64::max)
+    };
+    ProgramSummary {
+        dialect: program.dialect.to_owned(),
+        file: program.file.to_owned(),
+        blocks: program.blocks.len(),
+        check: Some(CheckSummary {
+            grid: job.file.verify_grid,
+            points: check.deviation.points,
+            uncut: check.deviation.uncut,
+            gouge: (-height(&check.deviation.lowest)).max(0.0),
+            excess: height(&check.deviation.highest).max(0.0),
+            duration: check.audit.duration,
+            velocity_ratio: worst(|axis| axis.velocity.worst),
+            acceleration_ratio: Some(worst(|axis| axis.acceleration.worst)),
+        }),
+    }
+}
