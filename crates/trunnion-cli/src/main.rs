@@ -1,3 +1,113 @@
 //! The command line: read, call the library, write.
+//!
+//! Exit codes: 0 done; 1 done, but a tolerance or limit is broken; 2 bad input or usage, nothing
+//! written; 3 internal.
 
-fn main() {}
+mod inspect;
+mod motion;
+mod outcome;
+mod output;
+mod part;
+mod progress;
+mod report;
+mod run;
+mod text;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use outcome::{Done, Failure};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Five-axis machining, from surface to servo, with proof.
+#[derive(Debug, Parser)]
+#[command(name = "trunnion", version, arg_required_else_help = true)]
+struct Arguments {
+    /// One machine-readable summary on stdout, and nothing else there.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// The whole chain: surface to passes, axis motion, programs, check and report.
+    Run(run::Args),
+    /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
+    Inspect(inspect::Args),
+    /// JSON schema of a file format, for editors and scripts.
+    Schema {
+        /// Which format.
+        format: Format,
+    },
+    /// Open the report of a run in the browser.
+    View {
+        /// Output folder of a run, or the report itself.
+        folder: PathBuf,
+    },
+    /// Completions for a shell: `trunnion completions bash > ...`.
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Format {
+    Job,
+    Machine,
+    Surface,
+    Summary,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    outcome::exit(dispatch(&arguments))
+}
+
+fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
+    match &arguments.verb {
+        Verb::Run(args) => run::run(args, arguments.json),
+        Verb::Inspect(args) => inspect::run(args, arguments.json),
+        Verb::Schema { format } => schema(*format),
+        Verb::View { folder } => view(folder),
+        Verb::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "trunnion", &mut text);
+            text::print(&String::from_utf8_lossy(&text))
+        }
+    }
+}
+
+fn schema(format: Format) -> Result<Done, Failure> {
+    use trunnion::files::schema;
+    text::print(&match format {
+        Format::Job => schema::job(),
+        Format::Machine => schema::machine(),
+        Format::Surface => schema::surface(),
+        Format::Summary => schema::summary(),
+    })
+}
+
+/// Hands the report to whatever the desktop opens HTML files with.
+fn view(folder: &std::path::Path) -> Result<Done, Failure> {
+    let page = if folder.is_dir() { folder.join("report.html") } else { folder.to_owned() };
+    if !page.is_file() {
+        let help = "run a job first: trunnion run JOB.toml";
+        return Err(Failure::input(format!("{}: no report here\n  help: {help}", page.display())));
+    }
+    let opener = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    match std::process::Command::new(opener).arg(&page).status() {
+        Ok(_) => Ok(Done::Kept),
+        Err(error) => Err(Failure::input(format!(
+            "cannot start {opener} ({error})\n  help: open {} in a browser",
+            page.display()
+        ))),
+    }
+}

@@ -37,6 +37,20 @@ impl Failure {
     }
 }
 
+impl Failure {
+    /// Both, where both concern the input; else the graver.
+    pub(crate) fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Input(mut first), Self::Input(second)) => {
+                first.extend(second);
+                Self::Input(first)
+            }
+            (Self::Input(_), graver) => graver,
+            (graver, _) => graver,
+        }
+    }
+}
+
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Internal(error)

@@ -18,7 +18,8 @@ impl Outputs {
     /// Opens `folder`, making it if it is missing.
     pub(crate) fn open(folder: &Path) -> Result<Self> {
         let created = !folder.exists();
-        fs::create_dir_all(folder).with_context(|| format!("making folder {}", folder.display()))?;
+        fs::create_dir_all(folder)
+            .with_context(|| format!("making folder {}", folder.display()))?;
         Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
     }
 

@@ -1,0 +1,93 @@
+//! `trunnion inspect`: the faces of a part, so that a job can name them.
+
+use crate::outcome::{Done, Failure};
+use crate::output::Outputs;
+use crate::progress::Bars;
+use crate::{part, text};
+use std::path::{Path, PathBuf};
+use trunnion::import::inspect::{self, FaceSummary};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Surface JSON or STEP file.
+    part: PathBuf,
+    /// Also draw the faces with their numbers into this SVG file.
+    #[arg(short, long, value_name = "SVG")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    let part = part::read(&args.part, &Bars::new())?;
+    for warning in &part.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let faces: Vec<FaceSummary> = part.faces.iter().map(inspect::summary).collect();
+    if let Some(path) = &args.output {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let name = name.ok_or_else(|| Failure::input(format!("{}: not a file", path.display())))?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+        outputs.text(&name, &inspect::picture(&part.faces))?;
+        outputs.commit()?;
+    }
+    if json {
+        text::print_json(&faces.iter().map(FaceJson::of).collect::<Vec<_>>())
+    } else {
+        text::print(&table(&faces))
+    }
+}
+
+/// One face for scripts; lengths in mm.
+#[derive(Debug, serde::Serialize)]
+struct FaceJson {
+    number: usize,
+    kind: &'static str,
+    range: [[f64; 2]; 2],
+    bounds: [[f64; 3]; 2],
+    area: f64,
+    concave_radius: Option<f64>,
+    normal: Option<[f64; 3]>,
+    trimmed: bool,
+}
+
+impl FaceJson {
+    fn of(face: &FaceSummary) -> Self {
+        Self {
+            number: face.number,
+            kind: face.kind,
+            range: face.range,
+            bounds: face.bounds.map(|corner| corner.coords.into()),
+            area: face.area,
+            concave_radius: face.concave_radius,
+            normal: face.normal.map(|normal| normal.into_inner().into()),
+            trimmed: face.trimmed,
+        }
+    }
+}
+
+fn table(faces: &[FaceSummary]) -> String {
+    let mut lines = vec![format!(
+        "{:>4}  {:<10} {:>24}  {:>22} {:>11}  {:>12}  {:<22} {}",
+        "face", "kind", "u, v range", "size mm", "area mm2", "concave mm", "cutter side", "trim"
+    )];
+    lines.extend(faces.iter().map(row));
+    lines.join("\n") + "\n"
+}
+
+fn row(face: &FaceSummary) -> String {
+    let [[u0, u1], [v0, v1]] = face.range;
+    let size = face.bounds[1] - face.bounds[0];
+    let concave = face.concave_radius.map_or("none".to_owned(), |r| format!("{r:.2}"));
+    let normal = face
+        .normal
+        .map_or("all round".to_owned(), |n| format!("{:+.2} {:+.2} {:+.2}", n.x, n.y, n.z));
+    format!(
+        "{:>4}  {:<10} {:>24}  {:>22} {:>11.1}  {concave:>12}  {normal:<22} {}",
+        face.number,
+        face.kind,
+        format!("{u0:.3}..{u1:.3}, {v0:.3}..{v1:.3}"),
+        format!("{:.1} x {:.1} x {:.1}", size.x, size.y, size.z),
+        face.area,
+        if face.trimmed { "trimmed" } else { "" },
+    )
+}

@@ -1,0 +1,39 @@
+//! `motion.csv`: the axes at the servo period.
+
+use std::io::{Error, Result, Write};
+use trunnion::machine::AxisKind;
+use trunnion::pipeline::{Job, Outcome};
+use trunnion::setpoint;
+use trunnion::types::AxisVector;
+
+/// Writes one row a servo period: time, then position, velocity, acceleration of every axis.
+pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result<()> {
+    let axes = &job.kinematics.machine().axes;
+    writeln!(out, "# velocity/acceleration-limited: jerk is not limited")?;
+    writeln!(out, "# mm, deg, s; rotary axes unwound")?;
+    write!(out, "t")?;
+    for suffix in ["", "_vel", "_acc"] {
+        for axis in axes {
+            write!(out, ",{}{suffix}", axis.name)?;
+        }
+    }
+    writeln!(out)?;
+    let period = job.file.motion.servo_period;
+    let setpoints = setpoint::sample(&outcome.followed.path, &outcome.plan.schedule, period)
+        .map_err(Error::other)?;
+    let rotary = |index: usize| axes.get(index).is_some_and(|axis| axis.kind == AxisKind::Rotary);
+    for setpoint in setpoints {
+        write!(out, "{:.6}", setpoint.t)?;
+        let mut row = |values: &AxisVector, decimals: usize| {
+            values.iter().enumerate().try_for_each(|(index, value)| {
+                let value = if rotary(index) { value.to_degrees() } else { *value };
+                write!(out, ",{value:.decimals$}")
+            })
+        };
+        row(&setpoint.position, 6)?;
+        row(&setpoint.velocity, 5)?;
+        row(&setpoint.acceleration, 3)?;
+        writeln!(out)?;
+    }
+    Ok(())
+}

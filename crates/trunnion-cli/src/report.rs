@@ -1,0 +1,353 @@
+//! Results of a run as the data of a report page.
+
+use anyhow::Result;
+use std::f64::consts::FRAC_PI_2;
+use trunnion::cutter::ProfilePiece;
+use trunnion::files::summary::Summary;
+use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
+use trunnion::pipeline::{Job, Outcome, Program};
+use trunnion::setpoint;
+use trunnion::types::{Geometry, Motion, PoseRates, ToolPiece};
+use trunnion::verify::{Extreme, FaceMap, Finding};
+use trunnion_report::{
+    Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
+    Recorder, ReportData, Sample, Share, State, Surface, WorstPlace,
+};
+
+/// Slots of the charts over time: about three a pixel of a wide screen.
+const SLOTS: usize = 6000;
+
+/// Bins of the histogram of deviations.
+const BINS: usize = 60;
+
+/// Longest stretch between two drawn tool positions \[mm\].
+const DRAWN_STEP: f64 = 1.0;
+
+/// Steps in which the corner of the drawn tool is divided.
+const ARC_STEPS: u32 = 12;
+
+/// The page of a run.
+pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<String> {
+    // The checks of all programs measure the same part; the page shows the worst.
+    let shown = outcome.programs.iter().max_by(|a, b| worst(a).total_cmp(&worst(b)));
+    let data = ReportData {
+        job: summary.job.clone(),
+        part: job.file.part.file.clone(),
+        machine: summary.motion.machine.clone(),
+        tool: tool(job),
+        generator: summary.generator.clone(),
+        passed: summary.passed,
+        verdict: verdict(summary),
+        warnings: summary.warnings.clone(),
+        numbers: numbers(summary),
+        budget: budget(job, outcome),
+        tool_outline: outline(job),
+        surface: shown.map(surface).unwrap_or_default(),
+        path: path(outcome),
+        motion: motion(job, outcome)?,
+        check: shown.map(|program| check(job, program)).unwrap_or_default(),
+    };
+    Ok(trunnion_report::render(&data)?)
+}
+
+fn worst(program: &Program) -> f64 {
+    let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height.abs());
+    height(&program.check.deviation.lowest).max(height(&program.check.deviation.highest))
+}
+
+fn tool(job: &Job) -> String {
+    let (major, minor) = (job.cutter.major(), job.cutter.minor());
+    format!(
+        "T{} {:?} D{} r{minor}, length {} mm",
+        job.file.tool.number,
+        job.cutter.kind(),
+        2.0 * (major + minor),
+        job.cutter.length()
+    )
+}
+
+fn verdict(summary: &Summary) -> String {
+    if summary.passed {
+        "every tolerance and limit is kept by the programs as written".to_owned()
+    } else {
+        summary.failures.join("; ")
+    }
+}
+
+fn numbers(summary: &Summary) -> Vec<Number> {
+    let (cover, motion, tolerance) = (&summary.cover, &summary.motion, &summary.tolerance);
+    let plain = |label: &str, value: String, unit: &str, note: String, headline: bool| Number {
+        label: label.to_owned(),
+        value,
+        unit: unit.to_owned(),
+        note,
+        state: State::Plain,
+        headline,
+    };
+    let judged = |good: bool| if good { State::Good } else { State::Bad };
+    let mut numbers = Vec::new();
+    for program in &summary.programs {
+        let Some(check) = &program.check else { continue };
+        let first = numbers.is_empty();
+        let name = |what: &str| format!("{what}, {}", program.dialect);
+        let at = format!("{} points, {} mm apart", check.points, check.grid);
+        numbers.push(Number {
+            state: judged(check.excess <= tolerance.total),
+            ..plain(&name("excess"), format!("{:.4}", check.excess), "mm", at.clone(), first)
+        });
+        numbers.push(Number {
+            state: judged(check.gouge <= tolerance.gouge),
+            ..plain(&name("gouge"), format!("{:.4}", check.gouge), "mm", at, first)
+        });
+        let uncut = format!("of {}", check.points);
+        numbers.push(Number {
+            state: judged(check.uncut == 0),
+            ..plain(&name("uncut points"), check.uncut.to_string(), "", uncut, false)
+        });
+        let limits = [Some(check.velocity_ratio), check.acceleration_ratio];
+        for (what, ratio) in ["velocity", "acceleration"].iter().zip(limits) {
+            let Some(ratio) = ratio else { continue };
+            let label = name(&format!("largest {what} over its limit"));
+            let note = "block by block, less the rounding of the text".to_owned();
+            numbers.push(Number {
+                state: judged(ratio <= 1.0),
+                ..plain(&label, format!("{ratio:.4}"), "", note, false)
+            });
+        }
+        numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new(), false));
+    }
+    let bound = format!("no schedule within the limits beats {:.1} s", motion.lower_bound);
+    numbers.push(plain("planned time", format!("{:.1}", motion.duration), "s", bound, true));
+    numbers.push(plain(
+        "of it cutting",
+        format!("{:.1}", motion.cutting),
+        "s",
+        String::new(),
+        false,
+    ));
+    let passes = format!("{} cutter locations", cover.stations);
+    numbers.push(plain("passes", cover.passes.to_string(), "", passes, true));
+    let length = format!("{:.0}", cover.cutting_length);
+    numbers.push(plain("cutting length", length, "mm", "along the contact".to_owned(), true));
+    let [least, mean, most] = cover.strip_width;
+    let range = format!("{least:.2} to {most:.2} mm");
+    numbers.push(plain("mean strip width", format!("{mean:.2}"), "mm", range, false));
+    for axis in &motion.axes {
+        let [low, high] = axis.range;
+        let note = format!(
+            "peak velocity {:.0} %, acceleration {:.0} % of the limit",
+            100.0 * axis.velocity_ratio,
+            100.0 * axis.acceleration_ratio
+        );
+        let range = format!("{low:.2} to {high:.2}");
+        numbers.push(plain(&format!("{} range", axis.name), range, &axis.unit, note, false));
+    }
+    numbers
+}
+
+fn budget(job: &Job, outcome: &Outcome) -> Budget {
+    let budget = &job.budget;
+    let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
+    let share = |name: &str, allowed: f64, used: Option<f64>| Share {
+        name: name.to_owned(),
+        allowed,
+        used,
+    };
+    Budget {
+        total: budget.total,
+        gouge: budget.gouge,
+        shares: vec![
+            share("strips", budget.upper - budget.lower, None),
+            share("curves between stations", budget.shares.path, None),
+            share("blocks", budget.shares.linearisation, None),
+            share("rounding of the words", budget.shares.rounding, rounding),
+            share("the control's smoothing", budget.shares.control, None),
+        ],
+    }
+}
+
+/// The cutter's outline as a chain of points.
+fn outline(job: &Job) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for piece in job.cutter.profile() {
+        match *piece {
+            ProfilePiece::Line { from, to } => points.extend([from, to]),
+            ProfilePiece::Arc { center: [rho, z], radius } => {
+                points.extend((0..=ARC_STEPS).map(|step| {
+                    let angle = FRAC_PI_2 * f64::from(step) / f64::from(ARC_STEPS);
+                    [rho + radius * angle.sin(), z - radius * angle.cos()]
+                }));
+            }
+        }
+    }
+    points.dedup();
+    points
+}
+
+fn surface(program: &Program) -> Surface {
+    let mut surface = Surface::default();
+    for map in &program.check.maps {
+        let points: Vec<_> = map
+            .samples
+            .iter()
+            .map(|sample| sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], s.height)))
+            .collect();
+        surface.add_grid(columns(map), &points);
+    }
+    surface
+}
+
+fn columns(map: &FaceMap) -> usize {
+    map.v.len()
+}
+
+fn path(outcome: &Outcome) -> Vec<PathPiece> {
+    let rows = outcome.plan.schedule.pieces.iter().zip(&outcome.followed.path.pieces);
+    rows.filter_map(|(schedule, axes)| {
+        let piece = outcome.tool_path.pieces.get(axes.source)?;
+        let (first, last) = (*schedule.s.first()?, *schedule.s.last()?);
+        let steps = ((last - first) / DRAWN_STEP).ceil().max(1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let points = (0..=steps as u32)
+            .filter_map(|step| {
+                let s = first + (last - first) * f64::from(step) / steps;
+                let t = schedule.time_at(s);
+                point(piece, (s - first) / (last - first), s, t)
+            })
+            .collect();
+        Some(PathPiece { motion: kind(axes.motion), points })
+    })
+    .collect()
+}
+
+/// The tool at parameter `s`, `fraction` of the way along a piece.
+fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> {
+    match &piece.geometry {
+        Geometry::Curve(curve) => {
+            let rates: PoseRates = curve.rates(s);
+            let pose = rates.pose()?;
+            let contact = rates.contact[0].into();
+            Some(PathPoint {
+                t,
+                tip: pose.tip.coords.into(),
+                axis: pose.axis.into_inner().into(),
+                contact,
+            })
+        }
+        Geometry::Reorient { from, to } => {
+            let tip: [f64; 3] = (from.tip + (to.tip - from.tip) * fraction).coords.into();
+            let axis = from.axis.lerp(&to.axis, fraction).normalize().into();
+            Some(PathPoint { t, tip, axis, contact: tip })
+        }
+    }
+}
+
+fn kind(motion: Motion) -> MotionKind {
+    match motion {
+        Motion::Link => MotionKind::Link,
+        Motion::LeadIn => MotionKind::LeadIn,
+        Motion::Cut => MotionKind::Cut,
+        Motion::LeadOut => MotionKind::LeadOut,
+    }
+}
+
+fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
+    let axes = &job.kinematics.machine().axes;
+    let (path, schedule) = (&outcome.followed.path, &outcome.plan.schedule);
+    let feed = job.file.cutting.feed;
+    let report_axes = axes.iter().map(axis).collect();
+    let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
+    let units = |values: &trunnion::types::AxisVector| {
+        let mut out: Vec<f64> = values.iter().copied().collect();
+        for value in out.iter_mut().skip(FIRST_ROTARY) {
+            *value = value.to_degrees();
+        }
+        out
+    };
+    for setpoint in setpoint::sample(path, schedule, job.file.motion.servo_period)? {
+        let (speed, cutting) = programmed_speed(outcome, setpoint.t);
+        recorder.add(&Sample {
+            t: setpoint.t,
+            position: &units(&setpoint.position),
+            velocity: &units(&setpoint.velocity),
+            acceleration: &units(&setpoint.acceleration),
+            speed,
+            cutting,
+        });
+    }
+    Ok(recorder.finish())
+}
+
+fn axis(axis: &Axis) -> ReportAxis {
+    let rotary = axis.kind == AxisKind::Rotary;
+    let unit = |value: f64| if rotary { value.to_degrees() } else { value };
+    ReportAxis {
+        name: axis.name.clone(),
+        unit: if rotary { "deg" } else { "mm" }.to_owned(),
+        travel: (!axis.cyclic).then(|| axis.limits.map(unit)),
+        velocity: unit(axis.vel.max(axis.rapid)),
+        acceleration: unit(axis.acc),
+    }
+}
+
+/// Speed of the programmed point at time `t` \[mm/s\], and whether the feed holds there.
+fn programmed_speed(outcome: &Outcome, t: f64) -> (f64, bool) {
+    let pieces = &outcome.plan.schedule.pieces;
+    let index = pieces.partition_point(|piece| piece.t.last().is_some_and(|&end| end < t));
+    let (Some(rows), Some(axes)) = (pieces.get(index), outcome.followed.path.pieces.get(index))
+    else {
+        return (0.0, false);
+    };
+    let Some(moment) = rows.at_time(t) else { return (0.0, false) };
+    let after =
+        axes.nodes.partition_point(|node| node.s <= moment.s).clamp(1, axes.nodes.len() - 1);
+    let (Some(a), Some(b)) = (axes.nodes.get(after - 1), axes.nodes.get(after)) else {
+        return (0.0, false);
+    };
+    let weight = (moment.s - a.s) / (b.s - a.s);
+    let rate = a.feed_rate + weight * (b.feed_rate - a.feed_rate);
+    (moment.speed * rate, axes.motion != Motion::Link)
+}
+
+fn check(job: &Job, program: &Program) -> Check {
+    let deviation = &program.check.deviation;
+    let heights = || {
+        let samples = program.check.maps.iter().flat_map(|map| map.samples.iter().flatten());
+        samples.filter_map(|sample| sample.height)
+    };
+    let reach = 2.0 * job.budget.total;
+    Check {
+        method: format!(
+            "{} read back, replayed as the control would, and measured along the surface normal",
+            program.file
+        ),
+        grid: job.file.verify_grid,
+        points: deviation.points as u64,
+        uncut: deviation.uncut as u64,
+        histogram: Histogram::of(heights(), [-reach, reach], BINS),
+        places: places(program),
+    }
+}
+
+fn places(program: &Program) -> Vec<WorstPlace> {
+    let deviation = &program.check.deviation;
+    let place = |name: &str, extreme: &Extreme| WorstPlace {
+        kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
+        point: extreme.point.coords.into(),
+        deviation: Some(extreme.height),
+        note: extreme.to_string(),
+    };
+    let mut places: Vec<WorstPlace> =
+        [("excess", &deviation.highest), ("least left", &deviation.lowest)]
+            .iter()
+            .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
+            .collect();
+    for finding in &program.check.findings {
+        if let Finding::Uncut { place, .. } = finding {
+            let point = place.coords.into();
+            let note = finding.to_string();
+            places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
+        }
+    }
+    places
+}

@@ -1,0 +1,152 @@
+//! `trunnion run`: everything from one job file.
+
+use crate::outcome::{Done, Failure};
+use crate::output::Outputs;
+use crate::progress::Bars;
+use crate::{motion, part, report, text};
+use std::path::{Path, PathBuf};
+use trunnion::files;
+use trunnion::files::summary::Summary;
+use trunnion::pipeline::{self, Job, Outcome, PipelineError};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Job file (TOML); paths in it are relative to it.
+    job: PathBuf,
+    /// Folder for the outputs [default: out/ beside the job].
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Check the job and its files, and stop before the work.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    let bars = Bars::new();
+    let (job, warnings) = load(&args.job, &bars)?;
+    if args.dry_run {
+        return text::print(&dry(&job, &warnings));
+    }
+    let outcome = pipeline::run(&job, &bars).map_err(failure)?;
+    bars.finish();
+    let folder = match &args.output {
+        Some(folder) => folder.clone(),
+        None => args.job.parent().unwrap_or(Path::new("")).join("out"),
+    };
+    let mut summary = outcome.summary.clone();
+    summary.warnings.splice(0..0, warnings);
+    let places = write(&job, &outcome, &mut summary, &folder)?;
+    if json {
+        text::print_json(&summary)?;
+    } else {
+        text::print(&table(&summary, &places))?;
+    }
+    Ok(if summary.passed { Done::Kept } else { Done::Broken })
+}
+
+/// Reads the job and the files it names. All faults of the files it names are told together.
+fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
+    let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
+    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+    let machine_path = beside(&file.machine);
+    let machine = text::read(&machine_path).and_then(|text| {
+        files::machine::parse(&text).map_err(|faults| Failure::faults(&machine_path, &faults))
+    });
+    let part = part::read(&beside(&file.part.file), bars);
+    let (machine, part) = match (machine, part) {
+        (Ok(machine), Ok(part)) => (machine, part),
+        (Err(first), Err(second)) => return Err(first.and(second)),
+        (Err(fault), _) | (_, Err(fault)) => return Err(fault),
+    };
+    let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
+    let job = Job::new(file, &part.faces, &machine.machine)
+        .map_err(|faults| Failure::faults(path, &faults))?;
+    Ok((job, warnings))
+}
+
+/// What a stage could not do lies in the job, its part or its machine: nothing is written.
+fn failure(error: PipelineError) -> Failure {
+    match error {
+        PipelineError::Cancelled(_) => Failure::Stopped,
+        PipelineError::ReadBack { .. } => Failure::Internal(error.into()),
+        error => Failure::input(error),
+    }
+}
+
+fn dry(job: &Job, warnings: &[String]) -> String {
+    let mut lines = vec![format!("{}: the job and its files are in order", job.file.name)];
+    lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.extend(job.budget.lines().map(|(name, value)| format!("  {name:<16}{value:>9.5} mm")));
+    lines.join("\n") + "\n"
+}
+
+fn write(
+    job: &Job,
+    outcome: &Outcome,
+    summary: &mut Summary,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    summary.files =
+        ["toolpath.cls", "setup.txt", "motion.csv", "report.html"].map(str::to_owned).into();
+    let mut outputs = Outputs::open(folder)?;
+    outputs.text("toolpath.cls", &outcome.cl)?;
+    for program in &outcome.programs {
+        outputs.text(program.file, &program.text)?;
+    }
+    outputs.text("setup.txt", &outcome.setup)?;
+    outputs.add("motion.csv", |out| motion::write(out, job, outcome))?;
+    outputs.text("report.html", &report::page(job, outcome, summary)?)?;
+    let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
+    outputs.text("summary.json", &(json + "\n"))?;
+    Ok(outputs.commit()?)
+}
+
+/// The short table for people.
+fn table(summary: &Summary, places: &[PathBuf]) -> String {
+    let mut lines = vec![format!(
+        "{}: {}",
+        summary.job,
+        if summary.passed { "every tolerance and limit is kept" } else { "NOT KEPT" }
+    )];
+    let mut row = |name: &str, value: String| lines.push(format!("  {name:<22}{value}"));
+    let (cover, motion, tolerance) = (&summary.cover, &summary.motion, &summary.tolerance);
+    row("passes", format!("{} with {} cutter locations", cover.passes, cover.stations));
+    row("cutting length", format!("{:.0} mm", cover.cutting_length));
+    let [least, mean, most] = cover.strip_width;
+    row("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}"));
+    row(
+        "time",
+        format!(
+            "{:.1} s, of it cutting {:.1} s; lower bound {:.1} s",
+            motion.duration, motion.cutting, motion.lower_bound
+        ),
+    );
+    row(
+        "tolerance",
+        format!(
+            "excess {} mm, gouge {} mm; strips work in [{:.4}, {:.4}]",
+            tolerance.total, tolerance.gouge, tolerance.strip[0], tolerance.strip[1]
+        ),
+    );
+    row(
+        "its other shares",
+        format!(
+            "path {:.4}, linearisation {:.4}, rounding {:.4}, control {:.4} mm",
+            tolerance.path, tolerance.linearisation, tolerance.rounding, tolerance.control
+        ),
+    );
+    for program in &summary.programs {
+        let Some(check) = &program.check else { continue };
+        row(
+            &program.dialect,
+            format!(
+                "{} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}",
+                program.blocks, check.points, check.grid, check.excess, check.gouge, check.uncut
+            ),
+        );
+    }
+    lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
+    lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,47 @@
+//! Words for people on stdout, and reading text files.
+
+use crate::outcome::{Done, Failure};
+use anyhow::Context;
+use std::io::Write;
+use std::path::Path;
+
+/// Largest text file that is read at once \[bytes\]; a guard against a device or a wrong file.
+const LARGEST: u64 = 1 << 30;
+
+/// Prints to stdout; a closed pipe is not an error.
+pub(crate) fn print(text: &str) -> Result<Done, Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::new(error).context("writing to stdout").into())
+        }
+        _ => Ok(Done::Kept),
+    }
+}
+
+/// Prints a value as JSON.
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Done, Failure> {
+    let text = serde_json::to_string_pretty(value).context("writing JSON")?;
+    print(&(text + "\n"))
+}
+
+/// Reads a file whole.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    let fault = |what: String| Failure::input(format!("{}: {what}", path.display()));
+    let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?;
+    if size.is_dir() {
+        return Err(fault("is a folder; a file is wanted".into()));
+    }
+    if size.len() > LARGEST {
+        return Err(fault(format!("has {} bytes; at most {LARGEST} are read", size.len())));
+    }
+    std::fs::read(path).map_err(|error| fault(error.to_string()))
+}
+
+/// Reads a text file whole.
+pub(crate) fn read(path: &Path) -> Result<String, Failure> {
+    String::from_utf8(read_bytes(path)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Failure::input(format!("{}: not a text file (byte {at} is not UTF-8)", path.display()))
+    })
+}

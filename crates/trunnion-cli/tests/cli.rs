@@ -1,0 +1,258 @@
+//! The binary as a user meets it: exit codes, messages, files whole or not at all.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use proptest::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A gently curved 40 x 30 mm patch, so that a whole run takes a second.
+const PATCH: &str = r#"{"degree":[2,2],
+ "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
+ "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
+           [[0,-15,2],[0,0,3],[0,15,2]],
+           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
+
+const JOB: &str = r#"schema = "trunnion-job/1"
+name = "small patch"
+[part]
+file = "patch.json"
+[setup]
+origin = [-381, -254, -480]
+rotation = [0, 20, 0]
+clearance = 20
+[tool]
+number = 1
+kind = "bull"
+major_radius = 5
+minor_radius = 3
+length = 100
+construction = "solid"
+[tolerance]
+total = 0.02
+gouge = 0.002
+[strategy]
+method = "widest"
+along = "v"
+direction = "zigzag"
+side = "ahead"
+max_axis_turn = 3
+[cutting]
+feed = 3000
+reference = "contact"
+spindle = 8000
+coolant = true
+[machine]
+file = "machine.toml"
+[motion]
+method = "optimal"
+servo_period = 0.002
+[output]
+dialects = ["linuxcnc", "g93"]
+[verify]
+grid = 0.5
+"#;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A folder with a job that works.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("job.toml", JOB);
+    write("patch.json", PATCH);
+    let machine = fs::read_to_string(root().join("machines/bc-trunnion.toml")).unwrap();
+    write("machine.toml", &machine);
+    folder
+}
+
+fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn replace(folder: &Path, file: &str, from: &str, to: &str) {
+    let path = folder.join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(from), "{file} has no {from:?}");
+    fs::write(path, text.replacen(from, to, 1)).unwrap();
+}
+
+/// Exit 2, a message with `needle`, nothing written.
+fn refused(folder: &Path, needle: &str) -> String {
+    let output = trunnion(folder, &["run", "job.toml"]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains(needle), "{needle:?} is not in:\n{message}");
+    assert!(!folder.join("out").exists(), "something was written");
+    message
+}
+
+#[test]
+fn a_job_writes_all_its_files_and_keeps_its_tolerance() {
+    let folder = folder();
+    let output = trunnion(folder.path(), &["run", "job.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["schema"], "trunnion-summary/1");
+    assert_eq!(summary["passed"], true);
+    assert_eq!(summary["programs"].as_array().unwrap().len(), 2);
+    for program in summary["programs"].as_array().unwrap() {
+        assert!(program["check"]["excess"].as_f64().unwrap() <= 0.02);
+        assert!(program["check"]["gouge"].as_f64().unwrap() <= 0.002);
+        assert_eq!(program["check"]["uncut"], 0);
+    }
+    let duration = summary["motion"]["duration"].as_f64().unwrap();
+    assert!(summary["motion"]["lower_bound"].as_f64().unwrap() <= duration);
+    for name in [
+        "toolpath.cls",
+        "program.linuxcnc.ngc",
+        "program.g93.nc",
+        "setup.txt",
+        "motion.csv",
+        "report.html",
+        "summary.json",
+    ] {
+        let size = fs::metadata(folder.path().join("out").join(name)).unwrap().len();
+        assert!(size > 100, "{name} has {size} bytes");
+    }
+    let motion = fs::read_to_string(folder.path().join("out/motion.csv")).unwrap();
+    assert!(motion.starts_with("# velocity/acceleration-limited"));
+    assert_eq!(fs::read_dir(folder.path().join("out")).unwrap().count(), 7, "left-overs");
+}
+
+#[test]
+fn the_same_job_gives_the_same_bytes_on_any_number_of_threads() {
+    let run = |threads: &str| {
+        let folder = folder();
+        let status = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+            .args(["run", "job.toml"])
+            .env("RAYON_NUM_THREADS", threads)
+            .current_dir(folder.path())
+            .output()
+            .unwrap()
+            .status;
+        assert!(status.success());
+        ["toolpath.cls", "program.g93.nc", "motion.csv", "report.html", "summary.json"]
+            .map(|name| fs::read(folder.path().join("out").join(name)).unwrap())
+    };
+    assert!(run("1") == run("3"), "outputs differ");
+}
+
+#[test]
+fn a_dry_run_writes_nothing() {
+    let folder = folder();
+    let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn an_unknown_key_is_answered_with_the_one_that_was_meant() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "clearance", "clearence");
+    let message = refused(folder.path(), "clearence");
+    assert!(message.contains("job.toml:8:"), "{message}");
+    assert!(message.contains("clearance"), "{message}");
+}
+
+#[test]
+fn faults_of_several_files_are_told_together() {
+    let folder = folder();
+    fs::write(folder.path().join("patch.json"), "{\"degree\": [3, 3]").unwrap();
+    replace(folder.path(), "machine.toml", "kind   = \"linear\"", "kind   = \"liner\"");
+    let message = refused(folder.path(), "patch.json:1:");
+    assert!(message.contains("machine.toml:"), "{message}");
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let folder = folder();
+    fs::remove_file(folder.path().join("patch.json")).unwrap();
+    refused(folder.path(), "patch.json");
+}
+
+#[test]
+fn a_file_that_is_not_what_its_name_says_is_told_as_such() {
+    let folder = folder();
+    fs::write(folder.path().join("patch.json"), "solid cube\nfacet normal 0 0 1\n").unwrap();
+    refused(folder.path(), "patch.json");
+    fs::write(folder.path().join("part.step"), "solid cube\nfacet normal 0 0 1\n").unwrap();
+    replace(folder.path(), "job.toml", "patch.json", "part.step");
+    refused(folder.path(), "STL");
+}
+
+#[test]
+fn a_pose_out_of_travel_says_which_axis_and_by_how_much() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "[-381, -254, -480]", "[0, 0, -300]");
+    refused(folder.path(), "end of travel");
+}
+
+#[test]
+fn a_cutter_larger_than_the_hollow_is_refused_or_replaced_by_a_reason() {
+    let folder = folder();
+    // A trough of about 4 mm radius along v.
+    let trough = r#"{"degree":[2,2],"knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
+        "points":[[[-6,-15,9],[-6,0,9],[-6,15,9]],[[0,-15,-9],[0,0,-9],[0,15,-9]],
+        [[6,-15,9],[6,0,9],[6,15,9]]]}"#;
+    fs::write(folder.path().join("patch.json"), trough).unwrap();
+    let message = refused(folder.path(), "placing strips");
+    assert!(message.contains("radius") || message.contains("cutter"), "{message}");
+}
+
+#[test]
+fn a_face_that_is_not_there_is_refused_at_its_line() {
+    let folder = folder();
+    replace(
+        folder.path(),
+        "job.toml",
+        "file = \"patch.json\"",
+        "file = \"patch.json\"\nfaces = [7]",
+    );
+    refused(folder.path(), "job.toml:5:");
+}
+
+#[test]
+fn inspect_lists_the_faces() {
+    let folder = folder();
+    let output = trunnion(folder.path(), &["inspect", "patch.json", "-o", "faces.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("B-spline"));
+    assert!(fs::read_to_string(folder.path().join("faces.svg")).unwrap().starts_with("<svg"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever the files hold, the program ends with a message and writes nothing it does not finish.
+    #[test]
+    fn mutated_files_never_panic(
+        which in 0..3usize,
+        at in 0.0..1.0f64,
+        cut in 0..12usize,
+        insert in proptest::collection::vec(any::<u8>(), 0..4),
+    ) {
+        let folder = folder();
+        let path = folder.path().join(["job.toml", "patch.json", "machine.toml"][which]);
+        let mut bytes = fs::read(&path).unwrap();
+        let start = (at * bytes.len() as f64) as usize;
+        let end = (start + cut).min(bytes.len());
+        bytes.splice(start..end, insert);
+        fs::write(&path, bytes).unwrap();
+        let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
+        let message = stderr(&output);
+        prop_assert!(matches!(output.status.code(), Some(0 | 2)), "{:?}: {message}", output.status);
+        prop_assert!(!message.contains("panicked"), "{message}");
+    }
+}
