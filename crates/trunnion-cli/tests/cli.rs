@@ -239,14 +239,14 @@ proptest! {
     #[test]
     fn mutated_files_never_panic(
         which in 0..3usize,
-        at in 0.0..1.0f64,
+        at in any::<prop::sample::Index>(),
         cut in 0..12usize,
         insert in proptest::collection::vec(any::<u8>(), 0..4),
     ) {
         let folder = folder();
         let path = folder.path().join(["job.toml", "patch.json", "machine.toml"][which]);
         let mut bytes = fs::read(&path).unwrap();
-        let start = (at * bytes.len() as f64) as usize;
+        let start = at.index(bytes.len());
         let end = (start + cut).min(bytes.len());
         bytes.splice(start..end, insert);
         fs::write(&path, bytes).unwrap();
