@@ -45,8 +45,7 @@ impl Failure {
                 first.extend(second);
                 Self::Input(first)
             }
-            (Self::Input(_), graver) => graver,
-            (graver, _) => graver,
+            (Self::Input(_), graver) | (graver, _) => graver,
         }
     }
 }

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::ProfilePiece;
-use trunnion::files::summary::Summary;
+use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{Job, Outcome, Program};
 use trunnion::setpoint;
@@ -75,74 +75,85 @@ fn verdict(summary: &Summary) -> String {
 }
 
 fn numbers(summary: &Summary) -> Vec<Number> {
-    let (cover, motion, tolerance) = (&summary.cover, &summary.motion, &summary.tolerance);
-    let plain = |label: &str, value: String, unit: &str, note: String, headline: bool| Number {
+    let checks = summary.programs.iter().enumerate().flat_map(|(index, program)| {
+        let check = program.check.iter();
+        check.flat_map(move |check| checked(summary, program, check, index == 0))
+    });
+    checks.chain(planned(summary)).chain(summary.motion.axes.iter().map(axis_number)).collect()
+}
+
+fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
+    Number {
         label: label.to_owned(),
         value,
         unit: unit.to_owned(),
         note,
         state: State::Plain,
-        headline,
-    };
-    let judged = |good: bool| if good { State::Good } else { State::Bad };
-    let mut numbers = Vec::new();
-    for program in &summary.programs {
-        let Some(check) = &program.check else { continue };
-        let first = numbers.is_empty();
-        let name = |what: &str| format!("{what}, {}", program.dialect);
-        let at = format!("{} points, {} mm apart", check.points, check.grid);
-        numbers.push(Number {
-            state: judged(check.excess <= tolerance.total),
-            ..plain(&name("excess"), format!("{:.4}", check.excess), "mm", at.clone(), first)
-        });
-        numbers.push(Number {
-            state: judged(check.gouge <= tolerance.gouge),
-            ..plain(&name("gouge"), format!("{:.4}", check.gouge), "mm", at, first)
-        });
-        let uncut = format!("of {}", check.points);
-        numbers.push(Number {
-            state: judged(check.uncut == 0),
-            ..plain(&name("uncut points"), check.uncut.to_string(), "", uncut, false)
-        });
-        let limits = [Some(check.velocity_ratio), check.acceleration_ratio];
-        for (what, ratio) in ["velocity", "acceleration"].iter().zip(limits) {
-            let Some(ratio) = ratio else { continue };
-            let label = name(&format!("largest {what} over its limit"));
-            let note = "block by block, less the rounding of the text".to_owned();
-            numbers.push(Number {
-                state: judged(ratio <= 1.0),
-                ..plain(&label, format!("{ratio:.4}"), "", note, false)
-            });
-        }
-        numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new(), false));
+        headline: false,
     }
+}
+
+/// What the check of one program found; `first` stands large at the top of the page.
+fn checked(
+    summary: &Summary,
+    program: &ProgramSummary,
+    check: &CheckSummary,
+    first: bool,
+) -> Vec<Number> {
+    let tolerance = &summary.tolerance;
+    let name = |what: &str| format!("{what}, {}", program.dialect);
+    let judged = |good: bool, number: Number, headline: bool| Number {
+        state: if good { State::Good } else { State::Bad },
+        headline,
+        ..number
+    };
+    let at = format!("{} points, {} mm apart", check.points, check.grid);
+    let micro = |value: f64| format!("{value:.4}");
+    let excess = plain(&name("excess"), micro(check.excess), "mm", at.clone());
+    let gouge = plain(&name("gouge"), micro(check.gouge), "mm", at);
+    let of = format!("of {}", check.points);
+    let uncut = plain(&name("uncut points"), check.uncut.to_string(), "", of);
+    let mut numbers = vec![
+        judged(check.excess <= tolerance.total, excess, first),
+        judged(check.gouge <= tolerance.gouge, gouge, first),
+        judged(check.uncut == 0, uncut, false),
+    ];
+    let ratios = [Some(check.velocity_ratio), check.acceleration_ratio];
+    for (what, ratio) in ["velocity", "acceleration"].iter().zip(ratios) {
+        let Some(ratio) = ratio else { continue };
+        let label = name(&format!("largest {what} over its limit"));
+        let note = "block by block, less the rounding of the text".to_owned();
+        numbers.push(judged(ratio <= 1.0, plain(&label, micro(ratio), "", note), false));
+    }
+    numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
+    numbers
+}
+
+fn planned(summary: &Summary) -> Vec<Number> {
+    let (cover, motion) = (&summary.cover, &summary.motion);
+    let large = |number: Number| Number { headline: true, ..number };
     let bound = format!("no schedule within the limits beats {:.1} s", motion.lower_bound);
-    numbers.push(plain("planned time", format!("{:.1}", motion.duration), "s", bound, true));
-    numbers.push(plain(
-        "of it cutting",
-        format!("{:.1}", motion.cutting),
-        "s",
-        String::new(),
-        false,
-    ));
     let passes = format!("{} cutter locations", cover.stations);
-    numbers.push(plain("passes", cover.passes.to_string(), "", passes, true));
-    let length = format!("{:.0}", cover.cutting_length);
-    numbers.push(plain("cutting length", length, "mm", "along the contact".to_owned(), true));
     let [least, mean, most] = cover.strip_width;
     let range = format!("{least:.2} to {most:.2} mm");
-    numbers.push(plain("mean strip width", format!("{mean:.2}"), "mm", range, false));
-    for axis in &motion.axes {
-        let [low, high] = axis.range;
-        let note = format!(
-            "peak velocity {:.0} %, acceleration {:.0} % of the limit",
-            100.0 * axis.velocity_ratio,
-            100.0 * axis.acceleration_ratio
-        );
-        let range = format!("{low:.2} to {high:.2}");
-        numbers.push(plain(&format!("{} range", axis.name), range, &axis.unit, note, false));
-    }
-    numbers
+    let length = format!("{:.0}", cover.cutting_length);
+    vec![
+        large(plain("planned time", format!("{:.1}", motion.duration), "s", bound)),
+        plain("of it cutting", format!("{:.1}", motion.cutting), "s", String::new()),
+        large(plain("passes", cover.passes.to_string(), "", passes)),
+        large(plain("cutting length", length, "mm", "along the contact".to_owned())),
+        plain("mean strip width", format!("{mean:.2}"), "mm", range),
+    ]
+}
+
+fn axis_number(axis: &AxisSummary) -> Number {
+    let [low, high] = axis.range;
+    let note = format!(
+        "peak velocity {:.0} %, acceleration {:.0} % of the limit",
+        100.0 * axis.velocity_ratio,
+        100.0 * axis.acceleration_ratio
+    );
+    plain(&format!("{} range", axis.name), format!("{low:.2} to {high:.2}"), &axis.unit, note)
 }
 
 fn budget(job: &Job, outcome: &Outcome) -> Budget {
