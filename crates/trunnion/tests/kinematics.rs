@@ -6,6 +6,7 @@ mod chains;
 
 use chains::{V3, axis, cases, joints, layout, number, numbers, pose, spec, vector};
 use nalgebra::{Rotation3, UnitVector3};
+use num_dual::{Dual3_64, DualNum};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -445,6 +446,77 @@ fn a_planted_wrong_sign_is_caught() {
             let again = kinematics.forward(&q);
             let off = (again.tip - there.tip).norm() + angle_between(&again.axis, &there.axis);
             assert!(off > 1e-3, "axis {flipped} reversed goes unnoticed");
+        }
+    }
+}
+
+/// Layout 11 by hand on another library's third-order dual numbers: A from the base, then B
+/// (angles of the table in docs/sources.md#002, slides CT1).
+fn layout_11([l, r, t]: [V3; 3], tip: [Dual3_64; 3], axis: [Dual3_64; 3], s: f64) -> [Dual3_64; 5] {
+    let [x, y, z] = axis;
+    let length = (x * x + y * y + z * z).sqrt();
+    let [i, j, k] = [x / length, y / length, z / length];
+    let a = (j * -s).atan2(k * s);
+    let b = i.atan2((j * j + k * k).sqrt() * s);
+    let [(sa, ca), (sb, cb)] = [a.sin_cos(), b.sin_cos()];
+    let d = [tip[0] - l.x, tip[1] - l.y, tip[2] - l.z];
+    [
+        d[0] - r.x - (cb * t.x + sb * t.z),
+        d[1] - (ca * r.y - sa * r.z) - (sa * sb * t.x + ca * t.y - sa * cb * t.z),
+        d[2] - (sa * r.y + ca * r.z) - (sa * t.y - ca * sb * t.x + ca * cb * t.z),
+        a,
+        b,
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Three derivatives on both branches against dual numbers through the closed form.
+    #[test]
+    fn jets_against_dual_numbers(
+        which in 0..5usize,
+        tip in prop::array::uniform9(-50.0..50.0f64),
+        bend in prop::array::uniform9(-0.5..0.5f64),
+        u in -1.0..1.0f64,
+    ) {
+        let case = &cases("layouts.json")[which];
+        let (kinematics, _) = layout(case);
+        let inverse = Inverse::new(&kinematics).unwrap();
+        let (tip, axis) = (tip.to_vec(), bend.to_vec());
+        let dual_at = |c: &[f64], start: f64, row: usize| {
+            let u = Dual3_64::new(u, 1.0, 0.0, 0.0);
+            (u * c[3 * row] + c[3 * row + 1]) * u * u + u * c[3 * row + 2] + start
+        };
+        let jet_at = |c: &[f64], start: f64, row: usize| {
+            let u = Jet::variable(u);
+            (u * c[3 * row] + c[3 * row + 1]) * u * u + u * c[3 * row + 2] + start
+        };
+        let rates = rates(
+            [0, 1, 2].map(|row| jet_at(&tip, 10.0, row)),
+            [0, 1, 2].map(|row| jet_at(&axis, 0.6, row)),
+        );
+        let unit = rates.axis[0].normalize();
+        // Clear of the pole, the x axis: derivatives grow with the cube of its nearness.
+        prop_assume!(rates.axis[0].norm() > 0.3 && unit.yz().norm() > 0.1);
+        let found = Branch::BOTH.map(|branch| inverse.jets(&rates, branch).unwrap());
+        let parts = ["L", "R", "T"].map(|key| vector(&case[key]));
+        for s in [1.0, -1.0] {
+            let tips = [0, 1, 2].map(|row| dual_at(&tip, 10.0, row));
+            let axes = [0, 1, 2].map(|row| dual_at(&axis, 0.6, row));
+            let by_hand = layout_11(parts, tips, axes, s);
+            let rows = [
+                AxisVector::from(by_hand.map(|q| q.re)),
+                AxisVector::from(by_hand.map(|q| q.v1)),
+                AxisVector::from(by_hand.map(|q| q.v2)),
+                AxisVector::from(by_hand.map(|q| q.v3)),
+            ];
+            let q = found.iter().find(|q| apart(&q[0], &rows[0])[1] < 1e-9);
+            prop_assert!(q.is_some(), "branch {s}: {} {}", found[0][0], rows[0]);
+            for (order, row) in rows.iter().enumerate().skip(1) {
+                let error = (q.unwrap()[order] - row).amax() / row.amax().max(1.0);
+                prop_assert!(error < 1e-10, "order {order}: {error:e}");
+            }
         }
     }
 }

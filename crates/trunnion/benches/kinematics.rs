@@ -1,0 +1,140 @@
+//! Forward map, inverse and jets, one pose a call, single core.
+//!
+//! Beside `LinuxCNC` 2.9, whose inverse maps are hand-written for one machine each and start from
+//! given rotary angles (here they are found from the tool direction): `xyzab_tdr` 58 ns,
+//! `5axiskins` 108 ns, `xyzac-trt` 257 ns, `xyzbc-trt` 268 ns.
+//!
+//! A control needs a fixed time, so that `spread` prints median, 99.9 % and worst of 10^6 calls;
+//! it includes the two clock reads of each call, whose own median is printed first.
+
+#![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
+#![expect(clippy::print_stdout, reason = "the figures are what it is for")]
+
+#[path = "../tests/chains/mod.rs"]
+mod chains;
+
+use chains::{V3, axis, slides, spec};
+use divan::{Bencher, black_box};
+use std::time::Instant;
+use trunnion::inverse::{Branch, Inverse};
+use trunnion::machine::{Kinematics, Machine, Setup};
+use trunnion::types::{AxisVector, PoseRates, ToolPose};
+
+/// Poses a run goes through, so that no branch predictor learns one by heart.
+const POSES: usize = 4096;
+const MACHINES: [&str; 5] = [
+    "C-A head",
+    "A-C trunnion",
+    "C table, 45 deg head",
+    "skew, slides on both sides",
+    "calibrated trunnion",
+];
+
+fn main() {
+    spread();
+    divan::main();
+}
+
+fn machine(name: &str) -> Kinematics {
+    let z = V3::new(0.0, 0.0, -100.0);
+    let (chain, first, second) = match name {
+        "C-A head" => (["b", "X", "Y", "Z", "C", "A"], V3::z(), V3::x()),
+        "A-C trunnion" => (["C", "A", "b", "X", "Y", "Z"], V3::z(), V3::x()),
+        "C table, 45 deg head" => (["C", "b", "X", "Y", "Z", "A"], V3::z(), V3::new(0.0, 1.0, 1.0)),
+        "calibrated trunnion" => {
+            (["C", "A", "b", "X", "Y", "Z"], V3::new(1e-5, -2e-5, 1.0), V3::new(1.0, 3e-5, 1e-5))
+        }
+        _ => (["X", "C", "Y", "b", "A", "Z"], V3::new(0.1, 0.2, 1.0), V3::new(1.0, 0.2, -0.1)),
+    };
+    let mut axes = slides();
+    axes.push(axis("C", first, Some(z)));
+    axes.push(axis("A", second, Some(z * 2.0)));
+    let machine = Machine::new(spec(&chain, axes, V3::zeros(), V3::z())).unwrap();
+    Kinematics::new(&machine, &Setup::new(V3::new(1.0, 2.0, 3.0), [0.1, 0.2, 0.3], 120.0))
+}
+
+/// A path of the axes, away from poles and rims.
+fn axes_at(index: usize) -> AxisVector {
+    let t = index as f64 * 1e-2;
+    AxisVector::from([100.0 * t.sin(), 80.0 * t.cos(), -50.0, t, 0.8 + 0.3 * (3.0 * t).sin()])
+}
+
+fn poses(kinematics: &Kinematics) -> Vec<(ToolPose, AxisVector)> {
+    (0..POSES).map(|index| (kinematics.forward(&axes_at(index + 1)), axes_at(index))).collect()
+}
+
+#[divan::bench(args = MACHINES)]
+fn forward(bencher: Bencher<'_, '_>, name: &str) {
+    let kinematics = machine(name);
+    let all: Vec<AxisVector> = (0..POSES).map(axes_at).collect();
+    let mut at = 0;
+    bencher.bench_local(|| {
+        at = (at + 1) % POSES;
+        kinematics.forward(black_box(&all[at]))
+    });
+}
+
+/// Continuing a branch: from the position before.
+#[divan::bench(args = MACHINES)]
+fn inverse_near(bencher: Bencher<'_, '_>, name: &str) {
+    let kinematics = machine(name);
+    let inverse = Inverse::new(&kinematics).unwrap();
+    let all = poses(&kinematics);
+    let mut at = 0;
+    bencher.bench_local(|| {
+        at = (at + 1) % POSES;
+        let (pose, near) = &all[at];
+        inverse.near(black_box(pose), black_box(near)).unwrap()
+    });
+}
+
+/// Value and three derivatives.
+#[divan::bench(args = MACHINES)]
+fn inverse_jets(bencher: Bencher<'_, '_>, name: &str) {
+    let kinematics = machine(name);
+    let inverse = Inverse::new(&kinematics).unwrap();
+    let all: Vec<PoseRates> = poses(&kinematics)
+        .iter()
+        .map(|(pose, _)| PoseRates {
+            tip: [pose.tip.coords, V3::x(), V3::new(0.1, 0.0, 0.2), V3::y() * 0.01],
+            axis: [*pose.axis, V3::y() * 0.02, V3::new(0.001, 0.0, 0.002), V3::y() * 1e-4],
+            contact: [V3::zeros(); 4],
+        })
+        .collect();
+    let mut at = 0;
+    bencher.bench_local(|| {
+        at = (at + 1) % POSES;
+        inverse.jets(black_box(&all[at]), Branch::Plus).unwrap()
+    });
+}
+
+/// Median, 99.9 % and worst of 10^6 calls of `inverse.near`.
+fn spread() {
+    const CALLS: usize = 1_000_000;
+    let print = |name: &str, mut times: Vec<u128>| {
+        times.sort_unstable();
+        let [median, most, worst] =
+            [CALLS / 2, CALLS / 1000 * 999, CALLS - 1].map(|index| times[index]);
+        println!("{name}: median {median} ns, 99.9 % {most} ns, worst {worst} ns");
+    };
+    let clock = |mut call: Box<dyn FnMut(usize)>| -> Vec<u128> {
+        (0..CALLS)
+            .map(|index| {
+                let start = Instant::now();
+                call(index);
+                start.elapsed().as_nanos()
+            })
+            .collect()
+    };
+    print("clock alone", clock(Box::new(|_| {})));
+    for name in MACHINES {
+        let kinematics = machine(name);
+        let inverse = Inverse::new(&kinematics).unwrap();
+        let all = poses(&kinematics);
+        let times = clock(Box::new(move |index| {
+            let (pose, near) = &all[index % POSES];
+            black_box(inverse.near(black_box(pose), black_box(near)).ok());
+        }));
+        print(&format!("inverse near, {name}"), times);
+    }
+}
