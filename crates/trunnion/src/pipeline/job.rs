@@ -1,6 +1,8 @@
 //! One job: everything the chain needs, checked and in internal units.
 
 use super::budget::{Budget, BudgetError, Shares};
+use super::programs;
+use crate::cover;
 use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
 use crate::files::job::{self, JobFile};
 use crate::import::inspect;
@@ -78,8 +80,14 @@ impl Job {
             .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
             .ok();
         let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
-        let budget = budget(&file).map_err(|error| faults.push(error.into())).ok();
         let kinematics = Kinematics::new(machine, &setup(&file));
+        let needed = programs::expected_rounding(
+            &kinematics,
+            faces.as_deref().unwrap_or_default(),
+            &file.dialects,
+            cutter.as_ref().map_or(0.0, cover::lever),
+        );
+        let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
         match (cutter, faces, budget) {
             (Some(cutter), Some(faces), Some(budget)) => {
                 Ok(Self { file, faces, cutter, kinematics, budget })
@@ -175,13 +183,17 @@ fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobErr
     if errors.is_empty() { Ok(chosen) } else { Err(errors) }
 }
 
-fn budget(file: &JobFile) -> Result<Budget, BudgetError> {
+/// How much more than expected rounding may turn out to do along the path.
+const ROUNDING_RESERVE: f64 = 1.2;
+
+/// Splits the tolerance; `needed` is what rounding is expected to do \[mm\].
+fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
     let job::Tolerance { total, gouge, split } = file.tolerance;
     let usual = Shares::usual(total);
     let shares = Shares {
         path: split.path.unwrap_or(usual.path),
         linearisation: split.linearisation.unwrap_or(usual.linearisation),
-        rounding: split.rounding.unwrap_or(usual.rounding),
+        rounding: split.rounding.unwrap_or(usual.rounding.max(ROUNDING_RESERVE * needed)),
         control: split.control.unwrap_or(usual.control),
     };
     Budget::split(total, gouge, shares, split.strip)

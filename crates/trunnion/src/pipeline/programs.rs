@@ -6,10 +6,15 @@ use super::stages::QUINTIC_SHARE;
 use crate::blocks::{self, BlockOptions, Control};
 use crate::cover;
 use crate::files::job as file;
+use crate::import::inspect;
+use crate::inverse::Inverse;
+use crate::machine::Kinematics;
 use crate::nc::read;
 use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote};
-use crate::types::{AxisPath, Block, Leg, Motion, Progress, Schedule};
+use crate::surface::FaceIndex;
+use crate::types::{AxisPath, Block, Leg, Motion, Progress, Schedule, ToolPose};
 use crate::verify;
+use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
 const CL_DECIMALS: u8 = 6;
@@ -120,6 +125,49 @@ fn options(job: &Job, control: Control) -> BlockOptions {
         max_duration: LONGEST_BLOCK,
         min_duration: SHORTEST_BLOCK,
     }
+}
+
+/// Tilts of the tool about the mean normal at which the rounding is tried beforehand \[rad\].
+const TILTS: [f64; 3] = [-0.35, 0.0, 0.35];
+
+/// What rounding the words of the job's programs will do at the cutter, found before there is a path
+/// \[mm\]: the worst of tilted tools at the corners of the part. 0 if no such pose is within reach.
+pub(super) fn expected_rounding(
+    kinematics: &Kinematics,
+    faces: &[FaceIndex],
+    dialects: &[file::Dialect],
+    lever: f64,
+) -> f64 {
+    let (Ok(inverse), Ok(words)) =
+        (Inverse::new(kinematics), AxisWords::of(kinematics.machine(), false))
+    else {
+        return 0.0;
+    };
+    let home = kinematics.machine().home();
+    let of = |pose: ToolPose| {
+        let q = inverse.near(&pose, &home).ok()?;
+        let bound = |&dialect: &file::Dialect| {
+            write::rounding(kinematics, &q, &words, form(dialect).coordinates, lever)
+        };
+        dialects.iter().map(bound).reduce(f64::max)
+    };
+    faces.iter().flat_map(poses).filter_map(of).fold(0.0, f64::max)
+}
+
+/// Tools at the corners of a face's box, about its mean normal.
+fn poses(face: &FaceIndex) -> Vec<ToolPose> {
+    let summary = inspect::summary(face.face());
+    let normal = summary.normal.unwrap_or_else(Vector3::z_axis);
+    let [low, high] = summary.bounds;
+    let mut poses = Vec::new();
+    for corner in 0..8_u32 {
+        let pick = |axis: u32| if corner >> axis & 1 == 0 { low } else { high };
+        let tip = Point3::new(pick(0).x, pick(1).y, pick(2).z);
+        for [x, y] in TILTS.iter().flat_map(|&x| TILTS.map(|y| [x, y])) {
+            poses.push(ToolPose { tip, axis: Rotation3::from_euler_angles(x, y, 0.0) * normal });
+        }
+    }
+    poses
 }
 
 /// Bound on what rounding does while the tool cuts; elsewhere it is clear of the part.
