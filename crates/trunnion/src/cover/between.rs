@@ -88,7 +88,7 @@ impl Between<'_> {
         let mut strip = Strip { far: None, least: f64::INFINITY };
         for sign in [1.0, -1.0] {
             let half = self.half(&circle, middle, sign)?;
-            strip.least = strip.least.min(self.least(&half));
+            strip.least = strip.least.min(self.least(&circle, &half));
             let far = self.far(&circle, &half)?;
             strip.far = strip.far.into_iter().chain(far).max_by(|a, b| a[0].total_cmp(&b[0]));
         }
@@ -113,10 +113,16 @@ impl Between<'_> {
     }
 
     /// Least error over the rectangle of the face; at a dip, of the parabola through three samples.
-    fn least(&self, half: &[Sample]) -> f64 {
+    fn least(&self, c: &Circle, half: &[Sample]) -> f64 {
         let domain = self.face.face().surface.domain();
+        let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(domain[k][0], domain[k][1]));
         let over = |s: &Sample| (0..2).all(|k| (domain[k][0]..=domain[k][1]).contains(&s.uv[k]));
-        let sampled = half.iter().filter(|s| over(s)).map(|s| s.error);
+        // Above a foot beside the face, the face is as far as its border, seen from any side.
+        let border = |s: &Sample| {
+            let [u, v] = clamp(s.uv);
+            (c.point(s.angle) - self.face.face().point(u, v)).norm() - self.cutter.minor()
+        };
+        let sampled = half.iter().map(|s| if over(s) { s.error } else { border(s) });
         let dips = half.windows(3).filter(|w| over(&w[1]));
         let dips = dips.filter_map(|w| dip(w[0].error, w[1].error, w[2].error));
         sampled.chain(dips).fold(f64::INFINITY, f64::min)

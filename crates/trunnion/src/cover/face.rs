@@ -1,6 +1,7 @@
 //! All passes over one face.
 
 use super::lane::{Lane, Placed};
+use super::left::{Left, left, poses};
 use super::options::{Along, CoverError, CoverOptions, Covering, Direction};
 use super::options::{Fallback, FallbackReason, Method};
 use super::region::{Local, Region};
@@ -9,7 +10,7 @@ use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Pass};
+use crate::types::{Cancelled, Pass, ToolPose};
 
 /// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
 /// radius beyond, and their strips begin at a border and end beyond it.
@@ -25,7 +26,15 @@ pub(super) fn cover(
     report: Report<'_>,
 ) -> Result<Covering, CoverError> {
     let region = region(face, options.along);
-    let mut job = Job { face, cutter, options, region, done: Covering::default(), forward: true };
+    let mut job = Job {
+        face,
+        cutter,
+        options,
+        region,
+        done: Covering::default(),
+        forward: true,
+        swept: Vec::new(),
+    };
     let [first, last] = job.region.bounds[0];
     let mut across = first;
     report(0.0)?;
@@ -66,8 +75,33 @@ fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Syn
     })
 }
 
-/// What is cut on one track, and the first place left further on.
-type Lot = (Vec<Stretch>, Option<Local>);
+/// What is cut on one track, and what it leaves.
+struct Lot {
+    stretches: Vec<Stretch>,
+    left: Left,
+}
+
+/// Of a pass of wide strips that has faults and an inclined one, that which has less,
+/// and whether it is the inclined one.
+fn lesser(
+    widest: Option<Lot>,
+    inclined: Result<Lot, CoverError>,
+) -> Result<(bool, Lot), CoverError> {
+    match (widest, inclined) {
+        (Some(widest), Ok(inclined)) if faults(&inclined) < faults(&widest) => Ok((true, inclined)),
+        (Some(widest), _) => Ok((false, widest)),
+        (None, inclined) => inclined.map(|lot| (true, lot)),
+    }
+}
+
+/// Deepest gouge beyond the band \[mm\], and lines that are missed: what counts first, first.
+fn faults(lot: &Lot) -> (f64, usize) {
+    let gouge = lot.stretches.iter().map(Stretch::gouge).fold(0.0, f64::max);
+    (gouge, lot.left.missed)
+}
+
+/// Why a pass of wide strips should not be taken, and it all the same if it can be.
+type Refusal = (Fallback, Option<Lot>);
 
 /// A face while its passes are placed.
 struct Job<'a, Inside> {
@@ -77,53 +111,69 @@ struct Job<'a, Inside> {
     region: Region<Inside>,
     done: Covering,
     forward: bool,
+    /// Poses of the pass before.
+    swept: Vec<ToolPose>,
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     /// Adds the pass at `across`; the first place that is still left further on.
     fn lane(&mut self, across: f64) -> Result<Option<Local>, CoverError> {
         let track = self.track(across)?;
-        if self.options.method == Method::Widest {
-            match self.widest(&track, across) {
-                Ok((stretches, next)) => {
-                    self.add(stretches);
-                    return Ok(next);
+        let Lot { stretches, left } = match self.options.method {
+            Method::Inclined => self.inclined(&track, across)?,
+            Method::Widest => match self.widest(&track, across) {
+                Ok(lot) => lot,
+                Err(refusal) => {
+                    let (fallback, widest) = *refusal;
+                    let (fallen, lot) = lesser(widest, self.inclined(&track, across))?;
+                    self.done.report.fallbacks.extend(fallen.then_some(fallback));
+                    lot
                 }
-                Err(fallback) => self.done.report.fallbacks.push(fallback),
-            }
-        }
-        let (stretches, next) = self
-            .place(&track, across, Method::Inclined)
-            .map_err(|refused| self.no_pose(&track, across, refused))?;
-        if let Some(next) = next {
-            self.advances(across, next)?;
-        }
+            },
+        };
+        self.done.report.missed += left.missed;
+        self.swept = stretches.iter().flat_map(|stretch| poses(stretch, self.cutter)).collect();
         self.add(stretches);
-        Ok(next)
+        Ok(left.next)
     }
 
-    /// The pass with the widest strips, or why it is not taken.
-    fn widest(&self, track: &Track, across: f64) -> Result<Lot, Fallback> {
+    fn inclined(&self, track: &Track, across: f64) -> Result<Lot, CoverError> {
+        let lot = self
+            .place(track, across, Method::Inclined)
+            .map_err(|refused| self.no_pose(track, across, refused))?;
+        lot.left.next.map_or(Ok(()), |next| self.advances(across, next))?;
+        Ok(lot)
+    }
+
+    /// The pass with the widest strips, or why it should not be taken, and it all the same if it can be.
+    fn widest(&self, track: &Track, across: f64) -> Result<Lot, Box<Refusal>> {
         let chart = self.options.along;
         let face = self.face.face().number;
         let fallback = |at: Local, reason| Fallback { face, at: chart.uv(at), reason };
-        let (stretches, next) =
-            self.place(track, across, Method::Widest).map_err(|(way, error)| {
-                fallback([across, track.at(way)], FallbackReason::NoStrip(error))
-            })?;
-        if let Some(at) = next
+        let lot = self.place(track, across, Method::Widest).map_err(|(way, error)| {
+            let at = [across, track.at(way)];
+            Box::new((fallback(at, FallbackReason::NoStrip(error)), None))
+        })?;
+        if let Some(at) = lot.left.next
             && let Err(CoverError::TooNarrow { advance, .. }) = self.advances(across, at)
         {
-            return Err(fallback(at, FallbackReason::NoAdvance(advance)));
+            return Err(Box::new((fallback(at, FallbackReason::NoAdvance(advance)), None)));
         }
-        for stretch in &stretches {
-            let gouges = stretch.placed.iter().zip(&stretch.checks).find(|(_, c)| c.gouge > 0.0);
-            if let Some((place, check)) = gouges {
-                let at = [across, place.along];
-                return Err(fallback(at, FallbackReason::Gouge(check.gouge)));
-            }
+        if lot.left.missed > 0 {
+            let at = [across, track.at(0.0)];
+            let why = fallback(at, FallbackReason::Missed(lot.left.missed));
+            return Err(Box::new((why, Some(lot))));
         }
-        Ok((stretches, next))
+        let spans = lot.stretches.iter().flat_map(|s| s.placed.iter().zip(&s.checks));
+        let deepest = spans.max_by(|a, b| a.1.gouge.total_cmp(&b.1.gouge));
+        if let Some((place, check)) = deepest
+            && check.gouge > 0.0
+        {
+            let at = [across, place.along];
+            let why = fallback(at, FallbackReason::Gouge(check.gouge));
+            return Err(Box::new((why, Some(lot))));
+        }
+        Ok(lot)
     }
 
     fn place(&self, track: &Track, across: f64, method: Method) -> Result<Lot, Refused> {
@@ -138,8 +188,10 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         };
         let trimmer = Trimmer { lane: &lane, region: &self.region };
         let stretches = trimmer.stretches()?;
-        let next = trimmer.next(&stretches);
-        Ok((stretches, next))
+        let mut swept = self.swept.clone();
+        swept.extend(stretches.iter().flat_map(|stretch| poses(stretch, self.cutter)));
+        let left = left(&lane, &self.region, &swept, trimmer.next(&stretches));
+        Ok(Lot { stretches, left })
     }
 
     fn no_pose(&self, track: &Track, across: f64, (way, error): Refused) -> CoverError {

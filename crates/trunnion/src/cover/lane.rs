@@ -248,8 +248,8 @@ impl Lane<'_> {
     }
 
     /// The location nearest to its neighbours that reaches the goal; if none does, the one that
-    /// reaches farthest. If none is near at all, the `free` one where there is a face to finish; a
-    /// run-out rather ends.
+    /// reaches farthest. If none is near at all there is no location: the pass then ends with a
+    /// run-out, or is placed otherwise; a jump would gouge on its way.
     fn near(
         &self,
         way: f64,
@@ -274,7 +274,6 @@ impl Lane<'_> {
         }
         match best {
             Some((_, found)) => Ok(found),
-            None if self.track.over_face(way) => free.clone(),
             None => free.clone().and_then(|_| Err(self.apart())),
         }
     }

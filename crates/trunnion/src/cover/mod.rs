@@ -11,9 +11,11 @@
 mod between;
 mod face;
 mod lane;
+mod left;
 mod legs;
 mod options;
 mod region;
+mod runout;
 mod stretch;
 mod track;
 

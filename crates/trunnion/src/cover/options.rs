@@ -112,6 +112,9 @@ pub struct CoverReport {
     pub coarse_spans: usize,
     /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
     pub worst_gouge: f64,
+    /// Lines across the passes, about 1 mm apart, on which a pass leaves something directly at its track
+    /// (mostly at corners of the face that the cutter cannot reach); 0 if the whole face is finished.
+    pub missed: usize,
     /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
     pub axis_turn: f64,
     /// Pairs of stations between which the axis turns by more than the limit.
@@ -127,6 +130,7 @@ impl CoverReport {
         self.shortened += other.shortened;
         self.coarse_spans += other.coarse_spans;
         self.worst_gouge = self.worst_gouge.max(other.worst_gouge);
+        self.missed += other.missed;
         self.axis_turn = self.axis_turn.max(other.axis_turn);
         self.fast_turns += other.fast_turns;
     }
@@ -149,8 +153,10 @@ pub struct Fallback {
 pub enum FallbackReason {
     /// There is none somewhere on the pass.
     NoStrip(PositioningError),
-    /// The next pass would have come no further, by this many mm.
+    /// The next pass would have come only this much further \[mm\].
     NoAdvance(f64),
+    /// On this many lines across, about 1 mm apart, nothing would have been finished.
+    Missed(usize),
     /// The curve between two stations that lie apart would have gouged, this deep beyond the band \[mm\].
     Gouge(f64),
 }

@@ -19,6 +19,11 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
         Self { bounds, loops, inside }
     }
 
+    /// Whether a place lies in the region.
+    pub(super) fn holds(&self, place: Local) -> bool {
+        (self.inside)(place)
+    }
+
     /// Stretches of `across` inside the region on the line `along` = const; empty outside the bounds.
     pub(super) fn row(&self, along: f64) -> Vec<[f64; 2]> {
         let [[first, last], [low, high]] = self.bounds;

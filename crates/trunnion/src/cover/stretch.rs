@@ -2,16 +2,19 @@
 
 use super::between::{Between, Strip};
 use super::lane::{Lane, Place, Placed};
+use super::left::distance;
 use super::region::{Local, Region};
-use crate::cutter::Cutter;
+use super::runout::run_out;
 use crate::positioning::{Band, PositioningError};
 use crate::types::{PoseCurve, ToolPose};
-use nalgebra::Point3;
 use rayon::prelude::*;
 
 /// A span is split if its strip is narrower by this share than at both of its ends: the curve
 /// between the stations would cost more width than further stations.
 const WASTE: f64 = 0.02;
+
+/// Locations at the end of a row from which a run-out is tried.
+const BASES: usize = 4;
 
 /// Stations of one uninterrupted pass, and what the curve between them leaves.
 #[derive(Debug, Clone)]
@@ -21,6 +24,30 @@ pub(super) struct Stretch {
     pub(super) checks: Vec<Check>,
     /// Whether it could not be run out in full at its start, at its end.
     pub(super) shortened: [bool; 2],
+}
+
+impl Stretch {
+    /// Deepest that the curve leaves the widened band \[mm\]; 0 or less is good.
+    pub(super) fn gouge(&self) -> f64 {
+        self.checks.iter().map(|check| check.gouge).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// First and last station of the longest part without a gouging span; `None` if all gouge.
+    fn longest_part(&self) -> Option<[usize; 2]> {
+        let mut parts = vec![[0, 0]];
+        for (span, check) in self.checks.iter().enumerate() {
+            match parts.last_mut() {
+                Some(part) if check.gouge <= 0.0 => part[1] = span + 1,
+                _ => parts.push([span + 1, span + 1]),
+            }
+        }
+        let length = |part: &[usize; 2]| match (self.placed.get(part[0]), self.placed.get(part[1]))
+        {
+            (Some(a), Some(b)) => b.way - a.way,
+            _ => 0.0,
+        };
+        parts.into_iter().filter(|p| length(p) > 0.0).max_by(|a, b| length(a).total_cmp(&length(b)))
+    }
 }
 
 /// The middle of a span on the curve that will be laid through the stations.
@@ -76,9 +103,35 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         for [first, last] in kept(&spots, self.lane.cutter.radius()) {
             let Some(row) = self.whole(&spots[first..=last])? else { continue };
             let (placed, checks) = self.refine(row.placed);
-            stretches.push(Stretch { placed, checks, shortened: row.shortened });
+            let stretch = Stretch { placed, checks, shortened: row.shortened };
+            stretches.push(self.mend(stretch));
         }
         Ok(stretches)
+    }
+
+    /// Replaces what lies beyond a gouging span (a jump between two kinds of location) by a run-out
+    /// from the longest good part, if that gouges less.
+    fn mend(&self, stretch: Stretch) -> Stretch {
+        if stretch.gouge() <= 0.0 {
+            return stretch;
+        }
+        let Some([first, last]) = stretch.longest_part() else { return stretch };
+        let targets = [stretch.placed.first(), stretch.placed.last()].map(|p| p.map(|p| p.way));
+        let [Some(start), Some(end)] = targets else { return stretch };
+        let mut placed = stretch.placed[first..=last].to_vec();
+        let mut shortened = stretch.shortened;
+        let short = self.lane.options.spacing[0];
+        if last + 1 < stretch.placed.len() {
+            shortened[1] = (self.run_out(&mut placed, end) - end).abs() > short;
+        }
+        if first > 0 {
+            placed.reverse();
+            shortened[0] = (self.run_out(&mut placed, start) - start).abs() > short;
+            placed.reverse();
+        }
+        let (placed, checks) = self.refine(placed);
+        let mended = Stretch { placed, checks, shortened };
+        if mended.gouge() < stretch.gouge() { mended } else { stretch }
     }
 
     /// How far across a location finishes the region on its own line.
@@ -115,7 +168,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     }
 
     /// Stations without a gap; `None` where fewer than two are left. Places without a location are
-    /// given up at either end, but not inside, and not where there is something to cut.
+    /// given up at either end, but not inside.
     fn whole(&self, spots: &[Spot]) -> Result<Option<Row>, Refused> {
         let good = |spot: &Spot| spot.place.is_ok();
         let [Some(first), Some(last)] = [spots.iter().position(good), spots.iter().rposition(good)]
@@ -127,22 +180,29 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         for spot in &spots[first..=last] {
             placed.push(spot.place.clone().map_err(|error| (spot.way, error))?);
         }
-        let shortened = [first > 0, last + 1 < spots.len()];
+        let mut shortened = [first > 0, last + 1 < spots.len()];
         if first > 0 {
-            let end = self.towards(&placed[0], spots[first - 1].way);
-            self.lost(&end, &spots[..first])?;
-            if end.way < placed[0].way {
-                placed.insert(0, end);
-            }
+            placed.reverse();
+            shortened[0] = self.finish_end(&mut placed, spots[first - 1].way, spots[0].way);
+            placed.reverse();
         }
-        if let (true, Some(before)) = (shortened[1], placed.last()) {
-            let end = self.towards(before, spots[last + 1].way);
-            self.lost(&end, &spots[last + 1..])?;
-            if end.way > before.way {
-                placed.push(end);
-            }
+        if shortened[1] {
+            let [bad, target] = [spots[last + 1].way, spots[spots.len() - 1].way];
+            shortened[1] = self.finish_end(&mut placed, bad, target);
         }
         Ok((placed.len() > 1).then_some(Row { placed, shortened }))
+    }
+
+    /// Carries a row on past its last location: as near as locations are found to `bad`, where there
+    /// is none, then by a run-out. Whether it ends short of `target`.
+    fn finish_end(&self, placed: &mut Vec<Placed>, bad: f64, target: f64) -> bool {
+        let Some(last) = placed.last() else { return true };
+        let end = self.towards(last, bad);
+        if (end.way - last.way).abs() > 0.0 {
+            placed.push(end);
+        }
+        let reached = self.run_out(placed, target);
+        (target - reached).abs() > self.lane.options.spacing[0]
     }
 
     /// The location nearest to `bad`, where there is none, to within the least spacing.
@@ -158,16 +218,38 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         good
     }
 
-    /// An error if a place over the face is given up, farther from `end` than twice the least
-    /// spacing, with something to cut. Beyond the border only the run-out is lost.
-    fn lost(&self, end: &Placed, spots: &[Spot]) -> Result<(), Refused> {
-        let least = 2.0 * self.lane.options.spacing[0];
-        let missed = |spot: &&Spot| {
-            spot.touched
-                && self.lane.track.over_face(spot.way)
-                && (spot.way - end.way).abs() > least
-        };
-        spots.iter().filter(missed).find_map(Spot::refused).map_or(Ok(()), Err)
+    /// Carries a row on to `target` from its last location, or from one before it where the last, at
+    /// the edge of what is possible, cannot be carried on as far. How far it came.
+    fn run_out(&self, placed: &mut Vec<Placed>, target: f64) -> f64 {
+        let between = self.checker();
+        let to_go = |way: f64| (target - way).abs();
+        let mut best: Option<(usize, Vec<Placed>)> = None;
+        let mut nearest = f64::INFINITY;
+        for (index, base) in placed.iter().enumerate().rev().take(BASES) {
+            let added = run_out(self.lane, &between, base, target);
+            let left = to_go(added.last().map_or(base.way, |p| p.way));
+            if left < nearest {
+                nearest = left;
+                best = Some((index, added));
+            }
+            if left <= self.lane.options.spacing[0] {
+                break;
+            }
+        }
+        if let Some((index, added)) = best {
+            placed.truncate(index + 1);
+            placed.extend(added);
+        }
+        placed.last().map_or(f64::NEG_INFINITY, |p| p.way)
+    }
+
+    /// The band as the curve between stations has to keep it.
+    fn checker(&self) -> Between<'_> {
+        let lane = self.lane;
+        let share = lane.options.path_share;
+        let Band { lower, upper } = lane.options.band;
+        let band = Band { lower: lower - share, upper: upper + share };
+        Between { face: lane.face, cutter: lane.cutter, chart: lane.options.along, band }
     }
 
     /// Halves spans until the curve through the stations keeps the widened band in the middle of
@@ -200,13 +282,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
 
     fn checks(&self, placed: &[Placed]) -> Vec<Check> {
         let stations: Vec<_> = placed.iter().map(|p| p.station).collect();
-        let lane = self.lane;
-        let curve = PoseCurve::through(&stations, super::lever(lane.cutter));
-        let share = lane.options.path_share;
-        let Band { lower, upper } = lane.options.band;
-        let band = Band { lower: lower - share, upper: upper + share };
-        let chart = lane.options.along;
-        let between = Between { face: lane.face, cutter: lane.cutter, chart, band };
+        let curve = PoseCurve::through(&stations, super::lever(self.lane.cutter));
+        let between = self.checker();
         (0..curve.spans.len())
             .into_par_iter()
             .map(|span| self.check(&between, &curve, [&placed[span], &placed[span + 1]], span))
@@ -220,14 +297,19 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         [a, b]: [&Placed; 2],
         span: usize,
     ) -> Check {
-        let unknown = Check { far: None, gouge: 0.0, good: false };
-        let rates = curve.rates_in(span, 0.5 * (curve.knots[span] + curve.knots[span + 1]));
-        let Some(pose) = rates.pose() else { return unknown };
-        let guess = [0, 1].map(|k| 0.5 * (a.contact_uv[k] + b.contact_uv[k]));
-        let Ok(strip) = between.strip(&pose, &rates.contact[0].into(), guess) else {
-            return unknown;
+        let [start, end] = [curve.knots[span], curve.knots[span + 1]];
+        let look = |share: f64| {
+            let rates = curve.rates_in(span, start + share * (end - start));
+            let guess =
+                [0, 1].map(|k| a.contact_uv[k] + share * (b.contact_uv[k] - a.contact_uv[k]));
+            let pose = rates.pose()?;
+            let strip = between.strip(&pose, &rates.contact[0].into(), guess).ok()?;
+            Some((pose, strip))
         };
-        let gouge = between.band.lower - strip.least;
+        let [Some((pose, strip)), Some(before), Some(after)] = [0.5, 0.25, 0.75].map(look) else {
+            return Check { far: None, gouge: 0.0, good: false };
+        };
+        let gouge = between.band.lower - strip.least.min(before.1.least).min(after.1.least);
         let [low, high] = self.region.bounds[1];
         // Beyond the border there is nothing to cover.
         let beyond = a.along > high || b.along < low;
@@ -253,50 +335,21 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         strip.far.is_some_and(|far| far[0] >= least - WASTE * (least - across))
     }
 
-    /// The first place across, beyond what the stretches cover, where something is left to cut.
+    /// The first place across, beyond the ends of the strips, where something is left to cut.
     pub(super) fn next(&self, stretches: &[Stretch]) -> Option<Local> {
         let mut left: Vec<Local> = Vec::new();
-        let [low, high] = self.region.bounds[1];
-        let across = self.lane.across;
-        let mut covered = low;
         for stretch in stretches {
-            let fars = self.fars(stretch);
-            let [start, end] = self.covered(stretch, &fars);
-            left.extend(self.first(across, [covered, start]));
-            covered = covered.max(end);
-            for pair in fars.windows(2) {
+            for pair in self.fars(stretch).windows(2) {
                 left.extend(self.beyond([pair[0], pair[1]]));
             }
         }
-        if covered < high {
-            left.extend(self.first(across, [covered, high]));
+        if stretches.is_empty() {
+            let [along, end] = self.region.bounds[1];
+            left.extend(self.region.first_from(self.lane.across, [along, end]).map(|t| [t, along]));
         }
-        left.into_iter().min_by(|a, b| a[0].total_cmp(&b[0]))
-    }
-
-    /// Range along over which the ends of a stretch's strips lie. Where it had to stop short, the
-    /// places within twice the least spacing count too: its foot points lie ahead of its track.
-    fn covered(&self, stretch: &Stretch, fars: &[Local]) -> [f64; 2] {
-        let alongs = || fars.iter().map(|far| far[1]);
-        let mut range =
-            [alongs().fold(f64::INFINITY, f64::min), alongs().fold(f64::NEG_INFINITY, f64::max)];
-        let allowed = 2.0 * self.lane.options.spacing[0];
-        if let (Some(first), Some(last)) = (stretch.placed.first(), stretch.placed.last()) {
-            if stretch.shortened[0] {
-                range[0] = range[0].min(self.lane.track.at(first.way - allowed));
-            }
-            if stretch.shortened[1] {
-                range[1] = range[1].max(self.lane.track.at(last.way + allowed));
-            }
-        }
-        range
-    }
-
-    fn first(&self, from: f64, slab: [f64; 2]) -> Option<Local> {
-        (slab[0] < slab[1])
-            .then(|| self.region.first_from(from, slab))
-            .flatten()
-            .map(|across| [across, slab[0]])
+        left.into_iter()
+            .filter(|place| place[0] > self.lane.across)
+            .min_by(|a, b| a[0].total_cmp(&b[0]))
     }
 
     /// Ends of the strips at stations and between them, in order.
@@ -325,17 +378,6 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let reach = if b[1] > a[1] { at(slab[0]).min(at(slab[1])) } else { a[0].min(b[0]) };
         self.region.first_from(reach, slab).map(|across| [across, slab[0]])
     }
-}
-
-/// Signed distance of a point from the cutting end: what is higher than `r` above the tip and not
-/// farther than `R` from the axis, grown by `r`.
-fn distance(point: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
-    let from_tip = point - pose.tip;
-    let height = from_tip.dot(&pose.axis);
-    let below = cutter.minor() - height;
-    let out = (from_tip - pose.axis.scale(height)).norm() - cutter.major();
-    let outside = out.max(0.0).hypot(below.max(0.0));
-    outside + out.max(below).min(0.0) - cutter.minor()
 }
 
 /// Ranges of places whose strips have something to cut, run out by `distance` \[mm\] at both ends.

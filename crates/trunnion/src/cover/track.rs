@@ -103,6 +103,11 @@ impl Track {
         }
     }
 
+    /// Arc lengths between which the track lies over the face.
+    pub(super) fn face(&self) -> [f64; 2] {
+        [0.0, self.length]
+    }
+
     /// Whether `way` lies over the face and not on its continuation.
     pub(super) fn over_face(&self, way: f64) -> bool {
         (0.0..=self.length).contains(&way)
