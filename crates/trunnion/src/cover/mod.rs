@@ -38,8 +38,9 @@ const STEPS: u64 = 1000;
 ///
 /// Every place of a face inside its trims comes to lie in a strip: at the stations the error keeps
 /// `options.band`, and on the curve that `toolpath::through` lays through them (with [`lever`]) it
-/// leaves the band by at most `options.path_share`, as tested in the middle between stations; spans at
-/// the least spacing that fail the test are counted in the [`CoverReport`].
+/// leaves the band by at most `options.path_share`, as tested at three places between stations;
+/// spans at the least spacing that fail the test, and lines that stay unfinished, are counted in the
+/// [`CoverReport`].
 ///
 /// # Errors
 ///
@@ -47,8 +48,7 @@ const STEPS: u64 = 1000;
 ///
 /// # Source
 ///
-/// Placing each pass from the end points of the one before: `docs/sources.md#004`; the worst
-/// station decides.
+/// Placing each pass from the end points of the one before: `docs/sources.md#004`, covering a face.
 pub fn cover(
     faces: &[FaceIndex],
     cutter: &Cutter,

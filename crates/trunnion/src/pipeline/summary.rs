@@ -64,6 +64,10 @@ fn warnings(covering: &Covering) -> Vec<String> {
         let count = report.shortened;
         warnings.push(format!("{count} passes could not be run out in full beyond the face"));
     }
+    if report.missed > 0 {
+        let count = report.missed;
+        warnings.push(format!("{count} lines across a pass, 1 mm apart, are left unfinished"));
+    }
     if report.worst_gouge > 0.0 {
         warnings.push(format!(
             "{} spans leave the strips' band even at the least station spacing, towards the \
@@ -86,6 +90,9 @@ fn reason(reason: &FallbackReason) -> String {
         FallbackReason::NoStrip(error) => error.to_string(),
         FallbackReason::NoAdvance(advance) => {
             format!("the widest strips would bring the next pass only {advance:.3} mm further")
+        }
+        FallbackReason::Missed(lines) => {
+            format!("the widest strips would leave {lines} lines across the pass unfinished")
         }
         FallbackReason::Gouge(depth) => {
             format!("between two strips that lie apart the cutter would go {depth:.4} mm too deep")
