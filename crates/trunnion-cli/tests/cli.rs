@@ -19,7 +19,7 @@ name = "small patch"
 [part]
 file = "patch.json"
 [setup]
-origin = [-381, -254, -480]
+origin = [-381, -254, -505]
 rotation = [0, 20, 0]
 clearance = 20
 [tool]
@@ -195,7 +195,7 @@ fn a_file_that_is_not_what_its_name_says_is_told_as_such() {
 #[test]
 fn a_pose_out_of_travel_says_which_axis_and_by_how_much() {
     let folder = folder();
-    replace(folder.path(), "job.toml", "[-381, -254, -480]", "[0, 0, -300]");
+    replace(folder.path(), "job.toml", "[-381, -254, -505]", "[0, 0, -300]");
     refused(folder.path(), "end of travel");
 }
 

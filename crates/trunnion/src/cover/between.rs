@@ -16,13 +16,27 @@ const POINTS: u32 = 96;
 /// smooth, nearly straight error curve within one of [`POINTS`] intervals.
 const STEPS: u32 = 3;
 
+/// Rings and spokes at which the flat underside is tried, and steps down from the lowest of them.
+const RINGS: u32 = 2;
+const SPOKES: u32 = 8;
+const DESCENTS: u32 = 2;
+
+/// A point of the flat underside, raised to the plane of the centre circle.
+struct Under {
+    point: Point3<f64>,
+    error: f64,
+    /// Change of the error in the plane of the circle \[1\].
+    slope: Vector3<f64>,
+    uv: [f64; 2],
+}
+
 /// What an interpolated pose leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Strip {
     /// Place farthest across that is finished; `None` where the error in the middle of the contact arc
     /// is above the band already.
     pub(super) far: Option<Local>,
-    /// Least error of the whole circle over the face's own rectangle \[mm\]. Beside it the continued
+    /// Least error of the circle and the flat underside inside it, over the face's own rectangle \[mm\]. Beside it the continued
     /// surface may rise, but nothing is there to be cut.
     pub(super) least: f64,
 }
@@ -92,7 +106,63 @@ impl Between<'_> {
             let far = self.far(&circle, &half)?;
             strip.far = strip.far.into_iter().chain(far).max_by(|a, b| a[0].total_cmp(&b[0]));
         }
+        strip.least = strip.least.min(self.disc(&circle, &pose.axis, middle.uv)?);
         Ok(strip)
+    }
+
+    /// Least error of the flat underside inside the circle: the lowest of a few rings, and from there
+    /// down its slope. Where the surface bulges up inside the circle this is lower than the circle.
+    fn disc(
+        &self,
+        c: &Circle,
+        axis: &UnitVector3<f64>,
+        guess: [f64; 2],
+    ) -> Result<f64, ClosestError> {
+        let mut lowest = self.under(c, axis, c.centre, guess)?;
+        for ring in 1..=RINGS {
+            let radius = c.radius * f64::from(ring) / f64::from(RINGS + 1);
+            for spoke in 0..SPOKES {
+                let (sin, cos) = (TAU * f64::from(spoke) / f64::from(SPOKES)).sin_cos();
+                let out = c.axes[0].scale(radius * cos) + c.axes[1].scale(radius * sin);
+                let under = self.under(c, axis, c.centre + out, lowest.uv)?;
+                if under.error < lowest.error {
+                    lowest = under;
+                }
+            }
+        }
+        for _ in 0..DESCENTS {
+            let slope = lowest.slope.norm();
+            let Some(down) = Unit::try_new(-lowest.slope, f64::MIN_POSITIVE) else { break };
+            let step = c.radius / f64::from(RINGS + 1);
+            let next = self.under(c, axis, lowest.point + down.scale(step), lowest.uv)?;
+            let turned = next.slope.dot(&down) + slope;
+            let way = if turned > 0.0 { step * slope / turned } else { step };
+            let flat = lowest.point + down.scale(way) - c.centre;
+            let inside = flat * (c.radius / flat.norm().max(c.radius));
+            let settled = self.under(c, axis, c.centre + inside, lowest.uv)?;
+            if settled.error < lowest.error {
+                lowest = settled;
+            }
+        }
+        Ok(lowest.error)
+    }
+
+    /// The underside at a point of the circle's plane; infinitely high where its foot is beside the face.
+    fn under(
+        &self,
+        c: &Circle,
+        axis: &UnitVector3<f64>,
+        point: Point3<f64>,
+        guess: [f64; 2],
+    ) -> Result<Under, ClosestError> {
+        let foot = self.face.closest_near(&point, guess)?;
+        let domain = self.face.face().surface.domain();
+        let over = (0..2).all(|k| (domain[k][0]..=domain[k][1]).contains(&foot.uv[k]));
+        let inside = (point - c.centre).norm() <= c.radius;
+        let error =
+            if over && inside { foot.distance - self.cutter.minor() } else { f64::INFINITY };
+        let normal = foot.normal.into_inner();
+        Ok(Under { point, error, slope: normal - axis.scale(normal.dot(axis)), uv: foot.uv })
     }
 
     fn sample(&self, c: &Circle, angle: f64, guess: [f64; 2]) -> Result<Sample, ClosestError> {

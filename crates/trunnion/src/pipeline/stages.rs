@@ -11,10 +11,10 @@ use crate::toolpath::{self, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
 
 /// Least and largest distance between stations, as fractions of the cutter's radius.
-const SPACING: [f64; 2] = [0.02, 0.25];
+const SPACING: [f64; 2] = [0.003, 0.125];
 
 /// Offset directions searched unless the job says otherwise \[rad\].
-const OFFSET_RANGE: [f64; 2] = [-std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_4];
+const OFFSET_RANGE: [f64; 2] = [-std::f64::consts::FRAC_PI_6, std::f64::consts::FRAC_PI_6];
 
 /// Lead of the fallback where no strip fits \[rad\].
 const FALLBACK_LEAD: f64 = 5.0 * std::f64::consts::PI / 180.0;

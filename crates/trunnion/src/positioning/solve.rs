@@ -304,5 +304,6 @@ fn twin<'a>(condition: &Condition, state: &'a State) -> Option<&'a Condition> {
     alike.min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
-/// Largest rotation about the chord \[rad\]: beyond 80 degrees the flank cuts.
-pub(super) const MOST_ROTATION: f64 = 1.4;
+/// Largest rotation about the chord \[rad\]: a cutter that leans farther than about 35 degrees reaches
+/// nothing more, but its flank and holder come down to the part.
+pub(super) const MOST_ROTATION: f64 = 0.6;

@@ -448,7 +448,7 @@ mod tests {
             .replace("gouge = 0.002", "gouge = 0.2")
             .replace("[strategy]", "[stratgey]")
             .replace("number = 1", "number = \"1\"")
-            .replace("origin = [-381, -254, -480]", "origin = [0, nan]");
+            .replace("origin = [-381, -254, -505]", "origin = [0, nan]");
         let expected = [
             "12:10: `setup.origin` needs 3 entries, but has 2",
             "12:14: `setup.origin.1` = nan is not a number one can calculate with",
