@@ -11,9 +11,9 @@ test:
 ci:
     bash .ci/run
 
-# Long random tests; prints its seed. `just torture 100000` for more cases.
+# Long random tests; proptest prints and keeps the seed of a failure. `just torture 100000` for more.
 torture cases="20000":
-    PROPTEST_CASES={{cases}} cargo test --release --workspace
+    PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
 # Figures, side by side with their peers.
 bench:
@@ -21,7 +21,7 @@ bench:
 
 # Rewrite the fixtures from their generators (needs Python; the STEP ones also build123d).
 fixtures:
-    python3 fixtures/bezier-patch/generate.py
+    python3 fixtures/bezier-patch/make.py
     python3 fixtures/step/generate.py
 
 # Rebuild the page that the report embeds (needs Node).
