@@ -290,7 +290,13 @@ fn legs_join_and_turn_only_above_the_plane() {
     let cutter = cutter();
     let passes = cover(&face, &cutter, &options(), &Silent).unwrap().passes;
     for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
-        let link = LinkOptions { plane: 20.0, lead, approach: f64::INFINITY, gouge: 0.002 };
+        let link = LinkOptions {
+            up: Vector3::z_axis(),
+            plane: 20.0,
+            lead,
+            approach: f64::INFINITY,
+            gouge: 0.002,
+        };
         let legs = legs(&passes, &face, &cutter, &link, &Silent).unwrap();
         assert_eq!(legs.len(), 4 * passes.len() - 1);
         // `through` refuses gaps and leads that turn.
@@ -323,8 +329,13 @@ fn a_lead_that_would_gouge_takes_another_way() {
         let stations = vec![at(10.0), at(20.0)];
         vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]
     };
-    let link =
-        LinkOptions { plane: 15.0, lead: LeadKind::Axis, approach: f64::INFINITY, gouge: 0.01 };
+    let link = LinkOptions {
+        up: Vector3::z_axis(),
+        plane: 15.0,
+        lead: LeadKind::Axis,
+        approach: f64::INFINITY,
+        gouge: 0.01,
+    };
     let up = |passes: &[Pass]| {
         let legs = legs(passes, &faces, &cutter(), &link, &Silent).unwrap();
         let ends = &legs[2].stations;

@@ -21,8 +21,10 @@ pub enum LeadKind {
 /// How passes are joined. No `Default`: the caller knows part, stock and tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkOptions {
-    /// Height (workpiece z) of the plane that no part of the cutting end goes below during a link
-    /// \[mm\]: the highest point of part and stock plus the clearance.
+    /// Way out of the part: square to the plane of the links.
+    pub up: UnitVector3<f64>,
+    /// Height along `up` of the plane that no part of the cutting end goes below during a link \[mm\]:
+    /// the highest point of part and stock plus the clearance.
     pub plane: f64,
     /// Kind of lead.
     pub lead: LeadKind,
@@ -44,7 +46,7 @@ const CIRCLE_POINTS: u32 = 32;
 /// a height where the tool may turn. Passes are run in the order and direction given.
 ///
 /// Each lead is checked by distance queries from the cutter's centre circle against all `faces`;
-/// where the way along the tool axis is barred, one leaning towards +z is taken.
+/// where the way along the tool axis is barred, one leaning towards `up` is taken.
 ///
 /// # Errors
 ///
@@ -130,15 +132,16 @@ impl Leads<'_> {
         Err(deepest)
     }
 
-    /// Directions up to the link height with the way to go: the tool axis, and more and more of +z.
+    /// Directions up to the link height with the way to go: the tool axis, and more and more of straight up.
     fn ups(&self, end: &Station) -> impl Iterator<Item = (UnitVector3<f64>, f64)> {
         let axis = end.pose.axis.into_inner();
         let radius = self.cutter.radius();
         // With its tip a radius above the plane, the cutting end is above it however it is turned.
-        let height = self.options.plane + radius - end.pose.tip.z;
+        let up = self.options.up;
+        let height = self.options.plane + radius - end.pose.tip.coords.dot(&up);
         [0.0, 0.5, 1.0].into_iter().filter_map(move |share| {
-            let direction = Unit::try_new(axis.lerp(&Vector3::z(), share), 0.0)?;
-            let climb = direction.z;
+            let direction = Unit::try_new(axis.lerp(&up, share), 0.0)?;
+            let climb = direction.dot(&up);
             (climb >= LEAST_CLIMB).then(|| (direction, (height / climb).max(radius)))
         })
     }

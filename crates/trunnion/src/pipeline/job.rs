@@ -9,6 +9,7 @@ use crate::import::inspect;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
 use crate::types::Fault;
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
 /// Everything one run needs. Made by [`Job::new`] from files that were read elsewhere.
 #[derive(Debug)]
@@ -101,19 +102,41 @@ impl Job {
 }
 
 impl Job {
-    /// Highest point of part and stock along workpiece z \[mm\]. The stock of an STL file counts as
-    /// the part alone: its mesh is not read.
-    pub(super) fn highest(&self) -> f64 {
-        let tops = self.faces.iter().map(|face| inspect::summary(face.face()).bounds[1].z);
+    /// Way out of the part: workpiece z, unless the faces look too far to the side for the tool to be
+    /// drawn out that way; then their mean normal.
+    pub(super) fn up(&self) -> UnitVector3<f64> {
+        let elements = self.faces.iter().flat_map(|face| inspect::elements(face.face()));
+        let mean: Vector3<f64> = elements.map(|element| element.area).sum();
+        match Unit::try_new(mean, f64::MIN_POSITIVE) {
+            Some(normal) if normal.z < LEAST_RISE => normal,
+            _ => Vector3::z_axis(),
+        }
+    }
+
+    /// Highest point of part and stock along `up` \[mm\]. The stock of an STL file counts as the part
+    /// alone: its mesh is not read.
+    pub(super) fn highest(&self, up: &UnitVector3<f64>) -> f64 {
+        let top = |[low, high]: [Point3<f64>; 2]| {
+            let corner = |k: usize| (low[k] * up[k]).max(high[k] * up[k]);
+            corner(0) + corner(1) + corner(2)
+        };
+        let tops = self.faces.iter().map(|face| top(inspect::summary(face.face()).bounds));
         let part = tops.fold(f64::NEG_INFINITY, f64::max);
         match &self.file.stock {
             Some(job::Stock::Offset { thickness }) => part + thickness,
-            Some(job::Stock::Box { max, .. }) => part.max(max.z),
-            Some(job::Stock::Cylinder { base, height, .. }) => part.max(base.z + height),
+            Some(job::Stock::Box { min, max }) => part.max(top([*min, *max])),
+            Some(job::Stock::Cylinder { base, radius, height }) => {
+                let side = Vector3::new(*radius, *radius, 0.0);
+                part.max(top([base - side, base + side + Vector3::z() * *height]))
+            }
             Some(job::Stock::Stl { .. }) | None => part,
         }
     }
 }
+
+/// Cosine between the faces' mean normal and workpiece z below which links no longer go up along z:
+/// a tool standing on such a face would have to be drawn out sideways.
+const LEAST_RISE: f64 = 0.5;
 
 impl Job {
     /// Last stretch of a lead that is run at the cutting feed \[mm\]: half the cutter's radius above

@@ -68,9 +68,10 @@ pub(super) fn legs(
         file::LeadKind::Axis => cover::LeadKind::Axis,
         file::LeadKind::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
     };
-    let plane = job.highest() + job.file.setup.clearance;
+    let up = job.up();
+    let plane = job.highest(&up) + job.file.setup.clearance;
     let approach = job.approach();
-    let options = LinkOptions { plane, lead, approach, gouge: job.budget.gouge };
+    let options = LinkOptions { up, plane, lead, approach, gouge: job.budget.gouge };
     Ok(cover::legs(passes, &job.faces, &job.cutter, &options, progress)?)
 }
 
