@@ -1,8 +1,10 @@
 //! The machine file (`trunnion-machine/1`): the kinematic chain, its limits, its control.
 
+mod built_in;
 mod raw;
 mod read;
 
+pub use built_in::{BUILT_IN, built_in};
 pub(super) use raw::RawMachine;
 pub use read::{MachineFile, parse};
 

@@ -1,0 +1,40 @@
+//! The machine files of the folder `machines/`, for those who have only the program.
+
+use super::super::walk::nearest;
+
+macro_rules! machine {
+    ($name:literal) => {
+        ($name, include_str!(concat!("../../../../../machines/", $name, ".toml")))
+    };
+}
+
+/// Names and texts of the machine files that come with the library, in order of names. Dimensions
+/// are typical of their class and taken from no data sheet.
+pub const BUILT_IN: [(&str, &str); 16] = [
+    machine!("ac-trunnion"),
+    machine!("bc-trunnion"),
+    machine!("dmu-nutating45"),
+    machine!("gantry-ca-fork"),
+    machine!("layout-11-ab-head-head"),
+    machine!("layout-12-ba-head-head"),
+    machine!("layout-13-ca-head-head"),
+    machine!("layout-14-cb-head-head"),
+    machine!("layout-21-ab-table-table"),
+    machine!("layout-22-ba-table-table"),
+    machine!("layout-23-ac-table-table"),
+    machine!("layout-24-bc-table-table"),
+    machine!("layout-31-ab-table-head"),
+    machine!("layout-32-ba-table-head"),
+    machine!("layout-33-ca-table-head"),
+    machine!("layout-34-cb-table-head"),
+];
+
+/// Text of the built-in machine of that name.
+///
+/// # Errors
+///
+/// The name that may have been meant, if there is one that is near.
+pub fn built_in(name: &str) -> Result<&'static str, Option<&'static str>> {
+    let found = BUILT_IN.iter().find(|(known, _)| *known == name);
+    found.map(|(_, text)| *text).ok_or_else(|| nearest(name, &BUILT_IN.map(|(known, _)| known)))
+}
