@@ -1,10 +1,9 @@
 //! `trunnion inspect`: the faces of a part, so that a job can name them.
 
 use crate::outcome::{Done, Failure};
-use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{part, text};
-use std::path::{Path, PathBuf};
+use crate::{output, part, text};
+use std::path::PathBuf;
 use trunnion::import::inspect::{self, FaceSummary};
 
 #[derive(Debug, clap::Args)]
@@ -23,12 +22,8 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     }
     let faces: Vec<FaceSummary> = part.faces.iter().map(inspect::summary).collect();
     if let Some(path) = &args.output {
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-        let name = name.ok_or_else(|| Failure::input(format!("{}: not a file", path.display())))?;
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
-        outputs.text(&name, &inspect::picture(&part.faces))?;
-        outputs.commit()?;
+        let picture = inspect::picture(&part.faces);
+        output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
     if json {
         text::print_json(&faces.iter().map(FaceJson::of).collect::<Vec<_>>())

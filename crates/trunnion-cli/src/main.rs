@@ -4,13 +4,16 @@
 //! written; 3 internal.
 
 mod inspect;
+mod machine;
 mod motion;
 mod outcome;
 mod output;
 mod part;
+mod pose;
 mod progress;
 mod report;
 mod run;
+mod table;
 mod text;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -35,6 +38,8 @@ enum Verb {
     Run(run::Args),
     /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
     Inspect(inspect::Args),
+    /// Tables of tool poses to tables of machine axes, and back.
+    Pose(pose::Args),
     /// JSON schema of a file format, for editors and scripts.
     Schema {
         /// Which format.
@@ -69,6 +74,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     match &arguments.verb {
         Verb::Run(args) => run::run(args, arguments.json),
         Verb::Inspect(args) => inspect::run(args, arguments.json),
+        Verb::Pose(args) => pose::run(args, arguments.json),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),
         Verb::Completions { shell } => {

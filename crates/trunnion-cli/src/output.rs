@@ -1,10 +1,27 @@
 //! Files are written whole or not at all: beside their place first, then renamed.
 
+use crate::outcome::Failure;
 use anyhow::{Context, Result};
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
+
+/// Writes one file, by `fill`, whole or not at all.
+pub(crate) fn file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> std::result::Result<(), Failure> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = name
+        .filter(|_| !path.is_dir())
+        .ok_or_else(|| Failure::input(format!("{}: not a file", path.display())))?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+    outputs.add(&name, fill)?;
+    outputs.commit()?;
+    Ok(())
+}
 
 /// Output files of one run, none of which is visible before [`Outputs::commit`].
 #[derive(Debug)]

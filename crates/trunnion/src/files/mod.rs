@@ -1,4 +1,4 @@
-//! Job and machine files: text to data with line, column and suggestion; no I/O.
+//! Job and machine files, tables: text to data with line, column and suggestion; no I/O.
 
 mod document;
 pub mod job;
@@ -6,6 +6,7 @@ pub mod machine;
 mod places;
 pub mod schema;
 pub mod summary;
+pub mod table;
 mod walk;
 
 pub use places::{Place, Places};

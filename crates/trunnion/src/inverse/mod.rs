@@ -15,7 +15,9 @@
 mod rotary;
 mod slides;
 mod solve;
+mod travel;
 
 pub use rotary::Turn;
-pub(crate) use solve::TRAVEL_TIE;
 pub use solve::{Branch, Inverse, InverseError, Rates, Solutions};
+pub use travel::Continued;
+pub(crate) use travel::TRAVEL_TIE;

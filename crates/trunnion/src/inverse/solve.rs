@@ -2,17 +2,12 @@
 
 use super::rotary::{Miss, Place, ROUNDING, Seen, Triangle, Turn};
 use super::slides::Slides;
-use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Machine, OutOfTravel, Prefer, SECOND_ROTARY};
+use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, PoseRates, ToolPose};
 use nalgebra::{UnitVector3, Vector3};
-use std::f64::consts::{PI, TAU};
-use std::iter::successors;
-
-/// Rotary travels closer than this \[rad\] are equal: a sum of 10^6 moves of up to a turn, each
-/// rounded to half an ulp of 2π.
-pub(crate) const TRAVEL_TIE: f64 = 1e-9;
+use std::f64::consts::PI;
 
 /// Which of the two rotary solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -214,49 +209,6 @@ impl Inverse {
         self.slide(pose, &nearest).map(|q| unwound(q, near))
     }
 
-    /// As [`Inverse::near`], but inside travel: the branch and whole turns with the least rotary
-    /// travel from `near`; where two are equal, the one an axis prefers.
-    ///
-    /// # Errors
-    ///
-    /// As [`Inverse::solutions`], and [`InverseError::OutOfTravel`] with the axis that is outside
-    /// by least if no branch is inside.
-    pub fn near_inside(
-        &self,
-        pose: &ToolPose,
-        near: &AxisVector,
-    ) -> Result<AxisVector, InverseError> {
-        let machine = self.kinematics.machine();
-        let bases = match self.solutions(pose)? {
-            Solutions::Regular(both) => both.to_vec(),
-            Solutions::Singular(_) => vec![self.near(pose, near)?],
-        };
-        let mut best: Option<(f64, AxisVector)> = None;
-        let mut fault: Option<OutOfTravel> = None;
-        for q in bases.iter().flat_map(|q| turns_inside(*q, near, machine)) {
-            if let Some(outside) = machine.out_of_travel(&q) {
-                if fault.as_ref().is_none_or(|worst| outside.excess < worst.excess) {
-                    fault = Some(outside);
-                }
-                continue;
-            }
-            let travel = (q - near).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
-            let better = best.as_ref().is_none_or(|(least, chosen)| {
-                travel < least - TRAVEL_TIE
-                    || (travel <= least + TRAVEL_TIE
-                        && disliked(&q, machine) < disliked(chosen, machine))
-            });
-            if better {
-                best = Some((travel, q));
-            }
-        }
-        match (best, fault) {
-            (Some((_, q)), _) => Ok(q),
-            (None, Some(fault)) => Err(fault.into()),
-            (None, None) => Err(InverseError::NotFinite { what: "the pose" }),
-        }
-    }
-
     /// Axis position and its first three derivatives along a path, on a given branch; rotaries in
     /// `[-π, π]`. `rates.axis` need not be a unit vector. Exact: truncated Taylor arithmetic
     /// through the closed form.
@@ -441,47 +393,4 @@ fn unwound(mut q: AxisVector, near: &AxisVector) -> AxisVector {
         q[axis] = unwrap_near(q[axis], near[axis]);
     }
     q
-}
-
-/// `q` with its rotaries at every turn inside travel (for an axis without ends, and where none is
-/// inside, the nearest to `near`).
-fn turns_inside(q: AxisVector, near: &AxisVector, machine: &Machine) -> Vec<AxisVector> {
-    let values = |axis: usize| -> Vec<f64> {
-        let nearest = unwrap_near(q[axis], near[axis]);
-        let [low, high] = machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
-        if !(low.is_finite() && high.is_finite()) {
-            return vec![nearest];
-        }
-        let last = ((high - q[axis]) / TAU).floor();
-        let until = |turn: f64| (turn <= last).then_some(turn);
-        let first = until(((low - q[axis]) / TAU).ceil());
-        let inside: Vec<f64> =
-            successors(first, |turn| until(turn + 1.0)).map(|turn| q[axis] + TAU * turn).collect();
-        if inside.is_empty() { vec![nearest_turn(q[axis], [low, high])] } else { inside }
-    };
-    let [first, second] = [values(FIRST_ROTARY), values(SECOND_ROTARY)];
-    let pairs = first.iter().flat_map(|&first| second.iter().map(move |&second| [first, second]));
-    pairs
-        .map(|[first, second]| {
-            let mut q = q;
-            q[FIRST_ROTARY] = first;
-            q[SECOND_ROTARY] = second;
-            q
-        })
-        .collect()
-}
-
-/// The turn of `value` that is outside `[low, high]` by least.
-fn nearest_turn(value: f64, [low, high]: [f64; 2]) -> f64 {
-    unwrap_near(value, 0.5 * (low + high))
-}
-
-/// How many axes stand on the side they do not prefer.
-fn disliked(q: &AxisVector, machine: &Machine) -> usize {
-    let wrong = |(axis, &value): (&Axis, &f64)| match axis.prefer {
-        Some(Prefer::Positive) => value < 0.0,
-        Some(Prefer::Negative) => value >= 0.0,
-        None => false,
-    };
-    machine.axes.iter().zip(q.iter()).filter(|pair| wrong(*pair)).count()
 }

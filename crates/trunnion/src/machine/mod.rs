@@ -92,9 +92,7 @@ pub struct Machine {
 
 /// An axis outside its travel.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "{axis} = {value:.4} is outside its travel [{low:.4}, {high:.4}] by {excess:.4} (mm or rad)"
-)]
+#[error("{}", self.words())]
 pub struct OutOfTravel {
     /// Name of the axis.
     pub axis: String,
@@ -158,8 +156,21 @@ impl Machine {
 
 impl OutOfTravel {
     /// Excess as a share of the travel, so that mm and rad compare.
-    fn relative_excess(&self) -> f64 {
+    pub(crate) fn relative_excess(&self) -> f64 {
         self.excess / (self.high - self.low)
+    }
+
+    /// For people: in mm or deg, and an excess below what four decimals show with its digits.
+    fn words(&self) -> String {
+        let (unit, factor) =
+            if self.index < FIRST_ROTARY { ("mm", 1.0) } else { ("deg", 1.0_f64.to_degrees()) };
+        let [value, low, high, excess] =
+            [self.value, self.low, self.high, self.excess].map(|number| number * factor);
+        let excess = if excess < 0.001 { format!("{excess:.1e}") } else { format!("{excess:.4}") };
+        format!(
+            "{} = {value:.4} {unit} is outside its travel [{low:.4}, {high:.4}] by {excess} {unit}",
+            self.axis
+        )
     }
 }
 

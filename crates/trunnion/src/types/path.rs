@@ -13,6 +13,19 @@ pub struct ToolPose {
     pub axis: UnitVector3<f64>,
 }
 
+impl ToolPose {
+    /// From a tip \[mm\] and a vector along the tool axis, of any length; `None` if that vector is
+    /// zero, or a number is not finite.
+    pub fn new(tip: [f64; 3], axis: [f64; 3]) -> Option<Self> {
+        // By its largest component first: squares of very long or short vectors leave the range.
+        let size = axis.iter().fold(0.0_f64, |size, part| size.max(part.abs()));
+        let finite = tip.iter().chain(&axis).all(|number| number.is_finite());
+        let scaled = Vector3::from(axis.map(|part| part / size));
+        let axis = UnitVector3::try_new(scaled, 0.0).filter(|_| finite && size > 0.0)?;
+        Some(Self { tip: Point3::from(tip), axis })
+    }
+}
+
 /// A cutter location of a pass, and the point of the surface it was made for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
@@ -233,6 +246,17 @@ mod tests {
         let x: Vec<f64> = rates.tip.iter().map(|d| d.x).collect();
         assert_eq!(x, [8.0, 12.0, 12.0, 6.0]);
         assert_eq!(curve.pose(2.0).map(|pose| pose.axis), Some(Vector3::z_axis()));
+    }
+
+    #[test]
+    fn a_tool_axis_may_have_any_length_but_zero() {
+        for length in [1e-310, 1.0, 1e300] {
+            let pose = ToolPose::new([1.0, 2.0, 3.0], [0.0, 0.0, -length]).unwrap();
+            assert!((*pose.axis + Vector3::z()).norm() < 1e-15);
+        }
+        assert_eq!(ToolPose::new([0.0; 3], [0.0; 3]), None);
+        assert_eq!(ToolPose::new([f64::NAN, 0.0, 0.0], [0.0, 0.0, 1.0]), None);
+        assert_eq!(ToolPose::new([0.0; 3], [0.0, f64::INFINITY, 1.0]), None);
     }
 
     #[test]

@@ -1,0 +1,304 @@
+//! Tables in and out, a row at a time: bounded memory, and written whole or not at all.
+
+use crate::outcome::Failure;
+use crate::output;
+use anyhow::Context;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use tempfile::SpooledTempFile;
+use trunnion::files::table::{Columns, Header, is_row};
+use trunnion::types::Fault;
+
+/// Longest line of a table \[bytes\]; a guard against a file that is no table.
+const LONGEST: u64 = 1 << 20;
+/// How many faults or refusals are told one by one.
+const TOLD: usize = 20;
+/// Output up to this size waits in memory, more in a temporary file \[bytes\].
+const IN_MEMORY: usize = 16 << 20;
+
+/// Where a table comes from and goes to.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct Ends {
+    /// Table to read (CSV with a header line); `-` is stdin.
+    #[arg(default_value = "-")]
+    input: PathBuf,
+    /// File for the result; `-` is stdout.
+    #[arg(short, long, value_name = "FILE", default_value = "-")]
+    output: PathBuf,
+}
+
+/// What is done with every row.
+pub(crate) trait Work {
+    /// Columns that are read.
+    fn columns(&self) -> Vec<String>;
+    /// Header line of the result.
+    fn header(&self) -> String;
+    /// Appends the result of one row, with its line end; `None` for a row that says "none".
+    fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal>;
+}
+
+/// Why a row has no result.
+#[derive(Debug)]
+pub(crate) enum Refusal {
+    /// The row makes no sense: the table is refused.
+    Malformed(String),
+    /// The row has no answer: told, and the work goes on. A row without numbers was appended.
+    Unsolved(String),
+}
+
+/// What came out.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    /// Rows read.
+    pub(crate) rows: u64,
+    /// Rows without an answer.
+    pub(crate) unsolved: u64,
+    /// The first of them, as told on stderr.
+    pub(crate) told: Vec<String>,
+}
+
+impl Ends {
+    /// Whether the result goes to stdout.
+    pub(crate) fn to_stdout(&self) -> bool {
+        is_dash(&self.output)
+    }
+
+    /// Where the result goes.
+    pub(crate) fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Runs `work` over the table. Nothing is written unless every row could be read.
+    pub(crate) fn run(&self, work: &mut dyn Work) -> Result<Tally, Failure> {
+        let name = if is_dash(&self.input) { Path::new("stdin") } else { &self.input };
+        let mut spool = BufWriter::new(self.spool()?);
+        let tally = self.rows(name, work, &mut spool)?;
+        let mut spool =
+            spool.into_inner().map_err(|error| anyhow::Error::new(error.into_error()))?;
+        spool.rewind().context("reading back the result")?;
+        if self.to_stdout() {
+            to_stdout(&mut spool)?;
+        } else {
+            // The rename is moments away: let it happen.
+            let _ = ctrlc::set_handler(|| {});
+            output::file(&self.output, |out| io::copy(&mut spool, out).map(drop))?;
+        }
+        Ok(tally)
+    }
+
+    fn open(&self) -> Result<Box<dyn BufRead>, Failure> {
+        if is_dash(&self.input) {
+            if io::stdin().is_terminal() {
+                eprintln!("reading a table from the terminal; Ctrl-D ends it");
+            }
+            return Ok(Box::new(io::stdin().lock()));
+        }
+        let fault = |what: &dyn std::fmt::Display| {
+            Failure::input(format!("{}: {what}", self.input.display()))
+        };
+        let file = File::open(&self.input).map_err(|error| fault(&error))?;
+        if file.metadata().is_ok_and(|data| data.is_dir()) {
+            return Err(fault(&"is a folder; a file is wanted"));
+        }
+        Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
+    }
+
+    /// A place for the result that vanishes with the process.
+    fn spool(&self) -> Result<SpooledTempFile, Failure> {
+        if self.to_stdout() {
+            return Ok(tempfile::spooled_tempfile(IN_MEMORY));
+        }
+        if self.output.is_dir() {
+            let message = format!("{}: is a folder; a file is wanted", self.output.display());
+            return Err(Failure::input(message));
+        }
+        let folder = self.output.parent().filter(|folder| folder.is_dir());
+        Ok(tempfile::spooled_tempfile_in(IN_MEMORY, folder.unwrap_or(Path::new("."))))
+    }
+
+    fn rows(
+        &self,
+        name: &Path,
+        work: &mut dyn Work,
+        out: &mut dyn Write,
+    ) -> Result<Tally, Failure> {
+        let mut lines = Lines { source: self.open()?, number: 0, bytes: Vec::new() };
+        let failure = |faults: &[Fault]| Failure::faults(name, faults);
+        let columns = header(&mut lines, name, work)?;
+        let mut tally = Tally::default();
+        let mut faults = Faults::default();
+        let mut values = Vec::new();
+        let mut text = work.header() + "\n";
+        loop {
+            let (number, line) = match lines.next(name) {
+                Ok(Some(line)) => line,
+                Ok(None) => break,
+                Err(Stop::Line(fault)) => {
+                    faults.add(fault);
+                    break;
+                }
+                Err(Stop::Failure(failure)) => return Err(failure),
+            };
+            tally.rows += 1;
+            let row = if columns.has_none && columns.columns.are_empty(line) {
+                None
+            } else if let Err(fault) = columns.columns.read(number, line, &mut values) {
+                faults.add(fault);
+                continue;
+            } else {
+                Some(values.as_slice())
+            };
+            match work.row(row, &mut text) {
+                Ok(()) => {}
+                Err(Refusal::Unsolved(why)) => tally.refuse(number, &why),
+                Err(Refusal::Malformed(why)) => faults.add(Fault {
+                    line: u32::try_from(number).unwrap_or(u32::MAX),
+                    column: 1,
+                    message: why,
+                    help: String::new(),
+                }),
+            }
+            // After a fault nothing will be written; the rest is read for its faults only.
+            if faults.list.is_empty() {
+                out.write_all(text.as_bytes()).context("writing the result")?;
+            }
+            text.clear();
+        }
+        if !faults.list.is_empty() {
+            return Err(failure(&faults.told()));
+        }
+        out.write_all(text.as_bytes()).context("writing the result")?;
+        tally.end();
+        Ok(tally)
+    }
+}
+
+/// The columns that a row is read from.
+struct Reading {
+    columns: Columns,
+    /// Whether rows without numbers may stand in the table: one that `pose inverse` wrote.
+    has_none: bool,
+}
+
+fn header(lines: &mut Lines, name: &Path, work: &dyn Work) -> Result<Reading, Failure> {
+    let wanted = work.columns();
+    let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
+    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let (number, line) = match lines.next(name) {
+        Ok(Some(line)) => line,
+        Ok(None) => {
+            let fault = Fault::whole("the table is empty");
+            let help = format!("its first line names the columns: {}", wanted.join(","));
+            return Err(failure(&[fault.with_help(help)]));
+        }
+        Err(Stop::Line(fault)) => return Err(failure(&[fault])),
+        Err(Stop::Failure(failure)) => return Err(failure),
+    };
+    let help = |fault: Fault| {
+        let help = format!("for example {}", wanted.join(","));
+        if fault.help.is_empty() { fault.with_help(help) } else { fault }
+    };
+    let header = Header::parse(number, line).map_err(|fault| failure(&[help(fault)]))?;
+    let has_none = ["pose", "solution"].iter().all(|name| header.names().iter().any(|n| n == name));
+    let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
+    Ok(Reading { columns, has_none })
+}
+
+impl Tally {
+    fn refuse(&mut self, line: u64, why: &str) {
+        self.unsolved += 1;
+        if self.told.len() < TOLD {
+            let message = format!("pose {} (line {line}): {why}", self.rows);
+            eprintln!("{message}");
+            self.told.push(message);
+        }
+    }
+
+    fn end(&self) {
+        let more = self.unsolved.saturating_sub(TOLD as u64);
+        if more > 0 {
+            eprintln!("and {more} more poses without an answer");
+        }
+    }
+}
+
+/// Faults of a table: the first few, and how many more.
+#[derive(Default)]
+struct Faults {
+    list: Vec<Fault>,
+    more: u64,
+}
+
+impl Faults {
+    fn add(&mut self, fault: Fault) {
+        if self.list.len() < TOLD { self.list.push(fault) } else { self.more += 1 }
+    }
+
+    fn told(mut self) -> Vec<Fault> {
+        if self.more > 0 {
+            self.list.push(Fault::whole(format!("and {} more faults", self.more)));
+        }
+        self.list
+    }
+}
+
+/// Lines of a table with their numbers, comments left out.
+struct Lines {
+    source: Box<dyn BufRead>,
+    number: u64,
+    bytes: Vec<u8>,
+}
+
+/// Why there is no next line.
+enum Stop {
+    Line(Fault),
+    Failure(Failure),
+}
+
+impl Lines {
+    fn next(&mut self, name: &Path) -> Result<Option<(u64, &str)>, Stop> {
+        loop {
+            self.bytes.clear();
+            let read = (&mut self.source).take(LONGEST).read_until(b'\n', &mut self.bytes);
+            let read = read.map_err(|error| {
+                Stop::Failure(Failure::input(format!("{}: {error}", name.display())))
+            })?;
+            if read == 0 {
+                return Ok(None);
+            }
+            self.number += 1;
+            let fault = |message: String| {
+                let line = u32::try_from(self.number).unwrap_or(u32::MAX);
+                Stop::Line(Fault { line, column: 1, message, help: String::new() })
+            };
+            if read as u64 == LONGEST {
+                return Err(fault(format!("the line has more than {LONGEST} bytes: no table")));
+            }
+            // Checked twice, because a borrow that is handed out must not be looked at before.
+            let Ok(line) = std::str::from_utf8(&self.bytes) else {
+                return Err(fault("not a text file (a byte is not UTF-8)".into()));
+            };
+            if is_row(line) {
+                break;
+            }
+        }
+        let line = std::str::from_utf8(&self.bytes).unwrap_or_default();
+        Ok(Some((self.number, line)))
+    }
+}
+
+fn is_dash(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Copies to stdout; a closed pipe is not an error.
+fn to_stdout(spool: &mut dyn Read) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match io::copy(spool, &mut out).and_then(|_| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::new(error).context("writing to stdout").into())
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,170 @@
+//! Branch and turn inside travel: a position that continues the one before.
+
+use super::solve::{Branch, Inverse, InverseError, Solutions};
+use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, Prefer, SECOND_ROTARY};
+use crate::math::angle::unwrap_near;
+use crate::types::{AxisVector, PoseRates, ToolPose};
+use std::f64::consts::TAU;
+
+/// Rotary travels closer than this \[rad\] are equal: a sum of 10^6 moves of up to a turn, each
+/// rounded to half an ulp of 2π.
+pub(crate) const TRAVEL_TIE: f64 = 1e-9;
+
+/// What forward of inverse keeps \[mm, rad\] (`tests/kinematics.rs`): a linear or rotary axis outside
+/// its travel by no more than this stands at its end.
+const ACCURACY: [f64; 2] = [1e-9, 1e-12];
+
+/// An axis position inside travel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Continued {
+    /// Axis position, rotaries unwound.
+    pub q: AxisVector,
+    /// The branch it is on; `None` at a singular pose, where there is no telling.
+    pub branch: Option<Branch>,
+}
+
+impl Inverse {
+    /// As [`Inverse::near`], but inside travel: the branch and whole turns with the least rotary
+    /// travel from `near`; where two are equal, the one an axis prefers.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::solutions`], and [`InverseError::OutOfTravel`] with the axis that is outside
+    /// by least, as a share of its travel, if no branch is inside.
+    pub fn continued(&self, pose: &ToolPose, near: &AxisVector) -> Result<Continued, InverseError> {
+        let mut choice = Choice::new(self.kinematics().machine(), near);
+        match self.solutions(pose)? {
+            Solutions::Regular([plus, minus]) => {
+                choice.offer(plus, Some(Branch::Plus));
+                choice.offer(minus, Some(Branch::Minus));
+            }
+            Solutions::Singular(_) => choice.offer(self.near(pose, near)?, None),
+        }
+        choice.made()
+    }
+
+    /// The position of [`Inverse::continued`] alone.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::continued`].
+    pub fn near_inside(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<AxisVector, InverseError> {
+        self.continued(pose, near).map(|found| found.q)
+    }
+
+    /// The position of [`Inverse::continued`] and its first three derivatives along a path.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::continued`] and [`Inverse::jets`].
+    pub fn jets_continued(
+        &self,
+        rates: &PoseRates,
+        near: &AxisVector,
+    ) -> Result<[AxisVector; 4], InverseError> {
+        let pose = rates.pose().ok_or(InverseError::NotFinite { what: "the tool axis" })?;
+        let Continued { q, branch } = self.continued(&pose, near)?;
+        // At a singular pose both branches answer that there are no derivatives.
+        let [_, first, second, third] = self.jets(rates, branch.unwrap_or(Branch::Plus))?;
+        Ok([q, first, second, third])
+    }
+}
+
+/// The best of what was offered so far.
+struct Choice<'m> {
+    machine: &'m Machine,
+    near: &'m AxisVector,
+    best: Option<(f64, Continued)>,
+    fault: Option<OutOfTravel>,
+}
+
+impl<'m> Choice<'m> {
+    fn new(machine: &'m Machine, near: &'m AxisVector) -> Self {
+        Self { machine, near, best: None, fault: None }
+    }
+
+    /// Offers a solution on all turns that can be nearest.
+    fn offer(&mut self, q: AxisVector, branch: Option<Branch>) {
+        for first in self.turns(&q, FIRST_ROTARY) {
+            for second in self.turns(&q, SECOND_ROTARY) {
+                let mut q = q;
+                [q[FIRST_ROTARY], q[SECOND_ROTARY]] = [first, second];
+                self.weigh(q, branch);
+            }
+        }
+    }
+
+    /// The nearest turn inside travel and its neighbours, which can be as near; where no turn is
+    /// inside, the one outside by least.
+    fn turns(&self, q: &AxisVector, axis: usize) -> impl Iterator<Item = f64> + use<> {
+        let [value, near] = [q[axis], self.near[axis]];
+        let [low, high] = self.machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
+        let [_, slack] = ACCURACY;
+        let [first, last] =
+            [((low - slack - value) / TAU).ceil(), ((high + slack - value) / TAU).floor()];
+        let inside = first <= last;
+        let nearest = if inside {
+            ((near - value) / TAU).round().clamp(first, last)
+        } else {
+            (unwrap_near(value, 0.5 * (low + high)) - value) / TAU
+        };
+        let others = [nearest - 1.0, nearest + 1.0]
+            .into_iter()
+            .filter(move |turn| inside && (first..=last).contains(turn));
+        std::iter::once(nearest).chain(others).map(move |turn| value + TAU * turn)
+    }
+
+    fn weigh(&mut self, mut q: AxisVector, branch: Option<Branch>) {
+        at_ends(&mut q, self.machine);
+        if let Some(outside) = self.machine.out_of_travel(&q) {
+            let nearer = |worst: &OutOfTravel| outside.relative_excess() < worst.relative_excess();
+            if self.fault.as_ref().is_none_or(nearer) {
+                self.fault = Some(outside);
+            }
+            return;
+        }
+        let travel = (q - self.near).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
+        let better = self.best.as_ref().is_none_or(|(least, chosen)| {
+            travel < least - TRAVEL_TIE
+                || (travel <= least + TRAVEL_TIE
+                    && disliked(&q, self.machine) < disliked(&chosen.q, self.machine))
+        });
+        if better {
+            self.best = Some((travel, Continued { q, branch }));
+        }
+    }
+
+    fn made(self) -> Result<Continued, InverseError> {
+        match (self.best, self.fault) {
+            (Some((_, found)), _) => Ok(found),
+            (None, Some(fault)) => Err(fault.into()),
+            (None, None) => Err(InverseError::NotFinite { what: "the pose" }),
+        }
+    }
+}
+
+/// Puts axes that are outside their travel by rounding at its end.
+fn at_ends(q: &mut AxisVector, machine: &Machine) {
+    for (index, (value, axis)) in q.iter_mut().zip(&machine.axes).enumerate() {
+        let slack = if index < FIRST_ROTARY { ACCURACY[0] } else { ACCURACY[1] };
+        let [low, high] = axis.limits;
+        let end = value.clamp(low, high);
+        if (*value - end).abs() <= slack {
+            *value = end;
+        }
+    }
+}
+
+/// How many axes stand on the side they do not prefer.
+fn disliked(q: &AxisVector, machine: &Machine) -> usize {
+    let wrong = |(axis, &value): (&Axis, &f64)| match axis.prefer {
+        Some(Prefer::Positive) => value < 0.0,
+        Some(Prefer::Negative) => value >= 0.0,
+        None => false,
+    };
+    machine.axes.iter().zip(q.iter()).filter(|pair| wrong(*pair)).count()
+}
