@@ -1,9 +1,47 @@
 //! `trunnion machine`: help with machine files. And machines as arguments of other verbs.
 
-use crate::outcome::Failure;
-use crate::text;
-use std::path::Path;
-use trunnion::files::machine::{MachineFile, built_in, parse};
+use crate::outcome::{Done, Failure};
+use crate::{output, text};
+use std::path::{Path, PathBuf};
+use trunnion::files::machine::{BUILT_IN, MachineFile, built_in, parse};
+use trunnion::inverse::Inverse;
+use trunnion::machine::{Axis, AxisKind, Kinematics, Machine, Setup, picture};
+use trunnion::types::Fault;
+
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Action {
+    /// The built-in machines, and the given files.
+    List {
+        /// Machine files to list too.
+        files: Vec<String>,
+    },
+    /// One machine in words: chain, travel, limits, reach, singular directions, a check of signs.
+    Show {
+        /// Machine file, or name of a built-in machine.
+        machine: String,
+        /// Also draw the chain into this SVG file.
+        #[arg(short, long, value_name = "SVG")]
+        output: Option<PathBuf>,
+        /// Print the file itself: a start for one of your own.
+        #[arg(long, conflicts_with = "output")]
+        file: bool,
+    },
+    /// Everything that is wrong with machine files, with line and column.
+    Check {
+        /// Machine files.
+        #[arg(required = true)]
+        files: Vec<String>,
+    },
+}
+
+pub(crate) fn run(action: &Action, json: bool) -> Result<Done, Failure> {
+    match action {
+        Action::List { files } => list(files, json),
+        Action::Show { machine, file: true, .. } => text::print(&source(machine)?),
+        Action::Show { machine, output, .. } => show(machine, output.as_deref(), json),
+        Action::Check { files } => check(files, json),
+    }
+}
 
 /// Reads a machine file; where there is no such file, the built-in machine of that name.
 pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
@@ -28,4 +66,349 @@ fn source(argument: &str) -> Result<String, Failure> {
             "{argument}: no machine file, and no built-in machine of that name\n  help: {help}"
         ))
     })
+}
+
+/// What a machine is, for scripts; mm, deg, s.
+#[derive(Debug, serde::Serialize)]
+struct MachineJson {
+    /// File, or name of the built-in machine.
+    source: String,
+    name: String,
+    kind: &'static str,
+    layout: Option<u8>,
+    chain: Vec<String>,
+    axes: Vec<AxisJson>,
+    /// Angle between tool and workpiece-side rotary, by geometry and within travel.
+    reach: [f64; 2],
+    reach_in_travel: [f64; 2],
+    singular_directions: Vec<[f64; 3]>,
+    signs: Vec<SignJson>,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct AxisJson {
+    name: String,
+    kind: &'static str,
+    direction: [f64; 3],
+    point: Option<[f64; 3]>,
+    /// `null`: turns without end.
+    travel: Option<[f64; 2]>,
+    home: f64,
+    vel: f64,
+    rapid: f64,
+    acc: f64,
+    jerk: f64,
+    sense: f64,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct SignJson {
+    axis: String,
+    jog: f64,
+    expect: String,
+}
+
+/// Factor to the unit people read, and its name.
+fn unit(axis: &Axis) -> (f64, &'static str) {
+    match axis.kind {
+        AxisKind::Linear => (1.0, "mm"),
+        AxisKind::Rotary => (1.0_f64.to_degrees(), "deg"),
+    }
+}
+
+/// Digits that conversion of units made up are dropped.
+fn round(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9 + 0.0
+}
+
+impl AxisJson {
+    fn of(axis: &Axis) -> Self {
+        let (factor, _) = unit(axis);
+        let figure = |value: f64| round(value * factor);
+        let rotary = axis.kind == AxisKind::Rotary;
+        Self {
+            name: axis.name.clone(),
+            kind: if rotary { "rotary" } else { "linear" },
+            direction: axis.dir.into_inner().into(),
+            point: rotary.then(|| axis.point.coords.into()),
+            travel: axis.limits[0].is_finite().then(|| axis.limits.map(figure)),
+            home: figure(axis.home),
+            vel: figure(axis.vel),
+            rapid: figure(axis.rapid),
+            acc: figure(axis.acc),
+            jerk: figure(axis.jerk),
+            sense: axis.sense,
+        }
+    }
+}
+
+/// The inverse with the workpiece frame parallel to the machine frame.
+fn inverse(machine: &Machine) -> Result<Inverse, Failure> {
+    let setup = Setup::new([0.0; 3].into(), [0.0; 3], 0.0);
+    Inverse::new(&Kinematics::new(machine, &setup)).map_err(Failure::input)
+}
+
+impl MachineJson {
+    fn of(source: &str, machine: &Machine) -> Result<Self, Failure> {
+        let inverse = inverse(machine)?;
+        let degrees = |angles: [f64; 2]| angles.map(|angle| round(angle.to_degrees()));
+        let singular = inverse.singular_directions();
+        let signs = machine.sign_checks().into_iter().filter_map(|check| {
+            let axis = machine.axes.get(check.axis)?;
+            let jog = round(check.by * unit(axis).0);
+            Some(SignJson { axis: axis.name.clone(), jog, expect: check.words })
+        });
+        Ok(Self {
+            source: source.to_owned(),
+            name: machine.name.clone(),
+            kind: machine.kind().words(),
+            layout: machine.layout(),
+            chain: machine.chain.clone(),
+            axes: machine.axes.iter().map(AxisJson::of).collect(),
+            reach: degrees(inverse.reach()),
+            reach_in_travel: degrees(machine.lean_inside()),
+            singular_directions: singular.iter().map(|dir| dir.into_inner().into()).collect(),
+            signs: signs.collect(),
+        })
+    }
+}
+
+fn list(files: &[String], json: bool) -> Result<Done, Failure> {
+    let names = BUILT_IN.iter().map(|(name, _)| *name);
+    let mut machines = Vec::new();
+    for source in names.chain(files.iter().map(String::as_str)) {
+        let built_in =
+            BUILT_IN.iter().find(|(name, _)| *name == source && machines.len() < BUILT_IN.len());
+        let text = match built_in {
+            Some((_, text)) => (*text).to_owned(),
+            None => text::read(Path::new(source))?,
+        };
+        let file = parse(&text).map_err(|faults| Failure::faults(Path::new(source), &faults))?;
+        machines.push((source, file.machine));
+    }
+    if json {
+        let list: Result<Vec<_>, _> =
+            machines.iter().map(|(source, machine)| MachineJson::of(source, machine)).collect();
+        return text::print_json(&list?);
+    }
+    let mut lines = vec![format!(
+        "{:<28} {:<12} {:>6}  {:<24} {}",
+        "machine", "kind", "layout", "travel mm", "rotary travel deg"
+    )];
+    lines.extend(machines.iter().map(|(source, machine)| list_row(source, machine)));
+    lines.push("\n`trunnion machine show NAME` tells more; `show NAME --file > my.toml` is a start for your own".into());
+    text::print(&(lines.join("\n") + "\n"))
+}
+
+fn list_row(source: &str, machine: &Machine) -> String {
+    let layout = machine.layout().map_or("-".to_owned(), |code| code.to_string());
+    let [x, y, z, first, second] = &machine.axes;
+    let length = |axis: &Axis| format!("{}", round(axis.limits[1] - axis.limits[0]));
+    let linear = [x, y, z].map(length).join(" x ");
+    let rotary = [first, second].map(|axis| format!("{} {}", axis.name, travel(axis))).join(", ");
+    format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().words())
+}
+
+/// `-35 .. 120`, or `endless`.
+fn travel(axis: &Axis) -> String {
+    let (factor, _) = unit(axis);
+    let [low, high] = axis.limits.map(|end| round(end * factor));
+    if low.is_finite() { format!("{low} .. {high}") } else { "endless".to_owned() }
+}
+
+fn show(argument: &str, output: Option<&Path>, json: bool) -> Result<Done, Failure> {
+    let machine = load(argument)?.machine;
+    if let Some(path) = output {
+        let picture = picture(&machine);
+        output::file(path, |out| out.write_all(picture.as_bytes()))?;
+    }
+    let about = MachineJson::of(argument, &machine)?;
+    if json {
+        return text::print_json(&about);
+    }
+    let mut lines = chain_lines(&machine);
+    lines.extend(axis_lines(&machine, &about));
+    lines.extend(reach_lines(&machine, &about)?);
+    lines.extend(sign_lines(&machine, &about));
+    text::print(&(lines.join("\n") + "\n"))
+}
+
+fn chain_lines(machine: &Machine) -> Vec<String> {
+    let layout = match machine.layout() {
+        Some(code) => format!("layout {code} of the twelve"),
+        None => "none of the twelve orthogonal layouts".to_owned(),
+    };
+    let words: Vec<&str> = machine
+        .chain
+        .iter()
+        .map(|word| match word.as_str() {
+            "w" => "workpiece",
+            "b" => "bed",
+            "t" => "tool",
+            axis => axis,
+        })
+        .collect();
+    vec![
+        format!("{}: {}, {layout}", machine.name, machine.kind().words()),
+        format!("chain     {}", words.join(" - ")),
+    ]
+}
+
+fn axis_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
+    let vector = |[x, y, z]: [f64; 3]| format!("({}, {}, {})", short(x), short(y), short(z));
+    let mut lines = vec![
+        format!("tool      axis {} at home, tip to spindle", vector((*machine.tool_axis).into())),
+        format!(
+            "gauge     {} mm: spindle nose with all axes at zero",
+            vector(machine.gauge.coords.into())
+        ),
+        String::new(),
+        format!(
+            "{:<5} {:<22} {:<26} {:<16} {:>8}  {:>8} {:>8} {:>8} {:>9}  {}",
+            "axis", "direction", "point", "travel", "home", "vel", "rapid", "acc", "jerk", "in"
+        ),
+    ];
+    for (axis, row) in machine.axes.iter().zip(&about.axes) {
+        let reversed = if row.sense < 0.0 { " reversed" } else { "" };
+        lines.push(format!(
+            "{:<5} {:<22} {:<26} {:<16} {:>8}  {:>8} {:>8} {:>8} {:>9}  {}, s",
+            row.name,
+            vector(row.direction) + reversed,
+            row.point.map(vector).unwrap_or_default(),
+            travel(axis),
+            row.home,
+            row.vel,
+            row.rapid,
+            row.acc,
+            row.jerk,
+            unit(axis).1,
+        ));
+    }
+    lines
+}
+
+/// A component to four digits.
+fn short(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4 + 0.0
+}
+
+fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Failure> {
+    let [_, _, _, first, second] = &machine.axes;
+    let [low, high] = about.reach.map(short);
+    let [least, most] = about.reach_in_travel.map(short);
+    let mut lines = vec![
+        String::new(),
+        format!(
+            "reach     the tool leans from {}'s direction by {low} .. {high} deg; with the travel of {} by {least} .. {most} deg",
+            first.name, second.name
+        ),
+        match first.limits[1] - first.limits[0] {
+            turn if turn >= std::f64::consts::TAU => {
+                format!("          to every side: {} turns all the way round", first.name)
+            }
+            turn => format!(
+                "          over a sector of {} deg: the travel of {}",
+                short(turn.to_degrees()),
+                first.name
+            ),
+        },
+    ];
+    let inverse = inverse(machine)?;
+    let directions = inverse.singular_directions();
+    if directions.is_empty() {
+        lines.push(
+            "singular  nowhere: the tool is never parallel to the workpiece-side rotary".into(),
+        );
+    }
+    for (direction, part) in directions.iter().zip(&about.singular_directions) {
+        let [x, y, z] = part.map(short);
+        let at = inverse.second_at_pole(direction, 1e-9).unwrap_or_default();
+        let [low, high] = second.limits;
+        let middle = if low.is_finite() { 0.5 * (low + high) } else { 0.0 };
+        let at = trunnion::math::angle::unwrap_near(at, middle);
+        let inside = if (low..=high).contains(&at) { "" } else { ", outside its travel" };
+        lines.push(format!(
+            "singular  tool along ({x}, {y}, {z}) of the part: {} = {} deg{inside}, {} is free there",
+            second.name,
+            short(at.to_degrees()),
+            first.name
+        ));
+    }
+    Ok(lines)
+}
+
+fn sign_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
+    let mut lines = vec![
+        String::new(),
+        "signs     jog each axis from home and look; where the machine goes the other way, write sense = -1".into(),
+    ];
+    lines.extend(about.signs.iter().zip(&machine.axes).map(|(sign, axis)| {
+        let jog = format!("{} {:+}", sign.axis, sign.jog);
+        format!("  {jog:<8} {:<4} {}", unit(axis).1, sign.expect)
+    }));
+    lines
+}
+
+/// Faults of one file, for scripts.
+#[derive(Debug, serde::Serialize)]
+struct CheckJson {
+    file: String,
+    ok: bool,
+    faults: Vec<FaultJson>,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct FaultJson {
+    line: u32,
+    column: u32,
+    message: String,
+    help: String,
+}
+
+fn check(files: &[String], json: bool) -> Result<Done, Failure> {
+    let mut checks = Vec::new();
+    for file in files {
+        let faults = match source(file) {
+            Ok(text) => parse(&text).err().unwrap_or_default(),
+            Err(Failure::Input(messages)) => {
+                messages.into_iter().map(|message| unreadable(file, &message)).collect()
+            }
+            Err(failure) => return Err(failure),
+        };
+        if !json {
+            match faults.len() {
+                0 => text::print(&format!("{file}: in order\n"))?,
+                1 => text::print(&format!("{file}: 1 fault\n"))?,
+                count => text::print(&format!("{file}: {count} faults\n"))?,
+            };
+            for fault in &faults {
+                eprintln!("error: {file}:{fault}");
+            }
+        }
+        checks.push((file, faults));
+    }
+    let done =
+        if checks.iter().all(|(_, faults)| faults.is_empty()) { Done::Kept } else { Done::Refused };
+    if json {
+        text::print_json(&checks.into_iter().map(CheckJson::of).collect::<Vec<_>>())?;
+    }
+    Ok(done)
+}
+
+/// A file that cannot be read at all; its message starts with its name.
+fn unreadable(file: &str, message: &str) -> Fault {
+    let message = message.strip_prefix(file).unwrap_or(message).trim_start_matches([':', ' ']);
+    let (message, help) = message.split_once("\n  help: ").unwrap_or((message, ""));
+    Fault::whole(message).with_help(help)
+}
+
+impl CheckJson {
+    fn of((file, faults): (&String, Vec<Fault>)) -> Self {
+        let ok = faults.is_empty();
+        let faults = faults
+            .into_iter()
+            .map(|Fault { line, column, message, help }| FaultJson { line, column, message, help })
+            .collect();
+        Self { file: file.clone(), ok, faults }
+    }
 }

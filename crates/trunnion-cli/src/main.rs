@@ -38,6 +38,11 @@ enum Verb {
     Run(run::Args),
     /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
     Inspect(inspect::Args),
+    /// Machine files: those built in, what is in one, what is wrong with one.
+    Machine {
+        #[command(subcommand)]
+        action: machine::Action,
+    },
     /// Tables of tool poses to tables of machine axes, and back.
     Pose(pose::Args),
     /// JSON schema of a file format, for editors and scripts.
@@ -74,6 +79,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     match &arguments.verb {
         Verb::Run(args) => run::run(args, arguments.json),
         Verb::Inspect(args) => inspect::run(args, arguments.json),
+        Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),

@@ -11,6 +11,8 @@ pub(crate) enum Done {
     Kept,
     /// Done, but the result breaks a tolerance or a limit.
     Broken,
+    /// The input was to be judged, and is faulty; all is told.
+    Refused,
 }
 
 /// A verb that wrote nothing.
@@ -61,6 +63,7 @@ pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
     match result {
         Ok(Done::Kept) => ExitCode::SUCCESS,
         Ok(Done::Broken) => ExitCode::from(1),
+        Ok(Done::Refused) => ExitCode::from(2),
         Err(Failure::Input(messages)) => {
             for message in &messages {
                 eprintln!("error: {message}");

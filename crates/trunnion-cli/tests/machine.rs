@@ -290,3 +290,106 @@ fn a_machine_is_a_file_or_a_name() {
     assert_eq!(code, 2);
     assert!(message.contains("did you mean the built-in machine `bc-trunnion`?"), "{message}");
 }
+
+/// Exit code, stdout, stderr in a folder.
+fn run(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output = trunnion(folder, arguments, "");
+    (output.status.code().unwrap(), stdout(&output), stderr(&output))
+}
+
+#[test]
+fn the_list_has_all_machines_of_the_repository_and_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut own = fs::read_to_string(root().join("machines/dmu-nutating45.toml")).unwrap();
+    own = own.replace("[-30.0, 180.0]", "[-5.0, 175.5]");
+    fs::write(folder.path().join("own.toml"), own).unwrap();
+    let (code, text, _) = run(folder.path(), &["machine", "list", "own.toml"]);
+    assert_eq!(code, 0);
+    let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
+    assert!(
+        row("own.toml").contains("table-head        -")
+            && row("own.toml").contains("B -5 .. 175.5")
+    );
+    let mut count = 0;
+    for entry in fs::read_dir(root().join("machines")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|end| end == "toml") {
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            if let Some(code) = name.strip_prefix("layout-") {
+                assert!(row(name).contains(&format!("  {}  ", &code[..2])), "{}", row(name));
+            }
+            // Embedded is what stands in the folder.
+            let (_, shown, _) = run(folder.path(), &["machine", "show", name, "--file"]);
+            assert_eq!(shown, fs::read_to_string(&path).unwrap(), "{name}");
+            count += 1;
+        }
+    }
+    let (_, list, _) = run(folder.path(), &["machine", "list", "--json"]);
+    let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+    assert_eq!(list.as_array().unwrap().len(), count, "a machine is not built in");
+}
+
+#[test]
+fn a_machine_is_shown_in_words_as_data_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, text, _) =
+        run(folder.path(), &["machine", "show", "bc-trunnion", "-o", "chain.svg"]);
+    assert_eq!(code, 0);
+    for line in [
+        "bc-trunnion: table-table, layout 24 of the twelve",
+        "workpiece - C - B - bed - X - Y - Z - tool",
+        "leans from C's direction by 0 .. 180 deg; with the travel of B by 0 .. 120 deg",
+        "tool along (0, 0, 1) of the part: B = 0 deg, C is free there",
+        "B = 180 deg, outside its travel",
+        "B +30    deg  the table's +x side goes to +z; seen from the part the spindle end leans to +x, the nose to -x",
+    ] {
+        assert!(text.contains(line), "{line:?} is not in\n{text}");
+    }
+    let svg = fs::read_to_string(folder.path().join("chain.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+    let (_, json, _) = run(folder.path(), &["machine", "show", "bc-trunnion", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["layout"], 24);
+    assert_eq!(json["axes"][4]["travel"], serde_json::json!([-35.0, 120.0]));
+    assert_eq!(json["reach_in_travel"], serde_json::json!([0.0, 120.0]));
+    let (code, _, message) = run(folder.path(), &["machine", "show", "gantry-fork"]);
+    assert!(code == 2 && message.contains("gantry-fork: no machine file"), "{message}");
+}
+
+#[test]
+fn check_tells_everything_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = fs::read_to_string(root().join("machines/bc-trunnion.toml")).unwrap();
+    let bad = good
+        .replacen("dir    = [1, 0, 0]", "dir    = [0, 0, 0]", 1)
+        .replacen("limits = [-508.0, 0.0]", "limits = [0.0, -508.0]", 1)
+        .replacen("acc    = 600.0", "acc    = nan", 1)
+        .replacen("prefer = ", "preferr = ", 1)
+        .replacen("cone ", "cono ", 1);
+    fs::write(folder.path().join("good.toml"), good).unwrap();
+    fs::write(folder.path().join("bad.toml"), bad).unwrap();
+    let (code, text, message) =
+        run(folder.path(), &["machine", "check", "good.toml", "bad.toml", "none.toml"]);
+    assert_eq!(code, 2, "{message}");
+    assert!(
+        text.starts_with("good.toml: in order\nbad.toml: 5 faults\nnone.toml: 1 fault\n"),
+        "{text}"
+    );
+    for start in [
+        "bad.toml:12:10: axis.X.dir is the zero vector",
+        "bad.toml:21:10: travel of axis Y is empty: [0, -508]",
+        "bad.toml:40:10: `axis.C.acc` = nan",
+        "bad.toml:54:1: unknown key `preferr` in [axis.B]\n  help: did you mean `prefer`?",
+        "bad.toml:65:1: unknown key `cono` in [singular]\n  help: did you mean `cone`?",
+        "none.toml: no machine file",
+    ] {
+        assert!(message.contains(start), "{start:?} is not in\n{message}");
+    }
+    let (code, json, _) =
+        run(folder.path(), &["machine", "check", "good.toml", "bad.toml", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &json[0]["ok"], &json[1]["ok"]), (2, &true.into(), &false.into()));
+    assert_eq!(json[1]["faults"][1]["line"], 21);
+    let (code, _, _) = run(folder.path(), &["machine", "check", "good.toml", "ac-trunnion"]);
+    assert_eq!(code, 0);
+}

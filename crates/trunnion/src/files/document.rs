@@ -8,6 +8,7 @@ use super::walk;
 use crate::types::Fault;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
@@ -101,6 +102,37 @@ impl<'t> Document<'t> {
                 None
             }
         }
+    }
+
+    /// Reads every table under a top key by itself, faulty ones too where they can be read: what
+    /// else is wrong with them is to be told at once. The second list names those that cannot.
+    pub(super) fn tables<T: DeserializeOwned>(
+        &mut self,
+        key: &str,
+    ) -> Option<(BTreeMap<String, T>, Vec<String>)> {
+        let DeValue::Table(tables) = self.root.get(key)?.get_ref() else { return None };
+        let mut read = BTreeMap::new();
+        let mut unread = Vec::new();
+        for (name, value) in tables {
+            let name = name.get_ref().to_string();
+            match T::deserialize(ValueDeserializer::from(value.clone())) {
+                Ok(table) => {
+                    read.insert(name, table);
+                }
+                Err(error) => {
+                    let path = join(key, &name);
+                    if !self.is_faulty(&path) {
+                        let offset = error.span().unwrap_or_else(|| value.span()).start;
+                        let Place { line, column } = self.lines.place(offset);
+                        let message = error.message().to_owned();
+                        let fault = Fault { line, column, message, help: String::new() };
+                        self.faults.push((path, fault));
+                    }
+                    unread.push(name);
+                }
+            }
+        }
+        Some((read, unread))
     }
 
     /// Reads a table that may be left out, and then is the standard one.

@@ -11,12 +11,16 @@
 //! wherever the bed sits. Frames and signs are drawn in `docs/frames.md`.
 
 mod check;
+mod describe;
 mod forward;
+mod picture;
 mod settings;
 mod spec;
 
 pub use check::MachineError;
+pub use describe::{Body, Kind, SignCheck};
 pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup};
+pub use picture::picture;
 pub use settings::{
     Cycle, Dialect, FeedMode, Interpolation, Modulo, Output, Prefer, Retract, RetractFrame,
     Singular,

@@ -14,7 +14,7 @@ use crate::machine::{
     MachineSpec, Modulo, Output, Prefer, Retract, RetractFrame, Singular,
 };
 use crate::types::Fault;
-use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 /// A machine file that was read and found good.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,11 +34,12 @@ pub struct MachineFile {
 /// Every fault that was found, in order of lines.
 pub fn parse(text: &str) -> Result<MachineFile, Vec<Fault>> {
     let mut doc = Document::open(text, LAYOUT, &schema::machine_value())?;
-    let spec = sections(&mut doc);
-    let machine = spec.clone().and_then(|spec| match Machine::new(spec) {
+    let found = sections(&mut doc);
+    let spec = found.as_ref().map(|found| found.spec.clone());
+    let machine = found.and_then(|found| match Machine::new(found.spec.clone()) {
         Ok(machine) => Some(machine),
         Err(errors) => {
-            blame(&errors, &mut doc);
+            blame(&errors, &found, &mut doc);
             None
         }
     });
@@ -49,11 +50,25 @@ pub fn parse(text: &str) -> Result<MachineFile, Vec<Fault>> {
     }
 }
 
+/// What could be read. In a faulty file something neutral stands for what could not, so that the
+/// rest is judged too.
+struct Found {
+    spec: MachineSpec,
+    /// Axes that are described but could not be read.
+    unread: Vec<String>,
+    has_chain: bool,
+}
+
 /// Faults of the whole machine at the keys that cause them.
-fn blame(errors: &[MachineError], doc: &mut Document<'_>) {
+fn blame(errors: &[MachineError], found: &Found, doc: &mut Document<'_>) {
     for error in errors {
+        let told = match error {
+            MachineError::MissingAxis { name } => found.unread.contains(name),
+            MachineError::UnusedAxis { .. } => !found.has_chain,
+            _ => false,
+        };
         let key = error.key();
-        if !doc.is_faulty(&key) {
+        if !told && !doc.is_faulty(&key) {
             doc.fault(&key, error.to_string(), remedy(error));
         }
     }
@@ -76,7 +91,10 @@ fn remedy(error: &MachineError) -> String {
     }
 }
 
-fn sections(doc: &mut Document<'_>) -> Option<MachineSpec> {
+/// A tool axis that is parallel to no axis anyone builds, for files that state none.
+const NO_TOOL_AXIS: [f64; 3] = [0.123, 0.456, 0.789];
+
+fn sections(doc: &mut Document<'_>) -> Option<Found> {
     let units = doc.or_default::<RawUnits>("units").map(Scale::new);
     // Where the units cannot be read, the rest is still checked, in mm, deg and s.
     let scale = units.unwrap_or(Scale::new(RawUnits::default()));
@@ -84,16 +102,19 @@ fn sections(doc: &mut Document<'_>) -> Option<MachineSpec> {
     let chain = doc.section::<Vec<String>>("chain");
     let tool_axis = doc.section::<[f64; 3]>("tool_axis");
     let gauge = doc.section::<[f64; 3]>("gauge");
-    let axes = doc.section::<BTreeMap<String, RawAxis>>("axis").map(|axes| {
+    let axes = doc.tables::<RawAxis>("axis").map(|(axes, unread)| {
         for (name, axis) in &axes {
-            travel(name, axis, doc);
+            in_file_units(name, axis, units, doc);
         }
-        axes.into_iter().map(|(name, axis)| scale.axis(name, axis)).collect()
+        let axes: Vec<AxisSpec> =
+            axes.into_iter().map(|(name, axis)| scale.axis(name, axis)).collect();
+        (axes, unread)
     });
     let cycle = doc.or_default::<RawCycle>("cycle").map(|raw| scale.cycle(&raw));
     let singular = doc.or_default::<RawSingular>("singular").map(|raw| scale.singular(&raw));
     let retract = doc.or_default::<RawRetract>("retract").map(|raw| scale.retract(raw));
-    let dialect = doc.or_default::<RawDialect>("dialect").map(|raw| dialect(raw, doc));
+    let raw_dialect = doc.or_default::<RawDialect>("dialect").unwrap_or_default();
+    let dialect = dialect(raw_dialect, doc);
     if let (Some(Retract { frame: RetractFrame::Machine, axis, .. }), Some(chain)) =
         (&retract, &chain)
         && !chain.contains(axis)
@@ -101,30 +122,43 @@ fn sections(doc: &mut Document<'_>) -> Option<MachineSpec> {
         let message = format!("the retracting axis {axis} does not stand in the chain");
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     }
-    Some(MachineSpec {
-        name: name?,
-        chain: chain?,
-        tool_axis: tool_axis?,
-        gauge: gauge?.map(|value| value * scale.length),
-        axes: axes?,
-        cycle: cycle?,
-        singular: singular?,
-        retract: retract?,
-        dialect: dialect?,
-    })
+    let (axes, unread) = axes?;
+    let has_chain = chain.is_some();
+    let spec = MachineSpec {
+        name: name.unwrap_or_default(),
+        chain: chain.unwrap_or_default(),
+        tool_axis: tool_axis.unwrap_or(NO_TOOL_AXIS),
+        gauge: gauge.unwrap_or_default().map(|value| value * scale.length),
+        axes,
+        cycle: cycle.unwrap_or_default(),
+        singular: singular.unwrap_or(Singular::STANDARD),
+        retract: retract.unwrap_or_else(Retract::standard),
+        dialect,
+    };
+    units.map(|_| Found { spec, unread, has_chain })
 }
 
-/// Faults of travel in the units of the file; in radians they would be hard to recognise.
-fn travel(name: &str, axis: &RawAxis, doc: &mut Document<'_>) {
+/// Faults of travel and period in the units of the file; in radians they would be hard to recognise.
+fn in_file_units(name: &str, axis: &RawAxis, units: Option<Scale>, doc: &mut Document<'_>) {
+    let key = |field: &str| format!("axis.{name}.{field}");
+    if let (Some(period), RawKind::Rotary, Some(scale)) = (axis.cyclic, axis.kind, units) {
+        let turns = period * scale.angle / TAU;
+        // Far from one turn; the fine comparison is the machine's.
+        if (turns - 1.0).abs() > 1e-3 {
+            let message = format!("axis {name} is cyclic with {period}, which is {turns} turns");
+            let help = format!("the period of a rotary axis is one turn: {}", TAU / scale.angle);
+            doc.fault(&key("cyclic"), message, help);
+        }
+    }
     let Some([low, high]) = axis.limits else { return };
     if low >= high {
         let message = format!("travel of axis {name} is empty: [{low}, {high}]");
-        doc.fault(&format!("axis.{name}.limits"), message, "the lower end comes first");
+        doc.fault(&key("limits"), message, "the lower end comes first");
     } else if let Some(home) = axis.home
         && !(low..=high).contains(&home)
     {
         let message = format!("home {home} of axis {name} is outside its travel [{low}, {high}]");
-        doc.fault(&format!("axis.{name}.home"), message, "put it inside, or leave it out");
+        doc.fault(&key("home"), message, "put it inside, or leave it out");
     }
 }
 
