@@ -134,7 +134,7 @@ impl MachineError {
                 "chain".into()
             }
             Self::UnusedAxis { name } => format!("axis.{name}"),
-            Self::DoubleLetter { second, .. } => format!("axis.{second}"),
+            Self::DoubleLetter { second, .. } => format!("axis.{second}.output.letter"),
             Self::Number { key, .. } | Self::ZeroDirection { key } | Self::Missing { key, .. } => {
                 key.clone()
             }
@@ -247,6 +247,9 @@ fn letters(spec: &MachineSpec, faults: &mut Vec<MachineError>) {
     for (at, second) in spec.axes.iter().enumerate() {
         if let Some(first) = spec.axes.iter().take(at).find(|first| letter(first) == letter(second))
         {
+            // Blamed is the one that states its letter: the other has it by name.
+            let [first, second] =
+                if second.output.letter.is_none() { [second, first] } else { [first, second] };
             faults.push(MachineError::DoubleLetter {
                 letter: letter(second),
                 first: first.name.clone(),
@@ -270,10 +273,15 @@ fn axis(spec: &AxisSpec, faults: &mut Vec<MachineError>) -> Option<Axis> {
         None => {}
     }
     let rapid = spec.rapid.unwrap_or(spec.vel);
-    for (field, value) in
-        [("vel", spec.vel), ("rapid", rapid), ("acc", spec.acc), ("jerk", spec.jerk)]
-    {
-        positive(&key(field), value, faults);
+    for (field, value) in [
+        ("vel", Some(spec.vel)),
+        ("rapid", spec.rapid),
+        ("acc", Some(spec.acc)),
+        ("jerk", Some(spec.jerk)),
+    ] {
+        if let Some(value) = value {
+            positive(&key(field), value, faults);
+        }
     }
     if spec.sense.abs().to_bits() != 1.0_f64.to_bits() {
         let must = "must be 1 (ISO 841) or -1 (reversed)";

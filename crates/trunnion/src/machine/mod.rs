@@ -210,7 +210,6 @@ mod tests {
                 "axis.X.dir",
                 "axis.Y.limits",
                 "axis.Z.vel",
-                "axis.Z.rapid",
                 "axis.C.point",
                 "axis.A.sense",
                 "axis.A.limits"
