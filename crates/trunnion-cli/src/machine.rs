@@ -50,6 +50,16 @@ pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
     parse(&text).map_err(|faults| Failure::faults(path, &faults))
 }
 
+/// Machine that a job names: a file beside the job, else a built-in one.
+pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure> {
+    let path = job.parent().unwrap_or(Path::new("")).join(name);
+    if path.exists() || built_in(name).is_err() {
+        load(&path.to_string_lossy())
+    } else {
+        load(name)
+    }
+}
+
 /// Text of a machine file or built-in machine.
 fn source(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);

@@ -3,7 +3,7 @@
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{motion, part, report, text};
+use crate::{machine, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
 use trunnion::files::summary::Summary;
@@ -48,10 +48,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
 fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
     let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
     let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
-    let machine_path = beside(&file.machine);
-    let machine = text::read(&machine_path).and_then(|text| {
-        files::machine::parse(&text).map_err(|faults| Failure::faults(&machine_path, &faults))
-    });
+    let machine = machine::load_beside(path, &file.machine);
     let part = part::read(&beside(&file.part.file), bars);
     let (machine, part) = match (machine, part) {
         (Ok(machine), Ok(part)) => (machine, part),

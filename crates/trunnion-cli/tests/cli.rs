@@ -183,6 +183,16 @@ fn a_missing_file_is_named() {
 }
 
 #[test]
+fn a_job_may_name_a_built_in_machine() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "machine.toml", "bc-trunnion");
+    let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    replace(folder.path(), "job.toml", "bc-trunnion", "bc-trunion");
+    refused(folder.path(), "bc-trunion: no machine file");
+}
+
+#[test]
 fn a_file_that_is_not_what_its_name_says_is_told_as_such() {
     let folder = folder();
     fs::write(folder.path().join("patch.json"), "solid cube\nfacet normal 0 0 1\n").unwrap();

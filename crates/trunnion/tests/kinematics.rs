@@ -273,7 +273,37 @@ fn the_machine_of_paper_000() {
         let [v, a] = [number(&case["V"]), number(&case["A"])];
         assert!(relative(&(t * v), &of("qd")) <= tol);
         assert!(relative(&(t * a + k * v * v), &of("qdd")) <= tol);
+        let by_hand = slides_of_paper_000(number(&case["d2"]), &[q[0], t, k], tip, &rates.tip[0]);
+        for (found, by_hand) in [q[0], t, k].iter().zip(by_hand) {
+            let off = (found.fixed_rows::<3>(0) - by_hand).amax() / by_hand.amax().max(1.0);
+            assert!(off <= tol, "{}: {found} {by_hand}", case["id"]);
+        }
     }
+}
+
+/// Slides of paper 000, and their first two derivatives by arc length, from rotaries C, A: equations
+/// (28)-(30) and (37)-(39) put right (docs/sources.md#000), Z from the tip instead of the pivot.
+fn slides_of_paper_000(d2: f64, q: &[AxisVector; 3], tip: [V3; 3], p: &V3) -> [V3; 3] {
+    let [q, t, k] = q;
+    let ([s1, c1], [s2, c2]) = ([q[3].sin(), q[3].cos()], [q[4].sin(), q[4].cos()]);
+    let ([t1, t2], [k1, k2]) = ([t[3], t[4]], [k[3], k[4]]);
+    let [pt, pk, _] = by_arc_length([tip[0], tip[1], tip[2]], tip).unwrap();
+    [
+        V3::new(-p.x + d2 * s2 * s1, -p.y - d2 * s2 * c1, p.z + d2 * (1.0 - c2)),
+        V3::new(
+            -pt.x + d2 * (c2 * s1 * t2 + s2 * c1 * t1),
+            -pt.y - d2 * (c2 * c1 * t2 - s2 * s1 * t1),
+            pt.z + d2 * s2 * t2,
+        ),
+        V3::new(
+            -pk.x + d2 * (c2 * s1 * k2 + s2 * c1 * k1) - d2 * s2 * s1 * (t1 * t1 + t2 * t2)
+                + 2.0 * d2 * c2 * c1 * t1 * t2,
+            -pk.y - d2 * (c2 * c1 * k2 - s2 * s1 * k1)
+                + d2 * s2 * c1 * (t1 * t1 + t2 * t2)
+                + 2.0 * d2 * c2 * s1 * t1 * t2,
+            pk.z + d2 * s2 * k2 + d2 * c2 * t2 * t2,
+        ),
+    ]
 }
 
 /// A great circle at a distance from the pole: extremes of the free axis' derivatives.

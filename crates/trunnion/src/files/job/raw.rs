@@ -308,7 +308,7 @@ pub(super) enum RawReference {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawMachineRef {
-    /// Machine file, relative to this file.
+    /// Machine file, relative to this file; or the name of a built-in machine.
     #[schemars(length(min = 1))]
     pub(super) file: String,
 }
