@@ -1,24 +1,13 @@
-//! Guaranteed bounds of curvature over a rectangle, from derivative control nets.
+//! Guaranteed bounds of curvature over a piece of a patch, from derivative control nets.
 
 use super::jet::SurfaceJet2;
 use super::nurbs::NurbsSurface;
-use super::swept::Conversion;
+use super::nurbs::Patch;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
-/// A bound this much above a value attained is good enough to stop refining.
-const CLOSE: f64 = 0.1;
-
-/// Pieces looked at before the bound is given as it stands.
-const LOOKS: usize = 8000;
-
-/// Overlap of a patch and a cell that is rounding of their borders, as a share of the patch.
-const SLIVER: f64 = 1e-12;
 
 /// Ranges of u and v.
-type Rectangle = [[f64; 2]; 2];
+pub(super) type Rectangle = [[f64; 2]; 2];
 
 type V4 = Vector4<f64>;
 
@@ -31,9 +20,9 @@ struct Ball {
 }
 
 /// Part of a Bezier patch with a bound of its curvatures.
-struct Cell {
+pub(super) struct Cell {
     net: Net,
-    bounds: Rectangle,
+    pub(super) bounds: Rectangle,
     /// Curvatures of mean derivatives, and what others may differ from them in the cell.
     range: [f64; 2],
     spread: f64,
@@ -46,79 +35,18 @@ struct Net {
     columns: usize,
 }
 
-/// Bounds `[low, high]`, `low <= 0 <= high`, of all normal curvatures over `cell`.
-///
-/// Best-first: the cell with the widest bound is halved until the bound is close to a value
-/// attained.
-pub(crate) fn range(surface: &NurbsSurface, cell: Rectangle) -> [f64; 2] {
-    let mut queue: BinaryHeap<Cell> = BinaryHeap::new();
-    let domain = surface.domain();
-    // A cell without width has no patch of its own: the whole range bounds it too.
-    let cell = [0, 1].map(|k| if cell[k][0] < cell[k][1] { cell[k] } else { domain[k] });
-    let [columns, rows] = surface.patch_count();
-    for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
-        let Some(patch) = surface.patch(i, j) else { continue };
-        let Some([local, bounds]) = overlap(patch.bounds, cell) else { continue };
-        let net = Net { points: patch.points.to_vec(), columns: surface.degree()[1] + 1 };
-        queue.push(Cell::new(net.part(0, local[0]).part(1, local[1]), bounds));
-    }
-    let mut attained = queue.iter().fold([0.0; 2], |best, cell| attain(surface, cell, best));
-    let mut range = [0.0; 2];
-    for _ in 0..LOOKS {
-        let Some(cell) = queue.pop() else { return range };
-        let slack = CLOSE * attained[1].max(-attained[0]);
-        let [low, high] = cell.bound();
-        if low >= attained[0] - slack && high <= attained[1] + slack {
-            range = widen(range, [low, high]);
-        } else {
-            for half in cell.halves() {
-                attained = attain(surface, &half, attained);
-                queue.push(half);
-            }
-        }
-    }
-    queue.iter().fold(range, |range, cell| widen(range, cell.bound()))
-}
-
-/// As [`range`] of a surface converted for it, over `cell` in the original's parameters; no bound
-/// for one that has no area.
-pub(crate) fn of_conversion<E>(converted: Result<Conversion, E>, cell: Rectangle) -> [f64; 2] {
-    let Ok(converted) = converted else { return [f64::NEG_INFINITY, f64::INFINITY] };
-    let corner = |k: usize| converted.converted([cell[0][k], cell[1][k]]);
-    let (low, high) = (corner(0), corner(1));
-    range(&converted.surface, [[low[0], high[0]], [low[1], high[1]]])
-}
-
-/// Widens `best` by the curvatures in the middle of `cell`.
-fn attain(surface: &NurbsSurface, cell: &Cell, best: [f64; 2]) -> [f64; 2] {
-    let [u, v] = cell.bounds.map(|[low, high]| 0.5 * (low + high));
-    let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
-    curvature.map_or(best, |curvature| widen(best, [curvature.min, curvature.max]))
-}
-
-fn widen(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].min(b[0]), a[1].max(b[1])]
-}
-
-/// The part of `cell` inside `patch`, in local parameters and in its own; `None` if they meet in
-/// a line or not at all.
-fn overlap(patch: Rectangle, cell: Rectangle) -> Option<[Rectangle; 2]> {
-    let bounds = [0, 1].map(|k| cell[k].map(|x| x.clamp(patch[k][0], patch[k][1])));
-    let local = [0, 1].map(|k| {
-        let [low, high] = patch[k];
-        bounds[k].map(|x| (x - low) / (high - low))
-    });
-    local.iter().all(|[a, b]| b - a > SLIVER).then_some([local, bounds])
-}
-
 impl Cell {
+    pub(super) fn of_patch(patch: &Patch<'_>, degree: usize) -> Self {
+        Self::new(Net { points: patch.points.to_vec(), columns: degree + 1 }, patch.bounds)
+    }
+
     fn new(net: Net, bounds: Rectangle) -> Self {
         let (range, spread) = net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY));
         Self { net, bounds, range, spread }
     }
 
     /// Halves across the direction in which the derivatives vary more.
-    fn halves(&self) -> [Self; 2] {
+    pub(super) fn halves(&self) -> [Self; 2] {
         let [by_u, by_v] = self.net.variation();
         let k = usize::from(by_v > by_u);
         let (mut low, mut high) = (self.bounds, self.bounds);
@@ -128,13 +56,16 @@ impl Cell {
         [Self::new(first, low), Self::new(second, high)]
     }
 
-    fn bound(&self) -> [f64; 2] {
+    /// What no normal curvature in the cell leaves; at most 0, at least 0.
+    pub(super) fn bound(&self) -> [f64; 2] {
         [self.range[0] - self.spread, self.range[1] + self.spread]
     }
 
-    fn rank(&self) -> f64 {
-        let [low, high] = self.bound();
-        high.max(-low)
+    /// Curvatures in the middle, likewise.
+    pub(super) fn attained(&self, surface: &NurbsSurface) -> [f64; 2] {
+        let [u, v] = self.bounds.map(|[low, high]| 0.5 * (low + high));
+        let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
+        curvature.map_or([0.0; 2], |curvature| [curvature.min.min(0.0), curvature.max.max(0.0)])
     }
 }
 
@@ -160,13 +91,6 @@ impl Net {
             }
         }
         (low, high)
-    }
-
-    /// The part over `[a, b]` of parameter `k`.
-    fn part(&self, k: usize, [a, b]: [f64; 2]) -> Self {
-        let tail = if a > 0.0 { self.split(k, a).1 } else { self.clone() };
-        let share = if a < 1.0 { (b - a) / (1.0 - a) } else { 1.0 };
-        if share < 1.0 { tail.split(k, share).0 } else { tail }
     }
 
     /// Control net of the derivative by parameter `k`; empty for degree 0.
@@ -365,24 +289,4 @@ fn spread(d: &[Ball; 5]) -> Option<f64> {
     let norm = |k: usize| all.iter().map(|entry| entry[k] * entry[k]).sum::<f64>().sqrt();
     let turned = std::f64::consts::SQRT_2 * at_centre * anywhere * change;
     Some(norm(1) * anywhere * anywhere + norm(0) * turned * (anywhere + at_centre))
-}
-
-impl PartialEq for Cell {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Cell {}
-
-impl PartialOrd for Cell {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Cell {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.rank().total_cmp(&other.rank())
-    }
 }

@@ -1,6 +1,7 @@
 //! Space curves: what extrusions and revolutions are made of.
 
 use super::analytic::Frame;
+use super::beyond::Beyond;
 use super::error::SurfaceError;
 use super::nurbs::quotient;
 use crate::math::bspline::KnotVector;
@@ -39,13 +40,16 @@ pub enum Curve {
 }
 
 /// A B-spline or rational B-spline curve, evaluated from its Bezier pieces. Outside its range it
-/// is continued by its second-order Taylor polynomial, or periodically if it closes smoothly.
+/// is continued with value and first two derivatives of its end, or periodically if it closes
+/// smoothly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NurbsCurve {
     knots: KnotVector,
     net: Vec<Vector4<f64>>,
     pieces: Vec<Vector4<f64>>,
     closed: bool,
+    /// Continuation below and above the range.
+    beyond: [Beyond; 2],
 }
 
 impl Curve {
@@ -144,8 +148,14 @@ impl NurbsCurve {
         let lift = |(i, point): (usize, &Point3<f64>)| (point.coords * weight(i)).push(weight(i));
         let net: Vec<Vector4<f64>> = points.iter().enumerate().map(lift).collect();
         let pieces = knots.bezier(&net);
-        let mut curve = Self { knots, net, pieces, closed: false };
+        let beyond = [Beyond::with(0.0); 2];
+        let mut curve = Self { knots, net, pieces, closed: false, beyond };
         curve.closed = curve.closes(points);
+        let [low, high] = curve.knots.range();
+        curve.beyond = [(low, -1.0), (high, 1.0)].map(|(end, outwards)| {
+            let [_, first, second, _] = curve.inner(end);
+            Beyond::with(Beyond::pace([first, second], outwards))
+        });
         Ok(curve)
     }
 
@@ -178,8 +188,7 @@ impl NurbsCurve {
         if by == 0.0 {
             return d;
         }
-        let [a, b, c, _] = d;
-        [a + (b + c * (0.5 * by)) * by, b + c * by, c, Vector3::zeros()]
+        self.beyond[usize::from(by > 0.0)].at(d, by)
     }
 
     fn inner(&self, t: f64) -> CurveJet {

@@ -5,7 +5,9 @@
 //! loops and a side; a [`FaceIndex`] answers closest-point queries on a face. Lengths in mm.
 
 mod analytic;
+mod beyond;
 mod bounds;
+mod curvatures;
 mod curve;
 mod error;
 mod face;
@@ -136,8 +138,8 @@ impl Surface {
 
     /// Point at `(u, v)`.
     ///
-    /// Outside the domain, by a parameter that is not periodic, spline surfaces are continued by
-    /// their second-order Taylor polynomial from the nearest border point; so for all derivatives.
+    /// Outside the domain, by a parameter that is not periodic, spline surfaces are continued with
+    /// the point and first two derivatives of the nearest border point; so for all derivatives.
     #[inline]
     pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
         Point3::from(self.table::<0>(u, v)[0][0])

@@ -1,5 +1,6 @@
 //! Tensor-product NURBS surfaces, evaluated from their Bezier patches.
 
+use super::beyond::Beyond;
 use super::error::SurfaceError;
 use super::jet::Table;
 use crate::math::bspline::Basis;
@@ -21,8 +22,8 @@ const FLAT: f64 = 1e-12;
 /// B-spline, Bezier or rational tensor surface. `points[i][j]`, `i` along u.
 ///
 /// Evaluation runs on Bezier patches made once, by convex combinations: no knot arithmetic, no
-/// allocation. Outside the domain the surface is continued by its second-order Taylor polynomial
-/// from the nearest border point, or periodically where its rims close smoothly.
+/// allocation. Outside the domain the surface is continued with the point and the first two
+/// derivatives of the nearest border point, or periodically where its rims close smoothly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NurbsSurface {
     knots: [KnotVector; 2],
@@ -32,6 +33,8 @@ pub struct NurbsSurface {
     patches: Vec<Vector4<f64>>,
     rational: bool,
     closed: [bool; 2],
+    /// Continuation below and above the range, by u and v.
+    beyond: [[Beyond; 2]; 2],
 }
 
 /// One Bezier patch: control points `(w x, w y, w z, w)`, v running fastest, and its rectangle.
@@ -82,12 +85,15 @@ impl NurbsSurface {
             weights.as_ref().is_some_and(|rows| !all_equal(rows.iter().flatten().copied()));
         let patches = bezier_patches(&[&u, &v], &homogeneous(&points, weights.as_deref()));
         let knots = [u, v];
-        let mut surface = Self { knots, points, weights, patches, rational, closed: [false; 2] };
+        let beyond = [[Beyond::with(0.0); 2]; 2];
+        let closed = [false; 2];
+        let mut surface = Self { knots, points, weights, patches, rational, closed, beyond };
         let flat = surface.degenerate_patches();
         if !flat.is_empty() {
             return Err(flat);
         }
         surface.closed = [surface.closes(0), surface.closes(1)];
+        surface.beyond = [0, 1].map(|k| [surface.continuation(k, 0), surface.continuation(k, 1)]);
         Ok(surface)
     }
 
@@ -167,28 +173,59 @@ impl NurbsSurface {
         }
     }
 
-    /// Second-order Taylor polynomial, by each parameter that lies outside, of the surface at the
-    /// border point `(u, v)`: the product of both at a corner, so that second derivatives are
-    /// continuous across all four lines.
+    /// Continuation by each parameter that lies outside, from the border point `(u, v)`: the
+    /// product of both at a corner, so that second derivatives are continuous across all four
+    /// lines.
     #[cold]
-    fn extended(&self, u: f64, v: f64, [du, dv]: [f64; 2]) -> Table {
+    fn extended(&self, u: f64, v: f64, by: [f64; 2]) -> Table {
         let local = self.local(u, v, [3, 3]);
         let net = contract_all(&local, self.knots[1].degree());
         let mut d = quotient(&net, 3, 6);
+        let [du, dv] = by;
+        let [along_u, along_v] = [0, 1].map(|k| self.beyond[k][usize::from(by[k] > 0.0)]);
         if du != 0.0 {
-            let [a, b, c, _] = d;
-            let at = |l: usize| a[l] + (b[l] + c[l] * (0.5 * du)) * du;
-            let slope = |l: usize| b[l] + c[l] * du;
-            let columns = [0, 1, 2, 3];
-            d = [columns.map(at), columns.map(slope), c, [Vector3::zeros(); 4]];
-        }
-        if dv != 0.0 {
-            for row in &mut d {
-                let [a, b, c, _] = *row;
-                *row = [a + (b + c * (0.5 * dv)) * dv, b + c * dv, c, Vector3::zeros()];
+            for l in 0..4 {
+                let column = along_u.at(d.map(|row| row[l]), du);
+                for (row, value) in d.iter_mut().zip(column) {
+                    row[l] = value;
+                }
             }
         }
+        if dv != 0.0 {
+            d = d.map(|row| along_v.at(row, dv));
+        }
         d
+    }
+
+    /// Continuation beyond one end (0 low, 1 high) of `direction`, after the place along that rim
+    /// where the parametrisation slows down most.
+    fn continuation(&self, direction: usize, end: usize) -> Beyond {
+        let x = self.knots[direction].range()[end];
+        let pace = |y: f64| {
+            let [u, v] = if direction == 0 { [x, y] } else { [y, x] };
+            let d = self.table::<2>(u, v);
+            let slopes = if direction == 0 { [d[1][0], d[2][0]] } else { [d[0][1], d[0][2]] };
+            Beyond::pace(slopes, if end == 0 { -1.0 } else { 1.0 })
+        };
+        let places: Vec<[f64; 2]> = self.rim(direction).map(|y| [y, pace(y)]).collect();
+        let largest = (0..places.len()).fold(0.0, |largest: f64, k| {
+            let around = [k.saturating_sub(1), k, (k + 1).min(places.len() - 1)];
+            let [[low, before], [_, here], [high, after]] = around.map(|k| places[k]);
+            let refined = if here >= before.max(after) { peak(pace, [low, high]) } else { here };
+            largest.max(here).max(refined)
+        });
+        Beyond::with(largest)
+    }
+
+    /// Places along the rims across `direction`: more of them a piece than a polynomial of the
+    /// squared first derivative's degree has zeros.
+    fn rim(&self, direction: usize) -> impl Iterator<Item = f64> {
+        let across = &self.knots[1 - direction];
+        let samples = 2 * across.degree() + 1;
+        across.breaks().windows(2).flat_map(move |piece| {
+            let (low, width) = (piece[0], piece[1] - piece[0]);
+            (0..=samples).map(move |k| low + width * k as f64 / samples as f64)
+        })
     }
 
     /// Parameter inside the range, and how far the given one lies outside.
@@ -244,24 +281,28 @@ impl NurbsSurface {
     /// Whether the rims across `direction` meet with equal first derivatives.
     fn closes(&self, direction: usize) -> bool {
         let [low, high] = self.knots[direction].range();
-        let across = &self.knots[1 - direction];
         let size = net_size(&self.patches);
-        let samples = 2 * across.degree() + 1;
-        let breaks = across.breaks();
         let at = |x: f64, y: f64| {
             let [u, v] = if direction == 0 { [x, y] } else { [y, x] };
             let d = self.table::<1>(u, v);
             (d[0][0], if direction == 0 { d[1][0] } else { d[0][1] })
         };
-        breaks.windows(2).all(|piece| {
-            (0..=samples).all(|k| {
-                let y = piece[0] + (piece[1] - piece[0]) * k as f64 / samples as f64;
-                let ((s0, d0), (s1, d1)) = (at(low, y), at(high, y));
-                (s1 - s0).norm() <= SEAM * size
-                    && (d1 - d0).norm() * (high - low) <= SEAM * size.max(d0.norm() * (high - low))
-            })
+        self.rim(direction).all(|y| {
+            let ((s0, d0), (s1, d1)) = (at(low, y), at(high, y));
+            (s1 - s0).norm() <= SEAM * size
+                && (d1 - d0).norm() * (high - low) <= SEAM * size.max(d0.norm() * (high - low))
         })
     }
+}
+
+/// Largest value of a function with one maximum between the bounds.
+fn peak(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    // 2/3 of the range are left after a step: 1e-9 after 50.
+    for _ in 0..50 {
+        let third = (high - low) / 3.0;
+        if f(low + third) < f(high - third) { low += third } else { high -= third }
+    }
+    f(0.5 * (low + high))
 }
 
 /// Sums control points against the basis functions: derivatives with total order up to `ORDER`.

@@ -1,0 +1,42 @@
+//! Continuation of splines beyond their ends.
+
+use nalgebra::Vector3;
+
+/// How a spline goes on beyond one end of its range: at a distance `x` of the parameter it is
+/// `S + x S' + x^2 / (2 (1 + rate |x|)) S''`, value and derivatives taken at the end.
+///
+/// Value and first two derivatives are continuous. The Taylor polynomial (`rate` 0) turns back
+/// where the parametrisation slows down towards the end, `S'' . S' < 0` outwards; with the rate of
+/// [`Beyond::with`] the derivative keeps at least half of its share along `S'` at any distance, and
+/// the curvature decays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beyond {
+    rate: f64,
+}
+
+impl Beyond {
+    /// With the pace at which the parametrisation slows down outwards, [`Beyond::pace`], at its
+    /// largest along the end. The factor of `S''` in the derivative grows to `1 / (2 rate)`: one
+    /// half of `S'` is left.
+    pub(super) fn with(pace: f64) -> Self {
+        Self { rate: pace.max(0.0) }
+    }
+
+    /// `-S'' . S' / |S'|^2`, the parameter counted outwards: along `outwards` = 1 or -1. 0 for an
+    /// end without derivative, which has no direction that could be kept.
+    pub(super) fn pace([first, second]: [Vector3<f64>; 2], outwards: f64) -> f64 {
+        let pace = -outwards * second.dot(&first) / first.norm_squared();
+        if pace.is_finite() { pace } else { 0.0 }
+    }
+
+    /// Value and derivatives to order 3 at `x` beyond an end with value and derivatives `d`.
+    pub(super) fn at(self, d: [Vector3<f64>; 4], x: f64) -> [Vector3<f64>; 4] {
+        let [a, b, c, _] = d;
+        let slow = (1.0 + self.rate * x.abs()).recip();
+        let bend = 0.5 * x * x * slow;
+        let slope = x * (1.0 + 0.5 * self.rate * x.abs()) * slow * slow;
+        let second = slow * slow * slow;
+        let third = -3.0 * self.rate * x.signum() * second * slow;
+        [a + b * x + c * bend, b + c * slope, c * second, c * third]
+    }
+}

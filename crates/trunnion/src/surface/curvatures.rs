@@ -1,0 +1,196 @@
+//! Bounds of curvature over any rectangle, from a tree of pieces bounded once.
+
+use super::bounds::Cell;
+use super::bounds::Rectangle;
+use super::nurbs::NurbsSurface;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// A bound this share above a curvature attained is close enough: above the largest of the whole
+/// surface to begin with, then above the largest in the middle of the same piece.
+const CLOSE: f64 = 0.1;
+
+/// Where a piece is flatter than this share of the surface's largest curvature, that is what
+/// [`CLOSE`] counts from: nobody needs bounds of next to nothing.
+const FLAT: f64 = 0.1;
+
+/// Pieces made for the whole surface, and for its parts, before bounds are left as they are.
+const PIECES: [usize; 2] = [16_000, 4000];
+
+/// Halvings of a piece that has no bound yet: at a pole no number of them gives one.
+const DEPTH: u32 = 14;
+
+/// Pieces of a NURBS surface, each with a range that no normal curvature on it leaves.
+#[derive(Debug, Clone)]
+pub(super) struct CurvatureTree {
+    nodes: Vec<Node>,
+    /// Breaks by u and v; the node of patch `(i, j)` is number `i rows + j`.
+    breaks: [Vec<f64>; 2],
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    bounds: Rectangle,
+    /// At most 0, at least 0 \[1/mm\].
+    range: [f64; 2],
+    /// First of the two halves.
+    halves: Option<usize>,
+}
+
+/// A piece that may be halved.
+struct Piece {
+    cell: Cell,
+    node: usize,
+    depth: u32,
+    /// Largest curvature, either sign, by the bound \[1/mm\].
+    bound: f64,
+    /// Curvatures in its middle.
+    attained: [f64; 2],
+}
+
+impl CurvatureTree {
+    pub(super) fn new(surface: &NurbsSurface) -> Self {
+        let [columns, rows] = surface.patch_count();
+        let breaks = [0, 1].map(|k| surface.knots()[k].breaks().to_vec());
+        let mut tree = Self { nodes: Vec::with_capacity(columns * rows), breaks };
+        let mut queue = BinaryHeap::new();
+        let patches = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
+        for patch in patches.filter_map(|(i, j)| surface.patch(i, j)) {
+            queue.push(tree.leaf(surface, Cell::of_patch(&patch, surface.degree()[1]), 0));
+        }
+        let mut attained = queue.iter().map(|piece| piece.attained).fold([0.0; 2], widen);
+        let whole = |_: &Piece, [low, high]: [f64; 2], attained: [f64; 2]| {
+            let slack = CLOSE * size(attained);
+            low >= attained[0] - slack && high <= attained[1] + slack
+        };
+        let part = |piece: &Piece, [low, high]: [f64; 2], attained: [f64; 2]| {
+            let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
+            low >= piece.attained[0] - slack && high <= piece.attained[1] + slack
+        };
+        let rest = tree.refine(surface, queue, &mut attained, (PIECES[0], whole));
+        tree.refine(surface, rest, &mut attained, (PIECES[1], part));
+        tree.tighten();
+        tree
+    }
+
+    /// Halves the piece with the largest bound until every bound is close or the budget is spent;
+    /// returns the pieces left.
+    fn refine(
+        &mut self,
+        surface: &NurbsSurface,
+        mut queue: BinaryHeap<Piece>,
+        attained: &mut [f64; 2],
+        (budget, close): (usize, impl Fn(&Piece, [f64; 2], [f64; 2]) -> bool),
+    ) -> BinaryHeap<Piece> {
+        let most = self.nodes.len() + budget;
+        let mut done = BinaryHeap::new();
+        while self.nodes.len() < most
+            && let Some(piece) = queue.pop()
+        {
+            let hopeless = piece.depth >= DEPTH && !piece.bound.is_finite();
+            if hopeless || close(&piece, self.nodes[piece.node].range, *attained) {
+                done.push(piece);
+                continue;
+            }
+            self.nodes[piece.node].halves = Some(self.nodes.len());
+            for half in piece.cell.halves() {
+                let half = self.leaf(surface, half, piece.depth + 1);
+                *attained = widen(*attained, half.attained);
+                queue.push(half);
+            }
+        }
+        done.append(&mut queue);
+        done
+    }
+
+    fn leaf(&mut self, surface: &NurbsSurface, cell: Cell, depth: u32) -> Piece {
+        let (range, attained) = (cell.bound(), cell.attained(surface));
+        let node = self.nodes.len();
+        self.nodes.push(Node { bounds: cell.bounds, range, halves: None });
+        Piece { cell, node, depth, bound: size(range), attained }
+    }
+
+    /// A piece keeps what its halves keep. They stand after it.
+    fn tighten(&mut self) {
+        for k in (0..self.nodes.len()).rev() {
+            if let Some(first) = self.nodes[k].halves {
+                let both = widen(self.nodes[first].range, self.nodes[first + 1].range);
+                let own = self.nodes[k].range;
+                self.nodes[k].range = [own[0].max(both[0]), own[1].min(both[1])];
+            }
+        }
+    }
+
+    /// What no normal curvature over `cell`, clipped to the domain, leaves.
+    pub(super) fn range(&self, cell: Rectangle) -> [f64; 2] {
+        let cell = [0, 1].map(|k| {
+            let (low, high) = (self.breaks[k][0], self.breaks[k][self.breaks[k].len() - 1]);
+            cell[k].map(|x| x.clamp(low, high))
+        });
+        let rows = self.breaks[1].len() - 1;
+        let [(i0, i1), (j0, j1)] = [0, 1].map(|k| touched(&self.breaks[k], cell[k]));
+        let mut range = [0.0; 2];
+        for i in i0..i1 {
+            for j in j0..j1 {
+                range = self.widened(range, i * rows + j, &cell);
+            }
+        }
+        range
+    }
+
+    /// `range` widened by the part of a piece that meets `cell`.
+    fn widened(&self, range: [f64; 2], node: usize, cell: &Rectangle) -> [f64; 2] {
+        let node = &self.nodes[node];
+        let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
+        let apart =
+            (0..2).any(|k| node.bounds[k][0] > cell[k][1] || node.bounds[k][1] < cell[k][0]);
+        if inside || apart {
+            return range;
+        }
+        let whole =
+            (0..2).all(|k| cell[k][0] <= node.bounds[k][0] && node.bounds[k][1] <= cell[k][1]);
+        match node.halves {
+            Some(first) if !whole => {
+                let range = self.widened(range, first, cell);
+                self.widened(range, first + 1, cell)
+            }
+            _ => widen(range, node.range),
+        }
+    }
+}
+
+/// Pieces between `breaks` that meet the closed range: first, and one after the last.
+fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
+    let inner = &breaks[1..breaks.len() - 1];
+    (inner.partition_point(|&b| b < low), inner.partition_point(|&b| b <= high) + 1)
+}
+
+fn size([low, high]: [f64; 2]) -> f64 {
+    high.max(-low)
+}
+
+fn widen(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Piece {}
+
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Piece {
+    /// The largest bound first: the pieces go where the surface bends most. Of two without bound
+    /// the larger piece.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.bound.total_cmp(&other.bound).then(other.depth.cmp(&self.depth))
+    }
+}
