@@ -1,20 +1,42 @@
 //! All passes over one face.
 
+use super::clear::Clearing;
 use super::lane::{Lane, Placed};
-use super::left::{Left, left, poses};
+use super::left::{Column, Swept};
 use super::options::{Along, CoverError, CoverOptions, Covering, Direction};
 use super::options::{Fallback, FallbackReason, Method};
 use super::region::{Local, Region};
-use super::stretch::{Refused, Stretch, Trimmer};
+use super::sheet::Sheet;
+use super::solid::Tool;
+use super::split::{self, Costs, Part};
+use super::stretch::{Stretch, Trimmer};
+use super::sweep::Sweep;
 use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
+use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Pass, ToolPose};
+use crate::types::{Cancelled, Pass};
 
 /// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
 /// radius beyond, and their strips begin at a border and end beyond it.
 const LOOP_SHARE: f64 = 1e-4;
+
+/// Size of the cells that a face is divided into beforehand, as a share of the cutter's radius: bows of
+/// smaller ones are far below tolerances.
+const SHEET_SHARE: f64 = 1.0 / 32.0;
+
+/// Share of the path's share to which breaches of the band between stations are found.
+const PRECISION: f64 = 0.05;
+
+/// Passes before the last one whose finish is taken into account.
+const MEMORY: usize = 8;
+
+/// How often stations are added where a pass finishes nothing at its track.
+const DENSER: usize = 3;
+
+/// Tasks within tasks.
+const DEPTH: u32 = 2;
 
 /// Tells how much of the face is covered, 0 to 1.
 type Report<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
@@ -25,23 +47,21 @@ pub(super) fn cover(
     options: &CoverOptions,
     report: Report<'_>,
 ) -> Result<Covering, CoverError> {
-    let region = region(face, options.along);
+    let whole = region(face, options.along);
     let mut job = Job {
         face,
         cutter,
         options,
-        region,
+        sheet: Sheet::new(face, options.along, &whole, SHEET_SHARE * cutter.radius()),
+        tool: Tool::new(cutter),
+        whole: &whole,
         done: Covering::default(),
         forward: true,
         swept: Vec::new(),
+        report,
+        share: 0.0,
     };
-    let [first, last] = job.region.bounds[0];
-    let mut across = first;
-    report(0.0)?;
-    while let Some(next) = job.lane(across)? {
-        across = next[0];
-        report((across - first) / (last - first))?;
-    }
+    job.finish(&Task { bounds: whole.bounds, method: options.method, depth: 0 })?;
     report(1.0)?;
     Ok(job.done)
 }
@@ -75,134 +95,239 @@ fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Syn
     })
 }
 
+/// A rectangle of local parameters to be finished.
+struct Task {
+    bounds: [[f64; 2]; 2],
+    method: Method,
+    /// How many tasks this is part of.
+    depth: u32,
+}
+
 /// What is cut on one track, and what it leaves.
 struct Lot {
     stretches: Vec<Stretch>,
-    left: Left,
+    columns: Vec<Column>,
+    parts: Vec<Part>,
+    costs: Costs,
+    /// Where no location was found, and why.
+    refused: Option<(Local, PositioningError)>,
 }
 
-/// Of a pass of wide strips that has faults and an inclined one, that which has less,
-/// and whether it is the inclined one.
-fn lesser(
-    widest: Option<Lot>,
-    inclined: Result<Lot, CoverError>,
-) -> Result<(bool, Lot), CoverError> {
-    match (widest, inclined) {
-        (Some(widest), Ok(inclined)) if faults(&inclined) < faults(&widest) => Ok((true, inclined)),
-        (Some(widest), _) => Ok((false, widest)),
-        (None, inclined) => inclined.map(|lot| (true, lot)),
+impl Lot {
+    /// How far across all columns that count for `width` \[mm\] are finished.
+    fn reach(&self, width: f64) -> f64 {
+        let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
+        counting.map(|(column, _)| column.finished).fold(f64::INFINITY, f64::min)
     }
 }
-
-/// Deepest gouge beyond the band \[mm\], and lines that are missed: what counts first, first.
-fn faults(lot: &Lot) -> (f64, usize) {
-    let gouge = lot.stretches.iter().map(Stretch::gouge).fold(0.0, f64::max);
-    (gouge, lot.left.missed)
-}
-
-/// Why a pass of wide strips should not be taken, and it all the same if it can be.
-type Refusal = (Fallback, Option<Lot>);
 
 /// A face while its passes are placed.
 struct Job<'a, Inside> {
     face: &'a FaceIndex,
     cutter: &'a Cutter,
     options: &'a CoverOptions,
-    region: Region<Inside>,
+    sheet: Sheet,
+    tool: Tool,
+    whole: &'a Region<Inside>,
     done: Covering,
     forward: bool,
-    /// Poses of the pass before.
-    swept: Vec<ToolPose>,
+    /// Curves of the passes before, the last ones last.
+    swept: Vec<Sweep>,
+    report: Report<'a>,
+    /// How much of the face is done.
+    share: f64,
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
-    /// Adds the pass at `across`; the first place that is still left further on.
-    fn lane(&mut self, across: f64) -> Result<Option<Local>, CoverError> {
-        let track = self.track(across)?;
-        let Lot { stretches, left } = match self.options.method {
-            Method::Inclined => self.inclined(&track, across)?,
-            Method::Widest => match self.widest(&track, across) {
-                Ok(lot) => lot,
-                Err(refusal) => {
-                    let (fallback, widest) = *refusal;
-                    let (fallen, lot) = lesser(widest, self.inclined(&track, across))?;
-                    self.done.report.fallbacks.extend(fallen.then_some(fallback));
-                    lot
-                }
-            },
+    /// Passes over a rectangle of the region, one beside the other.
+    fn finish(&mut self, task: &Task) -> Result<(), CoverError> {
+        let region = self.whole.within(task.bounds);
+        let [first, last] = task.bounds[0];
+        let mut next = Some(first);
+        while let Some(across) = next {
+            if task.depth == 0 {
+                self.share = (across - first) / (last - first);
+            }
+            (self.report)(self.share)?;
+            next = self.lane(&region, across, task)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the pass at `across`, and those that finish what it leaves; how far it brings the task, `None` at its end.
+    fn lane(
+        &mut self,
+        region: &Region<&Inside>,
+        across: f64,
+        task: &Task,
+    ) -> Result<Option<f64>, CoverError> {
+        let lot = self.place(region, across, task.method)?;
+        let advance = if task.depth < DEPTH {
+            split::advance(&lot.parts, &lot.costs)
+        } else {
+            let widths = lot.parts.iter().map(|part| part.width);
+            widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)
         };
-        self.done.report.missed += left.missed;
-        self.swept = stretches.iter().flat_map(|stretch| poses(stretch, self.cutter)).collect();
-        self.add(stretches);
-        Ok(left.next)
+        if !(advance.is_finite() && advance >= self.least()) {
+            return self.stuck(region, across, task, &lot);
+        }
+        let next = lot.reach(advance);
+        self.add(lot.stretches.clone());
+        for run in split::narrower(&lot.parts, advance) {
+            self.again(&lot, run, [across, next], task)?;
+        }
+        Ok((next < region.bounds[0][1]).then_some(next))
     }
 
-    fn inclined(&self, track: &Track, across: f64) -> Result<Lot, CoverError> {
-        let lot = self
-            .place(track, across, Method::Inclined)
-            .map_err(|refused| self.no_pose(track, across, refused))?;
-        lot.left.next.map_or(Ok(()), |next| self.advances(across, next))?;
-        Ok(lot)
+    /// A pass that would finish nothing: placed otherwise, given up, or an error if it is the whole face's.
+    fn stuck(
+        &mut self,
+        region: &Region<&Inside>,
+        across: f64,
+        task: &Task,
+        lot: &Lot,
+    ) -> Result<Option<f64>, CoverError> {
+        if task.method == Method::Widest {
+            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)]);
+            return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
+        }
+        if task.depth > 0 {
+            self.done.report.missed += lot.columns.len();
+            return Ok(None);
+        }
+        let face = self.face.face().number;
+        if let Some((at, error)) = lot.refused.clone() {
+            return Err(CoverError::NoPose { face, at: self.options.along.uv(at), error });
+        }
+        let widest = lot.parts.iter().enumerate().max_by(|a, b| a.1.width.total_cmp(&b.1.width));
+        let (index, advance) = widest.map_or((0, 0.0), |(index, part)| (index, part.width));
+        let along = lot.columns.get(index).map_or(region.bounds[1][0], |c| c.along[0]);
+        let at = self.options.along.uv([across, along]);
+        Err(CoverError::TooNarrow { face, at, advance, least: self.least() })
     }
 
-    /// The pass with the widest strips, or why it should not be taken, and it all the same if it can be.
-    fn widest(&self, track: &Track, across: f64) -> Result<Lot, Box<Refusal>> {
+    /// Passes of their own over columns that the pass leaves narrower than the others.
+    fn again(
+        &mut self,
+        lot: &Lot,
+        [first, last]: [usize; 2],
+        [across, next]: [f64; 2],
+        task: &Task,
+    ) -> Result<(), CoverError> {
+        let columns = &lot.columns[first..=last];
+        let widths = || lot.parts[first..=last].iter().map(|part| part.width);
+        let narrowest = widths().fold(f64::INFINITY, f64::min);
+        let wide = narrowest >= lot.costs.narrow;
+        let same = wide || task.method == Method::Inclined;
+        if task.depth >= DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
+            self.done.report.missed += widths().filter(|width| *width < self.least()).count();
+            if narrowest < self.least() {
+                return Ok(());
+            }
+        }
+        if !same {
+            self.fall_back(lot, [first, last]);
+        }
+        let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
+        let along = [columns[0].along[0], columns[columns.len() - 1].along[1]];
+        let method = if same { task.method } else { Method::Inclined };
+        self.finish(&Task { bounds: [[from, next], along], method, depth: task.depth + 1 })
+    }
+
+    /// Notes why wide strips are not taken on some columns.
+    fn fall_back(&mut self, lot: &Lot, [first, last]: [usize; 2]) {
+        let (Some(a), Some(b)) = (lot.columns.get(first), lot.columns.get(last)) else { return };
         let chart = self.options.along;
         let face = self.face.face().number;
-        let fallback = |at: Local, reason| Fallback { face, at: chart.uv(at), reason };
-        let lot = self.place(track, across, Method::Widest).map_err(|(way, error)| {
-            let at = [across, track.at(way)];
-            Box::new((fallback(at, FallbackReason::NoStrip(error)), None))
-        })?;
-        if let Some(at) = lot.left.next
-            && let Err(CoverError::TooNarrow { advance, .. }) = self.advances(across, at)
-        {
-            return Err(Box::new((fallback(at, FallbackReason::NoAdvance(advance)), None)));
-        }
-        if lot.left.missed > 0 {
-            let at = [across, track.at(0.0)];
-            let why = fallback(at, FallbackReason::Missed(lot.left.missed));
-            return Err(Box::new((why, Some(lot))));
-        }
-        let spans = lot.stretches.iter().flat_map(|s| s.placed.iter().zip(&s.checks));
-        let deepest = spans.max_by(|a, b| a.1.gouge.total_cmp(&b.1.gouge));
-        if let Some((place, check)) = deepest
-            && check.gouge > 0.0
-        {
-            let at = [across, place.along];
-            let why = fallback(at, FallbackReason::Gouge(check.gouge));
-            return Err(Box::new((why, Some(lot))));
-        }
-        Ok(lot)
+        let near = |at: &Local| (a.along[0]..=b.along[1]).contains(&at[1]);
+        let fallback = if let Some((at, error)) = lot.refused.clone().filter(|(at, _)| near(at)) {
+            Fallback { face, at: chart.uv(at), reason: FallbackReason::NoStrip(error) }
+        } else {
+            let at = chart.uv([a.finished, a.along[0]]);
+            Fallback { face, at, reason: FallbackReason::Missed(last + 1 - first) }
+        };
+        self.done.report.fallbacks.push(fallback);
     }
 
-    fn place(&self, track: &Track, across: f64, method: Method) -> Result<Lot, Refused> {
+    /// Least width a pass has to finish \[mm\].
+    fn least(&self) -> f64 {
+        self.options.spacing[0]
+    }
+
+    fn place(
+        &self,
+        region: &Region<&Inside>,
+        across: f64,
+        method: Method,
+    ) -> Result<Lot, CoverError> {
         let lane = Lane {
             face: self.face,
             cutter: self.cutter,
             options: self.options,
             across,
-            track: track.clone(),
+            across_range: region.bounds[0],
+            track: self.track(region, across)?,
             forward: self.forward,
             method,
         };
-        let trimmer = Trimmer { lane: &lane, region: &self.region };
-        let stretches = trimmer.stretches()?;
-        let mut swept = self.swept.clone();
-        swept.extend(stretches.iter().flat_map(|stretch| poses(stretch, self.cutter)));
-        let left = left(&lane, &self.region, &swept, trimmer.next(&stretches));
-        Ok(Lot { stretches, left })
+        let CoverOptions { band, path_share, .. } = *self.options;
+        let precision = PRECISION * path_share;
+        let clearing = Clearing {
+            face: self.face,
+            chart: self.options.along,
+            sheet: &self.sheet,
+            tool: &self.tool,
+            target: band.lower - path_share + precision,
+            precision,
+        };
+        let trimmer = Trimmer { lane: &lane, region, clearing };
+        let (mut stretches, refused) = trimmer.stretches();
+        let rate = lane.rate_across();
+        let mut columns = self.columns(region, [across, rate], &stretches);
+        for _ in 0..DENSER {
+            let missed: Vec<[f64; 2]> = columns
+                .iter()
+                .filter(|column| column.part.width < self.least())
+                .map(|column| column.along)
+                .collect();
+            let Some(denser) = trimmer.denser(&stretches, &missed) else { break };
+            stretches = denser;
+            columns = self.columns(region, [across, rate], &stretches);
+        }
+        let parts = columns.iter().map(|c| c.part).collect();
+        let refused = refused.map(|(way, error)| ([across, lane.track.at(way)], error));
+        Ok(Lot { stretches, columns, parts, costs: lane.costs(), refused })
     }
 
-    fn no_pose(&self, track: &Track, across: f64, (way, error): Refused) -> CoverError {
-        let at = self.options.along.uv([across, track.at(way)]);
-        CoverError::NoPose { face: self.face.face().number, at, error }
+    /// How far across the region is finished by the stretches and what was before.
+    fn columns(
+        &self,
+        region: &Region<&Inside>,
+        [across, rate]: [f64; 2],
+        stretches: &[Stretch],
+    ) -> Vec<Column> {
+        let mine: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
+        let sweeps: Vec<&Sweep> = self.swept.iter().chain(&mine).collect();
+        let swept = Swept {
+            face: self.face,
+            chart: self.options.along,
+            region,
+            end: &self.tool.end,
+            limit: self.options.band.upper + self.options.path_share,
+            smallest: 0.5 * self.options.spacing[0],
+            sweeps: &sweeps,
+        };
+        swept.columns([across, region.bounds[0][1]], rate)
     }
 
-    fn track(&self, across: f64) -> Result<Track, CoverError> {
+    fn sweep(&self, stretch: &Stretch) -> Sweep {
+        Sweep::new(&stretch.placed, super::lever(self.cutter))
+    }
+
+    fn track(&self, region: &Region<&Inside>, across: f64) -> Result<Track, CoverError> {
         let chart = self.options.along;
         let extension = self.cutter.radius();
-        let track = Track::new(self.face, chart, across, self.region.bounds[1], extension);
+        let track = Track::new(self.face, chart, across, region.bounds[1], extension);
         let [start, end] = track.range();
         if end - start > self.options.spacing[0] {
             Ok(track)
@@ -211,26 +336,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         }
     }
 
-    /// An error unless the next pass lies at least the least spacing further on.
-    fn advances(&self, across: f64, next: Local) -> Result<(), CoverError> {
-        let chart = self.options.along;
-        let point = |local: Local| {
-            let [u, v] = chart.uv(local);
-            self.face.face().point(u, v)
-        };
-        let advance = (point(next) - point([across, next[1]])).norm();
-        let least = self.options.spacing[0];
-        if next[0] > across && advance >= least {
-            return Ok(());
-        }
-        let at = chart.uv(next);
-        Err(CoverError::TooNarrow { face: self.face.face().number, at, advance, least })
-    }
-
     fn add(&mut self, mut stretches: Vec<Stretch>) {
         if stretches.is_empty() {
             return;
         }
+        let sweeps: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
+        self.swept.extend(sweeps);
+        self.swept.drain(..self.swept.len().saturating_sub(MEMORY));
         if !self.forward {
             stretches.reverse();
         }

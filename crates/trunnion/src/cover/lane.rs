@@ -2,11 +2,12 @@
 
 use super::options::{Along, CoverOptions, Method};
 use super::region::Local;
+use super::split::{self, Costs, Part};
 use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
-    AxisNear, Location, PositioningError, Request, StripSide, inclined, widest,
+    AxisNear, Band, Location, PositioningError, Request, StripSide, inclined, widest,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
@@ -17,6 +18,9 @@ use rayon::prelude::*;
 /// results do not depend on the number of threads.
 const ROW: usize = 8;
 
+/// Leads, links and run-outs of a pass cost as much as cutting this many radii.
+const LINKS: f64 = 4.0;
+
 /// How often the worst station is looked for again after neighbours were held to each other.
 const ROUNDS: usize = 3;
 
@@ -26,6 +30,8 @@ pub(super) struct Lane<'a> {
     pub(super) cutter: &'a Cutter,
     pub(super) options: &'a CoverOptions,
     pub(super) across: f64,
+    /// Range of the region across.
+    pub(super) across_range: [f64; 2],
     pub(super) track: Track,
     /// Whether the feed is towards growing parameters.
     pub(super) forward: bool,
@@ -151,20 +157,30 @@ impl Lane<'_> {
 
     /// Locations at `ways`, held to each other.
     ///
-    /// The station where the strip reaches least far across decides where the next pass lies, so it
-    /// keeps its optimum. The others follow from it outwards on both sides: width beyond that reach
-    /// is of no use, so each stays as near to its neighbour as it can while it reaches as far.
+    /// The pass is to reach as far across as is worth the passes that finish the rest
+    /// ([`split::advance`]). The station that just reaches that keeps its optimum. The others follow from
+    /// it outwards on both sides: width beyond that reach is of no use, so each stays as near to its
+    /// neighbour as it can while it reaches as far.
     pub(super) fn settle(&self, ways: &[f64], reach: Reach<'_>) -> Vec<Place> {
         let free = self.free_places(ways);
         if self.method == Method::Inclined {
             return free;
         }
         let free = self.teach(ways, &free);
+        let wanted = self.wanted(ways, &free, reach);
+        let counts: Vec<bool> =
+            free.iter().map(|p| p.as_ref().is_ok_and(|p| reach(p) >= wanted)).collect();
         let worst = |places: &[Place]| {
-            let reaches = places.iter().map(|p| p.as_ref().map_or(f64::INFINITY, reach));
+            let reaches = places.iter().zip(&counts).map(|(place, counts)| match place {
+                Ok(placed) if *counts => reach(placed),
+                _ => f64::INFINITY,
+            });
             reaches.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
         };
         let Some((mut seed, mut goal)) = worst(&free) else { return free };
+        if !counts.get(seed).is_some_and(|counts| *counts) {
+            return free;
+        }
         let mut best: Option<(f64, Vec<Place>)> = None;
         for _ in 0..ROUNDS {
             let held = self.grow(ways, &free, seed, &Goal { reach, least: goal });
@@ -178,6 +194,71 @@ impl Lane<'_> {
             (seed, goal) = (next, goal.min(reach_at(&free, next, reach)));
         }
         best.map_or(free, |(_, held)| held)
+    }
+
+    /// How far across the pass is to reach.
+    fn wanted(&self, ways: &[f64], places: &[Place], reach: Reach<'_>) -> f64 {
+        let per = self.rate_across();
+        let [_, last] = self.across_range;
+        let width = |place: &Place| match place {
+            Ok(placed) => (reach(placed).min(last) - self.across).max(0.0) * per,
+            Err(_) => 0.0,
+        };
+        let over: Vec<Part> = ways
+            .iter()
+            .zip(places)
+            .filter(|(way, _)| self.track.over_face(**way))
+            .map(|(_, place)| Part { length: self.options.spacing[1], width: width(place) })
+            .collect();
+        let wanted = split::advance(&over, &self.costs());
+        // A little less, so that rounding does not exclude the place itself.
+        self.across + wanted * (1.0 - 1e-9) / per
+    }
+
+    /// Length of a step across by the parameter, in the middle of the track \[mm\].
+    pub(super) fn rate_across(&self) -> f64 {
+        let [start, end] = self.track.face();
+        let [u, v] = self.options.along.uv([self.across, self.track.at(0.5 * (start + end))]);
+        let jet = self.face.face().surface.jet1(u, v);
+        let rate = match self.options.along {
+            Along::U => jet.sv.norm(),
+            Along::V => jet.su.norm(),
+        };
+        rate.max(f64::MIN_POSITIVE)
+    }
+
+    /// How far the pass has to be run out so that its strips leave the face \[mm\]: how far they reach ahead
+    /// of or behind the track, tried at its ends and its middle; the cutter's radius where that fails.
+    pub(super) fn extension(&self) -> f64 {
+        const RESERVE: f64 = 1.5;
+        let [start, end] = self.track.face();
+        let hold = self.free();
+        let of = |way: f64| {
+            let placed = self.place(way, &hold, None).ok()?;
+            let chart = self.options.along;
+            let [u, v] = chart.uv([self.across, placed.along]);
+            let jet = self.face.face().surface.jet1(u, v);
+            let feed = match chart {
+                Along::U => jet.su,
+                Along::V => jet.sv,
+            };
+            let feed = Unit::try_new(feed, f64::MIN_POSITIVE)?;
+            let Location { near, far, .. } = placed.location;
+            let ends = [near, far, placed.contact_uv]
+                .map(|[u, v]| feed.dot(&(self.face.face().point(u, v) - jet.s)).abs());
+            Some(ends.into_iter().fold(0.0, f64::max))
+        };
+        let ways = [start, 0.5 * (start + end), end];
+        let tried: Vec<Option<f64>> = ways.into_par_iter().map(of).collect();
+        let most = tried.into_iter().try_fold(0.0, |most: f64, one| Some(most.max(one?)));
+        let radius = self.cutter.radius();
+        most.map_or(radius, |most| (RESERVE * most + self.options.spacing[1]).min(radius))
+    }
+
+    pub(super) fn costs(&self) -> Costs {
+        let Band { lower, upper } = self.options.band;
+        let radius = self.cutter.radius();
+        Costs { pass: LINKS * radius, narrow: (8.0 * radius * (upper - lower)).sqrt() }
     }
 
     fn free_places(&self, ways: &[f64]) -> Vec<Place> {

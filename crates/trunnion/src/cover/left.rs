@@ -1,128 +1,243 @@
-//! What passes leave: points of the face against the poses of the cutter, in closed form.
+//! What passes leave, proven over all of the face and not only at points.
 //!
-//! Nothing here knows of strips or closest points, so that a slip there cannot hide.
+//! A place is finished when the point above it, as high as the excess allowed, was inside the
+//! cutter. The cutter is convex: a cell is finished when its corners are inside it, by more than
+//! the cell bows. Every corner may have its own time, as long as the tool between those times
+//! bows little as well. Nothing here knows of strips or closest points, so that a slip there cannot hide.
 
-use super::lane::Lane;
-use super::region::{Local, Region};
-use super::stretch::Stretch;
-use crate::cutter::Cutter;
-use crate::types::{PoseCurve, ToolPose};
+use super::options::Along;
+use super::region::{Local, Region, meets};
+use super::sheet::Cell;
+use super::solid::Solid;
+use super::split::Part;
+use super::sweep::{Instant, Sweep};
+use crate::surface::FaceIndex;
 use nalgebra::Point3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
-/// Distance of the poses along a pass that points are compared with \[mm\].
-const POSE_STEP: f64 = 0.2;
+/// Width of the columns that are searched independently, in least spacings.
+const COLUMN: f64 = 20.0;
 
-/// Distance of the lines across the passes on which points are taken \[mm\].
-const COLUMN_STEP: f64 = 1.0;
+/// Columns at most.
+const COLUMNS: f64 = 400.0;
 
-/// Points of a line from one pass to the next.
-const ROWS: u32 = 24;
+/// Steps to the time at which a place is deepest in the cutter: each squares the relative error of
+/// a start that is already in the right stretch.
+const STEPS: u32 = 3;
 
-/// Where a pass leaves something unfinished.
+/// How far a column of the face is finished.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Left {
-    /// The first place from which on something is left; `None` where all is finished.
-    pub(super) next: Option<Local>,
-    /// Lines on which the pass finishes nothing although the region begins at its track: no later pass
-    /// will.
-    pub(super) missed: usize,
+pub(super) struct Column {
+    /// Its range along.
+    pub(super) along: [f64; 2],
+    /// The place across up to which it is.
+    pub(super) finished: f64,
+    /// Length along and width finished \[mm\].
+    pub(super) part: Part,
 }
 
-/// Poses of a stretch, [`POSE_STEP`] apart.
-pub(super) fn poses(stretch: &Stretch, cutter: &Cutter) -> Vec<ToolPose> {
-    let stations: Vec<_> = stretch.placed.iter().map(|p| p.station).collect();
-    let curve = PoseCurve::through(&stations, super::lever(cutter));
-    let [start, end] = curve.range();
-    let steps = ((end - start) / POSE_STEP).ceil().max(1.0);
-    std::iter::successors(Some(0.0), |i| Some(i + 1.0))
-        .take_while(|i| *i <= steps)
-        .filter_map(|i| curve.pose(start + (end - start) * i / steps))
-        .collect()
+/// A face and what has swept over it.
+pub(super) struct Swept<'a, Inside> {
+    pub(super) face: &'a FaceIndex,
+    pub(super) chart: Along,
+    pub(super) region: &'a Region<Inside>,
+    pub(super) end: &'a Solid,
+    /// Excess allowed \[mm\].
+    pub(super) limit: f64,
+    /// Cells are not halved below this \[mm\].
+    pub(super) smallest: f64,
+    pub(super) sweeps: &'a [&'a Sweep],
 }
 
-/// Takes `next`, where the strips say that a pass ends, back to where points show it.
-pub(super) fn left<Inside: Fn(Local) -> bool + Sync>(
-    lane: &Lane<'_>,
-    region: &Region<Inside>,
-    swept: &[ToolPose],
-    next: Option<Local>,
-) -> Left {
-    let [[_, last], _] = region.bounds;
-    let end = next.map_or(last, |next| next[0]);
-    let [start, finish] = lane.track.face();
-    let columns = ((finish - start) / COLUMN_STEP).ceil().max(1.0);
-    let alongs: Vec<f64> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
-        .take_while(|i| *i <= columns)
-        .map(|i| lane.track.at(start + (finish - start) * i / columns))
-        .collect();
-    let column = |along: f64| column(lane, region, swept, [along, end]);
-    let ends: Vec<Option<Local>> = alongs.into_par_iter().map(column).collect();
-    let stuck = |place: &&Local| place[0] <= lane.across;
-    let missed = ends.iter().flatten().filter(stuck).count();
-    let found = ends.iter().flatten().filter(|place| !stuck(place)).copied();
-    let next = found.chain(next).min_by(|a, b| a[0].total_cmp(&b[0]));
-    Left { next, missed }
+/// A cell that waits to be looked at; the one that begins first comes first.
+struct Waiting {
+    cell: Cell,
+    whole: bool,
 }
 
-/// The last place of the line at `along`, up to `end` across, before one that is not finished; `None` if
-/// all are.
-fn column<Inside: Fn(Local) -> bool + Sync>(
-    lane: &Lane<'_>,
-    region: &Region<Inside>,
-    swept: &[ToolPose],
-    [along, end]: [f64; 2],
-) -> Option<Local> {
-    let chart = lane.options.along;
-    let (face, cutter) = (lane.face.face(), lane.cutter);
-    // Between poses the distance has a minimum whose second derivative is at most 1 / r.
-    let between = 0.125 * POSE_STEP * POSE_STEP / cutter.minor().max(POSE_STEP);
-    let limit = lane.options.band.upper + lane.options.path_share + between;
-    let at = |row: u32| lane.across + (end - lane.across) * f64::from(row) / f64::from(ROWS);
-    let open = |row: &u32| {
-        let [u, v] = chart.uv([at(*row), along]);
-        region.holds([at(*row), along]) && !finished(&face.point(u, v), swept, cutter, limit)
-    };
-    // The end itself is where the next pass begins.
-    (1..ROWS).find(open).map(|row| [at(row - 1), along])
-}
+impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
+    /// Columns across, from `from` to `end`, in order along. Widths are told as if everywhere a step across were
+    /// `rate` \[mm\] long: on a fan the same step finishes little at the tip and much at the rim.
+    pub(super) fn columns(&self, [from, end]: [f64; 2], rate: f64) -> Vec<Column> {
+        let [low, high] = self.region.bounds[1];
+        let at = self.at();
+        let whole = Cell::new([[from, end], [low, high]], &at);
+        let count = (whole.extent(1) / (COLUMN * self.smallest)).ceil().clamp(1.0, COLUMNS);
+        let edges: Vec<[f64; 2]> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
+            .take_while(|i| *i < count)
+            .map(|i| [i, i + 1.0].map(|i| low + (high - low) * i / count))
+            .collect();
+        let column = |along: [f64; 2]| {
+            let finished = self.first_open([from, end], along).map_or(end, |place| place[0]);
+            let width = (finished - from) * rate;
+            let length = (at([from, along[1]]) - at([from, along[0]])).norm();
+            Column { along, finished, part: Part { length, width } }
+        };
+        edges.into_par_iter().map(column).collect()
+    }
 
-fn finished(point: &Point3<f64>, swept: &[ToolPose], cutter: &Cutter, limit: f64) -> bool {
-    let reach = cutter.radius() + cutter.minor() + limit;
-    swept.iter().any(|pose| {
-        (point - pose.tip).norm_squared() <= reach * reach && distance(point, pose, cutter) <= limit
-    })
-}
-
-/// Signed distance of a point from the cutting end: what is higher than `r` above the tip and not
-/// farther than `R` from the axis, grown by `r`.
-pub(super) fn distance(point: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
-    let from_tip = point - pose.tip;
-    let height = from_tip.dot(&pose.axis);
-    let below = cutter.minor() - height;
-    let out = (from_tip - pose.axis.scale(height)).norm() - cutter.major();
-    let outside = out.max(0.0).hypot(below.max(0.0));
-    outside + out.max(below).min(0.0) - cutter.minor()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
-    use nalgebra::Vector3;
-
-    #[test]
-    fn distances_from_a_standing_cutter_by_pencil() {
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
-        let spec =
-            CutterSpec { kind, major: 4.0, minor: 3.0, length: 60.0, construction, shank: vec![] };
-        let cutter = Cutter::new(spec).unwrap();
-        let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
-        let at = |x: f64, z: f64| distance(&Point3::new(x, 0.0, z), &pose, &cutter);
-        for (x, z, expected) in
-            [(0.0, -1.0, 1.0), (9.0, 8.0, 2.0), (8.0, 0.0, 2.0), (7.0, 3.0, 0.0), (0.0, 1.0, -1.0)]
-        {
-            assert!((at(x, z) - expected).abs() < 1e-12, "{x} {z}: {}", at(x, z));
+    /// The least `across` of a cell in a column that is not proven finished.
+    fn first_open(&self, across: [f64; 2], column: [f64; 2]) -> Option<Local> {
+        let at = self.at();
+        let edges = self.region.edges([across, column]);
+        let mut queue = BinaryHeap::new();
+        queue.push(Waiting { cell: Cell::new([across, column], &at), whole: false });
+        while let Some(Waiting { cell, whole }) = queue.pop() {
+            let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
+            if whole && !self.region.holds(cell.middle()) {
+                continue;
+            }
+            if self.finished(&cell) {
+                continue;
+            }
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            if a.max(b) <= self.smallest {
+                return Some([cell.range[0][0], cell.middle()[1]]);
+            }
+            for cell in cell.halves(usize::from(b > a), &at) {
+                queue.push(Waiting { cell, whole });
+            }
         }
+        None
+    }
+
+    /// The face, raised by the excess allowed.
+    fn at(&self) -> impl Fn(Local) -> Point3<f64> {
+        let (face, chart, limit) = (self.face.face(), self.chart, self.limit);
+        move |local| {
+            let [u, v] = chart.uv(local);
+            let jet = face.surface.jet2(u, v);
+            let normal = match jet.normal() {
+                Some(normal) => Some(if face.flip { -normal } else { normal }),
+                None => face.normal(u, v),
+            };
+            normal.map_or(jet.s, |normal| jet.s + normal.scale(limit))
+        }
+    }
+
+    fn finished(&self, cell: &Cell) -> bool {
+        self.sweeps.iter().rev().any(|sweep| self.inside(cell, sweep).unwrap_or(false))
+    }
+
+    /// Whether the cell was inside the cutter during a sweep; `None` where the sweep has no pose.
+    fn inside(&self, cell: &Cell, sweep: &Sweep) -> Option<bool> {
+        let centre = cell.centre();
+        let height = |pose| self.end.distance(&centre, pose);
+        let poses = sweep.poses.iter().map(|(u, pose)| (*u, height(pose)));
+        let (start, nearest) = poses.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let reach = cell.extent(0) + cell.extent(1);
+        let spacing = match sweep.poses.as_slice() {
+            [(a, _), (b, _), ..] => b - a,
+            _ => return None,
+        };
+        if nearest > reach + spacing {
+            return Some(false);
+        }
+        let (u, here) = self.settle(sweep, &centre, start)?;
+        let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
+        let [low, high] = sweep.curve.range();
+        let mut ends = Vec::with_capacity(4);
+        for corner in cell.corners() {
+            let guess = (u + (corner - centre).dot(&pace)).clamp(low, high);
+            ends.push((guess, corner));
+        }
+        if self.holds(cell, sweep, &ends)? {
+            return Some(true);
+        }
+        for (u, corner) in &mut ends {
+            *u = self.settle(sweep, corner, *u)?.0;
+        }
+        self.holds(cell, sweep, &ends)
+    }
+
+    /// Whether all corners, at their times, are inside the cutter by more than anything bows.
+    fn holds(&self, cell: &Cell, sweep: &Sweep, ends: &[(f64, Point3<f64>)]) -> Option<bool> {
+        let mut seen = Vec::with_capacity(4);
+        let mut highest = f64::NEG_INFINITY;
+        for (u, corner) in ends {
+            let pose = sweep.curve.pose(*u)?;
+            highest = highest.max(self.end.distance(corner, &pose));
+            seen.push((*u, corner - pose.tip));
+        }
+        if highest > 0.0 {
+            return Some(false);
+        }
+        let times = || seen.iter().map(|(u, _)| *u);
+        let (first, last) =
+            times().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(u), b.max(u)));
+        let bend = sweep.bend_between(first, last);
+        let far = seen.iter().map(|(_, q)| q.norm()).fold(0.0, f64::max);
+        let bow = |k: usize| {
+            let pairs = if k == 0 { [(0, 2), (1, 3)] } else { [(0, 1), (2, 3)] };
+            let sag = cell.sag(k);
+            let of = |(i, j): (usize, usize)| {
+                let ((t0, q0), (t1, q1)) = (seen[i], seen[j]);
+                let (time, way) = ((t1 - t0).abs(), (q1 - q0).norm());
+                let tip = bend.tip * time * time;
+                let turning = 2.0 * bend.turn * time * (way + 8.0 * sag + tip);
+                tip + turning + (bend.twist + bend.turn * bend.turn) * time * time * far
+            };
+            sag + 0.125 * pairs.map(of).into_iter().fold(0.0, f64::max)
+        };
+        Some(highest + bow(0) + bow(1) <= 0.0)
+    }
+
+    /// The time, near `start`, at which a place is deepest in the cutter: secant steps on the change of
+    /// its distance, and the best of what was tried.
+    fn settle(&self, sweep: &Sweep, place: &Point3<f64>, start: f64) -> Option<(f64, Instant)> {
+        let [low, high] = sweep.curve.range();
+        let look = |u: f64| {
+            let here = sweep.instant(sweep.curve.span_at(u), u)?;
+            let gap = self.end.gap(place, &here.pose);
+            let from_tip = place - here.pose.tip;
+            let rate = -gap.gradient.dot(&(here.velocity + here.turn.cross(&from_tip)));
+            Some((u, gap.distance, rate, here))
+        };
+        let mut last = look(start)?;
+        let mut best = last;
+        // For a torus of radius r the distance bends like v^2 / r.
+        let bend = last.3.velocity.norm_squared() / self.end.bending_radius();
+        let reach = self.end.bending_radius();
+        let mut step = (-last.2 / bend.max(f64::MIN_POSITIVE)).clamp(-reach, reach);
+        for _ in 0..STEPS {
+            let u = (last.0 + step).clamp(low, high);
+            let now = look(u)?;
+            if now.1 < best.1 {
+                best = now;
+            }
+            let bend = (now.2 - last.2) / (now.0 - last.0);
+            // No more bend found (or no step taken): there is nothing to gain.
+            if bend <= 0.0 || bend.is_nan() {
+                break;
+            }
+            step = (-now.2 / bend).clamp(-reach, reach);
+            last = now;
+        }
+        Some((best.0, best.3))
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    /// A heap pops the greatest: that which begins first, and of those the first along.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |w: &Self| [w.cell.range[0][0], w.cell.range[1][0]];
+        let ([a0, a1], [b0, b1]) = (key(self), key(other));
+        b0.total_cmp(&a0).then(b1.total_cmp(&a1))
     }
 }

@@ -4,11 +4,17 @@
 //! of neighbouring passes meet; [`legs`] joins them to one program of motions.
 //!
 //! A strip begins at the track (the first end points, where the error equals the upper end of the
-//! band) and ends at the far track (the second end points), which is not iso-parametric: the next
-//! track lies where the strip reaches least far. Passes begin and end the cutter's radius outside
-//! what they cut, on the continued surface, so that their curved contact arcs leave nothing.
+//! band) and ends at the far track (the second end points), which is not iso-parametric. The next
+//! track lies as far on as is worth it ([`split`]): what a pass leaves narrower, and places where it
+//! has to be lifted, get passes of their own. Passes begin and end where their strips are off
+//! what they cut, on the continued surface.
+//!
+//! What the curves through the stations do to the face is not sampled but bounded: how near the tool
+//! comes ([`clear`]) and which cells are finished ([`left`]), both from the convexity of the tool
+//! ([`solid`]).
 
 mod between;
+mod clear;
 mod face;
 mod lane;
 mod left;
@@ -16,7 +22,11 @@ mod legs;
 mod options;
 mod region;
 mod runout;
+mod sheet;
+mod solid;
+mod split;
 mod stretch;
+mod sweep;
 mod track;
 
 pub use legs::{LeadKind, LinkOptions, legs};
@@ -38,9 +48,8 @@ const STEPS: u64 = 1000;
 ///
 /// Every place of a face inside its trims comes to lie in a strip: at the stations the error keeps
 /// `options.band`, and on the curve that `toolpath::through` lays through them (with [`lever`]) it
-/// leaves the band by at most `options.path_share`, as tested at three places between stations;
-/// spans at the least spacing that fail the test, and lines that stay unfinished, are counted in the
-/// [`CoverReport`].
+/// leaves the band by at most `options.path_share`, proven over all of the curve and the face; what no
+/// pass finishes is counted in the [`CoverReport`].
 ///
 /// # Errors
 ///

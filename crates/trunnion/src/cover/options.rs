@@ -112,7 +112,7 @@ pub struct CoverReport {
     pub coarse_spans: usize,
     /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
     pub worst_gouge: f64,
-    /// Lines across the passes, about 1 mm apart, on which a pass leaves something directly at its track
+    /// Columns across the passes, a few hundredths of the cutter's radius wide, that no pass could finish
     /// (mostly at corners of the face that the cutter cannot reach); 0 if the whole face is finished.
     pub missed: usize,
     /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
@@ -155,7 +155,7 @@ pub enum FallbackReason {
     NoStrip(PositioningError),
     /// The next pass would have come only this much further \[mm\].
     NoAdvance(f64),
-    /// On this many lines across, about 1 mm apart, nothing would have been finished.
+    /// On this many columns across nothing would have been finished.
     Missed(usize),
     /// The curve between two stations that lie apart would have gouged, this deep beyond the band \[mm\].
     Gouge(f64),

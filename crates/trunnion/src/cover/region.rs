@@ -19,6 +19,11 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
         Self { bounds, loops, inside }
     }
 
+    /// The part of it within other bounds.
+    pub(super) fn within(&self, bounds: [[f64; 2]; 2]) -> Region<&Inside> {
+        Region { bounds, loops: self.loops.clone(), inside: &self.inside }
+    }
+
     /// Whether a place lies in the region.
     pub(super) fn holds(&self, place: Local) -> bool {
         (self.inside)(place)
@@ -56,6 +61,15 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
             .map(move |(a, b)| a[0] + (b[0] - a[0]) * (along - a[1]) / (b[1] - a[1]))
     }
 
+    /// Edges of the trim loops that meet a box.
+    pub(super) fn edges(&self, range: [[f64; 2]; 2]) -> Vec<[Local; 2]> {
+        let pairs = self.loops.iter().flat_map(|points| {
+            let next = points.iter().cycle().skip(1);
+            points.iter().zip(next)
+        });
+        pairs.map(|(a, b)| [*a, *b]).filter(|edge| meets(*edge, range)).collect()
+    }
+
     /// Corners of the trim loops within `[low, high]` along.
     fn corners(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = &Local> {
         self.loops.iter().flatten().filter(move |p| (low..=high).contains(&p[1]))
@@ -91,6 +105,23 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
     }
 }
 
+/// Whether a segment meets a box: the stretches of it between the box's pairs of lines overlap.
+pub(super) fn meets([a, b]: [Local; 2], range: [[f64; 2]; 2]) -> bool {
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for k in 0..2 {
+        let [low, high] = range[k];
+        let way = b[k] - a[k];
+        if way.abs() > 0.0 {
+            let ends = [(low - a[k]) / way, (high - a[k]) / way];
+            first = first.max(ends[0].min(ends[1]));
+            last = last.min(ends[0].max(ends[1]));
+        } else if a[k] < low || a[k] > high {
+            return false;
+        }
+    }
+    first <= last
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,6 +155,16 @@ mod tests {
         let region = Region::new([[0.0, 9.0], [0.0, 9.0]], vec![square], inside);
         assert!(region.touches([0.0, 3.2], [4.5, 5.5]));
         assert_eq!(region.first_from(0.0, [4.5, 5.5]), Some(3.0));
+    }
+
+    #[test]
+    fn a_segment_meets_a_box_by_pencil() {
+        let unit = [[0.0, 1.0], [0.0, 1.0]];
+        assert!(meets([[-1.0, 0.5], [2.0, 0.5]], unit));
+        assert!(meets([[-0.5, 0.9], [0.6, 1.9]], [[0.0, 1.0], [0.0, 2.0]]));
+        assert!(!meets([[-0.5, 0.9], [0.6, 1.9]], unit));
+        assert!(!meets([[2.0, 0.0], [2.0, 1.0]], unit));
+        assert!(meets([[0.2, 0.2], [0.3, 0.3]], unit));
     }
 
     #[test]

@@ -1,17 +1,25 @@
 //! From the places of a lane to the stretches that are cut: trimmed, run out, and fine enough.
 
 use super::between::{Between, Strip};
+use super::clear::Clearing;
 use super::lane::{Lane, Place, Placed};
-use super::left::distance;
 use super::region::{Local, Region};
 use super::runout::run_out;
+use super::sweep::Sweep;
+use crate::math::angle::angle_between;
 use crate::positioning::{Band, PositioningError};
-use crate::types::{PoseCurve, ToolPose};
+use crate::types::ToolPose;
 use rayon::prelude::*;
 
 /// A span is split if its strip is narrower by this share than at both of its ends: the curve
 /// between the stations would cost more width than further stations.
 const WASTE: f64 = 0.02;
+
+/// First length of the stretches in which a span is looked at, as a share of the cutter's radius.
+const SLAB: f64 = 1.0 / 16.0;
+
+/// How often a stretch is cut and laid anew.
+const CUTS: u32 = 4;
 
 /// Locations at the end of a row from which a run-out is tried.
 const BASES: usize = 4;
@@ -26,35 +34,9 @@ pub(super) struct Stretch {
     pub(super) shortened: [bool; 2],
 }
 
-impl Stretch {
-    /// Deepest that the curve leaves the widened band \[mm\]; 0 or less is good.
-    pub(super) fn gouge(&self) -> f64 {
-        self.checks.iter().map(|check| check.gouge).fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// First and last station of the longest part without a gouging span; `None` if all gouge.
-    fn longest_part(&self) -> Option<[usize; 2]> {
-        let mut parts = vec![[0, 0]];
-        for (span, check) in self.checks.iter().enumerate() {
-            match parts.last_mut() {
-                Some(part) if check.gouge <= 0.0 => part[1] = span + 1,
-                _ => parts.push([span + 1, span + 1]),
-            }
-        }
-        let length = |part: &[usize; 2]| match (self.placed.get(part[0]), self.placed.get(part[1]))
-        {
-            (Some(a), Some(b)) => b.way - a.way,
-            _ => 0.0,
-        };
-        parts.into_iter().filter(|p| length(p) > 0.0).max_by(|a, b| length(a).total_cmp(&length(b)))
-    }
-}
-
 /// The middle of a span on the curve that will be laid through the stations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Check {
-    /// Where the strip ends, if all is as it should be.
-    far: Option<Local>,
     /// How far the error is below the widened band \[mm\]; 0 or less is good.
     pub(super) gouge: f64,
     /// Whether gap to the pass before, width and gouge are as they should be.
@@ -75,12 +57,6 @@ impl Spot {
     }
 }
 
-/// Stations without a gap.
-struct Row {
-    placed: Vec<Placed>,
-    shortened: [bool; 2],
-}
-
 /// Place where no cutter location was found, and why.
 pub(super) type Refused = (f64, PositioningError);
 
@@ -88,50 +64,135 @@ pub(super) type Refused = (f64, PositioningError);
 pub(super) struct Trimmer<'a, Inside> {
     pub(super) lane: &'a Lane<'a>,
     pub(super) region: &'a Region<Inside>,
+    /// What the curve has to keep from the face between stations.
+    pub(super) clearing: Clearing<'a>,
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
-    /// The lane's stretches in order of the track.
+    /// The lane's stretches in order of the track, and a place in the region without a cutter location.
     ///
-    /// # Errors
-    ///
-    /// A place in the region that has no cutter location.
-    pub(super) fn stretches(&self) -> Result<Vec<Stretch>, Refused> {
-        let ways = self.ways();
+    /// A stretch ends where there is no location, where the curve would go too deep however fine its
+    /// stations are, and where the tool would turn too fast: there the tool is lifted.
+    pub(super) fn stretches(&self) -> (Vec<Stretch>, Option<Refused>) {
+        let extension = self.lane.extension();
+        let ways = self.ways(extension);
         let spots = self.spots(&ways, self.lane.settle(&ways, &|placed| self.reach(placed)));
         let mut stretches = Vec::new();
-        for [first, last] in kept(&spots, self.lane.cutter.radius()) {
-            let Some(row) = self.whole(&spots[first..=last])? else { continue };
-            let (placed, checks) = self.refine(row.placed);
-            let stretch = Stretch { placed, checks, shortened: row.shortened };
-            stretches.push(self.mend(stretch));
+        for [first, last] in kept(&spots, extension) {
+            let spots = &spots[first..=last];
+            for run in runs(spots) {
+                if spots[run[0]..=run[1]].iter().any(|spot| spot.touched) {
+                    self.run(spots, run, &mut stretches);
+                }
+            }
         }
-        Ok(stretches)
+        let refused = spots.iter().filter(|spot| spot.touched).find_map(Spot::refused);
+        (stretches, refused)
     }
 
-    /// Replaces what lies beyond a gouging span (a jump between two kinds of location) by a run-out
-    /// from the longest good part, if that gouges less.
-    fn mend(&self, stretch: Stretch) -> Stretch {
-        if stretch.gouge() <= 0.0 {
-            return stretch;
+    /// Makes stretches of a run of places with locations; at the ends of `spots` it is run out.
+    fn run(&self, spots: &[Spot], run: [usize; 2], stretches: &mut Vec<Stretch>) {
+        let [first, last] = self.without_surplus(spots, run);
+        let mut placed: Vec<Placed> =
+            spots[first..=last].iter().filter_map(|spot| spot.place.clone().ok()).collect();
+        let mut shortened = [false; 2];
+        let end = spots.len() - 1;
+        if last == run[1] && last < end {
+            let target = runs(spots).iter().all(|other| other[1] <= last).then(|| spots[end].way);
+            shortened[1] = self.finish_end(&mut placed, spots[last + 1].way, target);
         }
-        let Some([first, last]) = stretch.longest_part() else { return stretch };
-        let targets = [stretch.placed.first(), stretch.placed.last()].map(|p| p.map(|p| p.way));
-        let [Some(start), Some(end)] = targets else { return stretch };
-        let mut placed = stretch.placed[first..=last].to_vec();
-        let mut shortened = stretch.shortened;
-        let short = self.lane.options.spacing[0];
-        if last + 1 < stretch.placed.len() {
-            shortened[1] = (self.run_out(&mut placed, end) - end).abs() > short;
+        if first == run[0] && first > 0 {
+            placed.reverse();
+            let target = runs(spots).iter().all(|other| other[0] >= first).then(|| spots[0].way);
+            shortened[0] = self.finish_end(&mut placed, spots[first - 1].way, target);
+            placed.reverse();
         }
-        if first > 0 {
-            placed.reverse();
-            shortened[0] = (self.run_out(&mut placed, start) - start).abs() > short;
-            placed.reverse();
+        self.keep(placed, shortened, CUTS, stretches);
+    }
+
+    /// A run without those places at its ends that lie farther out than one whose strip is off the region
+    /// already.
+    fn without_surplus(&self, spots: &[Spot], [first, last]: [usize; 2]) -> [usize; 2] {
+        let [low, high] = self.region.bounds[1];
+        let chart = self.lane.options.along;
+        let off = |index: usize, out: &dyn Fn(f64) -> bool| {
+            spots[index].place.as_ref().is_ok_and(|placed| {
+                let location = &placed.location;
+                let strip = [location.near, location.far, placed.contact_uv];
+                strip.iter().all(|uv| out(chart.local(*uv)[1]))
+            })
+        };
+        let (mut first, mut last) = (first, last);
+        while last > first + 2 && off(last - 1, &|along| along > high) {
+            last -= 1;
+        }
+        while first + 2 < last && off(first + 1, &|along| along < low) {
+            first += 1;
+        }
+        [first, last]
+    }
+
+    /// Stretches of the stations between bad spans: these are cut out, and what remains is laid anew.
+    fn keep(
+        &self,
+        placed: Vec<Placed>,
+        shortened: [bool; 2],
+        cuts: u32,
+        stretches: &mut Vec<Stretch>,
+    ) {
+        if placed.len() < 2 {
+            return;
         }
         let (placed, checks) = self.refine(placed);
-        let mended = Stretch { placed, checks, shortened };
-        if mended.gouge() < stretch.gouge() { mended } else { stretch }
+        let bad: Vec<usize> = (0..checks.len())
+            .filter(|&i| checks[i].gouge > 0.0 || self.too_fast(&placed[i], &placed[i + 1]))
+            .collect();
+        if bad.is_empty() {
+            stretches.push(Stretch { placed, checks, shortened });
+            return;
+        }
+        if cuts == 0 {
+            return;
+        }
+        let mut start = 0;
+        for &span in bad.iter().chain(&[placed.len() - 1]) {
+            if span > start {
+                self.keep(placed[start..=span].to_vec(), shortened, cuts - 1, stretches);
+            }
+            start = span + 1;
+        }
+    }
+
+    /// Stretches with a further station in every span over the ranges along; `None` where all spans
+    /// there are as short as they may be.
+    pub(super) fn denser(
+        &self,
+        stretches: &[Stretch],
+        ranges: &[[f64; 2]],
+    ) -> Option<Vec<Stretch>> {
+        let mut changed = false;
+        let mut denser = Vec::new();
+        for stretch in stretches {
+            let served = |[a, b]: [&Placed; 2]| {
+                let (low, high) = (a.along.min(b.along), a.along.max(b.along));
+                ranges.iter().any(|range| low <= range[1] && high >= range[0])
+            };
+            let wanted = |i: usize| served([&stretch.placed[i], &stretch.placed[i + 1]]);
+            let spans = (0..stretch.checks.len()).filter(|&i| wanted(i)).collect();
+            match self.split(&stretch.placed, spans) {
+                Some(placed) => {
+                    changed = true;
+                    self.keep(placed, stretch.shortened, CUTS, &mut denser);
+                }
+                None => denser.push(stretch.clone()),
+            }
+        }
+        changed.then_some(denser)
+    }
+
+    fn too_fast(&self, a: &Placed, b: &Placed) -> bool {
+        let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
+        turn > self.lane.options.max_axis_turn * (b.way - a.way).abs()
     }
 
     /// How far across a location finishes the region on its own line.
@@ -141,8 +202,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     }
 
     /// Evenly spaced places along the track.
-    fn ways(&self) -> Vec<f64> {
-        let [start, end] = self.lane.track.range();
+    fn ways(&self, extension: f64) -> Vec<f64> {
+        let ([start, end], [first, last]) = (self.lane.track.range(), self.lane.track.face());
+        let (start, end) = (start.max(first - extension), end.min(last + extension));
         let wanted = ((end - start) / self.lane.options.spacing[1]).ceil().max(3.0);
         // A track cannot need more stations than fit into memory by spacing; `as` saturates.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is positive")]
@@ -167,42 +229,18 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         places.into_iter().enumerate().map(spot).collect()
     }
 
-    /// Stations without a gap; `None` where fewer than two are left. Places without a location are
-    /// given up at either end, but not inside.
-    fn whole(&self, spots: &[Spot]) -> Result<Option<Row>, Refused> {
-        let good = |spot: &Spot| spot.place.is_ok();
-        let [Some(first), Some(last)] = [spots.iter().position(good), spots.iter().rposition(good)]
-        else {
-            let refused = spots.iter().filter(|spot| spot.touched).find_map(Spot::refused);
-            return refused.map_or(Ok(None), Err);
-        };
-        let mut placed = Vec::new();
-        for spot in &spots[first..=last] {
-            placed.push(spot.place.clone().map_err(|error| (spot.way, error))?);
-        }
-        let mut shortened = [first > 0, last + 1 < spots.len()];
-        if first > 0 {
-            placed.reverse();
-            shortened[0] = self.finish_end(&mut placed, spots[first - 1].way, spots[0].way);
-            placed.reverse();
-        }
-        if shortened[1] {
-            let [bad, target] = [spots[last + 1].way, spots[spots.len() - 1].way];
-            shortened[1] = self.finish_end(&mut placed, bad, target);
-        }
-        Ok((placed.len() > 1).then_some(Row { placed, shortened }))
-    }
-
     /// Carries a row on past its last location: as near as locations are found to `bad`, where there
-    /// is none, then by a run-out. Whether it ends short of `target`.
-    fn finish_end(&self, placed: &mut Vec<Placed>, bad: f64, target: f64) -> bool {
+    /// is none, then by a run-out to `target`. Whether it ends short of it.
+    fn finish_end(&self, placed: &mut Vec<Placed>, bad: f64, target: Option<f64>) -> bool {
         let Some(last) = placed.last() else { return true };
         let end = self.towards(last, bad);
         if (end.way - last.way).abs() > 0.0 {
             placed.push(end);
         }
-        let reached = self.run_out(placed, target);
-        (target - reached).abs() > self.lane.options.spacing[0]
+        target.is_some_and(|target| {
+            let reached = self.run_out(placed, target);
+            (target - reached).abs() > self.lane.options.spacing[0]
+        })
     }
 
     /// The location nearest to `bad`, where there is none, to within the least spacing.
@@ -257,66 +295,77 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     fn refine(&self, mut placed: Vec<Placed>) -> (Vec<Placed>, Vec<Check>) {
         loop {
             let checks = self.checks(&placed);
-            let least = 2.0 * self.lane.options.spacing[0];
-            let split: Vec<usize> = (0..checks.len())
-                .filter(|&i| !checks[i].good && placed[i + 1].way - placed[i].way >= least)
-                .collect();
-            let reach = |placed: &Placed| self.reach(placed);
-            let between: Vec<Place> = split
-                .par_iter()
-                .map(|&i| self.lane.between(&placed[i], &placed[i + 1], &reach))
-                .collect();
-            let new: Vec<(usize, Placed)> = split
-                .into_iter()
-                .zip(between)
-                .filter_map(|(i, place)| place.ok().map(|placed| (i + 1, placed)))
-                .collect();
-            if new.is_empty() {
-                return (placed, checks);
-            }
-            for (index, station) in new.into_iter().rev() {
-                placed.insert(index, station);
+            let bad = (0..checks.len()).filter(|&i| !checks[i].good).collect();
+            match self.split(&placed, bad) {
+                Some(finer) => placed = finer,
+                None => return (placed, checks),
             }
         }
     }
 
+    /// Puts a station into each of the spans given that is long enough; `None` where none is.
+    fn split(&self, placed: &[Placed], mut spans: Vec<usize>) -> Option<Vec<Placed>> {
+        let least = 2.0 * self.lane.options.spacing[0];
+        spans.retain(|&i| placed[i + 1].way - placed[i].way >= least);
+        let reach = |placed: &Placed| self.reach(placed);
+        let between: Vec<Place> = spans
+            .par_iter()
+            .map(|&i| self.lane.between(&placed[i], &placed[i + 1], &reach))
+            .collect();
+        let new: Vec<(usize, Placed)> = spans
+            .into_iter()
+            .zip(between)
+            .filter_map(|(i, place)| place.ok().map(|placed| (i + 1, placed)))
+            .collect();
+        if new.is_empty() {
+            return None;
+        }
+        let mut finer = placed.to_vec();
+        for (index, station) in new.into_iter().rev() {
+            finer.insert(index, station);
+        }
+        Some(finer)
+    }
+
     fn checks(&self, placed: &[Placed]) -> Vec<Check> {
-        let stations: Vec<_> = placed.iter().map(|p| p.station).collect();
-        let curve = PoseCurve::through(&stations, super::lever(self.lane.cutter));
+        let sweep = Sweep::new(placed, super::lever(self.lane.cutter));
         let between = self.checker();
-        (0..curve.spans.len())
+        (0..sweep.curve.spans.len())
             .into_par_iter()
-            .map(|span| self.check(&between, &curve, [&placed[span], &placed[span + 1]], span))
+            .map(|span| self.check(&between, &sweep, [&placed[span], &placed[span + 1]], span))
             .collect()
     }
 
     fn check(
         &self,
         between: &Between<'_>,
-        curve: &PoseCurve,
+        sweep: &Sweep,
         [a, b]: [&Placed; 2],
         span: usize,
     ) -> Check {
+        let curve = &sweep.curve;
         let [start, end] = [curve.knots[span], curve.knots[span + 1]];
-        let look = |share: f64| {
-            let rates = curve.rates_in(span, start + share * (end - start));
-            let guess =
-                [0, 1].map(|k| a.contact_uv[k] + share * (b.contact_uv[k] - a.contact_uv[k]));
-            let pose = rates.pose()?;
+        // Small and positive.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        let slabs = ((end - start) / (SLAB * self.lane.cutter.radius())).ceil().max(1.0) as u32;
+        let least = self.clearing.least(sweep, span, slabs);
+        let gouge = self.clearing.target - self.clearing.precision - least;
+        let rates = curve.rates_in(span, 0.5 * (start + end));
+        let guess = [0, 1].map(|k| 0.5 * (a.contact_uv[k] + b.contact_uv[k]));
+        let strip = rates.pose().and_then(|pose| {
             let strip = between.strip(&pose, &rates.contact[0].into(), guess).ok()?;
             Some((pose, strip))
+        });
+        let Some((pose, strip)) = strip else {
+            return Check { gouge, good: false };
         };
-        let [Some((pose, strip)), Some(before), Some(after)] = [0.5, 0.25, 0.75].map(look) else {
-            return Check { far: None, gouge: 0.0, good: false };
-        };
-        let gouge = between.band.lower - strip.least.min(before.1.least).min(after.1.least);
         let [low, high] = self.region.bounds[1];
         // Beyond the border there is nothing to cover.
         let beyond = a.along > high || b.along < low;
         let covers = beyond
             || (self.meets(&pose, between.band.upper, [a, b]) && self.reaches(&strip, [a, b]));
         let good = gouge <= 0.0 && covers;
-        Check { far: strip.far.filter(|_| good), gouge, good }
+        Check { gouge, good }
     }
 
     /// Whether the track between two stations, where the pass before ended, is cut to `upper` by the
@@ -325,7 +374,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let lane = self.lane;
         let along = lane.track.at(0.5 * (a.way + b.way));
         let [u, v] = lane.options.along.uv([lane.across, along]);
-        distance(&lane.face.face().point(u, v), pose, lane.cutter) <= upper
+        self.clearing.tool.end.distance(&lane.face.face().point(u, v), pose) <= upper
     }
 
     /// Whether a strip between two stations is about as wide as theirs.
@@ -334,50 +383,19 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let least = ends.map(|p| p.far(chart)[0]).into_iter().fold(f64::INFINITY, f64::min);
         strip.far.is_some_and(|far| far[0] >= least - WASTE * (least - across))
     }
+}
 
-    /// The first place across, beyond the ends of the strips, where something is left to cut.
-    pub(super) fn next(&self, stretches: &[Stretch]) -> Option<Local> {
-        let mut left: Vec<Local> = Vec::new();
-        for stretch in stretches {
-            for pair in self.fars(stretch).windows(2) {
-                left.extend(self.beyond([pair[0], pair[1]]));
-            }
+/// Ranges of neighbouring places that have locations, two at least.
+fn runs(spots: &[Spot]) -> Vec<[usize; 2]> {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for index in (0..spots.len()).filter(|&index| spots[index].place.is_ok()) {
+        match runs.last_mut() {
+            Some(run) if run[1] + 1 == index => run[1] = index,
+            _ => runs.push([index, index]),
         }
-        if stretches.is_empty() {
-            let [along, end] = self.region.bounds[1];
-            left.extend(self.region.first_from(self.lane.across, [along, end]).map(|t| [t, along]));
-        }
-        left.into_iter()
-            .filter(|place| place[0] > self.lane.across)
-            .min_by(|a, b| a[0].total_cmp(&b[0]))
     }
-
-    /// Ends of the strips at stations and between them, in order.
-    fn fars(&self, stretch: &Stretch) -> Vec<Local> {
-        let chart = self.lane.options.along;
-        let mut fars = Vec::new();
-        for (i, placed) in stretch.placed.iter().enumerate() {
-            fars.push(placed.far(chart));
-            fars.extend(stretch.checks.get(i).and_then(|check| check.far));
-        }
-        fars
-    }
-
-    /// The first place left beyond the segment between two ends of strips.
-    fn beyond(&self, [a, b]: [Local; 2]) -> Option<Local> {
-        let [low, high] = self.region.bounds[1];
-        let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
-        if b[1] < low || a[1] > high {
-            return None;
-        }
-        let at = |along: f64| {
-            let share = if b[1] > a[1] { (along - a[1]) / (b[1] - a[1]) } else { 0.0 };
-            a[0] + share * (b[0] - a[0])
-        };
-        let slab = [a[1].max(low), b[1].min(high)];
-        let reach = if b[1] > a[1] { at(slab[0]).min(at(slab[1])) } else { a[0].min(b[0]) };
-        self.region.first_from(reach, slab).map(|across| [across, slab[0]])
-    }
+    runs.retain(|run| run[1] > run[0]);
+    runs
 }
 
 /// Ranges of places whose strips have something to cut, run out by `distance` \[mm\] at both ends.

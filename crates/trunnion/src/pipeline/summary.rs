@@ -66,7 +66,7 @@ fn warnings(covering: &Covering) -> Vec<String> {
     }
     if report.missed > 0 {
         let count = report.missed;
-        warnings.push(format!("{count} lines across a pass, 1 mm apart, are left unfinished"));
+        warnings.push(format!("{count} columns across the passes are left unfinished"));
     }
     if report.worst_gouge > 0.0 {
         warnings.push(format!(
@@ -92,7 +92,7 @@ fn reason(reason: &FallbackReason) -> String {
             format!("the widest strips would bring the next pass only {advance:.3} mm further")
         }
         FallbackReason::Missed(lines) => {
-            format!("the widest strips would leave {lines} lines across the pass unfinished")
+            format!("the widest strips would leave {lines} columns across the pass unfinished")
         }
         FallbackReason::Gouge(depth) => {
             format!("between two strips that lie apart the cutter would go {depth:.4} mm too deep")

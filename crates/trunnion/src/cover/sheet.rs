@@ -1,0 +1,196 @@
+//! A face as cells that are halved as finely as a proof needs.
+
+use super::options::Along;
+use super::region::{Local, Region};
+use crate::surface::FaceIndex;
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+/// Cells of the coarsest subdivision, each way, at least and at most.
+const COUNT: [f64; 2] = [8.0, 192.0];
+
+/// A rectangle of local parameters with its image at 3 x 3 places, first index across.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell {
+    pub(super) range: [[f64; 2]; 2],
+    pub(super) points: [[Point3<f64>; 3]; 3],
+}
+
+impl Cell {
+    pub(super) fn new(range: [[f64; 2]; 2], at: &impl Fn(Local) -> Point3<f64>) -> Self {
+        let [a, b] = range.map(|[low, high]| [low, 0.5 * (low + high), high]);
+        Self { range, points: a.map(|across| b.map(|along| at([across, along]))) }
+    }
+
+    pub(super) fn middle(&self) -> Local {
+        self.range.map(|[low, high]| 0.5 * (low + high))
+    }
+
+    pub(super) fn centre(&self) -> Point3<f64> {
+        self.points[1][1]
+    }
+
+    /// Lower-lower, lower-upper, upper-lower, upper-upper.
+    pub(super) fn corners(&self) -> [Point3<f64>; 4] {
+        let p = &self.points;
+        [p[0][0], p[0][2], p[2][0], p[2][2]]
+    }
+
+    /// Row `i` of three points by parameter `k`.
+    fn line(&self, k: usize, i: usize) -> [Point3<f64>; 3] {
+        if k == 0 { [0, 1, 2].map(|j| self.points[j][i]) } else { self.points[i] }
+    }
+
+    /// Extent by parameter `k` \[mm\].
+    pub(super) fn extent(&self, k: usize) -> f64 {
+        let line = self.line(k, 1);
+        (line[1] - line[0]).norm() + (line[2] - line[1]).norm()
+    }
+
+    /// What the image deviates from the hull of its corners at most, by parameter `k` \[mm\].
+    ///
+    /// A bilinear patch through the corners is in their hull; the image is off it by at most
+    /// `|S_kk| h^2 / 8` for either parameter. The second difference of three places `h / 2` apart is a mean of
+    /// `S_kk h^2 / 4`: taken whole, it allows a second derivative of twice the largest mean on the
+    /// cell's three lines.
+    pub(super) fn sag(&self, k: usize) -> f64 {
+        let bow = |i: usize| {
+            let [a, b, c] = self.line(k, i);
+            ((a - b) + (c - b)).norm()
+        };
+        bow(0).max(bow(1)).max(bow(2))
+    }
+
+    /// Radius of the ball about the centre that holds the image.
+    fn radius(&self) -> f64 {
+        let centre = self.centre();
+        let far = self.corners().iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        far + self.sag(0) + self.sag(1)
+    }
+
+    /// Halves by parameter `k`.
+    pub(super) fn halves(&self, k: usize, at: &impl Fn(Local) -> Point3<f64>) -> [Self; 2] {
+        let [low, high] = self.range[k];
+        let middle = 0.5 * (low + high);
+        [[low, middle], [middle, high]].map(|part| {
+            let mut range = self.range;
+            range[k] = part;
+            let first = usize::from(part[0] > low);
+            let quarter = 0.5 * (part[0] + part[1]);
+            let other = range[1 - k];
+            let others = [other[0], 0.5 * (other[0] + other[1]), other[1]];
+            let mut points = self.points;
+            for (i, &other) in others.iter().enumerate() {
+                let line = self.line(k, i);
+                let place = if k == 0 { [quarter, other] } else { [other, quarter] };
+                for (j, point) in [line[first], at(place), line[first + 1]].into_iter().enumerate()
+                {
+                    if k == 0 { points[j][i] = point } else { points[i][j] = point }
+                }
+            }
+            Self { range, points }
+        })
+    }
+}
+
+/// A ball round part of the face.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    pub(super) centre: Point3<f64>,
+    pub(super) radius: f64,
+    pub(super) below: Below,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Below {
+    Halves([usize; 2]),
+    Cell(usize),
+}
+
+/// The cells that hold some of the face, in a tree of balls.
+#[derive(Debug, Clone)]
+pub(super) struct Sheet {
+    pub(super) cells: Vec<Cell>,
+    /// The root is the last one.
+    pub(super) nodes: Vec<Node>,
+}
+
+impl Sheet {
+    /// Cells of about `size` \[mm\].
+    pub(super) fn new<Inside: Fn(Local) -> bool + Sync>(
+        face: &FaceIndex,
+        chart: Along,
+        region: &Region<Inside>,
+        size: f64,
+    ) -> Self {
+        let at = |local: Local| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        let whole = Cell::new(region.bounds, &at);
+        let counts = [0, 1].map(|k| {
+            // Clamped: small and positive.
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "see above"
+            )]
+            let count = (whole.extent(k) / size).ceil().clamp(COUNT[0], COUNT[1]) as usize;
+            count
+        });
+        let part = |k: usize, i: usize| {
+            let [low, high] = region.bounds[k];
+            let edge = |i: usize| low + (high - low) * i as f64 / counts[k] as f64;
+            [edge(i), edge(i + 1)]
+        };
+        let all: Vec<[usize; 2]> =
+            (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j])).collect();
+        let kept: Vec<([usize; 2], Cell)> = all
+            .into_par_iter()
+            .filter_map(|[i, j]| {
+                let range = [part(0, i), part(1, j)];
+                region.touches(range[0], range[1]).then(|| ([i, j], Cell::new(range, &at)))
+            })
+            .collect();
+        let cells = kept.iter().map(|(_, cell)| *cell).collect();
+        let mut indices: Vec<(usize, [usize; 2])> =
+            kept.iter().enumerate().map(|(index, (place, _))| (index, *place)).collect();
+        let mut sheet = Self { cells, nodes: Vec::new() };
+        if !indices.is_empty() {
+            sheet.build(&mut indices);
+        }
+        sheet
+    }
+
+    /// Adds the tree over some cells; its root.
+    fn build(&mut self, indices: &mut [(usize, [usize; 2])]) -> usize {
+        let node = if let [(index, _)] = *indices {
+            let cell = &self.cells[index];
+            Node { centre: cell.centre(), radius: cell.radius(), below: Below::Cell(index) }
+        } else {
+            let span = |k: usize| {
+                let places = || indices.iter().map(|(_, place)| place[k]);
+                places().max().unwrap_or(0) - places().min().unwrap_or(0)
+            };
+            let k = usize::from(span(1) > span(0));
+            let half = indices.len() / 2;
+            indices.select_nth_unstable_by_key(half, |(index, place)| (place[k], *index));
+            let (first, second) = indices.split_at_mut(half);
+            let halves = [self.build(first), self.build(second)];
+            self.around(halves)
+        };
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    /// The ball round two balls.
+    fn around(&self, halves: [usize; 2]) -> Node {
+        let [a, b] = halves.map(|i| self.nodes[i]);
+        let apart = (b.centre - a.centre).norm();
+        let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
+        let share = if apart > 0.0 { ((radius - a.radius) / apart).clamp(0.0, 1.0) } else { 0.0 };
+        let centre = a.centre + (b.centre - a.centre) * share;
+        let reach = |node: &Node| (node.centre - centre).norm() + node.radius;
+        Node { centre, radius: reach(&a).max(reach(&b)), below: Below::Halves(halves) }
+    }
+}

@@ -1,0 +1,108 @@
+//! The curve of a pass, with bounds of how it bends.
+
+use super::lane::Placed;
+use crate::types::{PoseCurve, Station, ToolPose};
+use nalgebra::Vector3;
+
+/// Distance along the curve of the poses that searches start from, as a share of the lever.
+const STEP: f64 = 0.0625;
+
+/// A curve of poses.
+#[derive(Debug, Clone)]
+pub(super) struct Sweep {
+    pub(super) curve: PoseCurve,
+    bends: Vec<Bend>,
+    /// Poses to start searches from, with their parameters.
+    pub(super) poses: Vec<(f64, ToolPose)>,
+}
+
+/// Bounds over one span, by the curve's parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bend {
+    /// Second derivative of the tip.
+    pub(super) tip: f64,
+    /// Angular velocity of the tool without spin.
+    pub(super) turn: f64,
+    /// Its derivative.
+    pub(super) twist: f64,
+}
+
+/// Pose, velocity and angular velocity at one parameter.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Instant {
+    pub(super) pose: ToolPose,
+    pub(super) velocity: Vector3<f64>,
+    pub(super) turn: Vector3<f64>,
+}
+
+impl Bend {
+    /// The larger of both, bound by bound.
+    pub(super) fn or(self, other: Self) -> Self {
+        Self {
+            tip: self.tip.max(other.tip),
+            turn: self.turn.max(other.turn),
+            twist: self.twist.max(other.twist),
+        }
+    }
+
+    /// Bound of a span: derivatives of a cubic are at most linear or quadratic, so values at the ends
+    /// bound them, the first with half the span times the second.
+    fn of(curve: &PoseCurve, span: usize) -> Self {
+        let [start, end] = [curve.knots[span], curve.knots[span + 1]];
+        let ends = [start, end].map(|u| curve.rates_in(span, u));
+        let most =
+            |pick: &dyn Fn(&crate::types::PoseRates) -> f64| pick(&ends[0]).max(pick(&ends[1]));
+        let (second, first) = (most(&|r| r.axis[2].norm()), most(&|r| r.axis[1].norm()));
+        let half = 0.5 * (end - start);
+        let first = first + half * second;
+        // The axis vector is unit at the ends: it is shorter in between by at most what it bows.
+        let least = (1.0 - 0.5 * half * half * second).max(0.5);
+        let turn = first / least;
+        // a = A / |A|: a'' = A'' / |A| and up to 3 (|A'| / |A|)^2.
+        let twist = second / least + 3.0 * turn * turn;
+        Self { tip: most(&|r| r.tip[2].norm()), turn, twist }
+    }
+
+    /// Bound of the second derivative of a place seen from the tool, `distance` from its tip, that
+    /// moves at `speed` in the workpiece: with the tool's frame it turns by `w`,
+    /// `y'' = p'' - tip'' - 2 w x q' - w' x q + w x (w x q)`, `q = p - tip`.
+    pub(super) fn seen(&self, distance: f64, speed: f64) -> f64 {
+        self.tip + 2.0 * self.turn * speed + (self.twist + self.turn * self.turn) * distance
+    }
+}
+
+impl Sweep {
+    pub(super) fn new(placed: &[Placed], lever: f64) -> Self {
+        let stations: Vec<Station> = placed.iter().map(|p| p.station).collect();
+        Self::of(PoseCurve::through(&stations, lever), lever)
+    }
+
+    pub(super) fn of(curve: PoseCurve, lever: f64) -> Self {
+        let bends = (0..curve.spans.len()).map(|span| Bend::of(&curve, span)).collect();
+        let [start, end] = curve.range();
+        let steps = ((end - start) / (STEP * lever)).ceil().max(1.0);
+        let poses = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
+            .take_while(|i| *i <= steps)
+            .map(|i| start + (end - start) * i / steps)
+            .filter_map(|u| Some((u, curve.pose(u)?)))
+            .collect();
+        Self { curve, bends, poses }
+    }
+
+    pub(super) fn bend(&self, span: usize) -> Bend {
+        self.bends.get(span).copied().unwrap_or(Bend { tip: 0.0, turn: 0.0, twist: 0.0 })
+    }
+
+    /// Bounds over all spans between two parameters.
+    pub(super) fn bend_between(&self, a: f64, b: f64) -> Bend {
+        let [first, last] = [a.min(b), a.max(b)].map(|u| self.curve.span_at(u));
+        (first..=last).map(|span| self.bend(span)).fold(self.bend(first), Bend::or)
+    }
+
+    pub(super) fn instant(&self, span: usize, u: f64) -> Option<Instant> {
+        let rates = self.curve.rates_in(span, u);
+        let pose = rates.pose()?;
+        let (axis, length) = (pose.axis.into_inner(), rates.axis[0].norm());
+        Some(Instant { pose, velocity: rates.tip[1], turn: axis.cross(&rates.axis[1]) / length })
+    }
+}
