@@ -5,14 +5,14 @@
 mod chains;
 
 use chains::{V3, axis, cases, layout, number, pose, slides, spec};
-use nalgebra::{Point3, SVector};
+use nalgebra::{Point3, SVector, UnitVector3};
 use proptest::prelude::*;
 use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
-use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, follow};
+use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow};
 use trunnion::inverse::{Inverse, InverseError, Solutions};
-use trunnion::machine::{Kinematics, Machine, Prefer, Setup};
+use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, RetractFrame, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
@@ -27,6 +27,7 @@ const OPTIONS: AxesOptions = AxesOptions {
     feed_at: FeedPoint::Tip,
     rotary_weights: [1.0, 1.0],
     start: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
+    retract: None,
 };
 
 /// Quintic spans through value and two derivatives of tip and axis at the knots.
@@ -90,6 +91,10 @@ fn straight(from: V3, to: V3, axis: V3) -> Geometry {
 
 /// C-A head on a gantry, pivots above the tip.
 fn head(c_limits: Option<[f64; 2]>) -> Kinematics {
+    kinematics(head_spec(c_limits))
+}
+
+fn head_spec(c_limits: Option<[f64; 2]>) -> MachineSpec {
     let mut axes = slides();
     axes.push(axis("C", V3::z(), Some(V3::new(0.0, 0.0, 300.0))));
     axes.push(axis("A", V3::x(), Some(V3::new(0.0, 10.0, 250.0))));
@@ -99,7 +104,7 @@ fn head(c_limits: Option<[f64; 2]>) -> Kinematics {
     }
     axes[4].limits = Some([-2.0, 2.0]);
     axes[4].cyclic = None;
-    kinematics(spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z()))
+    spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z())
 }
 
 fn kinematics(spec: trunnion::machine::MachineSpec) -> Kinematics {
@@ -552,4 +557,250 @@ fn threads_do_not_matter() {
         pool.install(|| follow(&machine, &path, &OPTIONS, &Silent).unwrap())
     };
     assert_eq!(on(1), on(3));
+}
+
+const RETRACT: RetractOptions = RetractOptions {
+    up: UnitVector3::new_unchecked(V3::new(0.0, 0.0, 1.0)),
+    plane: 400.0,
+    least: 10.0,
+    approach: 20.0,
+    margin: 1.0,
+    price: 50.0,
+    price_in_cut: 500.0,
+};
+
+fn retract_options() -> AxesOptions {
+    AxesOptions { retract: Some(RETRACT), ..OPTIONS }
+}
+
+/// Every pose of the tool path is run, in order; where the tool leaves, it comes back to the place.
+fn assert_complete(path: &ToolPath, followed: &Followed) {
+    for (source, tool) in path.pieces.iter().enumerate() {
+        let Geometry::Curve(curve) = &tool.geometry else { continue };
+        let [start, end] = curve.range();
+        let mut at = start;
+        let cuts = followed.path.pieces.iter().enumerate().filter(|(index, piece)| {
+            piece.source == source
+                && !followed.retracts.iter().any(|retract| retract.pieces.contains(index))
+        });
+        for (_, piece) in cuts {
+            let [first, last] = [piece.nodes.first().unwrap().s, piece.nodes.last().unwrap().s];
+            assert_eq!(first.to_bits(), at.to_bits(), "nothing is left out, nothing run twice");
+            at = last;
+        }
+        assert_eq!(at.to_bits(), end.to_bits());
+    }
+}
+
+/// Three turns of a cone in one cut, and C ends after half a turn either way.
+#[test]
+fn where_travel_ends_in_a_cut_the_tool_retracts_and_unwinds() {
+    let machine = head(Some([-PI, PI]));
+    let path = ToolPath { pieces: vec![cut(curve(knots(0.0, 3.0 * TAU, 120), cone(0.35)))] };
+    let refused = follow(&machine, &path, &OPTIONS, &Silent).unwrap_err();
+    assert!(matches!(refused, AxesError::OutOfTravel { .. }));
+    let followed = follow(&machine, &path, &retract_options(), &Silent).unwrap();
+    assert_continuous(&followed);
+    assert_complete(&path, &followed);
+    // Starting anywhere, 18.85 rad of winding need three times more than one turn of travel.
+    assert_eq!(followed.retracts.len(), 3);
+    for node in followed.path.pieces.iter().flat_map(|piece| &piece.nodes) {
+        assert!(machine.machine().out_of_travel(&node.q[0]).is_none(), "{}", node.q[0]);
+    }
+    for retract in &followed.retracts {
+        assert!(retract.in_cut && retract.source == 0);
+        let [before, after] = retract.rotaries;
+        // Round by a turn, or half a turn to the other branch.
+        let moved = [after[0] - before[0], after[1] - before[1]];
+        let [turn, flip] = [[-TAU, 0.0], [-PI, -2.0 * before[1]]];
+        let is = |way: [f64; 2]| (moved[0] - way[0]).hypot(moved[1] - way[1]) < 1e-9;
+        assert!(is(turn) || is(flip), "{moved:?}");
+        let pieces = &followed.path.pieces[retract.pieces.clone()];
+        let ends = [&pieces[0].nodes[0], pieces.last().unwrap().nodes.last().unwrap()];
+        for node in ends {
+            let pose = machine.forward(&node.q[0]);
+            assert!((pose.tip - retract.pose.tip).norm() < 1e-9);
+            assert!(angle_between(&pose.axis, &retract.pose.axis) < 1e-12);
+        }
+        // Along the tool axis first, at the feed for 20 mm, and only above the part do rotaries turn.
+        assert_eq!(pieces[0].motion, Motion::LeadOut);
+        assert_eq!(pieces.last().unwrap().motion, Motion::LeadIn);
+        let lead = machine.forward(&pieces[0].nodes.last().unwrap().q[0]).tip - retract.pose.tip;
+        assert!((lead - retract.pose.axis.scale(20.0)).norm() < 1e-6);
+        for piece in pieces {
+            let turn = piece.nodes.last().unwrap().q[0][3] - piece.nodes[0].q[0][3];
+            if turn.abs() > 1e-9 {
+                for i in 0..=200 {
+                    let s = piece.nodes.last().unwrap().s * f64::from(i) / 200.0;
+                    let tip = machine.forward(&piece.axes_at(s).unwrap()[0]).tip;
+                    assert!(tip.z > RETRACT.plane - 1e-6, "{tip}");
+                }
+            }
+        }
+    }
+}
+
+/// Retracts go between passes where they can.
+#[test]
+fn a_retract_between_pieces_is_better_than_in_a_cut() {
+    let machine = head(Some([-1.5 * PI, 1.5 * PI]));
+    let turns = |from: f64, to: f64| cut(curve(knots(TAU * from, TAU * to, 40), cone(0.35)));
+    let path = ToolPath { pieces: vec![turns(0.0, 1.0), turns(1.0, 2.0)] };
+    let followed = follow(&machine, &path, &retract_options(), &Silent).unwrap();
+    assert_complete(&path, &followed);
+    let [retract] = &followed.retracts[..] else { panic!("{}", followed.retracts.len()) };
+    assert!(!retract.in_cut && retract.source == 1 && retract.u.abs() > 1.0);
+    assert!((retract.u - TAU).abs() < 1e-12);
+}
+
+/// The retracting axis of the machine file, and what it may not do.
+#[test]
+fn the_machine_says_how_to_retract() {
+    let path = ToolPath { pieces: vec![cut(curve(knots(0.0, 3.0 * TAU, 120), cone(0.35)))] };
+    let with = |retract: Retract, low: f64| {
+        let mut spec = head_spec(Some([-PI, PI]));
+        spec.retract = retract;
+        let z = spec.axes.iter_mut().find(|axis| axis.name == "Z").unwrap();
+        z.limits = Some([-1000.0, low]);
+        kinematics(spec)
+    };
+    let machine = Retract { to: 700.0, ..Retract::standard() };
+    let highest = |kinematics: &Kinematics, retract: &RetractOptions| {
+        let options = AxesOptions { retract: Some(*retract), ..OPTIONS };
+        let followed = follow(kinematics, &path, &options, &Silent).unwrap();
+        let nodes = followed.path.pieces.iter().flat_map(|piece| &piece.nodes);
+        nodes.map(|node| node.q[0][2]).fold(f64::NEG_INFINITY, f64::max)
+    };
+    assert!((highest(&with(machine.clone(), 1000.0), &RETRACT) - 700.0).abs() < 1e-9);
+    // Not to the very end of travel.
+    assert!((highest(&with(machine.clone(), 700.0), &RETRACT) - 699.0).abs() < 1e-9);
+    // A position below the part is no retract: the tool stays where it is clear.
+    let below = Retract { to: -500.0, ..Retract::standard() };
+    assert!((highest(&with(below, 1000.0), &RETRACT) - 400.0).abs() < 60.0);
+    // Along the tool by a distance.
+    let tool = Retract { frame: RetractFrame::Tool, to: 900.0, ..Retract::standard() };
+    let z = highest(&with(tool, 1000.0), &RETRACT);
+    assert!((z - 900.0 * 0.35_f64.cos()).abs() < 60.0, "{z}");
+    // No room above the part.
+    let options = AxesOptions { retract: Some(RETRACT), ..OPTIONS };
+    let error = follow(&with(machine.clone(), 300.0), &path, &options, &Silent).unwrap_err();
+    assert!(matches!(error, AxesError::NoRetract { piece: 0, .. }), "{error}");
+    let sideways = RetractOptions { up: -V3::z_axis(), ..RETRACT };
+    let options = AxesOptions { retract: Some(sideways), ..OPTIONS };
+    let error = follow(&with(machine, 1000.0), &path, &options, &Silent).unwrap_err();
+    assert!(error.to_string().contains("leads to the side"), "{error}");
+}
+
+/// Cheapest run through all nodes, by trying every sequence of branch, turns and retracts.
+fn brute_force_retracts(
+    machine: &Kinematics,
+    nodes: &[ToolPose],
+    weights: [f64; 2],
+) -> Option<f64> {
+    let inverse = Inverse::new(machine).unwrap();
+    let inside = |value: [f64; 2]| {
+        (0..2).all(|axis| {
+            let [low, high] = machine.machine().axes[3 + axis].limits;
+            low <= value[axis] && value[axis] <= high
+        })
+    };
+    // Both branches by continuity.
+    let mut strands: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
+    for pose in nodes {
+        let Solutions::Regular(both) = inverse.solutions(pose).unwrap() else { panic!() };
+        for (strand, q) in strands.iter_mut().zip(both) {
+            let near = strand.last().copied().unwrap_or([q[3], q[4]]);
+            strand.push([near[0] + wrap(q[3] - near[0]), near[1] + wrap(q[4] - near[1])]);
+        }
+    }
+    let at = |(strand, i, j): (usize, i32, i32), node: usize| {
+        let value = strands[strand][node];
+        [value[0] + TAU * f64::from(i), value[1] + TAU * f64::from(j)]
+    };
+    let price = |a: [f64; 2], b: [f64; 2]| {
+        weights[0] * (a[0] - b[0]).abs() + weights[1] * (a[1] - b[1]).abs()
+    };
+    let choices: Vec<(usize, i32, i32)> = (0..2)
+        .flat_map(|strand| (-3..=3).flat_map(move |i| (-1..=1).map(move |j| (strand, i, j))))
+        .collect();
+    let mut best = None;
+    // Depth first: the state on each interval.
+    let mut open: Vec<(usize, (usize, i32, i32), f64)> =
+        choices.iter().map(|&choice| (0, choice, price([0.0; 2], at(choice, 0)))).collect();
+    while let Some((node, choice, cost)) = open.pop() {
+        let [from, to] = [at(choice, node), at(choice, node + 1)];
+        if !inside(from) || !inside(to) || best.is_some_and(|best| cost >= best) {
+            continue;
+        }
+        let cost = cost + price(from, to);
+        if node + 2 == nodes.len() {
+            best = Some(best.map_or(cost, |best: f64| best.min(cost)));
+            continue;
+        }
+        for &next in &choices {
+            let more = if next == choice {
+                0.0
+            } else {
+                RETRACT.price_in_cut + price(to, at(next, node + 1))
+            };
+            open.push((node + 1, next, cost + more));
+        }
+    }
+    best
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(cases_of_proptest()))]
+
+    /// Branch, whole turns, travel and retracts: as cheap as the cheapest of all sequences.
+    #[test]
+    fn retracts_are_the_best_of_all(
+        half in 0.2..1.2f64,
+        wind in 0.6..2.2f64,
+        reach in prop::array::uniform2(1.8..4.5f64),
+        tilt in 0.5..1.9f64,
+        weight in 0.2..3.0f64,
+        way in prop::bool::ANY,
+    ) {
+        let mut spec = head_spec(Some([-reach[0], reach[1]]));
+        spec.axes[4].limits = Some([-tilt, 1.9]);
+        let machine = kinematics(spec);
+        let turn = TAU * if way { wind } else { -wind };
+        let geometry = curve(knots(0.0, 1.0, 7), |u| cone(half)(u * turn));
+        let Geometry::Curve(of) = &geometry else { panic!() };
+        // So loose that nodes hardly stand but at the knots.
+        let options = AxesOptions {
+            tip_tolerance: 1e4,
+            axis_tolerance: 0.3,
+            max_rotary_step: 10.0,
+            rotary_weights: [1.0, weight],
+            ..retract_options()
+        };
+        let path = ToolPath { pieces: vec![cut(geometry.clone())] };
+        let free = follow(&head(None), &path, &options, &Silent).unwrap();
+        let nodes = &free.path.pieces[0].nodes;
+        prop_assume!(nodes.len() < 12);
+        let nodes: Vec<ToolPose> = nodes.iter().map(|node| of.pose(node.s).unwrap()).collect();
+        let found = follow(&machine, &path, &options, &Silent);
+        match brute_force_retracts(&machine, &nodes, options.rotary_weights) {
+            Some(best) => {
+                let followed = found.unwrap();
+                assert_complete(&path, &followed);
+                prop_assert!((followed.rotary_travel - best).abs() < 1e-6,
+                    "{} {best}", followed.rotary_travel);
+            }
+            None => {
+                let refused = matches!(
+                    found,
+                    Err(AxesError::OutOfTravel { .. } | AxesError::NoRetract { .. })
+                );
+                prop_assert!(refused, "{:?}", found.map(|found| found.rotary_travel));
+            }
+        }
+    }
+}
+
+/// More with `PROPTEST_CASES`, as the long runs set it.
+fn cases_of_proptest() -> u32 {
+    ProptestConfig::default().cases.min(100_000) / 2
 }

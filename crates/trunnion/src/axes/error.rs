@@ -3,6 +3,7 @@
 use super::AxesOptions;
 use crate::inverse::InverseError;
 use crate::types::Cancelled;
+use nalgebra::Point3;
 
 /// Why a tool path has no axis path.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -86,6 +87,19 @@ pub enum AxesError {
         /// Rotary move \[rad\].
         turn: f64,
     },
+    /// Travel ends on the path, and the tool cannot be retracted there.
+    #[error(
+        "piece {piece}: travel of a rotary axis ends on the way, and the tool cannot be retracted at X {:.3} Y {:.3} Z {:.3} (workpiece) to unwind: {why}; turn the setup, move its origin, or change [retract] of the machine file",
+        tip.x, tip.y, tip.z
+    )]
+    NoRetract {
+        /// Index of the piece.
+        piece: usize,
+        /// Where \[mm\].
+        tip: Point3<f64>,
+        /// What stands in the way.
+        why: &'static str,
+    },
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -103,6 +117,20 @@ pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(AxesError::BadOption { option, value });
+        }
+    }
+    if let Some(retract) = &options.retract {
+        for (option, value) in [
+            ("retract.plane", retract.plane.abs()),
+            ("retract.least", retract.least),
+            ("retract.approach", retract.approach.min(f64::MAX)),
+            ("retract.margin", retract.margin),
+            ("retract.price", retract.price),
+            ("retract.price_in_cut", retract.price_in_cut),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(AxesError::BadOption { option, value });
+            }
         }
     }
     match options.start.iter().find(|value| !value.is_finite()) {

@@ -38,33 +38,48 @@ pub(super) struct Marcher<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Marched {
     pub(super) nodes: Vec<AxisNode>,
+    /// How far the axes go from each node to the next.
+    pub(super) bounds: Vec<Bounds>,
     pub(super) deviation: Deviation,
-    /// Weighted rotary travel \[rad\].
-    pub(super) travel: f64,
-    /// Lowest and highest value of each axis, and the node before it.
-    pub(super) extent: [Extent; AXES],
 }
 
-/// How far an axis goes, and where.
+/// Lowest and highest value of every axis on some part of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Extent {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) low_at: usize,
-    pub(super) high_at: usize,
-}
+pub(super) struct Bounds(pub(super) [[f64; 2]; AXES]);
 
-impl Extent {
-    pub(super) const NONE: Self =
-        Self { low: f64::INFINITY, high: f64::NEG_INFINITY, low_at: 0, high_at: 0 };
+impl Bounds {
+    pub(super) const NONE: Self = Self([[f64::INFINITY, f64::NEG_INFINITY]; AXES]);
 
-    pub(super) fn include(&mut self, value: f64, at: usize) {
-        if value < self.low {
-            (self.low, self.low_at) = (value, at);
+    pub(super) fn include(&mut self, q: &AxisVector) {
+        for ([low, high], &value) in self.0.iter_mut().zip(q.iter()) {
+            *low = low.min(value);
+            *high = high.max(value);
         }
-        if value > self.high {
-            (self.high, self.high_at) = (value, at);
+    }
+
+    pub(super) fn merge(&mut self, other: &Self) {
+        for ([low, high], [l, h]) in self.0.iter_mut().zip(other.0) {
+            *low = low.min(l);
+            *high = high.max(h);
         }
+    }
+
+    /// Control points of the quintic's parts between two nodes: it stays between the lowest and the
+    /// highest.
+    fn between(from: &AxisNode, to: &AxisNode) -> Self {
+        let mut bounds = Self::NONE;
+        let quintic = between(from, to);
+        let part = (to.s - from.s) / f64::from(PARTS);
+        for index in 0..PARTS {
+            let x = part * f64::from(index);
+            for (x, side) in [(x, part), (x + part, -part)] {
+                let [q, q1, q2, _] = quintic.at(x);
+                bounds.include(&q);
+                bounds.include(&(q + q1 * (side / 5.0)));
+                bounds.include(&(q + q1 * (side * 0.4) + q2 * (side * side / 20.0)));
+            }
+        }
+        bounds
     }
 }
 
@@ -132,7 +147,7 @@ impl<'a> Marcher<'a> {
         let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else { return Ok(marched) };
         let mut from = self.nearest(course, first, 0, start)?;
         let mut lost = vec![from.lost];
-        marched.push(from.node, self.options);
+        marched.push(from.node);
         for span in 0..spans {
             let mut targets = vec![knots.get(span + 1).copied().unwrap_or(last)];
             while let Some(&to) = targets.last() {
@@ -140,7 +155,7 @@ impl<'a> Marcher<'a> {
                 match self.step(course, &from, (to, next), last - first)? {
                     Ok((trial, deviation)) => {
                         marched.deviation = marched.deviation.max(deviation);
-                        marched.push(trial.node, self.options);
+                        marched.push(trial.node);
                         lost.push(trial.lost);
                         from = trial;
                         targets.pop();
@@ -230,7 +245,7 @@ impl<'a> Marcher<'a> {
 }
 
 /// Weighted rotary travel between two positions \[rad\].
-fn turn(to: &AxisVector, from: &AxisVector, options: &AxesOptions) -> f64 {
+pub(super) fn turn(to: &AxisVector, from: &AxisVector, options: &AxesOptions) -> f64 {
     let [first, second] = options.rotary_weights;
     first * (to[FIRST_ROTARY] - from[FIRST_ROTARY]).abs()
         + second * (to[SECOND_ROTARY] - from[SECOND_ROTARY]).abs()
@@ -244,12 +259,35 @@ fn between(from: &AxisNode, to: &AxisNode) -> Quintic<AXES> {
 
 impl Marched {
     pub(super) fn nothing() -> Self {
-        Self {
-            nodes: Vec::new(),
-            deviation: Deviation::default(),
-            travel: 0.0,
-            extent: [Extent::NONE; AXES],
+        Self { nodes: Vec::new(), bounds: Vec::new(), deviation: Deviation::default() }
+    }
+
+    /// Two nodes between which every axis moves in proportion, over the way of the slides \[mm\] or
+    /// the turn of the rotaries \[rad\]; no node if nothing moves.
+    ///
+    /// The speed of the tip counts as that of the slides: while rotaries swing a tool that is far
+    /// from the part, their own limits hold.
+    pub(super) fn proportional(from: &AxisVector, to: &AxisVector) -> Self {
+        let way = to - from;
+        let [slides, turn] =
+            [way.fixed_rows::<3>(0).norm(), way.fixed_rows::<2>(FIRST_ROTARY).norm()];
+        let length = if slides > 0.0 { slides } else { turn };
+        if length <= 0.0 {
+            return Self::nothing();
         }
+        let rate = slides / length;
+        let zero = AxisVector::zeros();
+        let node = |s: f64, q: &AxisVector| AxisNode {
+            s,
+            q: [*q, way / length, zero, zero],
+            tip_rate: rate,
+            feed_rate: rate,
+        };
+        let mut bounds = Bounds::NONE;
+        bounds.include(from);
+        bounds.include(to);
+        let nodes = vec![node(0.0, from), node(length, to)];
+        Self { nodes, bounds: vec![bounds], deviation: Deviation::default() }
     }
 
     /// The nodes of a piece, if it moves at all.
@@ -257,34 +295,11 @@ impl Marched {
         (self.nodes.len() > 1).then(|| self.nodes.clone())
     }
 
-    fn push(&mut self, node: AxisNode, options: &AxesOptions) {
-        let at = self.nodes.len();
-        self.include(&node.q[0], at);
-        if let Some(last) = self.nodes.last().copied() {
-            self.travel += turn(&node.q[0], &last.q[0], options);
-            self.bound(&last, &node, at - 1);
+    fn push(&mut self, node: AxisNode) {
+        if let Some(last) = self.nodes.last() {
+            self.bounds.push(Bounds::between(last, &node));
         }
         self.nodes.push(node);
-    }
-
-    fn include(&mut self, q: &AxisVector, at: usize) {
-        for (extent, &value) in self.extent.iter_mut().zip(q.iter()) {
-            extent.include(value, at);
-        }
-    }
-
-    /// Control points of the quintic's parts: it stays between the lowest and the highest.
-    fn bound(&mut self, from: &AxisNode, to: &AxisNode, at: usize) {
-        let quintic = between(from, to);
-        let part = (to.s - from.s) / f64::from(PARTS);
-        for index in 0..PARTS {
-            let x = part * f64::from(index);
-            for (x, side) in [(x, part), (x + part, -part)] {
-                let [q, q1, q2, _] = quintic.at(x);
-                self.include(&(q + q1 * (side / 5.0)), at);
-                self.include(&(q + q1 * (side * 0.4) + q2 * (side * side / 20.0)), at);
-            }
-        }
     }
 
     /// Third derivatives that are not known exactly are those of the quintic beside the node.

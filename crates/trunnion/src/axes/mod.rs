@@ -9,13 +9,18 @@ mod course;
 mod error;
 mod march;
 mod plan;
+mod retract;
 mod stops;
+mod strand;
+mod travel;
 
 pub use error::AxesError;
 
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::types::{AxisPath, AxisPiece, AxisVector, Progress, ToolPath};
+use crate::types::{AxisPath, AxisPiece, AxisVector, Progress, ToolPath, ToolPose};
+use nalgebra::UnitVector3;
+use std::ops::Range;
 
 /// Which point the programmed feed refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,6 +48,37 @@ pub struct AxesOptions {
     pub rotary_weights: [f64; 2],
     /// Where the rotaries stand before the path; usually [`crate::machine::Machine::home`].
     pub start: AxisVector,
+    /// How to leave the part where travel ends on a stretch between two links; `None`: that is an
+    /// error.
+    pub retract: Option<RetractOptions>,
+}
+
+/// How the tool leaves the part to unwind a rotary axis, and what that is worth. The way of the
+/// machine itself is [`crate::machine::Retract`]. No `Default`: the caller knows part and tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RetractOptions {
+    /// Way out of the part.
+    pub up: UnitVector3<f64>,
+    /// Height of the tip along `up` at which the tool may turn \[mm\]; reached along the tool axis.
+    pub plane: f64,
+    /// Least way along the tool axis \[mm\].
+    pub least: f64,
+    /// Of this way, what next to the part is run as a lead \[mm\]; infinite: all of it.
+    pub approach: f64,
+    /// Distance kept from the ends of travel of the retracting axis \[mm\]: what blocks of a link may
+    /// be off.
+    pub margin: f64,
+    /// Price of a retract between two pieces \[rad\], beside the rotary travel: much more than any
+    /// rotary travel it could save, so that there is one only where the path cannot go on.
+    pub price: f64,
+    /// The same inside a cut.
+    pub price_in_cut: f64,
+}
+
+impl RetractOptions {
+    fn price(&self, inside: bool) -> f64 {
+        if inside { self.price_in_cut } else { self.price }
+    }
 }
 
 /// Worst distance between axis path and tool path, at points between the nodes.
@@ -61,9 +97,29 @@ pub struct Followed {
     pub path: AxisPath,
     /// The worst deviation found.
     pub deviation: Deviation,
-    /// Weighted rotary travel of the whole path \[rad\], the least of all choices of branch and
-    /// turn.
+    /// Weighted rotary travel of the whole path \[rad\] with the prices of retracts, the least of
+    /// all choices of branch, turn and place of retracts.
     pub rotary_travel: f64,
+    /// Where the tool left the part to unwind, in order.
+    pub retracts: Vec<Retracted>,
+}
+
+/// A retract that was needed: the tool leaves the part, the rotaries turn, and it comes back to the
+/// very place it left, so that nothing is left uncut.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Retracted {
+    /// Index of the tool-path piece it interrupts, or that ends or starts there.
+    pub source: usize,
+    /// Parameter of that piece.
+    pub u: f64,
+    /// Whether the tool cuts before and after.
+    pub in_cut: bool,
+    /// Where the tool leaves and comes back.
+    pub pose: ToolPose,
+    /// Rotaries before and after \[rad\].
+    pub rotaries: [[f64; 2]; 2],
+    /// Its pieces in the axis path.
+    pub pieces: Range<usize>,
 }
 
 impl Deviation {
@@ -85,6 +141,9 @@ impl Deviation {
 /// rotary travel of the whole path is least (dynamic programming over branch and turn; ties go to
 /// what the axes prefer), every stretch inside travel. Where the tool stays in the singular
 /// direction the free rotary is held.
+///
+/// Where a rotary's travel ends on a stretch, the tool leaves the part, the rotaries turn, and it
+/// comes back to the same place ([`RetractOptions`]); where that is best done is part of the choice.
 ///
 /// # Errors
 ///
@@ -108,31 +167,47 @@ pub fn follow(
     })?;
     let marcher = march::Marcher { inverse: &inverse, options };
     let (stops, links) = stops::split(path, options)?;
-    let stops = stops::candidates(&marcher, path, &stops, progress)?;
-    let chosen = plan::choose(&marcher, &stops, &links)?;
-    Ok(assemble(&chosen, &links, &stops))
+    let stretches = stops::candidates(&marcher, path, &stops, progress)?;
+    let chosen = plan::choose(&marcher, &stretches, &links)?;
+    Ok(assemble(chosen, &links, &stretches))
 }
 
-/// Stretches and links in order.
+/// Stretches, links and retracts in order.
 fn assemble(
-    chosen: &plan::Chosen,
+    chosen: plan::Chosen,
     links: &[stops::Link],
-    stops: &[Vec<stops::Candidate>],
+    stretches: &[strand::Stretch],
 ) -> Followed {
     let mut pieces: Vec<AxisPiece> = Vec::new();
     let mut deviation = Deviation::default();
-    let all = stops.iter().zip(&chosen.steps).enumerate();
-    for (index, (candidates, step)) in all {
-        if let Some(candidate) = candidates.get(step.candidate) {
-            pieces.extend(candidate.shifted(step.offset));
-            deviation = deviation.max(candidate.deviation);
-        }
-        if let (Some(link), Some(marched)) = (links.get(index), chosen.links.get(index)) {
-            deviation = deviation.max(marched.deviation);
-            if let Some(nodes) = marched.nodes() {
-                pieces.push(AxisPiece { motion: link.motion, source: link.piece, nodes });
+    let mut retracts = Vec::new();
+    for part in chosen.parts {
+        match part.way {
+            plan::Way::Start => {}
+            plan::Way::Link(marched) => {
+                deviation = deviation.max(marched.deviation);
+                let link = part.stretch.checked_sub(1).and_then(|link| links.get(link));
+                if let (Some(link), Some(nodes)) = (link, marched.nodes()) {
+                    pieces.push(AxisPiece { motion: link.motion, source: link.piece, nodes });
+                }
+            }
+            plan::Way::Retract { joint, pose, rotaries, legs } => {
+                let source = joint.piece;
+                let first = pieces.len();
+                for (motion, marched) in legs {
+                    deviation = deviation.max(marched.deviation);
+                    pieces.push(AxisPiece { motion, source, nodes: marched.nodes });
+                }
+                let (u, in_cut, pieces) = (joint.u, joint.inside, first..pieces.len());
+                retracts.push(Retracted { source, u, in_cut, pose, rotaries, pieces });
             }
         }
+        let strand = stretches.get(part.stretch).and_then(|of| of.strands.get(part.strand));
+        if let Some(strand) = strand {
+            deviation =
+                strand.runs.iter().fold(deviation, |all, run| all.max(run.marched.deviation));
+            pieces.extend(strand.pieces(part.cells, part.offset));
+        }
     }
-    Followed { path: AxisPath { pieces }, deviation, rotary_travel: chosen.cost }
+    Followed { path: AxisPath { pieces }, deviation, rotary_travel: chosen.cost, retracts }
 }

@@ -1,42 +1,66 @@
-//! Branch and whole turns for the whole path, by dynamic programming.
+//! Branch, whole turns and retracts for the whole path, by dynamic programming.
 
 use super::AxesError;
-use super::march::{Extent, Marched, Marcher};
-use super::stops::{Candidate, Link};
+use super::march::{Marched, Marcher};
+use super::retract::{Legs, Retractor};
+use super::stops::Link;
+use super::strand::{Joint, Strand, Stretch};
+use super::travel::Travel;
 use crate::inverse::TRAVEL_TIE;
-use crate::machine::{Axis, FIRST_ROTARY, Prefer, SECOND_ROTARY};
-use crate::math::angle::{unwrap_near, wrap};
-use crate::types::AXES;
+use crate::machine::FIRST_ROTARY;
+use crate::math::angle::unwrap_near;
+use crate::types::ToolPose;
 use std::f64::consts::TAU;
-use std::iter::successors;
-
-/// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a
-/// step; what is beyond travel by less than this \[mm or rad\] is on its end.
-const TRAVEL_ROUNDING: f64 = 1e-9;
+use std::ops::Range;
 
 /// What was chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chosen {
-    /// One for each stop.
-    pub(super) steps: Vec<Step>,
-    /// One for each link.
-    pub(super) links: Vec<Marched>,
-    /// Weighted rotary travel \[rad\].
+    /// In order; at least one for each stretch.
+    pub(super) parts: Vec<Part>,
+    /// Weighted rotary travel and the prices of retracts \[rad\].
     pub(super) cost: f64,
 }
 
-/// A candidate and the whole turns added to its rotaries \[rad\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Step {
-    pub(super) candidate: usize,
+/// Cells of one strand, run without a break.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Part {
+    /// How it is come to.
+    pub(super) way: Way,
+    pub(super) stretch: usize,
+    pub(super) strand: usize,
+    pub(super) cells: Range<usize>,
+    /// Added to the rotaries \[rad\].
     pub(super) offset: [f64; 2],
 }
 
-/// A candidate with whole turns, and the cheapest way to it.
+/// How the tool comes to a part of the path.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Way {
+    /// The path starts.
+    Start,
+    /// Over the link before.
+    Link(Marched),
+    /// Out of the part and back to the same place.
+    Retract { joint: Joint, pose: ToolPose, rotaries: [[f64; 2]; 2], legs: Legs },
+}
+
+/// A strand with whole turns, and the cheapest way to where the tool is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
-    step: Step,
+    strand: usize,
+    turns: [f64; 2],
     rank: Rank,
+    record: Option<usize>,
+}
+
+/// Where a state was entered, and from which.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Record {
+    stretch: usize,
+    cell: usize,
+    strand: usize,
+    turns: [f64; 2],
     back: Option<usize>,
 }
 
@@ -59,126 +83,209 @@ impl Rank {
 /// The cheapest choice for the whole path.
 pub(super) fn choose(
     marcher: &Marcher<'_>,
-    stops: &[Vec<Candidate>],
+    stretches: &[Stretch],
     links: &[Link],
 ) -> Result<Chosen, AxesError> {
-    let planner = Planner { marcher, axes: &marcher.inverse.kinematics().machine().axes };
-    let mut columns: Vec<Vec<State>> = Vec::with_capacity(stops.len());
-    for (index, candidates) in stops.iter().enumerate() {
-        let mut states = planner.states(candidates)?;
-        match (columns.last(), index.checked_sub(1).and_then(|link| links.get(link))) {
-            (Some(before), Some(link)) => {
-                let from = stops.get(index - 1).map_or(&[][..], Vec::as_slice);
-                planner.join(link, (from, before), (candidates, &mut states))?;
+    let travel = Travel { axes: &marcher.inverse.kinematics().machine().axes };
+    let retractor = marcher.options.retract.as_ref();
+    let retractor = retractor.map(|options| Retractor { marcher, travel, options });
+    let mut planner = Planner { marcher, travel, retractor, records: Vec::new() };
+    let mut states: Vec<State> = Vec::new();
+    for (index, stretch) in stretches.iter().enumerate() {
+        let mut entries = planner.entries(stretch)?;
+        let before = index.checked_sub(1).and_then(|before| stretches.get(before));
+        match (before, index.checked_sub(1).and_then(|link| links.get(link))) {
+            (Some(from), Some(link)) => {
+                planner.join(link, (from, &states), (stretch, &mut entries))?;
             }
-            _ => planner.begin(candidates, &mut states),
+            _ => planner.begin(stretch, &mut entries),
         }
-        columns.push(states);
+        planner.enter(index, 0, &mut entries);
+        states = planner.run(index, stretch, entries)?;
     }
-    planner.trace(stops, links, &columns)
+    let best = cheapest(&states);
+    let cost = best.map_or(0.0, |state| state.rank.cost);
+    let parts = planner.trace(stretches, links, best.and_then(|state| state.record))?;
+    Ok(Chosen { parts, cost })
 }
 
 struct Planner<'a> {
     marcher: &'a Marcher<'a>,
-    axes: &'a [Axis; AXES],
+    travel: Travel<'a>,
+    retractor: Option<Retractor<'a>>,
+    records: Vec<Record>,
 }
 
 impl Planner<'_> {
-    /// Every candidate at every turn inside travel.
-    fn states(&self, candidates: &[Candidate]) -> Result<Vec<State>, AxesError> {
-        let mut states = Vec::new();
-        for (index, candidate) in candidates.iter().enumerate() {
-            let extent = whole(candidate);
-            let linear_inside = (0..FIRST_ROTARY)
-                .all(|axis| self.beyond(axis, &extent[axis], 0.0) <= TRAVEL_ROUNDING);
-            if !linear_inside {
-                continue;
-            }
-            let turns = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| self.turns(axis, &extent[axis]));
-            let [first, second] = &turns;
-            for &first in first {
-                for &second in second {
-                    let step = Step { candidate: index, offset: [first, second] };
-                    states.push(State { step, rank: Rank::NEVER, back: None });
-                }
-            }
-        }
-        if states.is_empty() { Err(self.outside(candidates)) } else { Ok(states) }
+    /// Every strand at every turn that keeps its first cell inside travel (the whole of it, where
+    /// it cannot be left).
+    fn entries(&self, stretch: &Stretch) -> Result<Vec<State>, AxesError> {
+        let states: Vec<State> = self
+            .fitting(stretch, 0)
+            .map(|(strand, turns)| State { strand, turns, rank: Rank::NEVER, record: None })
+            .collect();
+        if states.is_empty() { Err(self.outside(stretch)) } else { Ok(states) }
     }
 
-    /// Whole turns that keep a rotary inside travel \[rad\]; one for an axis without ends, whose
-    /// turn follows from where it comes from.
-    fn turns(&self, axis: usize, extent: &Extent) -> Vec<f64> {
-        let [low, high] = self.limits(axis);
-        if !(low.is_finite() && high.is_finite()) {
-            return vec![0.0];
-        }
-        let last = ((high + TRAVEL_ROUNDING - extent.high) / TAU).floor();
-        let until = |turn: f64| (turn <= last).then_some(turn);
-        let first = until(((low - TRAVEL_ROUNDING - extent.low) / TAU).ceil());
-        successors(first, |turn| until(turn + 1.0)).map(|turn| turn * TAU).collect()
+    /// Strands and turns inside travel on a cell.
+    fn fitting(&self, stretch: &Stretch, cell: usize) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let travel = self.travel;
+        stretch.strands.iter().enumerate().flat_map(move |(strand, of)| {
+            let bounds = of.cells.get(cell).map(|cell| cell.bounds);
+            let turns = bounds.into_iter().flat_map(move |bounds| travel.turns(&bounds));
+            turns.map(move |turns| (strand, turns))
+        })
     }
 
-    fn limits(&self, axis: usize) -> [f64; 2] {
-        self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
+    fn outside(&self, stretch: &Stretch) -> AxesError {
+        self.travel.outside(stretch, self.retractor.is_none())
     }
 
-    /// How far an axis is beyond its travel; not positive inside.
-    fn beyond(&self, axis: usize, extent: &Extent, offset: f64) -> f64 {
-        let [low, high] = self.limits(axis);
-        (low - extent.low - offset).max(extent.high + offset - high)
-    }
-
-    /// The first stop, from where the rotaries stand before the path.
-    fn begin(&self, candidates: &[Candidate], states: &mut [State]) {
+    /// The first stretch, from where the rotaries stand before the path.
+    fn begin(&self, stretch: &Stretch, states: &mut [State]) {
         let start = &self.marcher.options.start;
-        let from = [start[FIRST_ROTARY], start[SECOND_ROTARY]];
+        let from = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];
         for state in states {
-            let Some(candidate) = candidates.get(state.step.candidate) else { continue };
-            let cost = self.price(self.move_to(from, candidate, state.step));
-            state.rank = self.rank(0.0, cost, candidate, state.step);
+            let Some(strand) = stretch.strands.get(state.strand) else { continue };
+            let to = turned(strand.start(), state.turns);
+            let cost = self.price(self.travel.moved(from, to));
+            state.rank = Rank { cost, disliked: self.travel.disliked(to) };
         }
     }
 
-    /// The next stop, over a link.
+    /// The next stretch, over a link.
     fn join(
         &self,
         link: &Link,
-        (from, before): (&[Candidate], &[State]),
-        (candidates, states): (&[Candidate], &mut Vec<State>),
+        (from, before): (&Stretch, &[State]),
+        (stretch, states): (&Stretch, &mut Vec<State>),
     ) -> Result<(), AxesError> {
         let mut fault = None;
         for state in states.iter_mut() {
-            let Some(candidate) = candidates.get(state.step.candidate) else { continue };
-            for (back, origin) in before.iter().enumerate() {
-                let Some(last) = from.get(origin.step.candidate) else { continue };
-                let end = added(last.end, origin.step.offset);
-                let moved = self.move_to(end, candidate, state.step);
-                let cost = self.price(moved);
-                let mut rank = self.rank(origin.rank.cost, cost, candidate, state.step);
-                rank.disliked += origin.rank.disliked;
+            let Some(strand) = stretch.strands.get(state.strand) else { continue };
+            let to = turned(strand.start(), state.turns);
+            for origin in before {
+                let Some(last) = from.strands.get(origin.strand) else { continue };
+                let end = turned(last.end, origin.turns);
+                let moved = self.travel.moved(end, to);
+                let rank = self.further(origin.rank, self.price(moved), to);
                 if !rank.before(state.rank) {
                     continue;
                 }
                 match self.link(link, [end, added(end, moved)]) {
-                    Ok(_) => (state.rank, state.back) = (rank, Some(back)),
+                    Ok(_) => (state.rank, state.record) = (rank, origin.record),
                     Err(error) => fault = fault.or(Some(error)),
                 }
             }
         }
         states.retain(|state| state.rank.cost.is_finite());
-        let nothing = || self.outside(candidates);
+        let nothing = || self.outside(stretch);
         if states.is_empty() { Err(fault.unwrap_or_else(nothing)) } else { Ok(()) }
     }
 
-    /// Rotary moves from `from` to the start of a candidate \[rad\].
-    fn move_to(&self, from: [f64; 2], candidate: &Candidate, step: Step) -> [f64; 2] {
-        let to = added(candidate.start, step.offset);
-        [0, 1].map(|axis| {
-            let turn = to[axis] - from[axis];
-            let [low, high] = self.limits(FIRST_ROTARY + axis);
-            if low.is_finite() && high.is_finite() { turn } else { wrap(turn) }
-        })
+    fn further(&self, from: Rank, price: f64, to: [f64; 2]) -> Rank {
+        Rank { cost: from.cost + price, disliked: from.disliked + self.travel.disliked(to) }
+    }
+
+    /// Notes where states were entered.
+    fn enter(&mut self, stretch: usize, cell: usize, states: &mut [State]) {
+        for state in states {
+            let State { strand, turns, record: back, .. } = *state;
+            self.records.push(Record { stretch, cell, strand, turns, back });
+            state.record = Some(self.records.len() - 1);
+        }
+    }
+
+    /// Along a stretch, cell by cell: states go on while they fit, others are come to by a retract
+    /// where that is cheaper.
+    fn run(
+        &mut self,
+        index: usize,
+        stretch: &Stretch,
+        mut states: Vec<State>,
+    ) -> Result<Vec<State>, AxesError> {
+        for cell in 0..=stretch.joints.len() {
+            if let Some(joint) = cell.checked_sub(1).and_then(|joint| stretch.joints.get(joint)) {
+                let mut fault = None;
+                let broken = self.breaks(stretch, (cell, joint), &states, &mut fault);
+                self.keep(stretch, cell, &mut states, &broken);
+                let mut broken = broken;
+                self.enter(index, cell, &mut broken);
+                states.append(&mut broken);
+                if states.is_empty() {
+                    return Err(fault.unwrap_or_else(|| self.outside(stretch)));
+                }
+            }
+            for state in &mut states {
+                let strand = stretch.strands.get(state.strand);
+                state.rank.cost +=
+                    strand.and_then(|of| of.cells.get(cell)).map_or(0.0, |of| of.travel);
+            }
+        }
+        Ok(states)
+    }
+
+    /// Drops states that do not fit a cell, or that are better come to anew.
+    fn keep(&self, stretch: &Stretch, cell: usize, states: &mut Vec<State>, broken: &[State]) {
+        states.retain(|state| {
+            let strand = stretch.strands.get(state.strand);
+            let bounds = strand.and_then(|of| of.cells.get(cell)).map(|of| &of.bounds);
+            bounds.is_some_and(|bounds| self.travel.fits(bounds, state.turns))
+                && !broken.iter().any(|other| other.same(state))
+        });
+    }
+
+    /// States that are best come to by a retract at a joint.
+    fn breaks(
+        &self,
+        stretch: &Stretch,
+        (cell, joint): (usize, &Joint),
+        states: &[State],
+        fault: &mut Option<AxesError>,
+    ) -> Vec<State> {
+        let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
+            return Vec::new();
+        };
+        let price = retractor.options.price(joint.inside);
+        let mut found = Vec::new();
+        for (strand, turns) in self.fitting(stretch, cell) {
+            let goes_on =
+                states.iter().find(|state| state.strand == strand && equal(state.turns, turns));
+            let mut entered = State {
+                strand,
+                turns,
+                rank: goes_on.map_or(Rank::NEVER, |on| on.rank),
+                record: None,
+            };
+            if entered.rank.cost <= best.rank.cost + price {
+                continue;
+            }
+            let Some(of) = stretch.strands.get(strand) else { continue };
+            let to = turned(of.start_of(cell), turns);
+            for origin in states {
+                let Some(last) = stretch.strands.get(origin.strand) else { continue };
+                let from = turned(last.start_of(cell), origin.turns);
+                let moved = self.travel.moved(from, to);
+                let rank = self.further(origin.rank, price + self.price(moved), to);
+                if !rank.before(entered.rank) {
+                    continue;
+                }
+                let pose = self.pose(last, cell);
+                match retractor.legs(joint.piece, &pose, [from, added(from, moved)]) {
+                    Ok(_) => (entered.rank, entered.record) = (rank, origin.record),
+                    Err(error) => *fault = fault.take().or(Some(error)),
+                }
+            }
+            if entered.record.is_some() {
+                found.push(entered);
+            }
+        }
+        found
+    }
+
+    /// The pose at the start of a cell.
+    fn pose(&self, strand: &Strand, cell: usize) -> ToolPose {
+        self.marcher.inverse.kinematics().forward(&strand.axes_at(cell))
     }
 
     /// Weighted \[rad\].
@@ -187,154 +294,93 @@ impl Planner<'_> {
         first * moved[0].abs() + second * moved[1].abs()
     }
 
-    fn rank(&self, before: f64, link: f64, candidate: &Candidate, step: Step) -> Rank {
-        let at = added(candidate.start, step.offset);
-        let wrong = |(axis, value): (&Axis, f64)| match axis.prefer {
-            Some(Prefer::Positive) => value < 0.0,
-            Some(Prefer::Negative) => value >= 0.0,
-            None => false,
-        };
-        let disliked =
-            self.axes.iter().skip(FIRST_ROTARY).zip(at).filter(|pair| wrong(*pair)).count();
-        Rank { cost: before + link + candidate.travel, disliked }
-    }
-
     /// A link, if it stays inside travel.
     fn link(&self, link: &Link, rotaries: [[f64; 2]; 2]) -> Result<Marched, AxesError> {
         let marched =
             self.marcher.link(link.tips, rotaries).map_err(|trouble| trouble.of(link.piece))?;
         // The rotaries go straight between two positions inside travel.
-        let worst = self.worst(&marched.extent, [0.0; 2]).filter(|worst| worst.axis < FIRST_ROTARY);
-        match worst {
-            Some(worst) => {
-                let u = marched.nodes.get(worst.node).map_or(0.0, |node| node.s);
-                Err(self.fault(link.piece, u, &worst))
+        for (node, bounds) in marched.bounds.iter().enumerate() {
+            if !self.travel.slides_inside(bounds)
+                && let Some(worst) = self.travel.worst(bounds, [0.0; 2])
+            {
+                let u = marched.nodes.get(node).map_or(0.0, |node| node.s);
+                return Err(self.travel.fault((link.piece, node, u), &worst));
             }
-            None => Ok(marched),
         }
+        Ok(marched)
     }
 
-    /// Offsets from first to last stop, and the links between.
+    /// Parts from first to last, with the ways to them.
     fn trace(
         &self,
-        stops: &[Vec<Candidate>],
+        stretches: &[Stretch],
         links: &[Link],
-        columns: &[Vec<State>],
-    ) -> Result<Chosen, AxesError> {
-        let mut at = columns.last().and_then(|states| cheapest(states));
-        let cost = at.and_then(|at| columns.last()?.get(at)).map_or(0.0, |state| state.rank.cost);
-        let mut steps = Vec::with_capacity(columns.len());
-        for states in columns.iter().rev() {
-            let Some(state) = at.and_then(|at| states.get(at)) else { break };
-            steps.push(state.step);
-            at = state.back;
+        last: Option<usize>,
+    ) -> Result<Vec<Part>, AxesError> {
+        let mut records: Vec<Record> = Vec::new();
+        let mut at = last;
+        while let Some(record) = at.and_then(|at| self.records.get(at)) {
+            records.push(*record);
+            at = record.back;
         }
-        steps.reverse();
+        records.reverse();
         let start = &self.marcher.options.start;
-        let mut end = [start[FIRST_ROTARY], start[SECOND_ROTARY]];
-        let mut marched = Vec::with_capacity(links.len());
-        for (index, (step, candidates)) in steps.iter_mut().zip(stops).enumerate() {
-            let Some(candidate) = candidates.get(step.candidate) else { continue };
-            let begin = added(end, self.move_to(end, candidate, *step));
-            if let Some(link) = index.checked_sub(1).and_then(|before| links.get(before)) {
-                marched.push(self.link(link, [end, begin])?);
-            }
-            // Whole turns exactly, so that pieces and links meet to the last bit of rounding.
-            step.offset = [0, 1].map(|axis| {
-                unwrap_near(candidate.start[axis], begin[axis]) - candidate.start[axis]
-            });
-            end = added(candidate.end, step.offset);
+        let mut end = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];
+        let mut parts: Vec<Part> = Vec::with_capacity(records.len());
+        for (index, record) in records.iter().enumerate() {
+            let Some(stretch) = stretches.get(record.stretch) else { continue };
+            let Some(strand) = stretch.strands.get(record.strand) else { continue };
+            let next = records.get(index + 1).filter(|next| next.stretch == record.stretch);
+            let cells = record.cell..next.map_or(strand.cells.len(), |next| next.cell);
+            let own = strand.start_of(record.cell);
+            let begin = added(end, self.travel.moved(end, turned(own, record.turns)));
+            let way = match (record.cell.checked_sub(1), record.stretch.checked_sub(1)) {
+                (Some(joint), _) => self.retract(stretch, joint, strand, [end, begin])?,
+                (None, Some(link)) => match links.get(link) {
+                    Some(link) => Way::Link(self.link(link, [end, begin])?),
+                    None => Way::Start,
+                },
+                (None, None) => Way::Start,
+            };
+            // Whole turns exactly, so that parts and links meet to the last bit of rounding.
+            let offset = [0, 1].map(|axis| unwrap_near(own[axis], begin[axis]) - own[axis]);
+            end = added(strand.start_of(cells.end), offset);
+            let (stretch, strand) = (record.stretch, record.strand);
+            parts.push(Part { way, stretch, strand, cells, offset });
         }
-        Ok(Chosen { steps, links: marched, cost })
+        Ok(parts)
     }
 
-    /// The way out of travel that is least bad.
-    fn outside(&self, candidates: &[Candidate]) -> AxesError {
-        let mut best: Option<(usize, f64, Beyond)> = None;
-        for candidate in candidates {
-            let extent = whole(candidate);
-            let offset =
-                [FIRST_ROTARY, SECOND_ROTARY].map(|axis| self.least_turn(axis, &extent[axis]));
-            let worst =
-                candidate.extents.iter().enumerate().filter_map(|(index, (piece, extent))| {
-                    let worst = self.worst(extent, offset)?;
-                    let nodes = candidate.pieces.get(index).map_or(&[][..], |piece| &piece.nodes);
-                    Some((*piece, nodes.get(worst.node).map_or(0.0, |node| node.s), worst))
-                });
-            let worst = worst.max_by(|a, b| a.2.excess.total_cmp(&b.2.excess));
-            if let Some(worst) = worst
-                && best.as_ref().is_none_or(|best| worst.2.excess < best.2.excess)
-            {
-                best = Some(worst);
-            }
-        }
-        let (piece, u, beyond) = best.unwrap_or_default();
-        self.fault(piece, u, &beyond)
-    }
-
-    /// The whole turns that leave a rotary least outside.
-    fn least_turn(&self, axis: usize, extent: &Extent) -> f64 {
-        let [low, high] = self.limits(axis);
-        if !(low.is_finite() && high.is_finite()) {
-            return 0.0;
-        }
-        let middle = 0.5 * (extent.low + extent.high);
-        unwrap_near(middle, 0.5 * (low + high)) - middle
-    }
-
-    /// The axis farthest beyond its travel.
-    fn worst(&self, extents: &[Extent; AXES], offset: [f64; 2]) -> Option<Beyond> {
-        let all = extents.iter().enumerate().map(|(axis, extent)| {
-            let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
-            let offset = offset.unwrap_or(0.0);
-            let [low, high] = self.limits(axis);
-            let [below, above] = [low - extent.low - offset, extent.high + offset - high];
-            if below > above {
-                let value = extent.low + offset;
-                Beyond { axis, value, limit: low, excess: below, node: extent.low_at }
-            } else {
-                let value = extent.high + offset;
-                Beyond { axis, value, limit: high, excess: above, node: extent.high_at }
-            }
-        });
-        all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| a.excess.total_cmp(&b.excess))
-    }
-
-    fn fault(&self, piece: usize, u: f64, beyond: &Beyond) -> AxesError {
-        let Beyond { axis, value, limit, excess, node } = *beyond;
-        let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
-        let remedy = if axis < FIRST_ROTARY {
-            let way = if value > limit { "down" } else { "up" };
-            format!(
-                "move the workpiece origin so that {name} comes {way} by {excess:.3} mm, or turn the setup"
-            )
-        } else {
-            format!("turn the setup, or split the path so that {name} can unwind on a link")
+    fn retract(
+        &self,
+        stretch: &Stretch,
+        joint: usize,
+        strand: &Strand,
+        rotaries: [[f64; 2]; 2],
+    ) -> Result<Way, AxesError> {
+        let (Some(retractor), Some(&at)) = (&self.retractor, stretch.joints.get(joint)) else {
+            return Ok(Way::Start);
         };
-        AxesError::OutOfTravel { piece, node, u, axis: name, value, limit, excess, remedy }
+        let pose = self.pose(strand, joint + 1);
+        let legs = retractor.legs(at.piece, &pose, rotaries)?;
+        Ok(Way::Retract { joint: at, pose, rotaries, legs })
     }
 }
 
-/// An axis beyond its travel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Beyond {
-    axis: usize,
-    value: f64,
-    limit: f64,
-    excess: f64,
-    node: usize,
+impl State {
+    fn same(&self, other: &Self) -> bool {
+        self.strand == other.strand && equal(self.turns, other.turns)
+    }
 }
 
-/// How far the axes go on all pieces together.
-fn whole(candidate: &Candidate) -> [Extent; AXES] {
-    let mut all = [Extent::NONE; AXES];
-    for (_, extents) in &candidate.extents {
-        for (all, extent) in all.iter_mut().zip(extents) {
-            all.include(extent.low, extent.low_at);
-            all.include(extent.high, extent.high_at);
-        }
-    }
-    all
+/// Turns are whole numbers.
+fn equal(a: [f64; 2], b: [f64; 2]) -> bool {
+    a.map(f64::to_bits) == b.map(f64::to_bits)
+}
+
+/// Rotaries with whole turns added.
+fn turned(rotaries: [f64; 2], turns: [f64; 2]) -> [f64; 2] {
+    added(rotaries, turns.map(|turns| TAU * turns))
 }
 
 fn added([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
@@ -342,14 +388,11 @@ fn added([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The first state that none is before.
-fn cheapest(states: &[State]) -> Option<usize> {
-    let mut best: Option<(usize, Rank)> = None;
-    for (index, state) in states.iter().enumerate() {
-        if best.is_none_or(|(_, rank)| state.rank.before(rank)) {
-            best = Some((index, state.rank));
-        }
-    }
-    best.map(|(index, _)| index)
+fn cheapest(states: &[State]) -> Option<State> {
+    states
+        .iter()
+        .copied()
+        .reduce(|best, state| if state.rank.before(best.rank) { state } else { best })
 }
 
 #[cfg(test)]

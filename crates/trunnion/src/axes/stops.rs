@@ -1,14 +1,14 @@
 //! Stretches between links, and the ways the machine can run each.
 
 use super::course::Along;
-use super::march::{Extent, Marched, Marcher};
-use super::{AxesError, AxesOptions, Deviation};
+use super::march::{Marched, Marcher};
+use super::strand::{self, Stretch};
+use super::{AxesError, AxesOptions};
 use crate::inverse::{Branch, InverseError, Solutions};
-use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
 use crate::types::{
-    AXES, AxisPiece, AxisVector, Cancelled, Geometry, Motion, PoseCurve, Progress, Stage, ToolPath,
-    ToolPose,
+    AxisVector, Cancelled, Geometry, Motion, PoseCurve, Progress, Stage, ToolPath, ToolPose,
 };
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -38,31 +38,27 @@ pub(super) struct Link {
     pub(super) tips: [Point3<f64>; 2],
 }
 
-/// One way to run a stop: a branch, followed by continuity. Whole turns may be added.
+/// One way to run a stop: a branch, followed by continuity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Candidate {
-    pub(super) pieces: Vec<AxisPiece>,
-    /// How far the axes go, for each piece; one entry for a point.
-    pub(super) extents: Vec<(usize, [Extent; AXES])>,
+    /// Index of the tool-path piece it starts with.
+    pub(super) piece: usize,
+    /// Its curves in order; none for a point.
+    pub(super) runs: Vec<Run>,
+    /// Axes at a point.
+    pub(super) stand: Option<AxisVector>,
     /// Rotaries at both ends \[rad\].
     pub(super) start: [f64; 2],
     pub(super) end: [f64; 2],
-    /// Weighted rotary travel inside \[rad\].
-    pub(super) travel: f64,
-    pub(super) deviation: Deviation,
 }
 
-impl Candidate {
-    /// Its pieces with whole turns added.
-    pub(super) fn shifted(&self, offset: [f64; 2]) -> impl Iterator<Item = AxisPiece> + '_ {
-        self.pieces.iter().cloned().map(move |mut piece| {
-            for node in &mut piece.nodes {
-                node.q[0][FIRST_ROTARY] += offset[0];
-                node.q[0][SECOND_ROTARY] += offset[1];
-            }
-            piece
-        })
-    }
+/// One curve, followed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Run {
+    /// Index of the tool-path piece.
+    pub(super) piece: usize,
+    pub(super) motion: Motion,
+    pub(super) marched: Marched,
 }
 
 /// Stops and the links between them: one link fewer than stops.
@@ -126,7 +122,7 @@ pub(super) fn candidates(
     path: &ToolPath,
     stops: &[Stop],
     progress: &dyn Progress,
-) -> Result<Vec<Vec<Candidate>>, AxesError> {
+) -> Result<Vec<Stretch>, AxesError> {
     let done = AtomicU64::new(0);
     let total = stops.len() as u64;
     let report = || -> Result<(), Cancelled> {
@@ -151,7 +147,9 @@ pub(super) fn candidates(
             }
         }
     }
-    Ok(all.into_iter().map(Option::unwrap_or_default).collect())
+    let cut =
+        |found: Option<Vec<Candidate>>| strand::stretch(found.unwrap_or_default(), marcher.options);
+    Ok(all.into_par_iter().map(cut).collect())
 }
 
 /// Both branches of a stop; `None` if it lies in the singular direction altogether.
@@ -297,19 +295,8 @@ fn stand(
         u: 0.0,
         source,
     })?;
-    let mut marched = Marched::nothing();
-    for (extent, &value) in marched.extent.iter_mut().zip(q.iter()) {
-        extent.include(value, 0);
-    }
-    let rotaries = [q[FIRST_ROTARY], q[SECOND_ROTARY]];
-    Ok(Candidate {
-        pieces: Vec::new(),
-        extents: vec![(piece, marched.extent)],
-        start: rotaries,
-        end: rotaries,
-        travel: 0.0,
-        deviation: Deviation::default(),
-    })
+    let rotaries = strand::rotaries(&q);
+    Ok(Candidate { piece, runs: Vec::new(), stand: Some(q), start: rotaries, end: rotaries })
 }
 
 fn run_curves(
@@ -325,27 +312,22 @@ fn run_curves(
         let (Some(first), Some(last)) = (marched.nodes.first(), marched.nodes.last()) else {
             continue;
         };
-        let [from, to] =
-            [first, last].map(|node| [node.q[0][FIRST_ROTARY], node.q[0][SECOND_ROTARY]]);
+        let [from, to] = [first, last].map(|node| strand::rotaries(&node.q[0]));
         near = last.q[0];
         let candidate = found.get_or_insert_with(|| Candidate {
-            pieces: Vec::new(),
-            extents: Vec::new(),
+            piece,
+            runs: Vec::new(),
+            stand: None,
             start: from,
             end: from,
-            travel: 0.0,
-            deviation: Deviation::default(),
         });
         let turn = (from[0] - candidate.end[0]).abs().max((from[1] - candidate.end[1]).abs());
         if turn > marcher.options.axis_tolerance {
             return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });
         }
         candidate.end = to;
-        candidate.travel += marched.travel;
-        candidate.deviation = candidate.deviation.max(marched.deviation);
-        candidate.extents.push((piece, marched.extent));
         let motion = path.pieces.get(piece).map_or(Motion::Cut, |tool| tool.motion);
-        candidate.pieces.push(AxisPiece { motion, source: piece, nodes: marched.nodes });
+        candidate.runs.push(Run { piece, motion, marched });
     }
     found.ok_or(AxesError::Inverse {
         piece: 0,

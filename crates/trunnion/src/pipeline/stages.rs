@@ -102,6 +102,7 @@ pub(super) fn axes(
         },
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
         start: machine.home(),
+        retract: None,
     };
     Ok(axes::follow(&job.kinematics, path, &options, progress)?)
 }

@@ -1,0 +1,176 @@
+//! Ends of travel: which whole turns fit, and what is beyond.
+
+use super::AxesError;
+use super::march::Bounds;
+use super::strand::{Strand, Stretch};
+use crate::machine::{Axis, FIRST_ROTARY, Prefer, SECOND_ROTARY};
+use crate::math::angle::{unwrap_near, wrap};
+use crate::types::AXES;
+use std::f64::consts::TAU;
+use std::iter::successors;
+
+/// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a
+/// step; what is beyond travel by less than this \[mm or rad\] is on its end.
+const TRAVEL_ROUNDING: f64 = 1e-9;
+
+/// The ends of travel of a machine.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Travel<'a> {
+    pub(super) axes: &'a [Axis; AXES],
+}
+
+/// An axis beyond its travel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Beyond {
+    pub(super) axis: usize,
+    pub(super) value: f64,
+    pub(super) limit: f64,
+    pub(super) excess: f64,
+}
+
+impl Travel<'_> {
+    fn limits(&self, axis: usize) -> [f64; 2] {
+        self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
+    }
+
+    fn endless(&self, axis: usize) -> bool {
+        let [low, high] = self.limits(axis);
+        !(low.is_finite() && high.is_finite())
+    }
+
+    /// Whole turns `[first, last]` that keep a rotary inside travel; one for an axis without ends,
+    /// whose turn follows from where it comes from. Empty where `first > last`.
+    fn window(&self, axis: usize, [from, to]: [f64; 2]) -> [f64; 2] {
+        if self.endless(axis) {
+            return [0.0; 2];
+        }
+        let [low, high] = self.limits(axis);
+        let first = ((low - TRAVEL_ROUNDING - from) / TAU).ceil();
+        // -0 and 0 are one turn.
+        [first + 0.0, ((high + TRAVEL_ROUNDING - to) / TAU).floor() + 0.0]
+    }
+
+    /// Whether the linear axes stay inside travel.
+    pub(super) fn slides_inside(&self, bounds: &Bounds) -> bool {
+        self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
+            let [least, most] = axis.limits;
+            *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
+        })
+    }
+
+    /// Turns of both rotaries that keep all axes inside.
+    pub(super) fn turns(&self, bounds: &Bounds) -> impl Iterator<Item = [f64; 2]> + use<> {
+        let windows = self.slides_inside(bounds).then(|| self.windows(bounds));
+        windows.into_iter().flat_map(|[first, second]| {
+            each(first).flat_map(move |first| each(second).map(move |second| [first, second]))
+        })
+    }
+
+    fn windows(&self, bounds: &Bounds) -> [[f64; 2]; 2] {
+        let [.., first, second] = bounds.0;
+        [self.window(FIRST_ROTARY, first), self.window(SECOND_ROTARY, second)]
+    }
+
+    /// Whether all axes stay inside with these turns added.
+    pub(super) fn fits(&self, bounds: &Bounds, turns: [f64; 2]) -> bool {
+        let windows = self.windows(bounds);
+        let inside =
+            |axis: usize| windows[axis][0] <= turns[axis] && turns[axis] <= windows[axis][1];
+        inside(0) && inside(1) && self.slides_inside(bounds)
+    }
+
+    /// Rotary moves from one position to another \[rad\]: the short way where there are no ends.
+    pub(super) fn moved(&self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let turn = to[axis] - from[axis];
+            if self.endless(FIRST_ROTARY + axis) { wrap(turn) } else { turn }
+        })
+    }
+
+    /// How many rotaries stand on the side they do not prefer.
+    pub(super) fn disliked(&self, at: [f64; 2]) -> usize {
+        let wrong = |(axis, value): (&Axis, f64)| match axis.prefer {
+            Some(Prefer::Positive) => value < 0.0,
+            Some(Prefer::Negative) => value >= 0.0,
+            None => false,
+        };
+        self.axes.iter().skip(FIRST_ROTARY).zip(at).filter(|pair| wrong(*pair)).count()
+    }
+
+    /// The axis farthest beyond its travel.
+    pub(super) fn worst(&self, bounds: &Bounds, offset: [f64; 2]) -> Option<Beyond> {
+        let all = bounds.0.iter().enumerate().map(|(axis, [from, to])| {
+            let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
+            let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
+            let [low, high] = self.limits(axis);
+            if low - from > to - high {
+                Beyond { axis, value: from, limit: low, excess: low - from }
+            } else {
+                Beyond { axis, value: to, limit: high, excess: to - high }
+            }
+        });
+        all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| a.excess.total_cmp(&b.excess))
+    }
+
+    /// The whole turns that leave the rotaries least outside \[rad\].
+    fn least_turns(&self, bounds: &Bounds) -> [f64; 2] {
+        [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
+            let [low, high] = self.limits(axis);
+            let middle = bounds.0.get(axis).map_or(0.0, |[from, to]| 0.5 * (from + to));
+            if self.endless(axis) { 0.0 } else { unwrap_near(middle, 0.5 * (low + high)) - middle }
+        })
+    }
+
+    /// The way out of travel that is least bad: of all strands the one whose worst place is best.
+    /// Where the path may be broken, `whole` is false and each cell has its own turns.
+    pub(super) fn outside(&self, stretch: &Stretch, whole: bool) -> AxesError {
+        let worst_of = |strand: &Strand| {
+            let mut all = Bounds::NONE;
+            strand.cells.iter().for_each(|cell| all.merge(&cell.bounds));
+            let cells = strand.cells.iter().enumerate().filter_map(|(index, cell)| {
+                let offset = self.least_turns(if whole { &all } else { &cell.bounds });
+                Some((index, self.worst(&cell.bounds, offset)?))
+            });
+            let (cell, beyond) = cells.max_by(|a, b| a.1.excess.total_cmp(&b.1.excess))?;
+            Some((place(stretch, strand, cell), beyond))
+        };
+        let all = stretch.strands.iter().filter_map(worst_of);
+        let least = all.min_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
+        let (place, beyond) = least.unwrap_or_default();
+        self.fault(place, &beyond)
+    }
+
+    /// As an error at piece, node and parameter.
+    pub(super) fn fault(
+        &self,
+        (piece, node, u): (usize, usize, f64),
+        beyond: &Beyond,
+    ) -> AxesError {
+        let Beyond { axis, value, limit, excess } = *beyond;
+        let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
+        let remedy = if axis < FIRST_ROTARY {
+            let way = if value > limit { "down" } else { "up" };
+            format!(
+                "move the workpiece origin so that {name} comes {way} by {excess:.3} mm, or turn the setup"
+            )
+        } else {
+            format!("turn the setup, or split the path so that {name} can unwind on a link")
+        };
+        AxesError::OutOfTravel { piece, node, u, axis: name, value, limit, excess, remedy }
+    }
+}
+
+/// Piece, node and parameter of a cell.
+fn place(stretch: &Stretch, strand: &Strand, cell: usize) -> (usize, usize, f64) {
+    let node = strand.cells.get(cell).map_or(0, |cell| cell.at[1]);
+    let joint = cell.checked_sub(1).and_then(|joint| stretch.joints.get(joint));
+    match joint {
+        Some(joint) => (joint.piece, node, joint.u),
+        None => (stretch.piece, 0, 0.0),
+    }
+}
+
+fn each([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let until = move |turn: f64| (turn <= last).then_some(turn);
+    successors(until(first), move |turn| until(turn + 1.0))
+}
