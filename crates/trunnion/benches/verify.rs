@@ -67,8 +67,16 @@ fn program(kinematics: &Kinematics, face: &Face) -> Program {
     let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
     let tool = ToolNote { number: 1, major: MAJOR, minor: MINOR };
     let (budget, duration) = (&[][..], 0.0);
-    let note =
-        Note { name: "bench", tool, spindle: 1.0, coolant: false, feed: 1.0, budget, duration };
+    let note = Note {
+        name: "bench",
+        tool,
+        spindle: 1.0,
+        coolant: false,
+        feed: 1.0,
+        budget,
+        duration,
+        remarks: &[],
+    };
     let mut text = String::new();
     write::linuxcnc(&mut text, kinematics, &blocks, &note, &options).unwrap();
     read::gcode(&text, &ReadOptions { axes, most_faults: 5 }).unwrap()

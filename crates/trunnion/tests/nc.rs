@@ -32,6 +32,7 @@ fn note(budget: &[(String, f64)]) -> Note<'_> {
         feed: 50.0,
         budget,
         duration: 12.5,
+        remarks: &[],
     }
 }
 

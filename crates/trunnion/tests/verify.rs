@@ -55,8 +55,16 @@ fn program(kinematics: &Kinematics, blocks: &[Block], tcp: bool) -> (String, Pro
     let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
     let tool = ToolNote { number: 1, major: 0.0, minor: 6.0 };
     let (budget, duration) = (&[][..], 0.0);
-    let note =
-        Note { name: "test", tool, spindle: 1.0, coolant: false, feed: 1.0, budget, duration };
+    let note = Note {
+        name: "test",
+        tool,
+        spindle: 1.0,
+        coolant: false,
+        feed: 1.0,
+        budget,
+        duration,
+        remarks: &[],
+    };
     let mut text = String::new();
     if tcp {
         write::linuxcnc(&mut text, kinematics, blocks, &note, &options).unwrap();

@@ -71,6 +71,22 @@ pub fn blocks(
     options: &BlockOptions,
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, BlocksError> {
+    let pieces = by_piece(kinematics, path, schedule, options, progress)?;
+    Ok(pieces.into_iter().flatten().collect())
+}
+
+/// As [`blocks`]: first the starting position, then the blocks of each piece of the path.
+///
+/// # Errors
+///
+/// [`BlocksError`].
+pub fn by_piece(
+    kinematics: &Kinematics,
+    path: &AxisPath,
+    schedule: &Schedule,
+    options: &BlockOptions,
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<Block>>, BlocksError> {
     error::validate(path, schedule, options)?;
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
@@ -97,8 +113,8 @@ pub fn blocks(
             Ok(course.blocks(&ends, rows))
         })
         .collect::<Result<_, BlocksError>>()?;
-    let mut blocks: Vec<Block> = start(kinematics, path).into_iter().collect();
-    blocks.extend(broken.into_iter().flatten());
+    let mut blocks: Vec<Vec<Block>> = vec![start(kinematics, path).into_iter().collect()];
+    blocks.extend(broken);
     Ok(blocks)
 }
 

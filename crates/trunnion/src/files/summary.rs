@@ -85,6 +85,21 @@ pub struct MotionSummary {
     pub lower_bound: f64,
     /// The axes.
     pub axes: Vec<AxisSummary>,
+    /// Where the tool leaves the part to unwind a rotary axis.
+    pub retracts: Vec<RetractSummary>,
+}
+
+/// A retract: the tool leaves the part, rotaries unwind, and it comes back to the same place.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RetractSummary {
+    /// Tool tip where it leaves and comes back, workpiece frame, in mm.
+    pub tip: [f64; 3],
+    /// Whether this interrupts a pass.
+    pub in_cut: bool,
+    /// Which axes turn, from where to where, and their travel, in deg.
+    pub why: String,
+    /// Time out of the part, in s.
+    pub seconds: f64,
 }
 
 /// One axis, in mm or degrees.

@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod job;
 mod programs;
+mod retracts;
 mod stages;
 mod summary;
 
@@ -57,8 +58,10 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let tool_path = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
     let plan = stages::feed(job, &followed.path, progress)?;
-    let programs = programs::write(job, &followed.path, &plan.schedule, progress)?;
-    let (cl, setup) = programs::sheets(job, &legs, &plan.schedule)?;
-    let summary = summary::of(job, &covering, &followed.path, &plan, &programs)?;
+    let retracts = retracts::summaries(job, &followed, &plan.schedule);
+    let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts };
+    let programs = programs::write(job, &moved, progress)?;
+    let (cl, setup) = programs::sheets(job, &legs, &moved)?;
+    let summary = summary::of(job, &covering, &moved, &programs)?;
     Ok(Outcome { covering, legs, tool_path, followed, plan, programs, cl, setup, summary })
 }

@@ -2,17 +2,21 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::retracts;
 use super::stages::QUINTIC_SHARE;
+use crate::axes::Followed;
 use crate::blocks::{self, BlockOptions, Control};
 use crate::cover;
+use crate::feed::Plan;
 use crate::files::job as file;
+use crate::files::summary::RetractSummary;
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
 use crate::nc::read;
-use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote};
+use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, Remark, ToolNote};
 use crate::surface::FaceIndex;
-use crate::types::{AxisPath, Block, Leg, Motion, Progress, Schedule, ToolPose};
+use crate::types::{Block, Leg, Motion, Progress, ToolPose};
 use crate::verify;
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -32,7 +36,7 @@ const SHORTEST_BLOCK: f64 = 0.001;
 const LARGEST_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// Deviation on links, far from the part \[mm\].
-const LINK_TOLERANCE: f64 = 1.0;
+pub(super) const LINK_TOLERANCE: f64 = 1.0;
 
 /// Material higher than this counts as uncut in the check \[mm\].
 const REACH: f64 = 1.0;
@@ -88,25 +92,35 @@ fn form(dialect: file::Dialect) -> Form {
     }
 }
 
+/// The machine's motion, planned.
+#[derive(Clone, Copy)]
+pub(super) struct Moved<'a> {
+    pub(super) followed: &'a Followed,
+    pub(super) plan: &'a Plan,
+    pub(super) retracts: &'a [RetractSummary],
+}
+
 /// Writes every program of the job and checks what was written.
 pub(super) fn write(
     job: &Job,
-    path: &AxisPath,
-    schedule: &Schedule,
+    moved: &Moved<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;
     let mut programs = Vec::new();
     for &dialect in &job.file.dialects {
         let form = form(dialect);
-        let blocks =
-            blocks::blocks(&job.kinematics, path, schedule, &options(job, form.control), progress)?;
+        let (path, schedule) = (&moved.followed.path, &moved.plan.schedule);
+        let options = options(job, form.control);
+        let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
+        let remarks = remarks(moved, &pieces);
+        let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
         let rounding = rounding(job, &blocks, &words, form.coordinates);
         let share = job.budget.shares.rounding;
         if rounding > share {
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
-        let text = text(job, &form, &blocks, words, schedule)?;
+        let text = text(job, &form, &blocks, words, (moved, &remarks))?;
         let check = check(job, form.file, &text, words, progress)?;
         let Form { dialect, file, .. } = form;
         programs.push(Program { dialect, file, text, blocks, rounding, check });
@@ -182,12 +196,12 @@ fn text(
     form: &Form,
     blocks: &[Block],
     axes: AxisWords,
-    schedule: &Schedule,
+    (moved, remarks): (&Moved<'_>, &[Remark]),
 ) -> Result<String, PipelineError> {
     let blend = Some(job.budget.shares.control);
     let options = ProgramOptions { axes, feed_decimals: FEED_DECIMALS, blend };
     let shares = shares(job);
-    let note = note(job, &shares, schedule);
+    let note = Note { remarks, ..note(job, &shares, moved) };
     let mut text = String::new();
     match form.coordinates {
         Coordinates::Tip => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
@@ -230,10 +244,11 @@ fn check(
 pub(super) fn sheets(
     job: &Job,
     legs: &[Leg],
-    schedule: &Schedule,
+    moved: &Moved<'_>,
 ) -> Result<(String, String), PipelineError> {
     let shares = shares(job);
-    let note = note(job, &shares, schedule);
+    let remarks = remarks(moved, &[]);
+    let note = Note { remarks: &remarks, ..note(job, &shares, moved) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
     let words = AxisWords::of(job.kinematics.machine(), false)?;
@@ -241,7 +256,18 @@ pub(super) fn sheets(
     Ok((cl, setup))
 }
 
-fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], schedule: &Schedule) -> Note<'a> {
+/// A line for each retract, before the first block of its first piece.
+fn remarks(moved: &Moved<'_>, pieces: &[Vec<Block>]) -> Vec<Remark> {
+    let before = |piece: usize| pieces.iter().take(piece + 1).map(Vec::len).sum();
+    let all = moved.followed.retracts.iter().zip(moved.retracts);
+    all.map(|(retracted, summary)| Remark {
+        block: before(retracted.pieces.start),
+        text: retracts::line(summary),
+    })
+    .collect()
+}
+
+fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], moved: &Moved<'_>) -> Note<'a> {
     Note {
         name: &job.file.name,
         tool: ToolNote {
@@ -253,7 +279,8 @@ fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], schedule: &Schedule) -> N
         coolant: job.file.cutting.coolant,
         feed: job.file.cutting.feed,
         budget,
-        duration: schedule.duration(),
+        duration: moved.plan.schedule.duration(),
+        remarks: &[],
     }
 }
 

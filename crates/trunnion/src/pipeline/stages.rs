@@ -2,13 +2,15 @@
 
 use super::error::PipelineError;
 use super::job::Job;
-use crate::axes::{self, AxesOptions, FeedPoint, Followed};
+use super::programs::LINK_TOLERANCE;
+use crate::axes::{self, AxesOptions, FeedPoint, Followed, RetractOptions};
 use crate::cover::{self, CoverOptions, Covering, LinkOptions};
 use crate::feed::{self, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::positioning::{Band, ContactSide};
 use crate::toolpath::{self, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
+use std::f64::consts::TAU;
 
 /// Least and largest distance between stations, as fractions of the cutter's radius.
 const SPACING: [f64; 2] = [0.003, 0.125];
@@ -24,6 +26,11 @@ pub(super) const QUINTIC_SHARE: f64 = 0.1;
 
 /// Largest rotary move between two nodes of the axis path \[rad\].
 const MAX_ROTARY_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// Rotary travel that a retract between two pieces must save to be worth its while \[turns\]: more
+/// than a path needs; so the tool retracts only where travel ends, and inside a pass only where there
+/// is no other place.
+const RETRACT_TURNS: f64 = 100.0;
 
 /// Time still to gain at which the planner stops inserting rows.
 const TIME_TOLERANCE: f64 = 1e-3;
@@ -102,9 +109,24 @@ pub(super) fn axes(
         },
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
         start: machine.home(),
-        retract: None,
+        retract: Some(retract(job)),
     };
     Ok(axes::follow(&job.kinematics, path, &options, progress)?)
+}
+
+/// Where travel ends on the path; the tool may turn where it may on links.
+fn retract(job: &Job) -> RetractOptions {
+    let up = job.up();
+    let radius = job.cutter.radius();
+    RetractOptions {
+        up,
+        plane: job.highest(&up) + job.file.setup.clearance + radius,
+        least: radius,
+        approach: job.approach(),
+        margin: LINK_TOLERANCE,
+        price: RETRACT_TURNS * TAU,
+        price_in_cut: 10.0 * RETRACT_TURNS * TAU,
+    }
 }
 
 pub(super) fn feed(

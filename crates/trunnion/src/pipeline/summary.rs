@@ -2,16 +2,16 @@
 
 use super::error::PipelineError;
 use super::job::Job;
-use super::programs::Program;
+use super::programs::{Moved, Program};
+use super::retracts;
 use crate::cover::{Covering, FallbackReason};
-use crate::feed::Plan;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
     ToleranceSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::setpoint;
-use crate::types::{AxisPath, AxisVector, Motion};
+use crate::types::{AxisVector, Motion};
 
 /// Name and version of this library, as files name their maker.
 const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
@@ -19,8 +19,7 @@ const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
 pub(super) fn of(
     job: &Job,
     covering: &Covering,
-    path: &AxisPath,
-    plan: &Plan,
+    moved: &Moved<'_>,
     programs: &[Program],
 ) -> Result<Summary, PipelineError> {
     let failures: Vec<String> = programs
@@ -36,10 +35,10 @@ pub(super) fn of(
         job: job.file.name.clone(),
         passed: failures.is_empty(),
         failures,
-        warnings: warnings(covering),
+        warnings: warnings(covering).into_iter().chain(retracts::warning(moved.retracts)).collect(),
         tolerance: tolerance(job),
         cover: cover(job, covering),
-        motion: motion(job, path, plan)?,
+        motion: motion(job, moved)?,
         programs: programs.iter().map(|one| program(job, one)).collect(),
         files: Vec::new(),
     })
@@ -130,7 +129,8 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
     }
 }
 
-fn motion(job: &Job, path: &AxisPath, plan: &Plan) -> Result<MotionSummary, PipelineError> {
+fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> {
+    let (path, plan) = (&moved.followed.path, moved.plan);
     let machine = job.kinematics.machine();
     let cutting = path
         .pieces
@@ -151,6 +151,7 @@ fn motion(job: &Job, path: &AxisPath, plan: &Plan) -> Result<MotionSummary, Pipe
         cutting,
         lower_bound: plan.lower_bound,
         axes: axes.collect(),
+        retracts: moved.retracts.to_vec(),
     })
 }
 

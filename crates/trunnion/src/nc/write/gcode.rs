@@ -1,7 +1,7 @@
 //! Blocks as G-code in inverse time.
 
 use super::number::Fixed;
-use super::{Note, ProgramOptions, WriteError, comment, work_offset};
+use super::{Note, ProgramOptions, Remark, WriteError, comment, work_offset};
 use crate::machine::{Kinematics, RetractFrame};
 use crate::types::{AXES, AxisVector, Block, Motion};
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ pub fn linuxcnc(
     writer.rapid(&words(first), &[3, 4])?;
     writeln!(writer.out, "M428")?;
     writer.rapid(&words(first), &[0, 1, 2])?;
-    writer.cuts(rest, words)?;
+    writer.cuts(rest, note.remarks, words)?;
     writeln!(out, "G94")?;
     writeln!(out, "M429")?;
     finish(out, kinematics, note, options)
@@ -73,7 +73,7 @@ pub fn g93(
     let mut writer = Writer::new(out, options);
     writer.rapid(&words(first), &[3, 4])?;
     writer.rapid(&words(first), &[0, 1, 2])?;
-    writer.cuts(rest, words)?;
+    writer.cuts(rest, note.remarks, words)?;
     writeln!(out, "G94")?;
     finish(out, kinematics, note, options)
 }
@@ -209,17 +209,26 @@ impl<'a, W: Write> Writer<'a, W> {
     fn cuts(
         &mut self,
         blocks: &[Block],
+        remarks: &[Remark],
         words: impl Fn(&Block) -> AxisVector,
     ) -> Result<(), WriteError> {
         writeln!(self.out, "G93")?;
         let mut motion = None;
         let mut pass = 0;
         let mut waiting = 0.0;
+        let mut remarks = remarks.iter().peekable();
+        let mut interrupted = false;
         for (index, block) in blocks.iter().enumerate() {
             let index = index + 1;
+            while let Some(remark) = remarks.next_if(|remark| remark.block <= index) {
+                writeln!(self.out, "({})", comment(&remark.text))?;
+                interrupted = motion == Some(Motion::Cut);
+            }
             if motion != Some(block.motion) && block.motion == Motion::Cut {
-                pass += 1;
-                writeln!(self.out, "(pass {pass})")?;
+                pass += u32::from(!interrupted);
+                let again = if interrupted { " goes on" } else { "" };
+                writeln!(self.out, "(pass {pass}{again})")?;
+                interrupted = false;
             }
             motion = Some(block.motion);
             let rounded = self.rounded(index, &words(block))?;

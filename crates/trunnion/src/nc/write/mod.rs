@@ -36,6 +36,17 @@ pub struct Note<'a> {
     pub budget: &'a [(String, f64)],
     /// Planned time \[s\].
     pub duration: f64,
+    /// What happens where that a reader of the program would not expect, in order of blocks.
+    pub remarks: &'a [Remark],
+}
+
+/// A comment in a program, and a line of the setup sheet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// Index of the block it stands before.
+    pub block: usize,
+    /// What it says.
+    pub text: String,
 }
 
 /// The tool as the texts name it.

@@ -47,6 +47,13 @@ pub fn setup_sheet(
     writeln!(out)?;
     meanings(out, kinematics)?;
     writeln!(out)?;
+    if !note.remarks.is_empty() {
+        writeln!(out, "Watch")?;
+        for remark in note.remarks {
+            writeln!(out, "  {}", remark.text)?;
+        }
+        writeln!(out)?;
+    }
     writeln!(out, "Tolerance budget (mm)")?;
     for (what, share) in note.budget {
         writeln!(out, "  {what:<28} {share:.6}")?;

@@ -1,0 +1,80 @@
+//! Where the tool had to leave the part to unwind, in words and numbers.
+
+use super::job::Job;
+use crate::axes::{Followed, Retracted};
+use crate::files::summary::RetractSummary;
+use crate::machine::FIRST_ROTARY;
+use crate::types::Schedule;
+
+/// One entry for each retract, in order.
+pub(super) fn summaries(
+    job: &Job,
+    followed: &Followed,
+    schedule: &Schedule,
+) -> Vec<RetractSummary> {
+    followed.retracts.iter().map(|retract| summary(job, retract, schedule)).collect()
+}
+
+fn summary(job: &Job, retract: &Retracted, schedule: &Schedule) -> RetractSummary {
+    let pieces = schedule.pieces.get(retract.pieces.clone()).unwrap_or_default();
+    let ends = [
+        pieces.first().and_then(|rows| rows.t.first()),
+        pieces.last().and_then(|rows| rows.t.last()),
+    ];
+    let seconds = match ends {
+        [Some(start), Some(end)] => end - start,
+        _ => 0.0,
+    };
+    let axes = &job.kinematics.machine().axes;
+    let [before, after] = retract.rotaries;
+    let mut why = Vec::new();
+    for (axis, [from, to]) in
+        axes.iter().skip(FIRST_ROTARY).zip([0, 1].map(|at| [before[at], after[at]]))
+    {
+        let [low, high] = axis.limits.map(f64::to_degrees);
+        // Less than a millionth of a degree is rounding.
+        if (to - from).abs().to_degrees() > 1e-6 {
+            why.push(format!(
+                "{} from {:.4} to {:.4} deg, travel [{low:.0}, {high:.0}]",
+                axis.name,
+                from.to_degrees(),
+                to.to_degrees()
+            ));
+        }
+    }
+    let tip = retract.pose.tip;
+    RetractSummary {
+        tip: [tip.x, tip.y, tip.z],
+        in_cut: retract.in_cut,
+        why: why.join("; "),
+        seconds,
+    }
+}
+
+/// As a line of a program or a setup sheet.
+pub(super) fn line(retract: &RetractSummary) -> String {
+    let [x, y, z] = retract.tip;
+    let place = if retract.in_cut { "in a pass" } else { "between two motions" };
+    format!(
+        "retract {place} at X {x:.3} Y {y:.3} Z {z:.3} of the part, unwind {}, back to the same place: {:.1} s",
+        retract.why, retract.seconds
+    )
+}
+
+/// What a user has to know of all retracts together.
+pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
+    let first = retracts.first()?;
+    let inside = retracts.iter().filter(|retract| retract.in_cut).count();
+    let seconds: f64 = retracts.iter().map(|retract| retract.seconds).sum();
+    let marks = if inside > 0 {
+        ", which may leave a mark where the tool comes back; a turned setup may avoid it"
+    } else {
+        ""
+    };
+    Some(format!(
+        "travel of a rotary axis ends on the path: the tool retracts and unwinds {} times in {seconds:.1} s, \
+         {inside} of them inside a pass{marks}; the first: {}",
+        retracts.len(),
+        line(first)
+    ))
+}
