@@ -54,13 +54,12 @@ impl Retractor<'_> {
         ];
         let above = ToolPose { tip: tips[2], axis: pose.axis };
         let [from, to] = [self.at(piece, &above, out)?, self.at(piece, &above, back)?];
-        let over = match self.over(from, to) {
-            Some(over) => over,
+        let over = if let Some(over) = self.over(from, to) {
+            over
+        } else {
             // Nothing leads farther away: the tip stays above the part while the tool turns.
-            None => {
-                let turned = self.marcher.link([above.tip; 2], [out, back]);
-                vec![turned.map_err(|trouble| trouble.of(piece))?]
-            }
+            let turned = self.marcher.link([above.tip; 2], [out, back]);
+            vec![turned.map_err(|trouble| trouble.of(piece))?]
         };
         legs.extend(over.into_iter().map(|leg| (Motion::Link, leg)));
         legs.push((Motion::Link, straight(tips[2], tips[1], back)?));

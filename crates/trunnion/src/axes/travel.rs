@@ -29,18 +29,18 @@ pub(super) struct Beyond {
 }
 
 impl Travel<'_> {
-    fn limits(&self, axis: usize) -> [f64; 2] {
+    fn limits(self, axis: usize) -> [f64; 2] {
         self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
     }
 
-    fn endless(&self, axis: usize) -> bool {
+    fn endless(self, axis: usize) -> bool {
         let [low, high] = self.limits(axis);
         !(low.is_finite() && high.is_finite())
     }
 
     /// Whole turns `[first, last]` that keep a rotary inside travel; one for an axis without ends,
     /// whose turn follows from where it comes from. Empty where `first > last`.
-    fn window(&self, axis: usize, [from, to]: [f64; 2]) -> [f64; 2] {
+    fn window(self, axis: usize, [from, to]: [f64; 2]) -> [f64; 2] {
         if self.endless(axis) {
             return [0.0; 2];
         }
@@ -51,7 +51,7 @@ impl Travel<'_> {
     }
 
     /// Whether the linear axes stay inside travel.
-    pub(super) fn slides_inside(&self, bounds: &Bounds) -> bool {
+    pub(super) fn slides_inside(self, bounds: &Bounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
             let [least, most] = axis.limits;
             *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
@@ -59,20 +59,20 @@ impl Travel<'_> {
     }
 
     /// Turns of both rotaries that keep all axes inside.
-    pub(super) fn turns(&self, bounds: &Bounds) -> impl Iterator<Item = [f64; 2]> + use<> {
+    pub(super) fn turns(self, bounds: &Bounds) -> impl Iterator<Item = [f64; 2]> + use<> {
         let windows = self.slides_inside(bounds).then(|| self.windows(bounds));
         windows.into_iter().flat_map(|[first, second]| {
             each(first).flat_map(move |first| each(second).map(move |second| [first, second]))
         })
     }
 
-    fn windows(&self, bounds: &Bounds) -> [[f64; 2]; 2] {
+    fn windows(self, bounds: &Bounds) -> [[f64; 2]; 2] {
         let [.., first, second] = bounds.0;
         [self.window(FIRST_ROTARY, first), self.window(SECOND_ROTARY, second)]
     }
 
     /// Whether all axes stay inside with these turns added.
-    pub(super) fn fits(&self, bounds: &Bounds, turns: [f64; 2]) -> bool {
+    pub(super) fn fits(self, bounds: &Bounds, turns: [f64; 2]) -> bool {
         let windows = self.windows(bounds);
         let inside =
             |axis: usize| windows[axis][0] <= turns[axis] && turns[axis] <= windows[axis][1];
@@ -80,7 +80,7 @@ impl Travel<'_> {
     }
 
     /// Rotary moves from one position to another \[rad\]: the short way where there are no ends.
-    pub(super) fn moved(&self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
+    pub(super) fn moved(self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let turn = to[axis] - from[axis];
             if self.endless(FIRST_ROTARY + axis) { wrap(turn) } else { turn }
@@ -88,7 +88,7 @@ impl Travel<'_> {
     }
 
     /// How many rotaries stand on the side they do not prefer.
-    pub(super) fn disliked(&self, at: [f64; 2]) -> usize {
+    pub(super) fn disliked(self, at: [f64; 2]) -> usize {
         let wrong = |(axis, value): (&Axis, f64)| match axis.prefer {
             Some(Prefer::Positive) => value < 0.0,
             Some(Prefer::Negative) => value >= 0.0,
@@ -98,7 +98,7 @@ impl Travel<'_> {
     }
 
     /// The axis farthest beyond its travel.
-    pub(super) fn worst(&self, bounds: &Bounds, offset: [f64; 2]) -> Option<Beyond> {
+    pub(super) fn worst(self, bounds: &Bounds, offset: [f64; 2]) -> Option<Beyond> {
         let all = bounds.0.iter().enumerate().map(|(axis, [from, to])| {
             let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
             let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
@@ -113,7 +113,7 @@ impl Travel<'_> {
     }
 
     /// The whole turns that leave the rotaries least outside \[rad\].
-    fn least_turns(&self, bounds: &Bounds) -> [f64; 2] {
+    fn least_turns(self, bounds: &Bounds) -> [f64; 2] {
         [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
             let [low, high] = self.limits(axis);
             let middle = bounds.0.get(axis).map_or(0.0, |[from, to]| 0.5 * (from + to));
@@ -123,7 +123,7 @@ impl Travel<'_> {
 
     /// The way out of travel that is least bad: of all strands the one whose worst place is best.
     /// Where the path may be broken, `whole` is false and each cell has its own turns.
-    pub(super) fn outside(&self, stretch: &Stretch, whole: bool) -> AxesError {
+    pub(super) fn outside(self, stretch: &Stretch, whole: bool) -> AxesError {
         let worst_of = |strand: &Strand| {
             let mut all = Bounds::NONE;
             strand.cells.iter().for_each(|cell| all.merge(&cell.bounds));
@@ -141,11 +141,7 @@ impl Travel<'_> {
     }
 
     /// As an error at piece, node and parameter.
-    pub(super) fn fault(
-        &self,
-        (piece, node, u): (usize, usize, f64),
-        beyond: &Beyond,
-    ) -> AxesError {
+    pub(super) fn fault(self, (piece, node, u): (usize, usize, f64), beyond: &Beyond) -> AxesError {
         let Beyond { axis, value, limit, excess } = *beyond;
         let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
         let remedy = if axis < FIRST_ROTARY {
