@@ -30,8 +30,13 @@ const MACHINES: [&str; 5] = [
     "calibrated trunnion",
 ];
 
+/// `LinuxCNC` 2.9, one inverse from given angles, on the machine of the first figures \[ns\].
+const LINUXCNC: [(&str, f64); 4] =
+    [("xyzab_tdr", 58.0), ("5axiskins", 108.0), ("xyzac-trt", 257.0), ("xyzbc-trt", 268.0)];
+
 fn main() {
     spread();
+    beside_linuxcnc();
     divan::main();
 }
 
@@ -61,6 +66,18 @@ fn axes_at(index: usize) -> AxisVector {
 
 fn poses(kinematics: &Kinematics) -> Vec<(ToolPose, AxisVector)> {
     (0..POSES).map(|index| (kinematics.forward(&axes_at(index + 1)), axes_at(index))).collect()
+}
+
+/// A curved path through each pose.
+fn rates(poses: &[(ToolPose, AxisVector)]) -> Vec<PoseRates> {
+    poses
+        .iter()
+        .map(|(pose, _)| PoseRates {
+            tip: [pose.tip.coords, V3::x(), V3::new(0.1, 0.0, 0.2), V3::y() * 0.01],
+            axis: [*pose.axis, V3::y() * 0.02, V3::new(0.001, 0.0, 0.002), V3::y() * 1e-4],
+            contact: [V3::zeros(); 4],
+        })
+        .collect()
 }
 
 #[divan::bench(args = MACHINES)]
@@ -93,19 +110,56 @@ fn inverse_near(bencher: Bencher<'_, '_>, name: &str) {
 fn inverse_jets(bencher: Bencher<'_, '_>, name: &str) {
     let kinematics = machine(name);
     let inverse = Inverse::new(&kinematics).unwrap();
-    let all: Vec<PoseRates> = poses(&kinematics)
-        .iter()
-        .map(|(pose, _)| PoseRates {
-            tip: [pose.tip.coords, V3::x(), V3::new(0.1, 0.0, 0.2), V3::y() * 0.01],
-            axis: [*pose.axis, V3::y() * 0.02, V3::new(0.001, 0.0, 0.002), V3::y() * 1e-4],
-            contact: [V3::zeros(); 4],
-        })
-        .collect();
+    let all = rates(&poses(&kinematics));
     let mut at = 0;
     bencher.bench_local(|| {
         at = (at + 1) % POSES;
         inverse.jets(black_box(&all[at]), Branch::Plus).unwrap()
     });
+}
+
+/// Nanoseconds a call: the median of 1000 batches of 1000, clock reads spread over a batch.
+fn median_of(mut call: impl FnMut(usize)) -> f64 {
+    const CALLS: usize = 1000;
+    let mut times: Vec<f64> = (0..CALLS)
+        .map(|batch| {
+            let start = Instant::now();
+            (0..CALLS).for_each(|index| call(batch * CALLS + index));
+            start.elapsed().as_nanos() as f64 / CALLS as f64
+        })
+        .collect();
+    times.sort_unstable_by(f64::total_cmp);
+    times[CALLS / 2]
+}
+
+/// Every figure beside its goal, and the inverse as a ratio to each of `LinuxCNC`'s: above 1 is faster.
+fn beside_linuxcnc() {
+    for name in MACHINES {
+        let kinematics = machine(name);
+        let inverse = Inverse::new(&kinematics).unwrap();
+        let all = poses(&kinematics);
+        let paths = rates(&all);
+        let forward = median_of(|index| {
+            black_box(kinematics.forward(black_box(&all[index % POSES].1)));
+        });
+        let near = median_of(|index| {
+            let (pose, near) = &all[index % POSES];
+            black_box(inverse.near(black_box(pose), black_box(near)).ok());
+        });
+        let inside = median_of(|index| {
+            let (pose, near) = &all[index % POSES];
+            black_box(inverse.continued(black_box(pose), black_box(near)).ok());
+        });
+        let jets = median_of(|index| {
+            black_box(inverse.jets(black_box(&paths[index % POSES]), Branch::Plus).ok());
+        });
+        let goal = if name.starts_with("skew") { 150 } else { 100 };
+        println!(
+            "{name}: forward {forward:.0} ns (goal 60), inverse {near:.0} ns (goal {goal}), inside travel {inside:.0} ns, 3-jet {jets:.0} ns (goal 600)"
+        );
+        let ratios = LINUXCNC.map(|(module, time)| format!("{module} {:.2}", time / near));
+        println!("  LinuxCNC's inverse / this: {}", ratios.join(", "));
+    }
 }
 
 /// Median, 99.9 % and worst of 10^6 calls of `inverse.near`.

@@ -11,7 +11,7 @@ use nalgebra::Rotation3;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::path::Path;
-use trunnion::files::machine::{BUILT_IN, parse};
+use trunnion::files::machine::{BUILT_IN, built_in, parse};
 use trunnion::files::schema;
 use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{Kind, Kinematics, Machine, Setup};
@@ -39,6 +39,14 @@ fn the_built_in_machines_are_the_folder() {
         // A machine is what its specification says: the same again.
         assert_eq!(Machine::new(file.spec).unwrap(), file.machine);
     }
+}
+
+#[test]
+fn a_name_that_is_near_is_suggested() {
+    for name in ["bc-trunion", "machines/bc-trunion.toml", "bc-trunnion.toml"] {
+        assert_eq!(built_in(name), Err(Some("bc-trunnion")), "{name}");
+    }
+    assert_eq!(built_in("lathe"), Err(None));
 }
 
 /// The codes stand for what the paper's table says, by directions and not by names.
@@ -359,6 +367,10 @@ fn faults_are_told_together_and_once() {
     for (fault, start) in told.iter().zip(starts) {
         assert!(fault.starts_with(start), "{start}: {told:#?}");
     }
+    // What is missing is what was misspelt.
+    let bad = good.replacen("limits = [-35.0", "limit = [-35.0", 1);
+    let told = parse(&bad).unwrap_err();
+    assert!(told.len() == 1 && told[0].help == "did you mean `limits`?", "{told:?}");
     // Nothing is known of a machine without units but what each line says.
     let bad = good.replacen("angle = \"deg\"", "angle = \"grad\"", 1);
     assert_eq!(parse(&bad).unwrap_err().len(), 1);

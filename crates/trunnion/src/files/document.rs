@@ -148,6 +148,11 @@ impl<'t> Document<'t> {
         self.faults.iter().any(|(path, _)| inside(path))
     }
 
+    /// Whether a table itself is faulty: a key in it was meant to be another.
+    pub(super) fn is_misspelt(&self, table: &str) -> bool {
+        self.faults.iter().any(|(path, _)| path == table)
+    }
+
     /// Adds a fault at a key.
     pub(super) fn fault(
         &mut self,

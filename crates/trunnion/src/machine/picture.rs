@@ -34,7 +34,7 @@ pub fn picture(machine: &Machine) -> String {
         [24.0, 56.0],
         "note",
         "start",
-        "all axes at zero; arrows: how the machine moves when the axis counts up; dashed box: travel of the spindle nose",
+        "machine frame with z up, all axes at zero; arrows: how the machine moves when the axis counts up; dashed box: travel of the spindle nose",
     );
     let view = View::new(machine);
     travel_box(&mut svg, &view, machine);
@@ -48,6 +48,9 @@ pub fn picture(machine: &Machine) -> String {
     row(&mut svg, machine);
     svg.end()
 }
+
+/// Where the name of an axis stands on its line, beyond the arc \[units of the view\].
+const LABEL: f64 = 1.4;
 
 /// Text of a drawing.
 struct Svg {
@@ -123,7 +126,7 @@ impl View {
         let size = extent(&points).norm();
         let unit = if size > 0.0 { 0.16 * size } else { 1.0 };
         for axis in machine.axes.iter().skip(FIRST_ROTARY) {
-            points.extend([1.0, -1.0].map(|side| axis.point + axis.dir.scale(1.25 * side * unit)));
+            points.extend([1.0, -1.0].map(|side| axis.point + axis.dir.scale(LABEL * side * unit)));
         }
         points.push(machine.gauge - machine.tool_axis.scale(unit));
         let flat = |row: &Vector3<f64>| {
@@ -224,7 +227,7 @@ fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
     if let [.., from, _, tip] = arc.as_slice() {
         svg.head(*from, *tip, class);
     }
-    let [x, y] = view.at(&along(1.25));
+    let [x, y] = view.at(&along(LABEL));
     let [start_x, _] = view.at(&along(1.0));
     let anchor = if x > start_x + 8.0 {
         "start"
@@ -315,7 +318,10 @@ fn described(axis: &Axis) -> [String; 3] {
         AxisKind::Linear => "along",
         AxisKind::Rotary => "about",
     };
-    [axis.name.clone(), format!("{verb} {}", direction(&towards)), travel(axis)]
+    let towards = direction(&towards);
+    // Components fill a box by themselves.
+    let line = if towards.len() > 2 { towards } else { format!("{verb} {towards}") };
+    [axis.name.clone(), line, travel(axis)]
 }
 
 #[cfg(test)]

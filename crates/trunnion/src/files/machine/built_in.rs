@@ -36,5 +36,8 @@ pub const BUILT_IN: [(&str, &str); 16] = [
 /// The name that may have been meant, if there is one that is near.
 pub fn built_in(name: &str) -> Result<&'static str, Option<&'static str>> {
     let found = BUILT_IN.iter().find(|(known, _)| *known == name);
-    found.map(|(_, text)| *text).ok_or_else(|| nearest(name, &BUILT_IN.map(|(known, _)| known)))
+    // A name may come with a folder and an ending.
+    let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let bare = last.strip_suffix(".toml").unwrap_or(last);
+    found.map(|(_, text)| *text).ok_or_else(|| nearest(bare, &BUILT_IN.map(|(known, _)| known)))
 }

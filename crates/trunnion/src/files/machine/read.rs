@@ -65,6 +65,10 @@ fn blame(errors: &[MachineError], found: &Found, doc: &mut Document<'_>) {
         let told = match error {
             MachineError::MissingAxis { name } => found.unread.contains(name),
             MachineError::UnusedAxis { .. } => !found.has_chain,
+            // What is missing may be what a misspelt key was meant to be.
+            MachineError::Missing { key, .. } => {
+                key.rsplit_once('.').is_some_and(|(table, _)| doc.is_misspelt(table))
+            }
             _ => false,
         };
         let key = error.key();
