@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+use proptest::prelude::*;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
@@ -392,4 +393,39 @@ fn check_tells_everything_at_once() {
     assert_eq!(json[1]["faults"][1]["line"], 21);
     let (code, _, _) = run(folder.path(), &["machine", "check", "good.toml", "ac-trunnion"]);
     assert_eq!(code, 0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever the table holds, the program ends with a message, and writes all or nothing.
+    #[test]
+    fn mutated_tables_never_panic(
+        jets in any::<bool>(),
+        at in any::<prop::sample::Index>(),
+        cut in 0..9usize,
+        insert in proptest::collection::vec(any::<u8>(), 0..4),
+    ) {
+        let (verb, table) = if jets {
+            ("jets", jets_table(&[circle(0.3), circle(0.31)]))
+        } else {
+            ("inverse", "x,y,z,i,j,k\n0,0,0,0,0,1\n-1e3,2.5,0,0.1,.2,3\n0,0,0,0,1,-1\n".to_owned())
+        };
+        let mut bytes = table.into_bytes();
+        let start = at.index(bytes.len());
+        let end = (start + cut).min(bytes.len());
+        bytes.splice(start..end, insert);
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("in.csv"), bytes).unwrap();
+        let arguments = with_setup(&["pose", "bc-trunnion", verb, "in.csv", "-o", "out.csv"]);
+        let output = trunnion(folder.path(), &arguments, "");
+        let message = stderr(&output);
+        prop_assert!(!message.contains("panicked"), "{message}");
+        let written = folder.path().join("out.csv").exists();
+        match output.status.code() {
+            Some(0 | 1) => prop_assert!(written),
+            Some(2) => prop_assert!(!written && message.contains("in.csv:"), "{message}"),
+            code => prop_assert!(false, "{code:?}: {message}"),
+        }
+    }
 }

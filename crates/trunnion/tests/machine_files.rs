@@ -14,8 +14,8 @@ use std::path::Path;
 use trunnion::files::machine::{BUILT_IN, built_in, parse};
 use trunnion::files::schema;
 use trunnion::inverse::{Inverse, Solutions};
-use trunnion::machine::{Kind, Kinematics, Machine, Setup};
-use trunnion::math::angle::wrap;
+use trunnion::machine::{AxisKind, Kind, Kinematics, Machine, Setup};
+use trunnion::math::angle::{angle_between, wrap};
 
 fn machine(name: &str) -> Machine {
     let (_, text) = BUILT_IN.iter().find(|(known, _)| *known == name).unwrap();
@@ -47,6 +47,50 @@ fn a_name_that_is_near_is_suggested() {
         assert_eq!(built_in(name), Err(Some("bc-trunnion")), "{name}");
     }
     assert_eq!(built_in("lathe"), Err(None));
+}
+
+/// docs/frames.md: seen from the part, +30 on a rotary about x leans the spindle end to -y, about y to
+/// +x; about z, with a lean, it turns the lean by the right hand.
+#[test]
+fn signs_in_words_are_those_of_the_frames() {
+    for (name, text) in BUILT_IN {
+        let machine = parse(text).unwrap().machine;
+        for check in machine.sign_checks() {
+            let axis = &machine.axes[check.axis];
+            let up = check.by * axis.sense > 0.0;
+            let leans = match (axis.kind, axis.name.as_str()) {
+                (AxisKind::Rotary, "A") if !check.words.contains("(with") => ["-y", "+y"],
+                (AxisKind::Rotary, "B") if axis.dir.y > 0.99 && !check.words.contains("(with") => {
+                    ["+x", "-x"]
+                }
+                _ => continue,
+            };
+            let expected = format!("the spindle end leans to {}", leans[usize::from(!up)]);
+            assert!(check.words.contains(&expected), "{name} {}: {}", axis.name, check.words);
+        }
+    }
+}
+
+/// How far the tool leans within travel, against a fine walk over the tool-side rotary.
+#[test]
+fn the_reach_within_travel_is_what_the_forward_map_reaches() {
+    for (name, text) in BUILT_IN {
+        let machine = parse(text).unwrap().machine;
+        let kinematics = Kinematics::new(&machine, &Setup::new(V3::zeros(), [0.0; 3], 0.0));
+        let [.., first, second] = &machine.axes;
+        let [low, high] = second.limits;
+        let mut walked = [f64::INFINITY, 0.0];
+        for step in 0..=10_000 {
+            let mut q = machine.home();
+            q[4] = low + (high - low) * f64::from(step) / 10_000.0;
+            let lean = angle_between(&kinematics.forward(&q).axis, &first.dir);
+            walked = [f64::min(walked[0], lean), f64::max(walked[1], lean)];
+        }
+        let [least, most] = machine.lean_inside();
+        assert!((least - walked[0]).abs() < 5e-4 && (most - walked[1]).abs() < 5e-4, "{name}");
+        let [low, high] = Inverse::new(&kinematics).unwrap().reach();
+        assert!(low <= least + 1e-7 && most <= high + 1e-7, "{name}");
+    }
 }
 
 /// The codes stand for what the paper's table says, by directions and not by names.
