@@ -116,6 +116,15 @@ pub struct Rates {
     pub lost: usize,
 }
 
+/// One branch, and the way there from a position before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Way {
+    pub(super) turns: [Turn<f64>; 2],
+    /// Sum of both rotary moves, and the longer of them \[rad\].
+    pub(super) travel: f64,
+    pub(super) longest: f64,
+}
+
 /// Pose -> axes for a machine with a setup. Everything that does not depend on the pose is
 /// computed once; a call allocates nothing unless it fails.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,18 +204,33 @@ impl Inverse {
     /// As [`Inverse::solutions`].
     #[inline]
     pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
+        let Some([plus, minus]) = self.regular(pose, near)? else {
+            let (seen, _) = self.look(pose)?;
+            return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
+        };
+        let nearest = if plus.travel <= minus.travel { plus } else { minus };
+        self.slide(pose, &nearest.turns).map(|q| unwound(q, near))
+    }
+
+    /// Both branches of a regular pose, `Plus` first; `None` at a singular one.
+    #[inline]
+    pub(super) fn regular(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<Option<[Way; 2]>, InverseError> {
         let (seen, place) = self.look(pose)?;
         if place == Place::Pole {
-            return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
+            return Ok(None);
         }
-        let [plus, minus] = self.triangle.both(seen);
-        let travel = |turns: &[Turn<f64>; 2]| {
-            let [first, second] = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
-            (unwrap_near(turns[0].angle, first) - first).abs()
-                + (unwrap_near(turns[1].angle, second) - second).abs()
-        };
-        let nearest = if travel(&plus) <= travel(&minus) { plus } else { minus };
-        self.slide(pose, &nearest).map(|q| unwound(q, near))
+        let [first, second] = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
+        Ok(Some(self.triangle.both(seen).map(|turns| {
+            let moves = [
+                (unwrap_near(turns[0].angle, first) - first).abs(),
+                (unwrap_near(turns[1].angle, second) - second).abs(),
+            ];
+            Way { turns, travel: moves[0] + moves[1], longest: moves[0].max(moves[1]) }
+        })))
     }
 
     /// Axis position and its first three derivatives along a path, on a given branch; rotaries in
@@ -307,7 +331,11 @@ impl Inverse {
     }
 
     #[inline]
-    fn slide(&self, pose: &ToolPose, turns: &[Turn<f64>; 2]) -> Result<AxisVector, InverseError> {
+    pub(super) fn slide(
+        &self,
+        pose: &ToolPose,
+        turns: &[Turn<f64>; 2],
+    ) -> Result<AxisVector, InverseError> {
         let tip = [pose.tip.x, pose.tip.y, pose.tip.z];
         match self.slides.solve(tip, turns) {
             Some([x, y, z]) if (x + y + z).is_finite() => {
@@ -388,7 +416,7 @@ fn unit(axis: [Jet; 3]) -> UnitVector3<f64> {
 
 /// Rotaries moved by whole turns to within half a turn of `near`.
 #[inline]
-fn unwound(mut q: AxisVector, near: &AxisVector) -> AxisVector {
+pub(super) fn unwound(mut q: AxisVector, near: &AxisVector) -> AxisVector {
     for axis in [FIRST_ROTARY, SECOND_ROTARY] {
         q[axis] = unwrap_near(q[axis], near[axis]);
     }

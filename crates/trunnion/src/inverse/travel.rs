@@ -1,10 +1,10 @@
 //! Branch and turn inside travel: a position that continues the one before.
 
-use super::solve::{Branch, Inverse, InverseError, Solutions};
+use super::solve::{Branch, Inverse, InverseError, Solutions, unwound};
 use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, Prefer, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, PoseRates, ToolPose};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Rotary travels closer than this \[rad\] are equal: a sum of 10^6 moves of up to a turn, each
 /// rounded to half an ulp of 2π.
@@ -32,6 +32,9 @@ impl Inverse {
     /// As [`Inverse::solutions`], and [`InverseError::OutOfTravel`] with the axis that is outside
     /// by least, as a share of its travel, if no branch is inside.
     pub fn continued(&self, pose: &ToolPose, near: &AxisVector) -> Result<Continued, InverseError> {
+        if let Some(found) = self.plainly(pose, near)? {
+            return Ok(found);
+        }
         let mut choice = Choice::new(self.kinematics().machine(), near);
         match self.solutions(pose)? {
             Solutions::Regular([plus, minus]) => {
@@ -41,6 +44,30 @@ impl Inverse {
             Solutions::Singular(_) => choice.offer(self.near(pose, near)?, None),
         }
         choice.made()
+    }
+
+    /// The answer where it takes no choice: the nearest branch on the nearest turn is inside travel,
+    /// and nothing else is as near.
+    #[inline]
+    fn plainly(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<Option<Continued>, InverseError> {
+        let Some([plus, minus]) = self.regular(pose, near)? else { return Ok(None) };
+        let (way, other, branch) = if plus.travel <= minus.travel {
+            (plus, minus, Branch::Plus)
+        } else {
+            (minus, plus, Branch::Minus)
+        };
+        // Half a turn either way is as near.
+        let unique = other.travel - way.travel > TRAVEL_TIE && PI - way.longest > TRAVEL_TIE;
+        let q = unwound(self.slide(pose, &way.turns)?, near);
+        let inside = q.iter().zip(&self.kinematics().machine().axes).all(|(&value, axis)| {
+            let [low, high] = axis.limits;
+            low <= value && value <= high
+        });
+        Ok((unique && inside).then_some(Continued { q, branch: Some(branch) }))
     }
 
     /// The position of [`Inverse::continued`] alone.
