@@ -174,14 +174,21 @@ fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
 /// digits as this is below 1, and half of them must stay.
 const FLAT: f64 = 1e-8;
 
-/// Solves `columns l = y` by Cramer's rule; exact to rounding times the condition, for any jet.
+/// Solves `columns l = y` by Cramer's rule and one step of refinement: Cramer's rule alone leaves a
+/// residual of rounding times the condition, which the tip would be off by where the axes nearly
+/// lie in one plane and travel far.
 #[inline]
-fn cramer<T: Real>([a, b, c]: [[T; 3]; 3], y: [T; 3]) -> Option<[T; 3]> {
-    let [bc, ca, ab] = [cross(b, c), cross(c, a), cross(a, b)];
-    let volume = dot(a, bc);
+fn cramer<T: Real>(columns: [[T; 3]; 3], y: [T; 3]) -> Option<[T; 3]> {
+    let [a, b, c] = columns;
+    let rows = [cross(b, c), cross(c, a), cross(a, b)];
+    let volume = dot(a, rows[0]);
     if volume.value().abs() <= FLAT {
         return None;
     }
     let inverse = T::constant(1.0) / volume;
-    Some([bc, ca, ab].map(|row| dot(row, y) * inverse))
+    let solve = |y: [T; 3]| rows.map(|row| dot(row, y) * inverse);
+    let [l, m, n] = solve(y);
+    let at = |row: usize| a[row] * l + b[row] * m + c[row] * n;
+    let [dl, dm, dn] = solve(minus(y, [at(0), at(1), at(2)]));
+    Some([l + dl, m + dm, n + dn])
 }
