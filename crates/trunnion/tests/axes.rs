@@ -10,7 +10,9 @@ use proptest::prelude::*;
 use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
-use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow};
+use trunnion::axes::{
+    AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow, origins,
+};
 use trunnion::inverse::{Inverse, InverseError, Solutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, RetractFrame, Setup};
 use trunnion::math::angle::{angle_between, wrap};
@@ -501,7 +503,7 @@ fn what_cannot_be_run_says_where_and_why() {
     };
     assert_eq!(name, "X");
     assert!((excess - (value - limit)).abs() < 1e-6 && (*excess - 2e5).abs() < 500.0, "{error}");
-    assert!(error.to_string().contains("move the workpiece origin"));
+    assert!(error.to_string().contains("mm or more beyond the ends of X; turn"), "{error}");
 
     let gap =
         vec![cut(straight(V3::zeros(), V3::x(), axis)), cut(straight(V3::y(), V3::x(), axis))];
@@ -800,4 +802,49 @@ proptest! {
 /// More with `PROPTEST_CASES`, as the long runs set it.
 fn cases_of_proptest() -> u32 {
     ProptestConfig::default().cases.min(100_000) / 2
+}
+
+/// The refusal of a bad origin names good ones, and they are good: on a tilting table, where each pose
+/// moves the slides another way.
+#[test]
+fn an_origin_out_of_travel_is_put_right() {
+    let text = include_str!("../../../machines/bc-trunnion.toml");
+    let machine = trunnion::files::machine::parse(text).unwrap().machine;
+    let at = |origin: V3| Kinematics::new(&machine, &Setup::new(origin, [0.0, 0.3, 0.0], 120.0));
+    let path = ToolPath { pieces: vec![cut(curve(knots(0.0, TAU, 40), cone(0.6)))] };
+    let runs = |origin: V3| follow(&at(origin), &path, &OPTIONS, &Silent);
+    let error = runs(V3::new(0.0, 0.0, -300.0)).unwrap_err();
+    let AxesError::OutOfTravel { remedy, .. } = &error else { panic!("{error}") };
+    assert!(remedy.contains("origin = [") && remedy.contains("does not fit"), "{error}");
+    let good = V3::new(-381.0, -254.0, -505.0);
+    let followed = runs(good).unwrap();
+    let origins = origins(&at(good), &followed).unwrap();
+    assert!(origins.room > 0.0 && !origins.tight.is_empty());
+    assert!(remedy.contains(&format!("{:.1}", origins.best.z)), "{remedy} {:?}", origins.best);
+    runs(origins.best).unwrap();
+    for axis in 0..3 {
+        let [low, high] = origins.along[axis].unwrap();
+        assert!(low < good[axis] && good[axis] < high);
+        for (end, way) in [(low, 1.0), (high, -1.0)] {
+            let mut origin = good;
+            origin[axis] = end;
+            runs(origin).unwrap();
+            // A millimetre is kept as room at both ends; farther out it does not fit.
+            origin[axis] = end - way * 3.0;
+            assert!(runs(origin).is_err(), "{origin}");
+        }
+    }
+    // A part that no origin fits, and one that only another origin does.
+    for (length, fits) in [(900.0, true), (2000.0, false)] {
+        let axis = V3::new(0.0, 0.5, 1.0).normalize();
+        let long = cut(straight(V3::zeros(), V3::new(0.0, length, 0.0), axis));
+        let long = ToolPath { pieces: vec![long] };
+        let error = follow(&at(good), &long, &OPTIONS, &Silent).unwrap_err().to_string();
+        assert_eq!(error.contains("no other does"), !fits, "{error}");
+        if fits {
+            let list = error.rsplit("origin = [").next().unwrap().split(']').next().unwrap();
+            let origin: Vec<f64> = list.split(", ").map(|x| x.parse().unwrap()).collect();
+            follow(&at(V3::from_row_slice(&origin)), &long, &OPTIONS, &Silent).unwrap();
+        }
+    }
 }

@@ -8,6 +8,7 @@
 mod course;
 mod error;
 mod march;
+mod origin;
 mod plan;
 mod retract;
 mod stops;
@@ -15,6 +16,7 @@ mod strand;
 mod travel;
 
 pub use error::AxesError;
+pub use origin::{Origins, origins};
 
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
@@ -168,7 +170,8 @@ pub fn follow(
     let marcher = march::Marcher { inverse: &inverse, options };
     let (stops, links) = stops::split(path, options)?;
     let stretches = stops::candidates(&marcher, path, &stops, progress)?;
-    let chosen = plan::choose(&marcher, &stretches, &links)?;
+    let chosen = plan::choose(&marcher, &stretches, &links)
+        .map_err(|error| origin::explain(error, &marcher, &stretches, &links))?;
     Ok(assemble(chosen, &links, &stretches))
 }
 

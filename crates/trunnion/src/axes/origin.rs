@@ -1,0 +1,308 @@
+//! Where the workpiece origin may be: the linear axes are affine in it.
+
+use super::march::Marcher;
+use super::plan;
+use super::stops::Link;
+use super::strand::Stretch;
+use super::{AxesError, Followed, assemble};
+use crate::inverse::Inverse;
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
+use crate::types::AxisVector;
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
+
+/// Room kept to the ends of travel \[mm\]: more than axes bow between two nodes, and than the digits
+/// in which an origin is told.
+const ROOM: f64 = 1.0;
+
+/// Constraints of the small programs that are solved on the way; each adds one that was broken by
+/// most, and with exact arithmetic none comes twice.
+const MOST_CONSTRAINTS: usize = 40;
+
+/// Workpiece origins that keep the linear axes of a path inside travel, the rotation as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origins {
+    /// Lowest and highest x, y, z of the origin \[mm\], the other two as they are; `None`: no value of
+    /// this one alone helps.
+    pub along: [Option<[f64; 2]>; 3],
+    /// The origin that leaves most room on all sides \[mm\].
+    pub best: Vector3<f64>,
+    /// That room \[mm\]; negative: no origin fits, and by at least so much an axis is short.
+    pub room: f64,
+    /// Names of the axes whose ends limit the room.
+    pub tight: Vec<String>,
+}
+
+/// `row · shift <= most`: an end of travel at one node, for a shift of the origin.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    row: Vector3<f64>,
+    most: f64,
+    axis: usize,
+}
+
+/// `row · (shift, room) <= most`, and the axis whose end it is.
+type Constraint = (Vector4<f64>, f64, Option<usize>);
+
+/// Origins for axes along a path that were found without regard to the ends of the linear axes.
+///
+/// With the rotaries as they are, a shift `d` of the origin moves the slides by `J⁻¹ R⁻¹ d`, `J` being
+/// the derivative of the tip by the slides and `R` the rotation of the setup: each end of travel at
+/// each node is a half-space of origins. Retracts are left out: they go where the machine says.
+/// `None` if the path has no nodes, or the slides lie in one plane.
+pub fn origins(kinematics: &Kinematics, followed: &Followed) -> Option<Origins> {
+    let ends = ends(kinematics, followed)?;
+    let origin = kinematics.setup().origin;
+    let along = [0, 1, 2].map(|axis| {
+        let [low, high] = interval(&ends, axis);
+        (low <= high).then(|| [origin[axis] + low, origin[axis] + high])
+    });
+    let (shift, room, tight) = roomiest(&ends)?;
+    let axes = &kinematics.machine().axes;
+    let mut names: Vec<String> =
+        tight.iter().filter_map(|&axis| axes.get(axis)).map(|axis| axis.name.clone()).collect();
+    names.sort();
+    names.dedup();
+    Some(Origins { along, best: origin + shift, room, tight: names })
+}
+
+fn ends(kinematics: &Kinematics, followed: &Followed) -> Option<Vec<End>> {
+    let turn = kinematics.setup().rotation.inverse();
+    let axes = &kinematics.machine().axes;
+    let mut ends = Vec::new();
+    for (index, piece) in followed.path.pieces.iter().enumerate() {
+        if followed.retracts.iter().any(|retract| retract.pieces.contains(&index)) {
+            continue;
+        }
+        for node in &piece.nodes {
+            let q = &node.q[0];
+            let moves = slides_by_tip(kinematics, q)? * turn.matrix();
+            for axis in 0..FIRST_ROTARY {
+                let row: Vector3<f64> = moves.row(axis).transpose();
+                let [low, high] = axes.get(axis)?.limits;
+                let both = [(row, high - ROOM - q[axis]), (-row, q[axis] - low - ROOM)];
+                let real = both.into_iter().filter(|(_, most)| most.is_finite());
+                ends.extend(real.map(|(row, most)| End { row, most, axis }));
+            }
+        }
+    }
+    (!ends.is_empty()).then_some(ends)
+}
+
+/// How the slides follow the tip, rotaries as at `q`. The tip is affine in the slides.
+fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>> {
+    let at = |slide: Option<usize>| {
+        let mut q = *q;
+        q.fixed_rows_mut::<3>(0).fill(0.0);
+        if let Some(slide) = slide {
+            q[slide] = 1.0;
+        }
+        kinematics.forward(&q).tip
+    };
+    let zero = at(None);
+    let column = |slide: usize| at(Some(slide)) - zero;
+    Matrix3::from_columns(&[column(0), column(1), column(2)]).try_inverse()
+}
+
+/// Shifts along one direction of the machine.
+fn interval(ends: &[End], axis: usize) -> [f64; 2] {
+    let mut range = [f64::NEG_INFINITY, f64::INFINITY];
+    for end in ends {
+        let slope = end.row[axis];
+        if slope > 0.0 {
+            range[1] = range[1].min(end.most / slope);
+        } else if slope < 0.0 {
+            range[0] = range[0].max(end.most / slope);
+        } else if end.most < 0.0 {
+            return [f64::INFINITY, f64::NEG_INFINITY];
+        }
+    }
+    range
+}
+
+/// The shift with the most room, that room, and the axes that limit it: the largest `m` with
+/// `row · d + m <= most` for all ends. A linear program in four unknowns, solved on few of its
+/// constraints, to which the one broken by most is added until none is broken.
+fn roomiest(ends: &[End]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
+    // Far enough for any machine, so that the first small program has a corner.
+    let far = ends.iter().fold(1.0_f64, |far, end| far.max(end.most.abs())) * 8.0;
+    let mut some: Vec<Constraint> = Vec::new();
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut row = Vector4::zeros();
+            row[axis] = sign;
+            some.push((row, far, None));
+        }
+    }
+    some.push((Vector4::w(), far, None));
+    loop {
+        let (best, corner) = corner(&some)?;
+        let shift: Vector3<f64> = best.fixed_rows::<3>(0).into();
+        let room = |end: &End| end.most - end.row.dot(&shift);
+        let worst = ends.iter().min_by(|a, b| room(a).total_cmp(&room(b)))?;
+        // Sums of a dozen products of lengths up to `far`.
+        if room(worst) >= best.w - 64.0 * f64::EPSILON * far || some.len() >= MOST_CONSTRAINTS {
+            let tight = corner.iter().filter_map(|&at| some.get(at)?.2).collect();
+            return Some((shift, room(worst), tight));
+        }
+        let row = Vector4::new(worst.row.x, worst.row.y, worst.row.z, 1.0);
+        some.push((row, worst.most, Some(worst.axis)));
+    }
+}
+
+/// The highest corner of a small program, by trying all, and the constraints that hold it down: those
+/// with a price above zero. None of a highest corner's prices is negative.
+fn corner(some: &[Constraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
+    let count = some.len();
+    let picks = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).flat_map(|[a, b]| {
+        (b + 1..count).flat_map(move |c| (c + 1..count).map(move |d| [a, b, c, d]))
+    });
+    let mut best: Option<(Vector4<f64>, Vec<usize>)> = None;
+    for pick in picks {
+        let Some((x, prices)) = crossing(some, pick) else { continue };
+        // Prices add up to one: the rows' last entries are 1.
+        let dear = |price: f64| price > 1e3 * f64::EPSILON;
+        if prices.iter().all(|price| !dear(-price))
+            && best.as_ref().is_none_or(|(least, _)| x.w > least.w)
+            && keeps(some, &x)
+        {
+            let held = pick.into_iter().zip(prices.iter()).filter(|(_, price)| dear(**price));
+            best = Some((x, held.map(|(at, _)| at).collect()));
+        }
+    }
+    best
+}
+
+/// Where four constraints meet, and what the height there gains by loosening each.
+fn crossing(some: &[Constraint], pick: [usize; 4]) -> Option<(Vector4<f64>, Vector4<f64>)> {
+    let mut rows = Matrix4::zeros();
+    let mut most = Vector4::zeros();
+    for (place, at) in pick.into_iter().enumerate() {
+        let (row, value, _) = some.get(at)?;
+        rows.set_row(place, &row.transpose());
+        most[place] = *value;
+    }
+    let inverse = rows.try_inverse()?;
+    let x = inverse * most;
+    x.iter().all(|x| x.is_finite()).then(|| (x, inverse.row(3).transpose()))
+}
+
+/// Whether a corner keeps all constraints, to rounding.
+fn keeps(some: &[Constraint], x: &Vector4<f64>) -> bool {
+    let size = 1.0 + x.amax();
+    some.iter()
+        .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
+}
+
+/// Puts into an error of travel which origin would fit.
+pub(super) fn explain(
+    error: AxesError,
+    marcher: &Marcher<'_>,
+    stretches: &[Stretch],
+    links: &[Link],
+) -> AxesError {
+    let AxesError::OutOfTravel { piece, node, u, axis, value, limit, excess, remedy } = error
+    else {
+        return error;
+    };
+    let kinematics = marcher.inverse.kinematics();
+    let linear = kinematics.machine().index_of(&axis).is_some_and(|axis| axis < FIRST_ROTARY);
+    let found = linear.then(|| free(marcher, stretches, links)).flatten();
+    let told = found.and_then(|followed| origins(kinematics, &followed));
+    let remedy = told.map_or(remedy, |origins| advice(kinematics, &origins));
+    AxesError::OutOfTravel { piece, node, u, axis, value, limit, excess, remedy }
+}
+
+/// The path on the same machine without ends of the linear axes.
+fn free(marcher: &Marcher<'_>, stretches: &[Stretch], links: &[Link]) -> Option<Followed> {
+    let kinematics = marcher.inverse.kinematics();
+    let machine = endless(kinematics.machine());
+    let inverse = Inverse::new(&Kinematics::new(&machine, kinematics.setup())).ok()?;
+    let marcher = Marcher { inverse: &inverse, options: marcher.options };
+    let chosen = plan::choose(&marcher, stretches, links).ok()?;
+    Some(assemble(chosen, links, stretches))
+}
+
+fn endless(machine: &Machine) -> Machine {
+    let mut machine = machine.clone();
+    for axis in machine.axes.iter_mut().take(FIRST_ROTARY) {
+        axis.limits = [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    machine
+}
+
+/// What to write into the job file.
+fn advice(kinematics: &Kinematics, origins: &Origins) -> String {
+    let now = kinematics.setup().origin;
+    let [x, y, z] = now.into();
+    let is = format!("[setup] origin = [{x:.1}, {y:.1}, {z:.1}] does not fit");
+    let ways: Vec<String> = ["x", "y", "z"]
+        .iter()
+        .zip(&origins.along)
+        .filter_map(|(name, range)| {
+            let [low, high] = (*range)?.map(|end| (end * 10.0).round() / 10.0);
+            Some(format!("{name} between {low:.1} and {high:.1}"))
+        })
+        .collect();
+    let [x, y, z] = origins.best.into();
+    let best = format!("origin = [{x:.1}, {y:.1}, {z:.1}]");
+    if origins.room < 0.0 {
+        return format!(
+            "{is}, and with this rotation no other does: wherever it is, the path goes {:.1} mm or more beyond the ends of {}; \
+             turn the setup, take a shorter tool or clearance, or split the job (least bad: {best})",
+            -origins.room,
+            origins.tight.join(" or ")
+        );
+    }
+    let room = format!("{best} leaves most room, {:.1} mm to every end", origins.room + ROOM);
+    if ways.is_empty() {
+        format!("{is}; {room}")
+    } else {
+        format!(
+            "{is}; the whole path would with {}, the rest unchanged; {room}",
+            ways.join(", or ")
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn end(row: [f64; 3], most: f64) -> End {
+        End { row: Vector3::from(row), most, axis: 0 }
+    }
+
+    #[test]
+    fn the_middle_of_a_box_has_the_most_room() {
+        let mut ends = Vec::new();
+        for (axis, [low, high]) in [[-10.0, 30.0], [5.0, 9.0], [-100.0, -2.0]].iter().enumerate() {
+            let mut row = [0.0; 3];
+            row[axis] = 1.0;
+            ends.push(end(row, *high));
+            row[axis] = -1.0;
+            ends.push(end(row, -low));
+        }
+        let (shift, room, _) = roomiest(&ends).unwrap();
+        assert!((room - 2.0).abs() < 1e-9 && (shift.y - 7.0).abs() < 1e-9);
+        assert_eq!(interval(&ends, 0), [f64::INFINITY, f64::NEG_INFINITY]);
+        // Too narrow for anything: short by one on both sides.
+        ends.push(end([0.0, 1.0, 0.0], 3.0));
+        let (shift, room, _) = roomiest(&ends).unwrap();
+        assert!((room + 1.0).abs() < 1e-9 && (shift.y - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_slanted_corner_is_found() {
+        // A tetrahedron with its corner at zero: the centre of the ball that touches all sides.
+        let s = 1.0 / 3.0_f64.sqrt();
+        let ends = [
+            end([-1.0, 0.0, 0.0], 0.0),
+            end([0.0, -1.0, 0.0], 0.0),
+            end([0.0, 0.0, -1.0], 0.0),
+            end([s, s, s], s),
+        ];
+        let (shift, room, _) = roomiest(&ends).unwrap();
+        let radius = s / (1.0 + 3.0 * s);
+        assert!((room - radius).abs() < 1e-12 && (shift - Vector3::repeat(radius)).norm() < 1e-12);
+    }
+}
