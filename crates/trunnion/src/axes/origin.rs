@@ -284,7 +284,8 @@ mod tests {
         }
         let (shift, room, _) = roomiest(&ends).unwrap();
         assert!((room - 2.0).abs() < 1e-9 && (shift.y - 7.0).abs() < 1e-9);
-        assert_eq!(interval(&ends, 0), [f64::INFINITY, f64::NEG_INFINITY]);
+        let [low, high] = interval(&ends, 0);
+        assert!(low > high, "x alone does not help");
         // Too narrow for anything: short by one on both sides.
         ends.push(end([0.0, 1.0, 0.0], 3.0));
         let (shift, room, _) = roomiest(&ends).unwrap();
