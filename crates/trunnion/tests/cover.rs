@@ -63,11 +63,15 @@ fn face(surface: Surface, loops: &[Vec<[f64; 2]>], flip: bool) -> FaceIndex {
 }
 
 fn cutter() -> Cutter {
+    long(60.0)
+}
+
+fn long(length: f64) -> Cutter {
     Cutter::new(CutterSpec {
         kind: Kind::Bull,
         major: 4.0,
         minor: 3.0,
-        length: 60.0,
+        length,
         construction: Construction::Solid,
         shank: Vec::new(),
     })
@@ -349,8 +353,10 @@ fn a_lead_that_would_gouge_takes_another_way() {
         approach: f64::INFINITY,
         gouge: 0.01,
     };
+    // A longer tool would touch the wall with its flank from the start.
+    let short = long(8.0);
     let up = |passes: &[Pass]| {
-        let legs = legs(passes, &faces, &cutter(), &link, &Silent).unwrap();
+        let legs = legs(passes, &faces, &short, &link, &Silent).unwrap();
         let ends = &legs[2].stations;
         (ends[1].pose.tip - ends[0].pose.tip).normalize()
     };
@@ -359,7 +365,9 @@ fn a_lead_that_would_gouge_takes_another_way() {
     assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
     let barred = standing(11.0, 1.5);
     assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
+    let flank = legs(&barred, &faces, &cutter(), &link, &Silent);
+    assert!(matches!(flank, Err(CoverError::LeadGouges { .. })), "{flank:?}");
     // Inside the wall no way is free.
-    let stuck = legs(&standing(22.0, 0.0), &faces, &cutter(), &link, &Silent);
+    let stuck = legs(&standing(22.0, 0.0), &faces, &short, &link, &Silent);
     assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
 }

@@ -7,6 +7,7 @@ use super::solid::{Solid, Tool};
 use super::sweep::{Instant, Sweep};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
 
 /// Halvings of a cell or a stretch of time, together, before its bound is taken as it is: from millimetres
 /// to nanometres in all three.
@@ -21,7 +22,7 @@ pub(super) struct Clearing<'a> {
     pub(super) tool: &'a Tool,
     /// What the tool has to keep from the face \[mm\].
     pub(super) target: f64,
-    /// To what a breach of the target is found \[mm\].
+    /// Below the target by this much counts as kept \[mm\]: what touches it cannot be told from it.
     pub(super) precision: f64,
 }
 
@@ -32,6 +33,16 @@ struct Slab {
     from: f64,
     to: f64,
     middle: Instant,
+    /// Indices of the halves, once they are needed.
+    halves: Option<[usize; 2]>,
+}
+
+/// A cell and, once they are needed, its halves by either parameter.
+#[derive(Debug, Clone, Copy)]
+struct Tile {
+    cell: Cell,
+    sags: [f64; 2],
+    halves: [Option<[usize; 2]>; 2],
 }
 
 /// The least distance known so far.
@@ -39,6 +50,11 @@ struct Search<'a> {
     clearing: &'a Clearing<'a>,
     sweep: &'a Sweep,
     solid: &'a Solid,
+    /// Halves are kept: the same cells and times are met again and again.
+    slabs: Vec<Slab>,
+    tiles: Vec<Tile>,
+    /// Tile of a cell of the sheet.
+    known: HashMap<usize, usize>,
     /// Least distance found anywhere \[mm\].
     found: f64,
     /// What no distance is below \[mm\]; at most the target.
@@ -46,18 +62,26 @@ struct Search<'a> {
 }
 
 impl Clearing<'_> {
-    /// What the tool keeps from the face at least during a span, looked at in `slabs`; the target, less
-    /// the precision, or more if it keeps that.
+    /// What the tool keeps from the face at least during a span, looked at in `slabs`: the target, less
+    /// the precision, or more if it keeps that; otherwise some distance that is less.
     pub(super) fn least(&self, sweep: &Sweep, span: usize, slabs: u32) -> f64 {
         let [start, end] = [sweep.curve.knots[span], sweep.curve.knots[span + 1]];
         let mut least = self.target;
         for solid in self.tool.solids() {
-            let mut search =
-                Search { clearing: self, sweep, solid, found: f64::INFINITY, bound: least };
+            let mut search = Search {
+                clearing: self,
+                sweep,
+                solid,
+                slabs: Vec::new(),
+                tiles: Vec::new(),
+                known: HashMap::new(),
+                found: f64::INFINITY,
+                bound: least,
+            };
             for i in 0..slabs {
                 let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
                 match Slab::new(sweep, span, [at(i), at(i + 1)]) {
-                    Some(slab) => search.root(&slab),
+                    Some(slab) => search.root(slab),
                     None => return f64::NEG_INFINITY,
                 }
             }
@@ -78,16 +102,11 @@ impl Clearing<'_> {
 impl Slab {
     fn new(sweep: &Sweep, span: usize, [from, to]: [f64; 2]) -> Option<Self> {
         let middle = sweep.instant(span, 0.5 * (from + to))?;
-        Some(Self { span, from, to, middle })
+        Some(Self { span, from, to, middle, halves: None })
     }
 
     fn half(&self) -> f64 {
         0.5 * (self.to - self.from)
-    }
-
-    fn halves(&self, sweep: &Sweep) -> [Option<Self>; 2] {
-        let middle = 0.5 * (self.from + self.to);
-        [[self.from, middle], [middle, self.to]].map(|part| Self::new(sweep, self.span, part))
     }
 
     /// Velocity of a fixed place seen from the tool, in the workpiece's directions.
@@ -98,42 +117,52 @@ impl Slab {
 
 impl Search<'_> {
     /// Nothing at or above this matters any more. A touch at the target itself is not followed below the
-    /// precision.
+    /// precision, and after a certain breach nothing matters.
     fn enough(&self) -> f64 {
-        self.bound.min(self.found - self.clearing.precision)
+        let Clearing { target, precision, .. } = *self.clearing;
+        if self.found < target - precision {
+            return f64::NEG_INFINITY;
+        }
+        self.bound.min(self.found - precision)
     }
 
-    fn root(&mut self, slab: &Slab) {
+    fn root(&mut self, slab: Slab) {
         let root = self.clearing.sheet.nodes.len();
         if root > 0 {
-            self.node(root - 1, slab, 0);
+            self.slabs.push(slab);
+            self.node(root - 1, self.slabs.len() - 1, 0);
         }
     }
 
-    fn node(&mut self, index: usize, slab: &Slab, depth: u32) {
+    /// The distance lies above the tangent plane at the centre, over the ball and the slab.
+    fn node(&mut self, index: usize, time: usize, depth: u32) {
         let node = self.clearing.sheet.nodes[index];
-        let from_tip = node.centre - slab.middle.pose.tip;
+        let slab = self.slabs[time];
+        let pose = &slab.middle.pose;
+        let from_tip = node.centre - pose.tip;
         let half = slab.half();
-        let far = from_tip.norm() + node.radius;
-        let motion = (slab.seen(&from_tip).norm() + slab.middle.turn.norm() * node.radius) * half
-            + 0.5 * self.rest(slab, far);
-        let distance = self.solid.distance(&node.centre, &slab.middle.pose);
-        if distance - node.radius - motion >= self.enough() {
+        let gap = self.solid.gap(&node.centre, pose);
+        let moving = gap.gradient.dot(&slab.seen(&from_tip)).abs();
+        let motion = (moving + slab.middle.turn.norm() * node.radius) * half
+            + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
+        if gap.distance - node.along(&gap.gradient) - motion >= self.enough() {
             return;
         }
-        if motion > 2.0 * node.radius && depth < DEPTH {
-            self.later(slab, |search, slab| search.node(index, slab, depth + 1));
+        if motion > node.radius && depth < DEPTH {
+            for time in self.later(time) {
+                self.node(index, time, depth + 1);
+            }
             return;
         }
         match node.below {
             Below::Halves(halves) => {
                 for half in halves {
-                    self.node(half, slab, depth);
+                    self.node(half, time, depth);
                 }
             }
             Below::Cell(cell) => {
-                let cell = self.clearing.sheet.cells[cell];
-                self.cell(&cell, slab, depth);
+                let tile = self.tile(cell);
+                self.cell(tile, time, depth);
             }
         }
     }
@@ -144,35 +173,65 @@ impl Search<'_> {
         bend.seen(distance, slab.middle.velocity.norm() + bend.tip * half) * half * half
     }
 
-    fn later(&mut self, slab: &Slab, each: impl Fn(&mut Self, &Slab)) {
-        for half in slab.halves(self.sweep) {
-            match half {
-                Some(half) => each(self, &half),
-                None => self.bound = f64::NEG_INFINITY,
-            }
+    /// Halves of a slab; none, and no bound, where there is no pose.
+    fn later(&mut self, time: usize) -> Vec<usize> {
+        let slab = self.slabs[time];
+        if let Some(halves) = slab.halves {
+            return halves.to_vec();
         }
+        let middle = 0.5 * (slab.from + slab.to);
+        let parts = [[slab.from, middle], [middle, slab.to]];
+        let [Some(a), Some(b)] = parts.map(|part| Slab::new(self.sweep, slab.span, part)) else {
+            self.bound = f64::NEG_INFINITY;
+            return Vec::new();
+        };
+        let first = self.slabs.len();
+        self.slabs.extend([a, b]);
+        self.slabs[time].halves = Some([first, first + 1]);
+        vec![first, first + 1]
+    }
+
+    fn tile(&mut self, cell: usize) -> usize {
+        let (tiles, sheet) = (&mut self.tiles, self.clearing.sheet);
+        *self.known.entry(cell).or_insert_with(|| {
+            tiles.push(Tile::new(sheet.cells[cell]));
+            tiles.len() - 1
+        })
+    }
+
+    fn halves(&mut self, tile: usize, k: usize) -> [usize; 2] {
+        if let Some(halves) = self.tiles[tile].halves[k] {
+            return halves;
+        }
+        let at = self.clearing.at();
+        let halves = self.tiles[tile].cell.halves(k, &at);
+        let first = self.tiles.len();
+        self.tiles.extend(halves.map(Tile::new));
+        self.tiles[tile].halves[k] = Some([first, first + 1]);
+        [first, first + 1]
     }
 
     /// The distance lies above the tangent plane at the middle; over the cell and the slab that plane
     /// is least at a corner, but for the bows of the cell and of the motion.
-    fn cell(&mut self, cell: &Cell, slab: &Slab, depth: u32) {
+    fn cell(&mut self, tile: usize, time: usize, depth: u32) {
+        let (slab, Tile { cell, sags, .. }) = (self.slabs[time], &self.tiles[tile]);
+        let sags = *sags;
         let pose = &slab.middle.pose;
         let centre = cell.centre();
         let gap = self.solid.gap(&centre, pose);
         self.found = self.found.min(gap.distance);
         let half = slab.half();
-        let mut slopes = f64::INFINITY;
+        let mut least = f64::INFINITY;
         let (mut moving, mut far) = (0.0_f64, 0.0_f64);
         for corner in cell.corners() {
             let from_tip = corner - pose.tip;
-            let move_ = gap.gradient.dot(&slab.seen(&from_tip)).abs() * half;
-            slopes = slopes.min(gap.gradient.dot(&(corner - centre)) - move_);
-            moving = moving.max(move_);
+            let moved = gap.gradient.dot(&slab.seen(&from_tip)).abs() * half;
+            least = least.min(gap.gradient.dot(&(corner - centre)) - moved);
+            moving = moving.max(moved);
             far = far.max(from_tip.norm());
         }
-        let sags = [cell.sag(0), cell.sag(1)];
-        let rest = 0.5 * self.rest(slab, far + sags[0] + sags[1]);
-        let bound = gap.distance + slopes - sags[0] - sags[1] - rest;
+        let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
+        let bound = gap.distance + least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;
         }
@@ -180,20 +239,82 @@ impl Search<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        // Along the feed what the place gains the motion takes back, so slopes are compared as they are.
-        let [a, b] = [0, 1].map(|k| {
-            let p = &cell.points;
-            let way = if k == 0 { p[2][1] - p[0][1] } else { p[1][2] - p[1][0] };
-            sags[k] + 0.5 * gap.gradient.dot(&way).abs()
-        });
-        let time = moving + rest;
-        if time >= a.max(b) {
-            self.later(slab, |search, slab| search.cell(cell, slab, depth + 1));
+        let [a, b] = [0, 1].map(|k| sags[k] + 0.5 * gap.gradient.dot(&cell.way(k)).abs());
+        if moving + rest >= a.max(b) {
+            for time in self.later(time) {
+                self.cell(tile, time, depth + 1);
+            }
         } else {
-            let at = self.clearing.at();
-            for half in cell.halves(usize::from(b > a), &at) {
-                self.cell(&half, slab, depth + 1);
+            for half in self.halves(tile, usize::from(b > a)) {
+                self.cell(half, time, depth + 1);
             }
         }
+    }
+}
+
+impl Tile {
+    fn new(cell: Cell) -> Self {
+        Self { cell, sags: [cell.sag(0), cell.sag(1)], halves: [None; 2] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::region::Region;
+    use super::*;
+    use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
+    use crate::surface::{Face, NurbsSurface, Surface};
+    use crate::types::{PoseCurve, Station, ToolPose};
+    use nalgebra::Unit;
+
+    /// A plate, 20 x 20 mm, with a ridge of 0.5 mm at x = 10.
+    fn plate() -> FaceIndex {
+        let points = [[0.0, 0.0], [10.0, 1.0], [20.0, 0.0]]
+            .map(|[x, z]| [0.0, 20.0].map(|y| Point3::new(x, y, z)).to_vec())
+            .to_vec();
+        let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([2, 1], knots, points, None).unwrap();
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+    }
+
+    fn tool(shank: Vec<[f64; 2]>) -> Tool {
+        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 60.0, construction, shank };
+        Tool::new(&Cutter::new(spec).unwrap())
+    }
+
+    /// What a tool keeps at least that passes over the plate along x, its tip at height `z`, leaning by `lean`
+    /// about x.
+    fn least(tool: &Tool, z: f64, lean: f64, target: f64) -> f64 {
+        let face = plate();
+        let region = Region::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
+        let sheet = Sheet::new(&face, Along::V, &region, 1.0);
+        let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
+        let at = |x: f64| {
+            let tip = Point3::new(x, 10.0, z);
+            Station { pose: ToolPose { tip, axis }, contact: tip }
+        };
+        let sweep = Sweep::of(PoseCurve::through(&[at(-5.0), at(9.0), at(25.0)], 3.0), 3.0);
+        let clearing =
+            Clearing { face: &face, chart: Along::V, sheet: &sheet, tool, target, precision: 1e-4 };
+        (0..2).map(|span| clearing.least(&sweep, span, 1)).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn the_height_over_a_ridge_is_found_between_stations() {
+        let tool = tool(Vec::new());
+        assert!(least(&tool, 0.6, 0.0, 0.099) >= 0.099 - 1e-4);
+        assert!(least(&tool, 0.6, 0.0, 0.101) < 0.101 - 1e-4);
+        // Below the ridge the tool gouges, whatever it keeps at its stations.
+        assert!(least(&tool, 0.4, 0.0, -0.09) < -0.09 - 1e-4);
+    }
+
+    #[test]
+    fn a_shank_that_leans_onto_the_face_is_found() {
+        // Leaning 80 degrees at height 3, the cutting end is 1.4 mm above the plate's middle, and the
+        // shank of 4 mm from height 8 on is below its surface.
+        let lean = 80_f64.to_radians();
+        assert!(least(&tool(Vec::new()), 4.0, lean, 0.1) >= 0.1 - 1e-4);
+        assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
     }
 }

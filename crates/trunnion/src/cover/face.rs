@@ -24,7 +24,7 @@ const LOOP_SHARE: f64 = 1e-4;
 
 /// Size of the cells that a face is divided into beforehand, as a share of the cutter's radius: bows of
 /// smaller ones are far below tolerances.
-const SHEET_SHARE: f64 = 1.0 / 32.0;
+pub(super) const SHEET_SHARE: f64 = 1.0 / 32.0;
 
 /// Share of the path's share to which breaches of the band between stations are found.
 const PRECISION: f64 = 0.05;
@@ -68,7 +68,7 @@ pub(super) fn cover(
 
 /// The trimmed region in local parameters; loops on periodic surfaces also a period further on
 /// either side, so that every line across the face meets them.
-fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Sync> {
+pub(super) fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Sync> {
     let face = face.face();
     let [u, v] = face.bounds();
     let tolerance = [u, v].map(|range| LOOP_SHARE * (range[1] - range[0]));
@@ -192,7 +192,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
         }
         if task.depth > 0 {
-            self.done.report.missed += lot.columns.len();
+            self.miss(&lot.columns);
             return Ok(None);
         }
         let face = self.face.face().number;
@@ -220,7 +220,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let wide = narrowest >= lot.costs.narrow;
         let same = wide || task.method == Method::Inclined;
         if task.depth >= DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
-            self.done.report.missed += widths().filter(|width| *width < self.least()).count();
+            let missed = columns.iter().filter(|c| c.part.width < self.least());
+            self.miss(&missed.copied().collect::<Vec<_>>());
             if narrowest < self.least() {
                 return Ok(());
             }
@@ -232,6 +233,17 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let along = [columns[0].along[0], columns[columns.len() - 1].along[1]];
         let method = if same { task.method } else { Method::Inclined };
         self.finish(&Task { bounds: [[from, next], along], method, depth: task.depth + 1 })
+    }
+
+    /// Notes columns that stay unfinished.
+    fn miss(&mut self, columns: &[Column]) {
+        let chart = self.options.along;
+        let report = &mut self.done.report;
+        report.missed += columns.len();
+        let first =
+            columns.first().map(|c| chart.uv([c.finished, 0.5 * (c.along[0] + c.along[1])]));
+        let number = self.face.face().number;
+        report.missed_at = report.missed_at.or(first.map(|uv| (number, uv)));
     }
 
     /// Notes why wide strips are not taken on some columns.

@@ -7,7 +7,7 @@ use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
-    AxisNear, Band, Location, PositioningError, Request, StripSide, inclined, widest,
+    Active, AxisNear, Band, Location, PositioningError, Request, StripSide, inclined, widest,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
@@ -355,13 +355,18 @@ impl Lane<'_> {
         }
         match best {
             Some((_, found)) => Ok(found),
-            None => free.clone().and_then(|_| Err(self.apart())),
+            None => free.clone().and_then(|_| Err(self.apart(way))),
         }
     }
 
     /// No location lies near enough to its neighbours.
-    fn apart(&self) -> PositioningError {
-        PositioningError::OffsetRange { range: self.options.offset_range }
+    fn apart(&self, way: f64) -> PositioningError {
+        PositioningError::NoStrip {
+            uv: self.options.along.uv([self.across, self.track.at(way)]),
+            smallest: self.costs().narrow,
+            excess: 0.0,
+            binding: Active::AxisTurn,
+        }
     }
 
     /// A location at `way` with a neighbour on one side, as close to its optimum as that allows.
@@ -377,7 +382,7 @@ impl Lane<'_> {
         // Divided by the least share, so that even then the ranges of both neighbours meet.
         let limit = self.turn(0.5 * (b.way - a.way)).max(HALF / SHARES[0] * turn.max(offset));
         let least = reach(a).min(reach(b));
-        let none = Err(self.apart());
+        let none = Err(self.apart(way));
         let goal = Goal { reach, least };
         self.near(way, &none, &[(a, limit), (b, limit)], &goal)
             .or_else(|_| self.place(way, &self.free(), Some(&a.location)))

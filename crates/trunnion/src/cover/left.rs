@@ -16,6 +16,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::rc::Rc;
 
 /// Width of the columns that are searched independently, in least spacings.
 const COLUMN: f64 = 20.0;
@@ -53,8 +54,11 @@ pub(super) struct Swept<'a, Inside> {
 
 /// A cell that waits to be looked at; the one that begins first comes first.
 struct Waiting {
-    cell: Cell,
+    cell: Box<Cell>,
+    /// Whether no edge of the region crosses it.
     whole: bool,
+    /// Poses that come near, as indices of sweep and pose.
+    near: Rc<[[usize; 2]]>,
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
@@ -83,24 +87,40 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         let at = self.at();
         let edges = self.region.edges([across, column]);
         let mut queue = BinaryHeap::new();
-        queue.push(Waiting { cell: Cell::new([across, column], &at), whole: false });
-        while let Some(Waiting { cell, whole }) = queue.pop() {
+        let cell = Box::new(Cell::new([across, column], &at));
+        let poses = |(i, sweep): (usize, &&Sweep)| (0..sweep.poses.len()).map(move |j| [i, j]);
+        let near: Rc<[[usize; 2]]> = self.sweeps.iter().enumerate().flat_map(poses).collect();
+        queue.push(Waiting { cell, whole: false, near });
+        while let Some(Waiting { cell, whole, near }) = queue.pop() {
             let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
             if whole && !self.region.holds(cell.middle()) {
                 continue;
             }
-            if self.finished(&cell) {
+            let near = self.near(&cell, &near);
+            if !near.is_empty() && self.finished(&cell, &near) {
                 continue;
             }
             let [a, b] = [0, 1].map(|k| cell.extent(k));
-            if a.max(b) <= self.smallest {
+            // Where no pose comes near, all of a cell is open.
+            if a.max(b) <= self.smallest || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
             }
             for cell in cell.halves(usize::from(b > a), &at) {
-                queue.push(Waiting { cell, whole });
+                queue.push(Waiting { cell: Box::new(cell), whole, near: near.clone() });
             }
         }
         None
+    }
+
+    /// Of some poses, those between which and the next a place of the cell may be inside the cutter.
+    fn near(&self, cell: &Cell, poses: &[[usize; 2]]) -> Rc<[[usize; 2]]> {
+        let (centre, radius) = (cell.centre(), cell.radius());
+        let close = |place: &&[usize; 2]| {
+            let sweep = self.sweeps[place[0]];
+            let (_, pose) = &sweep.poses[place[1]];
+            self.end.distance(&centre, pose) <= radius + sweep.stride((centre - pose.tip).norm())
+        };
+        poses.iter().filter(close).copied().collect()
     }
 
     /// The face, raised by the excess allowed.
@@ -117,25 +137,24 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         }
     }
 
-    fn finished(&self, cell: &Cell) -> bool {
-        self.sweeps.iter().rev().any(|sweep| self.inside(cell, sweep).unwrap_or(false))
+    fn finished(&self, cell: &Cell, near: &[[usize; 2]]) -> bool {
+        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
+        near.chunk_by(same).rev().any(|poses| self.inside(cell, poses).unwrap_or(false))
     }
 
-    /// Whether the cell was inside the cutter during a sweep; `None` where the sweep has no pose.
-    fn inside(&self, cell: &Cell, sweep: &Sweep) -> Option<bool> {
+    /// Whether the cell was inside the cutter near some poses of one sweep; `None` where there is no pose.
+    fn inside(&self, cell: &Cell, poses: &[[usize; 2]]) -> Option<bool> {
         let centre = cell.centre();
-        let height = |pose| self.end.distance(&centre, pose);
-        let poses = sweep.poses.iter().map(|(u, pose)| (*u, height(pose)));
-        let (start, nearest) = poses.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let reach = cell.extent(0) + cell.extent(1);
-        let spacing = match sweep.poses.as_slice() {
-            [(a, _), (b, _), ..] => b - a,
-            _ => return None,
-        };
-        if nearest > reach + spacing {
+        let sweep = self.sweeps[poses.first()?[0]];
+        let heights = poses.iter().map(|place| {
+            let (u, pose) = &sweep.poses[place[1]];
+            (*u, self.end.distance(&centre, pose))
+        });
+        let (start, _) = heights.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (u, here) = self.settle(sweep, &centre, start)?;
+        if self.end.distance(&centre, &here.pose) > 0.0 {
             return Some(false);
         }
-        let (u, here) = self.settle(sweep, &centre, start)?;
         let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
         let [low, high] = sweep.curve.range();
         let mut ends = Vec::with_capacity(4);

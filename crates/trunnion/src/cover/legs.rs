@@ -1,10 +1,15 @@
 //! From passes to a whole program of motions: leads and links.
 
 use super::CoverError;
+use super::clear::Clearing;
+use super::options::Along;
+use super::sheet::Sheet;
+use super::solid::Tool;
+use super::sweep::Sweep;
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
-use crate::types::{Leg, Motion, Pass, Progress, Stage, Station, ToolPose};
-use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use crate::types::{Leg, Motion, Pass, PoseCurve, Progress, Stage, Station, ToolPose};
+use nalgebra::{Unit, UnitVector3, Vector3};
 
 /// How the tool comes down to a pass and leaves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,14 +44,14 @@ pub struct LinkOptions {
 /// for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
 
-/// Points on the cutter's centre circle whose distance to the faces is taken along a lead.
-const CIRCLE_POINTS: u32 = 32;
+/// Share of the gouge tolerance that a lead may use up without it being told from none.
+const PRECISION: f64 = 0.1;
 
 /// Joins passes with leads and links: down to each pass, along it, up again, and over to the next at
 /// a height where the tool may turn. Passes are run in the order and direction given.
 ///
-/// Each lead is checked by distance queries from the cutter's centre circle against all `faces`;
-/// where the way along the tool axis is barred, one leaning towards `up` is taken.
+/// Each lead is proven to keep off all `faces`, with the whole tool up to the gauge point; where the
+/// way along the tool axis is barred, one leaning towards `up` is taken.
 ///
 /// # Errors
 ///
@@ -59,7 +64,9 @@ pub fn legs(
     progress: &dyn Progress,
 ) -> Result<Vec<Leg>, CoverError> {
     let mut legs: Vec<Leg> = Vec::new();
-    let leads = Leads { faces, cutter, options };
+    let (tool, lever) = (Tool::new(cutter), super::lever(cutter));
+    let sheets = faces.iter().map(|face| sheet(face, cutter)).collect();
+    let leads = Leads { faces, sheets, tool, lever, cutter, options };
     for (number, pass) in passes.iter().enumerate() {
         progress.step(Stage::Cover, number as u64, passes.len() as u64)?;
         let gouges = |depth| CoverError::LeadGouges { pass: number, face: pass.face, depth };
@@ -104,6 +111,9 @@ fn reversed(mut stations: Vec<Station>) -> Vec<Station> {
 
 struct Leads<'a> {
     faces: &'a [FaceIndex],
+    sheets: Vec<Sheet>,
+    tool: Tool,
+    lever: f64,
     cutter: &'a Cutter,
     options: &'a LinkOptions,
 }
@@ -161,70 +171,38 @@ impl Leads<'_> {
         Ok(stations)
     }
 
-    /// Greatest depth below a face on a straight way, by marching: the clearance changes by at most
-    /// the distance moved, so a step as long as the clearance cannot miss a contact. Shorter steps
-    /// than an eighth of the cutter's radius are not taken.
+    /// How deep the tool goes into a face on a straight way; at least so deep, where that is more than the
+    /// gouge tolerance.
     fn depth(&self, from: &ToolPose, direction: &UnitVector3<f64>, length: f64) -> f64 {
-        let least = 0.125 * self.cutter.radius();
-        let (mut way, mut deepest) = (0.0, f64::NEG_INFINITY);
-        while way < length {
-            let tip = from.tip + direction.scale(way);
-            let clearance = self.clearance(&ToolPose { tip, axis: from.axis });
-            deepest = deepest.max(-clearance);
-            way += clearance.max(least);
-        }
-        deepest
-    }
-
-    /// Distance of the faces from the tube about the centre circle, negative inside \[mm\].
-    fn clearance(&self, pose: &ToolPose) -> f64 {
-        let minor = self.cutter.minor();
-        circle(pose, self.cutter, CIRCLE_POINTS)
-            .flat_map(|point| self.faces.iter().map(move |face| height_over(face, &point) - minor))
-            .fold(f64::INFINITY, f64::min)
+        let start = Station { pose: *from, contact: from.tip };
+        let end = moved(&start, &direction.scale(length));
+        let sweep = Sweep::of(PoseCurve::through(&[start, end], self.lever), self.lever);
+        let precision = PRECISION * self.options.gouge;
+        let of = |(face, sheet): (&FaceIndex, &Sheet)| {
+            let target = precision - self.options.gouge;
+            let tool = &self.tool;
+            let clearing = Clearing { face, chart: Along::V, sheet, tool, target, precision };
+            -clearing.least(&sweep, 0, 1)
+        };
+        self.faces.iter().zip(&self.sheets).map(of).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-/// Distance of a point from a face, negative below it. Beside the face's border there is no
-/// below, so the distance counts as it is.
-fn height_over(face: &FaceIndex, point: &Point3<f64>) -> f64 {
-    // Where no closest point is unique or has a normal, nothing is known of the side.
-    let Ok(foot) = face.closest(point) else { return f64::INFINITY };
-    let away = point - foot.point;
-    let across = away - foot.normal.scale(away.dot(&foot.normal));
-    // A foot inside the face has its normal along `away` to rounding and the query's tolerance.
-    if across.norm() <= SQUARE * away.norm() { foot.distance } else { away.norm() }
+/// A face as cells for looking at leads.
+fn sheet(face: &FaceIndex, cutter: &Cutter) -> Sheet {
+    let region = super::face::region(face, Along::V);
+    Sheet::new(face, Along::V, &region, super::face::SHEET_SHARE * cutter.radius())
 }
-
-/// Sine of the angle up to which a foot counts as lying inside the face and not on its border.
-const SQUARE: f64 = 1e-3;
 
 fn moved(station: &Station, by: &Vector3<f64>) -> Station {
     let pose = ToolPose { tip: station.pose.tip + by, axis: station.pose.axis };
     Station { pose, contact: station.contact + by }
 }
 
-/// Points of the cutter's centre circle at a pose, evenly spaced.
-fn circle(pose: &ToolPose, cutter: &Cutter, points: u32) -> impl Iterator<Item = Point3<f64>> {
-    let centre = pose.tip + pose.axis.scale(cutter.minor());
-    let [e, f] = square_to(&pose.axis);
-    let major = cutter.major();
-    (0..points).map(move |i| {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(points)).sin_cos();
-        centre + e.scale(major * cos) + f.scale(major * sin)
-    })
-}
-
-/// Two unit vectors square to `axis` and each other.
-fn square_to(axis: &UnitVector3<f64>) -> [UnitVector3<f64>; 2] {
-    let least = Vector3::ith(axis.iamin(), 1.0);
-    let e = Unit::new_normalize(axis.cross(&least));
-    [e, Unit::new_normalize(axis.cross(&e))]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Point3;
 
     #[test]
     fn only_the_last_stretch_of_a_climb_is_run_at_the_feed() {

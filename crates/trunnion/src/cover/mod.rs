@@ -5,13 +5,13 @@
 //!
 //! A strip begins at the track (the first end points, where the error equals the upper end of the
 //! band) and ends at the far track (the second end points), which is not iso-parametric. The next
-//! track lies as far on as is worth it ([`split`]): what a pass leaves narrower, and places where it
+//! track lies as far on as is worth it (`split`): what a pass leaves narrower, and places where it
 //! has to be lifted, get passes of their own. Passes begin and end where their strips are off
 //! what they cut, on the continued surface.
 //!
 //! What the curves through the stations do to the face is not sampled but bounded: how near the tool
-//! comes ([`clear`]) and which cells are finished ([`left`]), both from the convexity of the tool
-//! ([`solid`]).
+//! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
+//! (`solid`).
 
 mod between;
 mod clear;

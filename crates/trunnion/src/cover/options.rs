@@ -115,6 +115,8 @@ pub struct CoverReport {
     /// Columns across the passes, a few hundredths of the cutter's radius wide, that no pass could finish
     /// (mostly at corners of the face that the cutter cannot reach); 0 if the whole face is finished.
     pub missed: usize,
+    /// Number of the face and parameters `[u, v]` of the first of them.
+    pub missed_at: Option<(usize, [f64; 2])>,
     /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
     pub axis_turn: f64,
     /// Pairs of stations between which the axis turns by more than the limit.
@@ -131,6 +133,7 @@ impl CoverReport {
         self.coarse_spans += other.coarse_spans;
         self.worst_gouge = self.worst_gouge.max(other.worst_gouge);
         self.missed += other.missed;
+        self.missed_at = self.missed_at.or(other.missed_at);
         self.axis_turn = self.axis_turn.max(other.axis_turn);
         self.fast_turns += other.fast_turns;
     }
@@ -216,14 +219,15 @@ pub enum CoverError {
     /// No way down to a pass or up from it.
     #[error(
         "pass {pass} on face {face}: every lead between the pass and the link height gouges \
-         (deepest {depth:.4} mm) or does not lead up; turn the part or lower the plane of the links"
+         (by {depth:.4} mm or more) or does not lead up; use a slimmer or longer tool, machine the face in a \
+         setup of its own, or lower the plane of the links"
     )]
     LeadGouges {
         /// Index of the pass.
         pass: usize,
         /// Number of the face.
         face: usize,
-        /// Deepest gouge of the ways tried \[mm\].
+        /// A gouge on one of the ways tried, the deepest seen \[mm\].
         depth: f64,
     },
     /// Stopped through `Progress`.

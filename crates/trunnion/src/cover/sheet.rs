@@ -3,7 +3,7 @@
 use super::options::Along;
 use super::region::{Local, Region};
 use crate::surface::FaceIndex;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Cells of the coarsest subdivision, each way, at least and at most.
@@ -41,6 +41,12 @@ impl Cell {
         if k == 0 { [0, 1, 2].map(|j| self.points[j][i]) } else { self.points[i] }
     }
 
+    /// From the middle of one edge to that of the opposite one, by parameter `k`.
+    pub(super) fn way(&self, k: usize) -> Vector3<f64> {
+        let line = self.line(k, 1);
+        line[2] - line[0]
+    }
+
     /// Extent by parameter `k` \[mm\].
     pub(super) fn extent(&self, k: usize) -> f64 {
         let line = self.line(k, 1);
@@ -62,7 +68,7 @@ impl Cell {
     }
 
     /// Radius of the ball about the centre that holds the image.
-    fn radius(&self) -> f64 {
+    pub(super) fn radius(&self) -> f64 {
         let centre = self.centre();
         let far = self.corners().iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
         far + self.sag(0) + self.sag(1)
@@ -93,12 +99,51 @@ impl Cell {
     }
 }
 
-/// A ball round part of the face.
+/// A ball round part of the face, cut flat: all of it lies within `height` of the plane through the centre
+/// square to `normal`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub(super) centre: Point3<f64>,
     pub(super) radius: f64,
+    normal: Vector3<f64>,
+    height: f64,
     pub(super) below: Below,
+}
+
+impl Node {
+    fn of(cell: &Cell, index: usize) -> Self {
+        let [a, b, c, d] = cell.corners();
+        let centre = cell.centre();
+        let normal = (d - a).cross(&(c - b)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let high = |p: &Point3<f64>| normal.dot(&(p - centre)).abs();
+        let height = [a, b, c, d].iter().map(high).fold(0.0, f64::max);
+        let (radius, below) = (cell.radius(), Below::Cell(index));
+        // Without a normal the ball is all there is.
+        let flat = height + cell.sag(0) + cell.sag(1);
+        let height = if normal.norm_squared() > 0.0 { flat } else { radius };
+        Self { centre, radius, normal, height, below }
+    }
+
+    /// The ball round two balls.
+    fn around([a, b]: [&Self; 2], below: Below) -> Self {
+        let apart = (b.centre - a.centre).norm();
+        let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
+        let share = if apart > 0.0 { ((radius - a.radius) / apart).clamp(0.0, 1.0) } else { 0.0 };
+        let centre = a.centre + (b.centre - a.centre) * share;
+        let sum = a.normal + b.normal;
+        let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let reach = |node: &Self| (node.centre - centre).norm() + node.radius;
+        let high = |node: &Self| normal.dot(&(node.centre - centre)).abs() + node.along(&normal);
+        let radius = reach(a).max(reach(b));
+        Self { centre, radius, normal, height: high(a).max(high(b)), below }
+    }
+
+    /// How far the part reaches from the centre along `direction`, of unit length, either way.
+    pub(super) fn along(&self, direction: &Vector3<f64>) -> f64 {
+        let lean = self.normal.dot(direction);
+        let across = (direction - self.normal * lean).norm();
+        (lean.abs() * self.height + across * self.radius).min(self.radius)
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -165,8 +210,7 @@ impl Sheet {
     /// Adds the tree over some cells; its root.
     fn build(&mut self, indices: &mut [(usize, [usize; 2])]) -> usize {
         let node = if let [(index, _)] = *indices {
-            let cell = &self.cells[index];
-            Node { centre: cell.centre(), radius: cell.radius(), below: Below::Cell(index) }
+            Node::of(&self.cells[index], index)
         } else {
             let span = |k: usize| {
                 let places = || indices.iter().map(|(_, place)| place[k]);
@@ -177,20 +221,9 @@ impl Sheet {
             indices.select_nth_unstable_by_key(half, |(index, place)| (place[k], *index));
             let (first, second) = indices.split_at_mut(half);
             let halves = [self.build(first), self.build(second)];
-            self.around(halves)
+            Node::around(halves.map(|i| &self.nodes[i]), Below::Halves(halves))
         };
         self.nodes.push(node);
         self.nodes.len() - 1
-    }
-
-    /// The ball round two balls.
-    fn around(&self, halves: [usize; 2]) -> Node {
-        let [a, b] = halves.map(|i| self.nodes[i]);
-        let apart = (b.centre - a.centre).norm();
-        let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
-        let share = if apart > 0.0 { ((radius - a.radius) / apart).clamp(0.0, 1.0) } else { 0.0 };
-        let centre = a.centre + (b.centre - a.centre) * share;
-        let reach = |node: &Node| (node.centre - centre).norm() + node.radius;
-        Node { centre, radius: reach(&a).max(reach(&b)), below: Below::Halves(halves) }
     }
 }

@@ -25,7 +25,8 @@ pub(super) struct Gap {
     pub(super) gradient: Vector3<f64>,
 }
 
-/// The cutting end with its flank, and the shank and holder above.
+/// The cutting end with its flank, and the shank and holder above. The upper end of the flank, which is
+/// flat, is rounded up too: the tool is taken to be larger there than it is.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tool {
     pub(super) end: Solid,

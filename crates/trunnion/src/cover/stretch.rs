@@ -16,7 +16,7 @@ use rayon::prelude::*;
 const WASTE: f64 = 0.02;
 
 /// First length of the stretches in which a span is looked at, as a share of the cutter's radius.
-const SLAB: f64 = 1.0 / 16.0;
+const SLAB: f64 = 1.0 / 8.0;
 
 /// How often a stretch is cut and laid anew.
 const CUTS: u32 = 4;

@@ -12,6 +12,8 @@ const STEP: f64 = 0.0625;
 pub(super) struct Sweep {
     pub(super) curve: PoseCurve,
     bends: Vec<Bend>,
+    /// Movement over half a step between poses: of the tip, and per distance from it.
+    pace: [f64; 2],
     /// Poses to start searches from, with their parameters.
     pub(super) poses: Vec<(f64, ToolPose)>,
 }
@@ -79,6 +81,7 @@ impl Sweep {
 
     pub(super) fn of(curve: PoseCurve, lever: f64) -> Self {
         let bends = (0..curve.spans.len()).map(|span| Bend::of(&curve, span)).collect();
+        let bends: Vec<Bend> = bends;
         let [start, end] = curve.range();
         let steps = ((end - start) / (STEP * lever)).ceil().max(1.0);
         let poses = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
@@ -86,7 +89,22 @@ impl Sweep {
             .map(|i| start + (end - start) * i / steps)
             .filter_map(|u| Some((u, curve.pose(u)?)))
             .collect();
-        Self { curve, bends, poses }
+        // Half a step at the greatest speeds.
+        let half = 0.5 * (end - start) / steps;
+        let speed = (0..curve.spans.len()).map(|span| {
+            let [a, b] = [curve.knots[span], curve.knots[span + 1]];
+            let ends = [a, b].map(|u| curve.rates_in(span, u).tip[1].norm());
+            ends[0].max(ends[1]) + 0.5 * (b - a) * bends[span].tip
+        });
+        let speed = speed.fold(0.0, f64::max);
+        let turn = bends.iter().map(|bend| bend.turn).fold(0.0, f64::max);
+        Self { curve, bends, poses, pace: [speed * half, turn * half] }
+    }
+
+    /// Bound of how far a place `distance` from the tip moves, seen from the tool, from a pose of
+    /// [`Sweep::poses`] to the middle between it and the next.
+    pub(super) fn stride(&self, distance: f64) -> f64 {
+        self.pace[0] + self.pace[1] * distance
     }
 
     pub(super) fn bend(&self, span: usize) -> Bend {

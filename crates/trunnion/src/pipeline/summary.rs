@@ -10,6 +10,7 @@ use crate::files::summary::{
     ToleranceSummary,
 };
 use crate::machine::{Axis, AxisKind};
+use crate::positioning::PositioningError;
 use crate::setpoint;
 use crate::types::{AxisVector, Motion};
 
@@ -51,10 +52,9 @@ fn warnings(covering: &Covering) -> Vec<String> {
     if let Some(first) = report.fallbacks.first() {
         let [u, v] = first.at;
         warnings.push(format!(
-            "{} of {} passes run at a fixed lead, with narrow strips; the first on face {} at \
+            "wide strips fail at {} places, finished at a fixed lead; the first on face {} at \
              u {u:.4}, v {v:.4}: {}",
             report.fallbacks.len(),
-            covering.passes.len(),
             first.face,
             reason(&first.reason)
         ));
@@ -65,7 +65,13 @@ fn warnings(covering: &Covering) -> Vec<String> {
     }
     if report.missed > 0 {
         let count = report.missed;
-        warnings.push(format!("{count} columns across the passes are left unfinished"));
+        let at = report.missed_at.map_or_else(String::new, |(face, [u, v])| {
+            format!("; the first on face {face} at u {u:.4}, v {v:.4}")
+        });
+        warnings.push(format!(
+            "{count} columns across the passes are left unfinished{at}: the cutter does not get there; \
+             use a smaller one, another direction of passes, or another setup"
+        ));
     }
     if report.worst_gouge > 0.0 {
         warnings.push(format!(
@@ -86,6 +92,9 @@ fn warnings(covering: &Covering) -> Vec<String> {
 
 fn reason(reason: &FallbackReason) -> String {
     match reason {
+        FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
+            format!("no wide strip fits ({binding:?})")
+        }
         FallbackReason::NoStrip(error) => error.to_string(),
         FallbackReason::NoAdvance(advance) => {
             format!("the widest strips would bring the next pass only {advance:.3} mm further")
