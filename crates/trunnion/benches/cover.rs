@@ -35,7 +35,7 @@ fn face() -> FaceIndex {
 
 /// Budget: seconds a face, so that a user waits for the machine and not for the planner.
 #[divan::bench(args = [Method::Widest, Method::Inclined], sample_count = 5)]
-fn small_face(bencher: Bencher<'_, '_>, method: &Method) {
+fn small_face(bencher: Bencher<'_, '_>, method: Method) {
     let cutter = Cutter::new(CutterSpec {
         kind: Kind::Bull,
         major: 4.0,
@@ -48,7 +48,7 @@ fn small_face(bencher: Bencher<'_, '_>, method: &Method) {
     let options = CoverOptions {
         along: Along::V,
         direction: Direction::ZigZag,
-        method: *method,
+        method,
         side: ContactSide::Ahead,
         band: Band { lower: 0.0, upper: 0.02 },
         path_share: 0.002,
