@@ -11,7 +11,7 @@ use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 use trunnion::axes::{
-    AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow, origins,
+    AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, SingularOptions, follow, origins,
 };
 use trunnion::inverse::{Inverse, InverseError, Solutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, RetractFrame, Setup};
@@ -30,6 +30,7 @@ const OPTIONS: AxesOptions = AxesOptions {
     rotary_weights: [1.0, 1.0],
     start: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
     retract: None,
+    singular: None,
 };
 
 /// Quintic spans through value and two derivatives of tip and axis at the knots.
@@ -847,4 +848,80 @@ fn an_origin_out_of_travel_is_put_right() {
             follow(&at(V3::from_row_slice(&origin)), &long, &OPTIONS, &Silent).unwrap();
         }
     }
+}
+
+const SINGULAR: SingularOptions = SingularOptions { cone: 0.1, min_rotary: 0.3, tilt: 2e-3 };
+
+/// Largest turn of the first rotary per radian of tool turn, and its travel.
+fn swing(
+    machine: &Kinematics,
+    path: &ToolPath,
+    singular: Option<SingularOptions>,
+) -> (f64, f64, Followed) {
+    let options = AxesOptions { singular, ..OPTIONS };
+    let followed = follow(machine, path, &options, &Silent).unwrap();
+    assert_continuous(&followed);
+    let nodes = followed.path.pieces.iter().flat_map(|piece| &piece.nodes);
+    let fastest = nodes.map(|node| node.q[1][3].abs()).fold(0.0, f64::max);
+    (fastest, travel(&followed.path.pieces)[0], followed)
+}
+
+/// The rate of the first rotary at a pole is that of the reference (the great circle passes at
+/// `delta`); moved away, that of a passage farther off; moved onto the pole, none.
+#[test]
+fn singular_directions_are_passed_through_or_farther_off() {
+    let machine = head(None);
+    let pass =
+        |delta: f64| ToolPath { pieces: vec![cut(curve(knots(-0.6, 0.6, 200), arc(delta)))] };
+    for case in cases("singular_pass.json") {
+        let delta = number(&case["delta_deg"]).to_radians();
+        let (rate, _, _) = swing(&machine, &pass(delta), None);
+        let expected = number(&case["max_dtheta"]);
+        assert!((rate - expected).abs() < 1e-3 * expected, "{rate} {expected}");
+        let (rate, turn, followed) = swing(&machine, &pass(delta), Some(SINGULAR));
+        let farther = 1.0 / (delta + SINGULAR.tilt).sin();
+        assert!(rate < 1.02 * farther && rate > 0.95 * farther, "{rate} {farther}");
+        let [passage] = &followed.passages[..] else { panic!("{:?}", followed.passages) };
+        assert!((passage.distance[0] - delta).abs() < 1e-6);
+        assert!((passage.distance[1] - delta - passage.tilt).abs() < 1e-9);
+        assert!(passage.tilt <= SINGULAR.tilt && passage.tilt > 0.98 * SINGULAR.tilt);
+        assert!(turn > 2.5);
+    }
+    // Within the tolerance: straight through, and the swing of half a turn is gone.
+    let near = pass(1.5e-3);
+    let (_, turn, _) = swing(&machine, &near, None);
+    assert!(turn > 3.0);
+    let (rate, turn, followed) = swing(&machine, &near, Some(SINGULAR));
+    assert!(turn < 0.1 && rate < 1.0, "{turn} {rate}");
+    let [passage] = &followed.passages[..] else { panic!("{:?}", followed.passages) };
+    assert!((passage.u.abs()) < 1e-3 && passage.distance[1] < 1e-12, "{passage:?}");
+    assert!(passage.turn[0] > 3.0 && passage.turn[1] < 0.1);
+    // Nowhere is the tool farther from its path than it may be, and the tip not at all.
+    let [tip, axis] = recheck(&machine, &near, &followed);
+    assert!(tip < OPTIONS.tip_tolerance && axis < SINGULAR.tilt + OPTIONS.axis_tolerance, "{axis}");
+}
+
+/// Each of the three knobs decides.
+#[test]
+fn singular_knobs_are_obeyed() {
+    let machine = head(None);
+    let near = ToolPath { pieces: vec![cut(curve(knots(-0.6, 0.6, 100), arc(1.5e-3)))] };
+    let changed = |singular| swing(&machine, &near, Some(singular)).2.passages.len();
+    assert_eq!(changed(SINGULAR), 1);
+    assert_eq!(changed(SingularOptions { cone: 1e-3, ..SINGULAR }), 0);
+    assert_eq!(changed(SingularOptions { min_rotary: 3.13, ..SINGULAR }), 0);
+    let small = SingularOptions { tilt: 5e-4, ..SINGULAR };
+    let passage = swing(&machine, &near, Some(small)).2.passages[0];
+    assert!(passage.distance[1] > 1.9e-3, "away, where through would be too far: {passage:?}");
+    // A cut that begins inside the cone is left alone.
+    let starts = ToolPath { pieces: vec![cut(curve(knots(-0.01, 0.6, 100), arc(1.5e-3)))] };
+    assert!(swing(&machine, &starts, Some(SINGULAR)).2.passages.is_empty());
+    let error = follow(
+        &machine,
+        &near,
+        &AxesOptions { singular: Some(SingularOptions { tilt: 0.0, ..SINGULAR }), ..OPTIONS },
+        &Silent,
+    )
+    .unwrap_err();
+    assert!(matches!(error, AxesError::BadOption { option: "singular.tilt", .. }));
 }

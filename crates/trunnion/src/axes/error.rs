@@ -133,6 +133,17 @@ pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
             }
         }
     }
+    if let Some(singular) = &options.singular {
+        for (option, value) in [
+            ("singular.cone", singular.cone),
+            ("singular.min_rotary", singular.min_rotary),
+            ("singular.tilt", singular.tilt),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(AxesError::BadOption { option, value });
+            }
+        }
+    }
     match options.start.iter().find(|value| !value.is_finite()) {
         Some(&value) => Err(AxesError::BadOption { option: "start", value }),
         None => Ok(()),

@@ -11,12 +11,14 @@ mod march;
 mod origin;
 mod plan;
 mod retract;
+mod singular;
 mod stops;
 mod strand;
 mod travel;
 
 pub use error::AxesError;
 pub use origin::{Origins, origins};
+pub use singular::{Passage, SingularOptions};
 
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
@@ -53,6 +55,8 @@ pub struct AxesOptions {
     /// How to leave the part where travel ends on a stretch between two links; `None`: that is an
     /// error.
     pub retract: Option<RetractOptions>,
+    /// How far the tool axis may be moved where a cut passes a singular direction; `None`: not at all.
+    pub singular: Option<SingularOptions>,
 }
 
 /// How the tool leaves the part to unwind a rotary axis, and what that is worth. The way of the
@@ -104,6 +108,9 @@ pub struct Followed {
     pub rotary_travel: f64,
     /// Where the tool left the part to unwind, in order.
     pub retracts: Vec<Retracted>,
+    /// Where a singular direction is passed otherwise than the tool path says, within what
+    /// [`SingularOptions`] allow.
+    pub passages: Vec<Passage>,
 }
 
 /// A retract that was needed: the tool leaves the part, the rotaries turn, and it comes back to the
@@ -168,11 +175,14 @@ pub fn follow(
         source,
     })?;
     let marcher = march::Marcher { inverse: &inverse, options };
+    let (smoothed, passages) = singular::smooth(&inverse, path, options).unzip();
+    let path = smoothed.as_ref().unwrap_or(path);
     let (stops, links) = stops::split(path, options)?;
     let stretches = stops::candidates(&marcher, path, &stops, progress)?;
     let chosen = plan::choose(&marcher, &stretches, &links)
         .map_err(|error| origin::explain(error, &marcher, &stretches, &links))?;
-    Ok(assemble(chosen, &links, &stretches))
+    let passages = passages.unwrap_or_default();
+    Ok(Followed { passages, ..assemble(chosen, &links, &stretches) })
 }
 
 /// Stretches, links and retracts in order.
@@ -212,5 +222,6 @@ fn assemble(
             pieces.extend(strand.pieces(part.cells, part.offset));
         }
     }
-    Followed { path: AxisPath { pieces }, deviation, rotary_travel: chosen.cost, retracts }
+    let (path, passages) = (AxisPath { pieces }, Vec::new());
+    Followed { path, deviation, rotary_travel: chosen.cost, retracts, passages }
 }

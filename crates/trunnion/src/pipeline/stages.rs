@@ -110,6 +110,7 @@ pub(super) fn axes(
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
         start: machine.home(),
         retract: Some(retract(job)),
+        singular: None,
     };
     Ok(axes::follow(&job.kinematics, path, &options, progress)?)
 }
