@@ -173,6 +173,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
             share("blocks", budget.shares.linearisation, None),
             share("rounding of the words", budget.shares.rounding, rounding),
             share("the control's smoothing", budget.shares.control, None),
+            share("tool axis at singular directions", budget.shares.singular, None),
         ],
     }
 }

@@ -6,7 +6,7 @@ use crate::progress::Bars;
 use crate::{machine, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
-use trunnion::files::summary::Summary;
+use trunnion::files::summary::{SingularSummary, Summary};
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 
 #[derive(Debug, clap::Args)]
@@ -98,6 +98,15 @@ fn write(
     Ok(outputs.commit()?)
 }
 
+/// What moving the tool axis at singular directions did.
+fn passages(singular: &SingularSummary) -> String {
+    let SingularSummary { passages, through, tilt, turn_saved, seconds_saved } = singular;
+    format!(
+        "tool axis moved at {passages} passages ({through} straight through) by up to {tilt:.4} deg: \
+         {turn_saved:.0} deg and {seconds_saved:.2} s saved"
+    )
+}
+
 /// The short table for people.
 fn table(summary: &Summary, places: &[PathBuf]) -> String {
     let mut lines = vec![format!(
@@ -128,10 +137,17 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     row(
         "its other shares",
         format!(
-            "path {:.4}, linearisation {:.4}, rounding {:.4}, control {:.4} mm",
-            tolerance.path, tolerance.linearisation, tolerance.rounding, tolerance.control
+            "path {:.4}, linearisation {:.4}, rounding {:.4}, control {:.4}, singular {:.4} mm",
+            tolerance.path,
+            tolerance.linearisation,
+            tolerance.rounding,
+            tolerance.control,
+            tolerance.singular
         ),
     );
+    if let Some(singular) = &motion.singular {
+        row("singular directions", passages(singular));
+    }
     for program in &summary.programs {
         let Some(check) = &program.check else { continue };
         row(

@@ -183,7 +183,9 @@ fn pass(
 /// Adds `shift` times a hat that rises from the entry to the closest approach and falls to the exit.
 fn add(curve: &mut PoseCurve, visit: &Visit, shift: &Vector3<f64>) {
     let [before, top, after] = visit.at;
-    [before, top, after].map(|u| split(curve, u));
+    for u in visit.at {
+        split(curve, u);
+    }
     let starts = curve.knots.clone();
     for (span, start) in curve.spans.iter_mut().zip(starts) {
         let hat = if before <= start && start < top {

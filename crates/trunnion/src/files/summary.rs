@@ -53,6 +53,8 @@ pub struct ToleranceSummary {
     pub rounding: f64,
     /// Share of the control's own smoothing, in mm.
     pub control: f64,
+    /// Share of moving the tool axis at singular directions, in mm.
+    pub singular: f64,
 }
 
 /// Passes over the faces.
@@ -87,6 +89,24 @@ pub struct MotionSummary {
     pub axes: Vec<AxisSummary>,
     /// Where the tool leaves the part to unwind a rotary axis.
     pub retracts: Vec<RetractSummary>,
+    /// What moving the tool axis at singular directions did; left out if none was moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub singular: Option<SingularSummary>,
+}
+
+/// Cuts that pass a direction in which a rotary axis is free, with the tool axis moved.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct SingularSummary {
+    /// Passages that were changed.
+    pub passages: usize,
+    /// Of these, straight through; the others pass farther off.
+    pub through: usize,
+    /// Largest change of the tool axis, in deg.
+    pub tilt: f64,
+    /// Rotary turn inside the cone that is no longer needed, in deg.
+    pub turn_saved: f64,
+    /// Planned time that is saved, in s.
+    pub seconds_saved: f64,
 }
 
 /// A retract: the tool leaves the part, rotaries unwind, and it comes back to the same place.

@@ -11,6 +11,8 @@ pub struct Shares {
     pub rounding: f64,
     /// The control's own smoothing of corners.
     pub control: f64,
+    /// Moving the tool axis where a cut passes a singular direction.
+    pub singular: f64,
 }
 
 impl Shares {
@@ -19,11 +21,17 @@ impl Shares {
     pub fn usual(total: f64) -> Self {
         let twentieth = 0.05 * total;
         let rounding = 0.5 * twentieth;
-        Self { path: twentieth, linearisation: twentieth, rounding, control: twentieth }
+        Self {
+            path: twentieth,
+            linearisation: twentieth,
+            rounding,
+            control: twentieth,
+            singular: 0.0,
+        }
     }
 
     fn sum(&self) -> f64 {
-        self.path + self.linearisation + self.rounding + self.control
+        self.path + self.linearisation + self.rounding + self.control + self.singular
     }
 }
 
@@ -53,9 +61,10 @@ pub enum BudgetError {
     /// The parts exceed the whole.
     #[error(
         "tolerance total {total} mm and gouge {gouge} mm leave no band for the strips: path {:.5}, \
-         linearisation {:.5}, rounding {:.5} and control {:.5} mm act on both sides; raise the \
+         linearisation {:.5}, rounding {:.5}, control {:.5} and singular {:.5} mm act on both sides; raise the \
          tolerance, the decimals of the machine's output, or lower a share",
-        shares.path, shares.linearisation, shares.rounding, shares.control
+        shares.path, shares.linearisation, shares.rounding, shares.control,
+        shares.singular
     )]
     NothingLeft {
         /// Largest excess \[mm\].
@@ -103,6 +112,7 @@ impl Budget {
             ("linearisation", shares.linearisation),
             ("rounding", shares.rounding),
             ("control", shares.control),
+            ("singular", shares.singular),
         ]
         .into_iter()
     }

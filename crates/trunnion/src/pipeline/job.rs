@@ -218,6 +218,7 @@ fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
         linearisation: split.linearisation.unwrap_or(usual.linearisation),
         rounding: split.rounding.unwrap_or(usual.rounding.max(ROUNDING_RESERVE * needed)),
         control: split.control.unwrap_or(usual.control),
+        singular: split.singular.unwrap_or(usual.singular),
     };
     Budget::split(total, gouge, shares, split.strip)
 }

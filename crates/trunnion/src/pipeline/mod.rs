@@ -59,7 +59,8 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let followed = stages::axes(job, &tool_path, progress)?;
     let plan = stages::feed(job, &followed.path, progress)?;
     let retracts = retracts::summaries(job, &followed, &plan.schedule);
-    let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts };
+    let singular = stages::singular_gain(job, &tool_path, (&followed, &plan), progress)?;
+    let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };
     let programs = programs::write(job, &moved, progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
     let summary = summary::of(job, &covering, &moved, &programs)?;

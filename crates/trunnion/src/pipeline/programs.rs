@@ -9,7 +9,7 @@ use crate::blocks::{self, BlockOptions, Control};
 use crate::cover;
 use crate::feed::Plan;
 use crate::files::job as file;
-use crate::files::summary::RetractSummary;
+use crate::files::summary::{RetractSummary, SingularSummary};
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
@@ -98,6 +98,7 @@ pub(super) struct Moved<'a> {
     pub(super) followed: &'a Followed,
     pub(super) plan: &'a Plan,
     pub(super) retracts: &'a [RetractSummary],
+    pub(super) singular: Option<SingularSummary>,
 }
 
 /// Writes every program of the job and checks what was written.

@@ -3,10 +3,12 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::programs::LINK_TOLERANCE;
-use crate::axes::{self, AxesOptions, FeedPoint, Followed, RetractOptions};
+use crate::axes::{self, AxesOptions, FeedPoint, Followed, RetractOptions, SingularOptions};
 use crate::cover::{self, CoverOptions, Covering, LinkOptions};
 use crate::feed::{self, FeedOptions, Limits, Plan};
 use crate::files::job as file;
+use crate::files::summary::SingularSummary;
+use crate::machine::Singular;
 use crate::positioning::{Band, ContactSide};
 use crate::toolpath::{self, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
@@ -96,10 +98,38 @@ pub(super) fn axes(
     path: &ToolPath,
     progress: &dyn Progress,
 ) -> Result<Followed, PipelineError> {
+    Ok(axes::follow(&job.kinematics, path, &axes_options(job), progress)?)
+}
+
+/// What moving the tool axis at singular directions saved: the same path is planned without.
+pub(super) fn singular_gain(
+    job: &Job,
+    path: &ToolPath,
+    (followed, plan): (&Followed, &Plan),
+    progress: &dyn Progress,
+) -> Result<Option<SingularSummary>, PipelineError> {
+    let passages = &followed.passages;
+    if passages.is_empty() {
+        return Ok(None);
+    }
+    let options = AxesOptions { singular: None, ..axes_options(job) };
+    let plain = axes::follow(&job.kinematics, path, &options, progress)?;
+    let without = feed(job, &plain.path, progress)?;
+    let saved: f64 = passages.iter().map(|passage| passage.turn[0] - passage.turn[1]).sum();
+    Ok(Some(SingularSummary {
+        passages: passages.len(),
+        through: passages.iter().filter(|one| one.distance[1] < one.distance[0]).count(),
+        tilt: passages.iter().map(|one| one.tilt.to_degrees()).fold(0.0, f64::max),
+        turn_saved: saved.to_degrees(),
+        seconds_saved: without.schedule.duration() - plan.schedule.duration(),
+    }))
+}
+
+fn axes_options(job: &Job) -> AxesOptions {
     let tip_tolerance = QUINTIC_SHARE * job.budget.shares.linearisation;
     let machine = job.kinematics.machine();
     let slowest = machine.axes[3].vel.min(machine.axes[4].vel);
-    let options = AxesOptions {
+    AxesOptions {
         tip_tolerance,
         axis_tolerance: tip_tolerance / cover::lever(&job.cutter),
         max_rotary_step: MAX_ROTARY_STEP,
@@ -110,9 +140,17 @@ pub(super) fn axes(
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
         start: machine.home(),
         retract: Some(retract(job)),
-        singular: None,
-    };
-    Ok(axes::follow(&job.kinematics, path, &options, progress)?)
+        singular: singular(job),
+    }
+}
+
+/// The machine's cone and smallest move; the tilt is what the job gives for it, up to what the
+/// machine allows, with the lever from the tip to the contact.
+fn singular(job: &Job) -> Option<SingularOptions> {
+    let Singular { cone, min_rotary, tolerance } = job.kinematics.machine().singular;
+    let share = job.budget.shares.singular.min(tolerance);
+    let tilt = share / cover::lever(&job.cutter);
+    (share > 0.0).then_some(SingularOptions { cone, min_rotary, tilt })
 }
 
 /// Where travel ends on the path; the tool may turn where it may on links.

@@ -118,6 +118,7 @@ fn tolerance(job: &Job) -> ToleranceSummary {
         linearisation: budget.shares.linearisation,
         rounding: budget.shares.rounding,
         control: budget.shares.control,
+        singular: budget.shares.singular,
     }
 }
 
@@ -161,6 +162,7 @@ fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> 
         lower_bound: plan.lower_bound,
         axes: axes.collect(),
         retracts: moved.retracts.to_vec(),
+        singular: moved.singular,
     })
 }
 

@@ -172,6 +172,8 @@ pub struct Split {
     pub rounding: Option<f64>,
     /// The control's own smoothing.
     pub control: Option<f64>,
+    /// Moving the tool axis where a cut passes a singular direction; `None`: it is not moved.
+    pub singular: Option<f64>,
 }
 
 /// How the surface is covered.

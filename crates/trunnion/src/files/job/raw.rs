@@ -209,6 +209,10 @@ pub(super) struct RawSplit {
     /// The control's own smoothing, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) control: Option<f64>,
+    /// Moving the tool axis, in mm at the cutter, where a cut passes a direction in which a rotary
+    /// axis is free; with the machine file's [singular]. Left out: the tool axis is not moved.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) singular: Option<f64>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

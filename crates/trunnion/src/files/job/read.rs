@@ -292,8 +292,16 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
         linearisation: split.linearisation,
         rounding: split.rounding,
         control: split.control,
+        singular: split.singular,
     };
-    let parts = [split.strip, split.path, split.linearisation, split.rounding, split.control];
+    let parts = [
+        split.strip,
+        split.path,
+        split.linearisation,
+        split.rounding,
+        split.control,
+        split.singular,
+    ];
     let sum: f64 = parts.iter().flatten().sum();
     if sum > total {
         let message = format!("the shares add up to {sum} mm, more than total {total} mm");
