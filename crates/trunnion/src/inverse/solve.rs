@@ -204,12 +204,14 @@ impl Inverse {
     /// As [`Inverse::solutions`].
     #[inline]
     pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
-        let Some([plus, minus]) = self.regular(pose, near)? else {
-            let (seen, _) = self.look(pose)?;
+        let (seen, place) = self.look(pose)?;
+        if place == Place::Pole {
             return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
-        };
-        let nearest = if plus.travel <= minus.travel { plus } else { minus };
-        self.slide(pose, &nearest.turns).map(|q| unwound(q, near))
+        }
+        let [plus, minus] = self.triangle.both(seen);
+        let travel = |turns: &[Turn<f64>; 2]| rotary_moves(turns, near).iter().sum::<f64>();
+        let nearest = if travel(&plus) <= travel(&minus) { plus } else { minus };
+        self.slide(pose, &nearest).map(|q| unwound(q, near))
     }
 
     /// Both branches of a regular pose, `Plus` first; `None` at a singular one.
@@ -223,13 +225,9 @@ impl Inverse {
         if place == Place::Pole {
             return Ok(None);
         }
-        let [first, second] = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
         Ok(Some(self.triangle.both(seen).map(|turns| {
-            let moves = [
-                (unwrap_near(turns[0].angle, first) - first).abs(),
-                (unwrap_near(turns[1].angle, second) - second).abs(),
-            ];
-            Way { turns, travel: moves[0] + moves[1], longest: moves[0].max(moves[1]) }
+            let [first, second] = rotary_moves(&turns, near);
+            Way { turns, travel: first + second, longest: first.max(second) }
         })))
     }
 
@@ -412,6 +410,13 @@ fn direction(rates: &PoseRates) -> Result<[Jet; 3], InverseError> {
 
 fn unit(axis: [Jet; 3]) -> UnitVector3<f64> {
     UnitVector3::new_normalize(Vector3::from(axis.map(Real::value)))
+}
+
+/// How far each rotary moves from `near` by the shorter way \[rad\].
+#[inline]
+fn rotary_moves(turns: &[Turn<f64>; 2], near: &AxisVector) -> [f64; 2] {
+    let to = |turn: &Turn<f64>, from: f64| (unwrap_near(turn.angle, from) - from).abs();
+    [to(&turns[0], near[FIRST_ROTARY]), to(&turns[1], near[SECOND_ROTARY])]
 }
 
 /// Rotaries moved by whole turns to within half a turn of `near`.
