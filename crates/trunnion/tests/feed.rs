@@ -75,6 +75,7 @@ fn constant_acceleration_takes_the_time_of_the_law() {
             t: vec![0.0, get("t_end")],
             speed: vec![start, get("V_end")],
             acceleration: vec![acceleration; 2],
+            ..SchedulePiece::default()
         };
         let half = piece.at_time(get("t_half")).unwrap();
         assert!((half.s - get("S_half")).abs() < 1e-10 * get("S"));

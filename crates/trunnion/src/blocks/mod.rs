@@ -166,6 +166,7 @@ mod tests {
             t: vec![0.0, travel],
             speed: vec![1.0; 2],
             acceleration: vec![0.0; 2],
+            ..SchedulePiece::default()
         };
         let piece = AxisPiece { motion: Motion::Cut, source: 0, nodes };
         (AxisPath { pieces: vec![piece] }, Schedule { pieces: vec![rows] })

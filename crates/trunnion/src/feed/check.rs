@@ -52,7 +52,7 @@ pub(super) fn measure<const N: usize>(
 }
 
 /// Feed rate and tip rate at `s`, linear between nodes.
-fn rates_at<const N: usize>(piece: &AxisPiece<N>, interval: usize, s: f64) -> [f64; 2] {
+pub(super) fn rates_at<const N: usize>(piece: &AxisPiece<N>, interval: usize, s: f64) -> [f64; 2] {
     let (Some(from), Some(to)) = (piece.nodes.get(interval), piece.nodes.get(interval + 1)) else {
         return [0.0; 2];
     };

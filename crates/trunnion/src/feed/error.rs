@@ -43,6 +43,9 @@ pub enum FeedError {
         /// Value given.
         value: f64,
     },
+    /// A jerk-limited schedule needs jerk limits.
+    #[error("no jerk limits are given; give one for every axis, or plan without jerk limits")]
+    NoJerkLimit,
     /// The feed, link feed or tip speed is zero, negative, infinite or not a number.
     #[error("{name} is {value} mm/s; it must be finite and positive, or absent for no limit")]
     BadFeed {

@@ -1,7 +1,8 @@
 //! Axis path and limits to speed along the path; knows no machine.
 //!
 //! [`optimal`] plans the fastest speed that velocity limits, acceleration limits and the programmed
-//! feed allow, everywhere on the path and not only at its nodes. Each piece starts and ends at rest.
+//! feed allow, everywhere on the path and not only at its nodes. [`jerk`] keeps jerk limits as well.
+//! Each piece starts and ends at rest.
 //!
 //! ```text
 //! cell     a stretch between two rows: its Bernstein coefficients and constraints
@@ -10,17 +11,20 @@
 //! refine   rows where the schedule would gain from them
 //! lower    certified lower bound of the time
 //! check    what the schedule does, measured with another discretisation
+//! jerk     the same for schedules with jerk limits
 //! ```
 
 mod cell;
 mod check;
 mod error;
+mod jerk;
 mod lower;
 mod profile;
 mod refine;
 mod strip;
 
 pub use error::{FeedError, LimitKind};
+pub use jerk::jerk;
 
 use crate::types::{
     AxisPath, AxisPiece, Cancelled, Motion, Progress, Schedule, SchedulePiece, Stage,
@@ -38,7 +42,7 @@ pub struct Limits<const N: usize> {
     pub rapid: SVector<f64, N>,
     /// Axis accelerations \[axis unit/s²\].
     pub acceleration: SVector<f64, N>,
-    /// Axis jerks \[axis unit/s³\]: measured, not kept, by [`optimal`].
+    /// Axis jerks \[axis unit/s³\]: kept by [`jerk`]; measured, not kept, by [`optimal`].
     pub jerk: Option<SVector<f64, N>>,
 }
 
@@ -51,8 +55,9 @@ pub struct FeedOptions {
     pub link_feed: Option<f64>,
     /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
     pub tip: Option<f64>,
-    /// Rows are inserted until the time still to gain is estimated below this fraction of the
-    /// piece's time. Limits hold whatever the value; 1e-3 is fine, 1 never inserts for speed.
+    /// [`optimal`] inserts rows until the time still to gain is estimated below this fraction of the
+    /// piece's time, [`jerk`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
+    /// is fine, 1 never goes on for speed.
     pub time_tolerance: f64,
 }
 
@@ -63,6 +68,8 @@ pub enum Binding {
     Velocity(u8),
     /// Acceleration limit of this axis.
     Acceleration(u8),
+    /// Jerk limit of this axis.
+    Jerk(u8),
     /// Programmed feed.
     Feed,
     /// Speed limit of the tool tip.
@@ -78,7 +85,7 @@ pub struct Ratios {
     pub velocity: f64,
     /// Accelerations.
     pub acceleration: f64,
-    /// Jerks between rows; `None` without jerk limits. At rows accelerations step.
+    /// Jerks between rows; `None` without jerk limits. At rows of [`optimal`] accelerations step.
     pub jerk: Option<f64>,
 }
 
@@ -91,7 +98,7 @@ pub struct Plan {
     pub lower_bound: f64,
     /// Largest ratios found in a dense check.
     pub ratios: Ratios,
-    /// Guaranteed upper bounds of the ratios, everywhere; `jerk` is not bounded.
+    /// Guaranteed upper bounds of the ratios, everywhere; [`optimal`] does not bound `jerk`.
     pub bounds: Ratios,
     /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.
     pub acceleration_step: f64,
@@ -185,20 +192,29 @@ pub fn optimal<const N: usize>(
     progress: &dyn Progress,
 ) -> Result<Plan, FeedError> {
     error::validate(path, limits, options)?;
+    let planned = plan_all(path, progress, |piece| {
+        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options)
+    })?;
+    Ok(assemble(planned))
+}
+
+/// Plans all pieces, in order whatever the number of threads.
+fn plan_all<const N: usize>(
+    path: &AxisPath<N>,
+    progress: &dyn Progress,
+    plan: impl Fn(&AxisPiece<N>) -> PlannedPiece + Sync,
+) -> Result<Vec<PlannedPiece>, Cancelled> {
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
     progress.step(Stage::Feed, 0, total)?;
-    let planned: Vec<PlannedPiece> = path
-        .pieces
+    path.pieces
         .par_iter()
         .map(|piece| {
-            let planned =
-                plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options);
+            let planned = plan(piece);
             progress.step(Stage::Feed, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
             Ok(planned)
         })
-        .collect::<Result<_, Cancelled>>()?;
-    Ok(assemble(planned))
+        .collect()
 }
 
 /// One piece's share of a [`Plan`], with times from 0.

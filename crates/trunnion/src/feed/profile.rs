@@ -2,7 +2,7 @@
 
 use super::cell::Cell;
 use super::{Reciprocals, strip};
-use crate::types::SchedulePiece;
+use crate::types::{Law, SchedulePiece};
 
 /// Rows of a piece and the cells between them.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ impl Profile {
         t.push(now);
         acceleration.push(acceleration.last().copied().unwrap_or(0.0));
         let speed = self.x.iter().map(|x| x.sqrt()).collect();
-        SchedulePiece { s: grid.s.clone(), t, speed, acceleration }
+        SchedulePiece { s: grid.s.clone(), t, speed, acceleration, law: Law::Steps }
     }
 }
 

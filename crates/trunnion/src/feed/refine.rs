@@ -171,7 +171,7 @@ fn split<const N: usize>(
 }
 
 /// Whether differences of three neighbouring `s` keep half of their digits.
-fn resolvable(before: f64, middle: f64, after: f64) -> bool {
+pub(super) fn resolvable(before: f64, middle: f64, after: f64) -> bool {
     let size = before.abs().max(after.abs()) * f64::EPSILON.sqrt();
     middle - before > size && after - middle > size
 }

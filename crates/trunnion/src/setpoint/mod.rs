@@ -166,6 +166,7 @@ mod tests {
             t: vec![0.0, 1.0, 1.5],
             speed: vec![0.0, 2.0, 2.0],
             acceleration: vec![2.0, 0.0, 0.0],
+            ..SchedulePiece::default()
         };
         (AxisPath { pieces: vec![piece] }, Schedule { pieces: vec![rows] })
     }

@@ -14,15 +14,17 @@ mod fault;
 mod motion;
 mod path;
 mod progress;
+mod ramp;
 mod timing;
 
 pub use fault::Fault;
-pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Schedule, SchedulePiece, Setpoint};
+pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Law, Schedule, SchedulePiece, Setpoint};
 pub use path::{
     Geometry, Leg, Motion, Pass, PoseCoordinates, PoseCurve, PoseRates, Span, Station, ToolPath,
     ToolPiece, ToolPose,
 };
 pub use progress::{Cancelled, Progress, Silent, Stage};
+pub(crate) use ramp::Stretch;
 pub use timing::Moment;
 
 /// Number of machine axes: three linear and two rotary.

@@ -35,6 +35,17 @@ pub struct AxisPath<const N: usize = AXES> {
     pub pieces: Vec<AxisPiece<N>>,
 }
 
+/// How speed runs between two rows of a [`SchedulePiece`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Law {
+    /// `d²s/dt²` is constant from each row to the next, and steps at rows.
+    #[default]
+    Steps,
+    /// `d²s/dt²` is continuous: linear in `s` between rows, and jerk is constant in time between a
+    /// row at rest (no speed, no acceleration) and its neighbour, where `s` goes with `t³`.
+    Ramps,
+}
+
 /// When the nodes of one [`AxisPiece`] are passed. All vectors have one entry per row; rows are the
 /// nodes, and any the planner inserted.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -45,8 +56,11 @@ pub struct SchedulePiece {
     pub t: Vec<f64>,
     /// `ds/dt` at each row.
     pub speed: Vec<f64>,
-    /// `d²s/dt²` from this row to the next, constant in between; the last entry repeats.
+    /// `d²s/dt²`: from this row to the next under [`Law::Steps`] (the last entry repeats), at the row
+    /// under [`Law::Ramps`].
     pub acceleration: Vec<f64>,
+    /// How speed runs between rows.
+    pub law: Law,
 }
 
 /// A speed schedule for an axis path, piece by piece.

@@ -1,6 +1,6 @@
 //! Where an axis path is at a given time, and when it is at a given place.
 
-use super::{AxisPiece, SchedulePiece};
+use super::{AxisPiece, Law, SchedulePiece, Stretch};
 use crate::math::quintic::Quintic;
 use nalgebra::SVector;
 
@@ -13,52 +13,74 @@ pub struct Moment {
     pub speed: f64,
     /// `d²s/dt²`.
     pub acceleration: f64,
+    /// `d³s/dt³`; 0 between rows at which the acceleration steps.
+    pub jerk: f64,
 }
 
 impl SchedulePiece {
-    /// Place, speed and acceleration at time `t`, clamped to the piece.
+    /// Place, speed, acceleration and jerk at time `t`, clamped to the piece.
     ///
-    /// Between rows `s` is quadratic in time. `None` for a piece without rows.
+    /// `None` for a piece without rows.
     pub fn at_time(&self, t: f64) -> Option<Moment> {
         let row = interval(&self.t, t);
-        let [s, start, speed] = [*self.s.get(row)?, *self.t.get(row)?, *self.speed.get(row)?];
-        let acceleration = *self.acceleration.get(row)?;
+        let [s, start] = [*self.s.get(row)?, *self.t.get(row)?];
         let last = self.t.last().copied().unwrap_or(start);
         let dt = (t.min(last) - start).max(0.0);
         let end = self.s.get(row + 1).copied().unwrap_or(s);
-        Some(Moment {
-            s: (s + dt * (speed + 0.5 * acceleration * dt)).clamp(s, end),
-            speed: (speed + acceleration * dt).max(0.0),
-            acceleration,
-        })
+        let [advance, speed, acceleration, jerk] = self.advance(row, dt)?;
+        Some(Moment { s: (s + advance).clamp(s, end), speed: speed.max(0.0), acceleration, jerk })
+    }
+
+    /// Distance from a row and its derivatives by time, a time after it.
+    pub(crate) fn advance(&self, row: usize, dt: f64) -> Option<[f64; 4]> {
+        let [speed, acceleration] = [*self.speed.get(row)?, *self.acceleration.get(row)?];
+        if let (Law::Ramps, Some(stretch)) = (self.law, self.stretch(row)) {
+            return Some(stretch.at(dt));
+        }
+        let advance = dt * (speed + 0.5 * acceleration * dt);
+        Some([advance, speed + acceleration * dt, acceleration, 0.0])
+    }
+
+    /// The stretch from a row to the next under [`Law::Ramps`].
+    fn stretch(&self, row: usize) -> Option<Stretch> {
+        let pair = |list: &[f64]| Some([*list.get(row)?, *list.get(row + 1)?]);
+        let [from, to] = pair(&self.s)?;
+        let [speed, acceleration] = [pair(&self.speed)?, pair(&self.acceleration)?];
+        Some(Stretch { length: to - from, speed, acceleration })
     }
 
     /// Time at which `s` is passed, clamped to the piece \[s\]; 0 for a piece without rows.
-    ///
-    /// `dt = 2 ds / (v + sqrt(v² + 2 |a| ds))` from the slower end of the interval: nothing cancels,
-    /// not even on the way to rest, and `v = 0` or `a = 0` are no special cases.
     pub fn time_at(&self, s: f64) -> f64 {
         let row = interval(&self.s, s);
-        let (Some(&from), Some(&start), Some(&speed), Some(&acceleration)) =
-            (self.s.get(row), self.t.get(row), self.speed.get(row), self.acceleration.get(row))
-        else {
+        let (Some(&from), Some(&start)) = (self.s.get(row), self.t.get(row)) else {
             return 0.0;
         };
+        let Some(stretch) = self.stretch(row) else { return start };
         let end = self.t.get(row + 1).copied().unwrap_or(start);
-        let [to, end_speed] =
-            [&self.s, &self.speed].map(|list| list.get(row + 1).copied().unwrap_or_default());
-        let elapsed = |ds: f64, slow: f64| {
-            2.0 * ds / (slow + (slow * slow + 2.0 * acceleration.abs() * ds).sqrt())
-        };
         if s <= from {
-            start
-        } else if s >= to {
-            end
-        } else if acceleration < 0.0 {
-            (end - elapsed(to - s, end_speed)).max(start)
-        } else {
-            (start + elapsed(s - from, speed)).min(end)
+            return start;
         }
+        if s - from >= stretch.length {
+            return end;
+        }
+        match self.law {
+            Law::Steps => steps_time(&stretch, s - from, [start, end]),
+            Law::Ramps => (start + stretch.time_to(s - from)).clamp(start, end),
+        }
+    }
+}
+
+/// `dt = 2 ds / (v + sqrt(v² + 2 |a| ds))` from the slower end of the interval: nothing cancels, not
+/// even on the way to rest, and `v = 0` or `a = 0` are no special cases.
+fn steps_time(stretch: &Stretch, ds: f64, [start, end]: [f64; 2]) -> f64 {
+    let acceleration = stretch.acceleration[0];
+    let elapsed = |ds: f64, slow: f64| {
+        2.0 * ds / (slow + (slow * slow + 2.0 * acceleration.abs() * ds).sqrt())
+    };
+    if acceleration < 0.0 {
+        (end - elapsed(stretch.length - ds, stretch.speed[1])).max(start)
+    } else {
+        (start + elapsed(ds, stretch.speed[0])).min(end)
     }
 }
 
@@ -112,6 +134,7 @@ mod tests {
             t: vec![5.0, 6.0, 7.0],
             speed: vec![0.0, 2.0, 2.0],
             acceleration: vec![2.0, 0.0, 0.0],
+            law: Law::Steps,
         }
     }
 
@@ -119,7 +142,7 @@ mod tests {
     #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
     fn time_and_place_of_a_ramp_are_a_pencil_calculation() {
         let half = ramp().at_time(5.5).unwrap();
-        assert_eq!(half, Moment { s: 0.25, speed: 1.0, acceleration: 2.0 });
+        assert_eq!(half, Moment { s: 0.25, speed: 1.0, acceleration: 2.0, jerk: 0.0 });
         assert_eq!(ramp().at_time(6.5).unwrap().s, 2.0);
         assert_eq!(ramp().at_time(9.0).unwrap().s, 3.0);
         assert_eq!(ramp().at_time(0.0).unwrap().s, 0.0);
@@ -139,6 +162,7 @@ mod tests {
             t: vec![0.0, 1.0],
             speed: vec![2.0, 0.0],
             acceleration: vec![-2.0; 2],
+            law: Law::Steps,
         };
         assert_eq!((stop.time_at(0.75), stop.time_at(1.0)), (0.5, 1.0));
         assert_eq!(ramp().time_at(-1.0), 5.0);

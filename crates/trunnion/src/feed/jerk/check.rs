@@ -1,0 +1,97 @@
+//! What a jerk-limited schedule does, measured densely with another discretisation.
+
+use crate::feed::check::{Measured, rates_at};
+use crate::feed::{Binding, Ratios, Reciprocals};
+use crate::types::{AxisPiece, SchedulePiece};
+use nalgebra::SVector;
+
+/// Even steps in time per row; their ends are looked at too, as jerk steps at rows.
+const STEPS: u32 = 4;
+
+/// Ratios of velocities, accelerations and jerks at one moment.
+struct Moment<const N: usize> {
+    axes: [SVector<f64, N>; 3],
+    /// Programmed feed and tip speed.
+    points: [f64; 2],
+}
+
+/// Calls `look` with the row and the moment, evenly in time; the path in the power basis, so that
+/// neither the places nor the basis of the planner are used.
+fn each_moment<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: &SchedulePiece,
+    limits: &Reciprocals<N>,
+    mut look: impl FnMut(usize, &Moment<N>),
+) {
+    let jerk_limits = limits.jerk.unwrap_or_else(SVector::zeros);
+    let mut interval = usize::MAX;
+    let mut curve = None;
+    for row in 0..schedule.s.len().saturating_sub(1) {
+        let here = piece.interval_at(schedule.s[row]);
+        if here != interval {
+            (interval, curve) = (here, piece.quintic(here));
+        }
+        let Some((origin, quintic)) = curve else { break };
+        let duration = schedule.t[row + 1] - schedule.t[row];
+        for step in 0..=STEPS {
+            let dt = duration * f64::from(step) / f64::from(STEPS);
+            let Some([x, v, a, j]) = schedule.advance(row, dt) else { continue };
+            let s = schedule.s[row] + x;
+            let [_, q1, q2, q3] = quintic.at(s - origin);
+            let [feed, tip] = rates_at(piece, interval, s);
+            look(
+                row,
+                &Moment {
+                    axes: [
+                        (q1 * v).component_mul(&limits.velocity),
+                        (q1 * a + q2 * (v * v)).component_mul(&limits.acceleration),
+                        (q1 * j + q2 * (3.0 * v * a) + q3 * v.powi(3)).component_mul(&jerk_limits),
+                    ],
+                    points: [v * feed * limits.feed, v * tip * limits.tip],
+                },
+            );
+        }
+    }
+}
+
+pub(super) fn measure<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: &SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> Measured {
+    let mut ratios = Ratios { jerk: Some(0.0), ..Ratios::default() };
+    each_moment(piece, schedule, limits, |_, moment| {
+        let [velocity, acceleration, jerk] = moment.axes.map(|values| values.amax());
+        let velocity = velocity.max(moment.points[0]).max(moment.points[1]);
+        ratios = ratios.max(Ratios { velocity, acceleration, jerk: Some(jerk) });
+    });
+    Measured { ratios, acceleration_step: 0.0 }
+}
+
+/// What is used most from each row to the next; the last entry repeats.
+pub(super) fn binding<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: &SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> Vec<Binding> {
+    let mut most = vec![(0.0, Binding::Still); schedule.s.len()];
+    each_moment(piece, schedule, limits, |row, moment| {
+        let mut add = |share: f64, name: Binding| {
+            if share > most[row].0 {
+                most[row] = (share, name);
+            }
+        };
+        let kinds = [Binding::Velocity, Binding::Acceleration, Binding::Jerk];
+        for (values, kind) in moment.axes.iter().zip(kinds) {
+            for (axis, value) in values.iter().enumerate() {
+                add(value.abs(), kind(u8::try_from(axis).unwrap_or(u8::MAX)));
+            }
+        }
+        add(moment.points[0], Binding::Feed);
+        add(moment.points[1], Binding::Tip);
+    });
+    if let [.., before, last] = most.as_mut_slice() {
+        *last = *before;
+    }
+    most.into_iter().map(|(_, name)| name).collect()
+}

@@ -1,0 +1,305 @@
+//! Newton steps on stretches of the spline.
+//!
+//! The time is convex in the controls and the rows are linear, so with a logarithmic barrier for the
+//! rows a Newton step is one banded system. A step's length is limited by the row that is in its way
+//! first; one length for a whole path would be the shortest of all places, and a long path would
+//! stall. Each stretch therefore has its own, with everything outside it held; stretches of the next
+//! sweep lie across the borders of this one. Every step keeps all limits everywhere.
+
+use super::band::Band;
+use super::caps::Caps;
+use super::local::{Derivatives, PerRow, State, add_rows, bring_along, turns, update};
+use super::rows::{JERKS, ROWS, Rows, reference, room};
+use super::spline::{Spline, middle};
+use crate::feed::profile::Grid;
+use crate::feed::{Ratios, Reciprocals};
+use std::ops::Range;
+
+/// Share of the way to the first row in the way.
+const TO_BORDER: f64 = 0.97;
+/// A control keeps at least this share of itself in a step.
+const KEEP: f64 = 0.2;
+/// A new reference may leave a cell's rows this share of the room they had.
+const ROOM_KEPT: f64 = 0.3;
+
+/// A spline on its way to the fastest one.
+#[derive(Debug)]
+pub(super) struct Solver<'a, const N: usize> {
+    grid: &'a Grid<N>,
+    limits: &'a Reciprocals<N>,
+    caps: Caps,
+    pub(super) spline: Spline,
+    pub(super) references: Vec<f64>,
+    multipliers: Vec<PerRow<N>>,
+    cap_multipliers: Vec<[f64; 2]>,
+    work: Work<N>,
+}
+
+/// What one stretch needs, kept for the next one.
+#[derive(Debug, Default)]
+struct Work<const N: usize> {
+    rows: Vec<Rows<N>>,
+    inverses: Vec<PerRow<N>>,
+    turns: Vec<PerRow<N>>,
+    weights: Vec<f64>,
+    band: Band,
+}
+
+impl<'a, const N: usize> Solver<'a, N> {
+    /// From a spline within all limits. `weight` is the barrier's, as a share of each cell's time.
+    pub(super) fn new(
+        grid: &'a Grid<N>,
+        limits: &'a Reciprocals<N>,
+        caps: Caps,
+        spline: Spline,
+        weight: f64,
+    ) -> Self {
+        let cells = spline.len();
+        let mut solver = Self {
+            grid,
+            limits,
+            caps,
+            references: vec![0.0; cells],
+            multipliers: vec![[[0.0; N]; ROWS]; cells],
+            cap_multipliers: vec![[0.0; 2]; cells],
+            work: Work::default(),
+            spline,
+        };
+        for cell in 1..cells - 1 {
+            let x = solver.spline.coefficients(cell);
+            solver.references[cell] = reference(x);
+            let state = solver.state(cell, weight * solver.time(cell));
+            let rows = Rows::new(&grid.cells[cell], limits);
+            let mut inverses = [[0.0; N]; ROWS];
+            let none = [[0.0; N]; ROWS];
+            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut inverses);
+            solver.multipliers[cell] =
+                inverses.map(|row| row.map(|inverse| state.weight * inverse.abs()));
+            solver.cap_multipliers[cell] =
+                solver.cap_slacks(cell, x).map(|slack| state.weight / slack);
+        }
+        solver
+    }
+
+    /// Takes another spline, with the references that suit it.
+    pub(super) fn restart(&mut self, spline: Spline) {
+        self.spline = spline;
+        for cell in 1..self.spline.len() - 1 {
+            self.references[cell] = reference(self.spline.coefficients(cell));
+        }
+    }
+
+    /// Upper bounds of all ratios, everywhere on the piece.
+    pub(super) fn bounds(&self) -> Ratios {
+        let last = self.spline.len() - 1;
+        let [mut square, mut acceleration, mut jerk] = [0.0_f64; 3];
+        for cell in 1..last {
+            let x = self.spline.coefficients(cell);
+            let rows = Rows::new(&self.grid.cells[cell], self.limits);
+            let [a, j] = rows.shares(x, self.references[cell]);
+            acceleration = acceleration.max(a);
+            jerk = jerk.max(j);
+            let control = x[1] / self.caps.control[cell];
+            square = square.max(control).max(x[2] / self.caps.row[cell + 1]);
+            if cell == 1 || cell + 1 == last {
+                // The rest cell next to it: its accelerations go with x, its jerks with x^(3/2).
+                acceleration = acceleration.max(control);
+                jerk = jerk.max(control.powf(1.5));
+            }
+        }
+        Ratios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
+    }
+
+    fn state(&self, cell: usize, weight: f64) -> State {
+        State { x: self.spline.coefficients(cell), reference: self.references[cell], weight }
+    }
+
+    /// Time through a cell, near enough to weigh it.
+    fn time(&self, cell: usize) -> f64 {
+        self.spline.lengths[cell] / middle(self.spline.coefficients(cell)).sqrt()
+    }
+
+    /// Unused share of the caps of a cell's control and of the row at its end.
+    fn cap_slacks(&self, cell: usize, x: [f64; 3]) -> [f64; 2] {
+        [1.0 - x[1] / self.caps.control[cell], 1.0 - x[2] / self.caps.row[cell + 1]]
+    }
+
+    /// One sweep over the piece with stretches of `size` cells, the first of them of `first`: `steps`
+    /// Newton steps on each with the barrier's `weight`.
+    pub(super) fn sweep(&mut self, weight: f64, steps: usize, [first, size]: [usize; 2]) {
+        let last = self.spline.len() - 1;
+        let mut from = 1;
+        let mut to = (1 + first).min(last);
+        while from < last {
+            self.stretch(from..to, weight, steps);
+            (from, to) = (to, (to + size).min(last));
+        }
+    }
+
+    /// Newton steps on the controls of a range.
+    fn stretch(&mut self, range: Range<usize>, weight: f64, steps: usize) {
+        let last = self.spline.len() - 1;
+        // Cells that the controls of the range have a part in.
+        let cells = range.start.saturating_sub(1).max(1)..(range.end + 1).min(last);
+        let mut work = std::mem::take(&mut self.work);
+        work.rows.clear();
+        work.weights.clear();
+        for cell in cells.clone() {
+            work.rows.push(Rows::new(&self.grid.cells[cell], self.limits));
+            work.weights.push(weight * self.time(cell));
+        }
+        work.inverses.resize(cells.len(), [[0.0; N]; ROWS]);
+        work.turns.resize(cells.len(), [[0.0; N]; ROWS]);
+        for _ in 0..steps {
+            if !self.step(&range, &cells, &mut work) {
+                break;
+            }
+        }
+        self.work = work;
+    }
+
+    /// One step; `false` if rounding leaves none.
+    fn step(&mut self, range: &Range<usize>, cells: &Range<usize>, work: &mut Work<N>) -> bool {
+        work.band.reset(range.len());
+        for (index, cell) in cells.clone().enumerate() {
+            let state = self.state(cell, work.weights[index]);
+            let mut out = Derivatives::default();
+            out.add_time(self.spline.lengths[cell], state.x);
+            add_rows(
+                &mut out,
+                &work.rows[index],
+                &state,
+                &self.multipliers[cell],
+                &mut work.inverses[index],
+            );
+            self.add_caps(&mut out, cell, &state);
+            self.scatter(&out, cell, range, &mut work.band);
+        }
+        self.add_rest(range, &mut work.band);
+        if !work.band.solve() {
+            return false;
+        }
+        let length = self.length(range, cells, work);
+        self.advance(length, range, cells, work);
+        true
+    }
+
+    fn add_caps(&self, out: &mut Derivatives, cell: usize, state: &State) {
+        let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
+        let slacks = self.cap_slacks(cell, state.x);
+        for side in 0..2 {
+            let mut d = [0.0; 3];
+            d[1 + side] = 1.0 / caps[side];
+            out.add_gradient(state.weight / slacks[side], d);
+            out.add_square(self.cap_multipliers[cell][side] / slacks[side], d);
+        }
+    }
+
+    /// Adds a cell's derivatives to the system of the controls of a range.
+    fn scatter(&self, out: &Derivatives, cell: usize, range: &Range<usize>, band: &mut Band) {
+        let weights = self.spline.weights(cell);
+        // Coefficients as combinations of the controls before, here and after.
+        let [s, e] = [weights.start, weights.end];
+        let columns = [[s[0], 0.0, 0.0], [s[1], 1.0, e[0]], [0.0, 0.0, e[1]]];
+        let h = &out.hessian;
+        let full = [[h[0], h[1], h[3]], [h[1], h[2], h[4]], [h[3], h[4], h[5]]];
+        let times = columns.map(|c| full.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2]));
+        for i in 0..3 {
+            let Some(row) = (cell + i).checked_sub(1 + range.start).filter(|r| *r < range.len())
+            else {
+                continue;
+            };
+            let c = columns[i];
+            let g = &out.gradient;
+            band.right[row] -= c[0] * g[0] + c[1] * g[1] + c[2] * g[2];
+            for j in 0..=i.min(row) {
+                let product = &times[i - j];
+                band.rows[row][j] += c[0] * product[0] + c[1] * product[1] + c[2] * product[2];
+            }
+        }
+    }
+
+    /// Adds the times of the rest cells, `3 h / v` at their borders.
+    fn add_rest(&self, range: &Range<usize>, band: &mut Band) {
+        let last = self.spline.len() - 1;
+        for (cell, rest) in [(1, 0), (last - 1, last)] {
+            let Some(row) = cell.checked_sub(range.start).filter(|row| *row < range.len()) else {
+                continue;
+            };
+            let x = self.spline.coefficients(cell);
+            let border = if rest == 0 { x[0] } else { x[2] };
+            let time = 3.0 * self.spline.lengths[rest] / border.sqrt();
+            let control = self.spline.controls[cell];
+            band.right[row] += 0.5 * time / control;
+            band.rows[row][0] += 0.75 * time / (control * control);
+        }
+    }
+
+    /// Change of the coefficients of a cell for the direction found.
+    fn direction(&self, cell: usize, range: &Range<usize>, band: &Band) -> [f64; 3] {
+        let at = |control: usize| {
+            if range.contains(&control) { band.right[control - range.start] } else { 0.0 }
+        };
+        self.spline.weights(cell).apply([at(cell - 1), at(cell), at(cell + 1)])
+    }
+
+    /// Longest step that keeps all rows, at most 1.
+    fn length(&self, range: &Range<usize>, cells: &Range<usize>, work: &mut Work<N>) -> f64 {
+        let mut most: f64 = TO_BORDER;
+        for (control, change) in range.clone().zip(&work.band.right) {
+            let fall = -change / self.spline.controls[control];
+            most = most.max(fall * TO_BORDER / (1.0 - KEEP));
+        }
+        for (index, cell) in cells.clone().enumerate() {
+            let d = self.direction(cell, range, &work.band);
+            let state = self.state(cell, work.weights[index]);
+            let turn =
+                turns(&work.rows[index], &state, d, &work.inverses[index], &mut work.turns[index]);
+            let slacks = self.cap_slacks(cell, state.x);
+            let control = d[1] / (self.caps.control[cell] * slacks[0]);
+            let row = d[2] / (self.caps.row[cell + 1] * slacks[1]);
+            most = most.max(turn).max(control).max(row);
+        }
+        TO_BORDER / most
+    }
+
+    /// Takes the step, brings multipliers along, and moves references after the new coefficients.
+    fn advance(&mut self, length: f64, range: &Range<usize>, cells: &Range<usize>, work: &Work<N>) {
+        for (index, cell) in cells.clone().enumerate() {
+            let weight = work.weights[index];
+            let [inverses, turns] = [&work.inverses[index], &work.turns[index]];
+            update(&mut self.multipliers[cell], weight, length, inverses, turns);
+            let d = self.direction(cell, range, &work.band);
+            let x = self.spline.coefficients(cell);
+            let slacks = self.cap_slacks(cell, x);
+            let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
+            for side in 0..2 {
+                let inverse = 1.0 / slacks[side];
+                let turn = d[1 + side] / caps[side] * inverse;
+                let multiplier = &mut self.cap_multipliers[cell][side];
+                *multiplier = bring_along(*multiplier, weight, length, inverse, turn);
+            }
+        }
+        for (control, change) in range.clone().zip(&work.band.right) {
+            self.spline.controls[control] += length * change;
+        }
+        for (index, cell) in cells.clone().enumerate() {
+            self.move_reference(cell, &work.rows[index]);
+        }
+    }
+
+    /// Takes the reference that suits the coefficients, unless it leaves some row much less room.
+    fn move_reference(&mut self, cell: usize, rows: &Rows<N>) {
+        let x = self.spline.coefficients(cell);
+        let [old, new] = [self.references[cell], reference(x)];
+        let [mut before, mut after] = [f64::INFINITY; 2];
+        for row in 0..JERKS {
+            let value = rows.values(row, x).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            before = before.min(room(row, x, old) - old.sqrt() * value);
+            after = after.min(room(row, x, new) - new.sqrt() * value);
+        }
+        if after > ROOM_KEPT * before {
+            self.references[cell] = new;
+        }
+    }
+}

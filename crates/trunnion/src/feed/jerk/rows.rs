@@ -1,0 +1,270 @@
+//! Constraints of one cell on the Bernstein coefficients of its squared speed.
+//!
+//! With `x` quadratic, `u = x'/2` linear and `c = x''/2` constant over a cell, and `q'` a quartic,
+//! * accelerations `q' u + q'' x` are polynomials of degree 5,
+//! * jerks are `sqrt(x) P` with `P = q''' x + 3 q'' u + q' c` of degree 4,
+//!
+//! both linear in the coefficients of `x`. A polynomial stays inside the hull of its Bernstein
+//! coefficients, so limits on those hold everywhere in the cell. For the factor of the jerk,
+//! `1 / sqrt(x) >= (3 - x / r) / (2 sqrt r)` for every reference `r > 0` (a tangent of a convex
+//! function), hence `|P| sqrt(r) / J <= (3 - x / r) / 2` is enough, again linear in `x`.
+
+use super::spline::middle;
+use crate::feed::Reciprocals;
+use crate::feed::cell::Cell;
+use nalgebra::SVector;
+
+/// Rows of an acceleration and of a jerk: their Bernstein coefficients.
+pub(super) const ACCELERATIONS: usize = 6;
+pub(super) const JERKS: usize = 5;
+pub(super) const ROWS: usize = ACCELERATIONS + JERKS;
+
+/// Factors of the three coefficients of `x`, axis by axis.
+pub(super) type Factors<const N: usize> = [[f64; N]; 3];
+
+/// All rows of a cell: jerks first, then accelerations; over their limits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows<const N: usize> {
+    pub(super) factors: [Factors<N>; ROWS],
+}
+
+/// Bernstein coefficients of degree 4 of a quadratic: its own, as weights.
+pub(super) const RAISED: [[f64; 3]; JERKS] = [
+    [1.0, 0.0, 0.0],
+    [0.5, 0.5, 0.0],
+    [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
+    [0.0, 0.5, 0.5],
+    [0.0, 0.0, 1.0],
+];
+
+/// `C(2, i) C(2, j) / C(4, i + j)`: product of two quadratics.
+const TWO_TWO: [[f64; 3]; 3] =
+    [[1.0, 0.5, 1.0 / 6.0], [0.5, 4.0 / 6.0, 0.5], [1.0 / 6.0, 0.5, 1.0]];
+
+/// `C(3, i) C(2, j) / C(5, i + j)`: product of a cubic and a quadratic.
+const THREE_TWO: [[f64; 3]; 4] =
+    [[1.0, 0.4, 0.1], [0.6, 0.6, 0.3], [0.3, 0.6, 0.6], [0.1, 0.4, 1.0]];
+
+impl<const N: usize> Rows<N> {
+    pub(super) fn new(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
+        let mut rows = Self { factors: [[[0.0; N]; 3]; ROWS] };
+        let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
+        for axis in 0..N {
+            let rates = cell.rates.map(|rate| rate[axis]);
+            let rise: [f64; 4] = std::array::from_fn(|k| rates[k + 1] - rates[k]);
+            let jerks = jerk_rows(&rates, &rise, jerk[axis] / (cell.h * cell.h));
+            let accelerations =
+                acceleration_rows(&rates, &rise, limits.acceleration[axis] / cell.h);
+            for (row, factors) in jerks.iter().chain(&accelerations).enumerate() {
+                for (coefficient, factor) in factors.iter().enumerate() {
+                    rows.factors[row][coefficient][axis] = *factor;
+                }
+            }
+        }
+        rows
+    }
+
+    /// Values of a row on all axes for coefficients of `x`.
+    #[inline]
+    pub(super) fn values(&self, row: usize, x: [f64; 3]) -> [f64; N] {
+        let [a, b, c] = &self.factors[row];
+        std::array::from_fn(|axis| a[axis] * x[0] + b[axis] * x[1] + c[axis] * x[2])
+    }
+
+    /// Largest accelerations, and jerks over what the reference leaves them: 1 is at the limit.
+    pub(super) fn shares(&self, x: [f64; 3], reference: f64) -> [f64; 2] {
+        let scale = reference.sqrt();
+        let largest = |row: usize| self.values(row, x).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut shares = [0.0_f64; 2];
+        for row in 0..JERKS {
+            shares[1] = shares[1].max(scale * largest(row) / room(row, x, reference));
+        }
+        for row in JERKS..ROWS {
+            shares[0] = shares[0].max(largest(row));
+        }
+        shares
+    }
+}
+
+/// What is left for jerk row `row`: `(3 - x / r) / 2`.
+#[inline]
+pub(super) fn room(row: usize, x: [f64; 3], reference: f64) -> f64 {
+    let [a, b, c] = RAISED[row];
+    1.5 - 0.5 * (a * x[0] + b * x[1] + c * x[2]) / reference
+}
+
+/// A reference that leaves all of a cell's jerk rows room: the value in the middle, or half of the
+/// largest coefficient.
+pub(super) fn reference(x: [f64; 3]) -> f64 {
+    middle(x).max(0.5 * x[0].max(x[1]).max(x[2]))
+}
+
+/// `h² (q''' x + 3 q'' u + q' c)` of one axis, times `scale`.
+///
+/// With `D` the rise from coefficient to coefficient of `q'` and `E` that of `D`, `q''` is `4 D / h`
+/// and `q'''` is `12 E / h²`; `h u` has the coefficients `x1 - x0, x2 - x1`, `h² c` is
+/// `x0 - 2 x1 + x2`.
+#[inline]
+fn jerk_rows(r: &[f64; 5], rise: &[f64; 4], scale: f64) -> [[f64; 3]; JERKS] {
+    let bend: [f64; 3] = std::array::from_fn(|k| rise[k + 1] - rise[k]);
+    std::array::from_fn(|k| {
+        let mut row = [r[k], -2.0 * r[k], r[k]];
+        if k < 4 {
+            let term = 3.0 * (4 - k) as f64 * rise[k];
+            row[0] -= term;
+            row[1] += term;
+        }
+        if k > 0 {
+            let term = 3.0 * k as f64 * rise[k - 1];
+            row[1] -= term;
+            row[2] += term;
+        }
+        for j in k.saturating_sub(2)..=k.min(2) {
+            row[j] += 12.0 * TWO_TWO[k - j][j] * bend[k - j];
+        }
+        row.map(|factor| factor * scale)
+    })
+}
+
+/// `h (q' u + q'' x)` of one axis, times `scale`; see [`jerk_rows`].
+#[inline]
+fn acceleration_rows(r: &[f64; 5], rise: &[f64; 4], scale: f64) -> [[f64; 3]; ACCELERATIONS] {
+    std::array::from_fn(|k| {
+        let mut row = [0.0; 3];
+        if k < 5 {
+            let term = 0.2 * (5 - k) as f64 * r[k];
+            row[0] -= term;
+            row[1] += term;
+        }
+        if k > 0 {
+            let term = 0.2 * k as f64 * r[k - 1];
+            row[1] -= term;
+            row[2] += term;
+        }
+        for j in k.saturating_sub(3)..=k.min(2) {
+            row[j] += 4.0 * THREE_TWO[k - j][j] * rise[k - j];
+        }
+        row.map(|factor| factor * scale)
+    })
+}
+
+/// Largest `x` at the border of a rest cell.
+///
+/// With `x = k σ^(4/3)` and `τ = σ / h`, velocities are below those of a linear `x`, accelerations
+/// are `k h^(1/3) τ^(1/3) (2/3 q' + q'' h τ)`, jerks are `k^(3/2) (q''' σ² + 2 q'' σ + 2/9 q')`: both
+/// brackets are quartics.
+pub(super) fn rest_cap<const N: usize>(
+    cell: &Cell<N>,
+    limits: &Reciprocals<N>,
+    to_rest: bool,
+) -> f64 {
+    let mut most = [0.0_f64; 2];
+    let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
+    for axis in 0..N {
+        let mut r = cell.rates.map(|rate| rate[axis]);
+        if to_rest {
+            r.reverse();
+        }
+        for k in 0..5 {
+            let rise = if k > 0 { k as f64 * (r[k] - r[k - 1]) } else { 0.0 };
+            // 12 E C(2, k - 2) / C(4, k): the product of τ² and q''' h².
+            let bend = match k {
+                2 => 2.0 * (r[2] - 2.0 * r[1] + r[0]),
+                3 => 6.0 * (r[3] - 2.0 * r[2] + r[1]),
+                4 => 12.0 * (r[4] - 2.0 * r[3] + r[2]),
+                _ => 0.0,
+            };
+            let acceleration = (2.0 / 3.0 * r[k] + rise).abs() * limits.acceleration[axis];
+            let change = (bend + 2.0 * rise + 2.0 / 9.0 * r[k]).abs() * jerk[axis];
+            most = [most[0].max(acceleration), most[1].max(change)];
+        }
+    }
+    let [start, end] = cell.caps(limits);
+    let speed = if to_rest { start } else { end };
+    speed.min(cell.h / most[0]).min((cell.h * cell.h / most[1]).cbrt().powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector1;
+
+    fn limits() -> Reciprocals<1> {
+        let one = Vector1::new(1.0);
+        Reciprocals { acceleration: one, jerk: Some(one), ..Reciprocals::none() }
+    }
+
+    fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
+        Cell { h, rates: rates.map(Vector1::new), feed_rate: [0.0; 2], tip_rate: [0.0; 2] }
+    }
+
+    /// Value of a polynomial from its Bernstein coefficients.
+    fn bernstein(c: &[f64], t: f64) -> f64 {
+        let mut rest = c.to_vec();
+        while rest.len() > 1 {
+            rest = rest.windows(2).map(|w| w[0] + t * (w[1] - w[0])).collect();
+        }
+        rest[0]
+    }
+
+    #[test]
+    fn rows_are_acceleration_and_jerk_in_bernstein_form() {
+        let (r, h, x) = ([1.0, -0.5, 0.7, 2.0, 1.3], 0.6, [2.0, 3.5, 1.2]);
+        let rows = Rows::new(&cell(r, h), &limits());
+        let values: Vec<f64> = (0..ROWS).map(|row| rows.values(row, x)[0]).collect();
+        let u = [(x[1] - x[0]) / h, (x[2] - x[1]) / h];
+        let c = (u[1] - u[0]) / h;
+        let [d, e] = [1, 2].map(|order| {
+            let mut list = r.to_vec();
+            for k in 0..order {
+                list = list.windows(2).map(|w| (w[1] - w[0]) * f64::from(4 - k) / h).collect();
+            }
+            list
+        });
+        for t in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let [rate, curvature, third] = [bernstein(&r, t), bernstein(&d, t), bernstein(&e, t)];
+            let [square, u] = [bernstein(&x, t), bernstein(&u, t)];
+            let jerk = third * square + 3.0 * curvature * u + rate * c;
+            let acceleration = rate * u + curvature * square;
+            assert!((bernstein(&values[..JERKS], t) - jerk).abs() < 1e-11, "jerk at {t}");
+            assert!((bernstein(&values[JERKS..], t) - acceleration).abs() < 1e-12, "at {t}");
+        }
+    }
+
+    /// `q' = 1 + s` over 0.5 from rest: at the cap, the largest of both is at its limit.
+    #[test]
+    fn the_cap_of_a_rest_cell_is_reached_and_kept() {
+        let rates = [1.0, 1.125, 1.25, 1.375, 1.5];
+        for (a, j) in [(1.0, 0.1), (0.1, 1.0)] {
+            let limits = Reciprocals {
+                acceleration: Vector1::new(a),
+                jerk: Some(Vector1::new(j)),
+                ..Reciprocals::none()
+            };
+            let cap = rest_cap(&cell(rates, 0.5), &limits, false);
+            let k = cap / 0.5_f64.powf(4.0 / 3.0);
+            let mut most = 0.0_f64;
+            for step in 1..=1000 {
+                let s = 0.5 * f64::from(step) / 1000.0;
+                let [x, u] = [k * s.powf(4.0 / 3.0), 2.0 / 3.0 * k * s.cbrt()];
+                let c = 2.0 / 9.0 * k * s.powf(-2.0 / 3.0);
+                let acceleration = (1.0 + s) * u + x;
+                let jerk = x.sqrt() * (3.0 * u + (1.0 + s) * c);
+                most = most.max(acceleration * a).max(jerk * j);
+            }
+            assert!(most <= 1.0 + 1e-12 && most > 0.98, "{most}");
+            let mirrored = cell([1.5, 1.375, 1.25, 1.125, 1.0], 0.5);
+            assert!((rest_cap(&mirrored, &limits, true) - cap).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_tangent_of_the_jerk_is_on_the_safe_side() {
+        let x = [1.0, 1.8, 2.0];
+        let r = reference(x);
+        for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let rooms: Vec<f64> = (0..JERKS).map(|row| room(row, x, r)).collect();
+            assert!(bernstein(&rooms, t) <= (r / bernstein(&x, t)).sqrt() + 1e-15);
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! A profile inside all limits to start from, within a small factor of the fastest everywhere.
+//!
+//! In `y = x^(3/4)` constant jerk from rest is a straight line, so a steady speed that some place
+//! allows may grow from there along a line of limited slope: two passes make the largest profile
+//! below all of them. Its kinks are then rounded off by means over a share of the distance in which it
+//! could have come to rest, which bounds the jerk they need. What still breaks a limit is lowered at
+//! its place a few times, then everywhere: every profile that is slow enough keeps all limits.
+
+use super::caps::Caps;
+use super::rows::{Rows, reference};
+use super::spline::Spline;
+use crate::feed::Reciprocals;
+use crate::feed::profile::Grid;
+use nalgebra::SVector;
+
+/// Share of each limit that the start aims at.
+const SHARE: f64 = 0.5;
+/// Share of the limits after the last resort.
+const AT_MOST: f64 = 0.9;
+/// Slopes are this much below that of constant jerk at the limit: half is for rounding off kinks.
+const GENTLE: f64 = 1.0 / 3.0;
+/// Half-widths of the means, as a share of the distance to rest.
+const WIDTHS: [f64; 2] = [0.4, 0.2];
+const ROUNDS: usize = 6;
+
+/// What limits `y` in a cell.
+#[derive(Debug, Clone, Copy)]
+struct Bound {
+    /// Its value.
+    steady: f64,
+    /// `dy/ds` from jerk.
+    slope: f64,
+    /// `y^(1/3) dy/ds` from acceleration.
+    by_acceleration: f64,
+    /// `y dy/ds` from the jerk of a curved path.
+    by_curvature: f64,
+}
+
+impl Bound {
+    fn growth(&self, y: f64) -> f64 {
+        self.slope.min(self.by_acceleration / y.cbrt()).min(self.by_curvature / y)
+    }
+}
+
+/// Controls of a feasible spline.
+pub(super) fn feasible<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: &Caps,
+    spline: &mut Spline,
+) {
+    let mut bounds: Vec<Bound> =
+        (0..grid.cells.len()).map(|cell| bound(grid, limits, caps, cell)).collect();
+    for round in 0..=ROUNDS {
+        let y = envelope(grid, &bounds);
+        let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
+        spline.controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
+        let excess = excess(grid, limits, caps, spline);
+        let worst = excess.iter().copied().fold(0.0, f64::max);
+        if worst <= AT_MOST {
+            return;
+        }
+        if round == ROUNDS {
+            // NaN would need a NaN in the path, which is refused.
+            let scale = AT_MOST / worst;
+            spline.controls.iter_mut().for_each(|control| *control *= scale);
+            return;
+        }
+        for (bound, excess) in bounds.iter_mut().zip(excess) {
+            if excess > AT_MOST {
+                bound.steady *= (SHARE / excess).powf(0.75);
+                let gentler = (SHARE / excess).sqrt();
+                bound.slope *= gentler;
+                bound.by_acceleration *= gentler;
+                bound.by_curvature *= gentler;
+            }
+        }
+    }
+}
+
+fn bound<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: &Caps,
+    index: usize,
+) -> Bound {
+    let cell = &grid.cells[index];
+    let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
+    let [mut rate, mut brisk, mut bend] = [0.0_f64; 3];
+    for k in 0..5 {
+        rate = rate.max(cell.rates[k].component_mul(&limits.acceleration).amax());
+        brisk = brisk.max(cell.rates[k].component_mul(&jerk).amax());
+        if k < 4 {
+            let rise = (cell.rates[k + 1] - cell.rates[k]).component_mul(&jerk);
+            bend = bend.max(4.0 / cell.h * rise.amax());
+        }
+    }
+    let [accelerations, jerks] = Rows::new(cell, limits).shares([1.0; 3], 1.0);
+    let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
+    let steady = (SHARE * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
+    Bound {
+        steady: steady.powf(0.75),
+        slope: GENTLE * (4.5 / brisk).sqrt(),
+        // u = 2/3 y^(1/3) y' and 3 q'' u v: a third of the limits.
+        by_acceleration: 0.5 / rate,
+        by_curvature: 1.0 / (6.0 * bend),
+    }
+}
+
+/// Largest `y` per cell below its own bound and all lines from others.
+fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound]) -> Vec<f64> {
+    let mut y: Vec<f64> = bounds.iter().map(|bound| bound.steady).collect();
+    let last = y.len() - 1;
+    for end in [0, last] {
+        y[end] = y[end].min(0.5 * grid.cells[end].h * bounds[end].slope);
+    }
+    let mut pass = |from: usize, to: usize| {
+        let distance = 0.5 * (grid.cells[from].h + grid.cells[to].h);
+        let growth = bounds[from].growth(y[from]).min(bounds[to].growth(y[from]));
+        y[to] = y[to].min(y[from] + distance * growth);
+    };
+    (0..last).for_each(|cell| pass(cell, cell + 1));
+    (0..last).rev().for_each(|cell| pass(cell + 1, cell));
+    y
+}
+
+/// Means over `share` of the distance in which `y` could have come to rest.
+fn smooth<const N: usize>(grid: &Grid<N>, bounds: &[Bound], y: &[f64], share: f64) -> Vec<f64> {
+    let middle = |cell: usize| grid.s[cell] + 0.5 * grid.cells[cell].h;
+    let last = y.len() - 1;
+    let mut width: Vec<f64> = (0..y.len())
+        .map(|cell| {
+            let to_end = (middle(cell) - grid.s[0]).min(grid.s[last + 1] - middle(cell));
+            share * to_end.min(y[cell] / bounds[cell].slope)
+        })
+        .collect();
+    let mut pass = |from: usize, to: usize| {
+        width[to] = width[to].min(width[from] + share * (middle(to) - middle(from)).abs());
+    };
+    (0..last).for_each(|cell| pass(cell, cell + 1));
+    (0..last).rev().for_each(|cell| pass(cell + 1, cell));
+    let mut area = vec![0.0];
+    for (cell, y) in grid.cells.iter().zip(y) {
+        area.push(area.last().copied().unwrap_or(0.0) + cell.h * y);
+    }
+    let area_to = |s: f64, hint: &mut usize| {
+        while *hint < last && grid.s[*hint + 1] < s {
+            *hint += 1;
+        }
+        area[*hint] + (s - grid.s[*hint]) * y[*hint]
+    };
+    let mut hints = [0; 2];
+    (0..y.len())
+        .map(|cell| {
+            let half = width[cell].max(0.5 * grid.cells[cell].h);
+            let [from, to] = [middle(cell) - half, middle(cell) + half];
+            (area_to(to, &mut hints[1]) - area_to(from, &mut hints[0])) / (to - from)
+        })
+        .collect()
+}
+
+/// By how much `x` would have to be divided in each cell to keep its limits.
+fn excess<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: &Caps,
+    spline: &Spline,
+) -> Vec<f64> {
+    let inner = 1..grid.cells.len() - 1;
+    let excess = inner.map(|cell| {
+        let x = spline.coefficients(cell);
+        let [acceleration, jerk] = Rows::new(&grid.cells[cell], limits).shares(x, reference(x));
+        let speed = (x[1] / caps.control[cell]).max(x[2] / caps.row[cell + 1]);
+        acceleration.max(jerk.cbrt().powi(2)).max(speed)
+    });
+    // Rest cells are limited by the controls next to them.
+    std::iter::once(0.0).chain(excess).chain([0.0]).collect()
+}
