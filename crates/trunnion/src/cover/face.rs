@@ -35,6 +35,9 @@ const MEMORY: usize = 8;
 /// How often stations are added where a pass finishes nothing at its track.
 const DENSER: usize = 3;
 
+/// Size of the cells of the last look, as a share of those before.
+const FINER: f64 = 0.25;
+
 /// Tasks within tasks.
 const DEPTH: u32 = 2;
 
@@ -57,11 +60,14 @@ pub(super) fn cover(
         whole: &whole,
         done: Covering::default(),
         forward: true,
+        recent: Vec::new(),
         swept: Vec::new(),
+        missed: Vec::new(),
         report,
         share: 0.0,
     };
     job.finish(&Task { bounds: whole.bounds, method: options.method, depth: 0 })?;
+    job.audit();
     report(1.0)?;
     Ok(job.done)
 }
@@ -131,8 +137,12 @@ struct Job<'a, Inside> {
     whole: &'a Region<Inside>,
     done: Covering,
     forward: bool,
-    /// Curves of the passes before, the last ones last.
+    /// Curves of the last passes.
+    recent: Vec<Sweep>,
+    /// Curves of all passes before these.
     swept: Vec<Sweep>,
+    /// Boxes in which something was left unfinished when it should have been finished.
+    missed: Vec<[[f64; 2]; 2]>,
     report: Report<'a>,
     /// How much of the face is done.
     share: f64,
@@ -192,7 +202,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
         }
         if task.depth > 0 {
-            self.miss(&lot.columns);
+            self.miss(&lot.columns, region.bounds[0][1]);
             return Ok(None);
         }
         let face = self.face.face().number;
@@ -221,7 +231,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let same = wide || task.method == Method::Inclined;
         if task.depth >= DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
             let missed = columns.iter().filter(|c| c.part.width < self.least());
-            self.miss(&missed.copied().collect::<Vec<_>>());
+            self.miss(&missed.copied().collect::<Vec<_>>(), next);
             if narrowest < self.least() {
                 return Ok(());
             }
@@ -235,15 +245,47 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         self.finish(&Task { bounds: [[from, next], along], method, depth: task.depth + 1 })
     }
 
-    /// Notes columns that stay unfinished.
-    fn miss(&mut self, columns: &[Column]) {
-        let chart = self.options.along;
+    /// Remembers columns that stay unfinished so far, up to `end`.
+    fn miss(&mut self, columns: &[Column], end: f64) {
+        let open = columns.iter().filter(|c| c.finished < end);
+        self.missed.extend(open.map(|c| [[c.finished, end], c.along]));
+    }
+
+    /// Reports what is unfinished in the end of what was missed: passes further on may have swept over it.
+    fn audit(&mut self) {
+        let boxes = std::mem::take(&mut self.missed);
+        let sweeps: Vec<&Sweep> = self.swept.iter().chain(&self.recent).collect();
+        let open = |bounds: &[[f64; 2]; 2]| {
+            let region = self.whole.within(*bounds);
+            let mut swept = self.over(&region, &sweeps);
+            // The borders of passes lie anywhere in these cells: finer ones find their overlap.
+            swept.smallest *= FINER;
+            let columns = swept.columns(bounds[0], 1.0);
+            let open = columns.iter().find(|column| column.finished < bounds[0][1]);
+            open.map(|c| [c.finished, 0.5 * (c.along[0] + c.along[1])])
+        };
+        let places: Vec<Local> = boxes.iter().filter_map(open).collect();
         let report = &mut self.done.report;
-        report.missed += columns.len();
-        let first =
-            columns.first().map(|c| chart.uv([c.finished, 0.5 * (c.along[0] + c.along[1])]));
+        report.missed = places.len();
         let number = self.face.face().number;
-        report.missed_at = report.missed_at.or(first.map(|uv| (number, uv)));
+        report.missed_at = places.first().map(|&at| (number, self.options.along.uv(at)));
+    }
+
+    /// What sweeps have finished of a region.
+    fn over<'b>(
+        &'b self,
+        region: &'b Region<&'b Inside>,
+        sweeps: &'b [&'b Sweep],
+    ) -> Swept<'b, &'b Inside> {
+        Swept {
+            face: self.face,
+            chart: self.options.along,
+            region,
+            end: self.tool.end,
+            limit: self.options.band.upper + self.options.path_share,
+            smallest: 0.5 * self.options.spacing[0],
+            sweeps,
+        }
     }
 
     /// Notes why wide strips are not taken on some columns.
@@ -319,17 +361,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         stretches: &[Stretch],
     ) -> Vec<Column> {
         let mine: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
-        let sweeps: Vec<&Sweep> = self.swept.iter().chain(&mine).collect();
-        let swept = Swept {
-            face: self.face,
-            chart: self.options.along,
-            region,
-            end: &self.tool.end,
-            limit: self.options.band.upper + self.options.path_share,
-            smallest: 0.5 * self.options.spacing[0],
-            sweeps: &sweeps,
-        };
-        swept.columns([across, region.bounds[0][1]], rate)
+        let sweeps: Vec<&Sweep> = self.recent.iter().chain(&mine).collect();
+        self.over(region, &sweeps).columns([across, region.bounds[0][1]], rate)
     }
 
     fn sweep(&self, stretch: &Stretch) -> Sweep {
@@ -353,8 +386,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             return;
         }
         let sweeps: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
-        self.swept.extend(sweeps);
-        self.swept.drain(..self.swept.len().saturating_sub(MEMORY));
+        self.recent.extend(sweeps);
+        let old = self.recent.len().saturating_sub(MEMORY);
+        self.swept.extend(self.recent.drain(..old));
         if !self.forward {
             stretches.reverse();
         }

@@ -44,7 +44,7 @@ pub(super) struct Swept<'a, Inside> {
     pub(super) face: &'a FaceIndex,
     pub(super) chart: Along,
     pub(super) region: &'a Region<Inside>,
-    pub(super) end: &'a Solid,
+    pub(super) end: Solid,
     /// Excess allowed \[mm\].
     pub(super) limit: f64,
     /// Cells are not halved below this \[mm\].
