@@ -3,6 +3,7 @@
 use crate::outcome::Failure;
 use crate::text;
 use std::path::Path;
+use trunnion::import;
 use trunnion::import::step::StepReader;
 use trunnion::import::{ImportError, Part, Reader, surface_json};
 use trunnion::surface::Face;
@@ -34,6 +35,6 @@ pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure
 /// is wrong.
 fn is_json(path: &Path, bytes: &[u8]) -> bool {
     let name = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-    let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
+    let first = import::without_mark(bytes).iter().find(|byte| !byte.is_ascii_whitespace());
     name || first == Some(&b'{')
 }

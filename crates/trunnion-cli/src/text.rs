@@ -2,7 +2,7 @@
 
 use crate::outcome::{Done, Failure};
 use anyhow::Context;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 
 /// Largest text file that is read at once \[bytes\]; a guard against a device or a wrong file.
@@ -35,7 +35,15 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     if size.len() > LARGEST {
         return Err(fault(format!("has {} bytes; at most {LARGEST} are read", size.len())));
     }
-    std::fs::read(path).map_err(|error| fault(error.to_string()))
+    // A device or a pipe has no size beforehand.
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
+        .map_err(|error| fault(error.to_string()))?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(fault(format!("does not end; at most {LARGEST} bytes are read")));
+    }
+    Ok(bytes)
 }
 
 /// Reads a text file whole.

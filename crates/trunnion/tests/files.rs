@@ -141,6 +141,27 @@ fn every_machine_and_example_of_the_repository_parses() {
     assert!(!files.is_empty());
 }
 
+/// What is not built, or cannot be, is refused at its line instead of being passed over.
+#[test]
+fn nothing_in_a_job_is_passed_over() {
+    let refused = |old: &str, new: &str| {
+        let text = example();
+        assert!(text.contains(old), "{old}");
+        job::parse(&text.replacen(old, new, 1)).expect_err(new).remove(0)
+    };
+    let number = refused("faces = \"all\"", "faces = [-1]");
+    assert_eq!(number.message, "`part.faces.0` = -1 must be at least 0");
+    let number = refused("faces = \"all\"", "faces = [1.5]");
+    assert!(number.message.contains("must be a whole number"), "{number:?}");
+    let stock = refused("[tool]", "[stock]\nkind = \"stl\"\nfile = \"block.stl\"\n[tool]");
+    assert!(stock.message.contains("STL"), "{stock:?}");
+    let profile = "shank = [[40, 8]]\nholder = [[30, 25], [60, 30]]\nlength";
+    let holder = refused("length", profile);
+    assert!(holder.message.contains("below the shank's end at 40 mm"), "{holder:?}");
+    let total = refused("total = 0.02", "total = 1e300");
+    assert!(total.message.contains("at most 100"), "{total:?}");
+}
+
 #[test]
 fn the_schemas_describe_every_key_with_a_sentence() {
     for text in [schema::job(), schema::machine(), schema::surface(), schema::summary()] {

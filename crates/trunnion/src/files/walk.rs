@@ -111,7 +111,7 @@ impl Walk<'_> {
         }
         let branches =
             schema.get("anyOf").or_else(|| schema.get("oneOf")).and_then(Value::as_array);
-        if let (true, Some(branches)) = (words.is_empty(), branches) {
+        if let Some(branches) = branches {
             let fits = |branch: &&Value| accepts(branch, value.get_ref());
             return match branches.iter().find(fits) {
                 Some(branch) => self.value(branch, value, path, at),

@@ -116,6 +116,11 @@ pub enum ImportError {
     Cancelled(#[from] Cancelled),
 }
 
+/// The bytes after a byte order mark of UTF-8, which some editors put in front.
+pub fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
 /// What the first bytes look like, in words.
 pub fn looks_like(bytes: &[u8]) -> &'static str {
     /// Beginnings by which formats are told apart.

@@ -1,6 +1,7 @@
 //! Surface JSON: `{"degree":[p,q], "knots":[[..],[..]], "points":[[[x,y,z],..],..],
 //! "weights":[[..],..]}`, `points[i][j]` with `i` along u, clamped knots, weights optional, mm.
 
+use super::without_mark;
 use crate::math::bspline::KnotError;
 use crate::surface::NurbsSurface;
 use crate::surface::Surface;
@@ -26,7 +27,7 @@ const MOST: usize = 50;
 /// All faults found, each with its line and column: syntax, unknown or missing keys, wrong types,
 /// wrong numbers of knots or points, weights that are not positive, patches without area.
 pub fn read(bytes: &[u8]) -> Result<Surface, Vec<Fault>> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
+    let text = std::str::from_utf8(without_mark(bytes)).map_err(|error| {
         let message = format!("the file is not text (UTF-8) from byte {}", error.valid_up_to());
         vec![Fault::whole(message).with_help("pass a surface JSON or a STEP file")]
     })?;
@@ -68,6 +69,7 @@ impl Reading<'_> {
             self.fault("", message, "a surface is {\"degree\": .., \"knots\": .., \"points\": ..}");
             return None;
         };
+        self.repeated_keys();
         self.unknown_keys(map);
         let degree = self.required(map, "degree").and_then(|value| self.degrees(value));
         let knots = self.required(map, "knots").and_then(|value| self.knots(value));
@@ -80,6 +82,19 @@ impl Reading<'_> {
         self.clamped(degree, &knots);
         let made = NurbsSurface::new(degree, knots, points?, weights);
         made.map_err(|errors| errors.iter().for_each(|error| self.refused(error))).ok()
+    }
+
+    /// Of two equal keys the reader of JSON silently keeps the last.
+    fn repeated_keys(&mut self) {
+        let mut scan = Scan { bytes: self.text.as_bytes(), at: 0 };
+        scan.space();
+        let members = scan.members();
+        for (at, (key, offset, _)) in members.iter().enumerate() {
+            if members.iter().take(at).any(|(other, ..)| other == key) {
+                let fault = Fault::at(self.text, *offset, format!("the key `{key}` stands twice"));
+                self.faults.push(fault.with_help("keep one of the two"));
+            }
+        }
     }
 
     fn unknown_keys(&mut self, map: &Map<String, Value>) {
@@ -329,20 +344,24 @@ impl Scan<'_> {
 
     /// Offsets of the last member `key` of the object that starts here: of its name and value.
     fn member(&mut self, key: &str) -> Option<(usize, usize)> {
-        let mut found = None;
+        let last = self.members().into_iter().rfind(|(name, ..)| name == key);
+        last.map(|(_, name, value)| (name, value))
+    }
+
+    /// All members of the object that starts here: name, and offsets of name and value.
+    fn members(&mut self) -> Vec<(String, usize, usize)> {
+        let mut found = Vec::new();
         self.at += 1;
         self.space();
         while self.peek() == Some(b'"') {
-            let name = self.at;
+            let offset = self.at;
             self.string();
-            let quoted = self.bytes.get(name..self.at)?;
-            let same = serde_json::from_slice::<String>(quoted).is_ok_and(|name| name == key);
+            let quoted = self.bytes.get(offset..self.at).unwrap_or_default();
+            let name = serde_json::from_slice(quoted).unwrap_or_default();
             self.space();
             self.at += 1;
             self.space();
-            if same {
-                found = Some((name, self.at));
-            }
+            found.push((name, offset, self.at));
             self.value();
             self.at += 1;
             self.space();
@@ -411,6 +430,18 @@ mod tests {
         assert!(faults(&BILINEAR.replace("9,9,1", "9,1e999,1"))[0].help.contains("finite"));
         assert_eq!(faults("{\"degree\": [1,")[0].help, "the file is cut short");
         assert!(read(&[0xff, 0xfe, 0]).is_err());
+    }
+
+    #[test]
+    fn a_key_that_stands_twice_is_named() {
+        let fault = &faults(&BILINEAR.replace("{\"degree\"", "{\"degree\": [2, 2], \"degree\""))[0];
+        assert_eq!(fault.message, "the key `degree` stands twice");
+        assert_eq!((fault.line, fault.column), (1, 20));
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_fault() {
+        assert!(read(format!("\u{feff}{BILINEAR}").as_bytes()).is_ok());
     }
 
     #[test]

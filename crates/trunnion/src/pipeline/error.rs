@@ -29,6 +29,21 @@ pub enum PipelineError {
     /// Speeds.
     #[error("planning speeds: {0}")]
     Feed(FeedError),
+    /// A schedule so long that its setpoints would fill the disk.
+    #[error(
+        "the program takes {duration:.0} s: motion.csv would have {rows:.0} rows, more than {most:.0}; \
+         raise motion.servo_period to {period:.4} s or more, or the feed"
+    )]
+    Rows {
+        /// Planned time \[s\].
+        duration: f64,
+        /// Rows at the period asked for.
+        rows: f64,
+        /// Rows that are written at most.
+        most: f64,
+        /// Period that would do \[s\].
+        period: f64,
+    },
     /// Setpoints.
     #[error("sampling setpoints: {0}")]
     Setpoint(#[from] SetpointError),

@@ -129,7 +129,7 @@ impl Job {
                 let side = Vector3::new(*radius, *radius, 0.0);
                 part.max(top([base - side, base + side + Vector3::z() * *height]))
             }
-            Some(job::Stock::Stl { .. }) | None => part,
+            None => part,
         }
     }
 }
@@ -167,8 +167,15 @@ fn cutter_spec(tool: &job::Tool) -> CutterSpec {
                 Construction::Insert { inner_cutting_radius }
             }
         },
-        shank: tool.shank.clone(),
+        shank: above_the_cutting_end(tool),
     }
+}
+
+/// Shank and holder as one profile; up to the holder the shank goes straight on.
+fn above_the_cutting_end(tool: &job::Tool) -> Vec<[f64; 2]> {
+    let radius = tool.shank.last().map_or(tool.major + tool.minor, |&[_, radius]| radius);
+    let joint = tool.holder.first().map(|&[height, _]| [height, radius]);
+    tool.shank.iter().copied().chain(joint).chain(tool.holder.iter().copied()).collect()
 }
 
 fn setup(file: &JobFile) -> Setup {

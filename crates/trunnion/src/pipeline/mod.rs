@@ -58,6 +58,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let tool_path = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
     let plan = stages::feed(job, &followed.path, progress)?;
+    stages::rows(job, &plan)?;
     let retracts = retracts::summaries(job, &followed, &plan.schedule);
     let singular = stages::singular_gain(job, &tool_path, (&followed, &plan), progress)?;
     let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };

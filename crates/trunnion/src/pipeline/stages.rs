@@ -37,6 +37,19 @@ const RETRACT_TURNS: f64 = 100.0;
 /// Time still to gain at which the planner stops inserting rows.
 const TIME_TOLERANCE: f64 = 1e-3;
 
+/// Rows of `motion.csv` at most: some 4 GB, five hours at a millisecond.
+const ROWS: f64 = 2e7;
+
+/// Refuses a schedule with more setpoints than anybody could use.
+pub(super) fn rows(job: &Job, plan: &Plan) -> Result<(), PipelineError> {
+    let duration = plan.schedule.duration();
+    let rows = duration / job.file.motion.servo_period;
+    if rows <= ROWS {
+        return Ok(());
+    }
+    Err(PipelineError::Rows { duration, rows, most: ROWS, period: duration / ROWS })
+}
+
 pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
     let strategy = &job.file.strategy;
     let (method, lead) = match strategy.method {

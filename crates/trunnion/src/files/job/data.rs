@@ -97,11 +97,6 @@ pub enum Stock {
         /// Height \[mm\].
         height: f64,
     },
-    /// A closed mesh.
-    Stl {
-        /// STL file in mm.
-        file: String,
-    },
 }
 
 /// The tool.

@@ -84,7 +84,7 @@ pub(super) struct RawSetup {
     #[serde(default)]
     pub(super) rotation: [f64; 3],
     /// Height above part and stock at which links travel, in mm.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
     pub(super) clearance: f64,
 }
 
@@ -181,7 +181,7 @@ pub(super) enum RawConstruction {
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawTolerance {
     /// Most material left after everything, in mm.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
     pub(super) total: f64,
     /// Deepest gouge after everything, in mm; not above total.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -325,7 +325,7 @@ pub(super) struct RawMotion {
     pub(super) method: RawMotionMethod,
     /// Servo period in s.
     #[serde(default = "servo_period")]
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    #[schemars(extend("minimum" = 1e-5, "maximum" = 1.0))]
     pub(super) servo_period: f64,
 }
 

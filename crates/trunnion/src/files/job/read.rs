@@ -139,7 +139,11 @@ fn stock(raw: RawStock, doc: &mut Document<'_>) -> Option<Stock> {
             let base = Point3::from(raw.base?);
             Stock::Cylinder { base, radius: raw.radius?, height: raw.height? }
         }
-        RawStockKind::Stl => Stock::Stl { file: raw.file? },
+        RawStockKind::Stl => {
+            let message = "stock from an STL file cannot be read yet";
+            doc.fault("stock.kind", message, "write `kind = \"box\"` with min and max round it");
+            return None;
+        }
     })
 }
 
@@ -158,6 +162,16 @@ fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
     let construction = construction(&raw, radii, doc);
     profile("tool.shank", &raw.shank, doc);
     profile("tool.holder", &raw.holder, doc);
+    if let (Some(&[end, _]), Some(&[start, _])) = (raw.shank.last(), raw.holder.first())
+        && start < end
+    {
+        let message = format!("the holder begins at {start} mm, below the shank's end at {end} mm");
+        doc.fault(
+            "tool.holder",
+            message,
+            "heights count from the tip; the holder sits on the shank",
+        );
+    }
     let (kind, [major, minor]) = (kind?, radii?);
     if minor >= raw.length {
         let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);

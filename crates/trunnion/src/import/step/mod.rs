@@ -30,6 +30,7 @@ use super::Part;
 use super::Reader;
 use super::Warning;
 use super::looks_like;
+use super::without_mark;
 use crate::surface::Face;
 use crate::surface::FaceIndex;
 use crate::surface::Surface;
@@ -63,10 +64,11 @@ impl Reader for StepReader {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        bytes.trim_ascii_start().starts_with(b"ISO-10303-21")
+        without_mark(bytes).trim_ascii_start().starts_with(b"ISO-10303-21")
     }
 
     fn read(&self, bytes: &[u8], progress: &dyn Progress) -> Result<Part, ImportError> {
+        let bytes = without_mark(bytes);
         if !self.recognises(bytes) {
             return Err(ImportError::WrongFormat { expected: "STEP", found: looks_like(bytes) });
         }
