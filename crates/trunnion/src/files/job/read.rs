@@ -38,7 +38,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let name = doc.section::<String>("name");
     let part = doc.section::<RawPart>("part").and_then(|raw| part(raw, doc));
     let setup = doc.section::<RawSetup>("setup").map(|raw| setup(&raw));
-    let stock = doc.section::<RawStock>("stock").map(|raw| stock(raw, doc));
+    let stock = doc.section::<RawStock>("stock").map(|raw| stock(&raw, doc));
     let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let strategy = doc.section::<RawStrategy>("strategy").and_then(|raw| strategy(&raw, doc));
@@ -98,7 +98,7 @@ fn setup(raw: &RawSetup) -> Setup {
     Setup { origin, angles: raw.rotation.map(f64::to_radians), clearance: raw.clearance }
 }
 
-fn stock(raw: RawStock, doc: &mut Document<'_>) -> Option<Stock> {
+fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
     let given = [
         ("thickness", raw.thickness.is_some()),
         ("min", raw.min.is_some()),
