@@ -1,6 +1,7 @@
 //! `motion.csv`: the axes at the servo period.
 
 use std::io::{Error, Result, Write};
+use trunnion::files::job::MotionMethod;
 use trunnion::machine::AxisKind;
 use trunnion::pipeline::{Job, Outcome};
 use trunnion::setpoint;
@@ -9,7 +10,11 @@ use trunnion::types::AxisVector;
 /// Writes one row a servo period: time, then position, velocity, acceleration of every axis.
 pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result<()> {
     let axes = &job.kinematics.machine().axes;
-    writeln!(out, "# velocity/acceleration-limited: jerk is not limited")?;
+    let limits = match job.file.motion.method {
+        MotionMethod::Jerk => "# jerk-limited: velocity, acceleration and jerk of every axis",
+        MotionMethod::Optimal => "# velocity/acceleration-limited: jerk is not limited",
+    };
+    writeln!(out, "{limits}")?;
     writeln!(out, "# mm, deg, s; rotary axes unwound")?;
     write!(out, "t")?;
     for suffix in ["", "_vel", "_acc"] {

@@ -127,7 +127,7 @@ fn a_job_writes_all_its_files_and_keeps_its_tolerance() {
         assert!(size > 100, "{name} has {size} bytes");
     }
     let motion = fs::read_to_string(folder.path().join("out/motion.csv")).unwrap();
-    assert!(motion.starts_with("# velocity/acceleration-limited"));
+    assert!(motion.starts_with("# jerk-limited"));
     assert_eq!(fs::read_dir(folder.path().join("out")).unwrap().count(), 7, "left-overs");
 }
 

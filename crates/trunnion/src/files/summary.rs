@@ -83,8 +83,12 @@ pub struct MotionSummary {
     pub duration: f64,
     /// Of this, while cutting, in s.
     pub cutting: f64,
-    /// Time that no schedule under the same limits can beat, in s.
+    /// Time that no schedule under the same limits of velocity and
+    /// acceleration can beat, in s.
     pub lower_bound: f64,
+    /// Largest axis jerk over its limit between the rows of the schedule; left out if not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jerk_ratio: Option<f64>,
     /// The axes.
     pub axes: Vec<AxisSummary>,
     /// Where the tool leaves the part to unwind a rotary axis.

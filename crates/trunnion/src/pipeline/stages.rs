@@ -199,5 +199,9 @@ pub(super) fn feed(
         tip: machine.cycle.tip_speed_max,
         time_tolerance: TIME_TOLERANCE,
     };
-    Ok(feed::optimal(path, &limits, &options, progress)?)
+    let plan = match job.file.motion.method {
+        file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,
+        file::MotionMethod::Optimal => feed::optimal(path, &limits, &options, progress)?,
+    };
+    Ok(plan)
 }

@@ -5,6 +5,7 @@ use super::job::Job;
 use super::programs::{Moved, Program};
 use super::retracts;
 use crate::cover::{Covering, FallbackReason};
+use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
     ToleranceSummary,
@@ -139,6 +140,13 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
     }
 }
 
+fn method(job: &Job) -> &'static str {
+    match job.file.motion.method {
+        MotionMethod::Jerk => "jerk: velocity, acceleration and jerk limits",
+        MotionMethod::Optimal => "optimal: velocity and acceleration limits; jerk is not limited",
+    }
+}
+
 fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> {
     let (path, plan) = (&moved.followed.path, moved.plan);
     let machine = job.kinematics.machine();
@@ -156,7 +164,8 @@ fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> 
     let axes = machine.axes.iter().enumerate().map(|(index, axis)| peaks.axis(index, axis));
     Ok(MotionSummary {
         machine: machine.name.clone(),
-        method: "optimal: velocity and acceleration limits; jerk is not limited".to_owned(),
+        method: method(job).to_owned(),
+        jerk_ratio: plan.ratios.jerk,
         duration: plan.schedule.duration(),
         cutting,
         lower_bound: plan.lower_bound,

@@ -282,6 +282,8 @@ pub struct Motion {
 /// Speed planner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionMethod {
+    /// Fast, under limits of velocity, acceleration and jerk.
+    Jerk,
     /// Shortest time under limits of velocity and acceleration.
     Optimal,
 }

@@ -336,15 +336,15 @@ fn servo_period() -> f64 {
 
 impl Default for RawMotion {
     fn default() -> Self {
-        Self { method: RawMotionMethod::Optimal, servo_period: servo_period() }
+        Self { method: RawMotionMethod::Jerk, servo_period: servo_period() }
     }
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RawMotionMethod {
-    #[default]
     Optimal,
+    #[default]
     Jerk,
     Blocks,
     Given,

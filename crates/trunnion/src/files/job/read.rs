@@ -409,9 +409,10 @@ fn cutting(raw: &RawCutting) -> Cutting {
 fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
     let method = match raw.method {
         RawMotionMethod::Optimal => MotionMethod::Optimal,
-        RawMotionMethod::Jerk | RawMotionMethod::Blocks | RawMotionMethod::Given => {
+        RawMotionMethod::Jerk => MotionMethod::Jerk,
+        RawMotionMethod::Blocks | RawMotionMethod::Given => {
             let message = "this speed planner is not there yet";
-            doc.fault("motion.method", message, "write `method = \"optimal\"`");
+            doc.fault("motion.method", message, "write `method = \"jerk\"` or `\"optimal\"`");
             return None;
         }
     };
@@ -499,12 +500,8 @@ mod tests {
                 "construction = \"insert\"",
                 "22:16: a tool with inserts needs",
             ),
-            ("method = \"optimal\"", "method = \"jerk\"", "45:10: this speed planner"),
-            (
-                "method = \"optimal\"",
-                "metod = \"optimal\"",
-                "45:1: unknown key `metod` in [motion]",
-            ),
+            ("method = \"jerk\"", "method = \"blocks\"", "45:10: this speed planner"),
+            ("method = \"jerk\"", "metod = \"jerk\"", "45:1: unknown key `metod` in [motion]"),
             ("along = \"v\"", "along = \"w\"", "30:9: `strategy.along` cannot be \"w\""),
             (
                 "direction = \"zigzag\"",
