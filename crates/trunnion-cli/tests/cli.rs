@@ -46,7 +46,7 @@ coolant = true
 [machine]
 file = "machine.toml"
 [motion]
-method = "optimal"
+method = "jerk"
 servo_period = 0.002
 [output]
 dialects = ["linuxcnc", "g93"]
@@ -128,6 +128,7 @@ fn a_job_writes_all_its_files_and_keeps_its_tolerance() {
     }
     let motion = fs::read_to_string(folder.path().join("out/motion.csv")).unwrap();
     assert!(motion.starts_with("# jerk-limited"));
+    assert!(summary["motion"]["jerk_ratio"].as_f64().unwrap() <= 1.0);
     assert_eq!(fs::read_dir(folder.path().join("out")).unwrap().count(), 7, "left-overs");
 }
 
