@@ -5,9 +5,11 @@
 //! and links of which only the ends are prescribed. [`great_circle`] interpolates a tool axis alone.
 
 mod deviation;
+mod interpolation;
 
 pub use crate::math::angle::great_circle;
 pub use deviation::{Deviation, deviation};
+pub use interpolation::{GreatCircle, InterpolationError, local_cubic};
 
 use crate::math::angle::angle_between;
 use crate::types::{
