@@ -3,7 +3,7 @@
 use super::options::Along;
 use super::region::Local;
 use super::sheet::{Below, Cell, Sheet};
-use super::solid::{Solid, Tool};
+use super::solid::{Gap, Solid, Tool};
 use super::sweep::{Instant, Sweep};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
@@ -134,20 +134,30 @@ impl Search<'_> {
         }
     }
 
-    /// The distance lies above the tangent plane at the centre, over the ball and the slab.
+    /// The distance lies above the tangent plane at the centre and above every plane that the solid
+    /// touches from below, over the ball and the slab.
     fn node(&mut self, index: usize, time: usize, depth: u32) {
         let node = self.clearing.sheet.nodes[index];
         let slab = self.slabs[time];
         let pose = &slab.middle.pose;
         let from_tip = node.centre - pose.tip;
         let half = slab.half();
-        let gap = self.solid.gap(&node.centre, pose);
-        let moving = gap.gradient.dot(&slab.seen(&from_tip)).abs();
-        let motion = (moving + slab.middle.turn.norm() * node.radius) * half
+        let seen = slab.seen(&from_tip);
+        let rest = slab.middle.turn.norm() * node.radius * half
             + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
-        if gap.distance - node.along(&gap.gradient) - motion >= self.enough() {
+        let motion = |gap: &Gap| gap.gradient.dot(&seen).abs() * half + rest;
+        let bound = |gap: &Gap| gap.distance - node.along(&gap.gradient) - motion(gap);
+        let gap = self.solid.gap(&node.centre, pose);
+        if bound(&gap) >= self.enough() {
             return;
         }
+        let planes = [node.normal, -node.normal].map(|n| self.solid.plane(&node.centre, pose, n));
+        if node.normal.norm_squared() > 0.0
+            && planes.iter().any(|plane| bound(plane) >= self.enough())
+        {
+            return;
+        }
+        let motion = motion(&gap);
         if motion > node.radius && depth < DEPTH {
             for time in self.later(time) {
                 self.node(index, time, depth + 1);
@@ -211,27 +221,28 @@ impl Search<'_> {
         [first, first + 1]
     }
 
-    /// The distance lies above the tangent plane at the middle; over the cell and the slab that plane
-    /// is least at a corner, but for the bows of the cell and of the motion.
+    /// The distance lies above the tangent plane at the middle and above the planes along the cell
+    /// that the solid touches from below; over the cell and the slab a plane is least at a corner,
+    /// but for the bows of the cell and of the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
         let (slab, Tile { cell, sags, .. }) = (self.slabs[time], &self.tiles[tile]);
         let sags = *sags;
         let pose = &slab.middle.pose;
         let centre = cell.centre();
-        let gap = self.solid.gap(&centre, pose);
-        self.found = self.found.min(gap.distance);
-        let half = slab.half();
-        let mut least = f64::INFINITY;
-        let (mut moving, mut far) = (0.0_f64, 0.0_f64);
-        for corner in cell.corners() {
-            let from_tip = corner - pose.tip;
-            let moved = gap.gradient.dot(&slab.seen(&from_tip)).abs() * half;
-            least = least.min(gap.gradient.dot(&(corner - centre)) - moved);
-            moving = moving.max(moved);
-            far = far.max(from_tip.norm());
-        }
+        let corners = cell.corners();
+        let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
         let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
-        let bound = gap.distance + least - sags[0] - sags[1] - rest;
+        let gap = self.solid.gap(&centre, pose);
+        let mut best = over(&slab, &centre, &corners, gap);
+        for normal in cell.normal().into_iter().flat_map(|n| [n, -n]) {
+            let plane = over(&slab, &centre, &corners, self.solid.plane(&centre, pose, normal));
+            if plane.least > best.least {
+                best = plane;
+            }
+        }
+        let ways = [0, 1].map(|k| 0.5 * best.gradient.dot(&cell.way(k)).abs());
+        self.found = self.found.min(gap.distance);
+        let bound = best.least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;
         }
@@ -239,8 +250,8 @@ impl Search<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        let [a, b] = [0, 1].map(|k| sags[k] + 0.5 * gap.gradient.dot(&cell.way(k)).abs());
-        if moving + rest >= a.max(b) {
+        let [a, b] = [0, 1].map(|k| sags[k] + ways[k]);
+        if best.moving + rest >= a.max(b) {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
@@ -250,6 +261,27 @@ impl Search<'_> {
             }
         }
     }
+}
+
+/// A plane below the distance, over the corners of a cell and the first-order motion of a slab.
+struct Over {
+    gradient: Vector3<f64>,
+    /// Least value \[mm\].
+    least: f64,
+    /// Largest change by the motion \[mm\].
+    moving: f64,
+}
+
+fn over(slab: &Slab, centre: &Point3<f64>, corners: &[Point3<f64>; 4], plane: Gap) -> Over {
+    let Gap { distance, gradient } = plane;
+    let (mut least, mut moving) = (f64::INFINITY, 0.0_f64);
+    for corner in corners {
+        let seen = slab.seen(&(corner - slab.middle.pose.tip));
+        let moved = gradient.dot(&seen).abs() * slab.half();
+        least = least.min(distance + gradient.dot(&(corner - centre)) - moved);
+        moving = moving.max(moved);
+    }
+    Over { gradient, least, moving }
 }
 
 impl Tile {

@@ -28,6 +28,12 @@ const COLUMNS: f64 = 400.0;
 /// a start that is already in the right stretch.
 const STEPS: u32 = 3;
 
+/// The same where a sharp edge passes: tangents meet in its kink after a few.
+const EDGE_STEPS: u32 = 6;
+
+/// A time, the distance of a place from the cutter, its rate, and where the cutter is.
+type Look = (f64, f64, f64, Instant);
+
 /// How far a column of the face is finished.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Column {
@@ -207,7 +213,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
     /// its distance, and the best of what was tried.
     fn settle(&self, sweep: &Sweep, place: &Point3<f64>, start: f64) -> Option<(f64, Instant)> {
         let [low, high] = sweep.curve.range();
-        let look = |u: f64| {
+        let look = |u: f64| -> Option<Look> {
+            let u = u.clamp(low, high);
             let here = sweep.instant(sweep.curve.span_at(u), u)?;
             let gap = self.end.gap(place, &here.pose);
             let from_tip = place - here.pose.tip;
@@ -221,8 +228,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         let reach = self.end.bending_radius();
         let mut step = (-last.2 / bend.max(f64::MIN_POSITIVE)).clamp(-reach, reach);
         for _ in 0..STEPS {
-            let u = (last.0 + step).clamp(low, high);
-            let now = look(u)?;
+            let now = look(last.0 + step)?;
             if now.1 < best.1 {
                 best = now;
             }
@@ -234,7 +240,45 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             step = (-now.2 / bend).clamp(-reach, reach);
             last = now;
         }
+        if self.end.is_sharp() {
+            best = self.settle_at_edge(best, last, look)?;
+        }
         Some((best.0, best.3))
+    }
+
+    /// As [`Swept::settle`] where an edge passes: the distance is least in a kink, which lies where the tangents
+    /// on either side of it meet.
+    fn settle_at_edge(
+        &self,
+        best: Look,
+        last: Look,
+        look: impl Fn(f64) -> Option<Look>,
+    ) -> Option<Look> {
+        let mut best = best;
+        let (mut a, mut b) = (best, last);
+        let mut stride = self.end.bending_radius();
+        for _ in 0..EDGE_STEPS {
+            let crossing = a.2 * b.2 < 0.0;
+            let u = if crossing {
+                (b.1 - a.1 + a.2 * a.0 - b.2 * b.0) / (a.2 - b.2)
+            } else {
+                stride *= 2.0;
+                best.0 - stride.copysign(best.2)
+            };
+            let now = look(u)?;
+            if now.1 < best.1 {
+                best = now;
+            }
+            // Keeps one place on either side, the nearer ones.
+            if crossing && now.2 * a.2 > 0.0 {
+                a = now
+            } else if crossing {
+                b = now
+            } else {
+                (a, b) = (best, now)
+            }
+        }
+        Some(best)
     }
 }
 

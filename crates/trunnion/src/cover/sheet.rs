@@ -41,6 +41,12 @@ impl Cell {
         if k == 0 { [0, 1, 2].map(|j| self.points[j][i]) } else { self.points[i] }
     }
 
+    /// Unit normal of the corners' diagonals, either side; none of a cell without area.
+    pub(super) fn normal(&self) -> Option<Vector3<f64>> {
+        let [a, b, c, d] = self.corners();
+        (d - a).cross(&(c - b)).try_normalize(0.0)
+    }
+
     /// From the middle of one edge to that of the opposite one, by parameter `k`.
     pub(super) fn way(&self, k: usize) -> Vector3<f64> {
         let line = self.line(k, 1);
@@ -105,18 +111,17 @@ impl Cell {
 pub(super) struct Node {
     pub(super) centre: Point3<f64>,
     pub(super) radius: f64,
-    normal: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     height: f64,
     pub(super) below: Below,
 }
 
 impl Node {
     fn of(cell: &Cell, index: usize) -> Self {
-        let [a, b, c, d] = cell.corners();
         let centre = cell.centre();
-        let normal = (d - a).cross(&(c - b)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let normal = cell.normal().unwrap_or_else(Vector3::zeros);
         let high = |p: &Point3<f64>| normal.dot(&(p - centre)).abs();
-        let height = [a, b, c, d].iter().map(high).fold(0.0, f64::max);
+        let height = cell.corners().iter().map(high).fold(0.0, f64::max);
         let (radius, below) = (cell.radius(), Below::Cell(index));
         // Without a normal the ball is all there is.
         let flat = height + cell.sag(0) + cell.sag(1);

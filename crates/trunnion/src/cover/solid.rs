@@ -68,6 +68,11 @@ impl Solid {
         self.rounding.max(0.05 * self.low[0])
     }
 
+    /// Whether its rims have no rounding.
+    pub(super) fn is_sharp(&self) -> bool {
+        self.rounding <= 0.0
+    }
+
     pub(super) fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
@@ -77,6 +82,17 @@ impl Solid {
         // On the axis the distance has a kink or does not change outward: 0 is a subgradient.
         let outward = if rho > 0.0 { out / rho } else { Vector3::zeros() };
         Gap { distance, gradient: outward.scale(by_rho) + pose.axis.scale(by_z) }
+    }
+
+    /// How far `point` lies beyond the plane square to `normal` that the solid touches from below:
+    /// nowhere more than its distance, whatever unit vector is taken. Along a sharp edge, where the
+    /// gradient turns within no length, the face's own normal gives the better plane.
+    pub(super) fn plane(&self, point: &Point3<f64>, pose: &ToolPose, normal: Vector3<f64>) -> Gap {
+        let up = normal.dot(&pose.axis);
+        let out = (1.0 - up * up).max(0.0).sqrt();
+        let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
+        let reach = rim(self.low).max(rim(self.high)) + self.rounding;
+        Gap { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
     }
 
     /// Distance in the half plane through the axis, and its gradient by `[rho, z]`.
@@ -154,7 +170,10 @@ mod tests {
                 assert!(gap.gradient.norm() <= 1.0 + 1e-12);
                 for q in (0..343).map(grid) {
                     let plane = gap.distance + gap.gradient.dot(&(q - p));
-                    assert!(solid.distance(&q, &pose) >= plane - 1e-9, "{solid:?} {p} {q}");
+                    let distance = solid.distance(&q, &pose);
+                    assert!(distance >= plane - 1e-9, "{solid:?} {p} {q}");
+                    let any = solid.plane(&q, &pose, (p - Point3::origin()).normalize());
+                    assert!(distance >= any.distance - 1e-9, "{solid:?} {p} {q}");
                 }
             }
         }
