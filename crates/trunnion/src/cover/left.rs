@@ -271,11 +271,11 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             }
             // Keeps one place on either side, the nearer ones.
             if crossing && now.2 * a.2 > 0.0 {
-                a = now
+                a = now;
             } else if crossing {
-                b = now
+                b = now;
             } else {
-                (a, b) = (best, now)
+                (a, b) = (best, now);
             }
         }
         Some(best)
