@@ -233,16 +233,16 @@ impl Search<'_> {
         let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
         let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
         let gap = self.solid.gap(&centre, pose);
-        let mut best = over(&slab, &centre, &corners, gap);
+        // What the tangent plane lacks tells where to go on; the others only end the search sooner.
+        let tangent = over(&slab, &centre, &corners, gap);
+        let mut least = tangent.least;
         for normal in cell.normal().into_iter().flat_map(|n| [n, -n]) {
-            let plane = over(&slab, &centre, &corners, self.solid.plane(&centre, pose, normal));
-            if plane.least > best.least {
-                best = plane;
-            }
+            let plane = self.solid.plane(&centre, pose, normal);
+            least = least.max(over(&slab, &centre, &corners, plane).least);
         }
-        let ways = [0, 1].map(|k| 0.5 * best.gradient.dot(&cell.way(k)).abs());
+        let ways = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.way(k)).abs());
         self.found = self.found.min(gap.distance);
-        let bound = best.least - sags[0] - sags[1] - rest;
+        let bound = least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;
         }
@@ -251,7 +251,7 @@ impl Search<'_> {
             return;
         }
         let [a, b] = [0, 1].map(|k| sags[k] + ways[k]);
-        if best.moving + rest >= a.max(b) {
+        if tangent.moving + rest >= a.max(b) {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
@@ -265,7 +265,6 @@ impl Search<'_> {
 
 /// A plane below the distance, over the corners of a cell and the first-order motion of a slab.
 struct Over {
-    gradient: Vector3<f64>,
     /// Least value \[mm\].
     least: f64,
     /// Largest change by the motion \[mm\].
@@ -281,7 +280,7 @@ fn over(slab: &Slab, centre: &Point3<f64>, corners: &[Point3<f64>; 4], plane: Ga
         least = least.min(distance + gradient.dot(&(corner - centre)) - moved);
         moving = moving.max(moved);
     }
-    Over { gradient, least, moving }
+    Over { least, moving }
 }
 
 impl Tile {
