@@ -33,11 +33,19 @@ pub(crate) struct Outputs {
 
 impl Outputs {
     /// Opens `folder`, making it if it is missing.
-    pub(crate) fn open(folder: &Path) -> Result<Self> {
+    pub(crate) fn open(folder: &Path) -> std::result::Result<Self, Failure> {
         let created = !folder.exists();
-        fs::create_dir_all(folder)
-            .with_context(|| format!("making folder {}", folder.display()))?;
+        fs::create_dir_all(folder).map_err(|error| unusable(folder, &error))?;
         Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
+    }
+
+    /// Tells before long work whether files can be written to `folder`, or it can be made.
+    pub(crate) fn probe(folder: &Path) -> std::result::Result<(), Failure> {
+        let missing = |place: &&Path| !place.as_os_str().is_empty() && !place.exists();
+        let standing = folder.ancestors().find(|place| !missing(place)).unwrap_or(folder);
+        let standing = if standing.as_os_str().is_empty() { Path::new(".") } else { standing };
+        let probe = NamedTempFile::new_in(standing).map_err(|error| unusable(folder, &error))?;
+        probe.close().map_err(|error| unusable(folder, &error))
     }
 
     /// Stages one file, written by `fill`.
@@ -72,6 +80,18 @@ impl Outputs {
         self.created = false;
         Ok(places)
     }
+}
+
+fn unusable(folder: &Path, error: &std::io::Error) -> Failure {
+    let why = match folder.ancestors().find(|place| place.is_file()) {
+        Some(file) => format!("{} is a file", file.display()),
+        // A temporary file's own name says nothing to the user.
+        None => error.kind().to_string(),
+    };
+    let folder = folder.display();
+    Failure::input(format!(
+        "{folder}: no outputs can be written there: {why}\n  help: name another folder with -o"
+    ))
 }
 
 impl Drop for Outputs {

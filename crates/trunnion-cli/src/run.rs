@@ -6,7 +6,7 @@ use crate::progress::Bars;
 use crate::{machine, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
-use trunnion::files::summary::{SingularSummary, Summary};
+use trunnion::files::summary::{SingularSummary, Summary, ToleranceSummary};
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 
 #[derive(Debug, clap::Args)]
@@ -24,15 +24,19 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = load(&args.job, &bars)?;
+    let folder = match &args.output {
+        Some(folder) => folder.clone(),
+        None => args.job.parent().unwrap_or(Path::new("")).join("out"),
+    };
+    Outputs::probe(&folder)?;
+    if args.dry_run && json {
+        return text::print_json(&DryRun::of(&job, warnings));
+    }
     if args.dry_run {
         return text::print(&dry(&job, &warnings));
     }
     let outcome = pipeline::run(&job, &bars).map_err(failure)?;
     bars.finish();
-    let folder = match &args.output {
-        Some(folder) => folder.clone(),
-        None => args.job.parent().unwrap_or(Path::new("")).join("out"),
-    };
     let mut summary = outcome.summary.clone();
     summary.warnings.splice(0..0, warnings);
     let places = write(&job, &outcome, &mut summary, &folder)?;
@@ -67,6 +71,28 @@ fn failure(error: PipelineError) -> Failure {
         PipelineError::Cancelled(_) => Failure::Stopped,
         PipelineError::ReadBack { .. } => Failure::Internal(error.into()),
         error => Failure::input(error),
+    }
+}
+
+/// What `--dry-run --json` says: the job as it would be worked, its budget shared out \[mm\].
+#[derive(Debug, serde::Serialize)]
+struct DryRun {
+    schema: &'static str,
+    job: String,
+    faces: usize,
+    tolerance: ToleranceSummary,
+    warnings: Vec<String>,
+}
+
+impl DryRun {
+    fn of(job: &Job, warnings: Vec<String>) -> Self {
+        Self {
+            schema: "trunnion-dry-run/1",
+            job: job.file.name.clone(),
+            faces: job.faces.len(),
+            tolerance: job.budget.summary(),
+            warnings,
+        }
     }
 }
 

@@ -156,6 +156,26 @@ fn a_dry_run_writes_nothing() {
     let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(!folder.path().join("out").exists());
+    let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run", "--json"]);
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(said["faces"], 1);
+    assert_eq!(said["tolerance"]["total"], 0.02);
+}
+
+#[test]
+fn a_place_that_cannot_hold_outputs_is_refused_before_the_work() {
+    let folder = folder();
+    fs::write(folder.path().join("taken"), "mine").unwrap();
+    for place in ["taken", "taken/deeper"] {
+        // A dry run does no work: the refusal comes before it.
+        let output = trunnion(folder.path(), &["run", "job.toml", "-o", place, "--dry-run"]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains("taken is a file"), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read(folder.path().join("taken")).unwrap(), b"mine");
+    let output = trunnion(folder.path(), &["run", "job.toml", "-o", "a/b", "--dry-run"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(!folder.path().join("a").exists());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The tolerance budget: what each stage may spend, so that the part keeps the whole.
 
+use crate::files::summary::ToleranceSummary;
+
 /// What the stages after the strips may spend \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
@@ -100,6 +102,20 @@ impl Budget {
 }
 
 impl Budget {
+    /// As `summary.json` has it.
+    pub fn summary(&self) -> ToleranceSummary {
+        ToleranceSummary {
+            total: self.total,
+            gouge: self.gouge,
+            strip: [self.lower, self.upper],
+            path: self.shares.path,
+            linearisation: self.shares.linearisation,
+            rounding: self.shares.rounding,
+            control: self.shares.control,
+            singular: self.shares.singular,
+        }
+    }
+
     /// Every part by name \[mm\], the whole first.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let Self { total, gouge, lower, upper, shares } = *self;

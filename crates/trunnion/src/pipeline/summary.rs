@@ -8,7 +8,6 @@ use crate::cover::{Covering, FallbackReason};
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
-    ToleranceSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::positioning::PositioningError;
@@ -38,7 +37,7 @@ pub(super) fn of(
         passed: failures.is_empty(),
         failures,
         warnings: warnings(covering).into_iter().chain(retracts::warning(moved.retracts)).collect(),
-        tolerance: tolerance(job),
+        tolerance: job.budget.summary(),
         cover: cover(job, covering),
         motion: motion(job, moved)?,
         programs: programs.iter().map(|one| program(job, one)).collect(),
@@ -106,20 +105,6 @@ fn reason(reason: &FallbackReason) -> String {
         FallbackReason::Gouge(depth) => {
             format!("between two strips that lie apart the cutter would go {depth:.4} mm too deep")
         }
-    }
-}
-
-fn tolerance(job: &Job) -> ToleranceSummary {
-    let budget = &job.budget;
-    ToleranceSummary {
-        total: budget.total,
-        gouge: budget.gouge,
-        strip: [budget.lower, budget.upper],
-        path: budget.shares.path,
-        linearisation: budget.shares.linearisation,
-        rounding: budget.shares.rounding,
-        control: budget.shares.control,
-        singular: budget.shares.singular,
     }
 }
 

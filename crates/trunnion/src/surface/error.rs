@@ -86,6 +86,15 @@ pub enum SurfaceError {
         /// What is missing.
         reason: &'static str,
     },
+    /// A trim loop crosses itself: what lies inside is not said.
+    #[error(
+        "the trim loop crosses itself near u,v = ({:.6}, {:.6}); put its curves in order, or make a loop of each part",
+        .at[0], .at[1]
+    )]
+    CrossedLoop {
+        /// Where, in u, v.
+        at: [f64; 2],
+    },
     /// The surface has no end in some direction and no trims bound it.
     #[error("face {face} has no bounds in {direction}: an endless surface needs trim loops")]
     Unbounded {

@@ -7,6 +7,7 @@
 mod analytic;
 mod beyond;
 mod bounds;
+mod crossing;
 mod curvatures;
 mod curve;
 mod error;

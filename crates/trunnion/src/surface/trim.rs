@@ -1,5 +1,6 @@
 //! Trim loops: closed chains of curves in u, v.
 
+use super::crossing::crossing;
 use super::error::SurfaceError;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::MAX_DEGREE;
@@ -7,6 +8,10 @@ use nalgebra::Vector3;
 
 /// Below this share of its box a loop's area is rounding of its coordinates.
 const FLAT: f64 = 1e-12;
+
+/// Chords that stand for a loop in the search for crossings stay within this share of its box: a
+/// tenth of one per cent of what [`crossing`] still lets pass.
+const CHORDS: f64 = 1e-6;
 
 /// A sum of a parameter and a period is right to this share of the period.
 pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -113,7 +118,7 @@ impl TrimLoop {
     /// # Errors
     ///
     /// [`SurfaceError::OpenLoop`] for every larger gap, [`SurfaceError::DegenerateLoop`] for a
-    /// loop without area.
+    /// loop without area, [`SurfaceError::CrossedLoop`] for one that crosses itself.
     pub fn new(
         curves: Vec<TrimCurve>,
         periods: [Option<f64>; 2],
@@ -152,29 +157,29 @@ impl TrimLoop {
         if !faults.is_empty() {
             return Err(faults);
         }
-        Self::closed(pieces, turn, turns(turn, periods)).map_err(|fault| vec![fault])
+        let trim = Self::closed(pieces, turn, turns(turn, periods));
+        trim.fault(tolerance).map_or(Ok(trim), |fault| Err(vec![fault]))
     }
 
-    fn closed(
-        mut pieces: Vec<Piece>,
-        advance: [f64; 2],
-        turns: [i32; 2],
-    ) -> Result<Self, SurfaceError> {
+    fn closed(mut pieces: Vec<Piece>, advance: [f64; 2], turns: [i32; 2]) -> Self {
         unit_ends(&mut pieces);
         meet(&mut pieces, advance);
         let bounds = bounds_of(&pieces);
-        let trim = Self { pieces, bounds, advance, turns };
-        let [width, height] = bounds.map(|[low, high]| high - low);
+        Self { pieces, bounds, advance, turns }
+    }
+
+    /// Why no inside can be told.
+    fn fault(&self, tolerance: f64) -> Option<SurfaceError> {
+        let [width, height] = self.bounds.map(|[low, high]| high - low);
+        let fine = [CHORDS * width, CHORDS * height];
+        if let Some(at) = crossing(&self.polyline(fine), tolerance) {
+            return Some(SurfaceError::CrossedLoop { at });
+        }
         // Fine enough that no loop of nonzero area flattens to none.
         let tiny = [width / 64.0, height / 64.0];
-        if trim.turns == [0, 0] {
-            let area = shoelace(&trim.polyline(tiny)).abs();
-            let flat = area.is_nan() || area <= FLAT * width * height;
-            if flat {
-                return Err(SurfaceError::DegenerateLoop { reason: "it encloses no area" });
-            }
-        }
-        Ok(trim)
+        let area = shoelace(&self.polyline(tiny)).abs();
+        let flat = self.turns == [0, 0] && (area.is_nan() || area <= FLAT * width * height);
+        flat.then_some(SurfaceError::DegenerateLoop { reason: "it encloses no area" })
     }
 
     /// Box of the loop, `[[u low, u high], [v low, v high]]`: of control points, so that the loop
@@ -448,6 +453,10 @@ mod tests {
         let flat = TrimCurve::polyline(&[[0.0, 0.0], [1.0, 0.7], [0.0, 0.0]]).unwrap();
         let fault = TrimLoop::new(vec![flat], [None; 2], 1e-6).unwrap_err();
         assert!(matches!(fault[0], SurfaceError::DegenerateLoop { .. }));
+        let tie = [[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [0.0, 0.0]];
+        let tie = TrimCurve::polyline(&tie).unwrap();
+        let fault = TrimLoop::new(vec![tie], [None; 2], 1e-6).unwrap_err();
+        assert!(matches!(fault[0], SurfaceError::CrossedLoop { at: [1.0, 1.0] }));
         assert!(TrimLoop::new(vec![], [None; 2], 1e-6).is_err());
         assert!(TrimCurve::polyline(&[[0.0, f64::NAN], [1.0, 0.0]]).is_err());
     }
