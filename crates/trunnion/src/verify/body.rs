@@ -144,13 +144,19 @@ impl Body {
         (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
     }
 
-    /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, to a
-    /// 2⁻²⁰ of the range: a bound from there loses no more than that.
+    /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, until a
+    /// linear bound from there loses at most a tenth of the distance; near a sharp edge, where the
+    /// slope turns round within about the distance, that takes more steps than elsewhere.
     pub(super) fn closest(self, stand: &Stand, ray: &Ray, limit: f64) -> f64 {
         let (mut low, mut high) = (-ray.below, limit);
-        for _ in 0..20 {
+        let range = high - low;
+        for _ in 0..STEPS {
             let middle = 0.5 * (low + high);
-            if self.along(stand, ray, middle).1 > 0.0 { high = middle } else { low = middle }
+            let (distance, slope) = self.along(stand, ray, middle);
+            if slope.abs() * range <= 0.1 * distance.abs() {
+                return middle;
+            }
+            if slope > 0.0 { high = middle } else { low = middle }
         }
         0.5 * (low + high)
     }
@@ -236,6 +242,19 @@ mod tests {
         assert_eq!(BULL.entry(&stand, &beside, 2.0, 1e-9), None);
         let deep = Ray { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
         assert_eq!(BULL.entry(&stand, &deep, 2.0, 1e-9), Some(-4.0));
+    }
+
+    #[test]
+    fn a_ray_past_a_sharp_edge_is_bounded_from_its_closest_point() {
+        // 1e-5 mm below and beside the edge of a flat end, at 45 deg to it.
+        let (flat, limit) = (Body::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
+        let stand = Stand { tip: Point3::origin(), axis: Vector3::z() };
+        let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
+        let ray = Ray { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
+        let s = flat.closest(&stand, &ray, limit);
+        let (distance, slope) = flat.along(&stand, &ray, s);
+        assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");
+        assert!((distance - 2.0f64.sqrt() * 1e-5).abs() < 1e-7);
     }
 
     #[test]
