@@ -24,6 +24,9 @@ const COLUMN: f64 = 20.0;
 /// Columns at most.
 const COLUMNS: f64 = 400.0;
 
+/// Passings of the cutter over a place that are looked at, the nearest ones.
+const PASSINGS: usize = 3;
+
 /// Steps to the time at which a place is deepest in the cutter: each squares the relative error of
 /// a start that is already in the right stretch.
 const STEPS: u32 = 3;
@@ -43,6 +46,13 @@ pub(super) struct Column {
     pub(super) finished: f64,
     /// Length along and width finished \[mm\].
     pub(super) part: Part,
+}
+
+/// A time and the distance of a place from the cutter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Passing {
+    u: f64,
+    distance: f64,
 }
 
 /// A face and what has swept over it.
@@ -150,13 +160,52 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
 
     /// Whether the cell was inside the cutter near some poses of one sweep; `None` where there is no pose.
     fn inside(&self, cell: &Cell, poses: &[[usize; 2]]) -> Option<bool> {
-        let centre = cell.centre();
         let sweep = self.sweeps[poses.first()?[0]];
-        let heights = poses.iter().map(|place| {
-            let (u, pose) = &sweep.poses[place[1]];
-            (*u, self.end.distance(&centre, pose))
-        });
-        let (start, _) = heights.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        for start in self.passings(&cell.centre(), sweep, poses).into_iter().flatten() {
+            if self.inside_about(cell, sweep, start)? {
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// The times at which a place comes nearest, of those of some poses: the cutter passes over it with
+    /// the front of its ring and with the rear, and either may be the one that cuts.
+    fn passings(
+        &self,
+        place: &Point3<f64>,
+        sweep: &Sweep,
+        poses: &[[usize; 2]],
+    ) -> [Option<f64>; PASSINGS] {
+        let mut found: [Option<Passing>; PASSINGS] = [None; PASSINGS];
+        let mut keep = |passing: Passing| {
+            let mut passing = Some(passing);
+            for known in &mut found {
+                if passing.is_some_and(|p| known.is_none_or(|k| p.distance < k.distance)) {
+                    std::mem::swap(known, &mut passing);
+                }
+            }
+        };
+        let mut before: Option<(usize, Passing, bool)> = None;
+        for &[_, index] in poses {
+            let (u, pose) = &sweep.poses[index];
+            let passing = Passing { u: *u, distance: self.end.distance(place, pose) };
+            let joined = before.filter(|(i, ..)| i + 1 == index);
+            let falls = joined.is_none_or(|(_, last, _)| passing.distance < last.distance);
+            if let Some((_, last, true)) = before.filter(|_| joined.is_none() || !falls) {
+                keep(last);
+            }
+            before = Some((index, passing, falls));
+        }
+        if let Some((_, last, true)) = before {
+            keep(last);
+        }
+        found.map(|known| known.map(|passing| passing.u))
+    }
+
+    /// Whether the cell was inside the cutter about the time `start`.
+    fn inside_about(&self, cell: &Cell, sweep: &Sweep, start: f64) -> Option<bool> {
+        let centre = cell.centre();
         let (u, here) = self.settle(sweep, &centre, start)?;
         if self.end.distance(&centre, &here.pose) > 0.0 {
             return Some(false);
