@@ -6,6 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Vector3};
+use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use trunnion::cover::{
     Along, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method, cover,
@@ -13,7 +14,9 @@ use trunnion::cover::{
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide};
-use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{
+    Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
+};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, ToolPose};
 
@@ -150,9 +153,12 @@ fn left_over(
 }
 
 fn finished(face: &FaceIndex, options: &CoverOptions) -> Covering {
-    let cutter = cutter();
-    let covering = cover(std::slice::from_ref(face), &cutter, options, &Silent).unwrap();
-    let [most, least] = left_over(face, &poses(&covering.passes, &cutter), &cutter, 60);
+    finished_by(&cutter(), face, options)
+}
+
+fn finished_by(cutter: &Cutter, face: &FaceIndex, options: &CoverOptions) -> Covering {
+    let covering = cover(std::slice::from_ref(face), cutter, options, &Silent).unwrap();
+    let [most, least] = left_over(face, &poses(&covering.passes, cutter), cutter, 60);
     let report = &covering.report;
     let most_allowed = options.band.upper + SHARE + SAMPLING;
     let least_allowed = options.band.lower - SHARE;
@@ -259,6 +265,37 @@ fn a_collapsed_edge_is_covered_up_to_its_corner() {
     let along_u = CoverOptions { along: Along::U, ..options() };
     let refused = cover(&[fan], &cutter(), &along_u, &Silent);
     assert!(matches!(refused, Err(CoverError::NoTrack { face: 1, .. })), "{refused:?}");
+}
+
+#[test]
+fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
+    // It turns by 11.5 deg/mm, twice what the tool may turn by of its own: it has to follow.
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(Sphere::new(frame, 5.0).unwrap());
+    let quarter = FRAC_PI_2;
+    let corners = [[0.0, 0.0], [quarter, 0.0], [quarter, quarter], [0.0, quarter]];
+    let octant = face(sphere, &[corners.to_vec()], false);
+    finished(&octant, &options());
+}
+
+#[test]
+fn a_ball_needs_no_more_stations_than_the_face_bends() {
+    let spec = CutterSpec {
+        kind: Kind::Ball,
+        major: 0.0,
+        minor: 4.0,
+        length: 60.0,
+        construction: Construction::Solid,
+        shank: Vec::new(),
+    };
+    let options = CoverOptions { spacing: [0.02, 1.0], ..options() };
+    let covering =
+        finished_by(&Cutter::new(spec).unwrap(), &face(surface(1.0), &[], false), &options);
+    let report = &covering.report;
+    let stations = report.stations as f64;
+    // At the largest spacing there is one per mm, and one more at the end of each pass.
+    let sparse = report.length + covering.passes.len() as f64;
+    assert!(stations < 1.5 * sparse, "{stations} stations, {sparse} at the largest spacing");
 }
 
 #[test]

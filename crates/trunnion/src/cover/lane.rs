@@ -80,6 +80,14 @@ struct Goal<'a> {
 /// better the curve between them fits.
 const SHARES: [f64; 3] = [0.125, 0.5, 1.0];
 
+/// Turn of the tool axis allowed, over that of the face's normal between the same places: a tool that keeps its lean
+/// turns as the normal does, a little before it or after it.
+const FOLLOW: f64 = 1.5;
+
+/// Turn \[rad\] between neighbouring places from which on the face is not followed: there its continuation has turned
+/// over, as it does beyond a collapsed edge.
+const OVER: f64 = std::f64::consts::FRAC_PI_4;
+
 /// A little more than half: of the difference of two neighbours, for what lies between them.
 const HALF: f64 = 0.55;
 
@@ -150,9 +158,19 @@ impl Lane<'_> {
         Ok((Station { pose: location.pose, contact: foot.point }, foot.uv))
     }
 
-    /// Limit of turns over `distance` \[rad\].
-    fn turn(&self, distance: f64) -> f64 {
-        self.options.max_axis_turn * distance.abs()
+    /// Limit of turns between two places of the track \[rad\]: the one asked for, but what the face itself turns
+    /// is allowed, or no tool could follow an edge that is rounded more sharply.
+    pub(super) fn turn(&self, from: f64, to: f64) -> f64 {
+        let normal = |way: f64| {
+            let [u, v] = self.options.along.uv([self.across, self.track.at(way)]);
+            self.face.face().surface.jet1(u, v).normal()
+        };
+        let follow = match (normal(from), normal(to)) {
+            (Some(a), Some(b)) => FOLLOW * angle_between(&a, &b),
+            _ => 0.0,
+        };
+        let follow = if follow < OVER { follow } else { 0.0 };
+        (self.options.max_axis_turn * (to - from).abs()).max(follow)
     }
 
     /// Locations at `ways`, held to each other.
@@ -309,7 +327,7 @@ impl Lane<'_> {
             let mut before = start.clone();
             let mut places = Vec::new();
             for index in indices {
-                let limit = self.turn(ways[index] - before.way);
+                let limit = self.turn(before.way, ways[index]);
                 let place = self.near(ways[index], &free[index], &[(&before, limit)], goal);
                 if let Ok(placed) = &place {
                     before = placed.clone();
@@ -371,7 +389,7 @@ impl Lane<'_> {
 
     /// A location at `way` with a neighbour on one side, as close to its optimum as that allows.
     pub(super) fn beside(&self, way: f64, neighbour: &Placed) -> Place {
-        self.held(way, &self.hold(&[(neighbour, self.turn(way - neighbour.way))]), neighbour)
+        self.held(way, &self.hold(&[(neighbour, self.turn(neighbour.way, way))]), neighbour)
     }
 
     /// A location between two others that reaches about as far, for a finer pass.
@@ -380,7 +398,10 @@ impl Lane<'_> {
         let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
         let offset = (a.location.offset_direction - b.location.offset_direction).abs();
         // Divided by the least share, so that even then the ranges of both neighbours meet.
-        let limit = self.turn(0.5 * (b.way - a.way)).max(HALF / SHARES[0] * turn.max(offset));
+        let limit = self
+            .turn(a.way, way)
+            .max(self.turn(way, b.way))
+            .max(HALF / SHARES[0] * turn.max(offset));
         let least = reach(a).min(reach(b));
         let none = Err(self.apart(way));
         let goal = Goal { reach, least };

@@ -22,6 +22,7 @@ mod legs;
 mod options;
 mod region;
 mod runout;
+mod settle;
 mod sheet;
 mod solid;
 mod split;

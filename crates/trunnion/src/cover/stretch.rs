@@ -1,6 +1,6 @@
 //! From the places of a lane to the stretches that are cut: trimmed, run out, and fine enough.
 
-use super::between::{Between, Strip};
+use super::between::Between;
 use super::clear::Clearing;
 use super::lane::{Lane, Place, Placed};
 use super::region::{Local, Region};
@@ -8,12 +8,7 @@ use super::runout::run_out;
 use super::sweep::Sweep;
 use crate::math::angle::angle_between;
 use crate::positioning::{Band, PositioningError};
-use crate::types::ToolPose;
 use rayon::prelude::*;
-
-/// A span is split if its strip is narrower by this share than at both of its ends: the curve
-/// between the stations would cost more width than further stations.
-const WASTE: f64 = 0.02;
 
 /// First length of the stretches in which a span is looked at, as a share of the cutter's radius.
 const SLAB: f64 = 1.0 / 8.0;
@@ -192,7 +187,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
 
     fn too_fast(&self, a: &Placed, b: &Placed) -> bool {
         let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
-        turn > self.lane.options.max_axis_turn * (b.way - a.way).abs()
+        turn > self.lane.turn(a.way, b.way)
     }
 
     /// How far across a location finishes the region on its own line.
@@ -290,23 +285,44 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         Between { face: lane.face, cutter: lane.cutter, chart: lane.options.along, band }
     }
 
-    /// Halves spans until the curve through the stations keeps the widened band in the middle of
-    /// each, or the spacing is the least allowed.
+    /// Halves spans until the curve through the stations keeps the widened band on each, or the spacing is the
+    /// least allowed. Gouges, which cost more to find, are looked for once nothing else asks for stations.
     fn refine(&self, mut placed: Vec<Placed>) -> (Vec<Placed>, Vec<Check>) {
         loop {
-            let checks = self.checks(&placed);
-            let bad = (0..checks.len()).filter(|&i| !checks[i].good).collect();
-            match self.split(&placed, bad) {
-                Some(finer) => placed = finer,
-                None => return (placed, checks),
+            let sweep = Sweep::new(&placed, super::lever(self.lane.cutter));
+            let pairs: Vec<&[Placed]> = placed.windows(2).collect();
+            let covers: Vec<bool> = pairs
+                .into_par_iter()
+                .enumerate()
+                .map(|(span, pair)| self.covers(&sweep, [&pair[0], &pair[1]], span))
+                .collect();
+            let open = (0..covers.len()).filter(|&i| !covers[i]).collect();
+            if let Some(finer) = self.split(&placed, open) {
+                placed = finer;
+                continue;
             }
+            let gouges: Vec<f64> =
+                (0..covers.len()).into_par_iter().map(|span| self.gouge(&sweep, span)).collect();
+            let deep = (0..gouges.len()).filter(|&i| gouges[i] > 0.0).collect();
+            if let Some(finer) = self.split(&placed, deep) {
+                placed = finer;
+                continue;
+            }
+            let check =
+                |(gouge, covers): (f64, bool)| Check { gouge, good: covers && gouge <= 0.0 };
+            return (placed, gouges.into_iter().zip(covers).map(check).collect());
         }
+    }
+
+    /// Whether a span is long enough for a further station.
+    fn divisible(&self, span: &[Placed]) -> bool {
+        let length = span.last().map_or(0.0, |b| b.way) - span.first().map_or(0.0, |a| a.way);
+        length >= 2.0 * self.lane.options.spacing[0]
     }
 
     /// Puts a station into each of the spans given that is long enough; `None` where none is.
     fn split(&self, placed: &[Placed], mut spans: Vec<usize>) -> Option<Vec<Placed>> {
-        let least = 2.0 * self.lane.options.spacing[0];
-        spans.retain(|&i| placed[i + 1].way - placed[i].way >= least);
+        spans.retain(|&i| self.divisible(&placed[i..=i + 1]));
         let reach = |placed: &Placed| self.reach(placed);
         let between: Vec<Place> = spans
             .par_iter()
@@ -327,61 +343,38 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         Some(finer)
     }
 
-    fn checks(&self, placed: &[Placed]) -> Vec<Check> {
-        let sweep = Sweep::new(placed, super::lever(self.lane.cutter));
-        let between = self.checker();
-        (0..sweep.curve.spans.len())
-            .into_par_iter()
-            .map(|span| self.check(&between, &sweep, [&placed[span], &placed[span + 1]], span))
-            .collect()
-    }
-
-    fn check(
-        &self,
-        between: &Between<'_>,
-        sweep: &Sweep,
-        [a, b]: [&Placed; 2],
-        span: usize,
-    ) -> Check {
-        let curve = &sweep.curve;
-        let [start, end] = [curve.knots[span], curve.knots[span + 1]];
+    /// How far the curve goes below the widened band on a span \[mm\]; 0 or less if it does not.
+    fn gouge(&self, sweep: &Sweep, span: usize) -> f64 {
+        let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
         // Small and positive.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
-        let slabs = ((end - start) / (SLAB * self.lane.cutter.radius())).ceil().max(1.0) as u32;
+        let slabs = (length / (SLAB * self.lane.cutter.radius())).ceil().max(1.0) as u32;
         let least = self.clearing.least(sweep, span, slabs);
-        let gouge = self.clearing.target - self.clearing.precision - least;
-        let rates = curve.rates_in(span, 0.5 * (start + end));
-        let guess = [0, 1].map(|k| 0.5 * (a.contact_uv[k] + b.contact_uv[k]));
-        let strip = rates.pose().and_then(|pose| {
-            let strip = between.strip(&pose, &rates.contact[0].into(), guess).ok()?;
-            Some((pose, strip))
-        });
-        let Some((pose, strip)) = strip else {
-            return Check { gouge, good: false };
-        };
+        self.clearing.target - self.clearing.precision - least
+    }
+
+    /// Whether the pose between two stations cuts, to the widened band, what lies halfway between what they cut: the
+    /// track, where the pass before ended, the contact, and the end of the strip.
+    fn covers(&self, sweep: &Sweep, [a, b]: [&Placed; 2], span: usize) -> bool {
         let [low, high] = self.region.bounds[1];
         // Beyond the border there is nothing to cover.
-        let beyond = a.along > high || b.along < low;
-        let covers = beyond
-            || (self.meets(&pose, between.band.upper, [a, b]) && self.reaches(&strip, [a, b]));
-        let good = gouge <= 0.0 && covers;
-        Check { gouge, good }
-    }
-
-    /// Whether the track between two stations, where the pass before ended, is cut to `upper` by the
-    /// pose between them.
-    fn meets(&self, pose: &ToolPose, upper: f64, [a, b]: [&Placed; 2]) -> bool {
-        let lane = self.lane;
-        let along = lane.track.at(0.5 * (a.way + b.way));
-        let [u, v] = lane.options.along.uv([lane.across, along]);
-        self.clearing.tool.end.distance(&lane.face.face().point(u, v), pose) <= upper
-    }
-
-    /// Whether a strip between two stations is about as wide as theirs.
-    fn reaches(&self, strip: &Strip, ends: [&Placed; 2]) -> bool {
-        let (across, chart) = (self.lane.across, self.lane.options.along);
-        let least = ends.map(|p| p.far(chart)[0]).into_iter().fold(f64::INFINITY, f64::min);
-        strip.far.is_some_and(|far| far[0] >= least - WASTE * (least - across))
+        if a.along > high || b.along < low {
+            return true;
+        }
+        let (lane, chart) = (self.lane, self.lane.options.along);
+        let upper = lane.options.band.upper + lane.options.path_share;
+        let curve = &sweep.curve;
+        let middle = 0.5 * (curve.knots[span] + curve.knots[span + 1]);
+        let Some(pose) = sweep.instant(span, middle).map(|here| here.pose) else {
+            return false;
+        };
+        let cut = |[u, v]: [f64; 2]| {
+            self.clearing.tool.end.distance(&lane.face.face().point(u, v), &pose) <= upper
+        };
+        let halfway = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+        cut(chart.uv([lane.across, lane.track.at(0.5 * (a.way + b.way))]))
+            && cut(halfway(a.contact_uv, b.contact_uv))
+            && cut(halfway(a.location.far, b.location.far))
     }
 }
 

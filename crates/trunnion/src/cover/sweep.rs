@@ -1,8 +1,8 @@
 //! The curve of a pass, with bounds of how it bends.
 
 use super::lane::Placed;
-use crate::types::{PoseCurve, Station, ToolPose};
-use nalgebra::Vector3;
+use crate::types::{PoseCurve, Span, Station, ToolPose};
+use nalgebra::{Point3, UnitVector3, Vector3, Vector6};
 
 /// Distance along the curve of the poses that searches start from, as a share of the lever.
 const STEP: f64 = 0.0625;
@@ -11,6 +11,8 @@ const STEP: f64 = 0.0625;
 #[derive(Debug, Clone)]
 pub(super) struct Sweep {
     pub(super) curve: PoseCurve,
+    /// Coefficients of tip and tool-axis vector of every span, as the curve has them.
+    cubics: Vec<[Vector6<f64>; 4]>,
     bends: Vec<Bend>,
     /// Movement over half a step between poses: of the tip, and per distance from it.
     pace: [f64; 2],
@@ -98,7 +100,12 @@ impl Sweep {
         });
         let speed = speed.fold(0.0, f64::max);
         let turn = bends.iter().map(|bend| bend.turn).fold(0.0, f64::max);
-        Self { curve, bends, poses, pace: [speed * half, turn * half] }
+        let cubic = |span: &Span| {
+            let [a, b, c, d, ..] = span.coefficients;
+            [a, b, c, d].map(|coefficient| coefficient.fixed_rows::<6>(0).into_owned())
+        };
+        let cubics = curve.spans.iter().map(cubic).collect();
+        Self { curve, cubics, bends, poses, pace: [speed * half, turn * half] }
     }
 
     /// Bound of how far a place `distance` from the tip moves, seen from the tool, from a pose of
@@ -117,10 +124,17 @@ impl Sweep {
         (first..=last).map(|span| self.bend(span)).fold(self.bend(first), Bend::or)
     }
 
+    /// Pose and first derivatives, which searches ask for again and again.
     pub(super) fn instant(&self, span: usize, u: f64) -> Option<Instant> {
-        let rates = self.curve.rates_in(span, u);
-        let pose = rates.pose()?;
-        let (axis, length) = (pose.axis.into_inner(), rates.axis[0].norm());
-        Some(Instant { pose, velocity: rates.tip[1], turn: axis.cross(&rates.axis[1]) / length })
+        let [a, b, c, d] = self.cubics.get(span)?;
+        let x = u - self.curve.knots.get(span)?;
+        let place = a + (b + (c + d * x) * x) * x;
+        let rate = b + (c * 2.0 + d * (3.0 * x)) * x;
+        let part = |of: &Vector6<f64>, first: usize| of.fixed_rows::<3>(first).into_owned();
+        let vector = part(&place, 3);
+        let axis = UnitVector3::try_new(vector, f64::MIN_POSITIVE)?;
+        let pose = ToolPose { tip: Point3::from(part(&place, 0)), axis };
+        let turn = axis.cross(&part(&rate, 3)) / vector.norm();
+        Some(Instant { pose, velocity: part(&rate, 0), turn })
     }
 }
