@@ -169,12 +169,13 @@ impl Survey<'_> {
         let [low, high] = [near.end.psi, far.end.psi];
         let outside = points.iter().filter(|point| point.psi < low || point.psi > high);
         let rear_min = outside.map(|point| point.error).fold(f64::INFINITY, f64::min);
-        let disc_min = self.disc(&seed, probe)?;
         let middle = self.circle.read_from(0.5 * (low + high), &seed, probe)?;
         let mut inside: Vec<Sample> = near.inside.iter().rev().copied().collect();
         inside.push(seed);
         inside.extend(&far.inside);
-        let curvature = curvature_below(self.setting.face, &points);
+        let range = curvature_below(self.setting.face, &points);
+        let curvature = range[1].max(-range[0]);
+        let disc = self.disc(range, &seed, probe)?;
         let front_max_bound = self.bound(&inside, (1.0, curvature), probe)?;
         let rear_min_bound = -self.bound(&points, (-1.0, curvature), probe)?;
         let foot = |sample: &Sample| (sample.reading.foot.uv, sample.reading.foot.point);
@@ -185,8 +186,8 @@ impl Survey<'_> {
             front_max: near.max.max(far.max),
             front_max_bound,
             front_min: near.min.min(far.min),
-            rear_min: rear_min.min(disc_min),
-            rear_min_bound: rear_min_bound.min(disc_min),
+            rear_min: rear_min.min(disc[0]),
+            rear_min_bound: rear_min_bound.min(disc[1]),
             contact: foot(&middle),
             queries: probe.queries,
         })
@@ -293,14 +294,24 @@ impl Survey<'_> {
         Ok(Sample { error: end.error.min(upper), ..end })
     }
 
-    fn disc(&self, seed: &Sample, probe: &mut Probe) -> Result<f64, PositioningError> {
+    /// Least distance of the disc found, and what it is at least.
+    fn disc(
+        &self,
+        curvatures: [f64; 2],
+        seed: &Sample,
+        probe: &mut Probe,
+    ) -> Result<[f64; 2], PositioningError> {
+        let Band { lower, upper } = self.setting.band;
         let disc = Disc {
             center: self.circle.ring.center - self.axis.scale(self.circle.minor),
             axis: self.axis,
             radius: self.circle.ring.radius,
         };
         let lowest = disc.lowest(&[&seed.reading], probe)?;
-        Ok(lowest.map_or(f64::INFINITY, |(_, reading)| reading.distance))
+        let lowest = lowest.map_or(f64::INFINITY, |(_, reading)| reading.distance);
+        let enough = lowest.min(lower) - SHARE * (upper - lower);
+        let [least, bound] = disc.floor(enough, curvatures, &seed.reading, probe)?;
+        Ok([lowest.min(least), lowest.min(bound)])
     }
 
     /// Bound of `sign * error` over the gaps between the points, refined where it is critical.
@@ -383,10 +394,10 @@ struct Limits {
     target: f64,
 }
 
-/// Bound of the curvature, either sign, over the rectangle of the samples' feet, wider by the
+/// Bounds of the curvatures over the rectangle of the samples' feet, wider by the
 /// longest step between two of them. Beyond the domain, where the surface goes on with the
 /// border's second derivatives, the curvature at the feet stands for it.
-fn curvature_below(face: &FaceIndex, points: &[Sample]) -> f64 {
+fn curvature_below(face: &FaceIndex, points: &[Sample]) -> [f64; 2] {
     let at = |k: usize| points.iter().map(move |point| point.reading.foot.uv[k]);
     let cell = [0, 1].map(|k| {
         let steps = at(k).zip(at(k).skip(1)).map(|(a, b)| (a - b).abs());
@@ -395,6 +406,8 @@ fn curvature_below(face: &FaceIndex, points: &[Sample]) -> f64 {
         let high = at(k).fold(f64::NEG_INFINITY, f64::max);
         [low - margin, high + margin]
     });
-    let feet = points.iter().flat_map(|point| point.reading.curvatures());
-    feet.fold(face.curvature_bound(cell), |bound, curvature| curvature.abs().max(bound))
+    let feet = points.iter().map(|point| point.reading.curvatures());
+    feet.fold(face.curvature_range(cell), |[low, high], [least, most]| {
+        [low.min(least), high.max(most)]
+    })
 }

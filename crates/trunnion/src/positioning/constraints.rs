@@ -23,6 +23,9 @@ const END_STEP: f64 = 1e-4;
 /// the arc has no derivative. Costs 0.1 % of the width where nothing else limits it.
 const CHORD: f64 = 0.999;
 
+/// Share of half the arc beyond which a maximum belongs to the end point next to it.
+const AT_END: f64 = 0.9;
+
 /// `value >= 0` is kept, below it broken \[mm\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Condition {
@@ -134,9 +137,17 @@ impl Problem {
         conditions: &mut Vec<Condition>,
         probe: &mut Probe,
     ) -> Result<(), PositioningError> {
-        for extremum in circle.extrema(samples, probe)? {
+        let extrema = circle.extrema(samples, probe)?;
+        for (place, extremum) in extrema.iter().enumerate() {
             let psi = extremum.sample.psi;
             let share = psi / placement.half_arc;
+            // The first maximum next to an end point from which the error rises has a slope of 0
+            // there, and no gradient to speak of: the slope at the end point stands for it.
+            let outermost =
+                (place == 0 && share < -AT_END) || (place + 1 == extrema.len() && share > AT_END);
+            if extremum.maximum && outermost {
+                continue;
+            }
             let gradient = placement.arc_gradient(share, &extremum.sample.reading);
             conditions.push(if extremum.maximum {
                 let value = self.band.upper - extremum.value;

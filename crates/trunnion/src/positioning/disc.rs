@@ -20,12 +20,21 @@ pub(super) struct Disc {
     pub(super) radius: f64,
 }
 
-/// Newton steps in the plane of the disc; from its centre over a surface whose curvature hardly
-/// changes below it, three suffice.
+/// Steps to a minimum; over a surface whose curvature hardly changes below the disc, three suffice.
 const STEPS: u32 = 20;
 
+/// Share of the radius from which a search starts that sets out towards a convex end point.
+const TOWARDS: f64 = 0.7;
+
+/// Squares looked at before the disc's bound is left as it is.
+const SQUARES: u32 = 400;
+
+/// Two directions in the disc's plane.
+type Plane = [Vector3<f64>; 2];
+
 impl Disc {
-    /// Lowest point strictly inside the disc, if the distance has a minimum there.
+    /// Lowest point strictly inside the disc, if the distance has a minimum there that is found
+    /// from its centre or from near the end points `nearby`.
     pub(super) fn lowest(
         &self,
         nearby: &[&Reading],
@@ -33,35 +42,124 @@ impl Disc {
     ) -> Result<Option<(Point3<f64>, Reading)>, PositioningError> {
         let convex = |reading: &Reading| reading.curvatures()[1] < 0.0;
         let Some(end) = nearby.first() else { return Ok(None) };
-        let mut point = self.center;
-        let mut reading = probe.read(&point, end.foot.uv)?;
-        if !convex(&reading) && !nearby.iter().any(|end| convex(end)) {
-            return Ok(None);
+        let middle = probe.read(&self.center, end.foot.uv)?;
+        if convex(&middle) {
+            return self.descend((self.center, middle), probe);
         }
-        let across = self.axis.cross(&end.foot.jet.su);
-        let Some(one) = UnitVector3::try_new(across, f64::MIN_POSITIVE) else { return Ok(None) };
-        let two = self.axis.cross(&one);
+        for end in nearby.iter().filter(|end| convex(end)) {
+            let out = end.foot.point - self.center;
+            let out = out - self.axis.scale(self.axis.dot(&out));
+            let Some(out) = out.try_normalize(f64::MIN_POSITIVE) else { continue };
+            let start = self.center + out * (TOWARDS * self.radius);
+            let reading = probe.read(&start, end.foot.uv)?;
+            if let Some(found) = self.descend((start, reading), probe)? {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    fn plane(&self) -> Plane {
+        let mut across = Vector3::zeros();
+        across[self.axis.iamin()] = 1.0;
+        let one = UnitVector3::new_normalize(self.axis.cross(&across)).into_inner();
+        [one, self.axis.cross(&one)]
+    }
+
+    /// Goes down from a point of the disc; `None` where that leads over the rim.
+    fn descend(
+        &self,
+        (mut point, mut reading): (Point3<f64>, Reading),
+        probe: &mut Probe,
+    ) -> Result<Option<(Point3<f64>, Reading)>, PositioningError> {
+        let plane = self.plane();
         for _ in 0..STEPS {
-            let Some(step) = descent(&reading, [&one, &two]) else { return Ok(None) };
-            let reach = self.radius / step.norm().max(f64::MIN_POSITIVE);
-            let step = step * reach.min(1.0);
-            if (point + step - self.center).norm() >= 2.0 * self.radius {
+            let (step, convex) = descent(&reading, &plane, self.radius);
+            let out = point + step - self.center;
+            // Once over the rim a search may come back, but not far beyond it.
+            if out.norm() >= 1.5 * self.radius {
                 return Ok(None);
             }
             point += step;
             reading = probe.read(&point, reading.ahead(&step))?;
             // The distance is stationary: what is left of the step counts only squared.
-            if step.norm() <= 1e-6 * self.radius {
+            if convex && step.norm() <= 1e-6 * self.radius {
                 let inside = (point - self.center).norm() < self.radius;
                 return Ok(inside.then_some((point, reading)));
             }
         }
         Ok(None)
     }
+
+    /// Least distance found inside the disc, and what it is at least; both infinite where the
+    /// distance is proved to have no minimum inside, so that the rim is nearest.
+    ///
+    /// `[low, high]` bounds the curvatures below the disc. In a square of half diagonal `h` around
+    /// a point at the distance `d`, where the normal leans by `s` (sine), nothing is closer than
+    /// `d - s h - c h^2 / 2`, `c = k / (1 - k d)` for `k = high` over the whole square; and where
+    /// `s` exceeds `h` times the largest second derivative, no minimum lies within.
+    pub(super) fn floor(
+        &self,
+        enough: f64,
+        [low, high]: [f64; 2],
+        from: &Reading,
+        probe: &mut Probe,
+    ) -> Result<[f64; 2], PositioningError> {
+        let [mut least, mut bound] = [f64::INFINITY; 2];
+        if low >= 0.0 {
+            return Ok([least, bound]);
+        }
+        let plane = self.plane();
+        let side = 2.0 * self.radius;
+        let mut squares = vec![(self.center, side, probe.read(&self.center, from.foot.uv)?)];
+        let mut left = SQUARES;
+        while let Some((middle, side, reading)) = squares.pop() {
+            let half = side * std::f64::consts::FRAC_1_SQRT_2;
+            let out = (middle - self.center).norm();
+            if out - half > self.radius {
+                continue;
+            }
+            let n = reading.normal();
+            let lean = n.dot(&plane[0]).hypot(n.dot(&plane[1]));
+            let falling = falling(high, reading.distance + half);
+            let under = reading.distance - half * (lean + 0.5 * half * falling);
+            if out < self.radius && under < enough {
+                least = least.min(reading.distance);
+            }
+            if under >= enough || lean > half * falling.max(-low) {
+                continue;
+            }
+            if left == 0 {
+                bound = bound.min(under);
+                continue;
+            }
+            left -= 1;
+            for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                let step = (plane[0] * x + plane[1] * y) * (0.25 * side);
+                let quarter = probe.read(&(middle + step), reading.ahead(&step))?;
+                squares.push((middle + step, 0.5 * side, quarter));
+            }
+        }
+        Ok([least, bound.min(least)])
+    }
 }
 
-/// Newton step to the minimum of the distance in the plane; `None` where there is none.
-fn descent(reading: &Reading, [one, two]: [&Vector3<f64>; 2]) -> Option<Vector3<f64>> {
+/// Largest fall of the distance per square \[1/mm\] where curvatures stay below `high` and
+/// distances below `distance`.
+fn falling(high: f64, distance: f64) -> f64 {
+    let left = 1.0 - high * distance.max(0.0);
+    if high <= 0.0 {
+        0.0
+    } else if left > 0.0 {
+        high / left
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Newton's step to the minimum of the distance in the plane, and whether the distance is convex
+/// here; where it is not, a step down of half a radius, along the gradient.
+fn descent(reading: &Reading, [one, two]: &Plane, radius: f64) -> (Vector3<f64>, bool) {
     let n = reading.normal();
     let (g1, g2) = (n.dot(one), n.dot(two));
     let h11 = reading.hessian(one);
@@ -69,9 +167,12 @@ fn descent(reading: &Reading, [one, two]: [&Vector3<f64>; 2]) -> Option<Vector3<
     let h22 = reading.hessian(two);
     let determinant = h11 * h22 - h12 * h12;
     if h11 <= 0.0 || determinant <= 0.0 {
-        return None;
+        let size = g1.hypot(g2).max(f64::MIN_POSITIVE);
+        return (-(one * g1 + two * g2) * (0.5 * radius / size), false);
     }
     let a = (h12 * g2 - h22 * g1) / determinant;
     let b = (h12 * g1 - h11 * g2) / determinant;
-    Some(one * a + two * b)
+    let step = one * a + two * b;
+    let reach = radius / step.norm().max(f64::MIN_POSITIVE);
+    (step * reach.min(1.0), true)
 }

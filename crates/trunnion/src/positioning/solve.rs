@@ -67,6 +67,8 @@ struct Step {
     x: [f64; 3],
     /// Expected fall of the merit function \[mm\].
     gain: f64,
+    /// By how much the worst condition of the model stays broken \[mm\].
+    slack: f64,
     multipliers: Vec<f64>,
 }
 
@@ -101,7 +103,10 @@ impl Problem {
             } else if gained < 0.2 * step.gain {
                 trust *= 0.4;
             }
-            model.learn([&state, &trial], &step.multipliers);
+            // Multipliers at the price belong to the way back into the band, not to the optimum.
+            if step.slack <= 0.0 {
+                model.learn([&state, &trial], &step.multipliers);
+            }
             if gained > 0.0 {
                 state = trial;
             }
@@ -166,8 +171,9 @@ impl<'a> Model<'a> {
         self.scaled([alpha.cos(), -w * alpha.sin(), 0.0])
     }
 
-    /// Best step of the model within the trust region; raises the price while slack is left that
-    /// a higher price would remove.
+    /// Best step of the model within the trust region; raises the price while a higher one
+    /// removes slack. Where the trust region is what keeps the conditions out of reach no price
+    /// helps, and a needless one would drown the width.
     fn step(&mut self, state: &State, trust: f64) -> Option<Step> {
         const RAISES: u32 = 6;
         let values: Vec<f64> = state.conditions.iter().map(|c| c.value).collect();
@@ -177,12 +183,15 @@ impl<'a> Model<'a> {
             if total < 0.99 * self.price {
                 break;
             }
+            let before = self.price;
             self.price *= 4.0;
-            let dearer = self.step_to(state, trust, &values)?;
-            let same = (Vector3::from(dearer.x) - Vector3::from(step.x)).norm() <= 0.0;
-            step = dearer;
-            if same {
-                break;
+            let dearer = self.step_to(state, trust, &values);
+            match dearer {
+                Some(dearer) if dearer.slack < 0.99 * step.slack => step = dearer,
+                _ => {
+                    self.price = before;
+                    break;
+                }
             }
         }
         Some(step)
@@ -225,6 +234,7 @@ impl<'a> Model<'a> {
                 (x[2] + d.z * scale[2]).clamp(flat, steep),
             ],
             gain: rise + self.price * (state.breach() - slack),
+            slack,
             multipliers: solution
                 .multipliers
                 .iter()

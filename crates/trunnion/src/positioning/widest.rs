@@ -163,7 +163,7 @@ fn search(
         for start in cold_starts(&problem, tilt, ranges) {
             let Some(optimum) = problem.climb(&start, ROUGHLY, &mut probe)? else { continue };
             best = Some(match best {
-                Some(best) => better(best, optimum, margin),
+                Some(best) => better(best, optimum, band),
                 None => optimum,
             });
         }
@@ -241,14 +241,18 @@ fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
     }
 }
 
-/// The one that keeps its conditions; of two that do, the wider one.
-fn better(one: Optimum, two: Optimum, margin: f64) -> Optimum {
-    let breach = |optimum: &Optimum| (optimum.state.breach() - margin).max(0.0);
-    let width = |optimum: &Optimum| Frame::width(optimum.state.placement.x);
-    let (b1, b2) = (breach(&one), breach(&two));
-    let second = if b1 > 0.0 || b2 > 0.0 { b2 < b1 } else { width(&two) > width(&one) };
-    if second { two } else { one }
+/// The one whose width, less a price for what it still breaks, is larger.
+fn better(one: Optimum, two: Optimum, band: Band) -> Optimum {
+    let value = |optimum: &Optimum| {
+        let width = Frame::width(optimum.state.placement.x);
+        // Few climbs end exactly in the band; a breach of the whole band is worth many widths.
+        width - PRICE * width * optimum.state.breach() / (band.upper - band.lower)
+    };
+    if value(&two) > value(&one) { two } else { one }
 }
+
+/// Widths a breach as large as the band costs. A width grows like a root of the band.
+const PRICE: f64 = 10.0;
 
 fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
