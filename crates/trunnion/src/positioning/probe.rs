@@ -1,6 +1,7 @@
 //! Signed distance of points of the cutter from the surface, with its derivatives.
 
 use super::PositioningError;
+use crate::surface::ClosestError;
 use crate::surface::FaceIndex;
 use crate::surface::Foot;
 use nalgebra::Point3;
@@ -55,15 +56,20 @@ impl<'a> Probe<'a> {
         Ok(Reading::new(p, foot))
     }
 
-    /// Distance of `p` from the whole face, unsigned.
+    /// Distance of `p` from the whole face, unsigned; never too large.
     pub(super) fn nearest(
         &mut self,
         p: &Point3<f64>,
         uv: [f64; 2],
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
-        let foot = self.face.closest(p).map_err(|error| PositioningError::Closest { uv, error })?;
-        Ok((p - foot.point).norm())
+        match self.face.closest(p) {
+            Ok(foot) => Ok((p - foot.point).norm()),
+            // Where the surface is equally far in many places, its distance is known all the same.
+            Err(ClosestError::NoNormal { distance, .. }) => Ok(distance),
+            Err(ClosestError::Undecided { bound, .. }) => Ok(bound),
+            Err(error) => Err(PositioningError::Closest { uv, error }),
+        }
     }
 }
 

@@ -145,7 +145,7 @@ fn search(
     let fits = |optimum: &Optimum| optimum.state.breach() <= margin;
     let ranges = [request.offset_range, rotation_range];
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
-    let mut best: Option<Optimum> = None;
+    let mut found = Vec::new();
     if let Some(warm) = warm {
         let climbed = problem.climb(&warm_start(warm, ranges), ARRIVED, &mut probe)?;
         if let Some(optimum) = climbed.filter(fits) {
@@ -156,28 +156,32 @@ fn search(
                     return settled;
                 }
             }
-            best = Some(optimum);
+            found.push(optimum);
         }
     }
     for tilt in TILTS {
         for start in cold_starts(&problem, tilt, ranges) {
-            let Some(optimum) = problem.climb(&start, ROUGHLY, &mut probe)? else { continue };
-            best = Some(match best {
-                Some(best) => better(best, optimum, band),
-                None => optimum,
-            });
+            found.extend(problem.climb(&start, ROUGHLY, &mut probe)?);
         }
-        if best.as_ref().is_some_and(fits) {
+        if found.iter().any(fits) {
             break;
         }
     }
-    if let Some(rough) = &best {
-        best = problem.climb(&again(rough, ranges), ARRIVED, &mut probe)?;
+    let mut failed = None;
+    for rough in worth(found, band) {
+        let Some(best) = problem.climb(&again(&rough, ranges), ARRIVED, &mut probe)? else {
+            continue;
+        };
+        if fits(&best) {
+            match settle(request, side, &problem, best, (ranges, probe.again())) {
+                Ok(location) => return Ok(location),
+                Err(error) => failed = failed.or(Some(error)),
+            }
+        } else {
+            failed = failed.or_else(|| Some(no_strip(request, Some(&best))));
+        }
     }
-    match best {
-        Some(best) if fits(&best) => settle(request, side, &problem, best, (ranges, probe)),
-        failed => Err(no_strip(request, failed.as_ref())),
-    }
+    Err(failed.unwrap_or_else(|| no_strip(request, None)))
 }
 
 /// Looks densely at the optimum; where that finds a breach between the samples, the search goes on
@@ -241,18 +245,27 @@ fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
     }
 }
 
-/// The one whose width, less a price for what it still breaks, is larger.
-fn better(one: Optimum, two: Optimum, band: Band) -> Optimum {
+/// The most promising ones, best first: by their width, less a price for what they still break
+/// (few climbs end exactly in the band).
+fn worth(mut found: Vec<Optimum>, band: Band) -> impl Iterator<Item = Optimum> {
     let value = |optimum: &Optimum| {
         let width = Frame::width(optimum.state.placement.x);
-        // Few climbs end exactly in the band; a breach of the whole band is worth many widths.
         width - PRICE * width * optimum.state.breach() / (band.upper - band.lower)
     };
-    if value(&two) > value(&one) { two } else { one }
+    found.sort_by(|a, b| value(b).total_cmp(&value(a)));
+    // Climbs that arrived at the same place are one.
+    found.dedup_by(|b, a| (value(a) - value(b)).abs() <= SAME * value(a).abs());
+    found.into_iter().take(PROMISING)
 }
 
 /// Widths a breach as large as the band costs. A width grows like a root of the band.
 const PRICE: f64 = 10.0;
+
+/// Climbs whose values differ by less than this share ended at the same place.
+const SAME: f64 = 1e-4;
+
+/// How many ends of climbs are followed up before the place is given up.
+const PROMISING: usize = 3;
 
 fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
