@@ -193,6 +193,21 @@ fn strips_meet_along_u_and_on_the_other_side() {
     finished(&face(surface(-1.0), &[], true), &options());
 }
 
+/// Left to itself the side may not change from place to place: a pass of its own for every change.
+#[test]
+fn either_side_is_as_good_as_the_better_one() {
+    let face = face(surface(0.5), &[], false);
+    let passes = |side: ContactSide| {
+        cover(std::slice::from_ref(&face), &cutter(), &CoverOptions { side, ..options() }, &Silent)
+            .unwrap()
+            .passes
+    };
+    let [either, ahead, behind] =
+        [ContactSide::Either, ContactSide::Ahead, ContactSide::Behind].map(passes);
+    assert!(either == ahead || either == behind);
+    assert!(either.len() <= ahead.len().max(behind.len()));
+}
+
 #[test]
 fn passes_run_out_over_the_border() {
     let face = face(surface(1.0), &[], false);

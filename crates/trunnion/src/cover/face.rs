@@ -14,7 +14,7 @@ use super::sweep::Sweep;
 use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
-use crate::positioning::PositioningError;
+use crate::positioning::{ContactSide, PositioningError};
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Pass};
 
@@ -44,7 +44,36 @@ const DEPTH: u32 = 2;
 /// Tells how much of the face is covered, 0 to 1.
 type Report<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
 
+/// All passes over one face. Where either side of the cutter may cut, that which takes less over
+/// the whole face: passes that change sides from place to place would have to turn the tool over.
 pub(super) fn cover(
+    face: &FaceIndex,
+    cutter: &Cutter,
+    options: &CoverOptions,
+    report: Report<'_>,
+) -> Result<Covering, CoverError> {
+    if options.side != ContactSide::Either {
+        return on_side(face, cutter, options, report);
+    }
+    let half = |side: ContactSide, from: f64| {
+        let sided = CoverOptions { side, ..*options };
+        on_side(face, cutter, &sided, &|share| report(from + 0.5 * share))
+    };
+    let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
+    let links = super::lane::LINKS * cutter.radius();
+    let price = |done: &Covering| done.report.length + links * done.passes.len() as f64;
+    let better = |a: &Covering, b: &Covering| {
+        a.report.missed.cmp(&b.report.missed).then(price(a).total_cmp(&price(b))).is_lt()
+    };
+    match (ahead, behind) {
+        (Ok(ahead), Ok(behind)) => Ok(if better(&behind, &ahead) { behind } else { ahead }),
+        (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
+        (Err(_), Ok(behind)) => Ok(behind),
+        (ahead, _) => ahead,
+    }
+}
+
+fn on_side(
     face: &FaceIndex,
     cutter: &Cutter,
     options: &CoverOptions,

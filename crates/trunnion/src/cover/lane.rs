@@ -19,7 +19,7 @@ use rayon::prelude::*;
 const ROW: usize = 8;
 
 /// Leads, links and run-outs of a pass cost as much as cutting this many radii.
-const LINKS: f64 = 4.0;
+pub(super) const LINKS: f64 = 4.0;
 
 /// How often the worst station is looked for again after neighbours were held to each other.
 const ROUNDS: usize = 3;
