@@ -82,6 +82,7 @@ pub(super) struct RawSetup {
     pub(super) origin: [f64; 3],
     /// Turns of the workpiece about the machine's fixed x, then y, then z, in degrees.
     #[serde(default)]
+    #[schemars(inner(range(min = -360.0, max = 360.0)))]
     pub(super) rotation: [f64; 3],
     /// Height above part and stock at which links travel, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
@@ -239,6 +240,7 @@ pub(super) struct RawStrategy {
     #[serde(default)]
     pub(super) lead: RawLead,
     /// Offset directions to search, from the strip side towards the feed, in degrees.
+    #[schemars(inner(range(min = -89.0, max = 89.0)))]
     pub(super) offset_range: Option<[f64; 2]>,
 }
 
@@ -288,13 +290,13 @@ pub(super) enum RawLead {
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawCutting {
     /// Feed in mm/min.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("minimum" = 0.01, "maximum" = 1e6))]
     pub(super) feed: f64,
     /// The point that moves at the feed: the cutter contact or the tool tip.
     #[serde(default)]
     pub(super) reference: RawReference,
     /// Spindle speed in rev/min.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub(super) spindle: f64,
     /// Whether coolant is on.
     #[serde(default)]

@@ -479,7 +479,7 @@ mod tests {
             "20:1: unknown key `minor_radus` in [tool]\n  help: did you mean `minor_radius`?",
             "26:9: gouge 0.2 mm is above total 0.02 mm\n  help: lower gouge or raise total",
             "28:2: unknown key `stratgey` at the top\n  help: did you mean `strategy`?",
-            "36:8: `cutting.feed` = -3 must be above 0\n  help: Feed in mm/min.",
+            "36:8: `cutting.feed` = -3 must be at least 0.01\n  help: Feed in mm/min.",
         ];
         let found = faults(&text);
         assert_eq!(found.len(), expected.len(), "{found:#?}");
