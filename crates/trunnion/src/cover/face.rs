@@ -95,7 +95,8 @@ fn on_side(
         report,
         share: 0.0,
     };
-    job.finish(&Task { bounds: whole.bounds, method: options.method, depth: 0 })?;
+    let (bounds, method) = (whole.bounds, options.method);
+    job.finish(&Task { bounds, method, depth: 0, worth: f64::INFINITY })?;
     job.audit();
     report(1.0)?;
     Ok(job.done)
@@ -136,10 +137,24 @@ struct Task {
     method: Method,
     /// How many tasks this is part of.
     depth: u32,
+    /// What it costs to leave one millimetre across to the task it is part of \[mm/mm\].
+    worth: f64,
+}
+
+/// How a pass brought a task on.
+struct Step {
+    /// How far across.
+    next: f64,
+    /// Length of a step across by the parameter \[mm\].
+    rate: f64,
+    /// What another pass over all of it costs \[mm\].
+    again: f64,
 }
 
 /// What is cut on one track, and what it leaves.
 struct Lot {
+    /// Length of a step across by the parameter \[mm\].
+    rate: f64,
     stretches: Vec<Stretch>,
     columns: Vec<Column>,
     parts: Vec<Part>,
@@ -149,6 +164,11 @@ struct Lot {
 }
 
 impl Lot {
+    /// Length along \[mm\].
+    fn length(&self) -> f64 {
+        self.parts.iter().map(|part| part.length).sum()
+    }
+
     /// How far across all columns that count for `width` \[mm\] are finished.
     fn reach(&self, width: f64) -> f64 {
         let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
@@ -178,19 +198,23 @@ struct Job<'a, Inside> {
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
-    /// Passes over a rectangle of the region, one beside the other.
-    fn finish(&mut self, task: &Task) -> Result<(), CoverError> {
+    /// Passes over a rectangle of the region, one beside the other; how far across they bring it. A rest
+    /// that is cheaper to leave to the task this is part of is left.
+    fn finish(&mut self, task: &Task) -> Result<f64, CoverError> {
         let region = self.whole.within(task.bounds);
         let [first, last] = task.bounds[0];
-        let mut next = Some(first);
-        while let Some(across) = next {
+        let mut next = first;
+        loop {
             if task.depth == 0 {
-                self.share = (across - first) / (last - first);
+                self.share = (next - first) / (last - first);
             }
             (self.report)(self.share)?;
-            next = self.lane(&region, across, task)?;
+            let Some(step) = self.lane(&region, next, task)? else { return Ok(last) };
+            next = step.next;
+            if (last - next) * step.rate * task.worth < step.again {
+                return Ok(next);
+            }
         }
-        Ok(())
     }
 
     /// Adds the pass at `across`, and those that finish what it leaves; how far it brings the task, `None` at its end.
@@ -199,7 +223,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         region: &Region<&Inside>,
         across: f64,
         task: &Task,
-    ) -> Result<Option<f64>, CoverError> {
+    ) -> Result<Option<Step>, CoverError> {
         let lot = self.place(region, across, task.method)?;
         let advance = if task.depth < DEPTH {
             split::advance(&lot.parts, &lot.costs)
@@ -210,12 +234,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         if !(advance.is_finite() && advance >= self.least()) {
             return self.stuck(region, across, task, &lot);
         }
-        let next = lot.reach(advance);
+        let mut next = lot.reach(advance);
         self.add(lot.stretches.clone());
         for run in split::narrower(&lot.parts, advance) {
-            self.again(&lot, run, [across, next], task)?;
+            next = self.again(&lot, run, [across, next], task)?.min(next);
         }
-        Ok((next < region.bounds[0][1]).then_some(next))
+        let (again, rate) = (lot.length() + lot.costs.pass, lot.rate);
+        Ok((next < region.bounds[0][1]).then_some(Step { next, rate, again }))
     }
 
     /// A pass that would finish nothing: placed otherwise, given up, or an error if it is the whole face's.
@@ -225,7 +250,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         across: f64,
         task: &Task,
         lot: &Lot,
-    ) -> Result<Option<f64>, CoverError> {
+    ) -> Result<Option<Step>, CoverError> {
         if task.method == Method::Widest {
             self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)]);
             return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
@@ -245,14 +270,15 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         Err(CoverError::TooNarrow { face, at, advance, least: self.least() })
     }
 
-    /// Passes of their own over columns that the pass leaves narrower than the others.
+    /// Passes of their own over columns that the pass leaves narrower than the others; how far across these
+    /// are finished then.
     fn again(
         &mut self,
         lot: &Lot,
         [first, last]: [usize; 2],
         [across, next]: [f64; 2],
         task: &Task,
-    ) -> Result<(), CoverError> {
+    ) -> Result<f64, CoverError> {
         let columns = &lot.columns[first..=last];
         let widths = || lot.parts[first..=last].iter().map(|part| part.width);
         let narrowest = widths().fold(f64::INFINITY, f64::min);
@@ -262,7 +288,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             let missed = columns.iter().filter(|c| c.part.width < self.least());
             self.miss(&missed.copied().collect::<Vec<_>>(), next);
             if narrowest < self.least() {
-                return Ok(());
+                return Ok(next);
             }
         }
         if !same {
@@ -271,7 +297,16 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
         let along = [columns[0].along[0], columns[columns.len() - 1].along[1]];
         let method = if same { task.method } else { Method::Inclined };
-        self.finish(&Task { bounds: [[from, next], along], method, depth: task.depth + 1 })
+        let worth = (lot.length() + lot.costs.pass) / ((next - across) * lot.rate);
+        let bounds = [[from, next], along];
+        let reached = self.finish(&Task { bounds, method, depth: task.depth + 1, worth })?;
+        // The pass has to bring the whole task on.
+        let least = across + self.least() / lot.rate;
+        if reached >= least {
+            return Ok(reached);
+        }
+        let rest = [[reached, next], along];
+        self.finish(&Task { bounds: rest, method, depth: task.depth + 1, worth: f64::INFINITY })
     }
 
     /// Remembers columns that stay unfinished so far, up to `end`.
@@ -379,7 +414,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         }
         let parts = columns.iter().map(|c| c.part).collect();
         let refused = refused.map(|(way, error)| ([across, lane.track.at(way)], error));
-        Ok(Lot { stretches, columns, parts, costs: lane.costs(), refused })
+        Ok(Lot { rate, stretches, columns, parts, costs: lane.costs(), refused })
     }
 
     /// How far across the region is finished by the stretches and what was before.
