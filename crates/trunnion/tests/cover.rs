@@ -15,7 +15,7 @@ use trunnion::cover::{
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide};
 use trunnion::surface::{
-    Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
+    Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, ToolPose};
@@ -311,6 +311,20 @@ fn a_ball_needs_no_more_stations_than_the_face_bends() {
     // At the largest spacing there is one per mm, and one more at the end of each pass.
     let sparse = report.length + covering.passes.len() as f64;
     assert!(stations < 1.5 * sparse, "{stations} stations, {sparse} at the largest spacing");
+}
+
+#[test]
+fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
+    // A tube of 2 mm seen from inside, for a cutter with a corner of 3 mm.
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(Cylinder::new(frame, 2.0).unwrap());
+    let below = [[2.5, 0.0], [3.7, 0.0], [3.7, 20.0], [2.5, 20.0]];
+    let error = cover(&[face(tube, &[below.to_vec()], true)], &cutter(), &options(), &Silent);
+    let Err(CoverError::NoPose { at, .. }) = &error else { panic!("{error:?}") };
+    assert!((at.hollow - 2.0).abs() < 1e-9 && at.least_hollow <= at.hollow, "{at:?}");
+    assert!((at.point.y.hypot(at.point.z) - 2.0).abs() < 1e-9, "{at:?}");
+    let text = error.unwrap_err().to_string();
+    assert!(text.contains("radius of 2.000 mm, the largest ball that fits there"), "{text}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::clear::Clearing;
 use super::lane::{Lane, Placed};
 use super::left::{Column, Swept};
 use super::options::{Along, CoverError, CoverOptions, Covering, Direction};
-use super::options::{Fallback, FallbackReason, Method};
+use super::options::{Fallback, FallbackReason, Method, Place};
 use super::region::{Local, Region};
 use super::sheet::Sheet;
 use super::solid::Tool;
@@ -14,7 +14,7 @@ use super::sweep::Sweep;
 use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
-use crate::positioning::{ContactSide, PositioningError};
+use crate::positioning::{Band, ContactSide, PositioningError};
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Pass};
 
@@ -37,6 +37,10 @@ const DENSER: usize = 3;
 
 /// Size of the cells of the last look, as a share of those before.
 const FINER: f64 = 0.25;
+
+/// Width that is worth a pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
+/// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
+const WORTH: f64 = 1.0 / 16.0;
 
 /// Tasks within tasks.
 const DEPTH: u32 = 2;
@@ -261,12 +265,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         }
         let face = self.face.face().number;
         if let Some((at, error)) = lot.refused.clone() {
-            return Err(CoverError::NoPose { face, at: self.options.along.uv(at), error });
+            let at = Box::new(Place::new(self.face, self.options.along.uv(at)));
+            return Err(CoverError::NoPose { face, at, error });
         }
         let widest = lot.parts.iter().enumerate().max_by(|a, b| a.1.width.total_cmp(&b.1.width));
         let (index, advance) = widest.map_or((0, 0.0), |(index, part)| (index, part.width));
         let along = lot.columns.get(index).map_or(region.bounds[1][0], |c| c.along[0]);
-        let at = self.options.along.uv([across, along]);
+        let at = Box::new(Place::new(self.face, self.options.along.uv([across, along])));
         Err(CoverError::TooNarrow { face, at, advance, least: self.least() })
     }
 
@@ -369,7 +374,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
 
     /// Least width a pass has to finish \[mm\].
     fn least(&self) -> f64 {
-        self.options.spacing[0]
+        let Band { lower, upper } = self.options.band;
+        let ball = (8.0 * self.cutter.radius() * (upper - lower)).sqrt();
+        self.options.spacing[0].max(WORTH * ball)
     }
 
     fn place(

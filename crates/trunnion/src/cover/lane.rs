@@ -18,6 +18,9 @@ use rayon::prelude::*;
 /// results do not depend on the number of threads.
 const ROW: usize = 8;
 
+/// Width of a neighbour's strip, over a station's own, from which on its location is worth trying.
+const LEARN: f64 = 1.02;
+
 /// Leads, links and run-outs of a pass cost as much as cutting this many radii.
 pub(super) const LINKS: f64 = 4.0;
 
@@ -306,9 +309,12 @@ impl Lane<'_> {
             let mut before: Option<Placed> = None;
             for index in indices {
                 let own = places[index].as_ref().ok();
-                let taught = before.as_ref().and_then(|teacher| {
-                    self.place(ways[index], &self.free(), Some(&teacher.location)).ok()
-                });
+                let width = |placed: &Placed| placed.location.strip_width;
+                let least = own.map_or(0.0, width) * LEARN;
+                let taught =
+                    before.as_ref().filter(|teacher| width(teacher) > least).and_then(|teacher| {
+                        self.place(ways[index], &self.free(), Some(&teacher.location)).ok()
+                    });
                 before = wider(own.cloned(), taught);
                 learnt[index].clone_from(&before);
             }

@@ -17,13 +17,19 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Width of the columns that are searched independently, in least spacings.
 const COLUMN: f64 = 20.0;
 
 /// Columns at most.
 const COLUMNS: f64 = 400.0;
+
+/// What a pass may finish across, in widths of the cutter.
+const WINDOW: f64 = 1.0;
+
+/// Poses that are not sorted out any further.
+const FEW: usize = 8;
 
 /// Passings of the cutter over a place that are looked at, the nearest ones.
 const PASSINGS: usize = 3;
@@ -59,13 +65,16 @@ pub(super) struct Swept<'a, Inside> {
     pub(super) sweeps: &'a [&'a Sweep],
 }
 
+/// Poses, as indices of sweep and pose.
+type Rows = Arc<[[usize; 2]]>;
+
 /// A cell that waits to be looked at; the one that begins first comes first.
 struct Waiting {
     cell: Box<Cell>,
     /// Whether no edge of the region crosses it.
     whole: bool,
-    /// Poses that come near, as indices of sweep and pose.
-    near: Rc<[[usize; 2]]>,
+    /// Poses that come near.
+    near: Rows,
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
@@ -80,34 +89,60 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             .take_while(|i| *i < count)
             .map(|i| [i, i + 1.0].map(|i| low + (high - low) * i / count))
             .collect();
-        let column = |along: [f64; 2]| {
-            let finished = self.first_open([from, end], along).map_or(end, |place| place[0]);
+        // No pass cuts farther across than it is wide: what it may finish is looked at first.
+        let window = [from, end.min(from + WINDOW * self.end.width() / rate)];
+        let mut near = Vec::with_capacity(edges.len());
+        self.share(window, &edges, &self.poses(), &mut near);
+        let column = |(along, near): ([f64; 2], Rows)| {
+            let open = self.first_open(window, along, near).or_else(|| {
+                let rest = [window[1], end];
+                (rest[0] < end).then(|| self.first_open(rest, along, self.poses()))?
+            });
+            let finished = open.map_or(end, |place| place[0]);
             let width = (finished - from) * rate;
             let length = (at([from, along[1]]) - at([from, along[0]])).norm();
             Column { along, finished, part: Part { length, width } }
         };
-        edges.into_par_iter().map(column).collect()
+        edges.into_par_iter().zip(near).map(column).collect()
     }
 
-    /// The least `across` of a cell in a column that is not proven finished.
-    fn first_open(&self, across: [f64; 2], column: [f64; 2]) -> Option<Local> {
+    /// All poses of all sweeps.
+    fn poses(&self) -> Rows {
+        let poses = |(i, sweep): (usize, &&Sweep)| (0..sweep.poses.len()).map(move |j| [i, j]);
+        self.sweeps.iter().enumerate().flat_map(poses).collect()
+    }
+
+    /// Of some poses, those near each of some neighbouring columns.
+    fn share(&self, across: [f64; 2], columns: &[[f64; 2]], near: &Rows, to: &mut Vec<Rows>) {
+        let (Some(first), Some(last)) = (columns.first(), columns.last()) else { return };
+        let near = self.near(&Cell::new([across, [first[0], last[1]]], &self.at()), near);
+        if columns.len() == 1 {
+            to.push(near);
+            return;
+        }
+        let (low, high) = columns.split_at(columns.len() / 2);
+        self.share(across, low, &near, to);
+        self.share(across, high, &near, to);
+    }
+
+    /// The least `across` of a cell in a column that is not proven finished by some poses.
+    fn first_open(&self, across: [f64; 2], column: [f64; 2], near: Rows) -> Option<Local> {
         let at = self.at();
         let edges = self.region.edges([across, column]);
         let mut queue = BinaryHeap::new();
         let cell = Box::new(Cell::new([across, column], &at));
-        let poses = |(i, sweep): (usize, &&Sweep)| (0..sweep.poses.len()).map(move |j| [i, j]);
-        let near: Rc<[[usize; 2]]> = self.sweeps.iter().enumerate().flat_map(poses).collect();
         queue.push(Waiting { cell, whole: false, near });
         while let Some(Waiting { cell, whole, near }) = queue.pop() {
             let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
             if whole && !self.region.holds(cell.middle()) {
                 continue;
             }
-            let near = self.near(&cell, &near);
-            if !near.is_empty() && self.finished(&cell, &near) {
+            let near = if near.len() > FEW { self.near(&cell, &near) } else { near };
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            let fits = a <= self.end.width();
+            if fits && !near.is_empty() && self.finished(&cell, &near) {
                 continue;
             }
-            let [a, b] = [0, 1].map(|k| cell.extent(k));
             // Where no pose comes near, all of a cell is open.
             if a.max(b) <= self.smallest || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
@@ -120,7 +155,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
     }
 
     /// Of some poses, those between which and the next a place of the cell may be inside the cutter.
-    fn near(&self, cell: &Cell, poses: &[[usize; 2]]) -> Rc<[[usize; 2]]> {
+    fn near(&self, cell: &Cell, poses: &[[usize; 2]]) -> Rows {
         let (centre, radius) = (cell.centre(), cell.radius());
         let close = |place: &&[usize; 2]| {
             let sweep = self.sweeps[place[0]];
@@ -135,7 +170,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         let (face, chart, limit) = (self.face.face(), self.chart, self.limit);
         move |local| {
             let [u, v] = chart.uv(local);
-            let jet = face.surface.jet2(u, v);
+            let jet = face.surface.jet1(u, v);
             let normal = match jet.normal() {
                 Some(normal) => Some(if face.flip { -normal } else { normal }),
                 None => face.normal(u, v),

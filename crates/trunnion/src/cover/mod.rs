@@ -33,7 +33,7 @@ mod track;
 pub use legs::{LeadKind, LinkOptions, legs};
 pub use options::{
     Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, FallbackReason,
-    Method, lever,
+    Method, Place, lever,
 };
 
 use crate::cutter::Cutter;

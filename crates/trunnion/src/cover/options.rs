@@ -2,7 +2,10 @@
 
 use crate::cutter::Cutter;
 use crate::positioning::{Band, ContactSide, PositioningError};
+use crate::surface::{Curvature, FaceIndex};
 use crate::types::{Cancelled, Pass};
+use nalgebra::Point3;
+use std::fmt;
 
 /// Surface parameter that a pass follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -164,6 +167,55 @@ pub enum FallbackReason {
     Gouge(f64),
 }
 
+/// A place of a face, and what fits there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Parameters `[u, v]`.
+    pub uv: [f64; 2],
+    /// Point \[mm\].
+    pub point: Point3<f64>,
+    /// Least radius by which the face bends towards the cutter there \[mm\]: no larger ball fits. Infinite where
+    /// it does not.
+    pub hollow: f64,
+    /// The same over the whole face, or a little less.
+    pub least_hollow: f64,
+}
+
+impl Place {
+    pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
+        let jet = face.face().surface.jet2(u, v);
+        let towards = |c: Curvature| if face.face().flip { -c.min } else { c.max };
+        let bend = jet.curvature().map_or(0.0, towards).max(0.0);
+        let least_hollow = face.smallest_concave_radius();
+        Self { uv: [u, v], point: jet.s, hollow: bend.recip(), least_hollow }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([u, v], p) = (self.uv, self.point);
+        write!(
+            f,
+            "at (u, v) = ({u:.6}, {v:.6}), X {:.3} Y {:.3} Z {:.3}, the face is ",
+            p.x, p.y, p.z
+        )?;
+        if self.hollow.is_finite() {
+            let hollow = self.hollow;
+            write!(f, "hollow with a radius of {hollow:.3} mm, the largest ball that fits there")?;
+        } else {
+            write!(f, "not hollow")?;
+        }
+        if self.least_hollow < self.hollow && self.least_hollow > 0.0 {
+            write!(
+                f,
+                "; one of {:.3} mm fits all over the face, as far as it bends",
+                self.least_hollow
+            )?;
+        }
+        Ok(())
+    }
+}
+
 /// Why a face is not covered, or passes are not joined.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -191,26 +243,26 @@ pub enum CoverError {
         across: f64,
     },
     /// Neither a strip nor a location at the least lead.
-    #[error("face {face}: the cutter cannot be placed, not even at the least lead: {error}")]
+    #[error("face {face}: the cutter cannot be placed, not even at the least lead: {error}; {at}")]
     NoPose {
         /// Number of the face.
         face: usize,
-        /// Parameters `[u, v]`.
-        at: [f64; 2],
+        /// The place.
+        at: Box<Place>,
         /// Why not.
         error: PositioningError,
     },
     /// The next pass would lie (almost) on the one before.
     #[error(
-        "face {face}: the strip at (u, v) = ({:.6}, {:.6}) brings the next pass only {advance:.4} mm \
-         further, less than the least spacing of {least} mm; use a smaller cutter, passes along the \
-         other parameter, or a wider tolerance", .at[0], .at[1]
+        "face {face}: a strip brings the next pass only {advance:.4} mm further, less than the \
+         {least:.4} mm that are worth a pass; use a smaller cutter, passes along the other parameter, or a wider \
+         tolerance; {at}"
     )]
     TooNarrow {
         /// Number of the face.
         face: usize,
-        /// Parameters `[u, v]`.
-        at: [f64; 2],
+        /// The place.
+        at: Box<Place>,
         /// Advance of the pass there \[mm\].
         advance: f64,
         /// What it has to be at least \[mm\].

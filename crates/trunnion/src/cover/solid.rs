@@ -62,6 +62,11 @@ impl Solid {
         self.section([rho, z]).0
     }
 
+    /// Diameter where it is widest \[mm\].
+    pub(super) fn width(&self) -> f64 {
+        2.0 * (self.low[0].max(self.high[0]) + self.rounding)
+    }
+
     /// About the radius at which a place passes under the cutter: how fast its distance changes its change.
     pub(super) fn bending_radius(&self) -> f64 {
         // A sharp edge has none; then anything well below the width of the cutter serves.
