@@ -10,6 +10,7 @@ mod outcome;
 mod output;
 mod part;
 mod pose;
+mod position;
 mod progress;
 mod report;
 mod run;
@@ -45,6 +46,8 @@ enum Verb {
     },
     /// Tables of tool poses to tables of machine axes, and back.
     Pose(pose::Args),
+    /// One cutter location: the widest strip from a point of a face, explained.
+    Position(position::Args),
     /// JSON schema of a file format, for editors and scripts.
     Schema {
         /// Which format.
@@ -81,6 +84,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Inspect(args) => inspect::run(args, arguments.json),
         Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),
+        Verb::Position(args) => position::run(args, arguments.json),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),
         Verb::Completions { shell } => {

@@ -287,3 +287,33 @@ proptest! {
         prop_assert!(!message.contains("panicked"), "{message}");
     }
 }
+
+#[test]
+fn one_location_is_found_explained_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let patch = root().join("fixtures/bezier-patch/patch.json");
+    let patch = patch.to_str().unwrap();
+    let call = |more: &[&str]| {
+        let start = ["position", "--surface", patch, "--tolerance", "0.01", "--at", "0.4,0.5"];
+        trunnion(folder.path(), &[&start[..], more].concat())
+    };
+    let found = call(&["--cutter", "R=10,r=6", "--feed", "0,1", "--json", "-o", "error.svg"]);
+    assert_eq!(found.status.code(), Some(0), "{}", stderr(&found));
+    let answer: serde_json::Value = serde_json::from_slice(&found.stdout).unwrap();
+    assert!((answer["chord_width"].as_f64().unwrap() - 17.1725).abs() < 0.01, "{answer}");
+    assert!(answer["rear_min"].as_f64().unwrap() >= 0.0);
+    assert!(fs::read_to_string(folder.path().join("error.svg")).unwrap().contains("<polyline"));
+    for method in ["sturz", "curvature", "ball"] {
+        let other = call(&["--cutter", "R=10,r=6", "--feed", "0,-1", "--method", method]);
+        assert_eq!(other.status.code(), Some(0), "{method}: {}", stderr(&other));
+        let text = String::from_utf8_lossy(&other.stdout).into_owned();
+        assert!(text.contains("strip width") && text.contains("held back by"), "{text}");
+    }
+    let large = call(&["--cutter", "R=10,r=600", "--feed", "0,1", "--json"]);
+    assert_eq!(large.status.code(), Some(1), "{}", stderr(&large));
+    let text = String::from_utf8_lossy(&large.stdout).into_owned();
+    assert!(text.contains("cutter too large for the concave radius here"), "{text}");
+    let wrong = call(&["--cutter", "R=10,q=6", "--feed", "0,1"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("q is none of R, r, L, inner"), "{}", stderr(&wrong));
+}

@@ -10,7 +10,7 @@ use serde_json::Value;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
     Active, AxisNear, Band, ContactSide, Location, Look, PositioningError, Request, Setting,
-    StripSide, inclined, strip_of_pose, widest,
+    StripSide, curvature_matched, error_curve, error_picture, inclined, strip_of_pose, widest,
 };
 use trunnion::surface::FaceIndex;
 
@@ -260,6 +260,88 @@ fn what_does_not_fit_is_refused_with_the_reason() {
     let insert = Cutter::new(spec).unwrap();
     let behind = Request { side: ContactSide::Either, ..request(&flat, &insert, heading(0.0)) };
     assert!(matches!(widest(&behind, None), Err(PositioningError::NotCentreCutting { .. })));
+}
+
+/// Inserts cut outside their inner cutting radius only: a contact inside is refused.
+#[test]
+fn contacts_that_do_not_cut_are_refused() {
+    let cases: Value = serde_json::from_str(CASES).unwrap();
+    let face = patch(&cases);
+    let insert = |inner_cutting_radius: f64| {
+        let construction = Construction::Insert { inner_cutting_radius };
+        Cutter::new(CutterSpec { construction, ..cutter(10.0, 6.0).spec().clone() }).unwrap()
+    };
+    // Leaning by 2.4 degrees over a nearly flat place, the corner touches a little outside its
+    // circle of 10 mm.
+    let (cuts, idle) = (insert(9.5), insert(11.5));
+    let at = [0.4, 0.5];
+    assert!(widest(&Request { at, ..request(&face, &cuts, [0.0, 1.0]) }, None).is_ok());
+    let refused = widest(&Request { at, ..request(&face, &idle, [0.0, 1.0]) }, None).unwrap_err();
+    assert!(matches!(refused, PositioningError::NotCutting { .. }), "{refused}");
+    assert!(refused.to_string().contains("11.5 mm"), "{refused}");
+}
+
+/// Where the method the strips are compared with stands: baseline of the reference cases.
+#[test]
+fn curvature_matching_reaches_its_baseline() {
+    let cases: Value = serde_json::from_str(CASES).unwrap();
+    let face = patch(&cases);
+    let bull = cutter(10.0, 6.0);
+    for (feed, width) in [([0.0, 1.0], 12.68), ([0.0, -1.0], 12.89)] {
+        let request = Request { at: [0.4, 0.5], ..request(&face, &bull, feed) };
+        let matched = curvature_matched(&request).unwrap();
+        close("width", matched.strip_width, width, 0.015 * width);
+        assert!(matched.front_min >= 0.0 && matched.rear_min >= 0.0, "{matched:?}");
+        assert!(matched.strip_width < widest(&request, None).unwrap().strip_width);
+    }
+}
+
+/// The error curves of paper 004, figures 10 (U: feed u) and 11 (W: feed v), drawn again.
+#[test]
+fn the_error_curves_look_as_they_did() {
+    let cases: Value = serde_json::from_str(CASES).unwrap();
+    let face = patch(&cases);
+    let bull = cutter(10.0, 6.0);
+    let figures = [
+        ("figure-10.svg", [1.0, 0.0], Vector3::x(), ContactSide::Behind, 75.0_f64),
+        ("figure-11.svg", [0.0, 1.0], Vector3::y(), ContactSide::Ahead, 15.0),
+    ];
+    for (name, feed, way, side, range) in figures {
+        let range = range.to_radians();
+        let offset_range = [-range, range];
+        let at = [0.4, 0.5];
+        let request = Request { at, side, offset_range, ..request(&face, &bull, feed) };
+        let found = widest(&request, None).unwrap();
+        let setting = Setting { face: &face, cutter: &bull, band: request.band };
+        let look =
+            Look { feed: way, strip: request.strip, contact: found.contact, uv: found.contact_uv };
+        let curve = error_curve(&setting, &found.pose, &look, 180).unwrap();
+        let least = curve.iter().map(|[_, error]| *error).fold(f64::INFINITY, f64::min);
+        assert!(least >= -1e-9, "{name}: {least}");
+        let title = format!("feed ({}, {}): {:.3} mm", feed[0], feed[1], found.chord_width);
+        let drawn = error_picture(&curve, request.band, &title);
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/positioning");
+        let path = format!("{folder}/{name}");
+        if std::env::var_os("UPDATE_EXPECT").is_some() {
+            std::fs::write(&path, &drawn).unwrap();
+        }
+        let kept = std::fs::read_to_string(&path).unwrap();
+        assert!(same_picture(&drawn, &kept), "{name} has changed; UPDATE_EXPECT=1 redraws it");
+    }
+}
+
+/// Word for word the same but for numbers, which may differ by a pixel: the optimum is found to
+/// its rounding only.
+fn same_picture(a: &str, b: &str) -> bool {
+    let words = |text: &str| -> Vec<String> {
+        text.split([' ', ',', '"', '<', '>', 'V', 'M']).map(str::to_owned).collect()
+    };
+    let (a, b) = (words(a), words(b));
+    let alike = |(x, y): (&String, &String)| match (x.parse::<f64>(), y.parse::<f64>()) {
+        (Ok(x), Ok(y)) => (x - y).abs() <= 1.0,
+        _ => x == y,
+    };
+    a.len() == b.len() && a.iter().zip(&b).all(alike)
 }
 
 #[test]

@@ -6,7 +6,6 @@ use super::StripSide;
 use super::circle::Circle;
 use super::circle::Sample;
 use super::disc::Disc;
-use super::placement::Ring;
 use super::probe::Probe;
 use super::probe::Reading;
 use crate::cutter::Cutter;
@@ -94,22 +93,12 @@ pub fn strip_of_pose(
     look: &Look,
 ) -> Result<Strip, PositioningError> {
     let mut probe = Probe::new(setting.face);
-    let no_direction = || PositioningError::NoDirection { feed: [0.0; 2], uv: look.uv };
     let minor = setting.cutter.minor();
-    let center = pose.tip + pose.axis.scale(minor);
     let middle = probe.read(&look.contact, look.uv)?;
-    let v = look.feed.cross(&middle.normal()) * look.strip.sign();
-    let v = UnitVector3::try_new(v, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
-    if setting.cutter.major() <= 0.0 {
-        return super::ball::strip(setting, center, (&v, &middle), probe);
+    let (ring, v) = super::curve::ring(setting, pose, look, &middle)?;
+    if ring.radius <= 0.0 {
+        return super::ball::strip(setting, ring.center, (&v, &middle), probe);
     }
-    // Angle 0 towards the contact; the side of `e2` towards the strip.
-    let out = look.contact - center;
-    let f = out - pose.axis.scale(pose.axis.dot(&out));
-    let f = UnitVector3::try_new(f, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
-    let e2 = pose.axis.cross(&f);
-    let e2 = if e2.dot(&v) < 0.0 { -e2 } else { e2 };
-    let ring = Ring { center, f: f.into_inner(), e2, radius: setting.cutter.major() };
     let circle = Circle { ring, minor };
     Survey { setting, circle, axis: pose.axis, v: v.into_inner(), half_arc: 0.0 }
         .strip(middle.foot.uv, &mut probe)

@@ -4,8 +4,8 @@
 //! the circle of the torus then passes over the strip to a second end point `P2`. [`widest`] finds
 //! the location whose strip is widest while the error on the strip stays in the band and nothing
 //! else of the cutter comes closer than the band's lower end. [`inclined`] does the same at a given
-//! lead, for places where no wide strip fits. [`strip_of_pose`] looks at any pose, independently of
-//! how it was made.
+//! lead, for places where no wide strip fits, and [`curvature_matched`] is a common method to compare
+//! with. [`strip_of_pose`] looks at any pose, independently of how it was made.
 //!
 //! Frame at `P1`: `n` the normal on the cutter's side, `a` the feed, `v = a x n` (reversed for a
 //! strip on the left). Angles: alpha from `v` towards `a`, theta about the chord; mm and rad.
@@ -15,8 +15,10 @@ mod body;
 mod check;
 mod circle;
 mod constraints;
+mod curve;
 mod disc;
 mod error;
+mod matched;
 mod placement;
 mod probe;
 mod quadratic;
@@ -29,7 +31,10 @@ pub use check::Look;
 pub use check::Setting;
 pub use check::Strip;
 pub use check::strip_of_pose;
+pub use curve::error_curve;
+pub use curve::error_picture;
 pub use error::PositioningError;
+pub use matched::curvature_matched;
 pub use request::Active;
 pub use request::AxisNear;
 pub use request::Band;

@@ -86,7 +86,7 @@ pub fn inclined(
 }
 
 /// The wider one of the sides allowed.
-fn on_sides(
+pub(super) fn on_sides(
     request: &Request,
     find: impl Fn(ContactSide) -> Result<Location, PositioningError>,
 ) -> Result<Location, PositioningError> {
@@ -105,7 +105,7 @@ fn on_sides(
 }
 
 /// What can be refused before any search.
-fn check(request: &Request) -> Result<(), PositioningError> {
+pub(super) fn check(request: &Request) -> Result<(), PositioningError> {
     let Band { lower, upper } = request.band;
     if !(lower.is_finite() && upper.is_finite() && lower < upper) {
         return Err(PositioningError::EmptyBand { lower, upper });
@@ -400,7 +400,11 @@ fn finish(
 }
 
 /// The strip must lie under the part of the underside that cuts.
-fn cuts_there(setting: &Setting, pose: &ToolPose, strip: &Strip) -> Result<(), PositioningError> {
+pub(super) fn cuts_there(
+    setting: &Setting,
+    pose: &ToolPose,
+    strip: &Strip,
+) -> Result<(), PositioningError> {
     let inner = setting.cutter.inner_cutting_radius();
     for (uv, point) in [strip.near, strip.contact, strip.far] {
         let radius = pose.axis.cross(&(point - pose.tip)).norm();
