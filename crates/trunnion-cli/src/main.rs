@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 done, but a tolerance or limit is broken; 2 bad input or usage, nothing
 //! written; 3 internal.
 
+mod feed;
 mod inspect;
 mod machine;
 mod motion;
@@ -48,6 +49,8 @@ enum Verb {
     Pose(pose::Args),
     /// One cutter location: the widest strip from a point of a face, explained.
     Position(position::Args),
+    /// Speed along a table of axis positions: as fast as the axes allow, with or without jerk limits.
+    Feed(feed::Args),
     /// JSON schema of a file format, for editors and scripts.
     Schema {
         /// Which format.
@@ -71,6 +74,7 @@ enum Format {
     Machine,
     Surface,
     Summary,
+    Limits,
 }
 
 fn main() -> ExitCode {
@@ -85,6 +89,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),
         Verb::Position(args) => position::run(args, arguments.json),
+        Verb::Feed(args) => feed::run(args, arguments.json),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),
         Verb::Completions { shell } => {
@@ -102,6 +107,7 @@ fn schema(format: Format) -> Result<Done, Failure> {
         Format::Machine => schema::machine(),
         Format::Surface => schema::surface(),
         Format::Summary => schema::summary(),
+        Format::Limits => schema::limits(),
     })
 }
 

@@ -7,7 +7,10 @@ use trunnion::pipeline::{Job, Outcome};
 use trunnion::setpoint;
 use trunnion::types::AxisVector;
 
-/// Writes one row a servo period: time, then position, velocity, acceleration of every axis.
+/// What follows an axis name in the header: the derivatives by time.
+pub(crate) const SUFFIXES: [&str; 4] = ["", "_vel", "_acc", "_jerk"];
+
+/// Writes one row a servo period: time, then position, velocity, acceleration, jerk of every axis.
 pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result<()> {
     let axes = &job.kinematics.machine().axes;
     let limits = match job.file.motion.method {
@@ -17,7 +20,7 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     writeln!(out, "{limits}")?;
     writeln!(out, "# mm, deg, s; rotary axes unwound")?;
     write!(out, "t")?;
-    for suffix in ["", "_vel", "_acc"] {
+    for suffix in SUFFIXES {
         for axis in axes {
             write!(out, ",{}{suffix}", axis.name)?;
         }
@@ -38,6 +41,7 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
         row(&setpoint.position, 6)?;
         row(&setpoint.velocity, 5)?;
         row(&setpoint.acceleration, 3)?;
+        row(&setpoint.jerk, 1)?;
         writeln!(out)?;
     }
     Ok(())

@@ -28,6 +28,17 @@ pub(crate) struct Ends {
     output: PathBuf,
 }
 
+/// A table read whole.
+#[derive(Debug)]
+pub(crate) struct Rows {
+    /// Columns, in the order of the values.
+    pub(crate) names: Vec<String>,
+    /// Line of each row.
+    pub(crate) lines: Vec<u32>,
+    /// Values, row by row.
+    pub(crate) values: Vec<f64>,
+}
+
 /// What is done with every row.
 pub(crate) trait Work {
     /// Columns that are read.
@@ -71,7 +82,7 @@ impl Ends {
 
     /// Runs `work` over the table. Nothing is written unless every row could be read.
     pub(crate) fn run(&self, work: &mut dyn Work) -> Result<Tally, Failure> {
-        let name = if is_dash(&self.input) { Path::new("stdin") } else { &self.input };
+        let name = self.name();
         let mut spool = BufWriter::new(self.spool()?);
         let tally = self.rows(name, work, &mut spool)?;
         let mut spool =
@@ -85,6 +96,60 @@ impl Ends {
             output::file(&self.output, |out| io::copy(&mut spool, out).map(drop))?;
         }
         Ok(tally)
+    }
+
+    /// Name of the input for messages.
+    pub(crate) fn name(&self) -> &Path {
+        if is_dash(&self.input) { Path::new("stdin") } else { &self.input }
+    }
+
+    /// Reads the whole table; `choose` names the columns, in order.
+    pub(crate) fn read(
+        &self,
+        choose: &dyn Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    ) -> Result<Rows, Failure> {
+        let name = self.name();
+        let failure = |faults: &[Fault]| Failure::faults(name, faults);
+        let stop = |stop: Stop| match stop {
+            Stop::Line(fault) => failure(&[fault]),
+            Stop::Failure(failure) => failure,
+        };
+        let mut lines = Lines { source: self.open()?, number: 0, bytes: Vec::new() };
+        let Some((number, line)) = lines.next(name).map_err(stop)? else {
+            return Err(failure(&[Fault::whole("the table is empty")]));
+        };
+        let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
+        let names = choose(&header).map_err(|faults| failure(&faults))?;
+        let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
+        let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
+        let mut rows = Rows { names, lines: Vec::new(), values: Vec::new() };
+        let mut faults = Faults::default();
+        let mut values = Vec::new();
+        while let Some((number, line)) = lines.next(name).map_err(stop)? {
+            match columns.read(number, line, &mut values) {
+                Ok(()) => rows.values.extend_from_slice(&values),
+                Err(fault) => faults.add(fault),
+            }
+            rows.lines.push(u32::try_from(number).unwrap_or(u32::MAX));
+        }
+        if faults.list.is_empty() { Ok(rows) } else { Err(failure(&faults.told())) }
+    }
+
+    /// Writes the result whole or not at all.
+    pub(crate) fn write(
+        &self,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        if !self.to_stdout() {
+            return output::file(&self.output, fill);
+        }
+        let mut out = BufWriter::new(io::stdout().lock());
+        match fill(&mut out).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(anyhow::Error::new(error).context("writing to stdout").into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn open(&self) -> Result<Box<dyn BufRead>, Failure> {
@@ -225,17 +290,21 @@ impl Tally {
 
 /// Faults of a table: the first few, and how many more.
 #[derive(Default)]
-struct Faults {
+pub(crate) struct Faults {
     list: Vec<Fault>,
     more: u64,
 }
 
 impl Faults {
-    fn add(&mut self, fault: Fault) {
+    pub(crate) fn add(&mut self, fault: Fault) {
         if self.list.len() < TOLD { self.list.push(fault) } else { self.more += 1 }
     }
 
-    fn told(mut self) -> Vec<Fault> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    pub(crate) fn told(mut self) -> Vec<Fault> {
         if self.more > 0 {
             self.list.push(Fault::whole(format!("and {} more faults", self.more)));
         }

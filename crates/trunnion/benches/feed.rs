@@ -42,8 +42,14 @@ fn limits() -> Limits<5> {
     Limits { velocity, rapid: velocity, acceleration, jerk: None }
 }
 
-const OPTIONS: FeedOptions =
-    FeedOptions { feed: Some(300.0), link_feed: None, tip: None, time_tolerance: 5e-3 };
+const OPTIONS: FeedOptions = FeedOptions {
+    feed: Some(300.0),
+    link_feed: None,
+    tip: None,
+    time_tolerance: 5e-3,
+    ends: [0.0; 2],
+    guarantee: true,
+};
 
 fn plan(bencher: Bencher, points: u32, path: &AxisPath) {
     let limits = limits();

@@ -41,8 +41,14 @@ fn limits() -> Limits<5> {
 }
 
 fn planned(path: &AxisPath) -> Schedule {
-    let options =
-        FeedOptions { feed: Some(50.0), link_feed: None, tip: None, time_tolerance: 5e-3 };
+    let options = FeedOptions {
+        feed: Some(50.0),
+        link_feed: None,
+        tip: None,
+        time_tolerance: 5e-3,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
     optimal(path, &limits(), &options, &Silent).unwrap().schedule
 }
 

@@ -17,8 +17,14 @@ use trunnion::types::{
 };
 use waves::{Waves, any_waves};
 
-const FREE: FeedOptions =
-    FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 2e-3 };
+const FREE: FeedOptions = FeedOptions {
+    feed: None,
+    link_feed: None,
+    tip: None,
+    time_tolerance: 2e-3,
+    ends: [0.0; 2],
+    guarantee: true,
+};
 
 fn machine() -> Limits<5> {
     let vector = |values: [f64; 5]| SVector::from(values);

@@ -14,8 +14,14 @@ use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
 use waves::{Waves, any_waves};
 
-const FREE: FeedOptions =
-    FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 2e-3 };
+const FREE: FeedOptions = FeedOptions {
+    feed: None,
+    link_feed: None,
+    tip: None,
+    time_tolerance: 2e-3,
+    ends: [0.0; 2],
+    guarantee: true,
+};
 
 /// Machine limits with lengths in another unit, so many of which make a millimetre.
 fn machine(unit: f64) -> Limits<5> {

@@ -23,11 +23,12 @@ pub(super) struct Cell<const N: usize> {
     pub(super) tip_rate: [f64; 2],
 }
 
-/// Constraints `|a x0 + b x1| <= 1` of one cell: one per Bernstein coefficient and axis.
+/// Constraints `|a x0 + b x1| <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
+/// per axis and row alone (`K` = 2).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Strips<const N: usize> {
-    pub(super) a: [SVector<f64, N>; 5],
-    pub(super) b: [SVector<f64, N>; 5],
+pub(super) struct Strips<const N: usize, const K: usize = 5> {
+    pub(super) a: [SVector<f64, N>; K],
+    pub(super) b: [SVector<f64, N>; K],
 }
 
 /// Weights of a quartic's Bernstein coefficients at the middle.
@@ -93,6 +94,25 @@ impl<const N: usize> Cell<N> {
             strips.b[k] = (behind + half).component_mul(&scale);
         }
         strips
+    }
+
+    /// The first and last of [`Cell::strips`]: accelerations at both rows, and nothing in between.
+    pub(super) fn end_strips(&self, limits: &Reciprocals<N>) -> Strips<N, 2> {
+        let r = &self.rates;
+        let scale = limits.acceleration / self.h;
+        let [half, last] = [(r[0] * 0.5).component_mul(&scale), (r[4] * 0.5).component_mul(&scale)];
+        let ahead = ((r[1] - r[0]) * 4.0).component_mul(&scale);
+        let behind = ((r[4] - r[3]) * 4.0).component_mul(&scale);
+        Strips { a: [ahead - half, -last], b: [half, behind + last] }
+    }
+
+    /// Largest `x` at both ends by the speed limits there alone.
+    pub(super) fn end_caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {
+        let cap = |rate: &SVector<f64, N>, end: usize| {
+            let point = (self.feed_rate[end] * limits.feed).max(self.tip_rate[end] * limits.tip);
+            rate.component_mul(&limits.velocity).amax().max(point).powi(-2)
+        };
+        [cap(&self.rates[0], 0), cap(&self.rates[4], 1)]
     }
 
     /// Largest `x` at both ends such that a linear `x` below keeps every speed limit in between.

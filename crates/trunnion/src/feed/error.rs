@@ -60,6 +60,47 @@ pub enum FeedError {
         /// Value given.
         value: f64,
     },
+    /// A speed at the ends of the path is negative, infinite or not a number.
+    #[error("{name} speed is {value}; it must be finite and not negative (s per second)")]
+    BadEnd {
+        /// `start` or `end`.
+        name: &'static str,
+        /// Value given.
+        value: f64,
+    },
+    /// The path does not allow the speed it is to start with.
+    #[error(
+        "start speed {speed} is above what the path allows, {most}; start slower, or raise the \
+         limits that bind near the start"
+    )]
+    StartTooFast {
+        /// Speed asked for.
+        speed: f64,
+        /// Largest speed at the start from which the limits can be kept.
+        most: f64,
+    },
+    /// The speed asked for at the end cannot be reached, or is not allowed there.
+    #[error(
+        "end speed {speed} is above what can be had at the end of the path, {most}; end slower, or \
+         raise the limits that bind"
+    )]
+    EndTooFast {
+        /// Speed asked for.
+        speed: f64,
+        /// Largest speed within the limits.
+        most: f64,
+    },
+    /// Jerk-limited schedules go from rest to rest.
+    #[error(
+        "{name} speed is {value}, but jerk-limited schedules start and end at rest; \
+         use 0, or plan without jerk limits"
+    )]
+    NotAtRest {
+        /// `start` or `end`.
+        name: &'static str,
+        /// Value given.
+        value: f64,
+    },
     /// A piece has less than two nodes.
     #[error("piece {piece} has {nodes} node(s); at least two are needed, or leave the piece out")]
     TooFewNodes {
@@ -150,6 +191,11 @@ fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
     for (name, value) in all {
         if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
             return Err(FeedError::BadFeed { name, value });
+        }
+    }
+    for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(FeedError::BadEnd { name, value });
         }
     }
     let value = options.time_tolerance;

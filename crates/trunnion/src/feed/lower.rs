@@ -1,20 +1,20 @@
 //! A time no schedule within the limits can beat.
 //!
-//! Everything here is an inequality that *every* valid motion from rest to rest obeys, evaluated so
+//! Everything here is an inequality that *every* valid motion between the given end speeds obeys, evaluated so
 //! that rounding and coarse cells only make the bound smaller:
 //! * speed of an axis whose direction does not change in a cell: `q̇²` grows by at most `2 a |dq|`;
 //! * two axes at one place: eliminating `u` from `|s_j u + c_j x| <= a_j` and
 //!   `|s_k u + c_k x| <= a_k` leaves `x <= (a_j |s_k| + a_k |s_j|) / |s_j c_k - s_k c_j|`;
 //! * speed limits, integrated over the cell: `dt >= |dq_j| / v_j`.
 
-use super::Reciprocals;
 use super::cell::Cell;
 use super::profile::Grid;
+use super::{Ends, Reciprocals};
 use nalgebra::SVector;
 
-/// Lower bound of the time from rest to rest \[s\].
-pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>) -> f64 {
-    let x = reachable(grid, limits);
+/// Lower bound of the time with the given speeds at the ends \[s\].
+pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> f64 {
+    let x = reachable(grid, limits, ends);
     let cells = grid.cells.iter().enumerate();
     let sum: f64 = cells.map(|(i, cell)| cell_time(cell, [x[i], x[i + 1]], limits)).sum();
     // Each cell's time is right to a few dozen roundings, their sum to one per cell.
@@ -22,11 +22,11 @@ pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>) -> 
 }
 
 /// Upper bounds of `x` at the rows.
-fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>) -> Vec<f64> {
+fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> Vec<f64> {
     let mut x: Vec<f64> = grid.cells.iter().map(|cell| start_cap(cell, limits)).collect();
-    x.push(0.0);
+    x.push(ends.end);
     if let Some(first) = x.first_mut() {
-        *first = 0.0;
+        *first = ends.start;
     }
     for (row, cell) in grid.cells.iter().enumerate() {
         x[row + 1] = x[row + 1].min(gain(cell, x[row], limits, [0, 4]));

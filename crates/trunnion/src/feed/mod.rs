@@ -2,7 +2,7 @@
 //!
 //! [`optimal`] plans the fastest speed that velocity limits, acceleration limits and the programmed
 //! feed allow, everywhere on the path and not only at its nodes. [`jerk`] keeps jerk limits as well.
-//! Each piece starts and ends at rest.
+//! Pieces rest where they meet.
 //!
 //! ```text
 //! cell     a stretch between two rows: its Bernstein coefficients and constraints
@@ -26,9 +26,7 @@ mod strip;
 pub use error::{FeedError, LimitKind};
 pub use jerk::jerk;
 
-use crate::types::{
-    AxisPath, AxisPiece, Cancelled, Motion, Progress, Schedule, SchedulePiece, Stage,
-};
+use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
 use nalgebra::SVector;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -59,6 +57,13 @@ pub struct FeedOptions {
     /// piece's time, [`jerk`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
     /// is fine, 1 never goes on for speed.
     pub time_tolerance: f64,
+    /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
+    /// meet. [`jerk`] takes zeros only.
+    pub ends: [f64; 2],
+    /// Whether [`optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
+    /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;
+    /// [`Plan::bounds`] tells by how much. [`jerk`] always keeps them.
+    pub guarantee: bool,
 }
 
 /// What keeps the path from being run faster at some place.
@@ -130,7 +135,14 @@ pub fn ceiling<const N: usize>(
     curvature: &SVector<f64, N>,
     limits: &Limits<N>,
 ) -> Ceiling {
-    let options = FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 1.0 };
+    let options = FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: 1.0,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
     let limits = Reciprocals::new(Motion::Cut, limits, &options);
     Ceiling {
         velocity: rate.component_mul(&limits.velocity).amax().recip(),
@@ -192,8 +204,10 @@ pub fn optimal<const N: usize>(
     progress: &dyn Progress,
 ) -> Result<Plan, FeedError> {
     error::validate(path, limits, options)?;
-    let planned = plan_all(path, progress, |piece| {
-        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options)
+    let count = path.pieces.len();
+    let planned = plan_all(path, progress, |index, piece| {
+        let limits = Reciprocals::new(piece.motion, limits, options);
+        plan_piece(piece, &limits, options, &Ends::of(index, count, options))
     })?;
     Ok(assemble(planned))
 }
@@ -202,15 +216,16 @@ pub fn optimal<const N: usize>(
 fn plan_all<const N: usize>(
     path: &AxisPath<N>,
     progress: &dyn Progress,
-    plan: impl Fn(&AxisPiece<N>) -> PlannedPiece + Sync,
-) -> Result<Vec<PlannedPiece>, Cancelled> {
+    plan: impl Fn(usize, &AxisPiece<N>) -> Result<PlannedPiece, FeedError> + Sync,
+) -> Result<Vec<PlannedPiece>, FeedError> {
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
     progress.step(Stage::Feed, 0, total)?;
     path.pieces
         .par_iter()
-        .map(|piece| {
-            let planned = plan(piece);
+        .enumerate()
+        .map(|(index, piece)| {
+            let planned = plan(index, piece)?;
             progress.step(Stage::Feed, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
             Ok(planned)
         })
@@ -231,16 +246,48 @@ fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Reciprocals<N>,
     options: &FeedOptions,
-) -> PlannedPiece {
-    let (grid, profile) = refine::plan(piece, limits, options.time_tolerance);
+    ends: &Ends,
+) -> Result<PlannedPiece, FeedError> {
+    let (grid, profile) = refine::plan(piece, limits, (options, ends));
+    ends.reached(&profile)?;
     let schedule = profile.schedule(&grid);
-    PlannedPiece {
-        lower_bound: lower::bound(&grid, limits),
+    Ok(PlannedPiece {
+        lower_bound: lower::bound(&grid, limits, ends),
         measured: check::measure(piece, &schedule, limits),
         bounds: check::bounds(&grid, &profile, limits),
         binding: check::binding(&grid, &profile, limits),
         inserted: schedule.s.len() - piece.nodes.len(),
         schedule,
+    })
+}
+
+/// Squared speeds at the ends of a piece.
+#[derive(Debug, Clone, Copy)]
+struct Ends {
+    start: f64,
+    end: f64,
+}
+
+impl Ends {
+    /// Those of piece `index` of `count`: inner ones rest.
+    fn of(index: usize, count: usize, options: &FeedOptions) -> Self {
+        let [start, end] = options.ends;
+        let at = |here: bool, speed: f64| if here { speed * speed } else { 0.0 };
+        Self { start: at(index == 0, start), end: at(index + 1 == count, end) }
+    }
+
+    /// Whether a profile has the speeds asked for; it has lower ones where those are impossible.
+    fn reached(&self, profile: &profile::Profile) -> Result<(), FeedError> {
+        // Half of a speed's digits: passes lose a few roundings a row.
+        let short = |wanted: f64, got: f64| got < wanted * (1.0 - f64::EPSILON.sqrt());
+        let [first, last] = [profile.x.first(), profile.x.last()].map(|x| x.map_or(0.0, |x| *x));
+        if short(self.start, first) {
+            return Err(FeedError::StartTooFast { speed: self.start.sqrt(), most: first.sqrt() });
+        }
+        if short(self.end, last) {
+            return Err(FeedError::EndTooFast { speed: self.end.sqrt(), most: last.sqrt() });
+        }
+        Ok(())
     }
 }
 
@@ -309,8 +356,14 @@ mod tests {
         }
     }
 
-    const FREE: FeedOptions =
-        FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 1e-4 };
+    const FREE: FeedOptions = FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: 1e-4,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
 
     /// A straight line of `length` by one axis, from two nodes.
     fn line(length: f64) -> AxisPath<1> {

@@ -1,7 +1,7 @@
 //! Backward and forward pass over one piece.
 
-use super::cell::Cell;
-use super::{Reciprocals, strip};
+use super::cell::{Cell, Strips};
+use super::{Ends, Reciprocals, strip};
 use crate::types::{Law, SchedulePiece};
 
 /// Rows of a piece and the cells between them.
@@ -20,23 +20,45 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// The fastest profile from rest to rest: first what can still stop, then as fast as possible.
-    pub(super) fn fastest<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>) -> Self {
-        let mut x = caps(grid, limits);
-        let rows = x.len();
+    /// The fastest profile: first what can still stop in time, then as fast as possible. Its ends are
+    /// slower than asked for where that cannot be had.
+    pub(super) fn fastest<const N: usize>(
+        grid: &Grid<N>,
+        limits: &Reciprocals<N>,
+        ends: &Ends,
+    ) -> Self {
+        let caps = caps(grid, |cell| cell.caps(limits));
+        Self::through(grid, caps, ends, |cell| cell.strips(limits))
+    }
+
+    /// As [`Profile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
+    pub(super) fn fastest_at_rows<const N: usize>(
+        grid: &Grid<N>,
+        limits: &Reciprocals<N>,
+        ends: &Ends,
+    ) -> Self {
+        let caps = caps(grid, |cell| cell.end_caps(limits));
+        Self::through(grid, caps, ends, |cell| cell.end_strips(limits))
+    }
+
+    /// Both passes below `x`.
+    fn through<const N: usize, const K: usize>(
+        grid: &Grid<N>,
+        mut x: Vec<f64>,
+        ends: &Ends,
+        strips: impl Fn(&Cell<N>) -> Strips<N, K>,
+    ) -> Self {
         if let Some(last) = x.last_mut() {
-            *last = 0.0;
+            *last = last.min(ends.end);
         }
-        for row in (0..rows.saturating_sub(1)).rev() {
-            let strips = grid.cells[row].strips(limits);
-            x[row] = strip::backward(&strips, x[row], x[row + 1]);
+        for (row, cell) in grid.cells.iter().enumerate().rev() {
+            x[row] = strip::backward(&strips(cell), x[row], x[row + 1]);
         }
         if let Some(first) = x.first_mut() {
-            *first = 0.0;
+            *first = first.min(ends.start);
         }
-        for row in 0..rows.saturating_sub(1) {
-            let strips = grid.cells[row].strips(limits);
-            x[row + 1] = strip::forward(&strips, x[row], x[row + 1]);
+        for (row, cell) in grid.cells.iter().enumerate() {
+            x[row + 1] = strip::forward(&strips(cell), x[row], x[row + 1]);
         }
         Self { x }
     }
@@ -75,10 +97,10 @@ impl Profile {
 ///
 /// Where no limit binds at all (axes and programmed point stand still) the row is passed no faster
 /// than the fastest other one; where none binds anywhere, nothing moves, and `x` is 0 throughout.
-fn caps<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>) -> Vec<f64> {
+fn caps<const N: usize>(grid: &Grid<N>, of: impl Fn(&Cell<N>) -> [f64; 2]) -> Vec<f64> {
     let mut caps = vec![f64::INFINITY; grid.s.len()];
     for (row, cell) in grid.cells.iter().enumerate() {
-        let [from, to] = cell.caps(limits);
+        let [from, to] = of(cell);
         caps[row] = caps[row].min(from);
         caps[row + 1] = caps[row + 1].min(to);
     }

@@ -5,7 +5,7 @@
 
 use super::cell::{Cell, MIDDLE};
 use super::profile::{Grid, Profile};
-use super::{Binding, Reciprocals, lower};
+use super::{Binding, Ends, FeedOptions, Reciprocals, lower};
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -29,12 +29,17 @@ const MARGIN: f64 = 1.0 / 64.0;
 pub(super) fn plan<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Reciprocals<N>,
-    tolerance: f64,
+    (options, ends): (&FeedOptions, &Ends),
 ) -> (Grid<N>, Profile) {
+    let tolerance = options.time_tolerance;
     let mut grid = initial(piece);
-    let mut profile = Profile::fastest(&grid, limits);
+    if !options.guarantee {
+        let profile = Profile::fastest_at_rows(&grid, limits, ends);
+        return (grid, profile);
+    }
+    let mut profile = Profile::fastest(&grid, limits, ends);
     // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
-    let unbeatable = if tolerance < 1.0 { lower::bound(&grid, limits) } else { 0.0 };
+    let unbeatable = if tolerance < 1.0 { lower::bound(&grid, limits, ends) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
     let mut before = f64::INFINITY;
     for _ in 0..ROUNDS {
@@ -47,7 +52,7 @@ pub(super) fn plan<const N: usize>(
         }
         before = gains.time;
         grid = split(&grid, &profile, limits, (&gains, wanted));
-        profile = Profile::fastest(&grid, limits);
+        profile = Profile::fastest(&grid, limits, ends);
     }
     (grid, profile)
 }

@@ -25,20 +25,20 @@ impl Line {
 /// Upper and lower bounds of `x` as lines in `y`, one pair per strip.
 ///
 /// Strips that hardly depend on `x` bound `y` instead.
-struct Bounds<const N: usize> {
-    at_zero: [[f64; N]; 5],
-    slope: [[f64; N]; 5],
+struct Bounds<const N: usize, const K: usize> {
+    at_zero: [[f64; N]; K],
+    slope: [[f64; N]; K],
     x_max: f64,
     y_max: f64,
 }
 
-impl<const N: usize> Bounds<N> {
-    fn new(strips: &Strips<N>, x_max: f64, y_max: f64) -> Self {
+impl<const N: usize, const K: usize> Bounds<N, K> {
+    fn new(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> Self {
         let mut bounds =
-            Self { at_zero: [[f64::INFINITY; N]; 5], slope: [[0.0; N]; 5], x_max, y_max };
+            Self { at_zero: [[f64::INFINITY; N]; K], slope: [[0.0; N]; K], x_max, y_max };
         // Below this a term a x is lost in the rounding of the limit 1.
         let negligible = f64::EPSILON / x_max;
-        for k in 0..5 {
+        for k in 0..K {
             for axis in 0..N {
                 let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
                 if a.abs() > negligible {
@@ -85,7 +85,49 @@ impl<const N: usize> Bounds<N> {
 }
 
 /// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips.
-pub(super) fn backward<const N: usize>(strips: &Strips<N>, x_max: f64, y_max: f64) -> f64 {
+pub(super) fn backward<const N: usize, const K: usize>(
+    strips: &Strips<N, K>,
+    x_max: f64,
+    y_max: f64,
+) -> f64 {
+    largest_at(strips, x_max, y_max).unwrap_or_else(|| search(strips, x_max, y_max))
+}
+
+/// The answer where it lies at `y_max`, as it does on most cells: there some `x` is left, and its
+/// upper bound does not fall with `y`.
+#[inline]
+fn largest_at<const N: usize, const K: usize>(
+    strips: &Strips<N, K>,
+    x_max: f64,
+    y: f64,
+) -> Option<f64> {
+    let [mut x, mut slope] = [x_max, 0.0];
+    for k in 0..K {
+        for axis in 0..N {
+            let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+            let room = 1.0 - b.copysign(a * b) * y;
+            if x * a.abs() > room {
+                (x, slope) = (room / a.abs(), -a * b);
+            }
+        }
+    }
+    if !(x >= 0.0 && slope >= 0.0) {
+        return None;
+    }
+    let mut least = f64::INFINITY;
+    for k in 0..K {
+        for axis in 0..N {
+            let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+            let room = x * a.abs() + (1.0 + b.copysign(a * b) * y);
+            least = if room < least { room } else { least };
+        }
+    }
+    (least >= 0.0).then_some(x)
+}
+
+/// The answer wherever it lies.
+#[cold]
+fn search<const N: usize, const K: usize>(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> f64 {
     let bounds = Bounds::new(strips, x_max, y_max);
     let mut y = bounds.y_max;
     for _ in 0..ROUNDS {
@@ -102,7 +144,7 @@ pub(super) fn backward<const N: usize>(strips: &Strips<N>, x_max: f64, y_max: f6
 }
 
 /// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`.
-fn peak<const N: usize>(bounds: &Bounds<N>, mut right: Line, mut y: f64) -> f64 {
+fn peak<const N: usize, const K: usize>(bounds: &Bounds<N, K>, mut right: Line, mut y: f64) -> f64 {
     let mut left = bounds.upper(0.0);
     let mut best = left.at(0.0);
     if left.slope <= 0.0 {
@@ -121,9 +163,13 @@ fn peak<const N: usize>(bounds: &Bounds<N>, mut right: Line, mut y: f64) -> f64 
 }
 
 /// Largest `y <= y_max` that satisfies all strips for this `x`.
-pub(super) fn forward<const N: usize>(strips: &Strips<N>, x: f64, y_max: f64) -> f64 {
+pub(super) fn forward<const N: usize, const K: usize>(
+    strips: &Strips<N, K>,
+    x: f64,
+    y_max: f64,
+) -> f64 {
     let mut y = y_max;
-    for k in 0..5 {
+    for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
             let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };

@@ -1,7 +1,8 @@
-//! Job and machine files, tables: text to data with line, column and suggestion; no I/O.
+//! Job, machine and limits files, tables: text to data with line, column and suggestion; no I/O.
 
 mod document;
 pub mod job;
+pub mod limits;
 pub mod machine;
 mod places;
 pub mod schema;

@@ -1,6 +1,7 @@
 //! The layouts as JSON schema: what `trunnion schema` prints and what the readers check.
 
 use super::job::RawJob;
+use super::limits::RawLimits;
 use super::machine::RawMachine;
 use super::summary::Summary;
 use schemars::JsonSchema;
@@ -19,6 +20,15 @@ pub fn machine() -> String {
 
 pub(super) fn machine_value() -> Value {
     of::<RawMachine>()
+}
+
+/// Layout of the limits file.
+pub fn limits() -> String {
+    pretty(&limits_value())
+}
+
+pub(super) fn limits_value() -> Value {
+    of::<RawLimits>()
 }
 
 pub(super) fn job_value() -> Value {

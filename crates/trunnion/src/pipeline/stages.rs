@@ -198,6 +198,8 @@ pub(super) fn feed(
         link_feed: None,
         tip: machine.cycle.tip_speed_max,
         time_tolerance: TIME_TOLERANCE,
+        ends: [0.0; 2],
+        guarantee: true,
     };
     let plan = match job.file.motion.method {
         file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,

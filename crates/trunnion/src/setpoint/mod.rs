@@ -1,6 +1,7 @@
 //! A schedule sampled at the servo period.
 
-use crate::types::{AxisPath, AxisPiece, AxisVector, Schedule, SchedulePiece, Setpoint};
+use crate::types::{AXES, AxisPath, Moment, Schedule, SchedulePiece, Setpoint};
+use nalgebra::SVector;
 
 /// Why nothing was sampled.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -32,8 +33,8 @@ pub enum SetpointError {
 ///
 /// An iterator of constant memory over a path and its schedule; see [`sample`].
 #[derive(Debug, Clone)]
-pub struct Setpoints<'a> {
-    path: &'a AxisPath,
+pub struct Setpoints<'a, const N: usize = AXES> {
+    path: &'a AxisPath<N>,
     schedule: &'a Schedule,
     period: f64,
     /// Index of the next setpoint.
@@ -44,21 +45,22 @@ pub struct Setpoints<'a> {
     piece: usize,
 }
 
-/// Samples position, velocity and acceleration of every axis at times 0, `period`, 2 `period`, ...
-/// and at the end of the schedule, where the axes rest exactly on the path's last node.
+/// Samples position, velocity, acceleration and jerk of every axis at times 0, `period`, 2 `period`, ...
+/// and at the end of the schedule, where the axes are exactly on the path's last node.
 ///
-/// Exact: `s` is quadratic in time between rows and the path is its own quintic, so a setpoint
-/// lies on the path and its derivatives are the path's. A time at which acceleration steps belongs
+/// Exact: between rows `s` obeys the schedule's law and the path is its own quintic, so a setpoint
+/// lies on the path and its derivatives are the path's: jerk is the feed-forward of the motion itself,
+/// not a difference. A time at which acceleration steps belongs
 /// to the row it starts.
 ///
 /// # Errors
 ///
 /// [`SetpointError`] if the period is not positive or the schedule does not belong to the path.
-pub fn sample<'a>(
-    path: &'a AxisPath,
+pub fn sample<'a, const N: usize>(
+    path: &'a AxisPath<N>,
     schedule: &'a Schedule,
     period: f64,
-) -> Result<Setpoints<'a>, SetpointError> {
+) -> Result<Setpoints<'a, N>, SetpointError> {
     if !(period > 0.0 && period.is_finite()) {
         return Err(SetpointError::BadPeriod { value: period });
     }
@@ -95,38 +97,37 @@ fn ticks(duration: f64, period: f64) -> u64 {
     (duration / period * (1.0 - QUOTIENT_ROUNDING)).ceil() as u64
 }
 
-impl Setpoints<'_> {
+impl<const N: usize> Setpoints<'_, N> {
     /// Number of setpoints still to come.
     pub fn remaining(&self) -> u64 {
         if self.path.pieces.is_empty() { 0 } else { (self.last + 1).saturating_sub(self.next) }
     }
 
-    fn at(&mut self, t: f64) -> Option<Setpoint> {
+    fn at(&mut self, t: f64) -> Option<Setpoint<N>> {
         while self.schedule.pieces.get(self.piece)?.t.last().is_some_and(|&end| end <= t)
             && self.piece + 1 < self.schedule.pieces.len()
         {
             self.piece += 1;
         }
-        setpoint(self.path.pieces.get(self.piece)?, self.schedule.pieces.get(self.piece)?, t)
+        let moment = self.schedule.pieces.get(self.piece)?.at_time(t)?;
+        Some(setpoint(t, self.path.pieces.get(self.piece)?.axes_at(moment.s)?, &moment))
     }
 
-    /// The setpoint at the end: the last node itself, at rest.
-    fn end(&self) -> Option<Setpoint> {
-        let q = self.path.pieces.last()?.nodes.last()?.q;
-        let acceleration = *self.schedule.pieces.last()?.acceleration.last()?;
-        Some(Setpoint {
-            t: self.schedule.duration(),
-            position: q[0],
-            velocity: AxisVector::zeros(),
-            acceleration: q[1] * acceleration,
-        })
+    /// The setpoint at the end: exactly the last node.
+    fn end(&self) -> Option<Setpoint<N>> {
+        let node = self.path.pieces.last()?.nodes.last()?;
+        let t = self.schedule.duration();
+        let rows = self.schedule.pieces.last()?;
+        let moment = rows.at_time(t)?;
+        let [speed, acceleration] = [*rows.speed.last()?, *rows.acceleration.last()?];
+        Some(setpoint(t, node.q, &Moment { s: node.s, speed, acceleration, ..moment }))
     }
 }
 
-impl Iterator for Setpoints<'_> {
-    type Item = Setpoint;
+impl<const N: usize> Iterator for Setpoints<'_, N> {
+    type Item = Setpoint<N>;
 
-    fn next(&mut self) -> Option<Setpoint> {
+    fn next(&mut self) -> Option<Setpoint<N>> {
         if self.remaining() == 0 {
             return None;
         }
@@ -136,22 +137,23 @@ impl Iterator for Setpoints<'_> {
     }
 }
 
-/// Chain rule: `q̇ = q' v`, `q̈ = q' u + q'' v²`.
-fn setpoint(piece: &AxisPiece, rows: &SchedulePiece, t: f64) -> Option<Setpoint> {
-    let moment = rows.at_time(t)?;
-    let [position, rate, curvature, _] = piece.axes_at(moment.s)?;
-    Some(Setpoint {
+/// Chain rule: `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = q' j + 3 q'' u v + q''' v³`.
+fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], moment: &Moment) -> Setpoint<N> {
+    let [v, u, j] = [moment.speed, moment.acceleration, moment.jerk];
+    let [position, rate, curvature, third] = q;
+    Setpoint {
         t,
         position,
-        velocity: rate * moment.speed,
-        acceleration: rate * moment.acceleration + curvature * moment.speed.powi(2),
-    })
+        velocity: rate * v,
+        acceleration: rate * u + curvature * (v * v),
+        jerk: rate * j + curvature * (3.0 * u * v) + third * v.powi(3),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{AxisNode, Motion};
+    use crate::types::{AxisNode, AxisPiece, AxisVector, Law, Motion};
 
     /// X goes 1 mm in 1 s at constant acceleration 2 mm/s², then 1 mm at 2 mm/s: 1.5 s in all.
     fn example() -> (AxisPath, Schedule) {
@@ -180,7 +182,48 @@ mod tests {
             let all: Vec<Setpoint> = setpoints.collect();
             assert_eq!(all.len() as u64, count, "{period}");
             let last = all.last().unwrap();
-            assert_eq!((last.t, last.position[0], last.velocity[0]), (1.5, 2.0, 0.0));
+            assert_eq!((last.t, last.position[0], last.velocity[0]), (1.5, 2.0, 2.0));
+        }
+    }
+
+    /// X = s + s² at constant `ds/dt` = 2: x' = 1 + 2 s, so velocity 2 + 4 s, acceleration 8, jerk 0;
+    /// Y = s³ / 6: jerk 8.
+    #[test]
+    fn jerk_is_that_of_the_motion() {
+        let at = |s: f64| {
+            let mut q = [AxisVector::zeros(); 4];
+            (q[0][0], q[1][0], q[2][0]) = (s + s * s, 1.0 + 2.0 * s, 2.0);
+            (q[0][1], q[1][1], q[2][1], q[3][1]) = (s.powi(3) / 6.0, s * s / 2.0, s, 1.0);
+            AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+        };
+        let piece = AxisPiece { motion: Motion::Cut, source: 0, nodes: vec![at(0.0), at(1.0)] };
+        let path = AxisPath { pieces: vec![piece] };
+        let rows = |t: f64, speed: [f64; 2], acceleration: [f64; 2], law| Schedule {
+            pieces: vec![SchedulePiece {
+                s: vec![0.0, 1.0],
+                t: vec![0.0, t],
+                speed: speed.to_vec(),
+                acceleration: acceleration.to_vec(),
+                law,
+            }],
+        };
+        let even = rows(0.5, [2.0; 2], [0.0; 2], Law::Steps);
+        for point in sample(&path, &even, 0.125).unwrap() {
+            let s = 2.0 * point.t;
+            assert!((point.velocity[0] - 2.0 - 4.0 * s).abs() < 1e-12);
+            assert!((point.acceleration[0] - 8.0).abs() < 1e-11 && point.jerk[0].abs() < 1e-9);
+            assert!((point.jerk[1] - 8.0).abs() < 1e-9, "{:?}", point.jerk);
+        }
+        // s = t³: X = t³ + t⁶, so velocity 3 t² + 6 t⁵ and jerk 6 + 120 t³.
+        let from_rest = rows(1.0, [0.0, 3.0], [0.0, 6.0], Law::Ramps);
+        for point in sample(&path, &from_rest, 0.25).unwrap() {
+            let t = point.t;
+            assert!((point.velocity[0] - 3.0 * t * t - 6.0 * t.powi(5)).abs() < 1e-12);
+            assert!(
+                (point.jerk[0] - 6.0 - 120.0 * t.powi(3)).abs() < 1e-9,
+                "{t}: {:?}",
+                point.jerk
+            );
         }
     }
 
@@ -208,7 +251,7 @@ mod tests {
 
     #[test]
     fn an_empty_path_has_no_setpoints() {
-        let (path, schedule) = (AxisPath::default(), Schedule::default());
+        let (path, schedule) = (AxisPath::<AXES>::default(), Schedule::default());
         assert_eq!(sample(&path, &schedule, 0.001).unwrap().count(), 0);
     }
 }

@@ -90,15 +90,17 @@ pub struct Block {
     pub duration: f64,
 }
 
-/// Axes at one servo tick.
+/// `N` axes at one servo tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setpoint {
+pub struct Setpoint<const N: usize = AXES> {
     /// Time \[s\].
     pub t: f64,
     /// Positions \[mm, rad\].
-    pub position: AxisVector,
+    pub position: SVector<f64, N>,
     /// Velocities \[mm/s, rad/s\].
-    pub velocity: AxisVector,
+    pub velocity: SVector<f64, N>,
     /// Accelerations \[mm/s², rad/s²\].
-    pub acceleration: AxisVector,
+    pub acceleration: SVector<f64, N>,
+    /// Jerks \[mm/s³, rad/s³\]; where the acceleration steps, without the step.
+    pub jerk: SVector<f64, N>,
 }

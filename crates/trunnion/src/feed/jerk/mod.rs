@@ -16,7 +16,7 @@ mod start;
 
 use super::profile::Grid;
 use super::{
-    FeedError, FeedOptions, Limits, Plan, PlannedPiece, Ratios, Reciprocals, assemble, lower,
+    Ends, FeedError, FeedOptions, Limits, Plan, PlannedPiece, Ratios, Reciprocals, assemble, lower,
     plan_all,
 };
 use crate::types::{AxisPath, AxisPiece, Law, Progress, SchedulePiece, Stretch};
@@ -51,7 +51,7 @@ const EXTRA: usize = 4;
 ///
 /// # Errors
 ///
-/// As [`super::optimal`], and [`FeedError::NoJerkLimit`].
+/// As [`super::optimal`], [`FeedError::NoJerkLimit`] and [`FeedError::NotAtRest`].
 ///
 /// # Source
 ///
@@ -66,8 +66,13 @@ pub fn jerk<const N: usize>(
     if limits.jerk.is_none() {
         return Err(FeedError::NoJerkLimit);
     }
-    let planned = plan_all(path, progress, |piece| {
-        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options)
+    for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
+        if value > 0.0 {
+            return Err(FeedError::NotAtRest { name, value });
+        }
+    }
+    let planned = plan_all(path, progress, |_, piece| {
+        Ok(plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options))
     })?;
     Ok(assemble(planned))
 }
@@ -87,7 +92,7 @@ fn plan_piece<const N: usize>(
     }
     let schedule = schedule(&grid, &spline);
     PlannedPiece {
-        lower_bound: lower::bound(&grid, limits),
+        lower_bound: lower::bound(&grid, limits, &Ends { start: 0.0, end: 0.0 }),
         measured: check::measure(piece, &schedule, limits),
         bounds,
         binding: check::binding(piece, &schedule, limits),
@@ -163,8 +168,14 @@ mod tests {
     use crate::types::{AxisNode, Motion, Silent};
     use nalgebra::Vector1;
 
-    const FREE: FeedOptions =
-        FeedOptions { feed: None, link_feed: None, tip: None, time_tolerance: 1e-3 };
+    const FREE: FeedOptions = FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: 1e-3,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
 
     fn limits(velocity: f64, acceleration: f64, jerk: f64) -> Limits<1> {
         let [velocity, acceleration, jerk] = [velocity, acceleration, jerk].map(Vector1::new);

@@ -1,0 +1,166 @@
+//! `trunnion feed`: a speed schedule for a table of axis positions.
+
+mod out;
+mod path;
+
+use crate::outcome::{Done, Failure};
+use crate::progress::Bars;
+use crate::table::Ends;
+use crate::text;
+use path::Table;
+use std::path::PathBuf;
+use std::time::Instant;
+use trunnion::feed::{self, FeedError, FeedOptions, Limits, Plan};
+use trunnion::files::limits::{LimitsFile, parse};
+use trunnion::types::AxisPath;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    ends: Ends,
+    /// Limits of the axes: [axis.X] vel, acc, jerk; see `trunnion schema limits`.
+    #[arg(long, value_name = "FILE")]
+    limits: PathBuf,
+    /// How to plan: `jerk` is fastest within jerk limits too, `optimal` within velocity and
+    /// acceleration limits alone.
+    #[arg(long, value_enum, default_value = "jerk")]
+    method: Method,
+    /// optimal: look at the limits at rows only, not in between; for comparison with other planners.
+    #[arg(long)]
+    no_guarantee: bool,
+    /// Stop searching when less than this share of the time is to gain.
+    #[arg(long, value_name = "SHARE", default_value = "1e-3", value_parser = share)]
+    time_tolerance: f64,
+    /// Largest disagreement of NAME3 with the quintic through NAME, NAME1, NAME2, as a share of the
+    /// largest NAME3 or of what the limits notice.
+    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
+    third_tolerance: f64,
+    /// Also write the axes at every servo period: position, velocity, acceleration, jerk.
+    #[arg(long, value_name = "FILE")]
+    motion: Option<PathBuf>,
+    /// Servo period of --motion, in s.
+    #[arg(long, value_name = "SECONDS", default_value = "0.001", value_parser = share)]
+    period: f64,
+}
+
+const EXAMPLES: &str = "\
+Columns: s, and for each axis of the limits file NAME, NAME1, NAME2 (value and derivatives by s) and,
+if there, NAME3, which is checked. Between rows the path is the quintic through all three. Two rows
+with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
+by row. Units are those of the columns, per second.
+Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table an axis
+                [path]    feed = 50  acc, jerk, start, end      optional, along s
+Result: s,t,speed,acceleration,jerk. Between rows the acceleration is constant (optimal) or linear in
+s (jerk).
+Exit codes: 0 done; 1 done, but a limit is broken (--no-guarantee); 2 bad input, nothing written.
+
+  trunnion feed path.csv --limits machine.toml -o profile.csv
+  trunnion feed path.csv --limits machine.toml --method optimal --json -o profile.csv
+  trunnion feed path.csv --limits machine.toml -o profile.csv --motion motion.csv --period 0.002";
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Method {
+    /// Velocity, acceleration and jerk limits.
+    Jerk,
+    /// Velocity and acceleration limits.
+    Optimal,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("a positive number is wanted".into()),
+    }
+}
+
+/// Axis counts that plans are compiled for; others get axes that stand still.
+const SIZES: [usize; 3] = [3, 6, 10];
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    usage(args, json)?;
+    let limits = parse(&text::read(&args.limits)?)
+        .map_err(|faults| Failure::faults(&args.limits, &faults))?;
+    jerks(args, &limits)?;
+    let table = Table::read(&args.ends, &limits)?;
+    match table.axes() {
+        0..=3 => sized::<3>(args, json, &limits, &table),
+        4..=6 => sized::<6>(args, json, &limits, &table),
+        7..=10 => sized::<10>(args, json, &limits, &table),
+        many => Err(Failure::input(format!(
+            "{}: {many} axes, with the path's own limits; at most {} can be planned together",
+            args.limits.display(),
+            SIZES[2]
+        ))),
+    }
+}
+
+fn usage(args: &Args, json: bool) -> Result<(), Failure> {
+    if json && args.ends.to_stdout() {
+        return Err(Failure::input(
+            "--json prints a summary on stdout\n  help: give the schedule a file with -o",
+        ));
+    }
+    if args.no_guarantee && args.method != Method::Optimal {
+        return Err(Failure::input("--no-guarantee goes with --method optimal only"));
+    }
+    Ok(())
+}
+
+/// Every axis needs a jerk limit where jerk is to be limited.
+fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
+    if args.method != Method::Jerk {
+        return Ok(());
+    }
+    let missing = limits.axes.iter().filter(|(_, axis)| axis.jerk.is_none());
+    let missing: Vec<String> = missing
+        .map(|(name, _)| {
+            let file = args.limits.display();
+            format!(
+                "{file}: axis {name} has no jerk limit\n  help: add `jerk = ...` to [axis.{name}], \
+                 or plan without jerk limits: --method optimal"
+            )
+        })
+        .collect();
+    if missing.is_empty() { Ok(()) } else { Err(Failure::Input(missing)) }
+}
+
+/// What was planned, and for which path.
+struct Planned<const N: usize> {
+    path: AxisPath<N>,
+    plan: Plan,
+    /// Wall-clock time of planning \[s\].
+    seconds: f64,
+}
+
+fn sized<const N: usize>(
+    args: &Args,
+    json: bool,
+    file: &LimitsFile,
+    table: &Table,
+) -> Result<Done, Failure> {
+    let limits: Limits<N> = table.limits(file);
+    let path = table.path(&limits, args)?;
+    let options = FeedOptions {
+        feed: table.feed(),
+        link_feed: None,
+        tip: None,
+        time_tolerance: args.time_tolerance,
+        ends: [file.path.start, file.path.end],
+        guarantee: !args.no_guarantee,
+    };
+    let progress = Bars::new();
+    let start = Instant::now();
+    let plan = match args.method {
+        Method::Jerk => feed::jerk(&path, &limits, &options, &progress),
+        Method::Optimal => feed::optimal(&path, &limits, &options, &progress),
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    let plan = plan.map_err(|error| match error {
+        FeedError::Cancelled(_) => Failure::Stopped,
+        error => Failure::input(format!("{}: {error}", args.ends.name().display())),
+    })?;
+    let planned = Planned { path, plan, seconds };
+    out::write(args, &planned, table)?;
+    out::tell(args, json, &planned, table)
+}

@@ -1,0 +1,239 @@
+//! The schedule as a table, the axes at the servo period, and the summary.
+
+use super::path::{Rest, Table};
+use super::{Args, Method, Planned};
+use crate::motion::SUFFIXES;
+use crate::outcome::{Done, Failure};
+use crate::{output, text};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{Error, Result as Written, Write};
+use trunnion::feed::{Binding, Plan, Ratios};
+use trunnion::files::table::write_number;
+use trunnion::setpoint;
+
+/// Ratios above 1 by no more than this are rounding: bounds are sums of a few dozen products.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Rests that are told one by one.
+const TOLD: usize = 10;
+
+/// Writes the schedule, and the axes at the servo period where asked for.
+pub(super) fn write<const N: usize>(
+    args: &Args,
+    planned: &Planned<N>,
+    table: &Table,
+) -> Result<(), Failure> {
+    if let Some(place) = &args.motion {
+        output::file(place, |out| motion(out, planned, table.names(), args.period))?;
+    }
+    args.ends.write(|out| schedule(out, &planned.plan))
+}
+
+fn schedule(out: &mut dyn Write, plan: &Plan) -> Written<()> {
+    writeln!(out, "s,t,speed,acceleration,jerk")?;
+    let mut line = String::new();
+    for piece in &plan.schedule.pieces {
+        for (row, t) in piece.t.iter().enumerate() {
+            let at = |list: &[f64]| list.get(row).copied().unwrap_or_default();
+            let jerk = piece.at_time(*t).map_or(0.0, |moment| moment.jerk);
+            line.clear();
+            numbers(&mut line, [at(&piece.s), *t, at(&piece.speed), at(&piece.acceleration), jerk]);
+            line.push('\n');
+            out.write_all(line.as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+fn motion<const N: usize>(
+    out: &mut dyn Write,
+    planned: &Planned<N>,
+    names: &[String],
+    period: f64,
+) -> Written<()> {
+    write!(out, "t")?;
+    for suffix in SUFFIXES {
+        for name in names {
+            write!(out, ",{name}{suffix}")?;
+        }
+    }
+    writeln!(out)?;
+    let mut line = String::new();
+    let points =
+        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
+    for point in points {
+        line.clear();
+        write_number(&mut line, point.t);
+        for values in [&point.position, &point.velocity, &point.acceleration, &point.jerk] {
+            for value in values.iter().take(names.len()) {
+                line.push(',');
+                write_number(&mut line, *value);
+            }
+        }
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn numbers<const M: usize>(line: &mut String, values: [f64; M]) {
+    for (index, value) in values.into_iter().enumerate() {
+        if index > 0 {
+            line.push(',');
+        }
+        write_number(line, value);
+    }
+}
+
+/// What came out, for scripts.
+#[derive(Debug, serde::Serialize)]
+struct Summary {
+    method: &'static str,
+    guarantee: bool,
+    /// Time the schedule takes \[s\].
+    duration: f64,
+    /// Time the planning took \[s\], wall clock; not part of what is the same from run to run.
+    seconds: f64,
+    /// Rows of the schedule, and how many of them were inserted.
+    points: usize,
+    inserted: usize,
+    /// No schedule within the velocity and acceleration limits is faster \[s\].
+    lower_bound: f64,
+    /// Largest values over their limits, found in a dense check between rows.
+    ratios: Share,
+    /// The same, guaranteed everywhere.
+    bounds: Share,
+    /// What binds, as shares of the time, largest first.
+    binding: Vec<Bound>,
+    /// Places inside the path at which the axes rest.
+    rests: usize,
+    within_limits: bool,
+    output: String,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct Share {
+    velocity: f64,
+    acceleration: f64,
+    jerk: Option<f64>,
+}
+
+impl From<Ratios> for Share {
+    fn from(Ratios { velocity, acceleration, jerk }: Ratios) -> Self {
+        Self { velocity, acceleration, jerk }
+    }
+}
+
+#[derive(Debug, serde::Serialize)]
+struct Bound {
+    limit: String,
+    share: f64,
+}
+
+/// Prints the summary, and tells where the axes rest.
+pub(super) fn tell<const N: usize>(
+    args: &Args,
+    json: bool,
+    planned: &Planned<N>,
+    table: &Table,
+) -> Result<Done, Failure> {
+    let plan = &planned.plan;
+    let rests = table.rests(&planned.path);
+    tell_rests(&rests);
+    let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
+    let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
+    let within = kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept;
+    let summary = Summary {
+        method: if args.method == Method::Jerk { "jerk" } else { "optimal" },
+        guarantee: !args.no_guarantee,
+        duration: plan.schedule.duration(),
+        seconds: planned.seconds,
+        points: plan.schedule.pieces.iter().map(|piece| piece.s.len()).sum(),
+        inserted: plan.inserted,
+        lower_bound: plan.lower_bound,
+        ratios: plan.ratios.into(),
+        bounds: plan.bounds.into(),
+        binding: binding(plan, table),
+        rests: rests.len(),
+        within_limits: within,
+        output: args.ends.output().display().to_string(),
+    };
+    if json {
+        text::print_json(&summary)?;
+    } else if args.ends.to_stdout() {
+        eprint!("{}", words(&summary));
+    } else {
+        text::print(&words(&summary))?;
+    }
+    Ok(if within { Done::Kept } else { Done::Broken })
+}
+
+fn tell_rests(rests: &[Rest]) {
+    for Rest { s, line, jump } in rests.iter().take(TOLD) {
+        match jump {
+            Some((name, by)) => {
+                eprintln!("line {line}: the axes rest at s = {s}, where {name} jumps by {by}");
+            }
+            None => eprintln!("line {line}: the axes rest at s = {s}, where the row is repeated"),
+        }
+    }
+    if rests.len() > TOLD {
+        eprintln!("and at {} more places; smooth the path to run through them", rests.len() - TOLD);
+    }
+}
+
+/// Shares of the time by what binds.
+fn binding(plan: &Plan, table: &Table) -> Vec<Bound> {
+    let mut times: BTreeMap<String, f64> = BTreeMap::new();
+    for (piece, binding) in plan.schedule.pieces.iter().zip(&plan.binding) {
+        for (times_of, name) in piece.t.windows(2).zip(binding) {
+            *times.entry(limit(*name, table)).or_default() += times_of[1] - times_of[0];
+        }
+    }
+    let total = plan.schedule.duration().max(f64::MIN_POSITIVE);
+    let bound = |(limit, time): (String, f64)| Bound { limit, share: time / total };
+    let mut shares: Vec<Bound> = times.into_iter().map(bound).collect();
+    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    shares
+}
+
+fn limit(name: Binding, table: &Table) -> String {
+    let of = |what: &str, axis: u8| format!("{what} of {}", table.axis(usize::from(axis)));
+    match name {
+        Binding::Velocity(axis) => of("velocity", axis),
+        Binding::Acceleration(axis) => of("acceleration", axis),
+        Binding::Jerk(axis) => of("jerk", axis),
+        Binding::Feed => "feed".into(),
+        Binding::Tip => "tip speed".into(),
+        _ => "nothing moves".into(),
+    }
+}
+
+fn words(summary: &Summary) -> String {
+    let mut out = String::new();
+    let Summary { duration, lower_bound, points, inserted, .. } = summary;
+    let above = 100.0 * (duration / lower_bound.max(f64::MIN_POSITIVE) - 1.0);
+    // Writing to a string cannot fail.
+    let _ =
+        writeln!(out, "{duration:.6} s, {above:.2} % above the certified bound {lower_bound:.6} s");
+    let _ =
+        writeln!(out, "{points} rows, {inserted} of them inserted, in {:.4} s", summary.seconds);
+    let row = |name: &str, share: &Share| {
+        let jerk = share.jerk.map_or("    -   ".into(), |jerk| format!("{jerk:.6}"));
+        format!("{name:<20}{:>10.6}{:>14.6}{jerk:>12}\n", share.velocity, share.acceleration)
+    };
+    let _ = writeln!(out, "of the limit          velocity  acceleration        jerk");
+    out += &row("largest found", &summary.ratios);
+    out += &row("guaranteed below", &summary.bounds);
+    let binding = summary.binding.iter().take(5);
+    let binding: Vec<String> =
+        binding.map(|bound| format!("{} {:.1} %", bound.limit, 100.0 * bound.share)).collect();
+    let _ = writeln!(out, "what binds: {}", binding.join(", "));
+    if !summary.within_limits {
+        let _ = writeln!(out, "a limit is broken between rows; plan without --no-guarantee");
+    }
+    if summary.output != "-" {
+        let _ = writeln!(out, "wrote {}", summary.output);
+    }
+    out
+}

@@ -1,0 +1,193 @@
+//! `trunnion feed` as a user meets it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const LIMITS: &str =
+    "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n[axis.C]\nvel = 90\nacc = 900\njerk = 2e4\n";
+
+fn folder(path: &str, limits: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("path.csv"), path).unwrap();
+    fs::write(folder.path().join("limits.toml"), limits).unwrap();
+    folder
+}
+
+fn feed(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(["feed", "path.csv", "--limits", "limits.toml"])
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// X goes straight, C as a sine; `ends` are the rows.
+fn table(rows: &[f64]) -> String {
+    let mut text = "s,X,X1,X2,X3,C,C1,C2,C3\n".to_owned();
+    for s in rows {
+        let (sin, cos) = (0.1 * s).sin_cos();
+        let c = [sin, 0.1 * cos, -0.01 * sin, -0.001 * cos].map(|value| 20.0 * value);
+        writeln!(text, "{s},{s},1,0,0,{},{},{},{}", c[0], c[1], c[2], c[3]).unwrap();
+    }
+    text
+}
+
+fn even(rows: u32, step: f64) -> Vec<f64> {
+    (0..rows).map(|k| f64::from(k) * step).collect()
+}
+
+fn summary(folder: &Path, arguments: &[&str]) -> Value {
+    let all: Vec<&str> = arguments.iter().copied().chain(["--json", "-o", "out.csv"]).collect();
+    let output = feed(folder, &all);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn rows(text: &str) -> Vec<Vec<f64>> {
+    let row = |line: &str| line.split(',').map(|field| field.parse().unwrap()).collect();
+    text.lines().skip(1).map(row).collect()
+}
+
+#[test]
+fn a_schedule_keeps_its_limits_and_lands_on_the_end() {
+    let folder = folder(&table(&even(201, 0.5)), LIMITS);
+    for method in ["jerk", "optimal"] {
+        let found = summary(
+            folder.path(),
+            &["--method", method, "--motion", "motion.csv", "--period", "0.01"],
+        );
+        let number = |name: &str| found[name].as_f64().unwrap();
+        // 100 mm at 50 mm/s, and some time for starting and stopping.
+        assert!(number("duration") > 2.0 && number("duration") < 2.4, "{found}");
+        assert!(number("lower_bound") <= number("duration"));
+        assert!(found["bounds"]["acceleration"].as_f64().unwrap() <= 1.0 + 1e-12);
+        assert!(found["ratios"]["velocity"].as_f64().unwrap() > 0.99);
+        let schedule = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap());
+        assert_eq!(schedule.len() as u64, found["points"].as_u64().unwrap());
+        let last = schedule.last().unwrap();
+        assert!((last[0] - 100.0).abs() < 1e-12 && last[2].abs() < 1e-9);
+        assert!((last[1] - number("duration")).abs() < 1e-12);
+        // The motion, from differences alone.
+        let motion = rows(&fs::read_to_string(folder.path().join("motion.csv")).unwrap());
+        assert!((motion.last().unwrap()[1] - 100.0).abs() < 1e-12);
+        for pair in motion.windows(2) {
+            let dt = pair[1][0] - pair[0][0];
+            let [x, c] = [1, 2].map(|axis| ((pair[1][axis] - pair[0][axis]) / dt).abs());
+            assert!(x <= 50.0 * (1.0 + 1e-6) && c <= 90.0 * (1.0 + 1e-6), "{x} {c}");
+        }
+    }
+}
+
+#[test]
+fn limits_along_the_path_and_speeds_at_its_ends() {
+    let path = "[path]\nfeed = 20\nacc = 100\nstart = 10\nend = 5\n";
+    let folder = folder(&table(&even(201, 0.5)), &format!("{LIMITS}{path}"));
+    let found = summary(folder.path(), &["--method", "optimal", "--time-tolerance", "1e-7"]);
+    // 10 to 20 and 20 to 5 at 100: 0.1 s over 1.5, 0.15 s over 1.875; the rest at 20.
+    let want = 0.1 + 0.15 + (100.0 - 1.5 - 1.875) / 20.0;
+    let got = found["duration"].as_f64().unwrap();
+    assert!((got / want - 1.0).abs() < 1e-6, "{got} {want}");
+    let schedule = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap());
+    assert!((schedule[0][2] - 10.0).abs() < 1e-9);
+    assert!((schedule.last().unwrap()[2] - 5.0).abs() < 1e-9);
+    let output = feed(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("start speed is 10, but jerk-limited"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_feed_column_limits_every_row() {
+    let text: String = table(&even(101, 1.0))
+        .lines()
+        .enumerate()
+        .map(|(k, line)| match k {
+            0 => format!("{line},feed\n"),
+            40..60 => format!("{line},5\n"),
+            _ => format!("{line},40\n"),
+        })
+        .collect();
+    let folder = folder(&text, LIMITS);
+    summary(folder.path(), &["--method", "optimal"]);
+    for row in rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap()) {
+        let most = if (39.0..=58.0).contains(&row[0]) { 5.0 } else { 40.0 };
+        assert!(row[2] <= most * (1.0 + 1e-9), "{row:?}");
+    }
+}
+
+#[test]
+fn a_jump_of_the_direction_is_a_rest_and_is_told() {
+    let text = "s,X,X1,X2\n0,0,1,0\n10,10,1,0\n10,10,-1,0\n20,0,-1,0\n";
+    let folder = folder(text, "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n");
+    let output = feed(folder.path(), &["--json", "-o", "out.csv"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("line 4: the axes rest at s = 10, where X1 jumps by -2"));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["rests"], 1);
+    for row in rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap()) {
+        assert!((row[0] - 10.0).abs() > 1e-12 || row[2].abs() < 1e-12, "{row:?}");
+    }
+}
+
+/// Exit 2, the message, and no file.
+fn refused(text: &str, limits: &str, arguments: &[&str], needle: &str) {
+    let folder = folder(text, limits);
+    let all: Vec<&str> = arguments.iter().copied().chain(["-o", "out.csv"]).collect();
+    let output = feed(folder.path(), &all);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains(needle), "{needle:?} is not in:\n{message}");
+    assert!(!folder.path().join("out.csv").exists());
+}
+
+#[test]
+fn wrong_tables_are_named_with_row_and_axis() {
+    let good = table(&even(11, 1.0));
+    let with = |from: &str, to: &str| good.replacen(from, to, 1);
+    refused(&with("\n3,3,", "\n1.5,3,"), LIMITS, &[], "path.csv:5: s = 1.5 falls back from 2");
+    refused(&with("\n3,3,", "\n3,nan,"), LIMITS, &[], "path.csv:5:3: X = nan is not a finite");
+    refused(
+        &with("\n3,3,1,0,0,", "\n3,3,1,0,7,"),
+        LIMITS,
+        &[],
+        "path.csv:5: X3 = 7, but the quintic",
+    );
+    refused(
+        &with("\n3,3,", "\n2,9,"),
+        LIMITS,
+        &[],
+        "path.csv:5: X jumps by 7 from 2 to 9 at s = 2",
+    );
+    refused(&with("\n1,1,", "\n0,0,"), LIMITS, &[], "path.csv:3: s = 0 stands here once too often");
+    refused(&with("X2", "Y2"), LIMITS, &[], "column X2 is missing");
+    refused("s,X,X1,X2\n0,0,1,0\n", "[axis.X]\nvel=1\nacc=1\njerk=1\n", &[], "at least two rows");
+    refused("", LIMITS, &[], "the table is empty");
+}
+
+#[test]
+fn wrong_limits_are_named_with_what_to_do() {
+    let good = table(&even(11, 1.0));
+    let one = "[axis.X]\nvel = 50\nacc = 500\n";
+    refused(&good, &format!("{one}jerk = 1\n"), &[], "axis C has no limits\n  help: add [axis.C]");
+    refused(&good, &LIMITS.replace("jerk = 1e4\n", ""), &[], "axis X has no jerk limit");
+    refused(
+        &good,
+        &LIMITS.replace("acc = 500", "acc = 0"),
+        &[],
+        "limits.toml:3:7: `axis.X.acc` = 0",
+    );
+    refused(&good, &LIMITS.replace("acc = 500", ""), &[], "missing key `acc` in [axis.X]");
+    let fast = format!("{LIMITS}[path]\nstart = 60\n");
+    let optimal = ["--method", "optimal"];
+    refused(&good, &fast, &optimal, "start speed 60 is above what the path allows, ");
+    refused(&good, LIMITS, &["--no-guarantee"], "goes with --method optimal");
+}
