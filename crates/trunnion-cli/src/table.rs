@@ -106,7 +106,7 @@ impl Ends {
     /// Reads the whole table; `choose` names the columns, in order.
     pub(crate) fn read(
         &self,
-        choose: &dyn Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+        choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
     ) -> Result<Rows, Failure> {
         let name = self.name();
         let failure = |faults: &[Fault]| Failure::faults(name, faults);

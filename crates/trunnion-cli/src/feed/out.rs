@@ -205,7 +205,7 @@ fn limit(name: Binding, table: &Table) -> String {
         Binding::Jerk(axis) => of("jerk", axis),
         Binding::Feed => "feed".into(),
         Binding::Tip => "tip speed".into(),
-        _ => "nothing moves".into(),
+        Binding::Still => "nothing moves".into(),
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Rest {
 impl Table {
     /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
     pub(super) fn read(ends: &Ends, limits: &LimitsFile) -> Result<Self, Failure> {
-        let rows = ends.read(&|header| columns(header, limits))?;
+        let rows = ends.read(|header| columns(header, limits))?;
         let has = |name: &str| rows.names.iter().any(|column| column == name);
         let axes = in_order(&rows.names, limits);
         let path_axis = limits.path.acc.is_some() || limits.path.jerk.is_some();
@@ -220,10 +220,10 @@ impl Table {
     }
 
     /// Row, nodes and the quintic's third derivatives at both ends, of every interval.
-    fn intervals<'p, const N: usize>(
-        path: &'p AxisPath<N>,
+    fn intervals<const N: usize>(
+        path: &AxisPath<N>,
         axis: usize,
-    ) -> impl Iterator<Item = (usize, &'p [AxisNode<N>], [f64; 2])> {
+    ) -> impl Iterator<Item = (usize, &[AxisNode<N>], [f64; 2])> {
         let pieces = path.pieces.iter().scan(0, |first, piece| {
             let row = *first;
             *first += piece.nodes.len();
