@@ -3,9 +3,13 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
 
 mod chains;
+mod every_choice;
 
-use chains::{V3, axis, cases, layout, number, pose, slides, spec};
-use nalgebra::{Point3, SVector, UnitVector3};
+use chains::{V3, axis, cases, curve, knots, layout, number, slides, spec};
+use every_choice::{
+    assert_complete, brute_force, brute_force_retracts, cut, fixed_cuts, link, straight,
+};
+use nalgebra::{Point3, UnitVector3};
 use proptest::prelude::*;
 use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -13,13 +17,12 @@ use std::ops::ControlFlow;
 use trunnion::axes::{
     AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, SingularOptions, follow, origins,
 };
-use trunnion::inverse::{Inverse, InverseError, Solutions};
+use trunnion::inverse::{Inverse, InverseError};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, RetractFrame, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
-    AxisPiece, AxisVector, Geometry, Motion, PoseCurve, Progress, Silent, Span, Stage, ToolPath,
-    ToolPiece, ToolPose,
+    AxisPiece, AxisVector, Geometry, Motion, Progress, Silent, Stage, ToolPath, ToolPiece, ToolPose,
 };
 
 const OPTIONS: AxesOptions = AxesOptions {
@@ -32,65 +35,6 @@ const OPTIONS: AxesOptions = AxesOptions {
     retract: None,
     singular: None,
 };
-
-/// Quintic spans through value and two derivatives of tip and axis at the knots.
-fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -> Geometry {
-    let jets = |u: f64| {
-        let (tip, axis) = at(Jet::variable(u));
-        let mut taylor = [SVector::<f64, 9>::zeros(); 3];
-        for (row, jet) in tip.iter().chain(&axis).chain(&tip).enumerate() {
-            for (order, coefficients) in taylor.iter_mut().enumerate() {
-                coefficients[row] = jet.c[order];
-            }
-        }
-        taylor
-    };
-    let spans = knots
-        .windows(2)
-        .map(|pair| {
-            let h = pair[1] - pair[0];
-            let [a, b] = [jets(pair[0]), jets(pair[1])];
-            let [d0, d1, d2] = [
-                (b[0] - a[0] - a[1] * h - a[2] * (h * h)) / h.powi(3),
-                (b[1] - a[1] - a[2] * (2.0 * h)) / h.powi(2),
-                (b[2] - a[2]) / h,
-            ];
-            Span {
-                coefficients: [
-                    a[0],
-                    a[1],
-                    a[2],
-                    d0 * 10.0 - d1 * 4.0 + d2,
-                    (d0 * -15.0 + d1 * 7.0 - d2 * 2.0) / h,
-                    (d0 * 6.0 - d1 * 3.0 + d2) / (h * h),
-                ],
-            }
-        })
-        .collect();
-    Geometry::Curve(PoseCurve { knots, spans })
-}
-
-fn knots(from: f64, to: f64, count: u32) -> Vec<f64> {
-    (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect()
-}
-
-fn cut(geometry: Geometry) -> ToolPiece {
-    ToolPiece { motion: Motion::Cut, geometry }
-}
-
-fn link(from: ToolPose, to: ToolPose) -> ToolPiece {
-    ToolPiece { motion: Motion::Link, geometry: Geometry::Reorient { from, to } }
-}
-
-/// Straight move with a fixed axis.
-fn straight(from: V3, to: V3, axis: V3) -> Geometry {
-    curve(vec![0.0, 1.0], |u| {
-        (
-            [0, 1, 2].map(|i| u * (to[i] - from[i]) + from[i]),
-            [axis.x, axis.y, axis.z].map(Jet::constant),
-        )
-    })
-}
 
 /// C-A head on a gantry, pivots above the tip.
 fn head(c_limits: Option<[f64; 2]>) -> Kinematics {
@@ -286,65 +230,6 @@ fn a_turn_at_rest_is_refused() {
     let path = ToolPath { pieces: vec![cut(arrive), cut(leave(1.0))] };
     let error = follow(&head(None), &path, &OPTIONS, &Silent).unwrap_err();
     assert!(matches!(error, AxesError::TurnAtRest { piece: 1, before: 0, .. }), "{error}");
-}
-
-/// Cuts with fixed axes, joined by links: a case small enough for brute force.
-fn fixed_cuts(axes: &[V3]) -> ToolPath {
-    let mut pieces: Vec<ToolPiece> = Vec::new();
-    let mut last: Option<ToolPose> = None;
-    for (index, &axis) in (0..).zip(axes) {
-        let from = V3::new(10.0 * f64::from(index), 0.0, 0.0);
-        let to = from + V3::new(0.0, 20.0, 0.0);
-        if let Some(last) = last {
-            pieces.push(link(last, pose(from, axis)));
-        }
-        pieces.push(cut(straight(from, to, axis)));
-        last = Some(pose(to, axis));
-    }
-    ToolPath { pieces }
-}
-
-/// Least rotary travel over all branches and turns, by trying every combination.
-fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2]) -> Option<f64> {
-    let inverse = Inverse::new(kinematics).unwrap();
-    let machine = kinematics.machine();
-    let choices: Vec<Vec<[f64; 2]>> = axes
-        .iter()
-        .map(|&axis| {
-            let Solutions::Regular(both) = inverse.solutions(&pose(V3::zeros(), axis)).unwrap()
-            else {
-                panic!()
-            };
-            let mut all = Vec::new();
-            for q in both {
-                for [i, j] in (-2..=2).flat_map(|i| (-2..=2).map(move |j| [i, j])) {
-                    let value = [q[3] + TAU * f64::from(i), q[4] + TAU * f64::from(j)];
-                    let inside = |axis: usize| {
-                        let [low, high] = machine.axes[3 + axis].limits;
-                        low <= value[axis] && value[axis] <= high
-                    };
-                    if inside(0) && inside(1) {
-                        all.push(value);
-                    }
-                }
-            }
-            all
-        })
-        .collect();
-    let mut combinations: Vec<(f64, [f64; 2])> = vec![(0.0, [0.0; 2])];
-    for column in choices {
-        combinations = combinations
-            .iter()
-            .flat_map(|(cost, from)| {
-                column.iter().map(move |to| {
-                    let step =
-                        weights[0] * (to[0] - from[0]).abs() + weights[1] * (to[1] - from[1]).abs();
-                    (cost + step, *to)
-                })
-            })
-            .collect();
-    }
-    combinations.iter().map(|(cost, _)| *cost).min_by(f64::total_cmp)
 }
 
 proptest! {
@@ -576,25 +461,6 @@ fn retract_options() -> AxesOptions {
     AxesOptions { retract: Some(RETRACT), ..OPTIONS }
 }
 
-/// Every pose of the tool path is run, in order; where the tool leaves, it comes back to the place.
-fn assert_complete(path: &ToolPath, followed: &Followed) {
-    for (source, tool) in path.pieces.iter().enumerate() {
-        let Geometry::Curve(curve) = &tool.geometry else { continue };
-        let [start, end] = curve.range();
-        let mut at = start;
-        let cuts = followed.path.pieces.iter().enumerate().filter(|(index, piece)| {
-            piece.source == source
-                && !followed.retracts.iter().any(|retract| retract.pieces.contains(index))
-        });
-        for (_, piece) in cuts {
-            let [first, last] = [piece.nodes.first().unwrap().s, piece.nodes.last().unwrap().s];
-            assert_eq!(first.to_bits(), at.to_bits(), "nothing is left out, nothing run twice");
-            at = last;
-        }
-        assert_eq!(at.to_bits(), end.to_bits());
-    }
-}
-
 /// Three turns of a cone in one cut, and C ends after half a turn either way.
 #[test]
 fn where_travel_ends_in_a_cut_the_tool_retracts_and_unwinds() {
@@ -694,64 +560,6 @@ fn the_machine_says_how_to_retract() {
     assert!(error.to_string().contains("leads to the side"), "{error}");
 }
 
-/// Cheapest run through all nodes, by trying every sequence of branch, turns and retracts.
-fn brute_force_retracts(
-    machine: &Kinematics,
-    nodes: &[ToolPose],
-    weights: [f64; 2],
-) -> Option<f64> {
-    let inverse = Inverse::new(machine).unwrap();
-    let inside = |value: [f64; 2]| {
-        (0..2).all(|axis| {
-            let [low, high] = machine.machine().axes[3 + axis].limits;
-            low <= value[axis] && value[axis] <= high
-        })
-    };
-    // Both branches by continuity.
-    let mut strands: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
-    for pose in nodes {
-        let Solutions::Regular(both) = inverse.solutions(pose).unwrap() else { panic!() };
-        for (strand, q) in strands.iter_mut().zip(both) {
-            let near = strand.last().copied().unwrap_or([q[3], q[4]]);
-            strand.push([near[0] + wrap(q[3] - near[0]), near[1] + wrap(q[4] - near[1])]);
-        }
-    }
-    let at = |(strand, i, j): (usize, i32, i32), node: usize| {
-        let value = strands[strand][node];
-        [value[0] + TAU * f64::from(i), value[1] + TAU * f64::from(j)]
-    };
-    let price = |a: [f64; 2], b: [f64; 2]| {
-        weights[0] * (a[0] - b[0]).abs() + weights[1] * (a[1] - b[1]).abs()
-    };
-    let choices: Vec<(usize, i32, i32)> = (0..2)
-        .flat_map(|strand| (-3..=3).flat_map(move |i| (-1..=1).map(move |j| (strand, i, j))))
-        .collect();
-    let mut best = None;
-    // Depth first: the state on each interval.
-    let mut open: Vec<(usize, (usize, i32, i32), f64)> =
-        choices.iter().map(|&choice| (0, choice, price([0.0; 2], at(choice, 0)))).collect();
-    while let Some((node, choice, cost)) = open.pop() {
-        let [from, to] = [at(choice, node), at(choice, node + 1)];
-        if !inside(from) || !inside(to) || best.is_some_and(|best| cost >= best) {
-            continue;
-        }
-        let cost = cost + price(from, to);
-        if node + 2 == nodes.len() {
-            best = Some(best.map_or(cost, |best: f64| best.min(cost)));
-            continue;
-        }
-        for &next in &choices {
-            let more = if next == choice {
-                0.0
-            } else {
-                RETRACT.price_in_cut + price(to, at(next, node + 1))
-            };
-            open.push((node + 1, next, cost + more));
-        }
-    }
-    best
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases_of_proptest()))]
 
@@ -785,7 +593,7 @@ proptest! {
         prop_assume!(nodes.len() < 12);
         let nodes: Vec<ToolPose> = nodes.iter().map(|node| of.pose(node.s).unwrap()).collect();
         let found = follow(&machine, &path, &options, &Silent);
-        if let Some(best) = brute_force_retracts(&machine, &nodes, options.rotary_weights) {
+        if let Some(best) = brute_force_retracts(&machine, &nodes, options.rotary_weights, RETRACT.price_in_cut) {
             let followed = found.unwrap();
             assert_complete(&path, &followed);
             prop_assert!((followed.rotary_travel - best).abs() < 1e-6,

@@ -1,7 +1,7 @@
 //! What the axes have to follow: a curve, or a link between two stretches.
 
 use super::FeedPoint;
-use crate::inverse::{Branch, Inverse, InverseError};
+use crate::inverse::{Branch, Inverse, InverseError, Rates};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
@@ -15,14 +15,62 @@ pub(super) struct Trial {
     pub(super) lost: usize,
 }
 
+/// Exact axes at a parameter, whole turns left open: what all ways along a course have in common.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Look {
+    pub(super) u: f64,
+    /// Speed of the tip and of the feed point, per unit of the parameter.
+    speeds: [f64; 2],
+    /// Each branch.
+    both: Option<[Rates; 2]>,
+    /// Other ways on.
+    more: Vec<Rates>,
+    /// Whether the first rotary is free, and was put where it stood before: the tool stays in the
+    /// singular direction.
+    pub(super) held: bool,
+    /// Whether the rotaries are prescribed, whole turns and all.
+    prescribed: bool,
+}
+
 /// Something with exact axes at every parameter.
 pub(super) trait Course {
     /// Where derivatives may jump; nodes stand there.
     fn knots(&self) -> &[f64];
-    /// Exact axes at `u` seen from span `span`, rotaries unwound to `near`: one for each branch.
-    fn trials(&self, u: f64, span: usize, near: &AxisVector) -> Result<Vec<Trial>, InverseError>;
-    /// The pose at `u`.
-    fn pose(&self, u: f64) -> Option<ToolPose>;
+    /// Exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
+    fn look(&self, u: f64, span: usize, near: &AxisVector) -> Result<Look, InverseError>;
+    /// The pose at `u` in span `span`.
+    fn pose(&self, u: f64, span: usize) -> Option<ToolPose>;
+}
+
+impl Look {
+    fn new(u: f64, speeds: [f64; 2]) -> Self {
+        Self { u, speeds, both: None, more: Vec::new(), held: false, prescribed: false }
+    }
+
+    /// All ways.
+    pub(super) fn ways(&self) -> impl Iterator<Item = &Rates> {
+        self.both.iter().flatten().chain(&self.more)
+    }
+
+    /// Axes of a way, rotaries unwound to `near`.
+    pub(super) fn unwound(&self, way: &Rates, near: &AxisVector) -> AxisVector {
+        let mut q = way.q[0];
+        if self.prescribed {
+            return q;
+        }
+        for axis in [FIRST_ROTARY, SECOND_ROTARY] {
+            q[axis] = unwrap_near(q[axis], near[axis]);
+        }
+        q
+    }
+
+    /// A way, rotaries unwound to `near`.
+    pub(super) fn trial(&self, way: &Rates, near: &AxisVector) -> Trial {
+        let mut q = way.q;
+        q[0] = self.unwound(way, near);
+        let [tip_rate, feed_rate] = self.speeds;
+        Trial { node: AxisNode { s: self.u, q, tip_rate, feed_rate }, lost: way.lost }
+    }
 }
 
 /// A curve of tip and tool axis.
@@ -46,42 +94,20 @@ pub(super) struct Across<'a> {
 }
 
 impl Along<'_> {
-    /// Exact axes of one branch at a point that is not held.
-    pub(super) fn on(
-        &self,
-        rates: &PoseRates,
-        branch: Branch,
-    ) -> Result<([AxisVector; 4], usize), InverseError> {
+    /// Exact axes of both branches at a point that is not held.
+    pub(super) fn both(&self, rates: &PoseRates) -> Result<[Rates; 2], InverseError> {
         let [start, end] = self.curve.range();
-        let found = self.inverse.jets_through(rates, branch, self.pole, end - start)?;
-        Ok((found.q, found.lost))
+        self.inverse.both_jets_through(rates, self.pole, end - start)
     }
 
     /// Axes that stand still but for the slides: the tool stays in the singular direction.
-    fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<[AxisVector; 4], InverseError> {
+    fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<Rates, InverseError> {
         let second =
             rates.pose().and_then(|pose| self.inverse.second_at_pole(&pose.axis, self.pole));
         let second = second.ok_or(InverseError::NotFinite { what: "the tool axis" })?;
         let rotaries = [near[FIRST_ROTARY], unwrap_near(second, near[SECOND_ROTARY])];
-        self.inverse.with_rotaries(&rates.tip, rotaries.map(Jet::constant))
-    }
-
-    fn trial(
-        &self,
-        u: f64,
-        rates: &PoseRates,
-        (mut q, lost): ([AxisVector; 4], usize),
-        near: &AxisVector,
-    ) -> Trial {
-        for axis in [FIRST_ROTARY, SECOND_ROTARY] {
-            q[0][axis] = unwrap_near(q[0][axis], near[axis]);
-        }
-        let tip_rate = rates.tip[1].norm();
-        let feed_rate = match self.feed_at {
-            FeedPoint::Tip => tip_rate,
-            FeedPoint::Contact => rates.contact[1].norm(),
-        };
-        Trial { node: AxisNode { s: u, q, tip_rate, feed_rate }, lost }
+        let q = self.inverse.with_rotaries(&rates.tip, rotaries.map(Jet::constant))?;
+        Ok(Rates { q, lost: 0 })
     }
 }
 
@@ -90,33 +116,35 @@ impl Course for Along<'_> {
         &self.curve.knots
     }
 
-    fn trials(&self, u: f64, span: usize, near: &AxisVector) -> Result<Vec<Trial>, InverseError> {
+    fn look(&self, u: f64, span: usize, near: &AxisVector) -> Result<Look, InverseError> {
         let rates = self.curve.rates_in(span, u);
-        let mut found = Vec::with_capacity(Branch::BOTH.len());
-        for branch in Branch::BOTH {
-            match self.on(&rates, branch) {
-                Ok(axes) => found.push(self.trial(u, &rates, axes, near)),
-                Err(InverseError::Singular { .. }) => {
-                    found.push(self.trial(u, &rates, (self.held(&rates, near)?, 0), near));
-                    return Ok(found);
+        let tip = rates.tip[1].norm();
+        let feed = match self.feed_at {
+            FeedPoint::Tip => tip,
+            FeedPoint::Contact => rates.contact[1].norm(),
+        };
+        let mut look = Look::new(u, [tip, feed]);
+        match self.both(&rates) {
+            Ok(both) => {
+                // Passing straight through is a choice; where it leaves the tolerance, what the pose
+                // says counts. (On the pole itself it says nothing.)
+                if both.iter().any(|way| way.lost > 0) {
+                    let said = Branch::BOTH.map(|branch| self.inverse.jets(&rates, branch));
+                    look.more.extend(said.into_iter().flatten().map(|q| Rates { q, lost: 0 }));
                 }
-                Err(error) => return Err(error),
+                look.both = Some(both);
             }
-        }
-        // Passing straight through is a choice; where it leaves the tolerance, what the pose says
-        // counts. (On the pole itself it says nothing.)
-        if found.iter().any(|trial| trial.lost > 0) {
-            for branch in Branch::BOTH {
-                if let Ok(q) = self.inverse.jets(&rates, branch) {
-                    found.push(self.trial(u, &rates, (q, 0), near));
-                }
+            Err(InverseError::Singular { .. }) => {
+                look.more.push(self.held(&rates, near)?);
+                look.held = true;
             }
+            Err(error) => return Err(error),
         }
-        Ok(found)
+        Ok(look)
     }
 
-    fn pose(&self, u: f64) -> Option<ToolPose> {
-        self.curve.pose(u)
+    fn pose(&self, u: f64, span: usize) -> Option<ToolPose> {
+        self.curve.pose_in(span, u)
     }
 }
 
@@ -139,17 +167,19 @@ impl Course for Across<'_> {
         &self.knots
     }
 
-    fn trials(&self, u: f64, _: usize, _: &AxisVector) -> Result<Vec<Trial>, InverseError> {
+    fn look(&self, u: f64, _: usize, _: &AxisVector) -> Result<Look, InverseError> {
         let [from, to] = self.tips;
         let slope = (to - from) / self.length();
         let tip = [from.coords + slope * u, slope, Vector3::zeros(), Vector3::zeros()];
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;
         let rate = slope.norm();
-        let node = AxisNode { s: u, q, tip_rate: rate, feed_rate: rate };
-        Ok(vec![Trial { node, lost: 0 }])
+        let mut look = Look::new(u, [rate, rate]);
+        look.more.push(Rates { q, lost: 0 });
+        look.prescribed = true;
+        Ok(look)
     }
 
-    fn pose(&self, u: f64) -> Option<ToolPose> {
+    fn pose(&self, u: f64, _: usize) -> Option<ToolPose> {
         let [from, to] = self.tips;
         let mut q = AxisVector::zeros();
         for (axis, jet) in [FIRST_ROTARY, SECOND_ROTARY].into_iter().zip(self.rotaries(u)) {

@@ -1,8 +1,9 @@
 //! Nodes along a course, so close that quintics between them follow it.
 
-use super::course::{Across, Along, Course, Trial};
+use super::course::{Across, Along, Course, Look, Trial};
+use super::travel::TRAVEL_ROUNDING;
 use super::{AxesError, AxesOptions, Deviation};
-use crate::inverse::{Inverse, InverseError};
+use crate::inverse::{Inverse, InverseError, Rates};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::math::quintic::Quintic;
@@ -26,6 +27,19 @@ const SETTLING: f64 = 1e-4;
 
 /// Parts an interval is cut into to bound its extent.
 const PARTS: u32 = 8;
+
+/// Control points this far outside both ends of an interval \[mm or rad\] are taken as its bounds: a
+/// tenth of what is on an end of travel.
+const FLAT: f64 = 0.1 * TRAVEL_ROUNDING;
+
+/// Share of the tolerance below which the error of an interval is not looked at any closer.
+const SMALL: f64 = 0.01;
+
+/// Ways at a place: both branches through a singular direction, and both beside it.
+const WAYS: usize = 4;
+
+/// A pose without an axis.
+const NO_AXIS: InverseError = InverseError::NotFinite { what: "the tool axis" };
 
 /// Follows courses with an inverse and tolerances.
 #[derive(Debug, Clone, Copy)]
@@ -64,22 +78,41 @@ impl Bounds {
         }
     }
 
-    /// Control points of the quintic's parts between two nodes: it stays between the lowest and the
-    /// highest.
+    /// Bounds of the quintic between two nodes: it stays between the lowest and the highest of its
+    /// control points. Where an axis turns back on the way, the control points of its parts.
     fn between(from: &AxisNode, to: &AxisNode) -> Self {
-        let mut bounds = Self::NONE;
+        let mut ends = Self::NONE;
+        ends.include(&from.q[0]);
+        ends.include(&to.q[0]);
+        let mut hull = ends;
+        hull.include_controls(&from.q, to.s - from.s);
+        hull.include_controls(&to.q, from.s - to.s);
+        if hull.exceeds(&ends) <= FLAT {
+            return hull;
+        }
         let quintic = between(from, to);
         let part = (to.s - from.s) / f64::from(PARTS);
         for index in 0..PARTS {
             let x = part * f64::from(index);
             for (x, side) in [(x, part), (x + part, -part)] {
-                let [q, q1, q2, _] = quintic.at(x);
-                bounds.include(&q);
-                bounds.include(&(q + q1 * (side / 5.0)));
-                bounds.include(&(q + q1 * (side * 0.4) + q2 * (side * side / 20.0)));
+                let q = quintic.at(x);
+                ends.include(&q[0]);
+                ends.include_controls(&q, side);
             }
         }
-        bounds
+        ends
+    }
+
+    /// Second and third control point of a quintic that goes on for `length` from here.
+    fn include_controls(&mut self, [q, q1, q2, _]: &[AxisVector; 4], length: f64) {
+        self.include(&(q + q1 * (length / 5.0)));
+        self.include(&(q + q1 * (length * 0.4) + q2 * (length * length / 20.0)));
+    }
+
+    /// How far beyond other bounds \[mm or rad\].
+    fn exceeds(&self, other: &Self) -> f64 {
+        let pairs = self.0.iter().zip(&other.0);
+        pairs.map(|(own, other)| (other[0] - own[0]).max(own[1] - other[1])).fold(0.0, f64::max)
     }
 }
 
@@ -114,13 +147,13 @@ impl<'a> Marcher<'a> {
         Along { inverse: self.inverse, curve, feed_at, pole: self.pole() }
     }
 
-    /// Nodes along a curve, starting where the rotaries of `start` are nearest.
+    /// Nodes along a curve, for each start from where its rotaries are nearest.
     pub(super) fn curve(
         &self,
         curve: &'a PoseCurve,
-        start: &AxisVector,
-    ) -> Result<Marched, Trouble> {
-        self.march(&self.along(curve), start)
+        starts: &[AxisVector],
+    ) -> Vec<Result<Marched, Trouble>> {
+        self.march(&self.along(curve), starts)
     }
 
     /// Nodes along a link; no node if nothing moves.
@@ -136,81 +169,101 @@ impl<'a> Marcher<'a> {
         if length <= 0.0 {
             return Ok(Marched::nothing());
         }
-        let knots = [0.0, length];
-        self.march(&Across { inverse: self.inverse, tips, rotaries, knots }, &AxisVector::zeros())
+        let course = Across { inverse: self.inverse, tips, rotaries, knots: [0.0, length] };
+        self.march(&course, &[AxisVector::zeros()]).pop().unwrap_or(Ok(Marched::nothing()))
     }
 
-    fn march(&self, course: &dyn Course, start: &AxisVector) -> Result<Marched, Trouble> {
-        let knots = course.knots();
-        let spans = knots.len().saturating_sub(1);
-        let mut marched = Marched::nothing();
-        let (Some(&first), Some(&last)) = (knots.first(), knots.last()) else { return Ok(marched) };
-        let mut from = self.nearest(course, first, 0, start)?;
-        let mut lost = vec![from.lost];
-        marched.push(from.node);
-        for span in 0..spans {
-            let mut targets = vec![knots.get(span + 1).copied().unwrap_or(last)];
-            while let Some(&to) = targets.last() {
-                let next = if targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
-                match self.step(course, &from, (to, next), last - first)? {
-                    Ok((trial, deviation)) => {
-                        marched.deviation = marched.deviation.max(deviation);
-                        marched.push(trial.node);
-                        lost.push(trial.lost);
-                        from = trial;
-                        targets.pop();
-                    }
-                    Err(worst) if to - from.node.s <= SHORTEST * (last - first) => {
-                        return Err(Trouble::NotFollowed(from.node.s, worst));
-                    }
-                    Err(_) => targets.push(from.node.s + 0.5 * (to - from.node.s)),
-                }
+    /// From every start along a course. The one that is behind takes the next step, so that what all
+    /// of them need at a place is computed once.
+    fn march(&self, course: &dyn Course, starts: &[AxisVector]) -> Vec<Result<Marched, Trouble>> {
+        let mut sight = Sight { course, look: None, middle: None };
+        let mut walkers: Vec<Result<Walker, Trouble>> =
+            starts.iter().map(|start| self.set_out(&mut sight, start)).collect();
+        loop {
+            let under_way = walkers.iter_mut().filter_map(|slot| match slot {
+                Ok(walker) if !walker.targets.is_empty() => Some((walker.from.node.s, slot)),
+                _ => None,
+            });
+            let Some((_, slot)) = under_way.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            if let Ok(walker) = slot
+                && let Err(trouble) = self.advance(&mut sight, walker)
+            {
+                *slot = Err(trouble);
             }
         }
-        marched.complete(&lost);
-        Ok(marched)
+        walkers.into_iter().map(|walker| walker.map(Walker::finish)).collect()
     }
 
-    /// The trial nearest to `start`.
-    fn nearest(
-        &self,
-        course: &dyn Course,
-        u: f64,
-        span: usize,
-        start: &AxisVector,
-    ) -> Result<Trial, Trouble> {
-        let trials = course.trials(u, span, start).map_err(|error| Trouble::Inverse(u, error))?;
-        let nearest = trials
-            .into_iter()
-            .min_by(|a, b| self.turn(&a.node, start).total_cmp(&self.turn(&b.node, start)));
-        let nothing = InverseError::NotFinite { what: "the tool axis" };
-        nearest.ok_or(Trouble::Inverse(u, nothing))
+    /// The start of a way: what is nearest to `start`.
+    fn set_out(&self, sight: &mut Sight<'_>, start: &AxisVector) -> Result<Walker, Trouble> {
+        let knots = sight.course.knots();
+        let first = knots.first().copied().unwrap_or(0.0);
+        let look = sight.look_at((first, 0), start)?;
+        let [nearest, ..] = self.by_turn(look, start);
+        let nearest = nearest.ok_or(Trouble::Inverse(first, NO_AXIS))?;
+        let from = look.trial(nearest, start);
+        let mut marched = Marched::nothing();
+        marched.nodes.reserve(knots.len());
+        marched.bounds.reserve(knots.len());
+        marched.push(from.node);
+        let lost = if from.lost > 0 { vec![0] } else { Vec::new() };
+        let targets = knots.get(1).copied().into_iter().collect();
+        Ok(Walker { from, span: 0, targets, marched, lost })
+    }
+
+    /// One step on, or a nearer target.
+    fn advance(&self, sight: &mut Sight<'_>, walker: &mut Walker) -> Result<(), Trouble> {
+        let knots = sight.course.knots();
+        let spans = knots.len().saturating_sub(1);
+        let whole = match knots {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        };
+        let Some(&to) = walker.targets.last() else { return Ok(()) };
+        let span = walker.span;
+        let next = if walker.targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
+        let start = walker.from.node.s;
+        match self.step(sight, &walker.from, (to, [span, next]), whole)? {
+            Ok((trial, deviation)) => {
+                walker.targets.pop();
+                walker.arrive(trial, deviation);
+                if walker.targets.is_empty() {
+                    walker.span += 1;
+                    walker.targets.extend(knots.get(walker.span + 1));
+                }
+            }
+            Err(worst) if to - start <= SHORTEST * whole => {
+                return Err(Trouble::NotFollowed(start, worst));
+            }
+            Err(_) => walker.targets.push(start + 0.5 * (to - start)),
+        }
+        Ok(())
     }
 
     /// One step: the node at `to` on the branch that turns least and stays within tolerance, or
-    /// how far the best is off.
+    /// how far the best is off. Spans are those of the interval and of the node.
     fn step(
         &self,
-        course: &dyn Course,
+        sight: &mut Sight<'_>,
         from: &Trial,
-        (to, span): (f64, usize),
+        (to, [span, next]): (f64, [usize; 2]),
         whole: f64,
     ) -> Result<Result<(Trial, Deviation), Deviation>, Trouble> {
         let near = from.node.q[0];
-        let mut trials =
-            course.trials(to, span, &near).map_err(|error| Trouble::Inverse(to, error))?;
-        trials.sort_by(|a, b| self.turn(&a.node, &near).total_cmp(&self.turn(&b.node, &near)));
+        sight.look_at((to, next), &near)?;
+        let Sight { course, look: Some((_, look)), middle } = sight else {
+            return Err(Trouble::Inverse(to, NO_AXIS));
+        };
         let mut least = Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
         let settling = to - from.node.s <= SETTLING * whole;
-        for trial in trials {
+        for way in self.by_turn(look, &near).into_iter().flatten() {
+            let trial = look.trial(way, &near);
             let rotaries = (trial.node.q[0] - near).fixed_rows::<2>(FIRST_ROTARY).amax();
             if rotaries > self.options.max_rotary_step && !settling {
                 continue;
             }
-            let deviation = self.deviation(course, &from.node, &trial.node);
-            let within = deviation.tip <= SHARE * self.options.tip_tolerance
-                && deviation.axis <= SHARE * self.options.axis_tolerance;
-            if within {
+            let deviation = self.deviation((*course, span), middle, [from, &trial]);
+            if self.small(deviation, SHARE) {
                 return Ok(Ok((trial, deviation)));
             }
             if deviation.tip < least.tip {
@@ -220,27 +273,136 @@ impl<'a> Marcher<'a> {
         Ok(Err(least))
     }
 
-    /// Weighted rotary travel between two positions \[rad\].
-    fn turn(&self, node: &AxisNode, from: &AxisVector) -> f64 {
-        turn(&node.q[0], from, self.options)
+    /// The ways at a place, the one that turns least from `near` first.
+    fn by_turn<'l>(&self, look: &'l Look, near: &AxisVector) -> [Option<&'l Rates>; WAYS] {
+        let mut order = [(f64::INFINITY, None); WAYS];
+        for (slot, way) in order.iter_mut().zip(look.ways()) {
+            let turned = look.unwound(way, near);
+            *slot = (turn(&turned, near, self.options), Some(way));
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.map(|(_, way)| way)
     }
 
-    /// How far the quintic between two nodes is from the course, at the checked points. Infinite
-    /// where there is no pose.
-    fn deviation(&self, course: &dyn Course, from: &AxisNode, to: &AxisNode) -> Deviation {
-        let quintic = between(from, to);
-        let length = to.s - from.s;
-        CHECKED.iter().fold(Deviation::default(), |worst, share| {
-            let q = quintic.value(share * length);
-            let ToolPose { tip, axis } = self.inverse.kinematics().forward(&q);
-            let Some(wanted) = course.pose(from.s + share * length) else {
+    /// Within a share of the tolerances.
+    fn small(&self, deviation: Deviation, share: f64) -> bool {
+        deviation.tip <= share * self.options.tip_tolerance
+            && deviation.axis <= share * self.options.axis_tolerance
+    }
+
+    /// How far the quintic between two nodes is from the course, at the checked points: in the
+    /// middle only, where that and what the third derivatives say is next to nothing. Infinite where
+    /// there is no pose.
+    fn deviation(
+        &self,
+        (course, span): (&dyn Course, usize),
+        middle: &mut Option<(f64, Option<ToolPose>)>,
+        [from, to]: [&Trial; 2],
+    ) -> Deviation {
+        let quintic = between(&from.node, &to.node);
+        let [start, length] = [from.node.s, to.node.s - from.node.s];
+        let off = |share: f64, wanted: Option<ToolPose>| {
+            let Some(wanted) = wanted else {
                 return Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
             };
+            let ToolPose { tip, axis } =
+                self.inverse.kinematics().forward(&quintic.value(share * length));
             let distance = (tip - wanted.tip).norm();
             // `max` ignores NaN; a position that is not a number is not within any tolerance.
             let distance = if distance.is_nan() { f64::INFINITY } else { distance };
-            worst.max(Deviation { tip: distance, axis: angle_between(&axis, &wanted.axis) })
+            Deviation { tip: distance, axis: angle_between(&axis, &wanted.axis) }
+        };
+        let [first @ .., centre, next, last] = CHECKED;
+        let u = start + centre * length;
+        let known = middle.filter(|(at, _)| at.to_bits() == u.to_bits()).map(|(_, pose)| pose);
+        let wanted = known.unwrap_or_else(|| course.pose(u, span));
+        *middle = Some((u, wanted));
+        let worst = off(centre, wanted);
+        let known = from.lost == 0 && to.lost == 0;
+        if known && self.small(worst, SMALL) && self.smooth(&quintic, [from, to], wanted) {
+            return worst;
+        }
+        let others = first.into_iter().chain([next, last]);
+        others.fold(worst, |worst, share| {
+            worst.max(off(share, course.pose(start + share * length, span)))
         })
+    }
+
+    /// Whether the third derivatives of a quintic are so close to the exact ones that its error is
+    /// next to nothing.
+    ///
+    /// The error `k (x (l - x))³` has third derivatives `6 k l³` and `-6 k l³` at the ends and its
+    /// top `k (l/2)⁶` in the middle: 1/384 of `l³` times the third derivative. An error of a rotary
+    /// moves the tip by no more than the longest lever.
+    fn smooth(
+        &self,
+        quintic: &Quintic<AXES>,
+        [from, to]: [&Trial; 2],
+        wanted: Option<ToolPose>,
+    ) -> bool {
+        let length = to.node.s - from.node.s;
+        let [start, end] = quintic.thirds();
+        let off = (start - from.node.q[3]).sup(&(from.node.q[3] - start));
+        let off = off.sup(&(end - to.node.q[3])).sup(&(to.node.q[3] - end));
+        let top = off * (length.powi(3) / 384.0);
+        let slides = top.fixed_rows::<FIRST_ROTARY>(0).sum();
+        let turn = top[FIRST_ROTARY] + top[SECOND_ROTARY];
+        let chain = self.inverse.kinematics().chain();
+        let [first, second] = &chain.rotary;
+        let at = wanted.map_or(f64::INFINITY, |pose| (pose.tip.coords - first.point).norm());
+        let lever = at + (second.point - first.point).norm() + (chain.tip - second.point).norm();
+        let lever = lever + to.node.q[0].fixed_rows::<FIRST_ROTARY>(0).norm();
+        self.small(Deviation { tip: slides + lever * turn, axis: turn }, SMALL)
+    }
+}
+
+/// What a place on the way has for all that come along.
+struct Sight<'a> {
+    course: &'a dyn Course,
+    /// The last place looked at, and from which span.
+    look: Option<(usize, Look)>,
+    /// The pose in the middle of the last interval, and its parameter.
+    middle: Option<(f64, Option<ToolPose>)>,
+}
+
+impl Sight<'_> {
+    /// Looks at a place, unless that is known.
+    fn look_at(&mut self, (u, span): (f64, usize), near: &AxisVector) -> Result<&Look, Trouble> {
+        let known = self.look.as_ref().is_some_and(|(from, look)| {
+            *from == span && look.u.to_bits() == u.to_bits() && !look.held
+        });
+        if !known {
+            let look = self.course.look(u, span, near);
+            self.look = Some((span, look.map_err(|error| Trouble::Inverse(u, error))?));
+        }
+        self.look.as_ref().map(|(_, look)| look).ok_or(Trouble::Inverse(u, NO_AXIS))
+    }
+}
+
+/// One way along a course, as far as it has come.
+struct Walker {
+    from: Trial,
+    span: usize,
+    /// Where to, the nearest last.
+    targets: Vec<f64>,
+    marched: Marched,
+    /// Nodes whose highest derivatives are not known.
+    lost: Vec<usize>,
+}
+
+impl Walker {
+    fn arrive(&mut self, trial: Trial, deviation: Deviation) {
+        if trial.lost > 0 {
+            self.lost.push(self.marched.nodes.len());
+        }
+        self.marched.deviation = self.marched.deviation.max(deviation);
+        self.marched.push(trial.node);
+        self.from = trial;
+    }
+
+    fn finish(mut self) -> Marched {
+        self.marched.complete(&self.lost);
+        self.marched
     }
 }
 
@@ -305,7 +467,7 @@ impl Marched {
     /// Third derivatives that are not known exactly are those of the quintic beside the node.
     fn complete(&mut self, lost: &[usize]) {
         let count = self.nodes.len();
-        for (index, _) in lost.iter().enumerate().filter(|(_, lost)| **lost > 0) {
+        for &index in lost {
             let from = index.min(count.saturating_sub(2));
             if let (Some(&a), Some(&b)) = (self.nodes.get(from), self.nodes.get(from + 1)) {
                 let [_, _, _, third] =

@@ -4,7 +4,7 @@ use super::course::Along;
 use super::march::{Marched, Marcher};
 use super::strand::{self, Stretch};
 use super::{AxesError, AxesOptions};
-use crate::inverse::{Branch, InverseError, Solutions};
+use crate::inverse::{InverseError, Solutions};
 use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
 use crate::types::{
@@ -190,10 +190,16 @@ fn run_all(
     stop: &Stop,
     starts: &[AxisVector],
 ) -> Result<Vec<Candidate>, AxesError> {
+    let all = match stop {
+        Stop::Point { piece, pose } => {
+            starts.iter().map(|start| stand(marcher, *piece, pose, start)).collect()
+        }
+        Stop::Curves(range) => run_curves(marcher, path, range.clone(), starts),
+    };
     let mut found = Vec::new();
     let mut fault = None;
-    for start in starts {
-        match run(marcher, path, stop, start) {
+    for candidate in all {
+        match candidate {
             Ok(candidate) => found.push(candidate),
             Err(error) => fault = fault.or(Some(error)),
         }
@@ -259,7 +265,7 @@ fn curve_starts(
 
 fn both_at(along: &Along<'_>, span: usize, u: f64) -> Result<Vec<AxisVector>, InverseError> {
     let rates = along.curve.rates_in(span, u);
-    Branch::BOTH.iter().map(|&branch| along.on(&rates, branch).map(|(q, _)| q[0])).collect()
+    Ok(along.both(&rates)?.map(|way| way.q[0]).to_vec())
 }
 
 fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, &PoseCurve)> {
@@ -268,19 +274,6 @@ fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, 
         Geometry::Curve(curve) => Some((piece, curve)),
         Geometry::Reorient { .. } => None,
     })
-}
-
-/// A stop from given rotaries.
-fn run(
-    marcher: &Marcher<'_>,
-    path: &ToolPath,
-    stop: &Stop,
-    start: &AxisVector,
-) -> Result<Candidate, AxesError> {
-    match stop {
-        Stop::Point { piece, pose } => stand(marcher, *piece, pose, start),
-        Stop::Curves(range) => run_curves(marcher, path, range.clone(), start),
-    }
 }
 
 /// A single pose with the rotaries nearest to `near`.
@@ -299,39 +292,63 @@ fn stand(
     Ok(Candidate { piece, runs: Vec::new(), stand: Some(q), start: rotaries, end: rotaries })
 }
 
+/// A stretch from each start, curve by curve.
 fn run_curves(
     marcher: &Marcher<'_>,
     path: &ToolPath,
     range: Range<usize>,
-    start: &AxisVector,
-) -> Result<Candidate, AxesError> {
-    let mut near = *start;
-    let mut found: Option<Candidate> = None;
-    for (piece, curve) in curves(path, range) {
-        let marched = marcher.curve(curve, &near).map_err(|trouble| trouble.of(piece))?;
-        let (Some(first), Some(last)) = (marched.nodes.first(), marched.nodes.last()) else {
-            continue;
+    starts: &[AxisVector],
+) -> Vec<Result<Candidate, AxesError>> {
+    let nothing = || Candidate {
+        piece: range.start,
+        runs: Vec::new(),
+        stand: None,
+        start: [0.0; 2],
+        end: [0.0; 2],
+    };
+    let mut all: Vec<Result<(AxisVector, Candidate), AxesError>> =
+        starts.iter().map(|start| Ok((*start, nothing()))).collect();
+    for (piece, curve) in curves(path, range.clone()) {
+        let motion = path.pieces.get(piece).map_or(Motion::Cut, |tool| tool.motion);
+        let near: Vec<AxisVector> = all.iter().flatten().map(|(near, _)| *near).collect();
+        let on = all.iter_mut().filter(|slot| slot.is_ok());
+        for (slot, marched) in on.zip(marcher.curve(curve, &near)) {
+            let Ok((near, candidate)) = slot else { continue };
+            let longer = marched.map_err(|trouble| trouble.of(piece)).and_then(|marched| {
+                candidate.extend(Run { piece, motion, marched }, near, marcher.options)
+            });
+            if let Err(error) = longer {
+                *slot = Err(error);
+            }
+        }
+    }
+    all.into_iter().map(|slot| slot.map(|(_, candidate)| candidate)).collect()
+}
+
+impl Candidate {
+    /// One more curve, which starts where the axes are `near`, and ends where that then is.
+    fn extend(
+        &mut self,
+        run: Run,
+        near: &mut AxisVector,
+        options: &AxesOptions,
+    ) -> Result<(), AxesError> {
+        let (Some(first), Some(last)) = (run.marched.nodes.first(), run.marched.nodes.last())
+        else {
+            return Ok(());
         };
         let [from, to] = [first, last].map(|node| strand::rotaries(&node.q[0]));
-        near = last.q[0];
-        let candidate = found.get_or_insert_with(|| Candidate {
-            piece,
-            runs: Vec::new(),
-            stand: None,
-            start: from,
-            end: from,
-        });
-        let turn = (from[0] - candidate.end[0]).abs().max((from[1] - candidate.end[1]).abs());
-        if turn > marcher.options.axis_tolerance {
+        *near = last.q[0];
+        if self.runs.is_empty() {
+            (self.piece, self.start, self.end) = (run.piece, from, from);
+        }
+        let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
+        if turn > options.axis_tolerance {
+            let piece = run.piece;
             return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });
         }
-        candidate.end = to;
-        let motion = path.pieces.get(piece).map_or(Motion::Cut, |tool| tool.motion);
-        candidate.runs.push(Run { piece, motion, marched });
+        self.end = to;
+        self.runs.push(run);
+        Ok(())
     }
-    found.ok_or(AxesError::Inverse {
-        piece: 0,
-        u: 0.0,
-        source: InverseError::NotFinite { what: "a curve without knots" },
-    })
 }

@@ -98,9 +98,9 @@ pub(super) fn stretch(candidates: Vec<Candidate>, options: &AxesOptions) -> Stre
     let marks = common(&candidates);
     let piece = candidates.first().map_or(0, |candidate| candidate.piece);
     let mut joints = Vec::new();
-    if let Some(first) = candidates.first() {
-        for mark in marks.iter().skip(1) {
-            let Some(&[run, node]) = mark.first() else { continue };
+    if let (Some(first), Some(marks)) = (candidates.first(), marks.first()) {
+        joints.reserve(marks.len());
+        for &[run, node] in marks.iter().skip(1) {
             let here = first.runs.get(run);
             let u = here.and_then(|run| run.marched.nodes.get(node)).map_or(0.0, |node| node.s);
             let piece = here.map_or(0, |run| run.piece);
@@ -108,22 +108,15 @@ pub(super) fn stretch(candidates: Vec<Candidate>, options: &AxesOptions) -> Stre
             joints.push(Joint { piece, u, inside });
         }
     }
-    let strands = candidates
-        .into_iter()
-        .enumerate()
-        .map(|(index, candidate)| {
-            let at: Vec<[usize; 2]> =
-                marks.iter().filter_map(|mark| mark.get(index)).copied().collect();
-            strand(candidate, &at, options)
-        })
-        .collect();
+    let both = candidates.into_iter().zip(&marks);
+    let strands = both.map(|(candidate, at)| strand(candidate, at, options)).collect();
     Stretch { piece, joints, strands }
 }
 
-/// Run and node of each candidate at every place they have in common, the end left out.
+/// For each candidate, run and node at every place they have in common, the end left out.
 fn common(candidates: &[Candidate]) -> Vec<Vec<[usize; 2]>> {
     let runs = candidates.iter().map(|candidate| candidate.runs.len()).min().unwrap_or(0);
-    let mut marks = Vec::new();
+    let mut marks = vec![Vec::new(); candidates.len()];
     for run in 0..runs {
         let nodes: Vec<&[_]> = candidates
             .iter()
@@ -139,13 +132,13 @@ fn common(candidates: &[Candidate]) -> Vec<Vec<[usize; 2]>> {
                 other.get(*at).is_some_and(|other| other.s.to_bits() == node.s.to_bits())
             });
             if found {
-                let others = at.iter().map(|&at| [run, at]);
-                marks.push(std::iter::once([run, index]).chain(others).collect());
+                let places = std::iter::once(index).chain(at.iter().copied());
+                marks.iter_mut().zip(places).for_each(|(marks, node)| marks.push([run, node]));
             }
         }
     }
-    if marks.is_empty() && !candidates.is_empty() {
-        marks.push(vec![[0, 0]; candidates.len()]);
+    for marks in marks.iter_mut().filter(|marks| marks.is_empty()) {
+        marks.push([0, 0]);
     }
     marks
 }

@@ -11,7 +11,7 @@ use std::iter::successors;
 
 /// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a
 /// step; what is beyond travel by less than this \[mm or rad\] is on its end.
-const TRAVEL_ROUNDING: f64 = 1e-9;
+pub(super) const TRAVEL_ROUNDING: f64 = 1e-9;
 
 /// The ends of travel of a machine.
 #[derive(Debug, Clone, Copy)]

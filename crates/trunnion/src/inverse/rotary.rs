@@ -216,7 +216,7 @@ impl Triangle {
 
     /// Both branches at once, + first.
     #[inline]
-    pub(super) fn both(&self, seen: Seen<f64>) -> [[Turn<f64>; 2]; 2] {
+    pub(super) fn both<T: Real>(&self, seen: Seen<T>) -> [[Turn<T>; 2]; 2] {
         let angles = self.angles(seen);
         [self.branch(&angles, 1.0), self.branch(&angles, -1.0)]
     }

@@ -247,10 +247,7 @@ impl Inverse {
             return Err(self.singular());
         }
         let turns = self.triangle.turns(seen, branch.sign());
-        if !turns.iter().all(|turn| turn.angle.c.iter().all(|c| c.is_finite())) {
-            let [first, second] = self.rotary_names();
-            return Err(InverseError::Rim { first, second });
-        }
+        self.off_rim(&turns)?;
         self.slide_jets(rates, &turns)
     }
 
@@ -268,18 +265,47 @@ impl Inverse {
         pole: f64,
         reach: f64,
     ) -> Result<Rates, InverseError> {
+        let [plus, minus] = self.both_jets_through(rates, pole, reach)?;
+        Ok(if branch == Branch::Plus { plus } else { minus })
+    }
+
+    /// Both branches of [`Inverse::jets_through`], `Plus` first, for little more than the price of one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::jets_through`].
+    pub fn both_jets_through(
+        &self,
+        rates: &PoseRates,
+        pole: f64,
+        reach: f64,
+    ) -> Result<[Rates; 2], InverseError> {
         let axis = direction(rates)?;
+        let seen = self.triangle.see(axis);
         let plain = self.triangle.see(axis.map(Real::value));
-        if self.reachable(&plain, pole, || unit(axis))? == Place::Regular {
-            return Ok(Rates { q: self.jets(rates, branch)?, lost: 0 });
+        if self.reachable(&plain, pole.max(ROUNDING), || unit(axis))? == Place::Regular {
+            let [plus, minus] = self.triangle.both(seen);
+            self.off_rim(&plus)?;
+            self.off_rim(&minus)?;
+            let [plus, minus] = [self.slide_jets(rates, &plus)?, self.slide_jets(rates, &minus)?];
+            return Ok([plus, minus].map(|q| Rates { q, lost: 0 }));
         }
         let least = [1, 2, 3].map(|order| pole.max(ROUNDING) / reach.powi(order));
-        let seen = self.triangle.see(axis);
-        let (turns, lost) = self
-            .triangle
-            .through_pole(seen, branch.sign(), least)
-            .ok_or_else(|| self.singular())?;
-        Ok(Rates { q: self.slide_jets(rates, &turns)?, lost })
+        let through = |branch: Branch| -> Result<Rates, InverseError> {
+            let found = self.triangle.through_pole(seen, branch.sign(), least);
+            let (turns, lost) = found.ok_or_else(|| self.singular())?;
+            Ok(Rates { q: self.slide_jets(rates, &turns)?, lost })
+        };
+        Ok([through(Branch::Plus)?, through(Branch::Minus)?])
+    }
+
+    /// On the rim of reach the rotaries have no derivatives.
+    fn off_rim(&self, turns: &[Turn<Jet>; 2]) -> Result<(), InverseError> {
+        if turns.iter().all(|turn| turn.angle.c.iter().all(|c| c.is_finite())) {
+            return Ok(());
+        }
+        let [first, second] = self.rotary_names();
+        Err(InverseError::Rim { first, second })
     }
 
     /// Position and derivatives of all axes while the rotaries move as prescribed and the tip as

@@ -38,6 +38,13 @@ impl<const N: usize> Quintic<N> {
         [d[0], d[1] * one, d[2] * (2.0 * two), d[3] * (6.0 * one * two)]
     }
 
+    /// Third derivative at both ends.
+    pub fn thirds(&self) -> [SVector<f64, N>; 2] {
+        let [_, _, _, c3, c4, c5] = &self.powers;
+        let scale = 6.0 / self.length.powi(3);
+        [c3 * scale, (c3 + c4 * 4.0 + c5 * 10.0) * scale]
+    }
+
     /// Value at `x` from the start.
     pub fn value(&self, x: f64) -> SVector<f64, N> {
         let t = x / self.length;
@@ -64,6 +71,8 @@ mod tests {
             for (got, want) in quintic.at(x - 1.0).iter().zip(sample(x)) {
                 assert!((got - want).norm() < 1e-11 * (1.0 + want.norm()), "at {x}");
             }
+            let [start, end] = quintic.thirds();
+            assert!((start - a[3]).norm() < 1e-9 && (end - b[3]).norm() < 1e-9);
             assert!((quintic.value(x - 1.0) - sample(x)[0]).norm() < 1e-11 * 250.0);
         }
     }

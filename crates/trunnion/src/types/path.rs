@@ -175,7 +175,15 @@ impl PoseCurve {
 
     /// Tool pose at `u`; `None` where the axis vector vanishes.
     pub fn pose(&self, u: f64) -> Option<ToolPose> {
-        self.rates(u).pose()
+        self.pose_in(self.span_at(u), u)
+    }
+
+    /// As [`PoseCurve::pose`], from a given span.
+    pub fn pose_in(&self, span: usize, u: f64) -> Option<ToolPose> {
+        let start = self.knots.get(span).copied().unwrap_or(0.0);
+        let value = self.spans.get(span)?.value(u - start);
+        let axis = UnitVector3::try_new(value.fixed_rows::<3>(3).into_owned(), f64::MIN_POSITIVE)?;
+        Some(ToolPose { tip: Point3::from(value.fixed_rows::<3>(0).into_owned()), axis })
     }
 }
 
@@ -198,6 +206,11 @@ impl Span {
             d[0] = d[0] * x + c;
         }
         [d[0], d[1], d[2] * 2.0, d[3] * 6.0]
+    }
+
+    /// Value at `x` from the span's start.
+    pub fn value(&self, x: f64) -> PoseCoordinates {
+        self.coefficients.iter().rev().fold(PoseCoordinates::zeros(), |sum, c| sum * x + c)
     }
 }
 

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 #![allow(dead_code, reason = "every test binary uses its own part of this module")]
 
-use nalgebra::{Point3, UnitVector3, Vector3};
+use nalgebra::{Point3, SVector, UnitVector3, Vector3};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -12,7 +12,8 @@ use trunnion::machine::{
     AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec,
     Output, Retract, Setup, Singular,
 };
-use trunnion::types::ToolPose;
+use trunnion::math::jet::Jet;
+use trunnion::types::{Geometry, PoseCurve, Span, ToolPose};
 
 pub(crate) type V3 = Vector3<f64>;
 
@@ -151,4 +152,45 @@ pub(crate) fn joints(machine: &Value) -> Kinematics {
 
 pub(crate) fn pose(tip: V3, axis: V3) -> ToolPose {
     ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_normalize(axis) }
+}
+
+/// Quintic spans through value and two derivatives of tip and axis at the knots.
+pub(crate) fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -> Geometry {
+    let jets = |u: f64| {
+        let (tip, axis) = at(Jet::variable(u));
+        let mut taylor = [SVector::<f64, 9>::zeros(); 3];
+        for (row, jet) in tip.iter().chain(&axis).chain(&tip).enumerate() {
+            for (order, coefficients) in taylor.iter_mut().enumerate() {
+                coefficients[row] = jet.c[order];
+            }
+        }
+        taylor
+    };
+    let spans = knots
+        .windows(2)
+        .map(|pair| {
+            let h = pair[1] - pair[0];
+            let [a, b] = [jets(pair[0]), jets(pair[1])];
+            let [d0, d1, d2] = [
+                (b[0] - a[0] - a[1] * h - a[2] * (h * h)) / h.powi(3),
+                (b[1] - a[1] - a[2] * (2.0 * h)) / h.powi(2),
+                (b[2] - a[2]) / h,
+            ];
+            Span {
+                coefficients: [
+                    a[0],
+                    a[1],
+                    a[2],
+                    d0 * 10.0 - d1 * 4.0 + d2,
+                    (d0 * -15.0 + d1 * 7.0 - d2 * 2.0) / h,
+                    (d0 * 6.0 - d1 * 3.0 + d2) / (h * h),
+                ],
+            }
+        })
+        .collect();
+    Geometry::Curve(PoseCurve { knots, spans })
+}
+
+pub(crate) fn knots(from: f64, to: f64, count: u32) -> Vec<f64> {
+    (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect()
 }

@@ -1,0 +1,131 @@
+//! Tool path to axis path: 10^6 poses on one core, branch and whole turns chosen over all of them.
+//!
+//! `one pass` is one cut without a link, `passes` a hundred cuts joined by links, `travel ends` a
+//! cut whose rotary has to unwind. Goal: 1 s for 10^6 poses. Other poses: `cargo bench --bench axes
+//! -- 100000`.
+
+#![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
+#![expect(clippy::print_stdout, reason = "the figures are what it is for")]
+
+#[path = "../tests/chains/mod.rs"]
+mod chains;
+
+use chains::{V3, curve, knots};
+use nalgebra::Vector3;
+use std::time::Instant;
+use trunnion::axes::{AxesOptions, FeedPoint, RetractOptions, follow};
+use trunnion::files::machine::{BUILT_IN, parse};
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::math::jet::Real;
+use trunnion::types::{AxisVector, Geometry, Motion, Silent, ToolPath, ToolPiece};
+
+/// Distance of two poses along a pass \[mm\].
+const STEP: f64 = 0.05;
+const RUNS: usize = 3;
+
+fn main() {
+    let poses = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(1_000_000);
+    // What a core does, not what a machine does.
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
+    for machine in ["bc-trunnion", "layout-13-ca-head-head", "layout-33-ca-table-head"] {
+        measure(machine, "one pass", &passes(1, poses, 0.0), None);
+        measure(machine, "passes", &passes(100, poses / 100, 0.0), None);
+    }
+    let retract = RetractOptions {
+        up: Vector3::z_axis(),
+        plane: 200.0,
+        least: 50.0,
+        approach: 20.0,
+        margin: 1.0,
+        price: 100.0,
+        price_in_cut: 1000.0,
+    };
+    measure("bc-trunnion", "one pass, may retract", &passes(1, poses, 0.0), Some(retract));
+    // Twenty turns about the workpiece-side rotary, which has less than one on this machine.
+    let turns = 20.0 * std::f64::consts::TAU;
+    measure("gantry-ca-fork", "travel ends", &passes(1, poses, turns), Some(retract));
+}
+
+/// Cuts to and fro over a wavy face, the tool leaning on a wandering side; `turns` \[rad\] about the
+/// vertical on the way.
+fn passes(count: u32, poses: u32, turns: f64) -> ToolPath {
+    let length = STEP * f64::from(poses);
+    let mut pieces: Vec<ToolPiece> = Vec::new();
+    for pass in 0..count {
+        let row = f64::from(pass);
+        let geometry = curve(knots(0.0, length, poses), |u| {
+            // To and fro over 120 mm, so that long passes stay inside travel.
+            let (sin, cos) = (u * (1.0 / 60.0) + row).sin_cos();
+            let (wave, _) = (u * 0.05 + row * 0.3).sin_cos();
+            let lean = wave * 0.1 + 0.4;
+            let side = (wave * 0.5) + u * (turns / length);
+            let ([s, c], [t, d]) =
+                ([lean.sin_cos().0, lean.sin_cos().1], [side.sin_cos().0, side.sin_cos().1]);
+            ([cos * 60.0, sin * 60.0 + row * 0.5, wave * 5.0], [s * d, s * t, c])
+        });
+        let Geometry::Curve(this) = &geometry else { continue };
+        if let Some(ToolPiece { geometry: Geometry::Curve(before), .. }) = pieces.last() {
+            let [from, to] = [before.pose(length).unwrap(), this.pose(0.0).unwrap()];
+            let geometry = Geometry::Reorient { from, to };
+            pieces.push(ToolPiece { motion: Motion::Link, geometry });
+        }
+        pieces.push(ToolPiece { motion: Motion::Cut, geometry });
+    }
+    ToolPath { pieces }
+}
+
+/// Seconds of processor time so far, where the system tells (in hundredths): on a busy machine the
+/// clock on the wall counts what others do.
+fn processor() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
+    let [user, system]: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
+    Some((user + system) / 100.0)
+}
+
+fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptions>) {
+    let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) else {
+        println!("no machine {name}");
+        return;
+    };
+    let machine = parse(text).unwrap().machine;
+    let middle = |axis: usize| {
+        let [low, high] = machine.axes[axis].limits;
+        0.5 * (low + high)
+    };
+    let rest = AxisVector::from([middle(0), middle(1), middle(2), 0.0, 0.3]);
+    let at_zero = Kinematics::new(&machine, &Setup::new(V3::zeros(), [0.0; 3], 120.0));
+    // The part stands where the tool is in the middle of travel.
+    let origin = at_zero.forward(&rest).tip.coords;
+    let kinematics = Kinematics::new(&machine, &Setup::new(origin, [0.0; 3], 120.0));
+    let options = AxesOptions {
+        tip_tolerance: 1e-3,
+        axis_tolerance: 1e-4,
+        max_rotary_step: 0.05,
+        feed_at: FeedPoint::Tip,
+        rotary_weights: [1.0, 1.0],
+        start: machine.home(),
+        retract,
+        singular: None,
+    };
+    let [mut best, mut cpu] = [f64::INFINITY; 2];
+    let mut told = String::new();
+    for _ in 0..RUNS {
+        let (start, before) = (Instant::now(), processor());
+        let followed = follow(&kinematics, path, &options, &Silent);
+        best = best.min(start.elapsed().as_secs_f64());
+        cpu = cpu.min(processor().zip(before).map_or(f64::NAN, |(end, start)| end - start));
+        told = match followed {
+            Ok(found) => format!(
+                "{} nodes, {} retracts, travel {:.9} rad, off by {:.3e} mm {:.3e} rad",
+                found.path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>(),
+                found.retracts.len(),
+                found.rotary_travel,
+                found.deviation.tip,
+                found.deviation.axis
+            ),
+            Err(error) => error.to_string(),
+        };
+    }
+    println!("{name}, {what}: {best:.3} s, processor {cpu:.2} s, of {RUNS} runs the best; {told}");
+}
