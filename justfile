@@ -12,9 +12,10 @@ ci:
     bash .ci/run
 
 # Long random tests; proptest prints and keeps the seed of a failure. `just torture 100000` for more.
-# The round trips of the kinematics print their seed; TRUNNION_TORTURE_SEED=... repeats one.
+# The round trips of the kinematics and the choice of branches print their seed;
+# TRUNNION_TORTURE_SEED=... repeats one.
 torture cases="20000":
-    TRUNNION_TORTURE=1 cargo test --release -p trunnion --test round_trip -- --nocapture
+    TRUNNION_TORTURE=1 cargo test --release -p trunnion --test round_trip --test branches -- --nocapture
     PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
 # Figures, side by side with their peers.

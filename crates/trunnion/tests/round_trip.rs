@@ -3,14 +3,15 @@
 //! a layout and 10^4 chains. The seed is printed; `TRUNNION_TORTURE_SEED` repeats a run.
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
-#![expect(clippy::print_stdout, reason = "the seed is what repeats a failure")]
+#![expect(clippy::print_stdout, reason = "the worst found says how near it is")]
 
 mod chains;
+mod dice;
 
-use chains::{V3, axis, spec};
+use chains::{axis, spec};
+use dice::{Random, full, seed};
 use nalgebra::{Point3, UnitVector3};
-use std::f64::consts::{PI, TAU};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::f64::consts::PI;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::{Inverse, InverseError, Solutions};
 use trunnion::machine::{FIRST_ROTARY, Kinematics, Machine, Setup};
@@ -20,51 +21,6 @@ use trunnion::types::{AxisVector, ToolPose};
 /// What the round trip keeps \[mm, rad\].
 const TIP: f64 = 1e-9;
 const AXIS: f64 = 1e-12;
-
-/// Whether the full count is asked for.
-fn full() -> bool {
-    std::env::var("TRUNNION_TORTURE").is_ok_and(|word| word != "0")
-}
-
-/// The seed: stated, or new for the full count, or always the same.
-fn seed() -> u64 {
-    let stated = std::env::var("TRUNNION_TORTURE_SEED").ok().map(|word| word.parse().unwrap());
-    let clock = || SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs();
-    let seed = stated.unwrap_or_else(|| if full() { clock() } else { 1 });
-    println!("TRUNNION_TORTURE_SEED={seed}");
-    seed
-}
-
-/// Steele, Lea and Flood's splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// In `[low, high)`.
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    fn below(&mut self, count: u64) -> usize {
-        usize::try_from(self.bits() % count).unwrap()
-    }
-
-    fn point(&mut self, size: f64) -> V3 {
-        V3::from_fn(|_, _| self.within(-size, size))
-    }
-
-    fn direction(&mut self) -> UnitVector3<f64> {
-        let (z, turn) = (self.within(-1.0, 1.0), self.within(0.0, TAU));
-        let across = (1.0 - z * z).sqrt();
-        UnitVector3::new_normalize(V3::new(across * turn.cos(), across * turn.sin(), z))
-    }
-}
 
 /// Worst error of forward of inverse at a pose, over its solutions \[mm, rad\], and how far the slides
 /// went \[mm\]; `None` where the slides lie in one plane.
