@@ -307,6 +307,57 @@ fn slides_of_paper_000(d2: f64, q: &[AxisVector; 3], tip: [V3; 3], p: &V3) -> [V
     ]
 }
 
+/// Paper 000 runs a cubic through four joint angles and takes their rates from it (eq. 17, 18 put
+/// right). The exact jets tell by how much that is off: angles as the fourth power of the stretch, rates
+/// as the third, accelerations as the square only.
+#[test]
+fn cubics_through_joint_angles_are_off() {
+    let mut axes = chains::slides();
+    axes.push(axis("C", V3::z(), Some(V3::zeros())));
+    axes.push(axis("A", V3::x(), Some(V3::zeros())));
+    let spec = spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z());
+    let setup = Setup::new(V3::zeros(), [0.0; 3], 0.0);
+    let inverse = Inverse::new(&Kinematics::new(&Machine::new(spec).unwrap(), &setup)).unwrap();
+    let exact = |u: f64| {
+        let u = Jet::variable(u);
+        let axis = [u * 0.5 + 0.3, u * u * 0.3 + u * -0.2 + 0.4, Jet::constant(0.8)];
+        inverse.jets(&rates([Jet::constant(0.0); 3], axis), Branch::Plus).unwrap()
+    };
+    // Largest errors of angle, rate and acceleration over [0, h].
+    let off = |h: f64| {
+        let at = [0.0, 1.0, 2.0, 3.0].map(|i| exact(h * i / 3.0)[0]);
+        // Newton's divided differences, with the third of the stretch as unit.
+        let [d1, d2] = [at[1] - at[0], (at[2] - at[1] * 2.0 + at[0]) / 2.0];
+        let d3 = (at[3] - at[2] * 3.0 + at[1] * 3.0 - at[0]) / 6.0;
+        let mut worst = [0.0_f64; 3];
+        for i in 0..=200 {
+            let x = 3.0 * f64::from(i) / 200.0;
+            let third = h / 3.0;
+            let cubic = [
+                at[0] + d1 * x + d2 * (x * (x - 1.0)) + d3 * (x * (x - 1.0) * (x - 2.0)),
+                (d1 + d2 * (2.0 * x - 1.0) + d3 * (3.0 * x * x - 6.0 * x + 2.0)) / third,
+                (d2 * 2.0 + d3 * (6.0 * x - 6.0)) / (third * third),
+            ];
+            for (order, q) in cubic.iter().enumerate() {
+                let error = (q - exact(x * third)[order]).fixed_rows::<2>(3).amax();
+                worst[order] = worst[order].max(error);
+            }
+        }
+        worst
+    };
+    let [angle, rate, acceleration] = off(0.125);
+    // In rad, rad per u, rad per u^2, beside jets that are exact to 1e-12.
+    for (found, expected) in [(angle, 3.26e-6), (rate, 4.71e-4), (acceleration, 4.16e-2)] {
+        assert!((found / expected - 1.0).abs() < 0.01, "{found:e} {expected:e}");
+    }
+    let half = off(0.0625);
+    for (order, (whole, half)) in [angle, rate, acceleration].iter().zip(half).enumerate() {
+        let power = (whole / half).log2();
+        let expected = [4.0, 3.0, 2.0][order];
+        assert!((power - expected).abs() < 0.4, "order {order}: {power}");
+    }
+}
+
 /// A great circle at a distance from the pole: extremes of the free axis' derivatives.
 #[test]
 fn past_a_pole() {
