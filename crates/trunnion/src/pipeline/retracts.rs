@@ -71,10 +71,13 @@ pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
     } else {
         ""
     };
+    let times = match retracts.len() {
+        1 => "once".to_owned(),
+        count => format!("{count} times"),
+    };
     Some(format!(
-        "travel of a rotary axis ends on the path: the tool retracts and unwinds {} times in {seconds:.1} s, \
+        "travel of a rotary axis ends on the path: the tool retracts and unwinds {times} in {seconds:.1} s, \
          {inside} of them inside a pass{marks}; the first: {}",
-        retracts.len(),
         line(first)
     ))
 }
