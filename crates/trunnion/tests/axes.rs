@@ -1,6 +1,6 @@
 //! Axis paths against the exact kinematics, another discretisation, and brute force.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 mod chains;
 mod every_choice;

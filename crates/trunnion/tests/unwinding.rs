@@ -1,7 +1,7 @@
 //! A whole job on a machine whose rotary travel ends inside a pass: what the summary, the setup sheet
 //! and the programs say of the retract, and that the part still comes out right.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use trunnion::files::{job, machine};
 use trunnion::import::surface_json;
