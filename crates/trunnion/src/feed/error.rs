@@ -153,6 +153,24 @@ pub enum FeedError {
         /// The value.
         value: f64,
     },
+    /// An option of the block-wise planner makes no sense.
+    #[error("{name} is {value}; it must be finite and positive")]
+    BadBlockOption {
+        /// What it is.
+        name: &'static str,
+        /// Value given.
+        value: f64,
+    },
+    /// A move is infinite or not a number.
+    #[error("move {index}: axis {axis} moves by {value}; it must be finite")]
+    BadMove {
+        /// Index of the move.
+        index: usize,
+        /// Index of the axis.
+        axis: usize,
+        /// The value.
+        value: f64,
+    },
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -169,7 +187,7 @@ pub(super) fn validate<const N: usize>(
     path.pieces.iter().enumerate().try_for_each(|(index, piece)| validate_piece(index, piece))
 }
 
-fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
+pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
     let all: [(LimitKind, Option<SVector<f64, N>>); 4] = [
         (LimitKind::Velocity, Some(limits.velocity)),
         (LimitKind::Rapid, Some(limits.rapid)),

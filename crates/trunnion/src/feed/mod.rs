@@ -12,8 +12,10 @@
 //! lower    certified lower bound of the time
 //! check    what the schedule does, measured with another discretisation
 //! jerk     the same for schedules with jerk limits
+//! blocks   the classical planner: straight blocks with look-ahead
 //! ```
 
+mod blocks;
 mod cell;
 mod check;
 mod error;
@@ -23,6 +25,7 @@ mod profile;
 mod refine;
 mod strip;
 
+pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
 pub use error::{FeedError, LimitKind};
 pub use jerk::jerk;
 
