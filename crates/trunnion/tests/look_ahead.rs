@@ -136,8 +136,14 @@ fn circle(count: u32) -> (Vec<Vector2<f64>>, AxisPath<2>) {
     (moves, AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] })
 }
 
-const FEED: FeedOptions =
-    FeedOptions { feed: Some(100.0), link_feed: None, tip: None, time_tolerance: 1e-3 };
+const FEED: FeedOptions = FeedOptions {
+    feed: Some(100.0),
+    link_feed: None,
+    tip: None,
+    time_tolerance: 1e-3,
+    ends: [0.0; 2],
+    guarantee: true,
+};
 
 /// Where the paper falls short: its time depends on servo period and length of blocks, and where it
 /// is fast the accelerations are not kept. The optimum of the circle takes 0.73 s.

@@ -171,6 +171,65 @@ pub enum FeedError {
         /// The value.
         value: f64,
     },
+    /// Another number of given speeds than pieces.
+    #[error(
+        "the path has {path} piece(s), but speeds are given for {given}; give one list a piece"
+    )]
+    GivenPieces {
+        /// Pieces of the path.
+        path: usize,
+        /// Lists given.
+        given: usize,
+    },
+    /// A row of a given speed makes no sense.
+    #[error(
+        "piece {piece}, row {row} of the given speeds: s = {s} after {before}, speed {speed}; \
+         s must increase, speeds be finite and not negative"
+    )]
+    GivenRow {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the row.
+        row: usize,
+        /// Its path parameter.
+        s: f64,
+        /// Path parameter of the row before.
+        before: f64,
+        /// Its speed.
+        speed: f64,
+    },
+    /// Given speeds do not cover their piece.
+    #[error(
+        "piece {piece} runs from s = {from} to {to}, but the {rows:?} places and speeds given for it \
+         run from {first} to {last}; give at least two rows that cover the piece"
+    )]
+    GivenCover {
+        /// Index of the piece.
+        piece: usize,
+        /// Start of the piece.
+        from: f64,
+        /// Its end.
+        to: f64,
+        /// First place given.
+        first: f64,
+        /// Last place given.
+        last: f64,
+        /// Numbers of places and of speeds.
+        rows: [usize; 2],
+    },
+    /// A given speed is zero where the path goes on: the end would never be reached.
+    #[error(
+        "piece {piece}: the given speed is zero from s = {from} to {to}, where the path goes on; \
+         give a speed there"
+    )]
+    GivenStop {
+        /// Index of the piece.
+        piece: usize,
+        /// Start of the stretch.
+        from: f64,
+        /// Its end.
+        to: f64,
+    },
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -13,12 +13,14 @@
 //! check    what the schedule does, measured with another discretisation
 //! jerk     the same for schedules with jerk limits
 //! blocks   the classical planner: straight blocks with look-ahead
+//! given    the user's own speed: what the axes do, which limits break
 //! ```
 
 mod blocks;
 mod cell;
 mod check;
 mod error;
+mod given;
 mod jerk;
 mod lower;
 mod profile;
@@ -27,10 +29,12 @@ mod strip;
 
 pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
 pub use error::{FeedError, LimitKind};
+pub use given::{Breach, GivenSpeed, given};
 pub use jerk::jerk;
 
 use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
 use nalgebra::SVector;
+use profile::{Grid, Profile};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -253,15 +257,26 @@ fn plan_piece<const N: usize>(
 ) -> Result<PlannedPiece, FeedError> {
     let (grid, profile) = refine::plan(piece, limits, (options, ends));
     ends.reached(&profile)?;
-    let schedule = profile.schedule(&grid);
-    Ok(PlannedPiece {
-        lower_bound: lower::bound(&grid, limits, ends),
+    let lower_bound = lower::bound(&grid, limits, ends);
+    Ok(planned(piece, (&grid, &profile), limits, lower_bound))
+}
+
+/// A profile as a schedule, and what is known about it.
+fn planned<const N: usize>(
+    piece: &AxisPiece<N>,
+    (grid, profile): (&Grid<N>, &Profile),
+    limits: &Reciprocals<N>,
+    lower_bound: f64,
+) -> PlannedPiece {
+    let schedule = profile.schedule(grid);
+    PlannedPiece {
+        lower_bound,
         measured: check::measure(piece, &schedule, limits),
-        bounds: check::bounds(&grid, &profile, limits),
-        binding: check::binding(&grid, &profile, limits),
+        bounds: check::bounds(grid, profile, limits),
+        binding: check::binding(grid, profile, limits),
         inserted: schedule.s.len() - piece.nodes.len(),
         schedule,
-    })
+    }
 }
 
 /// Squared speeds at the ends of a piece.
@@ -280,7 +295,7 @@ impl Ends {
     }
 
     /// Whether a profile has the speeds asked for; it has lower ones where those are impossible.
-    fn reached(&self, profile: &profile::Profile) -> Result<(), FeedError> {
+    fn reached(&self, profile: &Profile) -> Result<(), FeedError> {
         // Half of a speed's digits: passes lose a few roundings a row.
         let short = |wanted: f64, got: f64| got < wanted * (1.0 - f64::EPSILON.sqrt());
         let [first, last] = [profile.x.first(), profile.x.last()].map(|x| x.map_or(0.0, |x| *x));

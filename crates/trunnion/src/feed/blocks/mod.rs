@@ -13,8 +13,8 @@ pub use ramp::Ramp;
 use super::cell::Cell;
 use super::profile::{Grid, Profile};
 use super::{
-    FeedError, FeedOptions, Limits, Plan, PlannedPiece, Reciprocals, assemble, check, error, lower,
-    plan_all,
+    Ends, FeedError, FeedOptions, Limits, Plan, PlannedPiece, Reciprocals, assemble, error, lower,
+    plan_all, planned,
 };
 use crate::types::{AxisPath, AxisPiece, Motion, Progress};
 use ahead::Row;
@@ -164,11 +164,14 @@ pub fn blocks<const N: usize>(
 ) -> Result<Plan, FeedError> {
     error::validate(path, limits, feeds)?;
     validate(options)?;
-    let planned = plan_all(path, progress, |piece| {
+    let count = path.pieces.len();
+    let planned = plan_all(path, progress, |index, piece| {
         let inverse = Reciprocals::new(piece.motion, limits, feeds);
+        let ends = Ends::of(index, count, feeds);
         let mut rows = rows(piece, limits, &inverse);
-        let speeds = plan_rows(&mut rows, &limits.acceleration, options, [0.0; 2]);
-        planned(piece, &inverse, &rows, &speeds)
+        let speeds = [ends.start.sqrt(), ends.end.sqrt()];
+        let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
+        run(piece, &inverse, (&rows, &speeds), &ends)
     })?;
     Ok(assemble(planned))
 }
@@ -205,20 +208,20 @@ fn rows<const N: usize>(
 const LEAST_SHARE: f64 = 1.5e-8;
 
 /// The blocks' speeds as a schedule of the path.
-fn planned<const N: usize>(
+fn run<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Reciprocals<N>,
-    rows: &[Row<N>],
-    speeds: &[f64],
-) -> PlannedPiece {
+    (rows, speeds): (&[Row<N>], &[f64]),
+    ends: &Ends,
+) -> Result<PlannedPiece, FeedError> {
     let mut grid = Grid { s: Vec::new(), cells: Vec::new() };
     let mut profile = Profile { x: Vec::new() };
-    let mut whole = Grid { s: Vec::new(), cells: Vec::new() };
+    let mut nodes = Grid { s: Vec::new(), cells: Vec::new() };
     for ((pair, row), speed) in piece.nodes.windows(2).zip(rows).zip(speeds.windows(2)) {
         let ramp = Ramp::new(row.length, [speed[0], speed[1]], row.feed, [row.acceleration; 2]);
         let mut rest = Cell::between(&pair[0], &pair[1]);
         let start = pair[0].s;
-        whole.cells.push(rest);
+        nodes.cells.push(rest);
         grid.s.push(start);
         profile.x.push(speed[0] * speed[0]);
         let [up, even, _] = ramp.distances;
@@ -236,15 +239,9 @@ fn planned<const N: usize>(
     }
     grid.s.extend(piece.nodes.last().map(|node| node.s));
     profile.x.extend(speeds.last().map(|speed| speed * speed));
-    let schedule = profile.schedule(&grid);
-    PlannedPiece {
-        lower_bound: lower::bound(&whole, limits),
-        measured: check::measure(piece, &schedule, limits),
-        bounds: check::bounds(&grid, &profile, limits),
-        binding: check::binding(&grid, &profile, limits),
-        inserted: schedule.s.len() - piece.nodes.len(),
-        schedule,
-    }
+    ends.reached(&profile)?;
+    let lower_bound = lower::bound(&nodes, limits, ends);
+    Ok(planned(piece, (&grid, &profile), limits, lower_bound))
 }
 
 fn validate(options: &BlockOptions) -> Result<(), FeedError> {
