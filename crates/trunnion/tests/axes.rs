@@ -319,6 +319,8 @@ fn turns_are_unwound_on_links() {
     let AxesError::OutOfTravel { axis, excess, .. } = &error else { panic!("{error}") };
     assert_eq!(axis, "C");
     assert!(*excess > 1.0, "{error}");
+    let told = format!("by {:.4} deg on", excess.to_degrees());
+    assert!(error.to_string().contains(&told), "{error}");
     let mut pieces = Vec::new();
     for geometry in &turns {
         if let Some(ToolPiece { geometry: last, .. }) = pieces.last() {
@@ -390,6 +392,7 @@ fn what_cannot_be_run_says_where_and_why() {
     assert_eq!(name, "X");
     assert!((excess - (value - limit)).abs() < 1e-6 && (*excess - 2e5).abs() < 500.0, "{error}");
     assert!(error.to_string().contains("mm or more beyond the ends of X; turn"), "{error}");
+    assert!(error.to_string().contains(&format!("by {excess:.4} mm on")), "{error}");
 
     let gap =
         vec![cut(straight(V3::zeros(), V3::x(), axis)), cut(straight(V3::y(), V3::x(), axis))];

@@ -29,7 +29,8 @@ pub enum AxesError {
     },
     /// A stretch leaves travel on every branch and turn; the nearest is told.
     #[error(
-        "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {value:.4}, beyond its end of travel {limit:.4} by {excess:.4} (mm or rad) on the best branch; {remedy}"
+        "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {}, beyond its end of travel {} by {} on the best branch; {remedy}",
+        in_unit(*rotary, *value), in_unit(*rotary, *limit), in_unit(*rotary, *excess)
     )]
     OutOfTravel {
         /// Index of the tool-path piece.
@@ -40,6 +41,8 @@ pub enum AxesError {
         u: f64,
         /// Name of the axis.
         axis: String,
+        /// Whether it turns.
+        rotary: bool,
         /// Where it would have to be \[mm or rad\].
         value: f64,
         /// End of travel \[mm or rad\].
@@ -77,7 +80,8 @@ pub enum AxesError {
     },
     /// Two curves meet in the singular direction, but leave it different ways.
     #[error(
-        "between pieces {before} and {piece} a rotary axis must turn by {turn:.4} rad while the tool stands in the singular direction; put a link between them, or turn the setup so that the path keeps off that direction"
+        "between pieces {before} and {piece} a rotary axis must turn by {:.4} deg while the tool stands in the singular direction; put a link between them, or turn the setup so that the path keeps off that direction",
+        turn.to_degrees()
     )]
     TurnAtRest {
         /// Index of the piece after.
@@ -103,6 +107,11 @@ pub enum AxesError {
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// A position or distance for people.
+fn in_unit(rotary: bool, value: f64) -> String {
+    if rotary { format!("{:.4} deg", value.to_degrees()) } else { format!("{value:.4} mm") }
 }
 
 /// All options positive and finite.

@@ -200,16 +200,16 @@ pub(super) fn explain(
     stretches: &[Stretch],
     links: &[Link],
 ) -> AxesError {
-    let AxesError::OutOfTravel { piece, node, u, axis, value, limit, excess, remedy } = error
+    let AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy } =
+        error
     else {
         return error;
     };
     let kinematics = marcher.inverse.kinematics();
-    let linear = kinematics.machine().index_of(&axis).is_some_and(|axis| axis < FIRST_ROTARY);
-    let found = linear.then(|| free(marcher, stretches, links)).flatten();
+    let found = (!rotary).then(|| free(marcher, stretches, links)).flatten();
     let told = found.and_then(|followed| origins(kinematics, &followed));
     let remedy = told.map_or(remedy, |origins| advice(kinematics, &origins));
-    AxesError::OutOfTravel { piece, node, u, axis, value, limit, excess, remedy }
+    AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy }
 }
 
 /// The path on the same machine without ends of the linear axes.

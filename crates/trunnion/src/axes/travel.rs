@@ -144,7 +144,8 @@ impl Travel<'_> {
     pub(super) fn fault(self, (piece, node, u): (usize, usize, f64), beyond: &Beyond) -> AxesError {
         let Beyond { axis, value, limit, excess } = *beyond;
         let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
-        let remedy = if axis < FIRST_ROTARY {
+        let rotary = axis >= FIRST_ROTARY;
+        let remedy = if !rotary {
             let way = if value > limit { "down" } else { "up" };
             format!(
                 "move the workpiece origin so that {name} comes {way} by {excess:.3} mm, or turn the setup"
@@ -152,7 +153,7 @@ impl Travel<'_> {
         } else {
             format!("turn the setup, or split the path so that {name} can unwind on a link")
         };
-        AxesError::OutOfTravel { piece, node, u, axis: name, value, limit, excess, remedy }
+        AxesError::OutOfTravel { piece, node, u, axis: name, rotary, value, limit, excess, remedy }
     }
 }
 

@@ -19,8 +19,8 @@ pub enum PositioningError {
     },
     /// The range of the offset direction is empty or leaves (-90, 90) degrees.
     #[error(
-        "the offset range [{:.4}, {:.4}] rad must be ascending and inside (-pi/2, pi/2)",
-        .range[0], .range[1]
+        "the offset range [{:.4}, {:.4}] deg must be ascending and inside (-90, 90)",
+        .range[0].to_degrees(), .range[1].to_degrees()
     )]
     OffsetRange {
         /// The range given \[rad\].
