@@ -15,6 +15,7 @@ mod position;
 mod progress;
 mod report;
 mod run;
+mod setup;
 mod table;
 mod text;
 
@@ -38,6 +39,13 @@ struct Arguments {
 enum Verb {
     /// The whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
+    /// The rotation of the workpiece that keeps a job's path off the singular directions.
+    ///
+    /// Next to a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must
+    /// turn fast, and holds the feed back. Turning the workpiece moves the path away from there.
+    /// Prints the [setup] lines to paste into the job file. The part alone is looked at: see that it
+    /// clears table and fixture.
+    Setup(setup::Args),
     /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
     Inspect(inspect::Args),
     /// Machine files: those built in, what is in one, what is wrong with one.
@@ -85,6 +93,7 @@ fn main() -> ExitCode {
 fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     match &arguments.verb {
         Verb::Run(args) => run::run(args, arguments.json),
+        Verb::Setup(args) => setup::run(args, arguments.json),
         Verb::Inspect(args) => inspect::run(args, arguments.json),
         Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
 }
 
 /// Reads the job and the files it names. All faults of the files it names are told together.
-fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
+pub(crate) fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
     let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
     let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
     let machine = machine::load_beside(path, &file.machine);
@@ -66,7 +66,7 @@ fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
 }
 
 /// What a stage could not do lies in the job, its part or its machine: nothing is written.
-fn failure(error: PipelineError) -> Failure {
+pub(crate) fn failure(error: PipelineError) -> Failure {
     match error {
         PipelineError::Cancelled(_) => Failure::Stopped,
         PipelineError::ReadBack { .. } => Failure::Internal(error.into()),

@@ -17,6 +17,19 @@ pub enum AxesError {
         /// Its value.
         value: f64,
     },
+    /// Bounds of a setup search are in the wrong order, or wider than there is.
+    #[error(
+        "{what} from {:.3} to {:.3} deg: the smaller angle comes first; a tilt is within 0 .. 180 deg, the others span a whole turn at most",
+        low.to_degrees(), high.to_degrees()
+    )]
+    BadBounds {
+        /// Which angle.
+        what: &'static str,
+        /// Lower bound \[rad\].
+        low: f64,
+        /// Upper bound \[rad\].
+        high: f64,
+    },
     /// A pose has no axis position.
     #[error("piece {piece} at u = {u:.4}: {source}")]
     Inverse {

@@ -193,6 +193,38 @@ fn keeps(some: &[Constraint], x: &Vector4<f64>) -> bool {
         .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
 }
 
+/// Where a path that was found without regard to the ends of the linear axes can stand.
+pub(super) enum Place {
+    /// With this origin: the one it has if that will do, else moved along one direction by as little
+    /// as can be, else where there is most room.
+    Fits(Vector3<f64>),
+    /// Nowhere: these axes are short by so much \[mm\].
+    Short { by: f64, axes: Vec<String> },
+}
+
+/// Where a path can stand; `None` as [`origins`].
+pub(super) fn place(kinematics: &Kinematics, followed: &Followed) -> Option<Place> {
+    let now = kinematics.setup().origin;
+    if ends(kinematics, followed)?.iter().all(|end| end.most >= 0.0) {
+        return Some(Place::Fits(now));
+    }
+    let Origins { along, best, room, tight } = origins(kinematics, followed)?;
+    if room < 0.0 {
+        return Some(Place::Short { by: -room, axes: tight });
+    }
+    let moves = along.iter().enumerate().filter_map(|(axis, range)| {
+        let [low, high] = (*range)?;
+        Some((axis, now[axis].clamp(low, high)))
+    });
+    let least = moves.min_by(|a, b| (a.1 - now[a.0]).abs().total_cmp(&(b.1 - now[b.0]).abs()));
+    let moved = least.map(|(axis, value)| {
+        let mut origin = now;
+        origin[axis] = value;
+        origin
+    });
+    Some(Place::Fits(moved.unwrap_or(best)))
+}
+
 /// Puts into an error of travel which origin would fit.
 pub(super) fn explain(
     error: AxesError,
@@ -222,7 +254,7 @@ fn free(marcher: &Marcher<'_>, stretches: &[Stretch], links: &[Link]) -> Option<
     Some(assemble(chosen, links, stretches))
 }
 
-fn endless(machine: &Machine) -> Machine {
+pub(super) fn endless(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for axis in machine.axes.iter_mut().take(FIRST_ROTARY) {
         axis.limits = [f64::NEG_INFINITY, f64::INFINITY];

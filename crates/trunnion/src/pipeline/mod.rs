@@ -16,7 +16,7 @@ pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
 
-use crate::axes::Followed;
+use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;
 use crate::feed::Plan;
 use crate::files::summary::Summary;
@@ -66,4 +66,41 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
     let summary = summary::of(job, &covering, &moved, &programs)?;
     Ok(Outcome { covering, legs, tool_path, followed, plan, programs, cl, setup, summary })
+}
+
+/// What a search for a better setup found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rotated {
+    /// The setups.
+    pub search: SetupSearch,
+    /// Planned time with the setup of the job and with the best \[s\]; `None` where none fits.
+    pub seconds: [Option<f64>; 2],
+}
+
+/// Searches the rotation of the workpiece that keeps the job's tool path farthest from the singular
+/// directions of the machine, and inside travel: [`crate::axes::setup`].
+///
+/// Passes and curves are those of [`run`]. A run with the setup found may place them a little
+/// differently: how far the part is from the rotary axes decides what rounding the words of a
+/// program may do, and so what the other stages may.
+///
+/// # Errors
+///
+/// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
+pub fn setup(
+    job: &Job,
+    bounds: &LeanBounds,
+    progress: &dyn Progress,
+) -> Result<Rotated, PipelineError> {
+    let covering = stages::cover(job, progress)?;
+    let legs = stages::legs(job, &covering.passes, progress)?;
+    let tool_path = stages::tool_path(job, &legs, progress)?;
+    let search = stages::search(job, &tool_path, bounds, progress)?;
+    let best = search.best.as_ref().map(|(_, followed)| followed);
+    let seconds = |followed: Option<&Followed>| {
+        let plan = followed.map(|followed| stages::feed(job, &followed.path, progress));
+        plan.map(|plan| plan.map(|plan| plan.schedule.duration())).transpose()
+    };
+    let seconds = [seconds(search.before_axes.as_ref())?, seconds(best)?];
+    Ok(Rotated { search, seconds })
 }

@@ -3,7 +3,10 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::programs::LINK_TOLERANCE;
-use crate::axes::{self, AxesOptions, FeedPoint, Followed, RetractOptions, SingularOptions};
+use crate::axes::{
+    self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
+    SingularOptions,
+};
 use crate::cover::{self, CoverOptions, Covering, LinkOptions};
 use crate::feed::{self, FeedOptions, Limits, Plan};
 use crate::files::job as file;
@@ -112,6 +115,37 @@ pub(super) fn axes(
     progress: &dyn Progress,
 ) -> Result<Followed, PipelineError> {
     Ok(axes::follow(&job.kinematics, path, &axes_options(job), progress)?)
+}
+
+/// Least angle of the first look of a setup search, what its best are improved to, and what counts
+/// as alike \[rad\].
+const SETUP_ANGLES: [f64; 3] = [5.0 * DEGREE, 0.05 * DEGREE, 1.0 * DEGREE];
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Digits of a setup that is told: a tenth of a millimetre, a hundredth of a degree.
+const SETUP_DIGITS: [f64; 2] = [0.1, 0.01];
+
+/// Setups of about one least angle that are planned.
+const SETUP_BATCH: usize = 8;
+
+/// Searches a setup for a path within bounds.
+pub(super) fn search(
+    job: &Job,
+    path: &ToolPath,
+    bounds: &LeanBounds,
+    progress: &dyn Progress,
+) -> Result<SetupSearch, PipelineError> {
+    let [grid, tolerance, alike] = SETUP_ANGLES;
+    let search = SetupOptions {
+        bounds: *bounds,
+        grid,
+        tolerance,
+        alike,
+        batch: SETUP_BATCH,
+        digits: SETUP_DIGITS,
+    };
+    Ok(axes::setup(&job.kinematics, path, (&axes_options(job), &search), progress)?)
 }
 
 /// What moving the tool axis at singular directions saved: the same path is planned without.

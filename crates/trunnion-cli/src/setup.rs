@@ -1,0 +1,313 @@
+//! `trunnion setup`: how to turn the workpiece.
+
+use crate::outcome::{Done, Failure};
+use crate::progress::Bars;
+use crate::{run as jobs, text};
+use serde::Serialize;
+use std::path::PathBuf;
+use trunnion::axes::{AxesError, Judged, LeanBounds, Travelled, Verdict};
+use trunnion::machine::{FIRST_ROTARY, Machine};
+use trunnion::pipeline::{self, Job, Rotated};
+
+/// Other setups that are told.
+const OTHERS: usize = 12;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Job file (TOML); paths in it are relative to it.
+    job: PathBuf,
+    /// How far the part's z may lean from the machine's z, in degrees [default: 0..45, or 45 either
+    /// way of the job's where that leans more].
+    #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
+    tilt: Option<[f64; 2]>,
+    /// Where to it may lean, in degrees about the machine's z from x (0) towards y (90)
+    /// [default: -180..180].
+    #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
+    towards: Option<[f64; 2]>,
+    /// How it may be turned about its own z before it is tilted, in degrees [default: as in the job;
+    /// any way where the workpiece-side rotary is not upright or has ends of travel].
+    #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
+    turn: Option<[f64; 2]>,
+}
+
+/// `LO..HI` in degrees, or one angle; as radians.
+fn interval(text: &str) -> Result<[f64; 2], String> {
+    let (low, high) = text.split_once("..").unwrap_or((text, text));
+    let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|angle| angle.is_finite());
+    match (angle(low), angle(high)) {
+        (Some(low), Some(high)) if low <= high => Ok([low, high].map(f64::to_radians)),
+        (Some(low), Some(high)) => {
+            Err(format!("the smaller angle comes first: write {high}..{low}"))
+        }
+        _ => Err("write two angles in degrees, such as 0..30, or one, such as 20".to_owned()),
+    }
+}
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    let bars = Bars::new();
+    let (job, warnings) = jobs::load(&args.job, &bars)?;
+    let bounds = bounds(args, &job)?;
+    let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
+    bars.finish();
+    if json {
+        text::print_json(&Answer::of(&job, &bounds, &found, warnings))?;
+    } else {
+        text::print(&words(&job, &bounds, &found, &warnings))?;
+    }
+    Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
+}
+
+fn bounds(args: &Args, job: &Job) -> Result<LeanBounds, Failure> {
+    let usual = LeanBounds::usual(&job.kinematics);
+    let bounds = LeanBounds {
+        tilt: args.tilt.unwrap_or(usual.tilt),
+        towards: args.towards.unwrap_or(usual.towards),
+        turn: args.turn.unwrap_or(usual.turn),
+    };
+    bounds.check().map(|()| bounds).map_err(|error| match error {
+        AxesError::BadBounds { .. } => Failure::input(format!("--{error}")),
+        error => Failure::input(error),
+    })
+}
+
+/// What `--json` says: mm, deg, s.
+#[derive(Debug, Serialize)]
+struct Answer {
+    schema: &'static str,
+    job: String,
+    machine: String,
+    /// Whether a setup was found within the bounds that keeps the path inside travel.
+    found: bool,
+    bounds: Bounds,
+    before: Entry,
+    after: Option<Entry>,
+    /// Height of links above the part: as in the job.
+    clearance: f64,
+    looked: usize,
+    leaning: usize,
+    others: Vec<Entry>,
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Bounds {
+    tilt: [f64; 2],
+    towards: [f64; 2],
+    turn: [f64; 2],
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    origin: [f64; 3],
+    rotation: [f64; 3],
+    tilt: f64,
+    towards: f64,
+    turn: f64,
+    least_angle: f64,
+    fits: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    why_not: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rotary_travel: Option<Vec<AxisTravel>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    retracts: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AxisTravel {
+    axis: String,
+    travel: f64,
+}
+
+impl Answer {
+    fn of(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: Vec<String>) -> Self {
+        let machine = job.kinematics.machine();
+        let search = &found.search;
+        let entry = |judged: &Judged, seconds| Entry::of(judged, machine, seconds);
+        let degrees = |range: [f64; 2]| range.map(f64::to_degrees);
+        Self {
+            schema: "trunnion-setup/1",
+            job: job.file.name.clone(),
+            machine: machine.name.clone(),
+            found: search.best.is_some(),
+            bounds: Bounds {
+                tilt: degrees(bounds.tilt),
+                towards: degrees(bounds.towards),
+                turn: degrees(bounds.turn),
+            },
+            before: entry(&search.before, found.seconds[0]),
+            after: search.best.as_ref().map(|(best, _)| entry(best, found.seconds[1])),
+            clearance: job.file.setup.clearance,
+            looked: search.looked,
+            leaning: search.leaning,
+            others: search.others.iter().map(|judged| entry(judged, None)).collect(),
+            warnings,
+        }
+    }
+}
+
+impl Entry {
+    fn of(judged: &Judged, machine: &Machine, seconds: Option<f64>) -> Self {
+        let fits = judged.verdict.fits();
+        let names = machine.axes.iter().skip(FIRST_ROTARY).map(|axis| axis.name.clone());
+        Self {
+            origin: judged.setup.origin.into(),
+            rotation: rotation(judged),
+            tilt: judged.lean.tilt.to_degrees(),
+            towards: judged.lean.towards.to_degrees(),
+            turn: judged.lean.turn.to_degrees(),
+            least_angle: judged.least.to_degrees(),
+            fits: fits.is_some(),
+            why_not: why_not(judged, machine),
+            rotary_travel: fits.map(|travelled| {
+                let travels = travelled.rotary.map(f64::to_degrees);
+                names.zip(travels).map(|(axis, travel)| AxisTravel { axis, travel }).collect()
+            }),
+            retracts: fits.map(|travelled| travelled.retracts),
+            seconds,
+        }
+    }
+}
+
+/// In degrees as it is written: without what the way over radians adds.
+fn rotation(judged: &Judged) -> [f64; 3] {
+    judged.angles.map(|angle| (angle.to_degrees() * 1e6).round() / 1e6 + 0.0)
+}
+
+fn why_not(judged: &Judged, machine: &Machine) -> Option<String> {
+    let [.., second] = &machine.axes;
+    match &judged.verdict {
+        Verdict::Fits(_) => None,
+        Verdict::Leans(by) => Some(format!(
+            "the tool leans {:.2} deg beyond what the travel of {} allows",
+            by.to_degrees(),
+            second.name
+        )),
+        Verdict::Short { by, axes } => {
+            Some(format!("{} is {by:.1} mm short, wherever the origin is", axes.join(", ")))
+        }
+        Verdict::Fails(error) => Some(error.to_string()),
+    }
+}
+
+/// For people.
+fn words(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: &[String]) -> String {
+    let search = &found.search;
+    let machine = job.kinematics.machine();
+    let mut lines = vec![headline(job, found)];
+    lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
+    if let Some((best, _)) = &search.best {
+        lines.push(String::new());
+        lines.extend(paste(job, best));
+        lines.push(String::new());
+        lines.extend(compare(machine, found, best));
+    }
+    lines.push(String::new());
+    let [tilt, towards, turn] = [bounds.tilt, bounds.towards, bounds.turn].map(span);
+    lines.push(format!(
+        "looked at {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
+         beyond its travel",
+        search.looked,
+        search.leaning,
+        machine.axes.last().map_or("", |axis| axis.name.as_str())
+    ));
+    if !search.others.is_empty() {
+        lines.push(format!("planned as well, {}:", order(search.others.len())));
+    }
+    lines.extend(search.others.iter().take(OTHERS).map(|other| row(other, machine)));
+    lines.join("\n") + "\n"
+}
+
+fn order(count: usize) -> String {
+    if count > OTHERS { format!("the best {OTHERS} of {count}") } else { "best first".to_owned() }
+}
+
+fn headline(job: &Job, found: &Rotated) -> String {
+    let search = &found.search;
+    let name = &job.file.name;
+    let Some((best, _)) = &search.best else {
+        let help = "allow more tilt or turn, take a shorter tool or clearance, or split the job";
+        return format!(
+            "{name}: NO SETUP FITS within the bounds; {help}. What comes nearest is told below"
+        );
+    };
+    let [before, after] = [search.before.least, best.least].map(f64::to_degrees);
+    if best.setup == search.before.setup {
+        return format!(
+            "{name}: the setup of the job is the best within the bounds, {after:.2} deg from the singular directions"
+        );
+    }
+    format!(
+        "{name}: the path can keep {after:.2} deg from the singular directions ({before:.2} now)"
+    )
+}
+
+/// The lines for the job file.
+fn paste(job: &Job, best: &Judged) -> [String; 4] {
+    let list = |values: [f64; 3]| {
+        let [x, y, z] = values.map(|value| format!("{value}"));
+        format!("[{x}, {y}, {z}]")
+    };
+    let [tilt, towards, turn] = [best.lean.tilt, best.lean.towards, best.lean.turn]
+        .map(|angle| (angle.to_degrees() * 100.0).round() / 100.0 + 0.0);
+    [
+        "[setup]".to_owned(),
+        format!("origin = {}", list(best.setup.origin.map(told).into())),
+        format!(
+            "rotation = {}  # leans {tilt} deg towards {towards} deg, turned by {turn} deg",
+            list(rotation(best))
+        ),
+        format!("clearance = {}", job.file.setup.clearance),
+    ]
+}
+
+/// Without what adding tenths leaves behind.
+fn told(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+fn compare(machine: &Machine, found: &Rotated, best: &Judged) -> Vec<String> {
+    let before = &found.search.before;
+    let line = |name: &str, unit: &str, [now, then]: [Option<f64>; 2], decimals: usize| {
+        let figure = |value: Option<f64>| {
+            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$} {unit}"))
+        };
+        format!("  {name:<22}{:>14}{:>14}", figure(now), figure(then))
+    };
+    let both = |figure: fn(&Travelled) -> f64| {
+        [before, best].map(|judged| judged.verdict.fits().map(figure))
+    };
+    let degrees = |judged: &Judged| Some(judged.least.to_degrees());
+    let [.., first, second] = &machine.axes;
+    let mut lines = vec![
+        format!("  {:<22}{:>14}{:>14}", "", "now", "then"),
+        line("least angle", "deg", [degrees(before), degrees(best)], 2),
+        line(&format!("travel of {}", first.name), "deg", both(|of| of.rotary[0].to_degrees()), 0),
+        line(&format!("travel of {}", second.name), "deg", both(|of| of.rotary[1].to_degrees()), 0),
+        line("retracts to unwind", "", both(|of| of.retracts as f64), 0),
+        line("planned time", "s", found.seconds, 1),
+    ];
+    if let Some(why) = why_not(before, machine) {
+        lines.push(format!("  the setup of the job does not fit: {why}"));
+    }
+    lines
+}
+
+fn span([low, high]: [f64; 2]) -> String {
+    let [low, high] = [low, high].map(|angle| told(angle.to_degrees()));
+    if low < high { format!("{low}..{high}") } else { format!("{low}") }
+}
+
+fn row(judged: &Judged, machine: &Machine) -> String {
+    let [x, y, z] = rotation(judged);
+    let least = judged.least.to_degrees();
+    let what = why_not(judged, machine).unwrap_or_else(|| {
+        let [first, second] =
+            judged.verdict.fits().map_or([0.0; 2], |of| of.rotary.map(f64::to_degrees));
+        let [.., a, b] = &machine.axes;
+        format!("fits; {} travels {first:.0} deg, {} {second:.0} deg", a.name, b.name)
+    });
+    format!("  [{x:.2}, {y:.2}, {z:.2}]: least angle {least:.2} deg, {what}")
+}

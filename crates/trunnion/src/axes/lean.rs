@@ -1,0 +1,206 @@
+//! How a workpiece is clamped, as the one who clamps it sees it: how it is turned, how far it leans,
+//! and where to.
+
+use super::AxesError;
+use crate::math::angle::{unwrap_near, wrap};
+use nalgebra::{Rotation3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// Sine of a tilt below which there is no telling where to the workpiece leans: what rounding makes
+/// of an upright one.
+const UPRIGHT: f64 = 1e-12;
+
+/// A rotation of the workpiece in the machine, all axes at zero:
+/// `Rz(towards) Ry(tilt) Rz(turn - towards)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// Angle between the workpiece's z and the machine's z \[rad\], in `[0, π]`.
+    pub tilt: f64,
+    /// Where to the workpiece's z leans, about the machine's z from x towards y \[rad\].
+    pub towards: f64,
+    /// Turn of the workpiece about its own z, before it is tilted \[rad\].
+    pub turn: f64,
+}
+
+/// Bounds `[low, high]` of a [`Lean`] \[rad\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeanBounds {
+    /// Of the tilt; inside `[0, π]`.
+    pub tilt: [f64; 2],
+    /// Of its direction; a whole turn at most.
+    pub towards: [f64; 2],
+    /// Of the turn about the workpiece's own z; a whole turn at most.
+    pub turn: [f64; 2],
+}
+
+impl Lean {
+    /// Of a rotation `machine_from_workpiece`.
+    pub fn of(rotation: &Rotation3<f64>) -> Self {
+        let z = rotation * Vector3::z();
+        let across = z.x.hypot(z.y);
+        let tilt = across.atan2(z.z);
+        let towards = if across > UPRIGHT { z.y.atan2(z.x) } else { 0.0 };
+        let upright = Self { tilt, towards, turn: 0.0 }.rotation().inverse() * rotation;
+        let turn = upright[(1, 0)].atan2(upright[(0, 0)]);
+        Self { tilt, towards, turn }
+    }
+
+    /// `machine_from_workpiece`.
+    pub fn rotation(&self) -> Rotation3<f64> {
+        let about_z = |angle| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+        about_z(self.towards)
+            * Rotation3::from_axis_angle(&Vector3::y_axis(), self.tilt)
+            * about_z(self.turn - self.towards)
+    }
+
+    fn angles(&self) -> [f64; 3] {
+        [self.tilt, self.towards, self.turn]
+    }
+
+    fn from_angles([tilt, towards, turn]: [f64; 3]) -> Self {
+        Self { tilt, towards, turn }
+    }
+
+    /// A part of the way to another, which is near.
+    pub(super) fn part_way(&self, to: &Self, share: f64) -> Self {
+        let [from, to] = [self.angles(), to.angles()];
+        Self::from_angles([0, 1, 2].map(|k| from[k] + share * (to[k] - from[k])))
+    }
+}
+
+impl LeanBounds {
+    fn all(&self) -> [[f64; 2]; 3] {
+        [self.tilt, self.towards, self.turn]
+    }
+
+    /// Checks that they are finite, ascending, and no more than there is.
+    ///
+    /// # Errors
+    ///
+    /// [`AxesError::BadBounds`].
+    pub fn check(&self) -> Result<(), AxesError> {
+        let names = ["tilt", "towards", "turn"];
+        for (what, [low, high]) in names.into_iter().zip(self.all()) {
+            let whole = if what == "tilt" {
+                low >= 0.0 && high <= PI
+            } else {
+                // A whole turn in degrees, turned into radians, may be longer by rounding.
+                high - low <= TAU * (1.0 + 4.0 * f64::EPSILON) && low.abs() <= 2.0 * TAU
+            };
+            if !(low <= high && whole) {
+                return Err(AxesError::BadBounds { what, low, high });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a rotation is inside.
+    pub(super) fn holds(&self, lean: &Lean) -> bool {
+        let turned = |value: f64, [low, high]: [f64; 2]| {
+            let middle = 0.5 * (low + high);
+            (unwrap_near(value, middle) - middle).abs() <= 0.5 * (high - low) + ROUNDING
+        };
+        let [low, high] = self.tilt;
+        let tilt = low - ROUNDING <= lean.tilt && lean.tilt <= high + ROUNDING;
+        // An upright workpiece leans nowhere.
+        let towards = lean.tilt.sin() <= UPRIGHT || turned(lean.towards, self.towards);
+        tilt && towards && turned(lean.turn, self.turn)
+    }
+
+    /// Rotations no more than `step` \[rad\] apart in each angle, ends included.
+    pub(super) fn grid(&self, step: f64) -> Vec<Lean> {
+        let [tilts, towards, turns] = self.all().map(|range| places(range, step));
+        let mut grid = Vec::new();
+        for &tilt in &tilts {
+            // Without a tilt all directions are one.
+            let directions = if tilt.sin() > UPRIGHT { towards.len() } else { 1 };
+            for &towards in towards.iter().take(directions) {
+                grid.extend(turns.iter().map(|&turn| Lean { tilt, towards, turn }));
+            }
+        }
+        grid
+    }
+
+    /// Rotations about `lean` that differ from it by up to `width` in each angle, kept inside.
+    pub(super) fn around(&self, lean: &Lean, width: f64) -> impl Iterator<Item = Lean> + use<> {
+        const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+        let (ranges, centre) = (self.all(), lean.angles());
+        let values = [0, 1, 2]
+            .map(|k| SHARES.map(|share| inside(centre[k] + share * width, ranges[k], k > 0)));
+        let [tilts, towards, turns] = values;
+        tilts.into_iter().flat_map(move |tilt| {
+            towards.into_iter().flat_map(move |towards| {
+                turns.into_iter().map(move |turn| Lean { tilt, towards, turn })
+            })
+        })
+    }
+}
+
+/// What angles lose on the way from degrees and back \[rad\]: a few ulps of a turn.
+const ROUNDING: f64 = 16.0 * f64::EPSILON * PI;
+
+/// The nearest value inside; round a whole turn everything is.
+fn inside(value: f64, [low, high]: [f64; 2], circle: bool) -> f64 {
+    if circle && high - low >= TAU - ROUNDING { wrap(value) } else { value.clamp(low, high) }
+}
+
+/// Evenly from end to end.
+fn places([low, high]: [f64; 2], step: f64) -> Vec<f64> {
+    let count = ((high - low) / step).ceil();
+    let mut places = vec![low];
+    let mut index = 1.0;
+    while index <= count {
+        places.push(low + (high - low) * index / count);
+        index += 1.0;
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_lean_is_what_it_says() {
+        let lean = Lean { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
+        // Leaning towards y is a turn about -x.
+        let same = Rotation3::from_euler_angles(-0.3, 0.0, 0.0);
+        assert!(lean.rotation().angle_to(&same) < 1e-15);
+        let turned = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
+        let upright = Lean::of(&turned);
+        assert!(upright.tilt < 1e-15 && (upright.turn - 0.7).abs() < 1e-15);
+    }
+
+    #[test]
+    fn every_rotation_has_a_lean() {
+        for x in [-3.0, -1.5, 0.0, 0.4, 2.0, PI] {
+            for y in [-1.5, -0.2, 0.0, 1.0] {
+                for z in [-2.0, 0.0, 0.9] {
+                    let rotation = Rotation3::from_euler_angles(x, y, z);
+                    let again = Lean::of(&rotation).rotation();
+                    assert!(again.angle_to(&rotation) < 1e-7, "{x} {y} {z}");
+                    assert!((again.matrix() - rotation.matrix()).norm() < 1e-11, "{x} {y} {z}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_their_grid_and_nothing_beyond() {
+        let bounds = LeanBounds { tilt: [0.1, 0.5], towards: [3.0, 3.5], turn: [-PI, PI] };
+        bounds.check().unwrap();
+        let grid = bounds.grid(0.1);
+        assert_eq!(grid.len(), 5 * 6 * 64);
+        for lean in &grid {
+            assert!(bounds.holds(lean) && bounds.holds(&Lean::of(&lean.rotation())), "{lean:?}");
+            assert!(bounds.around(lean, 0.3).all(|near| bounds.holds(&near)));
+        }
+        assert!(!bounds.holds(&Lean { tilt: 0.6, towards: 3.2, turn: 0.0 }));
+        assert!(!bounds.holds(&Lean { tilt: 0.2, towards: 2.9, turn: 0.0 }));
+        for bad in [[-0.1, 0.5], [0.5, 0.1], [0.0, 4.0], [f64::NAN, 1.0]] {
+            assert!(LeanBounds { tilt: bad, ..bounds }.check().is_err(), "{bad:?}");
+        }
+        assert!(LeanBounds { turn: [0.0, 7.0], ..bounds }.check().is_err());
+    }
+}
