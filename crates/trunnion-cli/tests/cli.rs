@@ -263,6 +263,60 @@ fn inspect_lists_the_faces() {
     assert!(fs::read_to_string(folder.path().join("faces.svg")).unwrap().starts_with("<svg"));
 }
 
+/// The setup found runs as it is printed, keeps everything, and is faster than the flat one.
+#[test]
+fn a_setup_is_found_that_runs_faster() {
+    let folder = folder();
+    let path = folder.path();
+    replace(path, "job.toml", "rotation = [0, 20, 0]", "rotation = [0, 0, 0]");
+    replace(path, "job.toml", "dialects = [\"linuxcnc\", \"g93\"]", "dialects = [\"g93\"]");
+    replace(path, "job.toml", "grid = 0.5", "grid = 2.0");
+    let said = |arguments: &[&str]| -> serde_json::Value {
+        let output = trunnion(path, arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let setup = said(&["setup", "job.toml", "--json", "--tilt", "0..30"]);
+    assert_eq!(setup["found"], true);
+    let least = |entry: &str| setup[entry]["least_angle"].as_f64().unwrap();
+    assert!(least("before") < 2.0 && least("after") > 20.0, "{setup}");
+    assert!(setup["after"]["tilt"].as_f64().unwrap() <= 30.01);
+    let seconds = |summary: &serde_json::Value| summary["motion"]["duration"].as_f64().unwrap();
+    let before = said(&["run", "job.toml", "--json"]);
+    assert!((seconds(&before) - setup["before"]["seconds"].as_f64().unwrap()).abs() < 1e-6);
+    let rotation = format!("rotation = {}", setup["after"]["rotation"]);
+    replace(path, "job.toml", "rotation = [0, 0, 0]", &rotation);
+    let after = said(&["run", "job.toml", "--json"]);
+    assert_eq!(after["passed"], true);
+    assert!(seconds(&after) < 0.9 * seconds(&before), "{} {}", seconds(&after), seconds(&before));
+}
+
+/// A machine too small for the part: exit 1, and what is missing.
+#[test]
+fn a_setup_that_cannot_be_found_says_what_is_missing() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "length = 100", "length = 1000");
+    let output = trunnion(folder.path(), &["setup", "job.toml", "--tilt", "0..10"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("NO SETUP FITS") && said.contains("mm short"), "{said}");
+}
+
+#[test]
+fn bounds_of_a_setup_are_refused_by_their_name() {
+    let folder = folder();
+    for (arguments, needle) in [
+        (["--tilt", "30..10"], "write 10..30"),
+        (["--turn", "round"], "such as 0..30"),
+        (["--tilt", "-10..10"], "--tilt from -10.000"),
+        (["--towards", "0..400"], "--towards from 0.000"),
+    ] {
+        let output = trunnion(folder.path(), &["setup", "job.toml", arguments[0], arguments[1]]);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(needle), "{}", stderr(&output));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 

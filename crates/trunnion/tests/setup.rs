@@ -38,7 +38,7 @@ fn search(bounds: LeanBounds) -> SetupOptions {
     SetupOptions {
         bounds,
         grid: 8.0 * DEGREE,
-        tolerance: 0.2 * DEGREE,
+        tolerance: 0.1 * DEGREE,
         alike: 1e-9,
         batch: 3,
         digits: [0.1, 0.01],
@@ -148,8 +148,9 @@ fn brute_force(spec: &MachineSpec, path: &ToolPath, bounds: &LeanBounds, step: f
     let poses = poses(path, 40);
     let machine = Machine::new(spec.clone()).unwrap();
     let places = |[low, high]: [f64; 2]| {
-        let count = ((high - low) / step).ceil().max(1.0) as u32;
-        (0..=count).map(move |i| low + (high - low) * f64::from(i) / f64::from(count))
+        let count = ((high - low) / step).ceil().max(1.0);
+        std::iter::successors(Some(0.0), move |i| (*i < count).then_some(i + 1.0))
+            .map(move |i| low + (high - low) * i / count)
     };
     let mut best: Option<f64> = None;
     for tilt in places(bounds.tilt) {
@@ -292,6 +293,14 @@ fn fixed_bounds_are_kept_and_the_best_is_not_left() {
     assert!(best.least > found.before.least - DEGREE);
 }
 
+struct Stop;
+
+impl Progress for Stop {
+    fn report(&self, _: Stage, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Break(())
+    }
+}
+
 #[test]
 fn nonsense_is_refused_and_a_stop_obeyed() {
     let kinematics = on(machine(0, 1.0), [0.0; 3]);
@@ -301,12 +310,6 @@ fn nonsense_is_refused_and_a_stop_obeyed() {
     assert!(error.to_string().starts_with("tilt from 28.648 to 11.459 deg"), "{error}");
     let bad = SetupOptions { grid: 0.0, ..search(wide()) };
     assert!(matches!(find(&kinematics, &cone, &bad), Err(AxesError::BadOption { .. })));
-    struct Stop;
-    impl Progress for Stop {
-        fn report(&self, _: Stage, _: u64, _: u64) -> ControlFlow<()> {
-            ControlFlow::Break(())
-        }
-    }
     let stopped = setup(&kinematics, &cone, (&OPTIONS, &search(wide())), &Stop);
     assert!(matches!(stopped, Err(AxesError::Cancelled(_))));
 }

@@ -61,6 +61,11 @@ impl Lean {
         Self { tilt, towards, turn }
     }
 
+    /// The nearest in whole degrees.
+    pub(super) fn whole_degrees(&self) -> Self {
+        Self::from_angles(self.angles().map(|angle| angle.to_degrees().round().to_radians()))
+    }
+
     /// A part of the way to another, which is near.
     pub(super) fn part_way(&self, to: &Self, share: f64) -> Self {
         let [from, to] = [self.angles(), to.angles()];

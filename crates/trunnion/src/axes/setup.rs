@@ -237,6 +237,10 @@ impl Task<'_> {
         }
         let best = self.confirm(fitting, &mut others)?;
         others.sort_by(order);
+        others.dedup_by(|a, b| a.setup == b.setup);
+        if let Some((best, _)) = &best {
+            others.retain(|other| other.setup != best.setup);
+        }
         Ok(SetupSearch { before, before_axes, best, others, looked, leaning })
     }
 
@@ -350,6 +354,13 @@ impl Task<'_> {
                 }
             }
             width *= 0.5;
+        }
+        // Whole degrees are easier to clamp.
+        let whole = look(best.lean.whole_degrees());
+        let as_good =
+            whole.seen.beyond <= 0.0 && whole.seen.least >= best.seen.least - self.search.tolerance;
+        if as_good && self.search.bounds.holds(&whole.lean) {
+            best = whole;
         }
         Climbed { from, best }
     }

@@ -145,13 +145,13 @@ impl Travel<'_> {
         let Beyond { axis, value, limit, excess } = *beyond;
         let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
         let rotary = axis >= FIRST_ROTARY;
-        let remedy = if !rotary {
+        let remedy = if rotary {
+            format!("turn the setup, or split the path so that {name} can unwind on a link")
+        } else {
             let way = if value > limit { "down" } else { "up" };
             format!(
                 "move the workpiece origin so that {name} comes {way} by {excess:.3} mm, or turn the setup"
             )
-        } else {
-            format!("turn the setup, or split the path so that {name} can unwind on a link")
         };
         AxesError::OutOfTravel { piece, node, u, axis: name, rotary, value, limit, excess, remedy }
     }
