@@ -289,6 +289,12 @@ fn compare(machine: &Machine, found: &Rotated, best: &Judged) -> Vec<String> {
         line("retracts to unwind", "", both(|of| of.retracts as f64), 0),
         line("planned time", "s", found.seconds, 1),
     ];
+    if best.setup.origin != before.setup.origin {
+        let [x, y, z]: [f64; 3] = (best.setup.origin - before.setup.origin).into();
+        lines.push(format!(
+            "  the origin is moved by [{x:.1}, {y:.1}, {z:.1}] mm to stay inside travel: see that the part can be there"
+        ));
+    }
     if let Some(why) = why_not(before, machine) {
         lines.push(format!("  the setup of the job does not fit: {why}"));
     }

@@ -291,15 +291,18 @@ fn a_setup_is_found_that_runs_faster() {
     assert!(seconds(&after) < 0.9 * seconds(&before), "{} {}", seconds(&after), seconds(&before));
 }
 
-/// A machine too small for the part: exit 1, and what is missing.
+/// Links higher than the machine is: exit 1, and what is missing.
 #[test]
 fn a_setup_that_cannot_be_found_says_what_is_missing() {
     let folder = folder();
-    replace(folder.path(), "job.toml", "length = 100", "length = 1000");
+    replace(folder.path(), "job.toml", "clearance = 20", "clearance = 700");
     let output = trunnion(folder.path(), &["setup", "job.toml", "--tilt", "0..10"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("NO SETUP FITS") && said.contains("mm short"), "{said}");
+    assert!(
+        said.contains("NO SETUP FITS") && said.contains("Z is ") && said.contains("mm short"),
+        "{said}"
+    );
 }
 
 #[test]
