@@ -536,8 +536,8 @@ fn farthest(far: &[f64]) -> Option<usize> {
 }
 
 /// Rotations closer than this are one \[rad\]: an angle between two is found from a cosine, good to
-/// the root of an ulp.
-const SAME: f64 = 1e-7;
+/// some roots of an ulp.
+const SAME: f64 = 1e-6;
 
 /// How far the search is, whatever is told of the paths it tries.
 struct Search<'a> {
