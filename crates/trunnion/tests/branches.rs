@@ -23,11 +23,11 @@ use trunnion::types::{AxisVector, Geometry, Silent, ToolPath, ToolPose};
 
 const RETRACT_IN_CUT: f64 = 500.0;
 
-/// So loose that nodes hardly stand but at the knots.
+/// So loose that nodes hardly stand but at the knots, and so tight that no branch is left for the other.
 fn options(random: &mut Random, retract: Option<RetractOptions>) -> AxesOptions {
     AxesOptions {
         tip_tolerance: 1e5,
-        axis_tolerance: 0.3,
+        axis_tolerance: 0.06,
         max_rotary_step: 10.0,
         feed_at: FeedPoint::Tip,
         rotary_weights: [1.0, random.within(0.2, 5.0)],
