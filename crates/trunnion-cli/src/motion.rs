@@ -16,6 +16,7 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     let limits = match job.file.motion.method {
         MotionMethod::Jerk => "# jerk-limited: velocity, acceleration and jerk of every axis",
         MotionMethod::Optimal => "# velocity/acceleration-limited: jerk is not limited",
+        MotionMethod::Blocks => "# classical look-ahead: axis limits are not certain to hold",
     };
     writeln!(out, "{limits}")?;
     writeln!(out, "# mm, deg, s; rotary axes unwound")?;

@@ -99,6 +99,24 @@ fn refused(folder: &Path, needle: &str) -> String {
 }
 
 #[test]
+fn the_classical_planner_says_which_limits_it_breaks() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "method = \"jerk\"", "method = \"blocks\"");
+    let output = trunnion(folder.path(), &["run", "job.toml", "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(summary["motion"]["method"].as_str().unwrap().starts_with("blocks:"));
+    let failures = summary["failures"].as_array().unwrap();
+    let told = failures.iter().any(|one| one.as_str().unwrap().starts_with("motion.csv: "));
+    assert_eq!(output.status.code(), Some(i32::from(!failures.is_empty())));
+    let most = |name: &str| {
+        let axes = summary["motion"]["axes"].as_array().unwrap().iter();
+        axes.map(|axis| axis[name].as_f64().unwrap()).fold(0.0, f64::max)
+    };
+    // What the setpoints show is told; the dense check may see more.
+    assert!(told || most("velocity_ratio").max(most("acceleration_ratio")) <= 1.0 + 1e-9);
+}
+
+#[test]
 fn a_job_writes_all_its_files_and_keeps_its_tolerance() {
     let folder = folder();
     let output = trunnion(folder.path(), &["run", "job.toml", "--json"]);

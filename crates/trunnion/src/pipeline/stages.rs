@@ -8,7 +8,7 @@ use crate::axes::{
     SingularOptions,
 };
 use crate::cover::{self, CoverOptions, Covering, LinkOptions};
-use crate::feed::{self, FeedOptions, Limits, Plan};
+use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::Singular;
@@ -39,6 +39,10 @@ const RETRACT_TURNS: f64 = 100.0;
 
 /// Time still to gain at which the planner stops inserting rows.
 const TIME_TOLERANCE: f64 = 1e-3;
+
+/// Look-ahead of the classical planner: blocks and servo periods at least, as in paper 001.
+const LEAST_BLOCKS: usize = 5;
+const WINDOW: f64 = 1000.0;
 
 /// Rows of `motion.csv` at most: some 4 GB, five hours at a millisecond.
 const ROWS: f64 = 2e7;
@@ -238,6 +242,14 @@ pub(super) fn feed(
     let plan = match job.file.motion.method {
         file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,
         file::MotionMethod::Optimal => feed::optimal(path, &limits, &options, progress)?,
+        file::MotionMethod::Blocks => {
+            let classical = BlockOptions {
+                period: job.file.motion.servo_period,
+                ahead: Ahead::Dynamic { blocks: LEAST_BLOCKS, periods: WINDOW },
+                tiny: None,
+            };
+            feed::blocks(path, &limits, (&options, &classical), progress)?
+        }
     };
     Ok(plan)
 }

@@ -5,6 +5,7 @@ use super::job::Job;
 use super::programs::{Moved, Program};
 use super::retracts;
 use crate::cover::{Covering, FallbackReason};
+use crate::feed::Plan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
@@ -29,6 +30,7 @@ pub(super) fn of(
             let name = program.file;
             program.check.findings.iter().map(move |finding| format!("{name}: {finding}"))
         })
+        .chain(broken(job, moved.plan))
         .collect();
     Ok(Summary {
         schema: LAYOUT.to_owned(),
@@ -125,10 +127,23 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
     }
 }
 
+/// What the classical planner breaks on the path; the others bound it.
+fn broken(job: &Job, plan: &Plan) -> Option<String> {
+    let [velocity, acceleration] = [plan.ratios.velocity, plan.ratios.acceleration];
+    let broken = job.file.motion.method == MotionMethod::Blocks && velocity.max(acceleration) > 1.0;
+    broken.then(|| {
+        format!(
+            "motion.csv: velocities are up to {velocity:.3}, accelerations up to {acceleration:.3} of \
+             their limits: blocks know no curvature; write motion.method = \"jerk\""
+        )
+    })
+}
+
 fn method(job: &Job) -> &'static str {
     match job.file.motion.method {
         MotionMethod::Jerk => "jerk: velocity, acceleration and jerk limits",
         MotionMethod::Optimal => "optimal: velocity and acceleration limits; jerk is not limited",
+        MotionMethod::Blocks => "blocks: classical look-ahead; axis limits are not certain to hold",
     }
 }
 

@@ -286,6 +286,8 @@ pub enum MotionMethod {
     Jerk,
     /// Shortest time under limits of velocity and acceleration.
     Optimal,
+    /// The classical block-wise look-ahead, for comparison.
+    Blocks,
 }
 
 /// A kind of program.

@@ -410,9 +410,11 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
     let method = match raw.method {
         RawMotionMethod::Optimal => MotionMethod::Optimal,
         RawMotionMethod::Jerk => MotionMethod::Jerk,
-        RawMotionMethod::Blocks | RawMotionMethod::Given => {
-            let message = "this speed planner is not there yet";
-            doc.fault("motion.method", message, "write `method = \"jerk\"` or `\"optimal\"`");
+        RawMotionMethod::Blocks => MotionMethod::Blocks,
+        RawMotionMethod::Given => {
+            let message = "a job has no place for given speeds yet";
+            let help = "write `method = \"jerk\"`, `\"optimal\"` or `\"blocks\"`";
+            doc.fault("motion.method", message, help);
             return None;
         }
     };
@@ -500,7 +502,7 @@ mod tests {
                 "construction = \"insert\"",
                 "22:16: a tool with inserts needs",
             ),
-            ("method = \"jerk\"", "method = \"blocks\"", "45:10: this speed planner"),
+            ("method = \"jerk\"", "method = \"given\"", "45:10: a job has no place for given"),
             ("method = \"jerk\"", "metod = \"jerk\"", "45:1: unknown key `metod` in [motion]"),
             ("along = \"v\"", "along = \"w\"", "30:9: `strategy.along` cannot be \"w\""),
             (
