@@ -88,6 +88,31 @@ fn a_schedule_keeps_its_limits_and_lands_on_the_end() {
     }
 }
 
+/// Where rows are inserted close together, bounds of 1 are met but for rounding: that is no breach. By
+/// rows alone the same path breaks its limits, and that is told.
+#[test]
+fn rounding_is_no_breach_and_a_breach_is_told() {
+    let mut text = "s,X,X1,X2,X3,C,C1,C2,C3\n".to_owned();
+    for k in 0..=400 {
+        let s = 0.25 * f64::from(k);
+        let wave = |size: f64, w: f64| {
+            let (sin, cos) = (w * s).sin_cos();
+            [sin, w * cos, -w * w * sin, -w.powi(3) * cos].map(|value| size * value)
+        };
+        let [x, c] = [wave(10.0, 0.5), wave(20.0, 0.31)];
+        let row: Vec<String> = x.iter().chain(&c).map(f64::to_string).collect();
+        writeln!(text, "{s},{}", row.join(",")).unwrap();
+    }
+    let folder = folder(&text, LIMITS);
+    let found = summary(folder.path(), &["--method", "optimal"]);
+    assert_eq!(found["within_limits"], true);
+    assert!(found["inserted"].as_u64().unwrap() > 0);
+    let output = feed(folder.path(), &["--method", "optimal", "--no-guarantee", "-o", "rows.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(told.contains("a limit is broken between rows"), "{told}");
+}
+
 #[test]
 fn limits_along_the_path_and_speeds_at_its_ends() {
     let path = "[path]\nfeed = 20\nacc = 100\nstart = 10\nend = 5\n";

@@ -70,6 +70,16 @@ fn smooth(bencher: Bencher, points: u32) {
     plan(bencher, points, &smooth_path(points));
 }
 
+/// Limits at rows alone: what the peers do.
+#[divan::bench(args = [1_000, 10_000, 100_000])]
+fn smooth_at_rows(bencher: Bencher, points: u32) {
+    let path = smooth_path(points);
+    let (limits, options) = (limits(), FeedOptions { guarantee: false, ..OPTIONS });
+    bencher
+        .counter(divan::counter::ItemsCount::new(points))
+        .bench(|| optimal(&path, &limits, &options, &Silent));
+}
+
 #[divan::bench(args = [1_000, 10_000], sample_count = 10)]
 fn jerk_smooth(bencher: Bencher, points: u32) {
     let path = smooth_path(points);

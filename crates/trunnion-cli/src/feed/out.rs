@@ -12,8 +12,12 @@ use trunnion::feed::{Binding, Plan, Ratios};
 use trunnion::files::table::write_number;
 use trunnion::setpoint;
 
-/// Ratios above 1 by no more than this are rounding: bounds are sums of a few dozen products.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Ratios above 1 by no more than this are rounding. An acceleration between rows `h` apart is a
+/// difference of terms as large as the distance to rest over `h`; rows keep half of their digits apart,
+/// so those terms are below `1 / sqrt(eps)`, and their rounding is below `sqrt(eps)`.
+const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
+/// What to do about a broken limit.
+const HINT: &str = " between rows; plan without --no-guarantee";
 /// Rests that are told one by one.
 const TOLD: usize = 10;
 
@@ -230,7 +234,7 @@ fn words(summary: &Summary) -> String {
         binding.map(|bound| format!("{} {:.1} %", bound.limit, 100.0 * bound.share)).collect();
     let _ = writeln!(out, "what binds: {}", binding.join(", "));
     if !summary.within_limits {
-        let _ = writeln!(out, "a limit is broken between rows; plan without --no-guarantee");
+        let _ = writeln!(out, "a limit is broken{}", if summary.guarantee { "" } else { HINT });
     }
     if summary.output != "-" {
         let _ = writeln!(out, "wrote {}", summary.output);
