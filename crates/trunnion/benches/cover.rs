@@ -51,6 +51,7 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         method,
         side: ContactSide::Ahead,
         band: Band { lower: 0.0, upper: 0.02 },
+        link: 80.0,
         path_share: 0.002,
         spacing: [0.021, 0.875],
         max_axis_turn: 0.05,

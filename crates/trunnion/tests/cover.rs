@@ -88,6 +88,7 @@ fn options() -> CoverOptions {
         method: Method::Widest,
         side: ContactSide::Ahead,
         band: BAND,
+        link: 25.0,
         path_share: SHARE,
         spacing: [0.05, 4.0],
         max_axis_turn: 0.1,

@@ -64,8 +64,7 @@ pub(super) fn cover(
         on_side(face, cutter, &sided, &|share| report(from + 0.5 * share))
     };
     let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
-    let links = super::lane::LINKS * cutter.radius();
-    let price = |done: &Covering| done.report.length + links * done.passes.len() as f64;
+    let price = |done: &Covering| done.report.length + options.link * done.passes.len() as f64;
     let better = |a: &Covering, b: &Covering| {
         a.report.missed.cmp(&b.report.missed).then(price(a).total_cmp(&price(b))).is_lt()
     };
@@ -238,7 +237,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         if !(advance.is_finite() && advance >= self.least()) {
             return self.stuck(region, across, task, &lot);
         }
-        let mut next = lot.reach(advance);
+        let mut next = lot.reach(advance).min(across + advance / lot.rate);
         self.add(lot.stretches.clone());
         for run in split::narrower(&lot.parts, advance) {
             next = self.again(&lot, run, [across, next], task)?.min(next);
@@ -289,7 +288,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let narrowest = widths().fold(f64::INFINITY, f64::min);
         let wide = narrowest >= lot.costs.narrow;
         let same = wide || task.method == Method::Inclined;
-        if task.depth >= DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
+        if task.depth > DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
             let missed = columns.iter().filter(|c| c.part.width < self.least());
             self.miss(&missed.copied().collect::<Vec<_>>(), next);
             if narrowest < self.least() {

@@ -21,8 +21,8 @@ const ROW: usize = 8;
 /// Width of a neighbour's strip, over a station's own, from which on its location is worth trying.
 const LEARN: f64 = 1.02;
 
-/// Leads, links and run-outs of a pass cost as much as cutting this many radii.
-pub(super) const LINKS: f64 = 4.0;
+/// Length of the run-outs of a pass, in radii: both together, half of what they may be at most.
+const RUN_OUTS: f64 = 1.0;
 
 /// How often the worst station is looked for again after neighbours were held to each other.
 const ROUNDS: usize = 3;
@@ -279,7 +279,10 @@ impl Lane<'_> {
     pub(super) fn costs(&self) -> Costs {
         let Band { lower, upper } = self.options.band;
         let radius = self.cutter.radius();
-        Costs { pass: LINKS * radius, narrow: (8.0 * radius * (upper - lower)).sqrt() }
+        Costs {
+            pass: self.options.link + RUN_OUTS * radius,
+            narrow: (8.0 * radius * (upper - lower)).sqrt(),
+        }
     }
 
     fn free_places(&self, ways: &[f64]) -> Vec<Place> {

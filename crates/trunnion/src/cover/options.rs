@@ -47,6 +47,9 @@ pub struct CoverOptions {
     pub side: ContactSide,
     /// Where the error of each cutter location has to lie \[mm\].
     pub band: Band,
+    /// What a further pass costs besides its own length: leads and a link, as the length that is cut in
+    /// that time \[mm\].
+    pub link: f64,
     /// By how much the curve between stations may leave the band on either side \[mm\].
     pub path_share: f64,
     /// Least and largest distance between stations along the end-point track \[mm\].
@@ -73,6 +76,9 @@ impl CoverOptions {
         }
         if !positive(self.path_share) {
             return bad("path share", self.path_share, "positive (mm)");
+        }
+        if !(self.link >= 0.0 && self.link.is_finite()) {
+            return bad("link", self.link, "0 or more (mm)");
         }
         if !positive(self.max_axis_turn) {
             return bad("largest axis turn", self.max_axis_turn, "positive (rad/mm)");

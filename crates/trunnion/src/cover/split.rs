@@ -18,12 +18,20 @@ pub(super) struct Part {
     pub(super) width: f64,
 }
 
-/// The width to go on by \[mm\], one of those of the parts: least cost per width, where runs of parts
-/// that are narrower are finished by passes of their own. 0 where no part has any.
+/// Passes over a narrow part that are thought of beforehand.
+const PASSES: u32 = 4;
+
+/// The width to go on by \[mm\]: least cost per width, where runs of parts that are narrower are finished by
+/// passes of their own. One of those of the parts, or what one of them comes to in a few passes. 0 where no part has any.
 pub(super) fn advance(parts: &[Part], costs: &Costs) -> f64 {
     let length: f64 = parts.iter().map(|part| part.length).sum();
     let rate = |width: f64| (length + costs.pass + again(parts, width, costs)) / width;
-    let widths = parts.iter().map(|part| part.width).filter(|width| *width > 0.0);
+    let most = parts.iter().map(|part| part.width).fold(0.0, f64::max);
+    let several = |part: &Part| {
+        let width = part.width;
+        (1..=PASSES).map(move |passes| width * f64::from(passes))
+    };
+    let widths = parts.iter().flat_map(several).filter(|width| *width > 0.0 && *width <= most);
     widths.min_by(|a, b| rate(*a).total_cmp(&rate(*b)).then(b.total_cmp(a))).unwrap_or(0.0)
 }
 

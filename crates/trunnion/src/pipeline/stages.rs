@@ -11,7 +11,7 @@ use crate::cover::{self, CoverOptions, Covering, LinkOptions};
 use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
-use crate::machine::Singular;
+use crate::machine::{Axis, Singular};
 use crate::positioning::{Band, ContactSide};
 use crate::toolpath::{self, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
@@ -79,6 +79,7 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
             file::Side::Either => ContactSide::Either,
         },
         band: Band { lower: job.budget.lower, upper: job.budget.upper },
+        link: link_length(job),
         path_share: job.budget.shares.path,
         spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),
         max_axis_turn: strategy.max_axis_turn,
@@ -86,6 +87,25 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         lead,
     };
     Ok(cover::cover(&job.faces, &job.cutter, &options, progress)?)
+}
+
+/// About what the leads and the link between two passes take, as the length cut in that time \[mm\]: up to the
+/// plane of the links from half the height of the part, as far again along it as the turn of the
+/// tool takes, and down, each from rest to rest.
+fn link_length(job: &Job) -> f64 {
+    let (machine, up) = (job.kinematics.machine(), job.up());
+    let linear = &machine.axes[..3];
+    let slowest = |of: fn(&Axis) -> f64| linear.iter().map(of).fold(f64::INFINITY, f64::min);
+    let speed = machine.cycle.tip_speed_max.unwrap_or_else(|| slowest(|axis| axis.vel));
+    let acceleration = machine.cycle.tip_acc_max.unwrap_or_else(|| slowest(|axis| axis.acc));
+    let below = 0.5 * (job.highest(&up) + job.highest(&-up));
+    let way = below + job.file.setup.clearance;
+    let time = if way * acceleration > speed * speed {
+        way / speed + speed / acceleration
+    } else {
+        2.0 * (way / acceleration).sqrt()
+    };
+    2.0 * job.approach().min(way) + 3.0 * time * job.file.cutting.feed
 }
 
 pub(super) fn legs(
