@@ -8,13 +8,14 @@ use super::options::{Fallback, FallbackReason, Method, Place};
 use super::region::{Local, Region};
 use super::sheet::Sheet;
 use super::solid::Tool;
-use super::split::{self, Costs, Part};
+use super::split;
+use super::state::{Lot, State, Step, price};
 use super::stretch::{Stretch, Trimmer};
 use super::sweep::Sweep;
 use super::track::Track;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
-use crate::positioning::{Band, ContactSide, PositioningError};
+use crate::positioning::{Band, ContactSide};
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Pass};
 
@@ -64,7 +65,7 @@ pub(super) fn cover(
         on_side(face, cutter, &sided, &|share| report(from + 0.5 * share))
     };
     let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
-    let price = |done: &Covering| done.report.length + options.link * done.passes.len() as f64;
+    let price = |done: &Covering| price(done, options);
     let better = |a: &Covering, b: &Covering| {
         a.report.missed.cmp(&b.report.missed).then(price(a).total_cmp(&price(b))).is_lt()
     };
@@ -90,11 +91,13 @@ fn on_side(
         sheet: Sheet::new(face, options.along, &whole, SHEET_SHARE * cutter.radius()),
         tool: Tool::new(cutter),
         whole: &whole,
-        done: Covering::default(),
-        forward: true,
-        recent: Vec::new(),
-        swept: Vec::new(),
-        missed: Vec::new(),
+        state: State {
+            done: Covering::default(),
+            forward: true,
+            recent: Vec::new(),
+            swept: Vec::new(),
+            missed: Vec::new(),
+        },
         report,
         share: 0.0,
     };
@@ -102,7 +105,7 @@ fn on_side(
     job.finish(&Task { bounds, method, depth: 0, worth: f64::INFINITY })?;
     job.audit();
     report(1.0)?;
-    Ok(job.done)
+    Ok(job.state.done)
 }
 
 /// The trimmed region in local parameters; loops on periodic surfaces also a period further on
@@ -144,41 +147,6 @@ struct Task {
     worth: f64,
 }
 
-/// How a pass brought a task on.
-struct Step {
-    /// How far across.
-    next: f64,
-    /// Length of a step across by the parameter \[mm\].
-    rate: f64,
-    /// What another pass over all of it costs \[mm\].
-    again: f64,
-}
-
-/// What is cut on one track, and what it leaves.
-struct Lot {
-    /// Length of a step across by the parameter \[mm\].
-    rate: f64,
-    stretches: Vec<Stretch>,
-    columns: Vec<Column>,
-    parts: Vec<Part>,
-    costs: Costs,
-    /// Where no location was found, and why.
-    refused: Option<(Local, PositioningError)>,
-}
-
-impl Lot {
-    /// Length along \[mm\].
-    fn length(&self) -> f64 {
-        self.parts.iter().map(|part| part.length).sum()
-    }
-
-    /// How far across all columns that count for `width` \[mm\] are finished.
-    fn reach(&self, width: f64) -> f64 {
-        let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
-        counting.map(|(column, _)| column.finished).fold(f64::INFINITY, f64::min)
-    }
-}
-
 /// A face while its passes are placed.
 struct Job<'a, Inside> {
     face: &'a FaceIndex,
@@ -187,14 +155,7 @@ struct Job<'a, Inside> {
     sheet: Sheet,
     tool: Tool,
     whole: &'a Region<Inside>,
-    done: Covering,
-    forward: bool,
-    /// Curves of the last passes.
-    recent: Vec<Sweep>,
-    /// Curves of all passes before these.
-    swept: Vec<Sweep>,
-    /// Boxes in which something was left unfinished when it should have been finished.
-    missed: Vec<[[f64; 2]; 2]>,
+    state: State,
     report: Report<'a>,
     /// How much of the face is done.
     share: f64,
@@ -228,22 +189,63 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         task: &Task,
     ) -> Result<Option<Step>, CoverError> {
         let lot = self.place(region, across, task.method)?;
-        let advance = if task.depth < DEPTH {
-            split::advance(&lot.parts, &lot.costs)
+        let mut advances = if task.depth == 0 {
+            split::advances(&lot.parts, &lot.costs)
+        } else if task.depth < DEPTH {
+            vec![split::advance(&lot.parts, &lot.costs)]
         } else {
             let widths = lot.parts.iter().map(|part| part.width);
-            widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)
+            vec![widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)]
         };
-        if !(advance.is_finite() && advance >= self.least()) {
-            return self.stuck(region, across, task, &lot);
-        }
+        advances.retain(|advance| advance.is_finite() && *advance >= self.least());
+        let next = match *advances {
+            [] => return self.stuck(region, across, task, &lot),
+            [advance] => self.go_on(&lot, advance, across, task)?,
+            _ => self.go_on_best(&lot, &advances, across, task)?,
+        };
+        let (again, rate) = (lot.length() + lot.costs.pass, lot.rate);
+        Ok((next < region.bounds[0][1]).then_some(Step { next, rate, again }))
+    }
+
+    /// Adds the pass and those that finish what it leaves narrower than `advance` \[mm\].
+    fn go_on(
+        &mut self,
+        lot: &Lot,
+        advance: f64,
+        across: f64,
+        task: &Task,
+    ) -> Result<f64, CoverError> {
         let mut next = lot.reach(advance).min(across + advance / lot.rate);
         self.add(lot.stretches.clone());
         for run in split::narrower(&lot.parts, advance) {
-            next = self.again(&lot, run, [across, next], task)?.min(next);
+            next = self.again(lot, run, [across, next], task)?.min(next);
         }
-        let (again, rate) = (lot.length() + lot.costs.pass, lot.rate);
-        Ok((next < region.bounds[0][1]).then_some(Step { next, rate, again }))
+        Ok(next)
+    }
+
+    /// As [`Job::go_on`] by each of several widths; keeps what costs least for what it brings.
+    fn go_on_best(
+        &mut self,
+        lot: &Lot,
+        advances: &[f64],
+        across: f64,
+        task: &Task,
+    ) -> Result<f64, CoverError> {
+        let before = self.state.clone();
+        let mut best: Option<(usize, f64, f64, State)> = None;
+        for &advance in advances {
+            self.state = before.clone();
+            let next = self.go_on(lot, advance, across, task)?;
+            let cost = self.state.price(self.options) - before.price(self.options);
+            let (missed, rate) = (self.state.missed.len(), cost / (next - across));
+            let better = |(m, r, ..): &(usize, f64, f64, State)| (missed, rate) < (*m, *r);
+            if best.as_ref().is_none_or(better) {
+                best = Some((missed, rate, next, self.state.clone()));
+            }
+        }
+        let Some((_, _, next, state)) = best else { return Ok(across) };
+        self.state = state;
+        Ok(next)
     }
 
     /// A pass that would finish nothing: placed otherwise, given up, or an error if it is the whole face's.
@@ -316,13 +318,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     /// Remembers columns that stay unfinished so far, up to `end`.
     fn miss(&mut self, columns: &[Column], end: f64) {
         let open = columns.iter().filter(|c| c.finished < end);
-        self.missed.extend(open.map(|c| [[c.finished, end], c.along]));
+        self.state.missed.extend(open.map(|c| [[c.finished, end], c.along]));
     }
 
     /// Reports what is unfinished in the end of what was missed: passes further on may have swept over it.
     fn audit(&mut self) {
-        let boxes = std::mem::take(&mut self.missed);
-        let sweeps: Vec<&Sweep> = self.swept.iter().chain(&self.recent).collect();
+        let boxes = std::mem::take(&mut self.state.missed);
+        let sweeps: Vec<&Sweep> = self.state.swept.iter().chain(&self.state.recent).collect();
         let open = |bounds: &[[f64; 2]; 2]| {
             let region = self.whole.within(*bounds);
             let mut swept = self.over(&region, &sweeps);
@@ -333,7 +335,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             open.map(|c| [c.finished, 0.5 * (c.along[0] + c.along[1])])
         };
         let places: Vec<Local> = boxes.iter().filter_map(open).collect();
-        let report = &mut self.done.report;
+        let report = &mut self.state.done.report;
         report.missed = places.len();
         let number = self.face.face().number;
         report.missed_at = places.first().map(|&at| (number, self.options.along.uv(at)));
@@ -368,7 +370,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             let at = chart.uv([a.finished, a.along[0]]);
             Fallback { face, at, reason: FallbackReason::Missed(last + 1 - first) }
         };
-        self.done.report.fallbacks.push(fallback);
+        self.state.done.report.fallbacks.push(fallback);
     }
 
     /// Least width a pass has to finish \[mm\].
@@ -391,7 +393,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             across,
             across_range: region.bounds[0],
             track: self.track(region, across)?,
-            forward: self.forward,
+            forward: self.state.forward,
             method,
         };
         let CoverOptions { band, path_share, .. } = *self.options;
@@ -431,7 +433,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         stretches: &[Stretch],
     ) -> Vec<Column> {
         let mine: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
-        let sweeps: Vec<&Sweep> = self.recent.iter().chain(&mine).collect();
+        let sweeps: Vec<&Sweep> = self.state.recent.iter().chain(&mine).collect();
         self.over(region, &sweeps).columns([across, region.bounds[0][1]], rate)
     }
 
@@ -456,27 +458,27 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             return;
         }
         let sweeps: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
-        self.recent.extend(sweeps);
-        let old = self.recent.len().saturating_sub(MEMORY);
-        self.swept.extend(self.recent.drain(..old));
-        if !self.forward {
+        self.state.recent.extend(sweeps);
+        let old = self.state.recent.len().saturating_sub(MEMORY);
+        self.state.swept.extend(self.state.recent.drain(..old));
+        if !self.state.forward {
             stretches.reverse();
         }
         for stretch in stretches {
             self.note(&stretch);
             let pass = self.pass(stretch.placed);
-            self.done.report.length +=
+            self.state.done.report.length +=
                 pass.stations.windows(2).map(|s| (s[1].contact - s[0].contact).norm()).sum::<f64>();
-            self.done.report.stations += pass.stations.len();
-            self.done.passes.push(pass);
+            self.state.done.report.stations += pass.stations.len();
+            self.state.done.passes.push(pass);
         }
         if self.options.direction == Direction::ZigZag {
-            self.forward = !self.forward;
+            self.state.forward = !self.state.forward;
         }
     }
 
     fn note(&mut self, stretch: &Stretch) {
-        let report = &mut self.done.report;
+        let report = &mut self.state.done.report;
         report.shortened += usize::from(stretch.shortened.contains(&true));
         for check in stretch.checks.iter().filter(|check| !check.good) {
             report.coarse_spans += 1;
@@ -492,7 +494,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
 
     /// Stations in cutting order.
     fn pass(&self, mut placed: Vec<Placed>) -> Pass {
-        if !self.forward {
+        if !self.state.forward {
             placed.reverse();
         }
         let chart = self.options.along;

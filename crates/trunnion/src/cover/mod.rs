@@ -26,6 +26,7 @@ mod settle;
 mod sheet;
 mod solid;
 mod split;
+mod state;
 mod stretch;
 mod sweep;
 mod track;

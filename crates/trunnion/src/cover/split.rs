@@ -21,18 +21,52 @@ pub(super) struct Part {
 /// Passes over a narrow part that are thought of beforehand.
 const PASSES: u32 = 4;
 
+/// Widths to go on by that are worth trying.
+const CHOICES: usize = 3;
+
+/// Widths less than this share apart are not worth trying both.
+const APART: f64 = 0.1;
+
 /// The width to go on by \[mm\]: least cost per width, where runs of parts that are narrower are finished by
 /// passes of their own. One of those of the parts, or what one of them comes to in a few passes. 0 where no part has any.
 pub(super) fn advance(parts: &[Part], costs: &Costs) -> f64 {
-    let length: f64 = parts.iter().map(|part| part.length).sum();
-    let rate = |width: f64| (length + costs.pass + again(parts, width, costs)) / width;
+    let rate = |width: f64| rate(parts, width, costs);
+    let better = |a: &f64, b: &f64| rate(*a).total_cmp(&rate(*b)).then(b.total_cmp(a));
+    widths(parts).min_by(better).unwrap_or(0.0)
+}
+
+/// Widths to go on by that promise most, the best first; among them that of the narrowest part.
+pub(super) fn advances(parts: &[Part], costs: &Costs) -> Vec<f64> {
+    let mut choices = vec![advance(parts, costs)];
+    let narrowest = parts.iter().map(|part| part.width).fold(f64::INFINITY, f64::min);
+    let apart = |a: f64, choices: &[f64]| choices.iter().all(|b| (a - b).abs() > APART * a.max(*b));
+    if narrowest > 0.0 && apart(narrowest, &choices) {
+        choices.push(narrowest);
+    }
+    let mut others: Vec<f64> = widths(parts).collect();
+    others.sort_by(|a, b| rate(parts, *a, costs).total_cmp(&rate(parts, *b, costs)));
+    for width in others {
+        if choices.len() < CHOICES && apart(width, &choices) {
+            choices.push(width);
+        }
+    }
+    choices
+}
+
+/// Widths of the parts, and of a few passes over them, up to the widest.
+fn widths(parts: &[Part]) -> impl Iterator<Item = f64> {
     let most = parts.iter().map(|part| part.width).fold(0.0, f64::max);
     let several = |part: &Part| {
         let width = part.width;
-        (1..=PASSES).map(move |passes| width * f64::from(passes))
+        (1..=PASSES).map(move |n| width * f64::from(n))
     };
-    let widths = parts.iter().flat_map(several).filter(|width| *width > 0.0 && *width <= most);
-    widths.min_by(|a, b| rate(*a).total_cmp(&rate(*b)).then(b.total_cmp(a))).unwrap_or(0.0)
+    parts.iter().flat_map(several).filter(move |width| *width > 0.0 && *width <= most)
+}
+
+/// What is cut per width gained \[mm/mm\].
+fn rate(parts: &[Part], width: f64, costs: &Costs) -> f64 {
+    let length: f64 = parts.iter().map(|part| part.length).sum();
+    (length + costs.pass + again(parts, width, costs)) / width
 }
 
 /// Ranges of indices of neighbouring parts narrower than `width`.
