@@ -17,6 +17,8 @@ pub(super) struct Cell<const N: usize> {
     pub(super) h: f64,
     /// Bernstein coefficients of the quartic `q'`.
     pub(super) rates: [SVector<f64, N>; 5],
+    /// What rounding leaves open of the rates.
+    pub(super) doubt: SVector<f64, N>,
     /// Speed of the programmed point per unit of `s` at both ends; linear in between.
     pub(super) feed_rate: [f64; 2],
     /// The same of the tool tip.
@@ -41,9 +43,16 @@ impl<const N: usize> Cell<N> {
         let [[p0, p1, p2, _], [r0, r1, r2, _]] = [from.q, to.q];
         let chord = (r0 - p0) / h;
         let middle = (chord - (p1 + r1) * 0.4 + (r2 - p2) * (0.05 * h)) * 5.0;
+        let rates = [p1, p1 + p2 * (0.25 * h), middle, r1 - r2 * (0.25 * h), r1];
+        let largest = rates.iter().fold(SVector::zeros(), |most: SVector<f64, N>, rate| {
+            most.zip_map(rate, |a, b| a.max(b.abs()))
+        });
+        // Positions are right to a rounding each, and the one coefficient takes 5 / h of their difference.
+        let positions = (p0.abs() + r0.abs()) * (5.0 / h);
         Self {
             h,
-            rates: [p1, p1 + p2 * (0.25 * h), middle, r1 - r2 * (0.25 * h), r1],
+            rates,
+            doubt: (positions + largest * ROUNDINGS) * f64::EPSILON,
             feed_rate: [from.feed_rate, to.feed_rate],
             tip_rate: [from.tip_rate, to.tip_rate],
         }
@@ -66,12 +75,14 @@ impl<const N: usize> Cell<N> {
             Self {
                 h: self.h * t,
                 rates: left,
+                doubt: self.doubt,
                 feed_rate: [self.feed_rate[0], feed],
                 tip_rate: [self.tip_rate[0], tip],
             },
             Self {
                 h: self.h * (1.0 - t),
                 rates: right,
+                doubt: self.doubt,
                 feed_rate: [feed, self.feed_rate[1]],
                 tip_rate: [tip, self.tip_rate[1]],
             },
@@ -148,6 +159,17 @@ impl<const N: usize> Cell<N> {
     }
 }
 
+impl<const N: usize> Cell<N> {
+    /// What rounding leaves open of second derivatives: `4 / h` of differences of rates is taken.
+    pub(super) fn blur(&self) -> SVector<f64, N> {
+        self.doubt * (8.0 / self.h)
+    }
+}
+
+/// Roundings of the largest rate in the coefficients of a cell: a few in forming the quintic, and one in each of
+/// the averages of up to a dozen cuts.
+const ROUNDINGS: f64 = 64.0;
+
 impl<const N: usize> Strips<N> {
     /// Bernstein coefficient `k` of all axis accelerations over their limits.
     pub(super) fn coefficient(&self, k: usize, x: [f64; 2]) -> SVector<f64, N> {
@@ -170,7 +192,40 @@ mod tests {
     use nalgebra::Vector1;
 
     fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
-        Cell { h, rates: rates.map(Vector1::new), feed_rate: [1.0, 2.0], tip_rate: [1.0, 3.0] }
+        Cell {
+            h,
+            rates: rates.map(Vector1::new),
+            doubt: Vector1::zeros(),
+            feed_rate: [1.0, 2.0],
+            tip_rate: [1.0, 3.0],
+        }
+    }
+
+    /// Nodes so close that the difference of their positions is rounding say nothing of curvature.
+    #[test]
+    fn rounding_of_close_nodes_stays_inside_its_bound() {
+        let node = |s: f64, off: f64| AxisNode {
+            s,
+            q: [
+                Vector1::new(300.0 + s + off),
+                Vector1::new(1.0),
+                Vector1::zeros(),
+                Vector1::zeros(),
+            ],
+            feed_rate: 1.0,
+            tip_rate: 1.0,
+        };
+        let (ulp, h) = (300.0 * f64::EPSILON, 1e-7);
+        let cell = Cell::between(&node(0.0, 0.0), &node(h, ulp));
+        let mut largest = 0.0f64;
+        for part in cell.split(0.5).iter().flat_map(|half| half.split(0.5)) {
+            for t in [0.0, 0.3, 1.0] {
+                let [_, bend] = part.rates_at(t);
+                largest = largest.max(bend[0].abs());
+                assert!(bend[0].abs() <= part.blur()[0], "{bend} {}", part.blur());
+            }
+        }
+        assert!(largest > 1.0, "the case has no rounding to speak of: {largest}");
     }
 
     #[test]

@@ -41,24 +41,28 @@ fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &End
 fn start_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
     let speeds = cell.rates[0].component_mul(&limits.velocity).amax();
     let point = (cell.feed_rate[0] * limits.feed).max(cell.tip_rate[0] * limits.tip);
-    speeds.max(point).powi(-2).min(pair_cap(cell.rates_at(0.0), limits))
+    speeds.max(point).powi(-2).min(pair_cap(cell.rates_at(0.0), &cell.blur(), limits))
 }
 
 /// The two-axis cap at one place: the intervals of `u` of all axes share a point iff those of any
-/// two do (Helly's theorem on a line), so it is the exact largest `x`.
+/// two do (Helly's theorem on a line), so it is the exact largest `x`; where `c` is only known to within
+/// `blur`, nothing above it.
 pub(super) fn pair_cap<const N: usize>(
     [s, c]: [SVector<f64, N>; 2],
+    blur: &SVector<f64, N>,
     limits: &Reciprocals<N>,
 ) -> f64 {
-    let [s, c] = [s, c].map(|rate| rate.component_mul(&limits.acceleration));
+    let [s, c, blur] = [s, c, *blur].map(|rate| rate.component_mul(&limits.acceleration));
     let mut cap = f64::INFINITY;
     for j in 0..N {
         // An axis that only turns round: no u helps it.
-        if s[j] == 0.0 && c[j] != 0.0 {
-            cap = cap.min(1.0 / c[j].abs());
+        if s[j] == 0.0 && c[j].abs() > blur[j] {
+            cap = cap.min(1.0 / (c[j].abs() - blur[j]));
         }
         for k in 0..j {
-            let [room, cross] = [s[j].abs() + s[k].abs(), (s[j] * c[k] - s[k] * c[j]).abs()];
+            let doubt = s[j].abs() * blur[k] + s[k].abs() * blur[j];
+            let cross = (s[j] * c[k] - s[k] * c[j]).abs() - doubt;
+            let room = s[j].abs() + s[k].abs();
             if cap * cross > room {
                 cap = room / cross;
             }
@@ -108,7 +112,7 @@ fn cell_time<const N: usize>(cell: &Cell<N>, x: [f64; 2], limits: &Reciprocals<N
         time = time.max(axis_time);
     }
     // The two-axis cap of the whole cell costs most: only where the one in the middle says it helps.
-    let middle = pair_cap(cell.rates_at(0.5), limits);
+    let middle = pair_cap(cell.rates_at(0.5), &cell.blur(), limits);
     if cell.h > time * middle.sqrt() {
         time = time.max(cell.h / cell_pair_cap(cell, limits).sqrt());
     }
@@ -134,11 +138,13 @@ fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
 /// Upper bound of the two-axis cap over a whole cell, from Bernstein coefficients.
 fn cell_pair_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
     let s = cell.rates.map(|rate| rate.component_mul(&limits.acceleration));
+    let blur = cell.blur().component_mul(&limits.acceleration);
     let largest = |axis: usize| s.iter().map(|rate| rate[axis].abs()).fold(0.0, f64::max);
     let mut cap = f64::INFINITY;
     for j in 0..N {
         for k in 0..j {
-            let cross = smallest_cross(&s.map(|rate| [rate[j], rate[k]]), cell.h);
+            let doubt = largest(j) * blur[k] + largest(k) * blur[j];
+            let cross = smallest_cross(&s.map(|rate| [rate[j], rate[k]]), cell.h) - doubt;
             let room = largest(j) + largest(k);
             if cap * cross > room {
                 cap = room / cross;

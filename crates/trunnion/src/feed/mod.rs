@@ -153,7 +153,7 @@ pub fn ceiling<const N: usize>(
     let limits = Reciprocals::new(Motion::Cut, limits, &options);
     Ceiling {
         velocity: rate.component_mul(&limits.velocity).amax().recip(),
-        acceleration: lower::pair_cap([*rate, *curvature], &limits).sqrt(),
+        acceleration: lower::pair_cap([*rate, *curvature], &SVector::zeros(), &limits).sqrt(),
     }
 }
 

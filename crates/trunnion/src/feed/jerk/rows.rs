@@ -195,7 +195,13 @@ mod tests {
     }
 
     fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
-        Cell { h, rates: rates.map(Vector1::new), feed_rate: [0.0; 2], tip_rate: [0.0; 2] }
+        Cell {
+            h,
+            rates: rates.map(Vector1::new),
+            doubt: Vector1::zeros(),
+            feed_rate: [0.0; 2],
+            tip_rate: [0.0; 2],
+        }
     }
 
     /// Value of a polynomial from its Bernstein coefficients.
