@@ -235,6 +235,7 @@ impl Task<'_> {
         if self.search.bounds.holds(&before.lean) && before.verdict.fits().is_some() {
             fitting.push(before.clone());
         }
+        self.polish(&mut fitting, &others)?;
         let best = self.confirm(fitting, &mut others)?;
         others.sort_by(order);
         others.dedup_by(|a, b| a.setup == b.setup);
@@ -305,12 +306,22 @@ impl Task<'_> {
         // Those below tell what else there is.
         let mut tried = spread(top, self.search.batch);
         tried.extend(spread(below, self.search.batch));
-        let judged: Result<Vec<Judged>, Cancelled> =
-            tried.par_iter().map(|one| self.improve(one)).collect();
-        let (fitting, rest): (Vec<_>, Vec<_>) =
-            judged?.into_iter().partition(|one| one.verdict.fits().is_some());
+        let (mut fitting, mut rest) = self.planned(&tried)?;
+        if fitting.is_empty() {
+            // Ends of travel leave few: all of them are looked at.
+            let (more, fallen) = self.planned(&climbed)?;
+            fitting = more;
+            rest.extend(fallen);
+        }
         others.extend(rest);
         Ok(fitting)
+    }
+
+    /// Rotations that fit, and those that do not.
+    fn planned(&self, tried: &[Climbed]) -> Result<(Vec<Judged>, Vec<Judged>), Cancelled> {
+        let judged: Result<Vec<Judged>, Cancelled> =
+            tried.par_iter().map(|one| self.improve(one)).collect();
+        Ok(judged?.into_iter().partition(|one| one.verdict.fits().is_some()))
     }
 
     /// The best rotation near one of the grid; where only that of the grid fits, some way between.
@@ -335,6 +346,37 @@ impl Task<'_> {
             }
         }
         Ok(found)
+    }
+
+    /// Where better rotations fell, what fits lies at the edge of what the travel allows: from there on to the best
+    /// that fits near it, ever closer.
+    fn polish(&self, fitting: &mut Vec<Judged>, others: &[Judged]) -> Result<(), Cancelled> {
+        let by_least = |a: &&Judged, b: &&Judged| a.least.total_cmp(&b.least);
+        let Some(mut best) = fitting.iter().max_by(by_least).cloned() else { return Ok(()) };
+        if !others.iter().any(|other| other.least > best.least + self.search.alike) {
+            return Ok(());
+        }
+        let mut width = self.search.grid;
+        while width > self.search.tolerance {
+            let promising = |lean: &Lean| {
+                let seen = self.sight.look(&self.fine, &lean.rotation());
+                seen.beyond <= 0.0 && seen.least > best.least + self.search.tolerance
+            };
+            let near: Vec<Lean> =
+                self.search.bounds.around(&best.lean, width).filter(promising).collect();
+            let judged: Result<Vec<Judged>, Cancelled> =
+                near.par_iter().map(|lean| self.judge(lean)).collect();
+            let found = judged?
+                .into_iter()
+                .filter(|one| one.verdict.fits().is_some() && one.least > best.least)
+                .max_by(|a, b| a.least.total_cmp(&b.least));
+            match found {
+                Some(better) => best = better,
+                None => width *= 0.5,
+            }
+        }
+        fitting.push(best);
+        Ok(())
     }
 
     /// The best rotation near one: the best of those around, ever closer.
