@@ -5,7 +5,8 @@ use super::{Binding, Ratios, Reciprocals, refine};
 use crate::types::{AxisPiece, SchedulePiece};
 use nalgebra::SVector;
 
-/// Samples between two rows, evenly in time: none at the rows, where the planner looks itself.
+/// Samples from a row to the next, evenly in time. Both ends are among them, each seen from inside:
+/// jerk jumps at nodes and is often largest there.
 const SAMPLES: u32 = 4;
 
 /// Largest values found between and at rows.
@@ -35,13 +36,13 @@ pub(super) fn measure<const N: usize>(
         }
         let Some((origin, quintic)) = curve else { break };
         let [s, v, u] = [schedule.s[row], schedule.speed[row], schedule.acceleration[row]];
-        let step = (schedule.t[row + 1] - schedule.t[row]) / f64::from(SAMPLES);
+        let step = (schedule.t[row + 1] - schedule.t[row]) / f64::from(SAMPLES - 1);
         let rate = quintic.at(s - origin)[1];
         let jump = rate.component_mul(&limits.acceleration).amax() * (u - before).abs();
         measured.acceleration_step = measured.acceleration_step.max(jump);
         before = u;
         for sample in 0..SAMPLES {
-            let dt = (f64::from(sample) + 0.5) * step;
+            let dt = f64::from(sample) * step;
             let [ds, speed] = [dt * (v + 0.5 * u * dt), v + u * dt];
             let q = quintic.at(s + ds - origin);
             let rates = rates_at(piece, interval, s + ds);
