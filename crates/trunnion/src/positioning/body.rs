@@ -57,8 +57,9 @@ pub(super) fn clear(
         }
         let radius = body.widest(stretch);
         let middle = 0.5 * (low + high);
-        let free = body.free(pose.tip + pose.axis.scale(middle), middle, probe)?;
-        if free >= radius.hypot(0.5 * (high - low)) {
+        let needed = radius.hypot(0.5 * (high - low));
+        let free = body.free(pose.tip + pose.axis.scale(middle), (middle, needed), probe)?;
+        if free >= needed {
             continue;
         }
         if high - low > radius {
@@ -90,14 +91,18 @@ impl Body<'_> {
         radius
     }
 
-    /// Radius of the sphere around `p` that keeps off the face.
+    /// Radius of a sphere around `p` that keeps off the face, the largest one if it is not as
+    /// large as `needed`.
     fn free(
         &self,
         p: Point3<f64>,
-        height: f64,
+        (height, needed): (f64, f64),
         probe: &mut Probe,
     ) -> Result<f64, PositioningError> {
-        let distance = probe.nearest(&p, self.uv)? - self.setting.band.lower;
+        let lower = self.setting.band.lower;
+        // The sum, less `lower` again, may be below `needed` by its rounding.
+        let enough = (needed + lower) * (1.0 + 4.0 * f64::EPSILON);
+        let distance = probe.nearest(&p, enough, self.uv)? - lower;
         if probe.queries > self.limit {
             let clearance = distance;
             return Err(PositioningError::Body { uv: self.uv, height, clearance });
@@ -126,9 +131,10 @@ impl Body<'_> {
             let (sin, cos) = angle.sin_cos();
             let out = one.scale(cos) + two * sin;
             let p = self.pose.tip + axis.scale(height) + out * radius;
-            let free = self.free(p, height, probe)?;
             let [tall, wide] = [high - low, radius * (to - from)];
-            if free >= 0.5 * tall.hypot(wide) {
+            let needed = 0.5 * tall.hypot(wide);
+            let free = self.free(p, (height, needed), probe)?;
+            if free >= needed {
                 continue;
             }
             if free <= 0.0 {

@@ -56,13 +56,18 @@ impl<'a> Probe<'a> {
         Ok(Reading::new(p, foot))
     }
 
-    /// Distance of `p` from the whole face, unsigned; never too large.
+    /// Distance of `p` from the whole face, unsigned; never too large, and where it is `enough`
+    /// not more than that.
     pub(super) fn nearest(
         &mut self,
         p: &Point3<f64>,
+        enough: f64,
         uv: [f64; 2],
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
+        if self.face.clear_of(p, enough) {
+            return Ok(enough);
+        }
         match self.face.closest(p) {
             Ok(foot) => Ok((p - foot.point).norm()),
             // Where the surface is equally far in many places, its distance is known all the same.

@@ -13,6 +13,7 @@ mod curve;
 mod error;
 mod face;
 mod grid;
+mod hull;
 mod index;
 mod jet;
 mod mesh;

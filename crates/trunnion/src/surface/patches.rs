@@ -4,6 +4,7 @@ use super::error::ClosestError;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::nurbs::NurbsSurface;
+use super::nurbs::Patch;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -45,8 +46,8 @@ enum Kind {
 }
 
 /// Part of a patch: its own control points and rectangle.
-struct Piece {
-    points: Vec<Vector4<f64>>,
+pub(super) struct Piece {
+    pub(super) points: Vec<Vector4<f64>>,
     columns: usize,
     bounds: [[f64; 2]; 2],
 }
@@ -129,9 +130,7 @@ impl PatchTree {
         if node.halves[0] == index {
             let [[i, _], [j, _]] = node.cells;
             let Some(patch) = surface.patch(i, j) else { return };
-            let columns = surface.degree()[1] + 1;
-            let piece = Piece { points: patch.points.to_vec(), columns, bounds: patch.bounds };
-            offer(p, piece, best, queue);
+            offer(p, Piece::of(&patch, surface.degree()[1]), best, queue);
         } else {
             for half in node.halves {
                 let bound = box_distance(p, &self.nodes[half]);
@@ -175,8 +174,13 @@ fn split(
 }
 
 impl Piece {
+    /// A whole patch of a surface of `degree` by v.
+    pub(super) fn of(patch: &Patch<'_>, degree: usize) -> Self {
+        Self { points: patch.points.to_vec(), columns: degree + 1, bounds: patch.bounds }
+    }
+
     /// Halves across the longer direction of the control net.
-    fn halves(&self) -> [Self; 2] {
+    pub(super) fn halves(&self) -> [Self; 2] {
         let rows = self.points.len() / self.columns;
         let last = self.points.len() - 1;
         let c = |i: usize| self.points[i].xyz() / self.points[i].w;
@@ -236,7 +240,7 @@ fn box_distance(p: &Point3<f64>, node: &Node) -> f64 {
 }
 
 /// Box of Cartesian control points.
-fn hull_box(points: &[Vector4<f64>]) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn hull_box(points: &[Vector4<f64>]) -> (Vector3<f64>, Vector3<f64>) {
     points.iter().map(|point| point.xyz() / point.w).fold(
         (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
         |(low, high), x| (low.inf(&x), high.sup(&x)),

@@ -1,0 +1,134 @@
+//! Boxes round small pieces of a NURBS surface: which points it keeps away from.
+
+use super::nurbs::NurbsSurface;
+use super::patches::Piece;
+use super::patches::hull_box;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+
+/// Pieces made by halving patches, unless there are more patches to begin with. A piece of a
+/// single patch is then a 32nd of it in both directions.
+const PIECES: usize = 1024;
+
+/// Boxes of the control points of pieces, and of pairs of pieces, up to the whole surface.
+#[derive(Debug, Clone)]
+pub(super) struct HullTree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    /// The two halves; 0, which is nobody's half, at a single piece.
+    halves: [usize; 2],
+}
+
+impl HullTree {
+    pub(super) fn new(surface: &NurbsSurface) -> Self {
+        let [columns, rows] = surface.patch_count();
+        let mut tree = Self { nodes: Vec::new() };
+        // 2^depth pieces of each patch.
+        let depth = (PIECES / (columns * rows).max(1)).max(1).ilog2();
+        tree.patches(surface, [[0, columns], [0, rows]], depth);
+        tree
+    }
+
+    /// Builds the tree of a rectangle of patches; returns its root.
+    fn patches(
+        &mut self,
+        surface: &NurbsSurface,
+        cells: [[usize; 2]; 2],
+        depth: u32,
+    ) -> Option<usize> {
+        let [[i0, i1], [j0, j1]] = cells;
+        if i1 - i0 <= 1 && j1 - j0 <= 1 {
+            let patch = surface.patch(i0, j0)?;
+            return Some(self.piece(Piece::of(&patch, surface.degree()[1]), depth));
+        }
+        let index = self.reserve();
+        let k = usize::from(j1 - j0 > i1 - i0);
+        let (mut first, mut second) = (cells, cells);
+        let middle = usize::midpoint(cells[k][0], cells[k][1]);
+        (first[k][1], second[k][0]) = (middle, middle);
+        let halves = [
+            self.patches(surface, first, depth)?,
+            self.patches(surface, second, depth)?,
+        ];
+        Some(self.join(index, halves))
+    }
+
+    fn piece(&mut self, piece: Piece, depth: u32) -> usize {
+        let index = self.reserve();
+        if depth == 0 {
+            let (low, high) = hull_box(&piece.points);
+            self.nodes[index] = Node { low, high, halves: [0; 2] };
+            return index;
+        }
+        let halves = piece.halves().map(|half| self.piece(half, depth - 1));
+        self.join(index, halves)
+    }
+
+    fn reserve(&mut self) -> usize {
+        let nothing = Vector3::zeros();
+        self.nodes.push(Node { low: nothing, high: nothing, halves: [0; 2] });
+        self.nodes.len() - 1
+    }
+
+    fn join(&mut self, index: usize, halves: [usize; 2]) -> usize {
+        let [a, b] = halves.map(|half| self.nodes[half]);
+        self.nodes[index] = Node { low: a.low.inf(&b.low), high: a.high.sup(&b.high), halves };
+        index
+    }
+
+    /// Whether all boxes are at least `radius` away from `p`: proof that the surface is.
+    pub(super) fn clear_of(&self, p: &Point3<f64>, radius: f64) -> bool {
+        !self.nodes.is_empty() && radius.is_finite() && self.node_clear(0, p, radius)
+    }
+
+    fn node_clear(&self, index: usize, p: &Point3<f64>, radius: f64) -> bool {
+        let node = &self.nodes[index];
+        let gap = (node.low - p.coords).sup(&(p.coords - node.high)).sup(&Vector3::zeros());
+        // Written so that a point that is not a number is never clear.
+        gap.norm_squared() >= radius * radius.max(0.0)
+            || (node.halves[0] != 0
+                && node.halves.iter().all(|&half| self.node_clear(half, p, radius)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Face;
+    use crate::surface::FaceIndex;
+    use crate::surface::Surface;
+
+    /// A patch of 3 x 2 pieces that rolls like a sea.
+    fn sea() -> NurbsSurface {
+        let knots = [
+            vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0],
+            vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0],
+        ];
+        let height = |i: usize, j: usize| if (i + j) % 2 == 0 { 8.0 } else { -5.0 };
+        let point = |i: usize, j: usize| Point3::new(20.0 * i as f64, 15.0 * j as f64, height(i, j));
+        let points = (0..5).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
+        NurbsSurface::new([2, 2], knots, points, None).unwrap()
+    }
+
+    #[test]
+    fn clear_is_never_closer_and_hardly_ever_missed() {
+        let surface = sea();
+        let tree = HullTree::new(&surface);
+        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = FaceIndex::new(face).unwrap();
+        for k in 0..40 {
+            let t = f64::from(k);
+            let p = Point3::new(2.0 * t - 5.0, 40.0 * (0.7 * t).sin().abs(), 3.0 + 0.5 * t);
+            let foot = face.closest(&p).unwrap();
+            let distance = (p - foot.point).norm();
+            assert!(!tree.clear_of(&p, distance * (1.0 + 1e-9)), "{p} {distance}");
+            assert!(tree.clear_of(&p, distance - 1.0), "{p} {distance}");
+        }
+        assert!(!tree.clear_of(&Point3::new(f64::NAN, 0.0, 0.0), 1.0));
+    }
+}
