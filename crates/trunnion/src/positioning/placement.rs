@@ -95,7 +95,7 @@ impl Frame {
         let [u, v] = request.at;
         let face = request.face.face();
         let point = face.surface.point(u, v);
-        let first = probe.read(&point, request.at)?;
+        let first = probe.foot(&point, request.at)?;
         let jet = &first.foot.jet;
         let along = jet.su * request.feed[0] + jet.sv * request.feed[1];
         let a = UnitVector3::try_new(along, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
@@ -132,7 +132,7 @@ impl Frame {
         let d = self.direction(alpha);
         let p3 = self.first.foot.point + d * w;
         let guess = guess.unwrap_or_else(|| self.first.ahead(&(d * w)));
-        let second = probe.read(&p3, guess)?;
+        let second = probe.foot(&p3, guess)?;
         let n1 = self.first.normal().into_inner();
         let c1 = self.first.foot.point + n1 * self.lift;
         let c2 = second.foot.point + second.normal().into_inner() * self.lift;

@@ -156,7 +156,10 @@ impl Surface {
     /// Point and derivatives to order 2.
     #[inline]
     pub fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
-        SurfaceJet2::from_table(&self.table::<2>(u, v))
+        match self {
+            Self::Nurbs(surface) => surface.jet2(u, v),
+            _ => SurfaceJet2::from_table(&self.table::<2>(u, v)),
+        }
     }
 
     /// Point and derivatives to order 3.
