@@ -4,6 +4,7 @@ use super::PositioningError;
 use crate::surface::ClosestError;
 use crate::surface::FaceIndex;
 use crate::surface::Foot;
+use crate::surface::Surface;
 use crate::surface::SurfaceJet2;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -72,6 +73,11 @@ impl<'a> Probe<'a> {
         /// Each at least halves what is left: from 1 mm nine do, from usual guesses one or two.
         const STEPS: u32 = 9;
         let face = self.face.face();
+        // Where a parameter is an angle, poles turn the normal round: there Newton's steps need
+        // the distance itself as their guide.
+        if !matches!(face.surface, Surface::Nurbs(_) | Surface::Extrusion(_)) {
+            return None;
+        }
         let mut uv = guess;
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
@@ -172,8 +178,13 @@ impl Reading {
         // What a step of Newton leaves to be gone from there; the foot lies along the normal.
         let left = self.normal().scale(self.distance) + step - out;
         let matrix = self.matrix();
-        let [du, dv] = solve(&matrix, [su.dot(&left), sv.dot(&left)]).unwrap_or([0.0, 0.0]);
-        [u + first[0] + du, v + first[1] + dv]
+        let second = solve(&matrix, [su.dot(&left), sv.dot(&left)]).unwrap_or([0.0, 0.0]);
+        let jet = &self.foot.jet;
+        let size = |[du, dv]: [f64; 2]| (jet.su * du + jet.sv * dv).norm_squared();
+        // Where the correction is no small one, Taylor's formula does not reach so far.
+        let near = size(second) <= 0.25 * size(first);
+        let [du, dv] = if near { [0, 1].map(|k| first[k] + second[k]) } else { first };
+        [u + du, v + dv]
     }
 
     /// Way from the foot to the place `[du, dv]` further, and the first derivatives there, from
@@ -256,5 +267,6 @@ impl Reading {
 /// Solves `[[a, b], [b, c]] x = y`; `None` where the matrix is not positive.
 fn solve(&[a, b, c]: &[f64; 3], [p, q]: [f64; 2]) -> Option<[f64; 2]> {
     let determinant = a * c - b * b;
-    (a > 0.0 && determinant > 0.0).then(|| [(c * p - b * q) / determinant, (a * q - b * p) / determinant])
+    (a > 0.0 && determinant > 0.0)
+        .then(|| [(c * p - b * q) / determinant, (a * q - b * p) / determinant])
 }

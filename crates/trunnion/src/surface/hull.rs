@@ -51,10 +51,7 @@ impl HullTree {
         let (mut first, mut second) = (cells, cells);
         let middle = usize::midpoint(cells[k][0], cells[k][1]);
         (first[k][1], second[k][0]) = (middle, middle);
-        let halves = [
-            self.patches(surface, first, depth)?,
-            self.patches(surface, second, depth)?,
-        ];
+        let halves = [self.patches(surface, first, depth)?, self.patches(surface, second, depth)?];
         Some(self.join(index, halves))
     }
 
@@ -105,12 +102,11 @@ mod tests {
 
     /// A patch of 3 x 2 pieces that rolls like a sea.
     fn sea() -> NurbsSurface {
-        let knots = [
-            vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0],
-            vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0],
-        ];
+        let knots =
+            [vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0], vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]];
         let height = |i: usize, j: usize| if (i + j) % 2 == 0 { 8.0 } else { -5.0 };
-        let point = |i: usize, j: usize| Point3::new(20.0 * i as f64, 15.0 * j as f64, height(i, j));
+        let point =
+            |i: usize, j: usize| Point3::new(20.0 * i as f64, 15.0 * j as f64, height(i, j));
         let points = (0..5).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
         NurbsSurface::new([2, 2], knots, points, None).unwrap()
     }
