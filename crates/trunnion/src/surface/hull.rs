@@ -44,7 +44,7 @@ impl HullTree {
         let [[i0, i1], [j0, j1]] = cells;
         if i1 - i0 <= 1 && j1 - j0 <= 1 {
             let patch = surface.patch(i0, j0)?;
-            return Some(self.piece(Piece::of(&patch, surface.degree()[1]), depth));
+            return Some(self.piece(&Piece::of(&patch, surface.degree()[1]), depth));
         }
         let index = self.reserve();
         let k = usize::from(j1 - j0 > i1 - i0);
@@ -55,14 +55,14 @@ impl HullTree {
         Some(self.join(index, halves))
     }
 
-    fn piece(&mut self, piece: Piece, depth: u32) -> usize {
+    fn piece(&mut self, piece: &Piece, depth: u32) -> usize {
         let index = self.reserve();
         if depth == 0 {
             let (low, high) = hull_box(&piece.points);
             self.nodes[index] = Node { low, high, halves: [0; 2] };
             return index;
         }
-        let halves = piece.halves().map(|half| self.piece(half, depth - 1));
+        let halves = piece.halves().map(|half| self.piece(&half, depth - 1));
         self.join(index, halves)
     }
 
@@ -104,7 +104,7 @@ mod tests {
     fn sea() -> NurbsSurface {
         let knots =
             [vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0], vec![0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]];
-        let height = |i: usize, j: usize| if (i + j) % 2 == 0 { 8.0 } else { -5.0 };
+        let height = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 8.0 } else { -5.0 };
         let point =
             |i: usize, j: usize| Point3::new(20.0 * i as f64, 15.0 * j as f64, height(i, j));
         let points = (0..5).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
