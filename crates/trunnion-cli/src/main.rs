@@ -82,6 +82,7 @@ enum Format {
     Machine,
     Surface,
     Summary,
+    Setup,
     Limits,
 }
 
@@ -116,6 +117,7 @@ fn schema(format: Format) -> Result<Done, Failure> {
         Format::Machine => schema::machine(),
         Format::Surface => schema::surface(),
         Format::Summary => schema::summary(),
+        Format::Setup => schema::setup(),
         Format::Limits => schema::limits(),
     })
 }

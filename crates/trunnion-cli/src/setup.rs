@@ -3,9 +3,11 @@
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{run as jobs, text};
-use serde::Serialize;
 use std::path::PathBuf;
-use trunnion::axes::{AxesError, Judged, LeanBounds, Travelled, Verdict};
+use trunnion::axes::{Assurance, AxesError, Judged, LeanBounds, Travelled, Verdict};
+use trunnion::files::setups::{
+    LAYOUT, RotaryTravel, SetupAssurance, SetupBounds, SetupEntry, SetupSummary,
+};
 use trunnion::machine::{FIRST_ROTARY, Machine};
 use trunnion::pipeline::{self, Job, Rotated};
 
@@ -50,7 +52,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
     bars.finish();
     if json {
-        text::print_json(&Answer::of(&job, &bounds, &found, warnings))?;
+        text::print_json(&answer(&job, &bounds, &found, warnings))?;
     } else {
         text::print(&words(&job, &bounds, &found, &warnings))?;
     }
@@ -70,104 +72,96 @@ fn bounds(args: &Args, job: &Job) -> Result<LeanBounds, Failure> {
     })
 }
 
-/// What `--json` says: mm, deg, s.
-#[derive(Debug, Serialize)]
-struct Answer {
-    schema: &'static str,
-    job: String,
-    machine: String,
-    /// Whether a setup was found within the bounds that keeps the path inside travel.
-    found: bool,
-    bounds: Bounds,
-    before: Entry,
-    after: Option<Entry>,
-    /// Height of links above the part: as in the job.
-    clearance: f64,
-    looked: usize,
-    leaning: usize,
-    others: Vec<Entry>,
-    warnings: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Bounds {
-    tilt: [f64; 2],
-    towards: [f64; 2],
-    turn: [f64; 2],
-}
-
-#[derive(Debug, Serialize)]
-struct Entry {
-    origin: [f64; 3],
-    rotation: [f64; 3],
-    tilt: f64,
-    towards: f64,
-    turn: f64,
-    least_angle: f64,
-    fits: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    why_not: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rotary_travel: Option<Vec<AxisTravel>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    retracts: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    seconds: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-struct AxisTravel {
-    axis: String,
-    travel: f64,
-}
-
-impl Answer {
-    fn of(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: Vec<String>) -> Self {
-        let machine = job.kinematics.machine();
-        let search = &found.search;
-        let entry = |judged: &Judged, seconds| Entry::of(judged, machine, seconds);
-        let degrees = |range: [f64; 2]| range.map(f64::to_degrees);
-        Self {
-            schema: "trunnion-setup/1",
-            job: job.file.name.clone(),
-            machine: machine.name.clone(),
-            found: search.best.is_some(),
-            bounds: Bounds {
-                tilt: degrees(bounds.tilt),
-                towards: degrees(bounds.towards),
-                turn: degrees(bounds.turn),
-            },
-            before: entry(&search.before, found.seconds[0]),
-            after: search.best.as_ref().map(|(best, _)| entry(best, found.seconds[1])),
-            clearance: job.file.setup.clearance,
-            looked: search.looked,
-            leaning: search.leaning,
-            others: search.others.iter().map(|judged| entry(judged, None)).collect(),
-            warnings,
-        }
+/// What `--json` says.
+fn answer(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: Vec<String>) -> SetupSummary {
+    let machine = job.kinematics.machine();
+    let search = &found.search;
+    let degrees = |range: [f64; 2]| range.map(|angle| told(angle.to_degrees()));
+    let Assurance { bound, except, looked, planned } = search.assurance;
+    SetupSummary {
+        schema: LAYOUT.to_owned(),
+        job: job.file.name.clone(),
+        machine: machine.name.clone(),
+        found: search.best.is_some(),
+        bounds: SetupBounds {
+            tilt: degrees(bounds.tilt),
+            towards: degrees(bounds.towards),
+            turn: degrees(bounds.turn),
+        },
+        before: entry(&search.before, machine, found.seconds[0]),
+        after: search.best.as_ref().map(|(best, _)| entry(best, machine, found.seconds[1])),
+        assurance: SetupAssurance {
+            shown: shown(found),
+            bound: bound.map(f64::to_degrees),
+            except: except.to_degrees(),
+            looked,
+            planned,
+        },
+        clearance: job.file.setup.clearance,
+        looked: search.looked,
+        leaning: search.leaning,
+        others: search.others.iter().map(|judged| entry(judged, machine, None)).collect(),
+        warnings,
     }
 }
 
-impl Entry {
-    fn of(judged: &Judged, machine: &Machine, seconds: Option<f64>) -> Self {
-        let fits = judged.verdict.fits();
-        let names = machine.axes.iter().skip(FIRST_ROTARY).map(|axis| axis.name.clone());
-        Self {
-            origin: judged.setup.origin.into(),
-            rotation: rotation(judged),
-            tilt: judged.lean.tilt.to_degrees(),
-            towards: judged.lean.towards.to_degrees(),
-            turn: judged.lean.turn.to_degrees(),
-            least_angle: judged.least.to_degrees(),
-            fits: fits.is_some(),
-            why_not: why_not(judged, machine),
-            rotary_travel: fits.map(|travelled| {
-                let travels = travelled.rotary.map(f64::to_degrees);
-                names.zip(travels).map(|(axis, travel)| AxisTravel { axis, travel }).collect()
-            }),
-            retracts: fits.map(|travelled| travelled.retracts),
-            seconds,
+fn entry(judged: &Judged, machine: &Machine, seconds: Option<f64>) -> SetupEntry {
+    let fits = judged.verdict.fits();
+    let names = machine.axes.iter().skip(FIRST_ROTARY).map(|axis| axis.name.clone());
+    SetupEntry {
+        origin: judged.setup.origin.into(),
+        rotation: rotation(judged),
+        tilt: told(judged.lean.tilt.to_degrees()),
+        towards: told(judged.lean.towards.to_degrees()),
+        turn: told(judged.lean.turn.to_degrees()),
+        least_angle: judged.least.to_degrees(),
+        fits: fits.is_some(),
+        why_not: why_not(judged, machine),
+        rotary_travel: fits.map(|travelled| {
+            let travels = travelled.rotary.map(f64::to_degrees);
+            names.zip(travels).map(|(axis, travel)| RotaryTravel { axis, travel }).collect()
+        }),
+        retracts: fits.map(|travelled| travelled.retracts),
+        seconds,
+    }
+}
+
+/// Whether the search came to its end: nothing better is left, or nothing at all.
+fn shown(found: &Rotated) -> bool {
+    let bound = found.search.assurance.bound;
+    match (&found.search.best, bound) {
+        (Some((best, _)), Some(bound)) => bound <= best.least + pipeline::SETUP_SHOWN,
+        (_, bound) => bound.is_none(),
+    }
+}
+
+/// What is known of all rotations within the bounds, for people.
+fn assured(found: &Rotated) -> String {
+    let Assurance { bound, except, .. } = found.search.assurance;
+    let apart = if except > 0.0 {
+        format!(
+            ", but for rotations nearer than {:.2} deg to one that was planned in vain",
+            except.to_degrees().max(0.01)
+        )
+    } else {
+        String::new()
+    };
+    match (&found.search.best, bound) {
+        (Some((best, _)), Some(bound)) if shown(found) => {
+            let more = (bound - best.least).to_degrees().max(0.01);
+            format!(
+                "shown: no rotation within the bounds that fits is better by more than {more:.2} deg{apart}"
+            )
         }
+        (Some(_), Some(bound)) => format!(
+            "not shown that nothing is better: rotations with up to {:.2} deg were not all tried; narrower bounds help",
+            bound.to_degrees()
+        ),
+        (None, Some(_)) => {
+            "not shown that none fits: not all rotations were tried; narrower bounds help"
+                .to_owned()
+        }
+        (_, None) => format!("shown: no rotation within the bounds fits{apart}"),
     }
 }
 
@@ -213,6 +207,7 @@ fn words(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: &[String]) -
         search.leaning,
         machine.axes.last().map_or("", |axis| axis.name.as_str())
     ));
+    lines.push(assured(found));
     if !search.others.is_empty() {
         lines.push(format!("planned as well, {}:", order(search.others.len())));
     }
@@ -272,7 +267,8 @@ fn compare(machine: &Machine, found: &Rotated, best: &Judged) -> Vec<String> {
     let before = &found.search.before;
     let line = |name: &str, unit: &str, [now, then]: [Option<f64>; 2], decimals: usize| {
         let figure = |value: Option<f64>| {
-            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$} {unit}"))
+            let text = |value: f64| format!("{value:.decimals$} {unit}").trim_end().to_owned();
+            value.map_or_else(|| "-".to_owned(), text)
         };
         format!("  {name:<22}{:>14}{:>14}", figure(now), figure(then))
     };

@@ -296,6 +296,7 @@ fn a_setup_is_found_that_runs_faster() {
     };
     let setup = said(&["setup", "job.toml", "--json", "--tilt", "0..30"]);
     assert_eq!(setup["found"], true);
+    assert_eq!(setup["assurance"]["shown"], true, "{setup}");
     let least = |entry: &str| setup[entry]["least_angle"].as_f64().unwrap();
     assert!(least("before") < 2.0 && least("after") > 20.0, "{setup}");
     assert!(setup["after"]["tilt"].as_f64().unwrap() <= 30.01);

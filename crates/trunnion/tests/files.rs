@@ -164,7 +164,9 @@ fn nothing_in_a_job_is_passed_over() {
 
 #[test]
 fn the_schemas_describe_every_key_with_a_sentence() {
-    for text in [schema::job(), schema::machine(), schema::surface(), schema::summary()] {
+    let all =
+        [schema::job(), schema::machine(), schema::surface(), schema::summary(), schema::setup()];
+    for text in all {
         let schema: serde_json::Value = serde_json::from_str(&text).unwrap();
         described(&schema, "");
     }

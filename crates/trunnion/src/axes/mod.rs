@@ -7,22 +7,22 @@
 
 mod course;
 mod error;
-mod lean;
 mod march;
 mod origin;
 mod plan;
 mod retract;
 mod setup;
-mod sight;
 mod singular;
 mod stops;
 mod strand;
 mod travel;
 
 pub use error::AxesError;
-pub use lean::{Lean, LeanBounds};
+
 pub use origin::{Origins, origins};
-pub use setup::{Judged, SetupOptions, SetupSearch, Travelled, Verdict, setup};
+pub use setup::{
+    Assurance, Judged, Lean, LeanBounds, SetupOptions, SetupSearch, Travelled, Verdict, setup,
+};
 pub use singular::{Passage, SingularOptions};
 
 use crate::inverse::Inverse;

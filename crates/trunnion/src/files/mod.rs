@@ -6,6 +6,7 @@ pub mod limits;
 pub mod machine;
 mod places;
 pub mod schema;
+pub mod setups;
 pub mod summary;
 pub mod table;
 mod walk;

@@ -3,6 +3,7 @@
 use super::job::RawJob;
 use super::limits::RawLimits;
 use super::machine::RawMachine;
+use super::setups::SetupSummary;
 use super::summary::Summary;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -43,6 +44,11 @@ pub fn surface() -> String {
 /// Layout of the summary of a run.
 pub fn summary() -> String {
     pretty(&of::<Summary>())
+}
+
+/// Layout of what a setup search found.
+pub fn setup() -> String {
+    pretty(&of::<SetupSummary>())
 }
 
 /// A tensor-product B-spline or NURBS surface.

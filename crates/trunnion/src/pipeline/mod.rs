@@ -15,6 +15,7 @@ pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
+pub use stages::SETUP_SHOWN;
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;

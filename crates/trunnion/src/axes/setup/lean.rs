@@ -1,7 +1,7 @@
 //! How a workpiece is clamped, as the one who clamps it sees it: how it is turned, how far it leans,
 //! and where to.
 
-use super::AxesError;
+use crate::axes::AxesError;
 use crate::math::angle::{unwrap_near, wrap};
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -53,11 +53,11 @@ impl Lean {
             * about_z(self.turn - self.towards)
     }
 
-    fn angles(&self) -> [f64; 3] {
+    pub(super) fn angles(&self) -> [f64; 3] {
         [self.tilt, self.towards, self.turn]
     }
 
-    fn from_angles([tilt, towards, turn]: [f64; 3]) -> Self {
+    pub(super) fn from_angles([tilt, towards, turn]: [f64; 3]) -> Self {
         Self { tilt, towards, turn }
     }
 
@@ -74,7 +74,7 @@ impl Lean {
 }
 
 impl LeanBounds {
-    fn all(&self) -> [[f64; 2]; 3] {
+    pub(super) fn all(&self) -> [[f64; 2]; 3] {
         [self.tilt, self.towards, self.turn]
     }
 

@@ -1,0 +1,122 @@
+//! Boxes of rotations, and how far they reach.
+
+use super::lean::{Lean, LeanBounds};
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Rotations about one: each angle up to so much more or less.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cell {
+    pub(super) centre: Lean,
+    half: [f64; 3],
+}
+
+impl Cell {
+    /// All within bounds.
+    pub(super) fn whole(bounds: &LeanBounds) -> Self {
+        let ranges = bounds.all();
+        let centre = Lean::from_angles(ranges.map(|[low, high]| 0.5 * (low + high)));
+        Self { centre, half: ranges.map(|[low, high]| 0.5 * (high - low)) }
+    }
+
+    /// What each angle turns the workpiece by at most \[rad\].
+    ///
+    /// On the straight way from the centre to a rotation of the cell the tilt turns about a line
+    /// across both z, the turn about the workpiece's z, and the direction about the difference of the
+    /// machine's z and the workpiece's, which is `2 sin(tilt / 2)` long.
+    pub(super) fn turns(&self) -> [f64; 3] {
+        let [tilt, towards, turn] = self.half;
+        [tilt, towards * 2.0 * (0.5 * self.steepest()).sin(), turn]
+    }
+
+    /// Largest angle of a rotation that leads from the centre to another of the cell \[rad\]: what the
+    /// tilt turns is across the rest.
+    pub(super) fn radius(&self) -> f64 {
+        let [tilt, towards, turn] = self.turns();
+        tilt.hypot(towards + turn).min(PI)
+    }
+
+    /// What each angle moves a direction of the machine by, seen from the workpiece \[rad\]: as
+    /// [`Self::turns`], but only across that direction.
+    pub(super) fn moves(&self, direction: &Vector3<f64>) -> [f64; 3] {
+        let [tilt, towards, turn] = self.half;
+        let (steep, about) = self.centre.tilt.sin_cos();
+        let (sin, cos) = self.centre.towards.sin_cos();
+        let z = Vector3::new(steep * cos, steep * sin, about);
+        // How far the workpiece's z gets from where it is at the centre.
+        let off = tilt + towards * sine_up_to(self.steepest());
+        let own = z.cross(direction);
+        let between = Vector3::z().cross(direction) - own;
+        let [_, most_towards, most_turn] = self.turns();
+        [
+            tilt,
+            (towards * (between.norm() + off)).min(most_towards),
+            (turn * (own.norm() + off)).min(most_turn),
+        ]
+    }
+
+    fn steepest(&self) -> f64 {
+        (self.centre.tilt + self.half[0]).min(PI)
+    }
+
+    /// Both halves across the angle that does most.
+    pub(super) fn halves(&self, does: [f64; 3]) -> [Self; 2] {
+        let mut most = 0;
+        for (index, share) in does.iter().enumerate() {
+            if *share > does[most] {
+                most = index;
+            }
+        }
+        let mut half = self.half;
+        half[most] *= 0.5;
+        [-1.0, 1.0].map(|side| {
+            let mut angles = self.centre.angles();
+            angles[most] += side * half[most];
+            Self { centre: Lean::from_angles(angles), half }
+        })
+    }
+}
+
+/// Largest sine up to an angle of `[0, π]`.
+fn sine_up_to(angle: f64) -> f64 {
+    if angle < FRAC_PI_2 { angle.sin() } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::angle::angle_between;
+    use nalgebra::UnitVector3;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// No rotation of a cell is farther than it says, and none moves a direction farther.
+        #[test]
+        fn a_cell_reaches_no_farther_than_it_says(
+            tilt in prop::array::uniform2(0.0..PI),
+            towards in prop::array::uniform2(-3.0..3.0f64),
+            turn in prop::array::uniform2(-3.0..3.0f64),
+            place in prop::array::uniform3(-1.0..1.0f64),
+            direction in prop::array::uniform3(-1.0..1.0f64),
+            scale in 0.01..1.0f64,
+        ) {
+            let range = |[a, b]: [f64; 2]| {
+                let low = a.min(b);
+                [low, low + (a - b).abs() * scale]
+            };
+            let bounds = LeanBounds { tilt: range(tilt), towards: range(towards), turn: range(turn) };
+            let cell = Cell::whole(&bounds);
+            let mut angles = cell.centre.angles();
+            for ((angle, half), place) in angles.iter_mut().zip(cell.half).zip(place) {
+                *angle += place * half;
+            }
+            let [centre, other] = [cell.centre, Lean::from_angles(angles)].map(|lean| lean.rotation());
+            prop_assert!(centre.angle_to(&other) <= cell.radius() + 1e-7);
+            let direction = UnitVector3::new_normalize(Vector3::from(direction));
+            let seen = |rotation: &nalgebra::Rotation3<f64>| rotation.inverse() * direction;
+            let moved = angle_between(&seen(&centre), &seen(&other));
+            let most: f64 = cell.moves(&direction).iter().sum();
+            prop_assert!(moved <= most + 1e-12, "{moved} {most}");
+        }
+    }
+}

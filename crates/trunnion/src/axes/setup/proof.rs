@@ -1,0 +1,321 @@
+//! Boxes of rotations, halved until none is left that could hold a better one.
+
+use super::Assurance;
+use super::cell::Cell;
+use super::climb::Candidate;
+use super::judge::{Planned, Task};
+use super::turning::Ball;
+use super::{Judged, Verdict};
+use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY};
+use crate::types::{AxisVector, Cancelled, Geometry, Progress, Stage};
+use nalgebra::{Matrix3, Point3};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::f64::consts::{PI, TAU};
+
+/// Cells that are halved at a time.
+const BATCH: usize = 8;
+
+/// Cells smaller than this share of what is asked for are not halved if their centre does not fit.
+const SMALLEST: f64 = 0.25;
+
+/// What arc cosines of the least angles lose next to 1 \[rad\].
+const ROUNDING: f64 = 1e-7;
+
+/// A cell that may hold a better rotation.
+#[derive(Debug, Clone, Copy)]
+struct Open {
+    cell: Cell,
+    /// Its rotations differ by this from the centre, and the workpiece-side rotary seen from the
+    /// workpiece by so much.
+    ball: Ball,
+    /// No rotation of the cell has a larger least angle.
+    bound: f64,
+}
+
+/// What became of a cell.
+#[derive(Debug, Default)]
+struct Halved {
+    planned: Vec<Judged>,
+    open: Vec<Open>,
+    /// Largest bound of parts that cannot be better by enough.
+    floor: f64,
+    /// Radius, if the centre was planned in vain and nothing more is known of the cell.
+    except: f64,
+    looked: usize,
+}
+
+/// How far things are, for what a change of rotation moves the linear axes by \[mm\].
+#[derive(Debug, Clone, Copy)]
+struct Levers {
+    /// Of the linear axes by the tip.
+    stiffness: f64,
+    /// From the rotary axes to the tip, as far as travel allows.
+    rotaries: [f64; 2],
+    /// From the workpiece origin to the path.
+    path: f64,
+}
+
+pub(super) struct Proof<'a> {
+    task: &'a Task<'a>,
+    levers: Levers,
+    queue: Queue,
+    sum: Assurance,
+}
+
+impl<'a> Proof<'a> {
+    pub(super) fn new(task: &'a Task<'a>) -> Self {
+        let sum = Assurance { bound: None, except: 0.0, looked: 0, planned: 0 };
+        Self { task, levers: Levers::of(task), queue: Queue::default(), sum }
+    }
+
+    pub(super) fn run(mut self, planned: &mut Planned) -> Result<Assurance, Cancelled> {
+        let search = self.task.search;
+        let mut best = planned.least();
+        self.queue.by_bound = best.is_some();
+        let mut floor: f64 = 0.0;
+        let mut whole = Halved::default();
+        self.look(Cell::whole(&search.bounds), (PI, f64::NEG_INFINITY), &mut whole);
+        self.queue.add(whole.open);
+        let progress: &dyn Progress = &self.task.progress;
+        loop {
+            progress.step(Stage::Axes, 0, 0)?;
+            let [looks, plans] = search.most;
+            if self.sum.looked >= looks || self.sum.planned >= plans {
+                break;
+            }
+            let batch = self.queue.take(self.target(best));
+            if batch.is_empty() {
+                break;
+            }
+            let halved: Result<Vec<Halved>, Cancelled> = batch
+                .par_iter()
+                .enumerate()
+                .map(|(place, open)| self.halve(open, best, place == 0))
+                .collect();
+            for one in halved? {
+                self.sum.looked += one.looked;
+                self.sum.planned += one.planned.len();
+                self.sum.except = self.sum.except.max(one.except);
+                floor = floor.max(one.floor);
+                one.planned.into_iter().for_each(|judged| planned.add(judged));
+                self.queue.add(one.open);
+            }
+            best = planned.least();
+            if best.is_some() {
+                self.queue.sort_by_bound();
+            }
+        }
+        let open = self.queue.bound();
+        self.sum.bound = match best {
+            Some(best) => Some(open.unwrap_or(0.0).max(floor).max(best)),
+            None => open,
+        };
+        Ok(self.sum)
+    }
+
+    /// What a cell must be able to hold to be looked at further.
+    fn target(&self, best: Option<f64>) -> f64 {
+        best.map_or(f64::NEG_INFINITY, |best| best + self.task.search.within)
+    }
+
+    /// A cell that may hold a better rotation than `target`, or its bound.
+    fn look(&self, cell: Cell, (above, target): (f64, f64), into: &mut Halved) {
+        let Task { sight, views, .. } = self.task;
+        into.looked += 1;
+        let radius = cell.radius();
+        let drift = cell.moves(&sight.first).iter().sum::<f64>().min(radius);
+        let rotation = cell.centre.rotation();
+        let seen = sight.glance(views.within(drift), &rotation);
+        if seen.leans > drift + ROUNDING {
+            return;
+        }
+        let bound = above.min(seen.least + drift + ROUNDING);
+        if bound <= target {
+            into.floor = into.floor.max(bound);
+            return;
+        }
+        let ball = Ball { radius, drift };
+        let view = views.within(radius);
+        if sight.turns(view, &rotation, ball) > 0.0 {
+            return;
+        }
+        into.open.push(Open { cell, ball, bound });
+    }
+
+    fn halve(&self, open: &Open, best: Option<f64>, first: bool) -> Result<Halved, Cancelled> {
+        let search = self.task.search;
+        let mut halved = Halved::default();
+        let fine = self.task.sight.look(self.task.views.finest(), &open.cell.centre.rotation());
+        let bound = open.bound.min(fine.least + open.ball.drift + ROUNDING);
+        let target = self.target(best);
+        if bound <= target {
+            halved.floor = bound;
+            return Ok(halved);
+        }
+        let better = best.is_none_or(|best| fine.least > best + 0.5 * search.within);
+        let mut in_vain = false;
+        if better && fine.fits() {
+            halved.planned = self.plan(&Candidate { lean: open.cell.centre, seen: fine }, first)?;
+            let last = halved.planned.last();
+            in_vain = last.is_some_and(|one| one.verdict.fits().is_none());
+            if last.is_some_and(|one| self.too_short(open, &one.verdict)) {
+                return Ok(halved);
+            }
+        }
+        // What the workpiece-side rotary may turn as it likes depends on its direction alone.
+        let by_direction =
+            !in_vain && (fine.turns <= 0.0 || self.task.sight.turning.endless_first());
+        let size = if by_direction { open.ball.drift } else { open.ball.radius };
+        if (in_vain || !fine.fits()) && size <= SMALLEST * search.within {
+            halved.except = size;
+            return Ok(halved);
+        }
+        let does =
+            if by_direction { open.cell.moves(&self.task.sight.first) } else { open.cell.turns() };
+        for half in open.cell.halves(does) {
+            self.look(half, (bound, target), &mut halved);
+        }
+        Ok(halved)
+    }
+
+    /// The centre of a cell, or the best near it; what is planned last tells of the cell.
+    fn plan(&self, centre: &Candidate, first: bool) -> Result<Vec<Judged>, Cancelled> {
+        if first {
+            self.task.improve(&self.task.climb(centre))
+        } else {
+            Ok(vec![self.task.judge(&centre.lean)?])
+        }
+    }
+
+    /// Whether linear travel is too short for every rotation of a cell, rotaries as they were planned
+    /// for its centre: a smaller rotation moves the linear axes by less than what is missing.
+    fn too_short(&self, open: &Open, verdict: &Verdict) -> bool {
+        let Verdict::Short { by, .. } = verdict else { return false };
+        let Ball { radius, .. } = open.ball;
+        let rotation = open.cell.centre.rotation();
+        let trail = self.task.views.within(radius).trail();
+        let slack = self.task.sight.turning.slack(trail, &rotation, open.ball);
+        let Levers { stiffness, rotaries, path } = self.levers;
+        slack.is_some_and(|[first, second]| {
+            *by > stiffness * (first * rotaries[0] + second * rotaries[1] + radius * path)
+        })
+    }
+}
+
+impl Levers {
+    fn of(task: &Task<'_>) -> Self {
+        let machine = task.kinematics.machine();
+        let setup = task.kinematics.setup();
+        let axes = &machine.axes;
+        let slides: f64 = axes[..FIRST_ROTARY]
+            .iter()
+            .map(|axis| axis.limits.iter().fold(0.0_f64, |far, end| far.max(end.abs())))
+            .sum();
+        let tip = machine.gauge - machine.tool_axis.scale(setup.tool_length);
+        let [first, second] = [axes[FIRST_ROTARY].point, axes[SECOND_ROTARY].point];
+        let between = (first - second).norm();
+        let far = |point: Point3<f64>| (tip - point).norm() + slides + 2.0 * between;
+        let tips = task.path.pieces.iter().flat_map(|piece| match &piece.geometry {
+            Geometry::Curve(curve) => {
+                curve.knots.iter().filter_map(|&u| curve.pose(u)).map(|pose| pose.tip).collect()
+            }
+            Geometry::Reorient { from, to } => vec![from.tip, to.tip],
+        });
+        let path = tips.fold(0.0_f64, |far, tip| far.max(tip.coords.norm()));
+        Self { stiffness: stiffness(task.kinematics), rotaries: [far(first), far(second)], path }
+    }
+}
+
+/// Largest move of a linear axis that moves the tip by one, over positions of the rotaries.
+fn stiffness(kinematics: &Kinematics) -> f64 {
+    const EACH: u32 = 8;
+    let mut most: f64 = 0.0;
+    for place in 0..EACH * EACH {
+        let mut q = AxisVector::zeros();
+        q[FIRST_ROTARY] = TAU * f64::from(place / EACH) / f64::from(EACH);
+        q[SECOND_ROTARY] = TAU * f64::from(place % EACH) / f64::from(EACH);
+        let zero = kinematics.forward(&q).tip;
+        let column = |slide: usize| {
+            let mut moved = q;
+            moved[slide] = 1.0;
+            kinematics.forward(&moved).tip - zero
+        };
+        let columns = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+        let Some(inverse) = columns.try_inverse() else { return f64::INFINITY };
+        most = inverse.row_iter().fold(most, |most, row| most.max(row.norm()));
+    }
+    most
+}
+
+/// Cells still to be halved.
+#[derive(Debug, Default)]
+struct Queue {
+    heap: BinaryHeap<Entry>,
+    added: usize,
+    /// Largest bound first; else largest cells first, so that a rotation that fits is found soon.
+    by_bound: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    key: f64,
+    order: usize,
+    open: Open,
+}
+
+impl Queue {
+    fn add(&mut self, open: Vec<Open>) {
+        for open in open {
+            let key = if self.by_bound { open.bound } else { open.ball.radius };
+            self.heap.push(Entry { key, order: self.added, open });
+            self.added += 1;
+        }
+    }
+
+    fn sort_by_bound(&mut self) {
+        if !self.by_bound {
+            self.by_bound = true;
+            let entries = std::mem::take(&mut self.heap);
+            let by_bound = |entry: Entry| Entry { key: entry.open.bound, ..entry };
+            self.heap = entries.into_iter().map(by_bound).collect();
+        }
+    }
+
+    /// Some of the first that may be better than `target`.
+    fn take(&mut self, target: f64) -> Vec<Open> {
+        let mut taken = Vec::new();
+        while taken.len() < BATCH && self.heap.peek().is_some_and(|entry| entry.open.bound > target)
+        {
+            taken.extend(self.heap.pop().map(|entry| entry.open));
+        }
+        taken
+    }
+
+    /// Largest bound of all.
+    fn bound(&self) -> Option<f64> {
+        self.heap.iter().map(|entry| entry.open.bound).reduce(f64::max)
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    /// Of equal ones the first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.total_cmp(&other.key).then(other.order.cmp(&self.order))
+    }
+}

@@ -1,0 +1,225 @@
+//! How near a path comes to the singular directions, for many rotations of the workpiece.
+
+use super::turning::{Ball, Trail, Turning};
+use crate::inverse::Inverse;
+use crate::machine::{FIRST_ROTARY, Machine};
+use crate::math::angle::angle_between;
+use crate::types::{Geometry, PoseCurve, ToolPath};
+use nalgebra::{Rotation3, UnitVector3, Vector3};
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+/// Samples of one span at most, however its axis turns.
+const MOST_SAMPLES: f64 = 1e3;
+
+/// What the machine can do with a tool direction, whatever the setup.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sight {
+    /// Direction of the workpiece-side rotary, machine frame.
+    pub(super) first: Vector3<f64>,
+    /// Angles from it that the travel of the tool-side rotary allows \[rad\].
+    band: [f64; 2],
+    /// Whether the tool can stand along it, and against it.
+    poles: [bool; 2],
+    /// How the rotaries turn.
+    pub(super) turning: Turning,
+    /// Whether a stretch must be run without a retract, so that the ends of travel of the rotaries say
+    /// which rotations fit.
+    whole: bool,
+}
+
+/// A path as one rotation shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    /// Least angle between tool axis and singular directions \[rad\].
+    pub(super) least: f64,
+    /// How far the tool would have to lean beyond the travel of the tool-side rotary \[rad\]; 0 if
+    /// it need not.
+    pub(super) leans: f64,
+    /// How far a rotary would have to turn beyond its travel on the way \[rad\]; 0 if it need not, or
+    /// if that is not known.
+    pub(super) turns: f64,
+}
+
+impl Seen {
+    /// Whether the rotaries stay inside travel, as far as angles tell.
+    pub(super) fn fits(&self) -> bool {
+        self.leans <= 0.0 && self.turns <= 0.0
+    }
+
+    /// The better for the machine: inside travel before all, then the larger angle.
+    pub(super) fn before(&self, other: &Self) -> bool {
+        let [own, others] = [self, other].map(|seen| seen.leans + seen.turns);
+        own < others || (own <= others && self.least > other.least)
+    }
+}
+
+/// A path as the search looks at it: some of its tool axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct View {
+    /// Neighbours of both are about this far apart \[rad\].
+    step: f64,
+    /// In no order, one of those nearer together.
+    axes: Vec<Vector3<f64>>,
+    /// In order.
+    trail: Trail,
+}
+
+/// The same path, coarse to fine.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Views(Vec<View>);
+
+impl Views {
+    /// From one step to another, each a quarter of the one before.
+    pub(super) fn new(path: &ToolPath, coarse: f64, fine: f64) -> Self {
+        let mut views = Vec::new();
+        let mut step = coarse;
+        while step > fine {
+            views.push(View::new(path, step));
+            step *= 0.25;
+        }
+        views.push(View::new(path, fine));
+        Self(views)
+    }
+
+    /// Fine enough to tell rotations apart that differ by `radius`.
+    pub(super) fn within(&self, radius: f64) -> &View {
+        let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
+        fine.unwrap_or_else(|| self.finest())
+    }
+
+    /// The finest.
+    pub(super) fn finest(&self) -> &View {
+        const NONE: &View = &View {
+            step: 0.0,
+            axes: Vec::new(),
+            trail: Trail { step: 0.0, stretches: Vec::new() },
+        };
+        self.0.last().unwrap_or(NONE)
+    }
+}
+
+impl View {
+    fn new(path: &ToolPath, step: f64) -> Self {
+        Self { step, axes: axes(path, step), trail: trail(path, step) }
+    }
+
+    pub(super) fn trail(&self) -> &Trail {
+        &self.trail
+    }
+}
+
+impl Sight {
+    /// `whole`: a stretch between two links is run without a retract.
+    pub(super) fn new(inverse: &Inverse, whole: bool) -> Self {
+        let machine: &Machine = inverse.kinematics().machine();
+        let first = machine.axes.get(FIRST_ROTARY).map_or(Vector3::z(), |axis| *axis.dir);
+        let [low, high] = inverse.reach();
+        let turning = Turning::new(inverse);
+        let whole = whole && turning.ends();
+        Self { first, band: machine.lean_inside(), poles: [low <= 0.0, high >= PI], turning, whole }
+    }
+
+    /// The path, the workpiece rotated by `machine_from_workpiece`. The angles are good to 1e-8 rad,
+    /// what an arc cosine keeps next to 1.
+    pub(super) fn look(&self, view: &View, rotation: &Rotation3<f64>) -> Seen {
+        let seen = self.glance(view, rotation);
+        Seen { turns: self.turns(view, rotation, Ball::POINT), ..seen }
+    }
+
+    /// The same without what the rotaries do on the way, which takes longer to see.
+    pub(super) fn glance(&self, view: &View, rotation: &Rotation3<f64>) -> Seen {
+        let first = rotation.inverse() * self.first;
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for axis in &view.axes {
+            let along = first.dot(axis);
+            range = [range[0].min(along), range[1].max(along)];
+        }
+        let [farthest, nearest] = range.map(|along| along.clamp(-1.0, 1.0).acos());
+        let [up, down] = self.poles;
+        let least = [(up, nearest), (down, PI - farthest)]
+            .into_iter()
+            .filter_map(|(reached, angle)| reached.then_some(angle));
+        let [low, high] = self.band;
+        Seen {
+            least: least.fold(PI, f64::min),
+            leans: (low - nearest).max(farthest - high).max(0.0),
+            turns: 0.0,
+        }
+    }
+
+    /// How far rotaries would have to turn beyond their travel on the way, for every rotation of a
+    /// ball \[rad\].
+    pub(super) fn turns(&self, view: &View, rotation: &Rotation3<f64>, ball: Ball) -> f64 {
+        if self.whole { self.turning.beyond(&view.trail, rotation, ball) } else { 0.0 }
+    }
+}
+
+/// Tool axes of all curves, neighbours about `step` \[rad\] apart, one of those nearer together.
+fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
+    let mut seen = BTreeSet::new();
+    let mut axes = Vec::new();
+    for piece in &path.pieces {
+        let Geometry::Curve(curve) = &piece.geometry else { continue };
+        for axis in samples(curve, step) {
+            // + 0 turns -0 into 0.
+            let cell = [axis.x, axis.y, axis.z].map(|part| ((part / step).round() + 0.0).to_bits());
+            if seen.insert(cell) {
+                axes.push(axis.into_inner());
+            }
+        }
+    }
+    axes
+}
+
+/// Tool axes in order, cut at links.
+fn trail(path: &ToolPath, step: f64) -> Trail {
+    let mut stretches: Vec<Vec<Vector3<f64>>> = Vec::new();
+    let mut open = false;
+    for (index, piece) in path.pieces.iter().enumerate() {
+        match &piece.geometry {
+            Geometry::Curve(curve) => {
+                if !open {
+                    stretches.push(Vec::new());
+                    open = true;
+                }
+                let Some(stretch) = stretches.last_mut() else { continue };
+                for axis in samples(curve, step) {
+                    let near = |last: &Vector3<f64>| last.cross(&axis).norm() < 0.5 * step;
+                    if !stretch.last().is_some_and(near) {
+                        stretch.push(axis.into_inner());
+                    }
+                }
+            }
+            Geometry::Reorient { from, to } => {
+                if !open {
+                    stretches.push(vec![from.axis.into_inner()]);
+                }
+                open = false;
+                if index + 1 == path.pieces.len() {
+                    stretches.push(vec![to.axis.into_inner()]);
+                }
+            }
+        }
+    }
+    Trail { step, stretches }
+}
+
+fn samples(curve: &PoseCurve, step: f64) -> impl Iterator<Item = UnitVector3<f64>> + use<'_> {
+    curve.knots.windows(2).enumerate().flat_map(move |(span, pair)| {
+        let [from, to] = [pair[0], pair[1]];
+        let axis = move |u: f64| curve.rates_in(span, u).pose().map(|pose| pose.axis);
+        let turn = match (axis(from), axis(0.5 * (from + to)), axis(to)) {
+            (Some(a), Some(b), Some(c)) => angle_between(&a, &b) + angle_between(&b, &c),
+            _ => 0.0,
+        };
+        let count = (turn / step).ceil().clamp(1.0, MOST_SAMPLES);
+        let mut index = 0.0;
+        std::iter::from_fn(move || {
+            let u = from + (to - from) * index / count;
+            index += 1.0;
+            (index <= count + 1.0).then(|| axis(u))
+        })
+        .flatten()
+    })
+}
