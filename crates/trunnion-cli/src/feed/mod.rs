@@ -29,9 +29,10 @@ pub(crate) struct Args {
     /// optimal: look at the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     no_guarantee: bool,
-    /// Stop searching when less than this share of the time is to gain.
-    #[arg(long, value_name = "SHARE", default_value = "1e-3", value_parser = share)]
-    time_tolerance: f64,
+    /// Stop searching when less than this share of the time is to gain; 5e-3 for optimal, which
+    /// takes long to come below, 1e-3 for jerk, unless given.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    time_tolerance: Option<f64>,
     /// Largest disagreement of NAME3 with the quintic through NAME, NAME1, NAME2, as a share of the
     /// largest NAME3 or of what the limits notice.
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
@@ -67,6 +68,16 @@ pub(crate) enum Method {
     Optimal,
 }
 
+impl Method {
+    /// Share of the time below which searching is not worth its while.
+    fn time_tolerance(self) -> f64 {
+        match self {
+            Self::Jerk => 1e-3,
+            Self::Optimal => 5e-3,
+        }
+    }
+}
+
 fn share(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -75,7 +86,7 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 /// Axis counts that plans are compiled for; others get axes that stand still.
-const SIZES: [usize; 3] = [3, 6, 10];
+const SIZES: [usize; 4] = [3, 5, 6, 10];
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     usage(args, json)?;
@@ -85,12 +96,13 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let table = Table::read(&args.ends, &limits)?;
     match table.axes() {
         0..=3 => sized::<3>(args, json, &limits, &table),
-        4..=6 => sized::<6>(args, json, &limits, &table),
+        4..=5 => sized::<5>(args, json, &limits, &table),
+        6 => sized::<6>(args, json, &limits, &table),
         7..=10 => sized::<10>(args, json, &limits, &table),
         many => Err(Failure::input(format!(
             "{}: {many} axes, with the path's own limits; at most {} can be planned together",
             args.limits.display(),
-            SIZES[2]
+            SIZES[3]
         ))),
     }
 }
@@ -145,7 +157,7 @@ fn sized<const N: usize>(
         feed: table.feed(),
         link_feed: None,
         tip: None,
-        time_tolerance: args.time_tolerance,
+        time_tolerance: args.time_tolerance.unwrap_or(args.method.time_tolerance()),
         ends: [file.path.start, file.path.end],
         guarantee: !args.no_guarantee,
     };

@@ -33,8 +33,8 @@ pub(super) struct Strips<const N: usize, const K: usize = 5> {
     pub(super) b: [SVector<f64, N>; K],
 }
 
-/// Weights of a quartic's Bernstein coefficients at the middle.
-pub(super) const MIDDLE: [f64; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
+/// Weights of a quartic's Bernstein coefficients at the middle; those of the last two are the first two's.
+pub(super) const MIDDLE: [f64; 3] = [0.0625, 0.25, 0.375];
 
 impl<const N: usize> Cell<N> {
     /// The quintic between two nodes.
@@ -89,73 +89,87 @@ impl<const N: usize> Cell<N> {
         ]
     }
 
-    /// Bernstein coefficients of every axis acceleration over its limit, as `a x0 + b x1`.
-    ///
-    /// `q'` has the coefficients `r_k`, `q''` therefore `4 (r_(k+1) - r_k) / h`; the product of the
-    /// latter with the linear `x` is raised to the quartic, and `u = (x1 - x0) / 2h`.
-    pub(super) fn strips(&self, limits: &Reciprocals<N>) -> Strips<N> {
-        let r = &self.rates;
-        let scale = limits.acceleration / self.h;
-        let mut strips = Strips { a: [SVector::zeros(); 5], b: [SVector::zeros(); 5] };
-        for k in 0..5 {
-            let half = r[k] * 0.5;
-            let ahead = if k < 4 { (r[k + 1] - r[k]) * (4 - k) as f64 } else { SVector::zeros() };
-            let behind = if k > 0 { (r[k] - r[k - 1]) * k as f64 } else { SVector::zeros() };
-            strips.a[k] = (ahead - half).component_mul(&scale);
-            strips.b[k] = (behind + half).component_mul(&scale);
+    /// What the Bernstein coefficients of the axis accelerations over their limits are made of.
+    #[inline]
+    pub(super) fn accelerations(&self, limits: &Reciprocals<N>) -> Accelerations<N> {
+        let per_length = 1.0 / self.h;
+        let mut scaled = Accelerations { r: [[0.0; N]; 5], d: [[0.0; N]; 4] };
+        for axis in 0..N {
+            let scale = limits.acceleration[axis] * per_length;
+            for k in 0..5 {
+                scaled.r[k][axis] = self.rates[k][axis] * scale;
+            }
+            for k in 0..4 {
+                scaled.d[k][axis] = scaled.r[k + 1][axis] - scaled.r[k][axis];
+            }
         }
-        strips
-    }
-
-    /// The first and last of [`Cell::strips`]: accelerations at both rows, and nothing in between.
-    pub(super) fn end_strips(&self, limits: &Reciprocals<N>) -> Strips<N, 2> {
-        let r = &self.rates;
-        let scale = limits.acceleration / self.h;
-        let [half, last] = [(r[0] * 0.5).component_mul(&scale), (r[4] * 0.5).component_mul(&scale)];
-        let ahead = ((r[1] - r[0]) * 4.0).component_mul(&scale);
-        let behind = ((r[4] - r[3]) * 4.0).component_mul(&scale);
-        Strips { a: [ahead - half, -last], b: [half, behind + last] }
+        scaled
     }
 
     /// Largest `x` at both ends by the speed limits there alone.
+    #[inline]
     pub(super) fn end_caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {
-        let cap = |rate: &SVector<f64, N>, end: usize| {
-            let point = (self.feed_rate[end] * limits.feed).max(self.tip_rate[end] * limits.tip);
-            rate.component_mul(&limits.velocity).amax().max(point).powi(-2)
+        let cap = |rates: &SVector<f64, N>, end: usize| {
+            let mut most =
+                largest(self.feed_rate[end] * limits.feed, self.tip_rate[end] * limits.tip);
+            for axis in 0..N {
+                most = largest(most, rates[axis].abs() * limits.velocity[axis]);
+            }
+            1.0 / (most * most)
         };
         [cap(&self.rates[0], 0), cap(&self.rates[4], 1)]
     }
 
     /// Largest `x` at both ends such that a linear `x` below keeps every speed limit in between.
+    #[inline]
     pub(super) fn caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {
-        let mut caps = [f64::INFINITY; 2];
-        let mut lower = |[c0, c1]: [f64; 2]| caps = [caps[0].min(c0), caps[1].min(c1)];
-        for axis in 0..N {
-            lower(tangent(self.speed_line(axis).map(|rate| rate * limits.velocity[axis])));
+        let lines = self.speed_lines(limits);
+        let points = [scaled(self.feed_rate, limits.feed), scaled(self.tip_rate, limits.tip)];
+        let mut above = [0.0; 2];
+        let mut dominant = true;
+        for line in lines.iter().chain(&points) {
+            let higher = line[0] >= above[0] && line[1] >= above[1];
+            dominant = higher || (dominant && line[0] <= above[0] && line[1] <= above[1]);
+            above = [largest(line[0], above[0]), largest(line[1], above[1])];
         }
-        lower(tangent(self.feed_rate.map(|rate| rate.abs() * limits.feed)));
-        lower(tangent(self.tip_rate.map(|rate| rate.abs() * limits.tip)));
-        caps
+        // A line that is above the others at both ends is above them everywhere.
+        if dominant {
+            return tangent(above);
+        }
+        lines
+            .iter()
+            .chain(&points)
+            .map(|line| tangent(*line))
+            .fold([f64::INFINITY; 2], |caps, [c0, c1]| [caps[0].min(c0), caps[1].min(c1)])
     }
 
-    /// A line (its values at both ends) above `|q'|` of one axis.
-    pub(super) fn speed_line(&self, axis: usize) -> [f64; 2] {
-        let rate = |k: usize| self.rates[k][axis].abs();
-        let [first, last] = [rate(0), rate(4)];
-        let above = |k: usize| rate(k) - (first + 0.25 * k as f64 * (last - first));
-        let rise = above(1).max(above(2)).max(above(3)).max(0.0);
-        [first + rise, last + rise]
+    /// For each axis a line (its values at both ends) above `|q'|` over the velocity limit.
+    #[inline]
+    pub(super) fn speed_lines(&self, limits: &Reciprocals<N>) -> [[f64; 2]; N] {
+        std::array::from_fn(|axis| {
+            let rate = |k: usize| self.rates[k][axis].abs();
+            let [first, last] = [rate(0), rate(4)];
+            let quarter = 0.25 * (last - first);
+            let above = |k: usize| rate(k) - (first + k as f64 * quarter);
+            let rise = largest(largest(above(1), above(2)), largest(above(3), 0.0));
+            scaled([first + rise, last + rise], limits.velocity[axis])
+        })
     }
 
-    /// Rates at fraction `t` by de Casteljau's scheme: `q'` and `q''`.
-    pub(super) fn rates_at(&self, t: f64) -> [SVector<f64, N>; 2] {
-        let mut rest = self.rates;
-        for level in 0..3 {
-            for k in 0..4 - level {
-                rest[k] = rest[k].lerp(&rest[k + 1], t);
-            }
-        }
-        [rest[0].lerp(&rest[1], t), (rest[1] - rest[0]) * (4.0 / self.h)]
+    /// `q''` at the start.
+    #[inline]
+    pub(super) fn bend_at_start(&self) -> SVector<f64, N> {
+        (self.rates[1] - self.rates[0]) * (4.0 / self.h)
+    }
+
+    /// `q'` and `q''` in the middle.
+    #[inline]
+    pub(super) fn rates_in_the_middle(&self) -> [SVector<f64, N>; 2] {
+        let r = &self.rates;
+        let rate = (r[0] + r[4]) * MIDDLE[0] + (r[1] + r[3]) * MIDDLE[1] + r[2] * MIDDLE[2];
+        // 4 times the quartic's differences, weighted 1 3 3 1, over 8.
+        let bend = ((r[4] - r[0]) + (r[3] - r[1]) * 2.0) * (0.5 / self.h);
+        [rate, bend]
     }
 }
 
@@ -166,14 +180,106 @@ impl<const N: usize> Cell<N> {
     }
 }
 
+/// A line times a factor.
+#[inline]
+pub(super) fn scaled(line: [f64; 2], factor: f64) -> [f64; 2] {
+    line.map(|end| end * factor)
+}
+
+/// The larger one; without the care for NaN that `f64::max` takes.
+#[inline]
+pub(super) fn largest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// Roundings of the largest rate in the coefficients of a cell: a few in forming the quintic, and one in each of
 /// the averages of up to a dozen cuts.
 const ROUNDINGS: f64 = 64.0;
 
-impl<const N: usize> Strips<N> {
-    /// Bernstein coefficient `k` of all axis accelerations over their limits.
-    pub(super) fn coefficient(&self, k: usize, x: [f64; 2]) -> SVector<f64, N> {
-        self.a[k] * x[0] + self.b[k] * x[1]
+/// Rates of a cell over the acceleration limits and the length, and their differences.
+///
+/// `q'` has the coefficients `r_k`, `q''` therefore `4 d_k`; the product of the latter with the linear
+/// `x` is raised to the quartic, and `u = (x1 - x0) / 2h`. Coefficient `k` of the acceleration is
+/// `r_k (x1 - x0) / 2 + (4 - k) d_k x0 + k d_(k-1) x1`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Accelerations<const N: usize> {
+    r: [[f64; N]; 5],
+    d: [[f64; N]; 4],
+}
+
+/// Which of `K` constraints an axis has: all Bernstein coefficients (5), or those at rows alone (2).
+const fn coefficient(place: usize, of: usize) -> usize {
+    if of == 2 { place * 4 } else { place }
+}
+
+impl<const N: usize> Accelerations<N> {
+    /// Coefficient `k` of one axis as `a x0 + b x1`.
+    #[inline]
+    fn row(&self, k: usize, axis: usize) -> [f64; 2] {
+        let half = 0.5 * self.r[k][axis];
+        let ahead = if k < 4 { (4 - k) as f64 * self.d[k][axis] } else { 0.0 };
+        let behind = if k > 0 { k as f64 * self.d[k - 1][axis] } else { 0.0 };
+        [ahead - half, behind + half]
+    }
+
+    /// Constraint `place` of `K` of one axis as `a x0 + b x1`.
+    #[inline]
+    pub(super) fn constraint<const K: usize>(&self, [place, axis]: [usize; 2]) -> [f64; 2] {
+        self.row(coefficient(place, K), axis)
+    }
+
+    /// All constraints as `a x0 + b x1`.
+    pub(super) fn strips<const K: usize>(&self) -> Strips<N, K> {
+        let mut strips = Strips { a: [SVector::zeros(); K], b: [SVector::zeros(); K] };
+        for place in 0..K {
+            for axis in 0..N {
+                let [a, b] = self.row(coefficient(place, K), axis);
+                (strips.a[place][axis], strips.b[place][axis]) = (a, b);
+            }
+        }
+        strips
+    }
+
+    /// Coefficient `k` of all axes.
+    #[inline]
+    fn at(&self, k: usize, [x0, x1]: [f64; 2]) -> [f64; N] {
+        let change = 0.5 * (x1 - x0);
+        let [ahead, behind] = [(4.0 - k as f64) * x0, k as f64 * x1];
+        std::array::from_fn(|axis| {
+            let ahead = if k < 4 { ahead * self.d[k][axis] } else { 0.0 };
+            let behind = if k > 0 { behind * self.d[k - 1][axis] } else { 0.0 };
+            self.r[k][axis] * change + (ahead + behind)
+        })
+    }
+
+    /// Largest size of any of the `K` constraints' values.
+    #[inline]
+    pub(super) fn most<const K: usize>(&self, x: [f64; 2]) -> f64 {
+        let mut most = [0.0; N];
+        for place in 0..K {
+            let values = self.at(coefficient(place, K), x);
+            for axis in 0..N {
+                let size = values[axis].abs();
+                most[axis] = if size > most[axis] { size } else { most[axis] };
+            }
+        }
+        most.into_iter().fold(0.0, |most, size| if size > most { size } else { most })
+    }
+
+    /// Accelerations of all axes over their limits at the start, in the middle and at the end.
+    #[inline]
+    pub(super) fn at_three(&self, x: [f64; 2]) -> [[f64; N]; 3] {
+        let (r, d) = (&self.r, &self.d);
+        let [change, mean] = [0.5 * (x[1] - x[0]), 0.5 * (x[0] + x[1])];
+        let middle = std::array::from_fn(|axis| {
+            let rate = MIDDLE[0] * (r[0][axis] + r[4][axis])
+                + MIDDLE[1] * (r[1][axis] + r[3][axis])
+                + MIDDLE[2] * r[2][axis];
+            // 4 times the quartic's differences, weighted 1 3 3 1.
+            let bend = 0.5 * (d[0][axis] + d[3][axis]) + 1.5 * (d[1][axis] + d[2][axis]);
+            rate * change + bend * mean
+        });
+        [self.at(0, x), middle, self.at(4, x)]
     }
 }
 
@@ -190,6 +296,19 @@ fn tangent(rate: [f64; 2]) -> [f64; 2] {
 mod tests {
     use super::*;
     use nalgebra::Vector1;
+
+    impl<const N: usize> Cell<N> {
+        /// Rates at fraction `t` by de Casteljau's scheme: `q'` and `q''`.
+        fn rates_at(&self, t: f64) -> [SVector<f64, N>; 2] {
+            let mut rest = self.rates;
+            for level in 0..3 {
+                for k in 0..4 - level {
+                    rest[k] = rest[k].lerp(&rest[k + 1], t);
+                }
+            }
+            [rest[0].lerp(&rest[1], t), (rest[1] - rest[0]) * (4.0 / self.h)]
+        }
+    }
 
     fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
         Cell {
@@ -250,8 +369,14 @@ mod tests {
         let x = [3.0, 7.0];
         for (k, t) in [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().enumerate() {
             let want = (3.0 + 6.0 * t) * 0.5;
-            let got = cell.strips(&limits).coefficient(k, x)[0];
-            assert!((got - want).abs() < 1e-14, "{k}: {got} {want}");
+            let scaled = cell.accelerations(&limits);
+            let [a, b] = scaled.constraint::<5>([k, 0]);
+            for got in [scaled.at(k, x)[0], a * x[0] + b * x[1]] {
+                assert!((got - want).abs() < 1e-14, "{k}: {got} {want}");
+            }
+            if k % 2 == 0 {
+                assert!((scaled.at_three(x)[k / 2][0] - want).abs() < 1e-14);
+            }
         }
     }
 

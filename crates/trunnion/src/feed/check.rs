@@ -1,13 +1,14 @@
 //! What a schedule does: measured densely with another discretisation, and bounded.
 
+use super::cell::{largest, scaled};
 use super::profile::{Grid, Profile};
 use super::{Binding, Ratios, Reciprocals, refine};
+use crate::math::quintic::Quintic;
 use crate::types::{AxisPiece, SchedulePiece};
-use nalgebra::SVector;
 
 /// Samples from a row to the next, evenly in time. Both ends are among them, each seen from inside:
 /// jerk jumps at nodes and is often largest there.
-const SAMPLES: u32 = 4;
+const SAMPLES: usize = 4;
 
 /// Largest values found between and at rows.
 #[derive(Debug, Clone, Copy)]
@@ -23,33 +24,123 @@ pub(super) fn measure<const N: usize>(
     schedule: &SchedulePiece,
     limits: &Reciprocals<N>,
 ) -> Measured {
-    let start = Ratios { jerk: limits.jerk.map(|_| 0.0), ..Ratios::default() };
-    let mut measured = Measured { ratios: start, acceleration_step: 0.0 };
-    let mut interval = usize::MAX;
-    let mut curve = None;
+    let mut most = Most { velocity: 0.0, acceleration: 0.0, jerk: 0.0, step: 0.0 };
     let mut before = 0.0;
-    for row in 0..schedule.s.len().saturating_sub(1) {
-        // Every node is a row, so a row interval lies in one node interval.
-        let here = piece.interval_at(schedule.s[row]);
-        if here != interval {
-            (interval, curve) = (here, piece.quintic(here));
-        }
-        let Some((origin, quintic)) = curve else { break };
-        let [s, v, u] = [schedule.s[row], schedule.speed[row], schedule.acceleration[row]];
-        let step = (schedule.t[row + 1] - schedule.t[row]) / f64::from(SAMPLES - 1);
-        let rate = quintic.at(s - origin)[1];
-        let jump = rate.component_mul(&limits.acceleration).amax() * (u - before).abs();
-        measured.acceleration_step = measured.acceleration_step.max(jump);
-        before = u;
-        for sample in 0..SAMPLES {
-            let dt = f64::from(sample) * step;
-            let [ds, speed] = [dt * (v + 0.5 * u * dt), v + u * dt];
-            let q = quintic.at(s + ds - origin);
-            let rates = rates_at(piece, interval, s + ds);
-            measured.ratios = measured.ratios.max(ratios(&q, speed, u, rates, limits));
+    let mut row = 0;
+    // Every node is a row, so a row interval lies in one node interval.
+    for (interval, nodes) in piece.nodes.windows(2).enumerate() {
+        let Some((origin, quintic)) = piece.quintic(interval) else { break };
+        let curve = Curve::new(&quintic);
+        let feed = [nodes[0].feed_rate, nodes[1].feed_rate].map(|rate| rate * limits.feed);
+        let tip = [nodes[0].tip_rate, nodes[1].tip_rate].map(|rate| rate * limits.tip);
+        while row + 1 < schedule.s.len() && schedule.s[row] < nodes[1].s {
+            let motion = Samples::of(schedule, row, [origin, curve.per_length]);
+            curve.look(&motion, limits, &mut most);
+            most.step =
+                largest(curve.start(&motion, limits) * (motion.u - before).abs(), most.step);
+            before = motion.u;
+            for (at, v) in motion.at.into_iter().zip(motion.v) {
+                let [feed, tip] = [feed, tip].map(|[from, to]| from + at * (to - from));
+                most.velocity = largest(v * largest(feed, tip), most.velocity);
+            }
+            row += 1;
         }
     }
-    measured
+    let ratios = Ratios {
+        velocity: most.velocity,
+        acceleration: most.acceleration,
+        jerk: limits.jerk.map(|_| most.jerk),
+    };
+    Measured { ratios, acceleration_step: most.step }
+}
+
+/// Largest shares of the limits seen.
+struct Most {
+    velocity: f64,
+    acceleration: f64,
+    jerk: f64,
+    step: f64,
+}
+
+/// Some moments on one quintic under constant `u = d²s/dt²`.
+struct Samples {
+    /// Places as shares of the quintic's length.
+    at: [f64; SAMPLES],
+    v: [f64; SAMPLES],
+    u: f64,
+}
+
+impl Samples {
+    /// From a row of the schedule to the next, on a quintic that starts at `origin`.
+    #[inline]
+    fn of(schedule: &SchedulePiece, row: usize, [origin, per_length]: [f64; 2]) -> Self {
+        let [s, v, u] = [schedule.s[row], schedule.speed[row], schedule.acceleration[row]];
+        let step = (schedule.t[row + 1] - schedule.t[row]) * (1.0 / (SAMPLES - 1) as f64);
+        let dt: [f64; SAMPLES] = std::array::from_fn(|k| k as f64 * step);
+        let at = dt.map(|dt| (s - origin + dt * (v + 0.5 * u * dt)) * per_length);
+        Self { at, v: dt.map(|dt| v + u * dt), u }
+    }
+}
+
+/// Derivatives of a quintic in the power basis.
+struct Curve<const N: usize> {
+    per_length: f64,
+    /// Coefficients of `q'`, axis by axis; those of `q''` and `q'''` follow from them.
+    rate: [[f64; 5]; N],
+}
+
+impl<const N: usize> Curve<N> {
+    #[inline]
+    fn new(quintic: &Quintic<N>) -> Self {
+        let per_length = 1.0 / quintic.length();
+        let powers = quintic.powers();
+        let rate = std::array::from_fn(|axis| {
+            std::array::from_fn(|k| (k + 1) as f64 * powers[k + 1][axis] * per_length)
+        });
+        Self { per_length, rate }
+    }
+
+    /// Largest `|q'|` over the acceleration limit at the first of the moments.
+    #[inline]
+    fn start(&self, motion: &Samples, limits: &Reciprocals<N>) -> f64 {
+        let mut most = 0.0;
+        for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
+            let t = motion.at[0];
+            let rate = (((c4 * t + c3) * t + c2) * t + c1) * t + c0;
+            most = largest(rate.abs() * limits.acceleration[axis], most);
+        }
+        most
+    }
+
+    /// `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = 3 q'' u v + q''' v³`, over the limits.
+    #[inline]
+    fn look(&self, motion: &Samples, limits: &Reciprocals<N>, most: &mut Most) {
+        let Samples { at: t, v, u } = *motion;
+        let vv = v.map(|v| v * v * self.per_length);
+        for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
+            let [mut velocity, mut acceleration] = [[0.0; SAMPLES]; 2];
+            for k in 0..SAMPLES {
+                let rate = (((c4 * t[k] + c3) * t[k] + c2) * t[k] + c1) * t[k] + c0;
+                let bend = ((4.0 * c4 * t[k] + 3.0 * c3) * t[k] + 2.0 * c2) * t[k] + c1;
+                velocity[k] = (rate * v[k]).abs();
+                acceleration[k] = (rate * u + bend * vv[k]).abs();
+            }
+            let [velocity, acceleration] =
+                [velocity, acceleration].map(|[a, b, c, d]| largest(largest(a, b), largest(c, d)));
+            most.velocity = largest(velocity * limits.velocity[axis], most.velocity);
+            most.acceleration =
+                largest(acceleration * limits.acceleration[axis], most.acceleration);
+        }
+        let Some(inverse) = limits.jerk else { return };
+        for (axis, [_, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
+            for k in 0..SAMPLES {
+                let bend = ((4.0 * c4 * t[k] + 3.0 * c3) * t[k] + 2.0 * c2) * t[k] + c1;
+                let third = (12.0 * c4 * t[k] + 6.0 * c3) * t[k] + 2.0 * c2;
+                let jerk = (3.0 * bend * u + third * vv[k]) * v[k] * self.per_length;
+                most.jerk = largest((jerk * inverse[axis]).abs(), most.jerk);
+            }
+        }
+    }
 }
 
 /// Feed rate and tip rate at `s`, linear between nodes.
@@ -62,25 +153,6 @@ pub(super) fn rates_at<const N: usize>(piece: &AxisPiece<N>, interval: usize, s:
     [at(from.feed_rate, to.feed_rate), at(from.tip_rate, to.tip_rate)]
 }
 
-/// `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = 3 q'' u v + q''' v³` (u constant), over the limits.
-fn ratios<const N: usize>(
-    q: &[SVector<f64, N>; 4],
-    v: f64,
-    u: f64,
-    [feed_rate, tip_rate]: [f64; 2],
-    limits: &Reciprocals<N>,
-) -> Ratios {
-    let axes = (q[1] * v).component_mul(&limits.velocity).amax();
-    let point = v * (feed_rate * limits.feed).max(tip_rate * limits.tip);
-    let acceleration = q[1] * u + q[2] * (v * v);
-    let jerk = (q[2] * (3.0 * u) + q[3] * (v * v)) * v;
-    Ratios {
-        velocity: axes.max(point),
-        acceleration: acceleration.component_mul(&limits.acceleration).amax(),
-        jerk: limits.jerk.map(|inverse| jerk.component_mul(&inverse).amax()),
-    }
-}
-
 /// Upper bounds of velocity and acceleration ratios over the whole piece.
 pub(super) fn bounds<const N: usize>(
     grid: &Grid<N>,
@@ -91,18 +163,18 @@ pub(super) fn bounds<const N: usize>(
     let mut square = 0.0_f64;
     for (index, cell) in grid.cells.iter().enumerate() {
         let x = profile.ends(index);
-        let strips = cell.strips(limits);
-        for k in 0..5 {
-            bounds.acceleration = bounds.acceleration.max(strips.coefficient(k, x).amax());
-        }
-        let mut speed = |rate: [f64; 2]| {
-            square = square.max(peak_square(x, rate));
+        let most = cell.accelerations(limits).most::<5>(x);
+        bounds.acceleration = largest(most, bounds.acceleration);
+        let mut speed = |line: [f64; 2]| {
+            // The exact maximum only where it can be above what was seen.
+            let rate = largest(line[0], line[1]);
+            if largest(x[0], x[1]) * rate * rate > square {
+                square = largest(peak_square(x, line), square);
+            }
         };
-        for axis in 0..N {
-            speed(cell.speed_line(axis).map(|rate| rate * limits.velocity[axis]));
-        }
-        speed(cell.feed_rate.map(|rate| rate * limits.feed));
-        speed(cell.tip_rate.map(|rate| rate * limits.tip));
+        cell.speed_lines(limits).into_iter().for_each(&mut speed);
+        speed(scaled(cell.feed_rate, limits.feed));
+        speed(scaled(cell.tip_rate, limits.tip));
     }
     bounds.velocity = square.sqrt();
     bounds
@@ -132,7 +204,7 @@ pub(super) fn binding<const N: usize>(
         .cells
         .iter()
         .enumerate()
-        .map(|(index, cell)| refine::utilisation(cell, limits, profile.ends(index)).1)
+        .map(|(index, cell)| refine::binding(cell, limits, profile.ends(index)))
         .collect();
     binding.extend(binding.last().copied());
     binding

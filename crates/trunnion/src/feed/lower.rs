@@ -7,7 +7,7 @@
 //!   `|s_k u + c_k x| <= a_k` leaves `x <= (a_j |s_k| + a_k |s_j|) / |s_j c_k - s_k c_j|`;
 //! * speed limits, integrated over the cell: `dt >= |dq_j| / v_j`.
 
-use super::cell::Cell;
+use super::cell::{Cell, largest};
 use super::profile::Grid;
 use super::{Ends, Reciprocals};
 use nalgebra::SVector;
@@ -15,33 +15,136 @@ use nalgebra::SVector;
 /// Lower bound of the time with the given speeds at the ends \[s\].
 pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> f64 {
     let x = reachable(grid, limits, ends);
-    let cells = grid.cells.iter().enumerate();
-    let sum: f64 = cells.map(|(i, cell)| cell_time(cell, [x[i], x[i + 1]], limits)).sum();
+    let mut sum = 0.0;
+    let mut from = x.first().map_or(0.0, |x| x.sqrt());
+    for (cell, x) in grid.cells.iter().zip(x.iter().skip(1)) {
+        let to = x.sqrt();
+        sum += cell_time(cell, [from, to], limits);
+        from = to;
+    }
     // Each cell's time is right to a few dozen roundings, their sum to one per cell.
     sum * (1.0 - (grid.cells.len() + 64) as f64 * f64::EPSILON)
 }
 
 /// Upper bounds of `x` at the rows.
 fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> Vec<f64> {
-    let mut x: Vec<f64> = grid.cells.iter().map(|cell| start_cap(cell, limits)).collect();
-    x.push(ends.end);
-    if let Some(first) = x.first_mut() {
-        *first = ends.start;
+    let mut x = Vec::with_capacity(grid.cells.len() + 1);
+    let mut here = ends.start;
+    for cell in &grid.cells {
+        let cap = speed_cap(cell, limits);
+        here = if cap < here { cap } else { here };
+        if bent(&[cell.rates[0], cell.bend_at_start()], &cell.blur(), limits, here) {
+            let pairs = pair_cap([cell.rates[0], cell.bend_at_start()], &cell.blur(), limits);
+            here = here.min(pairs);
+        }
+        x.push(here);
+        here = Travel::of(cell, limits).gain(here, f64::INFINITY, [0, 1]);
     }
-    for (row, cell) in grid.cells.iter().enumerate() {
-        x[row + 1] = x[row + 1].min(gain(cell, x[row], limits, [0, 4]));
-    }
+    x.push(here.min(ends.end));
     for (row, cell) in grid.cells.iter().enumerate().rev() {
-        x[row] = x[row].min(gain(cell, x[row + 1], limits, [4, 0]));
+        x[row] = Travel::of(cell, limits).gain(x[row + 1], x[row], [1, 0]);
     }
     x
 }
 
-/// Largest `x` at the start of a cell, whatever happens elsewhere.
-fn start_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
-    let speeds = cell.rates[0].component_mul(&limits.velocity).amax();
-    let point = (cell.feed_rate[0] * limits.feed).max(cell.tip_rate[0] * limits.tip);
-    speeds.max(point).powi(-2).min(pair_cap(cell.rates_at(0.0), &cell.blur(), limits))
+/// Largest `x` at the start of a cell by the speed limits.
+#[inline]
+fn speed_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
+    let mut most = largest(cell.feed_rate[0] * limits.feed, cell.tip_rate[0] * limits.tip);
+    for axis in 0..N {
+        most = largest(cell.rates[0][axis].abs() * limits.velocity[axis], most);
+    }
+    1.0 / (most * most)
+}
+
+/// What each axis travels in a cell.
+struct Travel<const N: usize> {
+    /// Squared rates at both ends over the acceleration limit.
+    squares: [[f64; N]; 2],
+    /// Twice the distance; infinite for an axis that may turn round, which says nothing then.
+    twice: [f64; N],
+    /// Distance from one end to the other.
+    net: [f64; N],
+}
+
+impl<const N: usize> Travel<N> {
+    #[inline]
+    fn of(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
+        let mut travel = Self { squares: [[0.0; N]; 2], twice: [0.0; N], net: [0.0; N] };
+        let share = 0.2 * cell.h;
+        for axis in 0..N {
+            let rate = |k: usize| cell.rates[k][axis];
+            let sum = (rate(0) + rate(1)) + (rate(2) + rate(3)) + rate(4);
+            let sizes =
+                (rate(0).abs() + rate(1).abs()) + (rate(2).abs() + rate(3).abs()) + rate(4).abs();
+            travel.net[axis] = share * sum.abs();
+            // The same sum where all rates agree in direction, to the last bit.
+            let one_way = sum.abs() >= sizes;
+            travel.twice[axis] = if one_way { 2.0 * travel.net[axis] } else { f64::INFINITY };
+            let inverse = limits.acceleration[axis];
+            travel.squares[0][axis] = rate(0) * rate(0) * inverse;
+            travel.squares[1][axis] = rate(4) * rate(4) * inverse;
+        }
+        travel
+    }
+
+    /// Upper bound, at most `most`, of `x` at end `to` of the cell from the one at end `from`.
+    #[inline]
+    fn gain(&self, x: f64, most: f64, [from, to]: [usize; 2]) -> f64 {
+        let mut bound = most;
+        for axis in 0..N {
+            let energy = self.squares[from][axis] * x + self.twice[axis];
+            let end = self.squares[to][axis];
+            // The quotient only where it is less than the bound.
+            if bound * end > energy {
+                bound = energy / end;
+            }
+        }
+        bound
+    }
+
+    /// The axis that needs longest, by what its speed can be half-way from either end: the one with
+    /// the least `x` there.
+    #[inline]
+    fn slowest(&self, x: [f64; 2], limits: &Reciprocals<N>) -> Option<usize> {
+        let [mut least, mut weight] = [f64::INFINITY, 1.0];
+        let mut slowest = None;
+        for axis in 0..N {
+            let [from, to] = [0, 1].map(|end| self.squares[end][axis] * x[end]);
+            let energy = (if from < to { from } else { to }) + 0.5 * self.twice[axis];
+            let square = self.net[axis] * self.net[axis] * limits.acceleration[axis];
+            // Quotients compared as products.
+            if energy * weight < least * square {
+                (least, weight, slowest) = (energy, square, Some(axis));
+            }
+        }
+        slowest
+    }
+}
+
+/// Whether the two-axis cap at one place is below `x`, up to rounding.
+#[inline]
+fn bent<const N: usize>(
+    [s, c]: &[SVector<f64, N>; 2],
+    blur: &SVector<f64, N>,
+    limits: &Reciprocals<N>,
+    x: f64,
+) -> bool {
+    let inverse = &limits.acceleration;
+    let s: [f64; N] = std::array::from_fn(|axis| s[axis] * inverse[axis]);
+    let c: [f64; N] = std::array::from_fn(|axis| c[axis] * inverse[axis]);
+    let mut above = f64::NEG_INFINITY;
+    for j in 0..N {
+        for k in 0..j {
+            let cross = (s[j] * c[k] - s[k] * c[j]).abs();
+            above = largest(x * cross - (s[j].abs() + s[k].abs()), above);
+        }
+        // An axis that only turns round.
+        if s[j] == 0.0 && x * (c[j].abs() - blur[j] * inverse[j]) > 1.0 {
+            return true;
+        }
+    }
+    above > 0.0
 }
 
 /// The two-axis cap at one place: the intervals of `u` of all axes share a point iff those of any
@@ -71,49 +174,23 @@ pub(super) fn pair_cap<const N: usize>(
     cap
 }
 
-/// Upper bound of `x` at end `to` of a cell from the one at end `from` (0 is the start, 4 the end).
-fn gain<const N: usize>(
-    cell: &Cell<N>,
-    x: f64,
-    limits: &Reciprocals<N>,
-    [from, to]: [usize; 2],
-) -> f64 {
-    let mut bound = f64::INFINITY;
-    for axis in 0..N {
-        let Some(travel) = one_way_travel(cell, axis) else { continue };
-        let [start, end] = [cell.rates[from][axis], cell.rates[to][axis]].map(|rate| rate * rate);
-        if end > 0.0 {
-            let energy = start * x + 2.0 * travel / limits.acceleration[axis];
-            bound = bound.min(energy / end);
-        }
-    }
-    bound
-}
-
-/// Distance an axis travels in a cell, if all coefficients of its rate agree in direction.
-fn one_way_travel<const N: usize>(cell: &Cell<N>, axis: usize) -> Option<f64> {
-    let rates = cell.rates.map(|rate| rate[axis]);
-    let one_way = rates.iter().all(|&rate| rate >= 0.0) || rates.iter().all(|&rate| rate <= 0.0);
-    one_way.then(|| cell.h * rates.iter().sum::<f64>().abs() / 5.0)
-}
-
-/// Lower bound of the time in a cell whose ends are passed with at most the given `x`.
-fn cell_time<const N: usize>(cell: &Cell<N>, x: [f64; 2], limits: &Reciprocals<N>) -> f64 {
+/// Lower bound of the time in a cell whose ends are passed with at most the given `ds/dt`.
+fn cell_time<const N: usize>(cell: &Cell<N>, ends: [f64; 2], limits: &Reciprocals<N>) -> f64 {
     let mean = |rate: [f64; 2]| 0.5 * (rate[0] + rate[1]);
-    let point = (mean(cell.feed_rate) * limits.feed).max(mean(cell.tip_rate) * limits.tip);
-    let mut time = cell.h * point;
+    let mut time =
+        cell.h * largest(mean(cell.feed_rate) * limits.feed, mean(cell.tip_rate) * limits.tip);
+    let travel = Travel::of(cell, limits);
     for axis in 0..N {
-        let speed = |end: usize| x[end.min(1)].sqrt() * cell.rates[end * 4][axis].abs();
+        time = largest(travel.net[axis] * limits.velocity[axis], time);
+    }
+    if let Some(axis) = travel.slowest(ends.map(|speed| speed * speed), limits) {
+        let speeds = [0, 1].map(|end| ends[end] * cell.rates[end * 4][axis].abs());
         let [v, a] = [1.0 / limits.velocity[axis], 1.0 / limits.acceleration[axis]];
-        let axis_time = match one_way_travel(cell, axis) {
-            Some(travel) => ramp_time(travel, [speed(0), speed(1)], v, a),
-            None => cell.h * cell.rates.iter().map(|rate| rate[axis]).sum::<f64>().abs() / 5.0 / v,
-        };
-        time = time.max(axis_time);
+        time = largest(ramp_time(travel.net[axis], speeds, v, a), time);
     }
     // The two-axis cap of the whole cell costs most: only where the one in the middle says it helps.
-    let middle = pair_cap(cell.rates_at(0.5), &cell.blur(), limits);
-    if cell.h > time * middle.sqrt() {
+    let x = (cell.h / time).powi(2);
+    if bent(&cell.rates_in_the_middle(), &cell.blur(), limits, x) {
         time = time.max(cell.h / cell_pair_cap(cell, limits).sqrt());
     }
     time

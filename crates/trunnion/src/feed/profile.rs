@@ -1,6 +1,6 @@
 //! Backward and forward pass over one piece.
 
-use super::cell::{Cell, Strips};
+use super::cell::Cell;
 use super::{Ends, Reciprocals, strip};
 use crate::types::{Law, SchedulePiece};
 
@@ -28,7 +28,7 @@ impl Profile {
         ends: &Ends,
     ) -> Self {
         let caps = caps(grid, |cell| cell.caps(limits));
-        Self::through(grid, caps, ends, |cell| cell.strips(limits))
+        Self::through::<N, 5>(grid, caps, ends, limits)
     }
 
     /// As [`Profile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
@@ -38,27 +38,31 @@ impl Profile {
         ends: &Ends,
     ) -> Self {
         let caps = caps(grid, |cell| cell.end_caps(limits));
-        Self::through(grid, caps, ends, |cell| cell.end_strips(limits))
+        Self::through::<N, 2>(grid, caps, ends, limits)
     }
 
-    /// Both passes below `x`.
+    /// Both passes below `x`, with `K` constraints an axis and cell.
     fn through<const N: usize, const K: usize>(
         grid: &Grid<N>,
         mut x: Vec<f64>,
         ends: &Ends,
-        strips: impl Fn(&Cell<N>) -> Strips<N, K>,
+        limits: &Reciprocals<N>,
     ) -> Self {
         if let Some(last) = x.last_mut() {
             *last = last.min(ends.end);
         }
+        let mut guess = None;
         for (row, cell) in grid.cells.iter().enumerate().rev() {
-            x[row] = strip::backward(&strips(cell), x[row], x[row + 1]);
+            let cell = cell.accelerations(limits);
+            x[row] = strip::backward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
         }
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);
         }
+        guess = None;
         for (row, cell) in grid.cells.iter().enumerate() {
-            x[row + 1] = strip::forward(&strips(cell), x[row], x[row + 1]);
+            let cell = cell.accelerations(limits);
+            x[row + 1] = strip::forward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
         }
         Self { x }
     }

@@ -3,7 +3,7 @@
 //! Limits hold on any grid; rows only make the schedule faster. The fastest motion uses some limit
 //! fully at every place, so the unused share of a cell, times its time, measures what is to gain.
 
-use super::cell::{Cell, MIDDLE};
+use super::cell::{Cell, MIDDLE, largest};
 use super::profile::{Grid, Profile};
 use super::{Binding, Ends, FeedOptions, Reciprocals, lower};
 use crate::types::AxisPiece;
@@ -46,12 +46,13 @@ pub(super) fn plan<const N: usize>(
         let gains = Gains::of(&grid, &profile, limits);
         let [wanted, won] = [tolerance * gains.time, before - gains.time];
         // A round that brings a small part of what is asked for will not be followed by better.
-        let enough = gains.total.min(gains.time - unbeatable) <= wanted;
+        let to_gain = gains.total.min(gains.time - unbeatable);
+        let enough = to_gain <= wanted;
         if enough || grid.s.len() >= most || won <= 0.05 * wanted {
             break;
         }
         before = gains.time;
-        grid = split(&grid, &profile, limits, (&gains, wanted));
+        grid = split(&grid, &profile, limits, (&gains, 0.5 * wanted / to_gain));
         profile = Profile::fastest(&grid, limits, ends);
     }
     (grid, profile)
@@ -92,7 +93,7 @@ impl Gains {
         let mut gains = Self { cells: Vec::with_capacity(grid.cells.len()), total: 0.0, time: 0.0 };
         for (index, cell) in grid.cells.iter().enumerate() {
             let time = profile.time(grid, index);
-            let (used, _) = utilisation(cell, limits, profile.ends(index));
+            let used = utilisation(cell, limits, profile.ends(index));
             let gain = time * (1.0 - used).max(0.0);
             gains.cells.push(gain);
             gains.total += gain;
@@ -102,61 +103,123 @@ impl Gains {
     }
 }
 
-/// Mean share of the most used limit over a cell (by its ends and middle), and which limit that is.
+impl Gains {
+    /// Cells with more than this are to be cut: the fewest that hold all but this share of what there
+    /// is to gain.
+    fn worth_cutting(&self, rest: f64) -> f64 {
+        let mut sorted = self.cells.clone();
+        sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+        let mut left = self.total;
+        for gain in sorted {
+            left -= gain;
+            if left <= rest * self.total {
+                return gain * (1.0 - f64::EPSILON);
+            }
+        }
+        0.0
+    }
+}
+
+/// Mean share of the most used limit over a cell, by its ends and middle.
 /// Shares are in time: a path run at this share of the speed limits needs its reciprocal in time.
-pub(super) fn utilisation<const N: usize>(
+fn utilisation<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64; 2]) -> f64 {
+    let [from, middle, to] = Squares::of(cell, limits, x).most().map(f64::sqrt);
+    0.25 * (from + to) + 0.5 * middle
+}
+
+/// Which limit is used most over a cell.
+pub(super) fn binding<const N: usize>(
     cell: &Cell<N>,
     limits: &Reciprocals<N>,
     x: [f64; 2],
-) -> (f64, Binding) {
-    let strips = cell.strips(limits);
-    let coefficients: [_; 5] = std::array::from_fn(|k| strips.coefficient(k, x));
-    let middle = |values: &[SVector<f64, N>; 5], axis: usize| -> f64 {
-        values.iter().zip(MIDDLE).map(|(value, weight)| value[axis] * weight).sum()
-    };
-    let speeds = [x[0].sqrt(), (0.5 * (x[0] + x[1])).sqrt(), x[1].sqrt()];
-    let mut most = [0.0; 3];
-    let mut binding = (0.0, Binding::Still);
-    let mut add = |shares: [f64; 3], name: Binding| {
-        for (most, share) in most.iter_mut().zip(shares) {
-            *most = share.max(*most);
-        }
-        let mean = mean(shares);
-        if mean > binding.0 {
-            binding = (mean, name);
-        }
-    };
-    for axis in 0..N {
-        let name = u8::try_from(axis).unwrap_or(u8::MAX);
-        let values = [coefficients[0][axis], middle(&coefficients, axis), coefficients[4][axis]];
-        // Time goes with the root of the acceleration: of what is unused, half is to gain.
-        add(values.map(|value| value.abs().sqrt()), Binding::Acceleration(name));
-        let rates = [cell.rates[0][axis], middle(&cell.rates, axis), cell.rates[4][axis]];
-        let share = |k: usize| speeds[k] * rates[k].abs() * limits.velocity[axis];
-        add([share(0), share(1), share(2)], Binding::Velocity(name));
-    }
-    let lines =
-        [(cell.feed_rate, limits.feed, Binding::Feed), (cell.tip_rate, limits.tip, Binding::Tip)];
-    for ([from, to], inverse, name) in lines {
-        let rates = [from, 0.5 * (from + to), to];
-        add(std::array::from_fn(|k| speeds[k] * rates[k] * inverse), name);
-    }
-    (mean(most), binding.1)
+) -> Binding {
+    Squares::of(cell, limits, x).binding()
 }
 
-fn mean([from, middle, to]: [f64; 3]) -> f64 {
-    0.25 * from + 0.5 * middle + 0.25 * to
+/// Squares of the shares of the limits that are used at the start of a cell, in its middle and at its
+/// end. Time goes with the root of the acceleration, so an acceleration's share is its root.
+struct Squares<const N: usize> {
+    accelerations: [[f64; N]; 3],
+    velocities: [[f64; N]; 3],
+    feed: [f64; 3],
+    tip: [f64; 3],
 }
 
-/// Cuts the cells with more than their share of the gain: where the profiles of both neighbours
+impl<const N: usize> Squares<N> {
+    #[inline]
+    fn of(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64; 2]) -> Self {
+        let three = [x[0], 0.5 * (x[0] + x[1]), x[1]];
+        let r = &cell.rates;
+        let middle: [f64; N] = std::array::from_fn(|axis| {
+            MIDDLE[0] * (r[0][axis] + r[4][axis])
+                + MIDDLE[1] * (r[1][axis] + r[3][axis])
+                + MIDDLE[2] * r[2][axis]
+        });
+        let velocities: [&[f64; N]; 3] = [&r[0].data.0[0], &middle, &r[4].data.0[0]];
+        let accelerations = cell.accelerations(limits).at_three(x);
+        let line = |[from, to]: [f64; 2], inverse: f64| -> [f64; 3] {
+            let rates = [from, 0.5 * (from + to), to];
+            std::array::from_fn(|k| three[k] * (rates[k] * inverse).powi(2))
+        };
+        Self {
+            accelerations: accelerations.map(|values| values.map(f64::abs)),
+            velocities: std::array::from_fn(|k| {
+                let inverse = &limits.velocity;
+                std::array::from_fn(|axis| three[k] * (velocities[k][axis] * inverse[axis]).powi(2))
+            }),
+            feed: line(cell.feed_rate, limits.feed),
+            tip: line(cell.tip_rate, limits.tip),
+        }
+    }
+
+    /// The largest of each place.
+    #[inline]
+    fn most(&self) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let mut most = largest(self.feed[k], self.tip[k]);
+            for axis in 0..N {
+                let axis = largest(self.accelerations[k][axis], self.velocities[k][axis]);
+                most = largest(most, axis);
+            }
+            most
+        })
+    }
+
+    /// The limit with the largest mean.
+    #[inline]
+    fn binding(&self) -> Binding {
+        let mean = |[from, middle, to]: [f64; 3]| 0.5 * (from + to) + middle;
+        let of = |values: &[[f64; N]; 3], axis: usize| mean(values.map(|value| value[axis]));
+        let mut most = (0.0, Binding::Still);
+        for axis in 0..N {
+            let name = u8::try_from(axis).unwrap_or(u8::MAX);
+            let acceleration = of(&self.accelerations, axis);
+            if acceleration > most.0 {
+                most = (acceleration, Binding::Acceleration(name));
+            }
+            let velocity = of(&self.velocities, axis);
+            if velocity > most.0 {
+                most = (velocity, Binding::Velocity(name));
+            }
+        }
+        for (mean, name) in [(mean(self.feed), Binding::Feed), (mean(self.tip), Binding::Tip)] {
+            if mean > most.0 {
+                most = (mean, name);
+            }
+        }
+        most.1
+    }
+}
+
+/// Cuts the cells with the most to gain: where the profiles of both neighbours
 /// would meet if there is such a place, else in the middle.
 fn split<const N: usize>(
     grid: &Grid<N>,
     profile: &Profile,
     limits: &Reciprocals<N>,
-    (gains, wanted): (&Gains, f64),
+    (gains, rest): (&Gains, f64),
 ) -> Grid<N> {
-    let share = 0.5 * wanted / grid.cells.len() as f64;
+    let share = gains.worth_cutting(rest);
     let mut finer = Grid { s: Vec::with_capacity(grid.s.len()), cells: Vec::new() };
     for (index, cell) in grid.cells.iter().enumerate() {
         let s = grid.s[index];

@@ -3,7 +3,7 @@
 //! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
 //! `|a x + b y| <= 1` about the origin, so zero is always allowed and there is always an answer.
 
-use super::cell::Strips;
+use super::cell::{Accelerations, Strips};
 
 /// Most rounds of a search. Each round drops at least one line for good, and a cell has
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
@@ -84,13 +84,57 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
     }
 }
 
+/// Place and axis of the constraint that bound a cell before: on smooth paths it binds the next one
+/// too, and that is quickly checked. It only saves time: answers do not depend on it.
+pub(super) type Guess = Option<[usize; 2]>;
+
+/// Roundings in the value of a constraint, of the terms it is the sum of: three products and sums,
+/// and one in the answer itself.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Whether all `K` constraints hold, up to the rounding of one with a term of this size.
+#[inline]
+fn kept<const N: usize, const K: usize>(cell: &Accelerations<N>, x: [f64; 2], term: f64) -> bool {
+    cell.most::<K>(x) <= 1.0 + ROUNDING * (1.0 + 2.0 * term.abs())
+}
+
 /// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips.
+#[inline]
 pub(super) fn backward<const N: usize, const K: usize>(
+    cell: &Accelerations<N>,
+    x_max: f64,
+    y: f64,
+    guess: &mut Guess,
+) -> f64 {
+    let [mut x, mut term, mut slope] = [x_max, 0.0, 0.0];
+    if let Some(place) = *guess {
+        let [a, b] = cell.constraint::<K>(place);
+        let room = 1.0 - b.copysign(a * b) * y;
+        if x * a.abs() > room {
+            (x, slope) = (room / a.abs(), -a * b);
+            term = a * x;
+        }
+    }
+    // At most this much by that one constraint, and allowed by the others.
+    if x >= 0.0 && slope >= 0.0 && kept::<N, K>(cell, [x, y], term) {
+        return x;
+    }
+    anywhere(&cell.strips::<K>(), x_max, y, guess)
+}
+
+/// The same by looking at all strips.
+#[inline(never)]
+fn anywhere<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x_max: f64,
     y_max: f64,
+    guess: &mut Guess,
 ) -> f64 {
-    largest_at(strips, x_max, y_max).unwrap_or_else(|| search(strips, x_max, y_max))
+    if let Some((x, place)) = largest_at(strips, x_max, y_max) {
+        *guess = place;
+        return x;
+    }
+    search(strips, x_max, y_max)
 }
 
 /// The answer where it lies at `y_max`, as it does on most cells: there some `x` is left, and its
@@ -100,14 +144,16 @@ fn largest_at<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x_max: f64,
     y: f64,
-) -> Option<f64> {
+) -> Option<(f64, Guess)> {
     let [mut x, mut slope] = [x_max, 0.0];
+    let mut place = None;
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
             let room = 1.0 - b.copysign(a * b) * y;
             if x * a.abs() > room {
                 (x, slope) = (room / a.abs(), -a * b);
+                place = Some([k, axis]);
             }
         }
     }
@@ -122,7 +168,7 @@ fn largest_at<const N: usize, const K: usize>(
             least = if room < least { room } else { least };
         }
     }
-    (least >= 0.0).then_some(x)
+    (least >= 0.0).then_some((x, place))
 }
 
 /// The answer wherever it lies.
@@ -163,10 +209,35 @@ fn peak<const N: usize, const K: usize>(bounds: &Bounds<N, K>, mut right: Line, 
 }
 
 /// Largest `y <= y_max` that satisfies all strips for this `x`.
+#[inline]
 pub(super) fn forward<const N: usize, const K: usize>(
+    cell: &Accelerations<N>,
+    x: f64,
+    y_max: f64,
+    guess: &mut Guess,
+) -> f64 {
+    let [mut y, mut term] = [y_max, 0.0];
+    if let Some(place) = *guess {
+        let [a, b] = cell.constraint::<K>(place);
+        let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };
+        if y * b.abs() > room {
+            y = room / b.abs();
+            term = b * y;
+        }
+    }
+    if y >= 0.0 && kept::<N, K>(cell, [x, y], term) {
+        return y;
+    }
+    onward(&cell.strips::<K>(), x, y_max, guess)
+}
+
+/// The same by looking at all strips.
+#[inline(never)]
+fn onward<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x: f64,
     y_max: f64,
+    guess: &mut Guess,
 ) -> f64 {
     let mut y = y_max;
     for k in 0..K {
@@ -176,6 +247,7 @@ pub(super) fn forward<const N: usize, const K: usize>(
             // As a product: dividing is only worth it when this strip is the narrowest so far.
             if y * b.abs() > room {
                 y = room / b.abs();
+                *guess = Some([k, axis]);
             }
         }
     }
@@ -185,6 +257,8 @@ pub(super) fn forward<const N: usize, const K: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feed::Reciprocals;
+    use crate::feed::cell::Cell;
     use nalgebra::SVector;
     use proptest::prelude::*;
 
@@ -198,10 +272,10 @@ mod tests {
     fn a_straight_line_gains_twice_acceleration_times_distance() {
         // |y - x| <= 8
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(backward(&line, 100.0, 4.0), 12.0);
-        assert_eq!(backward(&line, 10.0, 4.0), 10.0);
-        assert_eq!(forward(&line, 4.0, 100.0), 12.0);
-        assert_eq!(forward(&line, 4.0, 9.0), 9.0);
+        assert_eq!(anywhere(&line, 100.0, 4.0, &mut None), 12.0);
+        assert_eq!(anywhere(&line, 10.0, 4.0, &mut None), 10.0);
+        assert_eq!(onward(&line, 4.0, 100.0, &mut None), 12.0);
+        assert_eq!(onward(&line, 4.0, 9.0, &mut None), 9.0);
     }
 
     #[test]
@@ -209,7 +283,7 @@ mod tests {
     fn a_gap_above_is_closed_by_a_smaller_end() {
         // y <= x + 8, x <= 2: y = 50 is out of reach, but x = 2 is allowed with y = 10.
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(backward(&line, 2.0, 50.0), 2.0);
+        assert_eq!(anywhere(&line, 2.0, 50.0, &mut None), 2.0);
     }
 
     proptest! {
@@ -233,12 +307,39 @@ mod tests {
                     best = best.max(range[1]);
                 }
             }
-            let got = backward(&strips, x_max, y_max);
+            let got = anywhere(&strips, x_max, y_max, &mut None);
             prop_assert!(got >= best - 1e-12 && got <= best + 0.05, "{got} against {best}");
             // Reached: going forward from it stays inside every strip.
-            let y = forward(&strips, got, y_max);
+            let y = onward(&strips, got, y_max, &mut None);
             for [a, b] in rows {
                 prop_assert!((a * got + b * y).abs() <= 1.0 + 1e-9);
+            }
+        }
+
+        /// A good or a bad guess changes nothing but rounding.
+        #[test]
+        fn answers_do_not_depend_on_the_guess(
+            rates in prop::array::uniform5(prop::array::uniform2(-3.0..3.0f64)),
+            x_max in 0.01..10.0f64,
+            y_max in 0.01..10.0f64,
+            place in prop::array::uniform2(0..2usize),
+        ) {
+            let limits = Reciprocals { acceleration: SVector::repeat(1.0), ..Reciprocals::none() };
+            let cell = Cell {
+                h: 1.0,
+                rates: rates.map(SVector::from),
+                doubt: SVector::zeros(),
+                feed_rate: [0.0; 2],
+                tip_rate: [0.0; 2],
+            };
+            let cell = cell.accelerations(&limits);
+            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut None);
+            let y = onward(&cell.strips::<5>(), x, y_max, &mut None);
+            for guess in [None, Some(place), Some([4, place[1]])] {
+                let got = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
+                prop_assert!((got - x).abs() <= 1e-13 * x_max, "{got} {x}");
+                let got = forward::<2, 5>(&cell, x, y_max, &mut guess.clone());
+                prop_assert!((got - y).abs() <= 1e-13 * y_max, "{got} {y}");
             }
         }
     }

@@ -38,6 +38,16 @@ impl<const N: usize> Quintic<N> {
         [d[0], d[1] * one, d[2] * (2.0 * two), d[3] * (6.0 * one * two)]
     }
 
+    /// Length of the interval.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Coefficients of the powers of `x / length`, lowest first.
+    pub fn powers(&self) -> &[SVector<f64, N>; 6] {
+        &self.powers
+    }
+
     /// Third derivative at both ends.
     pub fn thirds(&self) -> [SVector<f64, N>; 2] {
         let [_, _, _, c3, c4, c5] = &self.powers;
