@@ -1,8 +1,8 @@
 //! Tool path to axis path: 10^6 poses on one core, branch and whole turns chosen over all of them.
 //!
 //! `one pass` is one cut without a link, `passes` a hundred cuts joined by links, `travel ends` a
-//! cut whose rotary has to unwind. Goal: 1 s for 10^6 poses. Other poses: `cargo bench --bench axes
-//! -- 100000`.
+//! cut whose rotary has to unwind. Goal: 1 s for 10^6 poses. Other poses, or some rows only: `cargo
+//! bench --bench axes -- 100000 "travel ends"`.
 
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 #![expect(clippy::print_stdout, reason = "the figures are what it is for")]
@@ -17,7 +17,7 @@ use trunnion::axes::{AxesOptions, FeedPoint, RetractOptions, follow};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::jet::Real;
-use trunnion::types::{AxisVector, Geometry, Motion, Silent, ToolPath, ToolPiece};
+use trunnion::types::{AxisPath, AxisVector, Geometry, Motion, Silent, ToolPath, ToolPiece};
 
 /// Distance of two poses along a pass \[mm\].
 const STEP: f64 = 0.05;
@@ -74,16 +74,31 @@ fn passes(count: u32, poses: u32, turns: f64) -> ToolPath {
     ToolPath { pieces }
 }
 
-/// Seconds of processor time so far, where the system tells (in hundredths): on a busy machine the
-/// clock on the wall counts what others do.
-fn processor() -> Option<f64> {
+/// Seconds of processor time so far, own and the system's for it (memory), where the system tells (in
+/// hundredths): on a busy machine the clock on the wall counts what others do.
+fn processor() -> Option<[f64; 2]> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
-    let [user, system]: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
-    Some((user + system) / 100.0)
+    let [own, system]: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
+    Some([own / 100.0, system / 100.0])
+}
+
+/// Every bit of the axes, so that two runs can be compared.
+fn sum(path: &AxisPath) -> u64 {
+    let nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
+    let all = nodes.flat_map(|node| {
+        [node.s, node.tip_rate, node.feed_rate].into_iter().chain(node.q.iter().flatten().copied())
+    });
+    all.fold(0, |sum: u64, value| sum.rotate_left(5) ^ value.to_bits().wrapping_mul(0x9e37_79b9))
 }
 
 fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptions>) {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let mut rows =
+        words.iter().filter(|word| word.parse::<u32>().is_err() && !word.starts_with('-'));
+    if rows.clone().next().is_some() && !rows.any(|row| format!("{name}, {what}").contains(row)) {
+        return;
+    }
     let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) else {
         println!("no machine {name}");
         return;
@@ -108,24 +123,35 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
         retract,
         singular: None,
     };
-    let [mut best, mut cpu] = [f64::INFINITY; 2];
+    let mut best = f64::INFINITY;
+    let mut cpu = [f64::INFINITY, 0.0];
     let mut told = String::new();
     for _ in 0..RUNS {
         let (start, before) = (Instant::now(), processor());
         let followed = follow(&kinematics, path, &options, &Silent);
         best = best.min(start.elapsed().as_secs_f64());
-        cpu = cpu.min(processor().zip(before).map_or(f64::NAN, |(end, start)| end - start));
+        if let (Some(end), Some(start)) = (processor(), before) {
+            let used = [0, 1].map(|part| end[part] - start[part]);
+            if used.iter().sum::<f64>() < cpu.iter().sum() {
+                cpu = used;
+            }
+        }
         told = match followed {
             Ok(found) => format!(
-                "{} nodes, {} retracts, travel {:.9} rad, off by {:.3e} mm {:.3e} rad",
+                "{} nodes, {} retracts, travel {:.9} rad, off by {:.3e} mm {:.3e} rad, bits {:016x}",
                 found.path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>(),
                 found.retracts.len(),
                 found.rotary_travel,
                 found.deviation.tip,
-                found.deviation.axis
+                found.deviation.axis,
+                sum(&found.path)
             ),
             Err(error) => error.to_string(),
         };
     }
-    println!("{name}, {what}: {best:.3} s, processor {cpu:.2} s, of {RUNS} runs the best; {told}");
+    let [own, system] = cpu;
+    println!(
+        "{name}, {what}: {best:.3} s, processor {:.2} s (system {system:.2} s), of {RUNS} runs the best; {told}",
+        own + system
+    );
 }

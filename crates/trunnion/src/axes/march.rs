@@ -52,8 +52,6 @@ pub(super) struct Marcher<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Marched {
     pub(super) nodes: Vec<AxisNode>,
-    /// How far the axes go from each node to the next.
-    pub(super) bounds: Vec<Bounds>,
     pub(super) deviation: Deviation,
 }
 
@@ -63,6 +61,7 @@ pub(super) struct Bounds(pub(super) [[f64; 2]; AXES]);
 
 impl Bounds {
     pub(super) const NONE: Self = Self([[f64::INFINITY, f64::NEG_INFINITY]; AXES]);
+    pub(super) const ALL: Self = Self([[f64::NEG_INFINITY, f64::INFINITY]; AXES]);
 
     pub(super) fn include(&mut self, q: &AxisVector) {
         for ([low, high], &value) in self.0.iter_mut().zip(q.iter()) {
@@ -78,9 +77,18 @@ impl Bounds {
         }
     }
 
+    /// The highest low ends and the lowest high ends of both; where they do not overlap, the wrong way
+    /// round.
+    pub(super) fn meet(&mut self, other: &Self) {
+        for ([low, high], [l, h]) in self.0.iter_mut().zip(other.0) {
+            *low = low.max(l);
+            *high = high.min(h);
+        }
+    }
+
     /// Bounds of the quintic between two nodes: it stays between the lowest and the highest of its
     /// control points. Where an axis turns back on the way, the control points of its parts.
-    fn between(from: &AxisNode, to: &AxisNode) -> Self {
+    pub(super) fn between(from: &AxisNode, to: &AxisNode) -> Self {
         let mut ends = Self::NONE;
         ends.include(&from.q[0]);
         ends.include(&to.q[0]);
@@ -204,8 +212,7 @@ impl<'a> Marcher<'a> {
         let from = look.trial(nearest, start);
         let mut marched = Marched::nothing();
         marched.nodes.reserve(knots.len());
-        marched.bounds.reserve(knots.len());
-        marched.push(from.node);
+        marched.nodes.push(from.node);
         let lost = if from.lost > 0 { vec![0] } else { Vec::new() };
         let targets = knots.get(1).copied().into_iter().collect();
         Ok(Walker { from, span: 0, targets, marched, lost })
@@ -396,7 +403,7 @@ impl Walker {
             self.lost.push(self.marched.nodes.len());
         }
         self.marched.deviation = self.marched.deviation.max(deviation);
-        self.marched.push(trial.node);
+        self.marched.nodes.push(trial.node);
         self.from = trial;
     }
 
@@ -421,7 +428,7 @@ fn between(from: &AxisNode, to: &AxisNode) -> Quintic<AXES> {
 
 impl Marched {
     pub(super) fn nothing() -> Self {
-        Self { nodes: Vec::new(), bounds: Vec::new(), deviation: Deviation::default() }
+        Self { nodes: Vec::new(), deviation: Deviation::default() }
     }
 
     /// Two nodes between which every axis moves in proportion, over the way of the slides \[mm\] or
@@ -445,23 +452,18 @@ impl Marched {
             tip_rate: rate,
             feed_rate: rate,
         };
-        let mut bounds = Bounds::NONE;
-        bounds.include(from);
-        bounds.include(to);
         let nodes = vec![node(0.0, from), node(length, to)];
-        Self { nodes, bounds: vec![bounds], deviation: Deviation::default() }
+        Self { nodes, deviation: Deviation::default() }
+    }
+
+    /// How far the axes go from each node to the next.
+    pub(super) fn bounds(&self) -> impl Iterator<Item = Bounds> {
+        self.nodes.windows(2).map(|pair| Bounds::between(&pair[0], &pair[1]))
     }
 
     /// The nodes of a piece, if it moves at all.
-    pub(super) fn nodes(&self) -> Option<Vec<AxisNode>> {
-        (self.nodes.len() > 1).then(|| self.nodes.clone())
-    }
-
-    fn push(&mut self, node: AxisNode) {
-        if let Some(last) = self.nodes.last() {
-            self.bounds.push(Bounds::between(last, &node));
-        }
-        self.nodes.push(node);
+    pub(super) fn into_nodes(self) -> Option<Vec<AxisNode>> {
+        (self.nodes.len() > 1).then_some(self.nodes)
     }
 
     /// Third derivatives that are not known exactly are those of the quintic beside the node.

@@ -187,14 +187,14 @@ pub fn follow(
     let chosen = plan::choose(&marcher, &stretches, &links)
         .map_err(|error| origin::explain(error, &marcher, &stretches, &links))?;
     let passages = passages.unwrap_or_default();
-    Ok(Followed { passages, ..assemble(chosen, &links, &stretches) })
+    Ok(Followed { passages, ..assemble(chosen, &links, stretches) })
 }
 
 /// Stretches, links and retracts in order.
 fn assemble(
     chosen: plan::Chosen,
     links: &[stops::Link],
-    stretches: &[strand::Stretch],
+    mut stretches: Vec<strand::Stretch>,
 ) -> Followed {
     let mut pieces: Vec<AxisPiece> = Vec::new();
     let mut deviation = Deviation::default();
@@ -205,7 +205,7 @@ fn assemble(
             plan::Way::Link(marched) => {
                 deviation = deviation.max(marched.deviation);
                 let link = part.stretch.checked_sub(1).and_then(|link| links.get(link));
-                if let (Some(link), Some(nodes)) = (link, marched.nodes()) {
+                if let (Some(link), Some(nodes)) = (link, marched.into_nodes()) {
                     pieces.push(AxisPiece { motion: link.motion, source: link.piece, nodes });
                 }
             }
@@ -220,10 +220,9 @@ fn assemble(
                 retracts.push(Retracted { source, u, in_cut, pose, rotaries, pieces });
             }
         }
-        let strand = stretches.get(part.stretch).and_then(|of| of.strands.get(part.strand));
-        if let Some(strand) = strand {
-            deviation =
-                strand.runs.iter().fold(deviation, |all, run| all.max(run.marched.deviation));
+        let stretch = stretches.get_mut(part.stretch);
+        if let Some(strand) = stretch.and_then(|of| of.strands.get_mut(part.strand)) {
+            deviation = strand.runs().fold(deviation, |all, run| all.max(run.marched.deviation));
             pieces.extend(strand.pieces(part.cells, part.offset));
         }
     }

@@ -251,7 +251,7 @@ fn free(marcher: &Marcher<'_>, stretches: &[Stretch], links: &[Link]) -> Option<
     let inverse = Inverse::new(&Kinematics::new(&machine, kinematics.setup())).ok()?;
     let marcher = Marcher { inverse: &inverse, options: marcher.options };
     let chosen = plan::choose(&marcher, stretches, links).ok()?;
-    Some(assemble(chosen, links, stretches))
+    Some(assemble(chosen, links, stretches.to_vec()))
 }
 
 pub(super) fn endless(machine: &Machine) -> Machine {

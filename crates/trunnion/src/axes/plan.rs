@@ -4,7 +4,7 @@ use super::AxesError;
 use super::march::{Marched, Marcher};
 use super::retract::{Legs, Retractor};
 use super::stops::Link;
-use super::strand::{Joint, Strand, Stretch};
+use super::strand::{Block, Cell, Joint, Strand, Stretch};
 use super::travel::Travel;
 use crate::inverse::TRAVEL_TIE;
 use crate::machine::FIRST_ROTARY;
@@ -120,25 +120,26 @@ impl Planner<'_> {
     /// Every strand at every turn that keeps its first cell inside travel (the whole of it, where
     /// it cannot be left).
     fn entries(&self, stretch: &Stretch) -> Result<Vec<State>, AxesError> {
+        let first = stretch.cells(0..1, self.marcher.options);
         let states: Vec<State> = self
-            .fitting(stretch, 0)
+            .fitting(&first, 0)
             .map(|(strand, turns)| State { strand, turns, rank: Rank::NEVER, record: None })
             .collect();
         if states.is_empty() { Err(self.outside(stretch)) } else { Ok(states) }
     }
 
-    /// Strands and turns inside travel on a cell.
-    fn fitting(&self, stretch: &Stretch, cell: usize) -> impl Iterator<Item = (usize, [f64; 2])> {
+    /// Strands and turns inside travel on a cell, of the cells of each strand.
+    fn fitting(&self, cells: &[Vec<Cell>], cell: usize) -> impl Iterator<Item = (usize, [f64; 2])> {
         let travel = self.travel;
-        stretch.strands.iter().enumerate().flat_map(move |(strand, of)| {
-            let bounds = of.cells.get(cell).map(|cell| cell.bounds);
+        cells.iter().enumerate().flat_map(move |(strand, cells)| {
+            let bounds = cells.get(cell).map(|cell| cell.bounds);
             let turns = bounds.into_iter().flat_map(move |bounds| travel.turns(&bounds));
             turns.map(move |turns| (strand, turns))
         })
     }
 
     fn outside(&self, stretch: &Stretch) -> AxesError {
-        self.travel.outside(stretch, self.retractor.is_none())
+        self.travel.outside(stretch, self.marcher.options)
     }
 
     /// The first stretch, from where the rotaries stand before the path.
@@ -196,43 +197,119 @@ impl Planner<'_> {
         }
     }
 
-    /// Along a stretch, cell by cell: states go on while they fit, others are come to by a retract
-    /// where that is cheaper.
+    /// Along a stretch: states go on while they fit, others are come to by a retract where that is
+    /// cheaper. By the block where nothing of that happens, else cell by cell.
     fn run(
         &mut self,
         index: usize,
         stretch: &Stretch,
         mut states: Vec<State>,
     ) -> Result<Vec<State>, AxesError> {
-        for cell in 0..=stretch.joints.len() {
-            if let Some(joint) = cell.checked_sub(1).and_then(|joint| stretch.joints.get(joint)) {
+        for (block, cells) in stretch.blocks().enumerate() {
+            if !self.goes_on(stretch, block, &states) {
+                self.run_cells(index, stretch, cells, &mut states)?;
+                continue;
+            }
+            for state in &mut states {
+                let of = stretch.strands.get(state.strand).and_then(|of| of.blocks.get(block));
+                state.rank.cost += of.map_or(0.0, |of| of.travel);
+            }
+        }
+        Ok(states)
+    }
+
+    /// Whether it is certain that on a block no state has to be left, or is better come to anew.
+    fn goes_on(&self, stretch: &Stretch, block: usize, states: &[State]) -> bool {
+        let mut known = 0;
+        for (index, strand) in stretch.strands.iter().enumerate() {
+            let Some(of) = strand.blocks.get(block) else { return false };
+            let all = || self.travel.turns(&of.bounds);
+            // What is inside on any cell is inside on all of them, and is a state.
+            let on = |turns: [f64; 2]| {
+                states.iter().any(|state| state.strand == index && equal(state.turns, turns))
+            };
+            if of.torn || all().count() != self.travel.turns(&of.least).count() || !all().all(on) {
+                return false;
+            }
+            known += all().count();
+        }
+        known == states.len() && self.none_anew(stretch, block, states)
+    }
+
+    /// Whether it is certain that no state on a block is better come to by a retract.
+    fn none_anew(&self, stretch: &Stretch, block: usize, states: &[State]) -> bool {
+        let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
+            return true;
+        };
+        let mut blocks = stretch.strands.iter().filter_map(|strand| strand.blocks.get(block));
+        let inside = blocks.all(|block| block.inside);
+        let [price, between] = [true, false].map(|inside| retractor.options.price(inside));
+        let price = if inside { price } else { price.min(between) };
+        let of = |state: &State| stretch.strands.get(state.strand)?.blocks.get(block);
+        states.iter().all(|state| {
+            of(state).is_some_and(|to| {
+                let most = state.rank.cost + to.travel;
+                let from_none = |origin: &State| {
+                    of(origin).is_some_and(|from| {
+                        !self.may_be_before([(origin, from), (state, to)], price)
+                    })
+                };
+                most <= best.rank.cost + price || states.iter().all(from_none)
+            })
+        })
+    }
+
+    /// Whether one state may lead to another anew on a block, at a place where that is cheaper, or as
+    /// cheap and preferred.
+    fn may_be_before(&self, [(from, on), (to, block)]: [(&State, &Block); 2], price: f64) -> bool {
+        let cost = from.rank.cost + price;
+        if from.strand == to.strand {
+            // Both come along the same way, so that the difference stays what it is.
+            let moved = self.travel.moved(turned([0.0; 2], from.turns), turned([0.0; 2], to.turns));
+            let disliked = self.travel.disliked_all_over(&block.bounds, to.turns);
+            let rank =
+                Rank { cost: cost + self.price(moved), disliked: from.rank.disliked + disliked };
+            return rank.before(to.rank);
+        }
+        let moved = self.travel.least_moved([(&on.bounds, from.turns), (&block.bounds, to.turns)]);
+        cost + self.price(moved) <= to.rank.cost + block.travel + TRAVEL_TIE
+    }
+
+    /// The same, cell by cell.
+    fn run_cells(
+        &mut self,
+        index: usize,
+        stretch: &Stretch,
+        range: Range<usize>,
+        states: &mut Vec<State>,
+    ) -> Result<(), AxesError> {
+        let cells = stretch.cells(range.clone(), self.marcher.options);
+        for (inside, cell) in range.enumerate() {
+            if let Some(joint) = stretch.joint(cell) {
                 let mut fault = None;
-                let broken = self.breaks(stretch, (cell, joint), &states, &mut fault);
-                self.keep(stretch, cell, &mut states, &broken);
-                let mut broken = broken;
+                let fitting: Vec<_> = self.fitting(&cells, inside).collect();
+                let mut broken =
+                    self.breaks(stretch, (cell, &joint), (states, &fitting), &mut fault);
+                states.retain(|state| {
+                    let on = |(strand, turns): &(usize, [f64; 2])| {
+                        *strand == state.strand && equal(*turns, state.turns)
+                    };
+                    fitting.iter().any(on)
+                        && !stretch.is_torn(state.strand, cell)
+                        && !broken.iter().any(|other| other.same(state))
+                });
                 self.enter(index, cell, &mut broken);
                 states.append(&mut broken);
                 if states.is_empty() {
                     return Err(fault.unwrap_or_else(|| self.outside(stretch)));
                 }
             }
-            for state in &mut states {
-                let strand = stretch.strands.get(state.strand);
-                state.rank.cost +=
-                    strand.and_then(|of| of.cells.get(cell)).map_or(0.0, |of| of.travel);
+            for state in states.iter_mut() {
+                let cell = cells.get(state.strand).and_then(|cells| cells.get(inside));
+                state.rank.cost += cell.map_or(0.0, |cell| cell.travel);
             }
         }
-        Ok(states)
-    }
-
-    /// Drops states that do not fit a cell, or that are better come to anew.
-    fn keep(&self, stretch: &Stretch, cell: usize, states: &mut Vec<State>, broken: &[State]) {
-        states.retain(|state| {
-            let strand = stretch.strands.get(state.strand);
-            let bounds = strand.and_then(|of| of.cells.get(cell)).map(|of| &of.bounds);
-            bounds.is_some_and(|bounds| self.travel.fits(bounds, state.turns))
-                && !broken.iter().any(|other| other.same(state))
-        });
+        Ok(())
     }
 
     /// States that are best come to by a retract at a joint.
@@ -240,7 +317,7 @@ impl Planner<'_> {
         &self,
         stretch: &Stretch,
         (cell, joint): (usize, &Joint),
-        states: &[State],
+        (states, fitting): (&[State], &[(usize, [f64; 2])]),
         fault: &mut Option<AxesError>,
     ) -> Vec<State> {
         let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
@@ -248,9 +325,12 @@ impl Planner<'_> {
         };
         let price = retractor.options.price(joint.inside);
         let mut found = Vec::new();
-        for (strand, turns) in self.fitting(stretch, cell) {
-            let goes_on =
-                states.iter().find(|state| state.strand == strand && equal(state.turns, turns));
+        for &(strand, turns) in fitting {
+            let Some(of) = stretch.strands.get(strand) else { continue };
+            let goes_on = states
+                .iter()
+                .find(|state| state.strand == strand && equal(state.turns, turns))
+                .filter(|_| !of.is_torn(cell));
             let mut entered = State {
                 strand,
                 turns,
@@ -260,11 +340,10 @@ impl Planner<'_> {
             if entered.rank.cost <= best.rank.cost + price {
                 continue;
             }
-            let Some(of) = stretch.strands.get(strand) else { continue };
             let to = turned(of.start_of(cell), turns);
             for origin in states {
                 let Some(last) = stretch.strands.get(origin.strand) else { continue };
-                let from = turned(last.start_of(cell), origin.turns);
+                let from = turned(last.end_before(cell), origin.turns);
                 let moved = self.travel.moved(from, to);
                 let rank = self.further(origin.rank, price + self.price(moved), to);
                 if !rank.before(entered.rank) {
@@ -299,9 +378,9 @@ impl Planner<'_> {
         let marched =
             self.marcher.link(link.tips, rotaries).map_err(|trouble| trouble.of(link.piece))?;
         // The rotaries go straight between two positions inside travel.
-        for (node, bounds) in marched.bounds.iter().enumerate() {
-            if !self.travel.slides_inside(bounds)
-                && let Some(worst) = self.travel.worst(bounds, [0.0; 2])
+        for (node, bounds) in marched.bounds().enumerate() {
+            if !self.travel.slides_inside(&bounds)
+                && let Some(worst) = self.travel.worst(&bounds, [0.0; 2])
             {
                 let u = marched.nodes.get(node).map_or(0.0, |node| node.s);
                 return Err(self.travel.fault((link.piece, node, u), &worst));
@@ -331,20 +410,18 @@ impl Planner<'_> {
             let Some(stretch) = stretches.get(record.stretch) else { continue };
             let Some(strand) = stretch.strands.get(record.strand) else { continue };
             let next = records.get(index + 1).filter(|next| next.stretch == record.stretch);
-            let cells = record.cell..next.map_or(strand.cells.len(), |next| next.cell);
+            let cells = record.cell..next.map_or(stretch.count(), |next| next.cell);
             let own = strand.start_of(record.cell);
             let begin = added(end, self.travel.moved(end, turned(own, record.turns)));
-            let way = match (record.cell.checked_sub(1), record.stretch.checked_sub(1)) {
-                (Some(joint), _) => self.retract(stretch, joint, strand, [end, begin])?,
-                (None, Some(link)) => match links.get(link) {
-                    Some(link) => Way::Link(self.link(link, [end, begin])?),
-                    None => Way::Start,
-                },
-                (None, None) => Way::Start,
+            let link = record.stretch.checked_sub(1).and_then(|link| links.get(link));
+            let way = match (record.cell, link) {
+                (0, Some(link)) => Way::Link(self.link(link, [end, begin])?),
+                (0, None) => Way::Start,
+                (cell, _) => self.retract(stretch, cell, strand, [end, begin])?,
             };
             // Whole turns exactly, so that parts and links meet to the last bit of rounding.
             let offset = [0, 1].map(|axis| unwrap_near(own[axis], begin[axis]) - own[axis]);
-            end = added(strand.start_of(cells.end), offset);
+            end = added(strand.end_before(cells.end), offset);
             let (stretch, strand) = (record.stretch, record.strand);
             parts.push(Part { way, stretch, strand, cells, offset });
         }
@@ -354,14 +431,14 @@ impl Planner<'_> {
     fn retract(
         &self,
         stretch: &Stretch,
-        joint: usize,
+        cell: usize,
         strand: &Strand,
         rotaries: [[f64; 2]; 2],
     ) -> Result<Way, AxesError> {
-        let (Some(retractor), Some(&at)) = (&self.retractor, stretch.joints.get(joint)) else {
+        let (Some(retractor), Some(at)) = (&self.retractor, stretch.joint(cell)) else {
             return Ok(Way::Start);
         };
-        let pose = self.pose(strand, joint + 1);
+        let pose = self.pose(strand, cell);
         let legs = retractor.legs(at.piece, &pose, rotaries)?;
         Ok(Way::Retract { joint: at, pose, rotaries, legs })
     }

@@ -66,7 +66,7 @@ impl Retractor<'_> {
         legs.push((Motion::LeadIn, straight(tips[1], tips[0], back)?));
         legs.retain(|(_, marched)| !marched.nodes.is_empty());
         let mut bounds = Bounds::NONE;
-        legs.iter().flat_map(|(_, leg)| &leg.bounds).for_each(|part| bounds.merge(part));
+        legs.iter().flat_map(|(_, leg)| leg.bounds()).for_each(|part| bounds.merge(&part));
         if self.travel.slides_inside(&bounds) {
             Ok(legs)
         } else {

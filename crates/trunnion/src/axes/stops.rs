@@ -59,6 +59,8 @@ pub(super) struct Run {
     pub(super) piece: usize,
     pub(super) motion: Motion,
     pub(super) marched: Marched,
+    /// Whether the rotaries jump before it: only a retract can do that.
+    pub(super) torn: bool,
 }
 
 /// Stops and the links between them: one link fewer than stops.
@@ -315,7 +317,7 @@ fn run_curves(
         for (slot, marched) in on.zip(marcher.curve(curve, &near)) {
             let Ok((near, candidate)) = slot else { continue };
             let longer = marched.map_err(|trouble| trouble.of(piece)).and_then(|marched| {
-                candidate.extend(Run { piece, motion, marched }, near, marcher.options)
+                candidate.extend(Run { piece, motion, marched, torn: false }, near, marcher.options)
             });
             if let Err(error) = longer {
                 *slot = Err(error);
@@ -329,7 +331,7 @@ impl Candidate {
     /// One more curve, which starts where the axes are `near`, and ends where that then is.
     fn extend(
         &mut self,
-        run: Run,
+        mut run: Run,
         near: &mut AxisVector,
         options: &AxesOptions,
     ) -> Result<(), AxesError> {
@@ -343,7 +345,8 @@ impl Candidate {
             (self.piece, self.start, self.end) = (run.piece, from, from);
         }
         let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
-        if turn > options.axis_tolerance {
+        run.torn = turn > options.axis_tolerance;
+        if run.torn && options.retract.is_none() {
             let piece = run.piece;
             return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });
         }

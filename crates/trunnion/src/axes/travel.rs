@@ -1,8 +1,8 @@
 //! Ends of travel: which whole turns fit, and what is beyond.
 
-use super::AxesError;
 use super::march::Bounds;
 use super::strand::{Strand, Stretch};
+use super::{AxesError, AxesOptions};
 use crate::machine::{Axis, FIRST_ROTARY, Prefer, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
 use crate::types::AXES;
@@ -71,14 +71,6 @@ impl Travel<'_> {
         [self.window(FIRST_ROTARY, first), self.window(SECOND_ROTARY, second)]
     }
 
-    /// Whether all axes stay inside with these turns added.
-    pub(super) fn fits(self, bounds: &Bounds, turns: [f64; 2]) -> bool {
-        let windows = self.windows(bounds);
-        let inside =
-            |axis: usize| windows[axis][0] <= turns[axis] && turns[axis] <= windows[axis][1];
-        inside(0) && inside(1) && self.slides_inside(bounds)
-    }
-
     /// Rotary moves from one position to another \[rad\]: the short way where there are no ends.
     pub(super) fn moved(self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
@@ -89,12 +81,35 @@ impl Travel<'_> {
 
     /// How many rotaries stand on the side they do not prefer.
     pub(super) fn disliked(self, at: [f64; 2]) -> usize {
-        let wrong = |(axis, value): (&Axis, f64)| match axis.prefer {
-            Some(Prefer::Positive) => value < 0.0,
-            Some(Prefer::Negative) => value >= 0.0,
-            None => false,
+        let rotaries = self.axes.iter().skip(FIRST_ROTARY).zip(at);
+        rotaries.filter(|(axis, value)| wrong_side(axis, *value)).count()
+    }
+
+    /// Least rotary moves from one part of a path to another, anywhere on both \[rad\].
+    pub(super) fn least_moved(self, [from, to]: [(&Bounds, [f64; 2]); 2]) -> [f64; 2] {
+        let ends = |(bounds, turns): (&Bounds, [f64; 2]), axis: usize| {
+            let [.., first, second] = bounds.0;
+            [first, second][axis].map(|end| end + TAU * turns[axis])
         };
-        self.axes.iter().skip(FIRST_ROTARY).zip(at).filter(|pair| wrong(*pair)).count()
+        [0, 1].map(|axis| {
+            let [[a, b], [c, d]] = [ends(from, axis), ends(to, axis)];
+            if self.endless(FIRST_ROTARY + axis) { 0.0 } else { (c - b).max(a - d).max(0.0) }
+        })
+    }
+
+    /// How many rotaries stand on the side they do not prefer on all of a part of a path.
+    pub(super) fn disliked_all_over(self, bounds: &Bounds, turns: [f64; 2]) -> usize {
+        let [.., first, second] = bounds.0;
+        let end = |end: usize| [first[end] + TAU * turns[0], second[end] + TAU * turns[1]];
+        let [low, high] = [end(0), end(1)];
+        // Each side reaches to infinity: what has both ends on it is on it.
+        let one = |axis: usize| {
+            let only = |at: [f64; 2]| {
+                self.axes.get(FIRST_ROTARY + axis).is_some_and(|of| wrong_side(of, at[axis]))
+            };
+            usize::from(only(low) && only(high))
+        };
+        one(0) + one(1)
     }
 
     /// The axis farthest beyond its travel.
@@ -122,17 +137,19 @@ impl Travel<'_> {
     }
 
     /// The way out of travel that is least bad: of all strands the one whose worst place is best.
-    /// Where the path may be broken, `whole` is false and each cell has its own turns.
-    pub(super) fn outside(self, stretch: &Stretch, whole: bool) -> AxesError {
+    /// Where the path may be broken, each cell has its own turns.
+    pub(super) fn outside(self, stretch: &Stretch, options: &AxesOptions) -> AxesError {
+        let whole = options.retract.is_none();
         let worst_of = |strand: &Strand| {
-            let mut all = Bounds::NONE;
-            strand.cells.iter().for_each(|cell| all.merge(&cell.bounds));
-            let cells = strand.cells.iter().enumerate().filter_map(|(index, cell)| {
-                let offset = self.least_turns(if whole { &all } else { &cell.bounds });
+            let all = strand.all_cells(options);
+            let mut bounds = Bounds::NONE;
+            all.iter().for_each(|cell| bounds.merge(&cell.bounds));
+            let cells = all.iter().enumerate().filter_map(|(index, cell)| {
+                let offset = self.least_turns(if whole { &bounds } else { &cell.bounds });
                 Some((index, self.worst(&cell.bounds, offset)?))
             });
             let (cell, beyond) = cells.max_by(|a, b| a.1.excess.total_cmp(&b.1.excess))?;
-            Some((place(stretch, strand, cell), beyond))
+            Some((strand.place(cell).unwrap_or((stretch.piece, 0, 0.0)), beyond))
         };
         let all = stretch.strands.iter().filter_map(worst_of);
         let least = all.min_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
@@ -157,17 +174,16 @@ impl Travel<'_> {
     }
 }
 
-/// Piece, node and parameter of a cell.
-fn place(stretch: &Stretch, strand: &Strand, cell: usize) -> (usize, usize, f64) {
-    let node = strand.cells.get(cell).map_or(0, |cell| cell.at[1]);
-    let joint = cell.checked_sub(1).and_then(|joint| stretch.joints.get(joint));
-    match joint {
-        Some(joint) => (joint.piece, node, joint.u),
-        None => (stretch.piece, 0, 0.0),
-    }
-}
-
 fn each([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
     let until = move |turn: f64| (turn <= last).then_some(turn);
     successors(until(first), move |turn| until(turn + 1.0))
+}
+
+/// Whether an axis stands on the side it does not prefer.
+fn wrong_side(axis: &Axis, value: f64) -> bool {
+    match axis.prefer {
+        Some(Prefer::Positive) => value < 0.0,
+        Some(Prefer::Negative) => value >= 0.0,
+        None => false,
+    }
 }
