@@ -8,13 +8,6 @@ use crate::math::jet::{Jet, Real};
 use crate::types::{AxisNode, AxisVector, PoseCurve, PoseRates, ToolPose};
 use nalgebra::{Point3, Vector3};
 
-/// A node, and how many of its highest derivatives are unknown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Trial {
-    pub(super) node: AxisNode,
-    pub(super) lost: usize,
-}
-
 /// Exact axes at a parameter, whole turns left open: what all ways along a course have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Look {
@@ -22,9 +15,11 @@ pub(super) struct Look {
     /// Speed of the tip and of the feed point, per unit of the parameter.
     speeds: [f64; 2],
     /// Each branch.
-    both: Option<[Rates; 2]>,
+    pub(super) both: Option<[Rates; 2]>,
     /// Other ways on.
-    more: Vec<Rates>,
+    pub(super) more: Vec<Rates>,
+    /// Part of the tool axis square to the singular direction.
+    pub(super) across: [f64; 2],
     /// Whether the first rotary is free, and was put where it stood before: the tool stays in the
     /// singular direction.
     pub(super) held: bool,
@@ -37,14 +32,37 @@ pub(super) trait Course {
     /// Where derivatives may jump; nodes stand there.
     fn knots(&self) -> &[f64];
     /// Exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
-    fn look(&self, u: f64, span: usize, near: &AxisVector) -> Result<Look, InverseError>;
+    fn look(
+        &self,
+        u: f64,
+        span: usize,
+        near: &AxisVector,
+        look: &mut Look,
+    ) -> Result<(), InverseError>;
     /// The pose at `u` in span `span`.
     fn pose(&self, u: f64, span: usize) -> Option<ToolPose>;
 }
 
 impl Look {
-    fn new(u: f64, speeds: [f64; 2]) -> Self {
-        Self { u, speeds, both: None, more: Vec::new(), held: false, prescribed: false }
+    pub(super) fn nowhere() -> Self {
+        let [u, speeds, across] = [f64::NAN, 0.0, 0.0];
+        let (both, more) = (None, Vec::new());
+        Self {
+            u,
+            speeds: [speeds; 2],
+            both,
+            more,
+            across: [across; 2],
+            held: false,
+            prescribed: false,
+        }
+    }
+
+    /// For another place.
+    fn begin(&mut self, u: f64, speeds: [f64; 2]) {
+        (self.u, self.speeds, self.both) = (u, speeds, None);
+        self.more.clear();
+        (self.held, self.prescribed) = (false, false);
     }
 
     /// All ways.
@@ -64,12 +82,11 @@ impl Look {
         q
     }
 
-    /// A way, rotaries unwound to `near`.
-    pub(super) fn trial(&self, way: &Rates, near: &AxisVector) -> Trial {
-        let mut q = way.q;
-        q[0] = self.unwound(way, near);
+    /// The node of a way, rotaries unwound to `near`.
+    pub(super) fn node(&self, way: &Rates, near: &AxisVector) -> AxisNode {
+        let [_, q1, q2, q3] = way.q;
         let [tip_rate, feed_rate] = self.speeds;
-        Trial { node: AxisNode { s: self.u, q, tip_rate, feed_rate }, lost: way.lost }
+        AxisNode { s: self.u, q: [self.unwound(way, near), q1, q2, q3], tip_rate, feed_rate }
     }
 }
 
@@ -116,14 +133,21 @@ impl Course for Along<'_> {
         &self.curve.knots
     }
 
-    fn look(&self, u: f64, span: usize, near: &AxisVector) -> Result<Look, InverseError> {
+    fn look(
+        &self,
+        u: f64,
+        span: usize,
+        near: &AxisVector,
+        look: &mut Look,
+    ) -> Result<(), InverseError> {
         let rates = self.curve.rates_in(span, u);
         let tip = rates.tip[1].norm();
         let feed = match self.feed_at {
             FeedPoint::Tip => tip,
             FeedPoint::Contact => rates.contact[1].norm(),
         };
-        let mut look = Look::new(u, [tip, feed]);
+        look.begin(u, [tip, feed]);
+        look.across = self.inverse.across(&rates.axis[0]);
         match self.both(&rates) {
             Ok(both) => {
                 // Passing straight through is a choice; where it leaves the tolerance, what the pose
@@ -140,7 +164,7 @@ impl Course for Along<'_> {
             }
             Err(error) => return Err(error),
         }
-        Ok(look)
+        Ok(())
     }
 
     fn pose(&self, u: f64, span: usize) -> Option<ToolPose> {
@@ -167,16 +191,16 @@ impl Course for Across<'_> {
         &self.knots
     }
 
-    fn look(&self, u: f64, _: usize, _: &AxisVector) -> Result<Look, InverseError> {
+    fn look(&self, u: f64, _: usize, _: &AxisVector, look: &mut Look) -> Result<(), InverseError> {
         let [from, to] = self.tips;
         let slope = (to - from) / self.length();
         let tip = [from.coords + slope * u, slope, Vector3::zeros(), Vector3::zeros()];
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;
         let rate = slope.norm();
-        let mut look = Look::new(u, [rate, rate]);
+        look.begin(u, [rate, rate]);
         look.more.push(Rates { q, lost: 0 });
         look.prescribed = true;
-        Ok(look)
+        Ok(())
     }
 
     fn pose(&self, u: f64, _: usize) -> Option<ToolPose> {

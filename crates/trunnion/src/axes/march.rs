@@ -1,6 +1,6 @@
 //! Nodes along a course, so close that quintics between them follow it.
 
-use super::course::{Across, Along, Course, Look, Trial};
+use super::course::{Across, Along, Course, Look};
 use super::travel::TRAVEL_ROUNDING;
 use super::{AxesError, AxesOptions, Deviation};
 use crate::inverse::{Inverse, InverseError, Rates};
@@ -184,12 +184,12 @@ impl<'a> Marcher<'a> {
     /// From every start along a course. The one that is behind takes the next step, so that what all
     /// of them need at a place is computed once.
     fn march(&self, course: &dyn Course, starts: &[AxisVector]) -> Vec<Result<Marched, Trouble>> {
-        let mut sight = Sight { course, look: None, middle: None };
+        let mut sight = Sight { course, span: 0, look: Look::nowhere(), middle: None };
         let mut walkers: Vec<Result<Walker, Trouble>> =
             starts.iter().map(|start| self.set_out(&mut sight, start)).collect();
         loop {
             let under_way = walkers.iter_mut().filter_map(|slot| match slot {
-                Ok(walker) if !walker.targets.is_empty() => Some((walker.from.node.s, slot)),
+                Ok(walker) if !walker.targets.is_empty() => Some((walker.at(), slot)),
                 _ => None,
             });
             let Some((_, slot)) = under_way.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
@@ -206,16 +206,17 @@ impl<'a> Marcher<'a> {
     fn set_out(&self, sight: &mut Sight<'_>, start: &AxisVector) -> Result<Walker, Trouble> {
         let knots = sight.course.knots();
         let first = knots.first().copied().unwrap_or(0.0);
-        let look = sight.look_at((first, 0), start)?;
-        let [nearest, ..] = self.by_turn(look, start);
-        let nearest = nearest.ok_or(Trouble::Inverse(first, NO_AXIS))?;
-        let from = look.trial(nearest, start);
+        sight.look_at((first, 0), start)?;
+        let [nearest, ..] = self.by_turn(&sight.look, start);
+        let (index, nearest) = nearest.ok_or(Trouble::Inverse(first, NO_AXIS))?;
         let mut marched = Marched::nothing();
-        marched.nodes.reserve(knots.len());
-        marched.nodes.push(from.node);
-        let lost = if from.lost > 0 { vec![0] } else { Vec::new() };
+        // A few more than knots, so that a node between some of them does not move all.
+        marched.nodes.reserve(knots.len() + knots.len() / 64);
         let targets = knots.get(1).copied().into_iter().collect();
-        Ok(Walker { from, span: 0, targets, marched, lost })
+        let mut walker =
+            Walker { span: 0, targets, marched, lost: Vec::new(), standing: Standing::default() };
+        walker.arrive(&sight.look, (index, nearest), sight.look.node(nearest, start));
+        Ok(walker)
     }
 
     /// One step on, or a nearer target.
@@ -229,62 +230,97 @@ impl<'a> Marcher<'a> {
         let Some(&to) = walker.targets.last() else { return Ok(()) };
         let span = walker.span;
         let next = if walker.targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
-        let start = walker.from.node.s;
-        match self.step(sight, &walker.from, (to, [span, next]), whole)? {
-            Ok((trial, deviation)) => {
+        let start = walker.at();
+        match self.step(sight, walker, (to, [span, next]), whole)? {
+            None => {
                 walker.targets.pop();
-                walker.arrive(trial, deviation);
                 if walker.targets.is_empty() {
                     walker.span += 1;
                     walker.targets.extend(knots.get(walker.span + 1));
                 }
             }
-            Err(worst) if to - start <= SHORTEST * whole => {
+            Some(worst) if to - start <= SHORTEST * whole => {
                 return Err(Trouble::NotFollowed(start, worst));
             }
-            Err(_) => walker.targets.push(start + 0.5 * (to - start)),
+            Some(_) => walker.targets.push(start + 0.5 * (to - start)),
         }
         Ok(())
     }
 
-    /// One step: the node at `to` on the branch that turns least and stays within tolerance, or
+    /// One step: to the node at `to` on the first way that stays within tolerance; if there is none,
     /// how far the best is off. Spans are those of the interval and of the node.
     fn step(
         &self,
         sight: &mut Sight<'_>,
-        from: &Trial,
+        walker: &mut Walker,
         (to, [span, next]): (f64, [usize; 2]),
         whole: f64,
-    ) -> Result<Result<(Trial, Deviation), Deviation>, Trouble> {
-        let near = from.node.q[0];
-        sight.look_at((to, next), &near)?;
-        let Sight { course, look: Some((_, look)), middle } = sight else {
+    ) -> Result<Option<Deviation>, Trouble> {
+        let Some(from) = walker.marched.nodes.last() else {
             return Err(Trouble::Inverse(to, NO_AXIS));
         };
+        let near = &from.q[0];
+        sight.look_at((to, next), near)?;
+        let Sight { course, look, middle, .. } = sight;
         let mut least = Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
-        let settling = to - from.node.s <= SETTLING * whole;
-        for way in self.by_turn(look, &near).into_iter().flatten() {
-            let trial = look.trial(way, &near);
-            let rotaries = (trial.node.q[0] - near).fixed_rows::<2>(FIRST_ROTARY).amax();
+        let settling = to - from.s <= SETTLING * whole;
+        for (index, way) in self.in_order(look, walker.standing, near).into_iter().flatten() {
+            let node = look.node(way, near);
+            let rotaries = (node.q[0] - near).fixed_rows::<2>(FIRST_ROTARY).amax();
             if rotaries > self.options.max_rotary_step && !settling {
                 continue;
             }
-            let deviation = self.deviation((*course, span), middle, [from, &trial]);
+            let known = !walker.standing.lost && way.lost == 0;
+            let deviation = self.deviation((*course, span), middle, [from, &node], known);
             if self.small(deviation, SHARE) {
-                return Ok(Ok((trial, deviation)));
+                walker.marched.deviation = walker.marched.deviation.max(deviation);
+                walker.arrive(look, (index, way), node);
+                return Ok(None);
             }
             if deviation.tip < least.tip {
                 least = deviation;
             }
         }
-        Ok(Err(least))
+        Ok(Some(least))
     }
 
-    /// The ways at a place, the one that turns least from `near` first.
-    fn by_turn<'l>(&self, look: &'l Look, near: &AxisVector) -> [Option<&'l Rates>; WAYS] {
+    /// The ways at a place in the order they are tried: on the same branch first. Where the singular
+    /// direction lies between, what turns least from `near` first: straight through is on the other.
+    fn in_order<'l>(
+        &self,
+        look: &'l Look,
+        standing: Standing,
+        near: &AxisVector,
+    ) -> [Option<(usize, &'l Rates)>; WAYS] {
+        match (&look.both, standing.branch) {
+            (Some(both), Some(branch))
+                if look.more.is_empty() && !self.passes(standing.across, look.across) =>
+            {
+                let [plus, minus] = both;
+                let [plus, minus] = [Some((0, plus)), Some((1, minus))];
+                if branch == 0 { [plus, minus, None, None] } else { [minus, plus, None, None] }
+            }
+            _ => self.by_turn(look, near),
+        }
+    }
+
+    /// Whether straight from one direction to another the singular one is passed so close that passing
+    /// through it may be within tolerance.
+    fn passes(&self, from: [f64; 2], to: [f64; 2]) -> bool {
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (along, square) = (-dot(from, way), dot(way, way));
+        let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = [from[0] + share * way[0], from[1] + share * way[1]];
+        let close = SHARE * self.options.axis_tolerance;
+        dot(nearest, nearest) <= close * close
+    }
+
+    /// The ways at a place with their indices, the one that turns least from `near` first.
+    fn by_turn<'l>(&self, look: &'l Look, near: &AxisVector) -> [Option<(usize, &'l Rates)>; WAYS] {
         let mut order = [(f64::INFINITY, None); WAYS];
-        for (slot, way) in order.iter_mut().zip(look.ways()) {
-            let turned = look.unwound(way, near);
+        for (slot, way) in order.iter_mut().zip(look.ways().enumerate()) {
+            let turned = look.unwound(way.1, near);
             *slot = (turn(&turned, near, self.options), Some(way));
         }
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -298,16 +334,17 @@ impl<'a> Marcher<'a> {
     }
 
     /// How far the quintic between two nodes is from the course, at the checked points: in the
-    /// middle only, where that and what the third derivatives say is next to nothing. Infinite where
-    /// there is no pose.
+    /// middle only, where that and what the third derivatives say, if they are `known`, is next to
+    /// nothing. Infinite where there is no pose.
     fn deviation(
         &self,
         (course, span): (&dyn Course, usize),
         middle: &mut Option<(f64, Option<ToolPose>)>,
-        [from, to]: [&Trial; 2],
+        [from, to]: [&AxisNode; 2],
+        known: bool,
     ) -> Deviation {
-        let quintic = between(&from.node, &to.node);
-        let [start, length] = [from.node.s, to.node.s - from.node.s];
+        let quintic = between(from, to);
+        let [start, length] = [from.s, to.s - from.s];
         let off = |share: f64, wanted: Option<ToolPose>| {
             let Some(wanted) = wanted else {
                 return Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
@@ -321,11 +358,10 @@ impl<'a> Marcher<'a> {
         };
         let [first @ .., centre, next, last] = CHECKED;
         let u = start + centre * length;
-        let known = middle.filter(|(at, _)| at.to_bits() == u.to_bits()).map(|(_, pose)| pose);
-        let wanted = known.unwrap_or_else(|| course.pose(u, span));
+        let seen = middle.filter(|(at, _)| at.to_bits() == u.to_bits()).map(|(_, pose)| pose);
+        let wanted = seen.unwrap_or_else(|| course.pose(u, span));
         *middle = Some((u, wanted));
         let worst = off(centre, wanted);
-        let known = from.lost == 0 && to.lost == 0;
         if known && self.small(worst, SMALL) && self.smooth(&quintic, [from, to], wanted) {
             return worst;
         }
@@ -344,13 +380,13 @@ impl<'a> Marcher<'a> {
     fn smooth(
         &self,
         quintic: &Quintic<AXES>,
-        [from, to]: [&Trial; 2],
+        [from, to]: [&AxisNode; 2],
         wanted: Option<ToolPose>,
     ) -> bool {
-        let length = to.node.s - from.node.s;
+        let length = to.s - from.s;
         let [start, end] = quintic.thirds();
-        let off = (start - from.node.q[3]).sup(&(from.node.q[3] - start));
-        let off = off.sup(&(end - to.node.q[3])).sup(&(to.node.q[3] - end));
+        let off = (start - from.q[3]).sup(&(from.q[3] - start));
+        let off = off.sup(&(end - to.q[3])).sup(&(to.q[3] - end));
         let top = off * (length.powi(3) / 384.0);
         let slides = top.fixed_rows::<FIRST_ROTARY>(0).sum();
         let turn = top[FIRST_ROTARY] + top[SECOND_ROTARY];
@@ -358,7 +394,7 @@ impl<'a> Marcher<'a> {
         let [first, second] = &chain.rotary;
         let at = wanted.map_or(f64::INFINITY, |pose| (pose.tip.coords - first.point).norm());
         let lever = at + (second.point - first.point).norm() + (chain.tip - second.point).norm();
-        let lever = lever + to.node.q[0].fixed_rows::<FIRST_ROTARY>(0).norm();
+        let lever = lever + to.q[0].fixed_rows::<FIRST_ROTARY>(0).norm();
         self.small(Deviation { tip: slides + lever * turn, axis: turn }, SMALL)
     }
 }
@@ -367,44 +403,64 @@ impl<'a> Marcher<'a> {
 struct Sight<'a> {
     course: &'a dyn Course,
     /// The last place looked at, and from which span.
-    look: Option<(usize, Look)>,
+    span: usize,
+    look: Look,
     /// The pose in the middle of the last interval, and its parameter.
     middle: Option<(f64, Option<ToolPose>)>,
 }
 
 impl Sight<'_> {
     /// Looks at a place, unless that is known.
-    fn look_at(&mut self, (u, span): (f64, usize), near: &AxisVector) -> Result<&Look, Trouble> {
-        let known = self.look.as_ref().is_some_and(|(from, look)| {
-            *from == span && look.u.to_bits() == u.to_bits() && !look.held
-        });
-        if !known {
-            let look = self.course.look(u, span, near);
-            self.look = Some((span, look.map_err(|error| Trouble::Inverse(u, error))?));
+    fn look_at(&mut self, (u, span): (f64, usize), near: &AxisVector) -> Result<(), Trouble> {
+        let known = self.span == span && self.look.u.to_bits() == u.to_bits() && !self.look.held;
+        if known {
+            return Ok(());
         }
-        self.look.as_ref().map(|(_, look)| look).ok_or(Trouble::Inverse(u, NO_AXIS))
+        self.span = span;
+        let looked = self.course.look(u, span, near, &mut self.look);
+        looked.map_err(|error| {
+            self.look = Look::nowhere();
+            Trouble::Inverse(u, error)
+        })
     }
 }
 
 /// One way along a course, as far as it has come.
 struct Walker {
-    from: Trial,
     span: usize,
     /// Where to, the nearest last.
     targets: Vec<f64>,
     marched: Marched,
     /// Nodes whose highest derivatives are not known.
     lost: Vec<usize>,
+    standing: Standing,
+}
+
+/// How a way stands at its last node.
+#[derive(Debug, Clone, Copy, Default)]
+struct Standing {
+    /// Which branch it is on, if any.
+    branch: Option<usize>,
+    /// Part of the tool axis square to the singular direction.
+    across: [f64; 2],
+    /// Whether the highest derivatives are not known.
+    lost: bool,
 }
 
 impl Walker {
-    fn arrive(&mut self, trial: Trial, deviation: Deviation) {
-        if trial.lost > 0 {
+    /// Parameter of the last node.
+    fn at(&self) -> f64 {
+        self.marched.nodes.last().map_or(f64::INFINITY, |node| node.s)
+    }
+
+    fn arrive(&mut self, look: &Look, (index, way): (usize, &Rates), node: AxisNode) {
+        let lost = way.lost > 0;
+        if lost {
             self.lost.push(self.marched.nodes.len());
         }
-        self.marched.deviation = self.marched.deviation.max(deviation);
-        self.marched.nodes.push(trial.node);
-        self.from = trial;
+        let branch = look.both.is_some().then_some(index).filter(|index| *index < 2);
+        self.standing = Standing { branch, across: look.across, lost };
+        self.marched.nodes.push(node);
     }
 
     fn finish(mut self) -> Marched {

@@ -31,9 +31,8 @@ impl<T: Real> Turn<T> {
     /// Of the point (`x`, `y`), which may be at any distance from zero.
     #[inline]
     fn of(y: T, x: T) -> Self {
-        let length = (x * x + y * y).sqrt();
-        let inverse = T::constant(1.0) / length;
-        Self { sin: y * inverse, cos: x * inverse, angle: y.atan2(x) }
+        let [sin, cos, angle] = y.polar(x);
+        Self { sin, cos, angle }
     }
 }
 

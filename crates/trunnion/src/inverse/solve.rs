@@ -177,6 +177,15 @@ impl Inverse {
         w1.cross(axis).norm().atan2(w1.dot(axis).abs())
     }
 
+    /// The part of a tool direction square to the workpiece-side rotary, of a vector of any length: where
+    /// the direction stands about the singular one.
+    #[inline]
+    pub(crate) fn across(&self, axis: &Vector3<f64>) -> [f64; 2] {
+        let [x, y, _] = self.triangle.frame;
+        let scale = 1.0 / axis.norm();
+        [x.dot(axis) * scale, y.dot(axis) * scale]
+    }
+
     /// All axis positions for a pose, travel ignored, rotaries in `[-π, π]`.
     ///
     /// # Errors

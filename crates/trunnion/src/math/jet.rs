@@ -32,6 +32,10 @@ pub trait Real:
     fn atan2(self, x: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Of the point (`x`, `self`), at any distance from zero: sine and cosine of its angle, and the
+    /// angle itself \[rad\], in `[-π, π]`.
+    #[must_use]
+    fn polar(self, x: Self) -> [Self; 3];
 }
 
 impl Real for f64 {
@@ -58,6 +62,11 @@ impl Real for f64 {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         Self::sin_cos(self)
+    }
+    #[inline]
+    fn polar(self, x: Self) -> [Self; 3] {
+        let inverse = 1.0 / (x * x + self * self).sqrt();
+        [self * inverse, x * inverse, Self::atan2(self, x)]
     }
 }
 
@@ -120,6 +129,34 @@ impl Jet {
     #[inline]
     fn rate(self) -> [f64; 3] {
         [self.c[1], 2.0 * self.c[2], 3.0 * self.c[3]]
+    }
+
+    /// Coefficients of the derivative of `atan2(self, x)`, from `w' = (x y' - y x') / (x² + y²)`.
+    #[inline]
+    fn turning(self, x: Self) -> [f64; 3] {
+        let y = self;
+        let ([x0, x1, x2, _], [y0, y1, y2, _]) = (x.c, y.c);
+        let ([dx0, dx1, dx2], [dy0, dy1, dy2]) = (x.rate(), y.rate());
+        let n0 = x0 * dy0 - y0 * dx0;
+        let n1 = x0 * dy1 + x1 * dy0 - y0 * dx1 - y1 * dx0;
+        let n2 = x0 * dy2 + x1 * dy1 + x2 * dy0 - y0 * dx2 - y1 * dx1 - y2 * dx0;
+        let inverse = 1.0 / (x0 * x0 + y0 * y0);
+        let m1 = 2.0 * (x0 * x1 + y0 * y1);
+        let m2 = 2.0 * (x0 * x2 + y0 * y2) + x1 * x1 + y1 * y1;
+        let w0 = n0 * inverse;
+        let w1 = (n1 - w0 * m1) * inverse;
+        [w0, w1, (n2 - w0 * m2 - w1 * m1) * inverse]
+    }
+
+    /// Sine and cosine of an angle from their values and the coefficients of the angle's derivative:
+    /// `sin' = cos · a'` and `cos' = -sin · a'`.
+    #[inline]
+    fn turned([s0, c0]: [f64; 2], [d0, d1, d2]: [f64; 3]) -> [Self; 2] {
+        let (s1, c1) = (c0 * d0, -s0 * d0);
+        let (s2, c2) = (0.5 * (c0 * d1 + c1 * d0), -0.5 * (s0 * d1 + s1 * d0));
+        let s3 = (c0 * d2 + c1 * d1 + c2 * d0) / 3.0;
+        let c3 = -(s0 * d2 + s1 * d1 + s2 * d0) / 3.0;
+        [Self { c: [s0, s1, s2, s3] }, Self { c: [c0, c1, c2, c3] }]
     }
 }
 
@@ -225,34 +262,25 @@ impl Real for Jet {
         Self { c: [0.0, b, c, d] }
     }
 
-    /// From `w' = (x y' - y x') / (x² + y²)`.
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        let y = self;
-        let ([x0, x1, x2, _], [y0, y1, y2, _]) = (x.c, y.c);
-        let ([dx0, dx1, dx2], [dy0, dy1, dy2]) = (x.rate(), y.rate());
-        let n0 = x0 * dy0 - y0 * dx0;
-        let n1 = x0 * dy1 + x1 * dy0 - y0 * dx1 - y1 * dx0;
-        let n2 = x0 * dy2 + x1 * dy1 + x2 * dy0 - y0 * dx2 - y1 * dx1 - y2 * dx0;
-        let inverse = 1.0 / (x0 * x0 + y0 * y0);
-        let m1 = 2.0 * (x0 * x1 + y0 * y1);
-        let m2 = 2.0 * (x0 * x2 + y0 * y2) + x1 * x1 + y1 * y1;
-        let w0 = n0 * inverse;
-        let w1 = (n1 - w0 * m1) * inverse;
-        let w2 = (n2 - w0 * m2 - w1 * m1) * inverse;
-        Self::integral(y0.atan2(x0), [w0, w1, w2])
+        Self::integral(self.c[0].atan2(x.c[0]), self.turning(x))
     }
 
-    /// From `sin' = cos · a'` and `cos' = -sin · a'`.
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        let (s0, c0) = self.c[0].sin_cos();
-        let [d0, d1, d2] = self.rate();
-        let (s1, c1) = (c0 * d0, -s0 * d0);
-        let (s2, c2) = (0.5 * (c0 * d1 + c1 * d0), -0.5 * (s0 * d1 + s1 * d0));
-        let s3 = (c0 * d2 + c1 * d1 + c2 * d0) / 3.0;
-        let c3 = -(s0 * d2 + s1 * d1 + s2 * d0) / 3.0;
-        (Self { c: [s0, s1, s2, s3] }, Self { c: [c0, c1, c2, c3] })
+        let (sin, cos) = self.c[0].sin_cos();
+        let [sin, cos] = Self::turned([sin, cos], self.rate());
+        (sin, cos)
+    }
+
+    /// The angle's derivative gives those of sine and cosine: no square root and division of jets.
+    #[inline]
+    fn polar(self, x: Self) -> [Self; 3] {
+        let [sin, cos, angle] = self.c[0].polar(x.c[0]);
+        let turning = self.turning(x);
+        let [sin, cos] = Self::turned([sin, cos], turning);
+        [sin, cos, Self::integral(angle, turning)]
     }
 }
 
@@ -298,6 +326,10 @@ mod tests {
         assert!(close(over, [0.5, -0.25, 0.25, -0.375]));
         let (sin, cos) = (u * 3.0).sin_cos();
         assert!(close(sin.atan2(cos), [2.1, 3.0, 0.0, 0.0]));
+        let size = u * u + 2.0;
+        let [s, c, angle] = (sin * size).polar(cos * size);
+        assert!(close(s, sin.derivatives()) && close(c, cos.derivatives()));
+        assert!(close(angle, [2.1, 3.0, 0.0, 0.0]));
     }
 
     #[test]

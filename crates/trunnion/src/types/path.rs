@@ -165,6 +165,7 @@ impl PoseCurve {
     }
 
     /// As [`PoseCurve::rates`], from a given span: at a knot the two sides may differ.
+    #[inline]
     pub fn rates_in(&self, span: usize, u: f64) -> PoseRates {
         let start = self.knots.get(span).copied().unwrap_or(0.0);
         let d =
@@ -196,16 +197,24 @@ impl PoseRates {
 }
 
 impl Span {
-    /// Value and first three derivatives at `x` from the span's start (Horner's scheme).
+    /// Value and first three derivatives at `x` from the span's start (Horner's scheme, what is zero at
+    /// its start left out).
+    #[inline]
     pub fn derivatives(&self, x: f64) -> [PoseCoordinates; 4] {
-        let mut d = [PoseCoordinates::zeros(); 4];
-        for c in self.coefficients.iter().rev() {
-            d[3] = d[3] * x + d[2];
-            d[2] = d[2] * x + d[1];
-            d[1] = d[1] * x + d[0];
-            d[0] = d[0] * x + c;
-        }
-        [d[0], d[1], d[2] * 2.0, d[3] * 6.0]
+        let [c0, c1, c2, c3, c4, c5] = &self.coefficients;
+        // Splines are cubic; of degree 5 are joints, and what was bent.
+        let cubic = c4.iter().chain(c5.iter()).all(|c| c.to_bits() == 0);
+        let [b0, b1, b2, b3] = if cubic {
+            let a0 = c3 * x + c2;
+            [a0 * x + c1, c3 * x + a0, *c3, PoseCoordinates::zeros()]
+        } else {
+            let fourth = c5 * x + c4;
+            let [a0, a1] = [fourth * x + c3, c5 * x + fourth];
+            let [a0, a1, a2, a3] = [a0 * x + c2, a1 * x + a0, c5 * x + a1, *c5];
+            [a0 * x + c1, a1 * x + a0, a2 * x + a1, a3 * x + a2]
+        };
+        let third = if cubic { b2 } else { b3 * x + b2 };
+        [b0 * x + c0, b1 * x + b0, (b2 * x + b1) * 2.0, third * 6.0]
     }
 
     /// Value at `x` from the span's start.
