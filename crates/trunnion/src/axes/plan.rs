@@ -350,8 +350,8 @@ impl Planner<'_> {
                     continue;
                 }
                 let pose = self.pose(last, cell);
-                match retractor.legs(joint.piece, &pose, [from, added(from, moved)]) {
-                    Ok(_) => (entered.rank, entered.record) = (rank, origin.record),
+                match retractor.check(joint.piece, &pose, [from, added(from, moved)]) {
+                    Ok(()) => (entered.rank, entered.record) = (rank, origin.record),
                     Err(error) => *fault = fault.take().or(Some(error)),
                 }
             }

@@ -11,6 +11,17 @@ use nalgebra::{Point3, Vector3};
 /// A retract as a sequence of motions.
 pub(super) type Legs = Vec<(Motion, Marched)>;
 
+/// One motion of a retract.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    /// The tip straight, the rotaries at rest.
+    Straight([Point3<f64>; 2], [f64; 2]),
+    /// The tip at rest, the rotaries from one position to another.
+    Turn(Point3<f64>, [[f64; 2]; 2]),
+    /// All axes in proportion.
+    Proportional([AxisVector; 2]),
+}
+
 /// A way along the tool axis climbs at least this much per mm of its length, as leads do: a flatter
 /// one would run over the part for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
@@ -32,6 +43,20 @@ impl Retractor<'_> {
         pose: &ToolPose,
         rotaries: [[f64; 2]; 2],
     ) -> Result<Legs, AxesError> {
+        let steps = self.steps(piece, pose, rotaries)?;
+        let legs = steps.into_iter().map(|(motion, step)| Ok((motion, self.marched(piece, step)?)));
+        let mut legs = legs.collect::<Result<Legs, AxesError>>()?;
+        legs.retain(|(_, marched)| !marched.nodes.is_empty());
+        Ok(legs)
+    }
+
+    /// The motions of a retract; an error if they leave travel.
+    fn steps(
+        &self,
+        piece: usize,
+        pose: &ToolPose,
+        rotaries: [[f64; 2]; 2],
+    ) -> Result<Vec<(Motion, Step)>, AxesError> {
         let refused = |why: &'static str| AxesError::NoRetract { piece, tip: pose.tip, why };
         let climb = pose.axis.dot(&self.options.up);
         if climb < LEAST_CLIMB {
@@ -44,45 +69,72 @@ impl Retractor<'_> {
         let near = self.options.approach.min(length);
         let tips = [0.0, near, length].map(|way| pose.tip + pose.axis.scale(way));
         let [out, back] = rotaries;
-        let straight = |from: Point3<f64>, to: Point3<f64>, turns: [f64; 2]| {
-            let marched = self.marcher.link([from, to], [turns, turns]);
-            marched.map_err(|trouble| trouble.of(piece))
-        };
-        let mut legs = vec![
-            (Motion::LeadOut, straight(tips[0], tips[1], out)?),
-            (Motion::Link, straight(tips[1], tips[2], out)?),
+        let [from, to] = [self.at(piece, tips[2], out)?, self.at(piece, tips[2], back)?];
+        // Where nothing leads farther away, the tip stays above the part while the tool turns.
+        let turned = || vec![Step::Turn(tips[2], [out, back])];
+        let over = self.over(from, to).unwrap_or_else(turned);
+        let mut steps = vec![
+            (Motion::LeadOut, Step::Straight([tips[0], tips[1]], out)),
+            (Motion::Link, Step::Straight([tips[1], tips[2]], out)),
         ];
-        let above = ToolPose { tip: tips[2], axis: pose.axis };
-        let [from, to] = [self.at(piece, &above, out)?, self.at(piece, &above, back)?];
-        let over = if let Some(over) = self.over(from, to) {
-            over
-        } else {
-            // Nothing leads farther away: the tip stays above the part while the tool turns.
-            let turned = self.marcher.link([above.tip; 2], [out, back]);
-            vec![turned.map_err(|trouble| trouble.of(piece))?]
-        };
-        legs.extend(over.into_iter().map(|leg| (Motion::Link, leg)));
-        legs.push((Motion::Link, straight(tips[2], tips[1], back)?));
-        legs.push((Motion::LeadIn, straight(tips[1], tips[0], back)?));
-        legs.retain(|(_, marched)| !marched.nodes.is_empty());
+        steps.extend(over.into_iter().map(|step| (Motion::Link, step)));
+        steps.push((Motion::Link, Step::Straight([tips[2], tips[1]], back)));
+        steps.push((Motion::LeadIn, Step::Straight([tips[1], tips[0]], back)));
         let mut bounds = Bounds::NONE;
-        legs.iter().flat_map(|(_, leg)| leg.bounds()).for_each(|part| bounds.merge(&part));
+        for (_, step) in &steps {
+            self.include(piece, *step, &mut bounds)?;
+        }
         if self.travel.slides_inside(&bounds) {
-            Ok(legs)
+            Ok(steps)
         } else {
             Err(refused("the way out or back leaves the travel of a linear axis"))
         }
     }
 
-    /// Axes at a pose with given rotaries.
-    fn at(
+    /// Whether there is a way, or why not: as [`Retractor::legs`] without the nodes.
+    pub(super) fn check(
         &self,
         piece: usize,
         pose: &ToolPose,
+        rotaries: [[f64; 2]; 2],
+    ) -> Result<(), AxesError> {
+        self.steps(piece, pose, rotaries).map(|_| ())
+    }
+
+    fn marched(&self, piece: usize, step: Step) -> Result<Marched, AxesError> {
+        let link = match step {
+            Step::Straight(tips, turns) => self.marcher.link(tips, [turns, turns]),
+            Step::Turn(tip, turns) => self.marcher.link([tip; 2], turns),
+            Step::Proportional([from, to]) => Ok(Marched::proportional(&from, &to)),
+        };
+        link.map_err(|trouble| trouble.of(piece))
+    }
+
+    /// How far the axes go: with the rotaries at rest, and in proportion, no farther than at the ends.
+    fn include(&self, piece: usize, step: Step, bounds: &mut Bounds) -> Result<(), AxesError> {
+        match step {
+            Step::Straight(tips, turns) => {
+                for tip in tips {
+                    bounds.include(&self.at(piece, tip, turns)?);
+                }
+            }
+            Step::Turn(..) => {
+                self.marched(piece, step)?.bounds().for_each(|part| bounds.merge(&part));
+            }
+            Step::Proportional(ends) => ends.iter().for_each(|q| bounds.include(q)),
+        }
+        Ok(())
+    }
+
+    /// Axes at a tip with given rotaries.
+    fn at(
+        &self,
+        piece: usize,
+        tip: Point3<f64>,
         rotaries: [f64; 2],
     ) -> Result<AxisVector, AxesError> {
         let still = Vector3::zeros();
-        let tip = [pose.tip.coords, still, still, still];
+        let tip = [tip.coords, still, still, still];
         match self.marcher.inverse.with_rotaries(&tip, rotaries.map(Jet::constant)) {
             Ok([q, ..]) => Ok(q),
             Err(source) => Err(AxesError::Inverse { piece, u: 0.0, source }),
@@ -91,7 +143,7 @@ impl Retractor<'_> {
 
     /// From one position above the part to another, the retracting axis away in between; `None` if
     /// there is no such axis, or it would come nearer to the part.
-    fn over(&self, from: AxisVector, to: AxisVector) -> Option<Vec<Marched>> {
+    fn over(&self, from: AxisVector, to: AxisVector) -> Option<Vec<Step>> {
         let machine = self.marcher.inverse.kinematics().machine();
         let retract = &machine.retract;
         let axis = machine.index_of(&retract.axis).filter(|axis| *axis < FIRST_ROTARY)?;
@@ -102,7 +154,7 @@ impl Retractor<'_> {
         let mut middle = (from + to) * 0.5;
         middle[axis] = up[axis];
         let stops = if retract.first { vec![from, up, down, to] } else { vec![from, middle, to] };
-        Some(stops.windows(2).map(|pair| Marched::proportional(&pair[0], &pair[1])).collect())
+        Some(stops.windows(2).map(|pair| Step::Proportional([pair[0], pair[1]])).collect())
     }
 
     /// A linear axis at its retracted position; `None` if that is nearer to the part.

@@ -143,7 +143,9 @@ impl Travel<'_> {
         let worst_of = |strand: &Strand| {
             let all = strand.all_cells(options);
             let mut bounds = Bounds::NONE;
-            all.iter().for_each(|cell| bounds.merge(&cell.bounds));
+            for cell in &all {
+                bounds.merge(&cell.bounds);
+            }
             let cells = all.iter().enumerate().filter_map(|(index, cell)| {
                 let offset = self.least_turns(if whole { &bounds } else { &cell.bounds });
                 Some((index, self.worst(&cell.bounds, offset)?))
