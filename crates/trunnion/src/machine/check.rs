@@ -84,14 +84,17 @@ pub enum MachineError {
     },
     /// Travel with its ends in the wrong order, or of no length.
     #[error(
-        "travel of axis {axis} is empty: [{low}, {high}] (mm or rad); the lower end comes first"
+        "travel of axis {axis} is empty: from {} to {}; the lower end comes first",
+        kind.told(*low), kind.told(*high)
     )]
     EmptyTravel {
         /// Name of the axis.
         axis: String,
-        /// First number.
+        /// Linear or rotary.
+        kind: AxisKind,
+        /// First number \[mm or rad\].
         low: f64,
-        /// Second number.
+        /// Second number \[mm or rad\].
         high: f64,
     },
     /// The two rotary axes are parallel.
@@ -332,7 +335,12 @@ fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> [f64; 2
             [low, high]
         }
         Some([low, high]) => {
-            faults.push(MachineError::EmptyTravel { axis: spec.name.clone(), low, high });
+            faults.push(MachineError::EmptyTravel {
+                axis: spec.name.clone(),
+                kind: spec.kind,
+                low,
+                high,
+            });
             FREE
         }
         None if spec.cyclic.is_some() => FREE,

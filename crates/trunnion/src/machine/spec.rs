@@ -11,6 +11,16 @@ pub enum AxisKind {
     Rotary,
 }
 
+impl AxisKind {
+    /// A position or distance \[mm or rad\] for people: in mm or degrees.
+    pub(crate) fn told(self, value: f64) -> String {
+        match self {
+            Self::Linear => format!("{value:.4} mm"),
+            Self::Rotary => format!("{:.4} deg", value.to_degrees()),
+        }
+    }
+}
+
 /// One axis as written in a machine file, in mm, rad, s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisSpec {

@@ -122,15 +122,14 @@ impl Cone {
     ///
     /// # Errors
     ///
-    /// [`SurfaceError::Size`] unless the radius is 0 or more and the angle between 0 and pi/2.
+    /// [`SurfaceError::Size`] unless the radius is 0 or more, [`SurfaceError::ConeAngle`] unless the angle is between 0 and pi/2.
     pub fn new(frame: Frame, radius: f64, angle: f64) -> Result<Self, SurfaceError> {
         if !(radius >= 0.0 && radius.is_finite()) {
             let need = "finite and 0 or more";
             return Err(SurfaceError::Size { what: "radius of the cone", value: radius, need });
         }
         if !(angle > 0.0 && angle < FRAC_PI_2) {
-            let need = "between 0 and pi/2";
-            return Err(SurfaceError::Size { what: "half angle of the cone", value: angle, need });
+            return Err(SurfaceError::ConeAngle { angle });
         }
         Ok(Self { frame, radius, slope: angle.tan() })
     }

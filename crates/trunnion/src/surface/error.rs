@@ -42,15 +42,21 @@ pub enum SurfaceError {
         /// The weight.
         value: f64,
     },
-    /// A length, radius or angle is out of its range.
-    #[error("{what} is {value} (mm or rad); it must be {need}")]
+    /// A radius is out of its range.
+    #[error("{what} is {value} mm; it must be {need}")]
     Size {
         /// Which size.
         what: &'static str,
-        /// Its value.
+        /// Its value \[mm\].
         value: f64,
         /// Allowed range in words.
         need: &'static str,
+    },
+    /// The half angle of a cone is out of its range.
+    #[error("half angle of the cone is {} deg; it must be between 0 and 90 deg", angle.to_degrees())]
+    ConeAngle {
+        /// Its value \[rad\].
+        angle: f64,
     },
     /// A patch has no area: its points lie on a line or in a point.
     #[error(

@@ -199,7 +199,7 @@ impl<'a> AxisState<'a> {
         let [low, high] = self.axis.limits;
         let excess = (low - q).max(q - high);
         if excess > TRAVEL_ROUNDING && self.travel.is_none_or(|worst| excess > worst.excess) {
-            self.travel = Some(Overrun { line, value: q, excess });
+            self.travel = Some(Overrun { line, kind: self.axis.kind, value: q, excess });
         }
     }
 

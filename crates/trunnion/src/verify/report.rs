@@ -1,5 +1,6 @@
 //! What verification found.
 
+use crate::machine::AxisKind;
 use crate::types::AXES;
 use nalgebra::Point3;
 use std::fmt;
@@ -183,6 +184,8 @@ pub struct AxisAudit {
 pub struct Overrun {
     /// Line of the program.
     pub line: u32,
+    /// Of a linear or a rotary axis.
+    pub kind: AxisKind,
     /// Position \[mm or rad\].
     pub value: f64,
     /// How far outside \[mm or rad\].
@@ -265,8 +268,10 @@ impl fmt::Display for Finding {
             }
             Self::Travel { axis, worst } => write!(
                 f,
-                "line {}: {axis} = {:.4} is {:.4} outside its travel (mm or rad)",
-                worst.line, worst.value, worst.excess
+                "line {}: {axis} at {} is {} outside its travel",
+                worst.line,
+                worst.kind.told(worst.value),
+                worst.kind.told(worst.excess)
             ),
             Self::Velocity { axis, worst } => write!(f, "{axis} velocity {worst}"),
             Self::Acceleration { axis, worst } => write!(f, "{axis} acceleration {worst}"),

@@ -91,7 +91,14 @@ fn remedy(error: &MachineError) -> String {
         MachineError::ParallelRotaries { .. } | MachineError::SpindleParallel { .. } => {
             "give the direction the axis has when all axes are at zero".into()
         }
-        _ => String::new(),
+        MachineError::CoplanarLinear { .. } => {
+            "three linear axes point three ways: give the directions they have when all axes are at zero".into()
+        }
+        MachineError::EmptyTravel { .. } => "write [low, high]".into(),
+        MachineError::Number { key, .. } if key.ends_with(".sense") => {
+            "leave it out if the control counts by ISO 841".into()
+        }
+        MachineError::Number { .. } => "correct the number".into(),
     }
 }
 
