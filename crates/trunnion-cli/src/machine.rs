@@ -286,11 +286,11 @@ fn axis_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
             vector(row.direction) + reversed,
             row.point.map(vector).unwrap_or_default(),
             travel(axis),
-            row.home,
-            row.vel,
-            row.rapid,
-            row.acc,
-            row.jerk,
+            digits(row.home),
+            digits(row.vel),
+            digits(row.rapid),
+            digits(row.acc),
+            digits(row.jerk),
             unit(axis).1,
         ));
     }
@@ -300,6 +300,13 @@ fn axis_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
 /// A component to four digits.
 fn short(value: f64) -> f64 {
     (value * 1e4).round() / 1e4 + 0.0
+}
+
+/// To six digits, and to the unit.
+fn digits(value: f64) -> f64 {
+    let places = (5.0 - value.abs().max(1.0).log10().floor()).max(0.0);
+    let scale = 10.0_f64.powf(places);
+    (value * scale).round() / scale + 0.0
 }
 
 fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Failure> {

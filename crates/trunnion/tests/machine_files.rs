@@ -375,6 +375,18 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ),
     ("[axis.B]", "[axis.B]\nkind = \"rotary\"", "47:1: duplicate key", "keep one of the two"),
     ("[axis.B]", "[axis.C]", "45:", ""),
+    (
+        "axis  = \"Z\"",
+        "axis  = \"B\"",
+        "71:9: the retracting axis B is a rotary axis",
+        "linear axis",
+    ),
+    (
+        "to    = 0.0",
+        "to    = 5.0",
+        "72:9: the retract goes to 5, outside the travel of Z",
+        "inside",
+    ),
     ("[singular]", "[singlar]", "64:2: unknown key", "did you mean `singular`?"),
     ("length = \"mm\"", "length = \"cm\"", "5:21: `units.length` cannot be \"cm\"", "It can be"),
 ];
@@ -417,6 +429,15 @@ fn faults_are_told_together_and_once() {
     for (fault, start) in told.iter().zip(starts) {
         assert!(fault.starts_with(start), "{start}: {told:#?}");
     }
+    // What axes are to each other does not wait for the chain.
+    let bad = good.replacen(", \"t\"]", "]", 1).replacen("[0, 1, 0]\npoint", "[0, 0, 1]\npoint", 1);
+    let bad = bad.replacen("[0, 0, 1]\nlimits", "[1, 1, 0]\nlimits", 1);
+    let told: Vec<String> = parse(&bad).unwrap_err().iter().map(ToString::to_string).collect();
+    let words = ["must end with \"t\"", "lie in one plane", "are parallel"];
+    assert!(
+        told.len() == 3 && told.iter().zip(words).all(|(fault, word)| fault.contains(word)),
+        "{told:#?}"
+    );
     // What is missing is what was misspelt.
     let bad = good.replacen("limits = [-35.0", "limit = [-35.0", 1);
     let told = parse(&bad).unwrap_err();

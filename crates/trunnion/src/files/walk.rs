@@ -251,8 +251,10 @@ fn within(path: &str) -> String {
 
 /// `first: about`, whichever there is.
 fn sentence(first: &str, about: &str) -> String {
+    // Descriptions are broken into lines where the source is.
+    let about = about.replace('\n', " ");
     match (first.is_empty(), about.is_empty()) {
-        (true, _) => about.to_owned(),
+        (true, _) => about,
         (false, true) => first.to_owned(),
         (false, false) => format!("{first}: {about}"),
     }

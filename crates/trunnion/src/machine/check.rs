@@ -163,6 +163,10 @@ pub(super) fn machine(spec: MachineSpec) -> Result<Machine, Vec<MachineError>> {
     let ordered: Option<[Axis; AXES]> = ordered.and_then(|axes| axes.try_into().ok());
     if let (Some(axes), Some(tool_axis)) = (&ordered, &tool_axis) {
         geometry(axes, tool_axis, &mut faults);
+    } else {
+        // What the axes are to each other can be judged without chain and tool.
+        let axes: Vec<Axis> = axes.into_iter().flatten().collect();
+        spread(&axes, &mut faults);
     }
     match (ordered, tool_axis) {
         (Some(axes), Some(tool_axis)) if faults.is_empty() => {
@@ -354,20 +358,31 @@ fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> [f64; 2
 
 /// Directions against each other.
 fn geometry(axes: &[Axis; AXES], tool: &UnitVector3<f64>, faults: &mut Vec<MachineError>) {
-    let [x, y, z, first, second] = axes;
-    let volume = Matrix3::from_columns(&[*x.dir, *y.dir, *z.dir]).determinant();
-    if volume.abs() < DEGENERATE {
-        let axes = [x, y, z].map(|axis| axis.name.clone());
-        faults.push(MachineError::CoplanarLinear { axes, volume });
-    }
-    let angle = line_angle(&first.dir, &second.dir);
-    if angle < DEGENERATE {
-        let [first, second] = [first, second].map(|axis| axis.name.clone());
-        faults.push(MachineError::ParallelRotaries { first, second, angle });
-    }
+    let [_, _, _, _, second] = axes;
+    spread(axes, faults);
     let angle = line_angle(&second.dir, tool);
     if angle < DEGENERATE {
         faults.push(MachineError::SpindleParallel { axis: second.name.clone(), angle });
+    }
+}
+
+/// Whether three linear axes span the space, and two rotary axes are not parallel; more or fewer are
+/// not judged.
+fn spread(axes: &[Axis], faults: &mut Vec<MachineError>) {
+    let of_kind = |kind| axes.iter().filter(move |axis| axis.kind == kind).collect::<Vec<_>>();
+    if let [x, y, z] = of_kind(AxisKind::Linear)[..] {
+        let volume = Matrix3::from_columns(&[*x.dir, *y.dir, *z.dir]).determinant();
+        if volume.abs() < DEGENERATE {
+            let axes = [x, y, z].map(|axis| axis.name.clone());
+            faults.push(MachineError::CoplanarLinear { axes, volume });
+        }
+    }
+    if let [first, second] = of_kind(AxisKind::Rotary)[..] {
+        let angle = line_angle(&first.dir, &second.dir);
+        if angle < DEGENERATE {
+            let [first, second] = [first, second].map(|axis| axis.name.clone());
+            faults.push(MachineError::ParallelRotaries { first, second, angle });
+        }
     }
 }
 

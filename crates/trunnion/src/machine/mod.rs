@@ -164,17 +164,13 @@ impl OutOfTravel {
         self.excess / (self.high - self.low)
     }
 
-    /// For people: in mm or deg, and an excess below what four decimals show with its digits.
+    /// For people: in mm or deg.
     fn words(&self) -> String {
-        let (unit, factor) =
-            if self.index < FIRST_ROTARY { ("mm", 1.0) } else { ("deg", 1.0_f64.to_degrees()) };
-        let [value, low, high, excess] =
-            [self.value, self.low, self.high, self.excess].map(|number| number * factor);
-        let excess = if excess < 0.001 { format!("{excess:.1e}") } else { format!("{excess:.4}") };
-        format!(
-            "{} = {value:.4} {unit} is outside its travel [{low:.4}, {high:.4}] by {excess} {unit}",
-            self.axis
-        )
+        let kind = if self.index < FIRST_ROTARY { AxisKind::Linear } else { AxisKind::Rotary };
+        let [value, excess] = [self.value, self.excess].map(|number| kind.told(number));
+        let factor = if kind == AxisKind::Linear { 1.0 } else { 1.0_f64.to_degrees() };
+        let [low, high] = [self.low, self.high].map(|end| end * factor);
+        format!("{} = {value} is outside its travel [{low:.4}, {high:.4}] by {excess}", self.axis)
     }
 }
 

@@ -15,8 +15,8 @@ impl AxisKind {
     /// A position or distance \[mm or rad\] for people: in mm or degrees.
     pub(crate) fn told(self, value: f64) -> String {
         match self {
-            Self::Linear => format!("{value:.4} mm"),
-            Self::Rotary => format!("{:.4} deg", value.to_degrees()),
+            Self::Linear => format!("{} mm", decimals(value)),
+            Self::Rotary => format!("{} deg", decimals(value.to_degrees())),
         }
     }
 }
@@ -76,4 +76,14 @@ pub struct MachineSpec {
     pub retract: Retract,
     /// How programs are written.
     pub dialect: Dialect,
+}
+
+/// Four decimals, or a power of ten where these show nothing, or nothing else.
+pub(super) fn decimals(value: f64) -> String {
+    const READABLE: std::ops::Range<f64> = 1e-3..1e9;
+    if value.abs() > 0.0 && !READABLE.contains(&value.abs()) {
+        format!("{value:.1e}")
+    } else {
+        format!("{value:.4}")
+    }
 }

@@ -95,7 +95,7 @@ fn remedy(error: &MachineError) -> String {
             "three linear axes point three ways: give the directions they have when all axes are at zero".into()
         }
         MachineError::EmptyTravel { .. } => "write [low, high]".into(),
-        MachineError::Number { key, .. } if key.ends_with(".sense") => {
+        MachineError::Number { key, .. } if key.rsplit('.').next() == Some("sense") => {
             "leave it out if the control counts by ISO 841".into()
         }
         MachineError::Number { .. } => "correct the number".into(),
@@ -123,7 +123,9 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
     });
     let cycle = doc.or_default::<RawCycle>("cycle").map(|raw| scale.cycle(&raw));
     let singular = doc.or_default::<RawSingular>("singular").map(|raw| scale.singular(&raw));
-    let retract = doc.or_default::<RawRetract>("retract").map(|raw| scale.retract(raw));
+    let raw_retract = doc.or_default::<RawRetract>("retract");
+    let to = raw_retract.as_ref().and_then(|raw| raw.to);
+    let retract = raw_retract.map(|raw| scale.retract(raw));
     let raw_dialect = doc.or_default::<RawDialect>("dialect").unwrap_or_default();
     let dialect = dialect(raw_dialect, doc);
     if let (Some(Retract { frame: RetractFrame::Machine, axis, .. }), Some(chain)) =
@@ -134,6 +136,9 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     }
     let (axes, unread) = axes?;
+    if let Some(retract) = &retract {
+        retracting(retract, to, &axes, doc);
+    }
     let has_chain = chain.is_some();
     let spec = MachineSpec {
         name: name.unwrap_or_default(),
@@ -147,6 +152,23 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         dialect,
     };
     units.map(|_| Found { spec, unread, has_chain })
+}
+
+/// The axis that retracts, and where to, in the units of the file.
+fn retracting(retract: &Retract, to: Option<f64>, axes: &[AxisSpec], doc: &mut Document<'_>) {
+    let of_machine = retract.frame == RetractFrame::Machine;
+    let found = axes.iter().find(|axis| of_machine && axis.name == retract.axis);
+    let Some(axis) = found else { return };
+    if axis.kind == AxisKind::Rotary {
+        let message = format!("the retracting axis {} is a rotary axis", axis.name);
+        doc.fault("retract.axis", message, "name a linear axis of the chain");
+    } else if let (Some(to), Some([low, high])) = (to, axis.limits)
+        && !(low..=high).contains(&retract.to)
+        && low < high
+    {
+        let message = format!("the retract goes to {to}, outside the travel of {}", axis.name);
+        doc.fault("retract.to", message, "give a position inside its limits");
+    }
 }
 
 /// Faults of travel and period in the units of the file; in radians they would be hard to recognise.
