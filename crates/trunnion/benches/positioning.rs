@@ -1,6 +1,6 @@
 //! One cutter location on the bicubic patch, one core, bounds and tool body included.
 //!
-//! Budget: below 100 us warm (the neighbour 1 mm further along the feed), some ms cold.
+//! Budget: below 40 us warm (the neighbour 1 mm further along the feed), some ms cold.
 
 use divan::Bencher;
 use nalgebra::Point3;

@@ -388,7 +388,8 @@ const NARROW: [Task; 2] = [
     },
 ];
 
-/// What is wrong with the answer to a task, if anything is.
+/// What is wrong with the answer to a task, if anything is: cold against brute force, and warm,
+/// from the answer a millimetre behind, against a dense look.
 fn complaint(task: &Task, trials: u32) -> Option<String> {
     let (face, at, feed) = task.shape.face(task.degrees);
     let cutter = cutter(task.major, task.minor);
@@ -402,9 +403,14 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
         Err(PositioningError::Body { .. }) if task.shank_touches(x) => return None,
         Err(error) => return Some(format!("{task:?}: {error}; brute force {best} at {x:?}")),
     };
-    let least = task.deepest(&found.pose.tip, &found.pose.axis);
-    if least < -1e-7 {
-        return Some(format!("{task:?}: gouge {least} {found:?}"));
+    if let Some(wrong) = breach(task, &found) {
+        return Some(format!("{task:?}: {wrong}"));
+    }
+    let behind = Request { at: [0, 1].map(|k| at[k] - feed[k]), ..request };
+    let neighbour = widest(&behind, None).ok();
+    let warm = neighbour.and_then(|neighbour| widest(&request, Some(&neighbour)).ok());
+    if let Some(wrong) = warm.as_ref().and_then(|warm| breach(task, warm)) {
+        return Some(format!("{task:?}: warm: {wrong}"));
     }
     (found.chord_width < 0.995 * best).then(|| {
         let Location { chord_width, offset, offset_direction, rotation, active, .. } = &found;
@@ -412,6 +418,21 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
         let share = chord_width / best;
         format!("{task:?}: {share:.4}, {chord_width} {own:?} < {best} {x:?}: {active:?}")
     })
+}
+
+/// Whether a dense look finds errors outside the band, or outside the bounds given.
+fn breach(task: &Task, found: &Location) -> Option<String> {
+    // Rounding of the trials' own distances \[mm\].
+    const ROUNDING: f64 = 1e-7;
+    let own = [found.offset, found.offset_direction, found.rotation];
+    let least = task.deepest(&found.pose.tip, &found.pose.axis);
+    let most = task.highest(own);
+    let kept = least >= task.band.lower - ROUNDING;
+    // An error above the band cuts the strip short, which its width tells.
+    let whole = found.strip_width >= 0.99 * found.chord_width;
+    let bounded = least >= found.rear_min_bound - ROUNDING
+        && (!whole || most <= found.front_max_bound + ROUNDING);
+    (!kept || !bounded).then(|| format!("error {least} .. {most}: {found:?}"))
 }
 
 fn number(variable: &str, otherwise: u64) -> u64 {

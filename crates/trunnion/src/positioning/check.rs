@@ -6,6 +6,8 @@ use super::StripSide;
 use super::circle::Circle;
 use super::circle::Sample;
 use super::disc::Disc;
+use super::gaps::Gaps;
+use super::gaps::curvatures_under;
 use super::probe::Probe;
 use super::probe::Reading;
 use crate::cutter::Cutter;
@@ -79,8 +81,10 @@ const DEPTH: u32 = 6;
 /// Looks at the strip a pose leaves, without any of the assumptions it was made with.
 ///
 /// The signed error (distance from the surface minus the corner radius) is sampled round the whole
-/// circle, extrema and ends of the strip are refined; between samples it is bounded through
-/// `|E''| <= R (sin beta + R k / (1 - k (r + E)))`, see `docs/sources.md#004`.
+/// circle, extrema and ends of the strip are refined; between samples it is bounded through a range
+/// of its second derivative, from curvatures bounded over all the surface that feet can reach.
+/// The bounds hold for the foot that is followed round the circle; of the continuation beyond the
+/// face's domain they know the curvature at the samples only.
 ///
 /// A pose that gouges is not an error: `front_min` and `rear_min` say so.
 ///
@@ -100,7 +104,7 @@ pub fn strip_of_pose(
         return super::ball::strip(setting, ring.center, (&v, &middle), probe);
     }
     let circle = Circle { ring, minor };
-    Survey { setting, circle, axis: pose.axis, v: v.into_inner(), half_arc: 0.0 }
+    Survey { setting, circle, axis: pose.axis, v: v.into_inner(), half_arc: 0.0, seen: &[] }
         .strip(middle.foot.uv, &mut probe)
 }
 
@@ -124,6 +128,8 @@ pub(super) struct Survey<'a> {
     pub(super) v: Vector3<f64>,
     /// Half the arc between the end points it was made for \[rad\]; 0 where none are known.
     pub(super) half_arc: f64,
+    /// What was read of the circle before, over `[-pi, pi]` in any order.
+    pub(super) seen: &'a [Sample],
 }
 
 /// One side of the strip: its end, and what was seen on the way.
@@ -142,15 +148,16 @@ impl Survey<'_> {
         probe: &mut Probe,
     ) -> Result<Strip, PositioningError> {
         let points = self.sample(guess, probe)?;
+        let gaps = self.gaps(&points);
+        let points = self.dense(points, &gaps, probe)?;
         let start = self.start(&points);
         let upper = self.setting.band.upper;
         let Some(seed) = points.get(start).copied() else {
             return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess });
         };
         let (near, far) = if seed.error <= upper {
-            let after = points.iter().skip(start + 1).copied().collect::<Vec<_>>();
-            let before = points.iter().take(start).rev().copied().collect::<Vec<_>>();
-            (self.side(&seed, &before, -1.0, probe)?, self.side(&seed, &after, 1.0, probe)?)
+            let (before, after) = (points.iter().take(start).rev(), points.iter().skip(start + 1));
+            (self.side(&seed, before, -1.0, probe)?, self.side(&seed, after, 1.0, probe)?)
         } else {
             let none = || Side { end: seed, max: seed.error, min: seed.error, inside: Vec::new() };
             (none(), none())
@@ -162,11 +169,13 @@ impl Survey<'_> {
         let mut inside: Vec<Sample> = near.inside.iter().rev().copied().collect();
         inside.push(seed);
         inside.extend(&far.inside);
-        let range = curvature_below(self.setting.face, &points);
-        let curvature = range[1].max(-range[0]);
-        let disc = self.disc(range, &seed, probe)?;
-        let front_max_bound = self.bound(&inside, (1.0, curvature), probe)?;
-        let rear_min_bound = -self.bound(&points, (-1.0, curvature), probe)?;
+        let disc = self.disc(&seed, probe)?;
+        let bound = |points: &[Sample], sign: f64| {
+            let over = points.windows(2).map(|pair| gaps.peak(pair, sign));
+            over.chain(points.iter().map(|p| sign * p.error)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let front_max_bound = bound(&inside, 1.0);
+        let rear_min_bound = -bound(&points, -1.0);
         let foot = |sample: &Sample| (sample.reading.foot.uv, sample.reading.foot.point);
         Ok(Strip {
             width: across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
@@ -182,24 +191,69 @@ impl Survey<'_> {
         })
     }
 
-    /// Samples over `[-pi, pi]` with the local extrema between them, in order.
+    /// Samples over `[-pi, pi]`, both ends included, in order.
     fn sample(&self, guess: [f64; 2], probe: &mut Probe) -> Result<Vec<Sample>, PositioningError> {
-        let half = SAMPLES / 2;
-        let step = PI / f64::from(half);
-        let seed = self.circle.read(0.0, guess, probe)?;
-        let angles = |sign: f64| (1..=half).map(move |k| sign * step * f64::from(k));
-        let mut points = self.circle.walk(angles(-1.0), &seed, probe)?;
-        points.reverse();
-        points.push(seed);
-        points.extend(self.circle.walk(angles(1.0), &seed, probe)?);
-        let extrema = self.circle.extrema(&points, probe)?;
-        if self.half_arc > 0.0 {
-            for psi in [-self.half_arc, self.half_arc] {
-                points.push(self.circle.read_from(psi, &seed, probe)?);
+        let mut points = self.seen.to_vec();
+        let sort = |points: &mut Vec<Sample>| points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
+        if points.is_empty() {
+            let half = SAMPLES / 2;
+            let step = PI / f64::from(half);
+            let seed = self.circle.read(0.0, guess, probe)?;
+            let angles = |sign: f64| (1..half).map(move |k| sign * step * f64::from(k));
+            points = self.circle.walk(angles(-1.0), &seed, probe)?;
+            points.push(seed);
+            points.extend(self.circle.walk(angles(1.0), &seed, probe)?);
+            if self.half_arc > 0.0 {
+                for psi in [-self.half_arc, self.half_arc] {
+                    points.push(self.circle.read_from(psi, &seed, probe)?);
+                }
             }
         }
-        points.extend(extrema.iter().map(|e| Sample { error: e.value, ..e.sample }));
-        points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
+        sort(&mut points);
+        // The opposite point ends both sides.
+        if let Some(last) = points.last().copied() {
+            let rear = self.circle.read_from(PI, &last, probe)?;
+            points.push(rear);
+            points.insert(0, Sample { psi: -PI, ..rear });
+        }
+        Ok(points)
+    }
+
+    /// The points with the local extrema between them, and more of them where their gaps could
+    /// hide anything: an error below the band by a share of it, or, on the strip, above.
+    fn dense(
+        &self,
+        mut points: Vec<Sample>,
+        gaps: &Gaps,
+        probe: &mut Probe,
+    ) -> Result<Vec<Sample>, PositioningError> {
+        let Band { lower, upper } = self.setting.band;
+        let slack = SHARE * (upper - lower);
+        for _ in 0..DEPTH {
+            let extrema = self.circle.extrema(&points, probe)?;
+            let known = |psi: f64| points.binary_search_by(|p| p.psi.total_cmp(&psi)).is_ok();
+            let new = extrema.iter().map(|extremum| extremum.sample).filter(|s| !known(s.psi));
+            let new: Vec<Sample> = new.collect();
+            if !new.is_empty() {
+                points.extend(new);
+                points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
+            }
+            let least = points.iter().map(|p| p.error).fold(lower, f64::min);
+            let mut more = Vec::new();
+            for pair in points.windows(2) {
+                let [a, b] = pair else { continue };
+                let low = -gaps.peak(pair, -1.0) < least - slack;
+                let strip = a.error <= upper && b.error <= upper;
+                if low || (strip && gaps.peak(pair, 1.0) > upper + slack) {
+                    more.push(self.circle.read_from(0.5 * (a.psi + b.psi), a, probe)?);
+                }
+            }
+            if more.is_empty() {
+                break;
+            }
+            points.extend(more);
+            points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
+        }
         Ok(points)
     }
 
@@ -217,10 +271,10 @@ impl Survey<'_> {
 
     /// Follows the points from `seed` until the error leaves the band, at most to the opposite
     /// point of the circle; the end is where it reaches farthest across the feed.
-    fn side(
+    fn side<'a>(
         &self,
         seed: &Sample,
-        points: &[Sample],
+        points: impl Iterator<Item = &'a Sample>,
         sign: f64,
         probe: &mut Probe,
     ) -> Result<Side, PositioningError> {
@@ -284,12 +338,7 @@ impl Survey<'_> {
     }
 
     /// Least distance of the disc found, and what it is at least.
-    fn disc(
-        &self,
-        curvatures: [f64; 2],
-        seed: &Sample,
-        probe: &mut Probe,
-    ) -> Result<[f64; 2], PositioningError> {
+    fn disc(&self, seed: &Sample, probe: &mut Probe) -> Result<[f64; 2], PositioningError> {
         let Band { lower, upper } = self.setting.band;
         let disc = Disc {
             center: self.circle.ring.center - self.axis.scale(self.circle.minor),
@@ -299,104 +348,30 @@ impl Survey<'_> {
         let lowest = disc.lowest(&[&seed.reading], probe)?;
         let lowest = lowest.map_or(f64::INFINITY, |(_, reading)| reading.distance);
         let enough = lowest.min(lower) - SHARE * (upper - lower);
-        let [least, bound] = disc.floor(enough, curvatures, &seed.reading, probe)?;
+        let [least, bound] = disc.floor((enough, self.setting.face), &seed.reading, probe)?;
         Ok([lowest.min(least), lowest.min(bound)])
     }
 
-    /// Bound of `sign * error` over the gaps between the points, refined where it is critical.
-    fn bound(
-        &self,
-        points: &[Sample],
-        (sign, curvature): (f64, f64),
-        probe: &mut Probe,
-    ) -> Result<f64, PositioningError> {
-        let band = self.setting.band;
-        let known = points.iter().map(|p| sign * p.error).fold(f64::NEG_INFINITY, f64::max);
-        let target = known + SHARE * (band.upper - band.lower);
-        let limits = Limits { curvature, target };
-        let depth = if curvature.is_finite() { DEPTH } else { 0 };
-        let mut worst = known;
-        for pair in points.windows(2) {
-            if let [a, b] = pair {
-                worst = worst.max(self.gap_bound([a, b], sign, (&limits, depth), probe)?);
-            }
+    /// What bounds the error between the points.
+    fn gaps(&self, points: &[Sample]) -> Gaps {
+        Gaps {
+            radius: self.circle.ring.radius,
+            minor: self.circle.minor,
+            axis: self.axis,
+            curvatures: self.curvatures(points),
         }
-        Ok(worst)
     }
 
-    fn gap_bound(
-        &self,
-        [a, b]: [&Sample; 2],
-        sign: f64,
-        (limits, depth): (&Limits, u32),
-        probe: &mut Probe,
-    ) -> Result<f64, PositioningError> {
-        let bound = self.peak([a, b], sign, limits.curvature);
-        if bound <= limits.target || depth == 0 {
-            return Ok(bound);
-        }
-        let middle = self.circle.read_from(0.5 * (a.psi + b.psi), a, probe)?;
-        let left = self.gap_bound([a, &middle], sign, (limits, depth - 1), probe)?;
-        let right = self.gap_bound([&middle, b], sign, (limits, depth - 1), probe)?;
-        Ok(left.max(right))
+    /// Bounds of the curvatures below the circle.
+    fn curvatures(&self, points: &[Sample]) -> [f64; 2] {
+        let steps = points.windows(2).map(|pair| match pair {
+            [a, b] => b.psi - a.psi,
+            _ => 0.0,
+        });
+        // No point of the circle is farther than this from one that was read.
+        let way = 0.5 * self.circle.ring.radius * steps.fold(0.0, f64::max);
+        let highest = points.iter().map(|point| point.reading.distance).fold(0.0, f64::max);
+        let readings = points.iter().map(|point| &point.reading);
+        curvatures_under(self.setting.face, &readings, (way, highest + way))
     }
-
-    /// What `sign * error` cannot exceed between two samples: under both parabolas that start
-    /// with value and slope of a sample and bend upward as much as `|E''|` allows.
-    fn peak(&self, [a, b]: [&Sample; 2], sign: f64, curvature: f64) -> f64 {
-        let h = b.psi - a.psi;
-        let bend = self.bend_bound([a, b], h, curvature);
-        let [ea, eb] = [sign * a.error, sign * b.error];
-        let [sa, sb] = [sign * a.slope, sign * b.slope];
-        let ends = ea.max(eb);
-        let closing = sa - sb + bend * h;
-        if closing <= 0.0 {
-            return ends;
-        }
-        let s = ((eb - ea - sb * h + 0.5 * bend * h * h) / closing).clamp(0.0, h);
-        let left = ea + s * (sa + 0.5 * bend * s);
-        let t = h - s;
-        let right = eb - t * (sb - 0.5 * bend * t);
-        ends.max(left.min(right))
-    }
-
-    /// `|E''| <= R (sin beta + R k / (1 - k d))` over a gap of `h` \[rad\]; `beta`, the angle
-    /// between tool axis and foot normal, grows by at most the normal's turn to the middle.
-    fn bend_bound(&self, [a, b]: [&Sample; 2], h: f64, curvature: f64) -> f64 {
-        let radius = self.circle.ring.radius;
-        let highest = self.circle.minor + a.error.max(b.error).max(0.0) + 0.5 * radius * h;
-        let left = 1.0 - curvature * highest;
-        if left <= 0.0 {
-            return f64::INFINITY;
-        }
-        let turning = radius * curvature / left;
-        let sine = |s: &Sample| self.axis.cross(&s.reading.normal()).norm();
-        radius * (sine(a).max(sine(b)) + 0.5 * h * turning + turning)
-    }
-}
-
-/// What bounds between samples go by.
-struct Limits {
-    /// No curvature of the surface below the samples is larger, either sign \[1/mm\].
-    curvature: f64,
-    /// Bounds up to here need no refinement \[mm\].
-    target: f64,
-}
-
-/// Bounds of the curvatures over the rectangle of the samples' feet, wider by the
-/// longest step between two of them. Beyond the domain, where the surface goes on with the
-/// border's second derivatives, the curvature at the feet stands for it.
-fn curvature_below(face: &FaceIndex, points: &[Sample]) -> [f64; 2] {
-    let at = |k: usize| points.iter().map(move |point| point.reading.foot.uv[k]);
-    let cell = [0, 1].map(|k| {
-        let steps = at(k).zip(at(k).skip(1)).map(|(a, b)| (a - b).abs());
-        let margin = steps.fold(0.0, f64::max);
-        let low = at(k).fold(f64::INFINITY, f64::min);
-        let high = at(k).fold(f64::NEG_INFINITY, f64::max);
-        [low - margin, high + margin]
-    });
-    let feet = points.iter().map(|point| point.reading.curvatures());
-    feet.fold(face.curvature_range(cell), |[low, high], [least, most]| {
-        [low.min(least), high.max(most)]
-    })
 }

@@ -18,6 +18,8 @@ pub(super) struct Sample {
     pub(super) slope: f64,
     /// Its second derivative \[mm/rad^2\].
     pub(super) bend: f64,
+    /// The part of it that the circle has on a plane \[mm/rad^2\].
+    pub(super) plane_bend: f64,
     pub(super) reading: Reading,
 }
 
@@ -43,6 +45,26 @@ const REFINEMENTS: u32 = 3;
 /// before the correction by the parabola, some 1e-9 mm, and its derivatives by 1e-4 of themselves.
 const LEVEL: f64 = 1e-4;
 
+impl Sample {
+    /// Whether it is an extremum already.
+    fn level(&self) -> bool {
+        self.bend.abs() > 0.0 && self.slope.abs() <= LEVEL * self.bend.abs()
+    }
+
+    /// Value of the parabola's extremum.
+    pub(super) fn vertex(&self) -> f64 {
+        let fall =
+            if self.bend.abs() > 0.0 { 0.5 * self.slope * self.slope / self.bend } else { 0.0 };
+        self.error - fall
+    }
+
+    /// Whether the error falls with the angle just beside the sample: where it is level, on the
+    /// side `sign` of it.
+    fn falls(&self, sign: f64) -> bool {
+        if self.level() { sign * self.bend < 0.0 } else { self.slope < 0.0 }
+    }
+}
+
 impl Circle {
     /// Error at `psi`, its foot sought near `guess`.
     pub(super) fn read(
@@ -51,18 +73,25 @@ impl Circle {
         guess: [f64; 2],
         probe: &mut Probe,
     ) -> Result<Sample, PositioningError> {
+        let reading = probe.read(&self.ring.at(psi), guess)?;
+        Ok(self.sample(psi, &reading))
+    }
+
+    /// The sample that a reading at `psi` makes.
+    pub(super) fn sample(&self, psi: f64, reading: &Reading) -> Sample {
         let q = self.ring.at(psi);
-        let reading = probe.read(&q, guess)?;
         let n = reading.normal();
         let tangent = self.ring.tangent(psi);
         let inward: Vector3<f64> = self.ring.center - q;
-        Ok(Sample {
+        let plane_bend = n.dot(&inward);
+        Sample {
             psi,
             error: reading.distance - self.minor,
             slope: n.dot(&tangent),
-            bend: n.dot(&inward) + reading.hessian(&tangent),
-            reading,
-        })
+            bend: plane_bend + reading.hessian(&tangent),
+            plane_bend,
+            reading: *reading,
+        }
     }
 
     /// As [`Circle::read`], starting from a sample nearby.
@@ -128,33 +157,42 @@ impl Circle {
         probe: &mut Probe,
     ) -> Result<Vec<Extremum>, PositioningError> {
         let mut found = Vec::new();
-        for pair in samples.windows(2) {
+        for (place, pair) in samples.windows(2).enumerate() {
             let [a, b] = pair else { continue };
-            if (a.slope < 0.0) == (b.slope < 0.0) {
-                continue;
+            let maximum = !a.falls(1.0);
+            if a.falls(1.0) != b.falls(-1.0) {
+                found.push(self.between([a, b], maximum, probe)?);
             }
-            let psi = level(a, b);
-            let nearest = if psi - a.psi < b.psi - psi { a } else { b };
-            let mut sample = self.read_from(psi, nearest, probe)?;
-            let maximum = a.slope >= 0.0;
-            for _ in 0..REFINEMENTS {
-                let psi = sample.psi - sample.slope / sample.bend;
-                if (psi - sample.psi).abs() <= LEVEL || !(psi > a.psi && psi < b.psi) {
-                    break;
-                }
-                sample = self.read_from(psi, &sample, probe)?;
+            // A sample may lie at an extremum; those at the ends are none of the inside.
+            if b.level() && place + 2 < samples.len() {
+                found.push(Extremum { sample: *b, value: b.vertex(), maximum: b.bend < 0.0 });
             }
-            // A bend of the wrong sign would carry the parabola's vertex away: keep the sample.
-            let vertex = if (sample.bend < 0.0) == maximum && sample.bend.abs() > 0.0 {
-                -0.5 * sample.slope * sample.slope / sample.bend
-            } else {
-                0.0
-            };
-            let spread = (a.error - b.error).abs().max((a.error - sample.error).abs());
-            let value = sample.error + vertex.clamp(-spread, spread);
-            found.push(Extremum { sample, value, maximum });
         }
         Ok(found)
+    }
+
+    /// The extremum between two samples that lie on different sides of it.
+    fn between(
+        &self,
+        [a, b]: [&Sample; 2],
+        maximum: bool,
+        probe: &mut Probe,
+    ) -> Result<Extremum, PositioningError> {
+        let psi = level(a, b);
+        let nearest = if psi - a.psi < b.psi - psi { a } else { b };
+        let mut sample = self.read_from(psi, nearest, probe)?;
+        for _ in 0..REFINEMENTS {
+            let psi = sample.psi - sample.slope / sample.bend;
+            if (psi - sample.psi).abs() <= LEVEL || !(psi > a.psi && psi < b.psi) {
+                break;
+            }
+            sample = self.read_from(psi, &sample, probe)?;
+        }
+        // A bend of the wrong sign would carry the parabola's vertex away: keep the sample.
+        let vertex = if (sample.bend < 0.0) == maximum { sample.vertex() } else { sample.error };
+        let spread = (a.error - b.error).abs().max((a.error - sample.error).abs());
+        let value = sample.error + (vertex - sample.error).clamp(-spread, spread);
+        Ok(Extremum { sample, value, maximum })
     }
 }
 
@@ -169,10 +207,10 @@ fn level(a: &Sample, b: &Sample) -> f64 {
             + h * (a.bend * t * u * u - b.bend * t * t * u)
     };
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
-    // 2^-40 of the interval: below what the cubic is true to.
-    for _ in 0..40 {
+    // 2^-24 of the interval: below what the cubic is true to.
+    for _ in 0..24 {
         let middle = 0.5 * (low + high);
-        if (slope(middle) < 0.0) == (a.slope < 0.0) {
+        if (slope(middle) < 0.0) == a.falls(1.0) {
             low = middle;
         } else {
             high = middle;

@@ -5,11 +5,14 @@ use super::AxisNear;
 use super::Band;
 use super::PositioningError;
 use super::circle::Circle;
+use super::circle::Extremum;
 use super::circle::Sample;
 use super::placement::Frame;
 use super::placement::Placement;
 use super::probe::Probe;
 use super::probe::Reading;
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 /// Intervals of front and rear. The error of the front is close to a polynomial of degree four,
 /// whose slope changes sign at most three times; that of the rear to two waves of a cosine.
@@ -34,6 +37,8 @@ pub(super) struct Condition {
     pub(super) gradient: [f64; 3],
     /// Angle on the circle it belongs to, from the middle of the arc \[rad\].
     pub(super) psi: f64,
+    /// The extremum it belongs to, if to one.
+    pub(super) sample: Option<Sample>,
 }
 
 /// The problem to be solved at one end point.
@@ -45,13 +50,20 @@ pub(super) struct Problem {
     pub(super) axis_near: Option<AxisNear>,
     /// Intervals of front and rear that are sampled.
     pub(super) intervals: [u32; 2],
+    /// Whether steps follow the extrema of the state before instead of sampling.
+    pub(super) swift: bool,
 }
+
+/// Where conditions and samples are collected.
+type Seen<'a> = (&'a mut Vec<Condition>, &'a mut Vec<Sample>);
 
 /// A placement and all its conditions.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) placement: Placement,
     pub(super) conditions: Vec<Condition>,
+    /// What was read round the circle, over `[-pi, pi]` in no order; nothing unless `swift`.
+    pub(super) samples: Vec<Sample>,
 }
 
 impl State {
@@ -77,42 +89,55 @@ impl Problem {
         probe: &mut Probe,
         near: Option<&State>,
     ) -> Result<Option<State>, PositioningError> {
-        let guess = near.map(|state| {
-            let from = &state.placement;
-            let step =
-                self.frame.direction(x[1]) * x[0] - self.frame.direction(from.x[1]) * from.x[0];
-            from.second.ahead(&step)
-        });
-        let Some(placement) = self.frame.place(x, probe, guess)? else { return Ok(None) };
+        let Some(placement) = self.placement(x, probe, near)? else { return Ok(None) };
         let circle = Circle { ring: placement.ring, minor: self.frame.minor };
         let front =
             circle.front((placement.half_arc, self.intervals[0]), &self.frame.first, probe)?;
         let mut conditions = vec![self.chord(&placement)];
+        let mut samples = if self.swift { front.clone() } else { Vec::new() };
         if let (Some(first), Some(last)) = (front.first(), front.last()) {
             let at = (&placement, &circle);
             let ends = [(first, -1.0, Active::FirstSlope), (last, 1.0, Active::SecondSlope)];
             for end in ends {
                 conditions.extend(self.end_slope(at, end, probe)?);
             }
-            self.front(at, &front, &mut conditions, probe)?;
-            self.rear(at, [first, last], &mut conditions, probe)?;
+            let mut seen = (&mut conditions, &mut samples);
+            self.front(at, &front, &mut seen, probe)?;
+            self.rear(at, [first, last], &mut seen, probe)?;
         }
         self.disc(&placement, &mut conditions, probe)?;
         self.axis(&placement, &mut conditions);
-        Ok(Some(State { placement, conditions }))
+        Ok(Some(State { placement, conditions, samples }))
     }
 
-    fn chord(&self, placement: &Placement) -> Condition {
+    /// Places the cutter, the second end point sought from where it was before.
+    pub(super) fn placement(
+        &self,
+        x: [f64; 3],
+        probe: &mut Probe,
+        near: Option<&State>,
+    ) -> Result<Option<Placement>, PositioningError> {
+        let guess = near.map(|state| {
+            let from = &state.placement;
+            let step =
+                self.frame.direction(x[1]) * x[0] - self.frame.direction(from.x[1]) * from.x[0];
+            from.second.ahead(&step)
+        });
+        self.frame.place(x, probe, guess)
+    }
+
+    pub(super) fn chord(&self, placement: &Placement) -> Condition {
         Condition {
             kind: Active::Chord,
             value: CHORD * self.frame.major - placement.half_chord,
             gradient: placement.chord_gradient().map(|rate| -rate),
             psi: 0.0,
+            sample: None,
         }
     }
 
     /// The error must not rise from an end point into the strip.
-    fn end_slope(
+    pub(super) fn end_slope(
         &self,
         (placement, circle): (&Placement, &Circle),
         (end, share, kind): (&Sample, f64, Active),
@@ -127,17 +152,20 @@ impl Problem {
         let inside = share * (1.0 - END_STEP);
         let sample = circle.read_from(inside * half, end, probe)?;
         let gradient = placement.arc_gradient(inside, &sample.reading).map(|g| -g / END_STEP);
-        Ok(Some(Condition { kind, value, gradient, psi: end.psi }))
+        Ok(Some(Condition { kind, value, gradient, psi: end.psi, sample: None }))
     }
 
     fn front(
         &self,
         (placement, circle): (&Placement, &Circle),
-        samples: &[Sample],
-        conditions: &mut Vec<Condition>,
+        front: &[Sample],
+        (conditions, samples): &mut Seen,
         probe: &mut Probe,
     ) -> Result<(), PositioningError> {
-        let extrema = circle.extrema(samples, probe)?;
+        let extrema = circle.extrema(front, probe)?;
+        if self.swift {
+            samples.extend(extrema.iter().map(|extremum| extremum.sample));
+        }
         for (place, extremum) in extrema.iter().enumerate() {
             let psi = extremum.sample.psi;
             let share = psi / placement.half_arc;
@@ -148,44 +176,66 @@ impl Problem {
             if extremum.maximum && outermost {
                 continue;
             }
-            let gradient = placement.arc_gradient(share, &extremum.sample.reading);
-            conditions.push(if extremum.maximum {
-                let value = self.band.upper - extremum.value;
-                Condition { kind: Active::Middle, value, gradient: gradient.map(|g| -g), psi }
-            } else {
-                let value = extremum.value - self.band.lower;
-                Condition { kind: Active::Touch, value, gradient, psi }
-            });
+            conditions.push(self.inside(placement, extremum));
         }
         Ok(())
+    }
+
+    /// The condition of an extremum between the end points.
+    pub(super) fn inside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
+        let sample = extremum.sample;
+        let psi = sample.psi;
+        let gradient = placement.arc_gradient(psi / placement.half_arc, &sample.reading);
+        let (kind, value, gradient) = if extremum.maximum {
+            (Active::Middle, self.band.upper - extremum.value, gradient.map(|g| -g))
+        } else {
+            (Active::Touch, extremum.value - self.band.lower, gradient)
+        };
+        Condition { kind, value, gradient, psi, sample: Some(sample) }
+    }
+
+    /// The condition of a minimum of the rest of the circle.
+    pub(super) fn outside(
+        &self,
+        (placement, circle): (&Placement, &Circle),
+        extremum: &Extremum,
+    ) -> Condition {
+        let sample = extremum.sample;
+        let q = circle.ring.at(sample.psi);
+        Condition {
+            kind: Active::Rear,
+            value: extremum.value - self.band.lower,
+            gradient: placement.gradient(&q, &sample.reading.normal()),
+            psi: sample.psi,
+            sample: Some(sample),
+        }
     }
 
     fn rear(
         &self,
         (placement, circle): (&Placement, &Circle),
         [first, last]: [&Sample; 2],
-        conditions: &mut Vec<Condition>,
+        (conditions, samples): &mut Seen,
         probe: &mut Probe,
     ) -> Result<(), PositioningError> {
-        let mut samples = vec![*last];
-        samples.extend(circle.rear((placement.half_arc, self.intervals[1]), last, probe)?);
-        samples.push(Sample { psi: first.psi + 2.0 * std::f64::consts::PI, ..*first });
-        let extrema = circle.extrema(&samples, probe)?;
-        for extremum in extrema.iter().filter(|extremum| !extremum.maximum) {
-            let reading = &extremum.sample.reading;
-            let q = circle.ring.at(extremum.sample.psi);
-            conditions.push(Condition {
-                kind: Active::Rear,
-                value: extremum.value - self.band.lower,
-                gradient: placement.gradient(&q, &reading.normal()),
-                psi: extremum.sample.psi,
-            });
-        }
+        let mut rear = vec![*last];
+        rear.extend(circle.rear((placement.half_arc, self.intervals[1]), last, probe)?);
+        rear.push(Sample { psi: first.psi + TAU, ..*first });
+        let extrema = circle.extrema(&rear, probe)?;
+        let inner = rear.get(1..rear.len() - 1).unwrap_or_default();
+        let kept = if self.swift { usize::MAX } else { 0 };
+        let read = inner.iter().chain(extrema.iter().map(|extremum| &extremum.sample));
+        samples.extend(read.take(kept).map(|sample| {
+            let turn = if sample.psi > PI { TAU } else { 0.0 };
+            Sample { psi: sample.psi - turn, ..*sample }
+        }));
+        let minima = extrema.iter().filter(|extremum| !extremum.maximum);
+        conditions.extend(minima.map(|extremum| self.outside((placement, circle), extremum)));
         Ok(())
     }
 
     /// The disc inside the circle, where the surface is convex below it.
-    fn disc(
+    pub(super) fn disc(
         &self,
         placement: &Placement,
         conditions: &mut Vec<Condition>,
@@ -203,12 +253,13 @@ impl Problem {
                 value: reading.distance - self.band.lower,
                 gradient: placement.gradient(&point, &reading.normal()),
                 psi: 0.0,
+                sample: None,
             });
         }
         Ok(())
     }
 
-    fn axis(&self, placement: &Placement, conditions: &mut Vec<Condition>) {
+    pub(super) fn axis(&self, placement: &Placement, conditions: &mut Vec<Condition>) {
         let Some(near) = self.axis_near else { return };
         // Arc on a circle of the cutter's size: comparable with the other conditions.
         let (sin, cos) = near.max_turn.sin_cos();
@@ -218,6 +269,7 @@ impl Problem {
             value: scale * (placement.axis.dot(&near.axis) - cos),
             gradient: placement.axis_gradient(&near.axis).map(|rate| scale * rate),
             psi: 0.0,
+            sample: None,
         });
     }
 }
@@ -291,7 +343,7 @@ mod tests {
         let frame = Frame::new(&request, side, &mut probe).unwrap();
         let axis = UnitVector3::new_normalize(Vector3::new(0.05, 0.02, 1.0));
         let axis_near = Some(AxisNear { axis, max_turn: 0.3 });
-        let problem = Problem { frame, band, axis_near, intervals: COARSE };
+        let problem = Problem { frame, band, axis_near, intervals: COARSE, swift: false };
         let at = problem.state(x, &mut probe, None).unwrap().unwrap();
         for (entry, h) in [1e-4, 1e-5, 1e-5].into_iter().enumerate() {
             let mut moved = |step: f64| {

@@ -6,8 +6,10 @@
 //! the inside can come closer than the rim.
 
 use super::PositioningError;
+use super::gaps::curvatures_under;
 use super::probe::Probe;
 use super::probe::Reading;
+use crate::surface::FaceIndex;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -94,24 +96,26 @@ impl Disc {
     /// Least distance found inside the disc, and what it is at least; both infinite where the
     /// distance is proved to have no minimum inside, so that the rim is nearest.
     ///
-    /// `[low, high]` bounds the curvatures below the disc. In a square of half diagonal `h` around
-    /// a point at the distance `d`, where the normal leans by `s` (sine), nothing is closer than
+    /// `[low, high]` bounds the curvatures below the disc. In a square of half diagonal `h` around a
+    /// point at the distance `d`, where the normal leans by `s` (sine), nothing is closer than
     /// `d - s h - c h^2 / 2`, `c = k / (1 - k d)` for `k = high` over the whole square; and where
     /// `s` exceeds `h` times the largest second derivative, no minimum lies within.
     pub(super) fn floor(
         &self,
-        enough: f64,
-        [low, high]: [f64; 2],
+        (enough, face): (f64, &FaceIndex),
         from: &Reading,
         probe: &mut Probe,
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
+        let centre = probe.read(&self.center, from.foot.uv)?;
+        let far = centre.distance + self.radius;
+        let [low, high] = curvatures_under(face, &std::iter::once(&centre), (self.radius, far));
         if low >= 0.0 {
             return Ok([least, bound]);
         }
         let plane = self.plane();
         let side = 2.0 * self.radius;
-        let mut squares = vec![(self.center, side, probe.read(&self.center, from.foot.uv)?)];
+        let mut squares = vec![(self.center, side, centre)];
         let mut left = SQUARES;
         while let Some((middle, side, reading)) = squares.pop() {
             let half = side * std::f64::consts::FRAC_1_SQRT_2;

@@ -18,12 +18,14 @@ mod constraints;
 mod curve;
 mod disc;
 mod error;
+mod gaps;
 mod matched;
 mod placement;
 mod probe;
 mod quadratic;
 mod request;
 mod solve;
+mod swift;
 mod widest;
 
 pub use body::body_clear;

@@ -149,6 +149,11 @@ impl Reading {
         Self { foot, distance, forms: Forms { first, second } }
     }
 
+    /// The reading of the point at `distance` over the same foot.
+    pub(super) fn lifted(&self, distance: f64) -> Self {
+        Self { distance, foot: Foot { distance, ..self.foot }, forms: self.forms }
+    }
+
     /// Outward unit normal, the gradient of the distance.
     pub(super) fn normal(&self) -> UnitVector3<f64> {
         self.foot.normal

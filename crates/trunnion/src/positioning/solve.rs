@@ -73,6 +73,36 @@ struct Step {
 }
 
 impl Problem {
+    /// As [`Problem::climb`] from a neighbour's optimum, its extrema followed; at the end all is
+    /// sampled again.
+    pub(super) fn glide(
+        &self,
+        start: &Start,
+        arrived: f64,
+        probe: &mut Probe,
+    ) -> Result<Option<Optimum>, PositioningError> {
+        let swift = Self { swift: true, ..*self };
+        let Some(Optimum { state, multipliers, at_range_end }) =
+            swift.climb(start, arrived, probe)?
+        else {
+            return Ok(None);
+        };
+        let Some(last) = swift.state(state.placement.x, probe, Some(&state))? else {
+            return Ok(None);
+        };
+        let mut carried = vec![0.0; last.conditions.len()];
+        for (condition, multiplier) in state.conditions.iter().zip(multipliers) {
+            let alike = last.conditions.iter().zip(&mut carried);
+            let alike = alike.filter(|(other, _)| other.kind == condition.kind);
+            let apart = |other: &Condition| (other.psi - condition.psi).abs();
+            let nearest = alike.min_by(|a, b| apart(a.0).total_cmp(&apart(b.0)));
+            if let Some((_, carried)) = nearest {
+                *carried += multiplier;
+            }
+        }
+        Ok(Some(Optimum { state: last, multipliers: carried, at_range_end }))
+    }
+
     /// Climbs from `start` to a local optimum, until a step promises less than `arrived` of the
     /// width; `None` where the start has no placement.
     ///
@@ -118,6 +148,21 @@ impl Problem {
         Ok(Some(Optimum { state, multipliers, at_range_end }))
     }
 
+    /// The state a step leads to.
+    fn next(
+        &self,
+        x: [f64; 3],
+        probe: &mut Probe,
+        from: &State,
+    ) -> Result<Option<State>, PositioningError> {
+        if self.swift
+            && let Some(state) = self.followed(x, probe, from)?
+        {
+            return Ok(Some(state));
+        }
+        self.state(x, probe, Some(from))
+    }
+
     /// Evaluates a step; one that disappoints is corrected once for the curvature of the
     /// conditions (without it, steps along curved conditions are refused however close to the
     /// optimum: Maratos' effect). `None` where the cutter cannot be placed.
@@ -128,7 +173,7 @@ impl Problem {
         (step, trust): (&Step, f64),
         probe: &mut Probe,
     ) -> Result<Option<(State, f64)>, PositioningError> {
-        let Some(trial) = self.state(step.x, probe, Some(state))? else { return Ok(None) };
+        let Some(trial) = self.next(step.x, probe, state)? else { return Ok(None) };
         let gained = model.merit(state) - model.merit(&trial);
         if gained >= 0.2 * step.gain || trial.breach() <= 0.0 {
             return Ok(Some((trial, gained)));
@@ -137,7 +182,7 @@ impl Problem {
         let Some(corrected) = model.step_to(state, trust, &values) else {
             return Ok(Some((trial, gained)));
         };
-        let Some(second) = self.state(corrected.x, probe, Some(state))? else {
+        let Some(second) = self.next(corrected.x, probe, state)? else {
             return Ok(Some((trial, gained)));
         };
         let better = model.merit(state) - model.merit(&second);

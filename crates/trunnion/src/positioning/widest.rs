@@ -141,13 +141,19 @@ fn search(
         return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
     }
     let (axis_near, intervals) = (request.axis_near, COARSE);
-    let problem = Problem { frame, band, axis_near, intervals };
+    let problem = Problem { frame, band, axis_near, intervals, swift: false };
     let fits = |optimum: &Optimum| optimum.state.breach() <= margin;
     let ranges = [request.offset_range, rotation_range];
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
     if let Some(warm) = warm {
-        let climbed = problem.climb(&warm_start(warm, ranges), ARRIVED, &mut probe)?;
+        let start = warm_start(warm, ranges);
+        // Where following extrema ends outside the band, one of them was new.
+        let swift = problem.glide(&start, ARRIVED, &mut probe)?.filter(fits);
+        let climbed = match swift {
+            Some(optimum) => Some(optimum),
+            None => problem.climb(&start, ARRIVED, &mut probe)?,
+        };
         if let Some(optimum) = climbed.filter(fits) {
             if Frame::width(optimum.state.placement.x) >= NARROWED * warm.chord_width {
                 let settled =
@@ -350,6 +356,7 @@ fn look(
         axis: placement.axis,
         v: frame.v,
         half_arc: placement.half_arc,
+        seen: &optimum.state.samples,
     };
     let [u1, v1] = frame.first.foot.uv;
     let [u2, v2] = placement.second.foot.uv;

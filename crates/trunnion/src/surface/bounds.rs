@@ -3,6 +3,7 @@
 use super::jet::SurfaceJet2;
 use super::nurbs::NurbsSurface;
 use super::nurbs::Patch;
+use super::patches::hull_box;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 
@@ -54,6 +55,12 @@ impl Cell {
         (low[k][1], high[k][0]) = (middle, middle);
         let (first, second) = self.net.split(k, 0.5);
         [Self::new(first, low), Self::new(second, high)]
+    }
+
+    /// Box of its control points, and so of its points: low and high corner.
+    pub(super) fn hull(&self) -> [Vector3<f64>; 2] {
+        let (low, high) = hull_box(&self.net.points);
+        [low, high]
     }
 
     /// What no normal curvature in the cell leaves; at most 0, at least 0.

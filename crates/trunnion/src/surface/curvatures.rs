@@ -3,6 +3,8 @@
 use super::bounds::Cell;
 use super::bounds::Rectangle;
 use super::nurbs::NurbsSurface;
+use nalgebra::Point3;
+use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -26,6 +28,8 @@ pub(super) struct CurvatureTree {
     nodes: Vec<Node>,
     /// Breaks by u and v; the node of patch `(i, j)` is number `i rows + j`.
     breaks: [Vec<f64>; 2],
+    /// Box of each column of patches.
+    columns: Vec<[Vector3<f64>; 2]>,
 }
 
 #[derive(Debug, Clone)]
@@ -33,6 +37,8 @@ struct Node {
     bounds: Rectangle,
     /// At most 0, at least 0 \[1/mm\].
     range: [f64; 2],
+    /// Low and high corner of a box that holds the piece.
+    hull: [Vector3<f64>; 2],
     /// First of the two halves.
     halves: Option<usize>,
 }
@@ -52,12 +58,14 @@ impl CurvatureTree {
     pub(super) fn new(surface: &NurbsSurface) -> Self {
         let [columns, rows] = surface.patch_count();
         let breaks = [0, 1].map(|k| surface.knots()[k].breaks().to_vec());
-        let mut tree = Self { nodes: Vec::with_capacity(columns * rows), breaks };
+        let mut tree =
+            Self { nodes: Vec::with_capacity(columns * rows), breaks, columns: Vec::new() };
         let mut queue = BinaryHeap::new();
         let patches = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
         for patch in patches.filter_map(|(i, j)| surface.patch(i, j)) {
             queue.push(tree.leaf(surface, Cell::of_patch(&patch, surface.degree()[1]), 0));
         }
+        tree.columns = tree.nodes.chunks(rows).map(hull_of_all).collect();
         let mut attained = queue.iter().map(|piece| piece.attained).fold([0.0; 2], widen);
         let whole = |_: &Piece, [low, high]: [f64; 2], attained: [f64; 2]| {
             let slack = CLOSE * size(attained);
@@ -106,7 +114,8 @@ impl CurvatureTree {
     fn leaf(&mut self, surface: &NurbsSurface, cell: Cell, depth: u32) -> Piece {
         let (range, attained) = (cell.bound(), cell.attained(surface));
         let node = self.nodes.len();
-        self.nodes.push(Node { bounds: cell.bounds, range, halves: None });
+        let hull = cell.hull();
+        self.nodes.push(Node { bounds: cell.bounds, range, hull, halves: None });
         Piece { cell, node, depth, bound: size(range), attained }
     }
 
@@ -138,6 +147,35 @@ impl CurvatureTree {
         range
     }
 
+    /// What no normal curvature of the surface within `radius` of `p` leaves.
+    pub(super) fn near(&self, p: &Point3<f64>, radius: f64) -> [f64; 2] {
+        let rows = self.breaks[1].len() - 1;
+        let columns = self.columns.iter().enumerate();
+        let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
+        met.flat_map(|first| first..first + rows)
+            .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
+    }
+
+    fn widened_near(
+        &self,
+        range: [f64; 2],
+        node: usize,
+        (p, radius): (&Point3<f64>, f64),
+    ) -> [f64; 2] {
+        let node = &self.nodes[node];
+        let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
+        if inside || !meets(&node.hull, p, radius) {
+            return range;
+        }
+        match node.halves {
+            Some(first) => {
+                let range = self.widened_near(range, first, (p, radius));
+                self.widened_near(range, first + 1, (p, radius))
+            }
+            None => widen(range, node.range),
+        }
+    }
+
     /// `range` widened by the part of a piece that meets `cell`.
     fn widened(&self, range: [f64; 2], node: usize, cell: &Rectangle) -> [f64; 2] {
         let node = &self.nodes[node];
@@ -163,6 +201,20 @@ impl CurvatureTree {
 fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
     let inner = &breaks[1..breaks.len() - 1];
     (inner.partition_point(|&b| b < low), inner.partition_point(|&b| b <= high) + 1)
+}
+
+/// Whether a box comes closer to `p` than `radius`; said of anything that is not a number, too.
+fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
+    let gap = (low - p.coords).sup(&(p.coords - high)).sup(&Vector3::zeros());
+    let apart = gap.norm_squared() > radius * radius;
+    !apart
+}
+
+fn hull_of_all(nodes: &[Node]) -> [Vector3<f64>; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+    nodes
+        .iter()
+        .fold(nothing, |[low, high], node| [low.inf(&node.hull[0]), high.sup(&node.hull[1])])
 }
 
 fn size([low, high]: [f64; 2]) -> f64 {

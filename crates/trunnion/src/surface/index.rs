@@ -14,6 +14,7 @@ use super::swept::Conversion;
 use super::swept::Revolution;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
+use nalgebra::Vector3;
 
 /// A face prepared for closest-point queries.
 #[derive(Debug, Clone)]
@@ -188,6 +189,41 @@ impl FaceIndex {
             }
         };
         if self.face.flip { [-high, -low] } else { [low, high] }
+    }
+
+    /// Bounds of the curvature as [`FaceIndex::curvature_range`] gives them, over all the surface
+    /// reaches from `feet` by ways of `reach` mm along it.
+    ///
+    /// Guaranteed on spline surfaces (over all there is in a ball round the feet) and on the
+    /// elementary ones (whose curvature depends on `v`, which runs at a constant pace). On
+    /// extrusions and revolutions, whose profile may run at any pace, if that does not more than
+    /// double beyond the feet. Of the continuation beyond the domain nothing is known but the
+    /// curvature at the feet.
+    pub fn curvature_around<'a>(
+        &self,
+        feet: impl Iterator<Item = &'a Foot> + Clone,
+        reach: f64,
+    ) -> [f64; 2] {
+        let empty = [f64::INFINITY, f64::NEG_INFINITY];
+        if let Curvatures::Own(tree) = &self.curvatures {
+            let corners = feet.clone().fold(empty.map(Vector3::repeat), |[low, high], foot| {
+                [low.inf(&foot.point.coords), high.sup(&foot.point.coords)]
+            });
+            let middle = Point3::from(0.5 * (corners[0] + corners[1]));
+            let far = feet.map(|foot| (foot.point - middle).norm()).fold(0.0, f64::max);
+            let [low, high] = tree.near(&middle, far + reach);
+            return if self.face.flip { [-high, -low] } else { [low, high] };
+        }
+        let closed = matches!(self.curvatures, Curvatures::Closed);
+        let reach = if closed { reach } else { 2.0 * reach };
+        let cell = feet.fold([empty; 2], |cell, foot| {
+            let paces = [foot.jet.su.norm(), foot.jet.sv.norm()];
+            [0, 1].map(|k| {
+                let ([low, high], margin) = (cell[k], reach / paces[k]);
+                [low.min(foot.uv[k] - margin), high.max(foot.uv[k] + margin)]
+            })
+        });
+        self.curvature_range(cell)
     }
 
     /// Upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see

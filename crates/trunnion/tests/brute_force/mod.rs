@@ -260,6 +260,17 @@ impl Task {
         best
     }
 
+    /// Largest error over a fine sampling of the arc between the end points of a location.
+    pub(crate) fn highest(&self, x: [f64; 3]) -> f64 {
+        let Circle { center, e2, back, half, .. } = self.circle(x).unwrap();
+        let error = |k: u32| {
+            let (sin, cos) = (half * (f64::from(k) / 500.0 - 1.0)).sin_cos();
+            let q = center + (e2 * sin - back * cos) * self.major;
+            self.shape.distance(&q) - self.minor
+        };
+        (0..=1000).map(error).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Whether the shank of 120 mm comes closer than a hair at the location.
     pub(crate) fn shank_touches(&self, x: [f64; 3]) -> bool {
         let Some(Circle { center, axis, e2, back, .. }) = self.circle(x) else { return true };
