@@ -22,6 +22,9 @@ const TURN: f64 = 1e-3;
 pub(super) struct Probe<'a> {
     face: &'a FaceIndex,
     pub(super) queries: u32,
+    /// Whether no parameter is an angle. Poles turn the normal round: there Newton's steps need the
+    /// distance itself as their guide, and guesses must not lead over them.
+    poleless: bool,
 }
 
 /// Distance of a point from the surface and the foot it belongs to.
@@ -31,6 +34,8 @@ pub(super) struct Reading {
     /// Signed distance \[mm\], positive on the cutter's side.
     pub(super) distance: f64,
     forms: Forms,
+    /// See [`Probe`].
+    poleless: bool,
 }
 
 /// First and second fundamental form; the second is positive where the surface is concave seen
@@ -43,12 +48,14 @@ struct Forms {
 
 impl<'a> Probe<'a> {
     pub(super) fn new(face: &'a FaceIndex) -> Self {
-        Self { face, queries: 0 }
+        let kind = &face.face().surface;
+        let poleless = matches!(kind, Surface::Nurbs(_) | Surface::Extrusion(_));
+        Self { face, queries: 0, poleless }
     }
 
     /// Another one that goes on counting.
     pub(super) fn again(&self) -> Self {
-        Self { face: self.face, queries: self.queries }
+        Self { ..*self }
     }
 
     /// Reads the distance of `p`, whose foot is expected near `guess`: as a rule one evaluation of
@@ -73,9 +80,7 @@ impl<'a> Probe<'a> {
         /// Each at least halves what is left: from 1 mm nine do, from usual guesses one or two.
         const STEPS: u32 = 9;
         let face = self.face.face();
-        // Where a parameter is an angle, poles turn the normal round: there Newton's steps need
-        // the distance itself as their guide.
-        if !matches!(face.surface, Surface::Nurbs(_) | Surface::Extrusion(_)) {
+        if !self.poleless {
             return None;
         }
         let mut uv = guess;
@@ -114,7 +119,7 @@ impl<'a> Probe<'a> {
             .face
             .closest_near(p, guess)
             .map_err(|error| PositioningError::Closest { uv: guess, error })?;
-        Ok(Reading::new(p, foot))
+        Ok(Reading { poleless: self.poleless, ..Reading::new(p, foot) })
     }
 
     /// Distance of `p` from the whole face, unsigned; never too large, and where it is `enough`
@@ -146,12 +151,12 @@ impl Reading {
         let second = [n.dot(&jet.suu), n.dot(&jet.suv), n.dot(&jet.svv)];
         // Along the normal: an error of the foot's place enters only squared.
         let distance = n.dot(&(p - foot.point));
-        Self { foot, distance, forms: Forms { first, second } }
+        Self { foot, distance, forms: Forms { first, second }, poleless: true }
     }
 
     /// The reading of the point at `distance` over the same foot.
     pub(super) fn lifted(&self, distance: f64) -> Self {
-        Self { distance, foot: Foot { distance, ..self.foot }, forms: self.forms }
+        Self { distance, foot: Foot { distance, ..self.foot }, ..*self }
     }
 
     /// Outward unit normal, the gradient of the distance.
@@ -175,10 +180,13 @@ impl Reading {
         [0, 1, 2].map(|k| first[k] - self.distance * second[k])
     }
 
-    /// Guess for the foot of `p + step`: right to second order.
+    /// Guess for the foot of `p + step`: right to second order where there are no poles.
     pub(super) fn ahead(&self, step: &Vector3<f64>) -> [f64; 2] {
         let [u, v] = self.foot.uv;
         let first = self.follow(step);
+        if !self.poleless {
+            return [u + first[0], v + first[1]];
+        }
         let (out, [su, sv]) = self.taylor(first);
         // What a step of Newton leaves to be gone from there; the foot lies along the normal.
         let left = self.normal().scale(self.distance) + step - out;
