@@ -285,7 +285,7 @@ impl<const N: usize> Accelerations<N> {
 
 /// A line below the convex `1 / rate²` for a linear `rate`: the tangent in the middle where the
 /// rate hardly changes, else at the end where it is largest, which would otherwise lose most.
-fn tangent(rate: [f64; 2]) -> [f64; 2] {
+pub(super) fn tangent(rate: [f64; 2]) -> [f64; 2] {
     let largest = rate[0].max(rate[1]);
     let middle = 0.5 * (rate[0] + rate[1]);
     let at = if largest <= 1.1 * middle { middle } else { largest };

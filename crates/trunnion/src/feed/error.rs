@@ -230,6 +230,23 @@ pub enum FeedError {
         /// Its end.
         to: f64,
     },
+    /// A stream cannot look ahead like this.
+    #[error(
+        "the window is {window} rows and the largest step {step}; at least 4 rows and a finite, \
+         positive step are needed, for instance 512 rows and 0.5 mm"
+    )]
+    BadWindow {
+        /// Rows asked for.
+        window: usize,
+        /// Largest step asked for.
+        step: f64,
+    },
+    /// An override out of range.
+    #[error("override is {value}; it must be from 0 (hold) to 2 (200 %)")]
+    BadOverride {
+        /// Value given.
+        value: f64,
+    },
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -263,7 +280,7 @@ pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), 
     Ok(())
 }
 
-fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
+pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
     let all = [("feed", options.feed), ("link_feed", options.link_feed), ("tip", options.tip)];
     for (name, value) in all {
         if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
@@ -285,13 +302,22 @@ fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(
     }
     let mut before = f64::NEG_INFINITY;
     for (node, at) in data.nodes.iter().enumerate() {
-        if !(at.s > before && at.s.is_finite()) {
-            return Err(FeedError::NotIncreasing { piece, node, s: at.s, before });
-        }
+        validate_next([piece, node], at, before)?;
         before = at.s;
-        validate_node(piece, node, at)?;
     }
     Ok(())
+}
+
+/// The next node of a piece, and that it comes after the one before.
+pub(super) fn validate_next<const N: usize>(
+    [piece, node]: [usize; 2],
+    at: &AxisNode<N>,
+    before: f64,
+) -> Result<(), FeedError> {
+    if !(at.s > before && at.s.is_finite()) {
+        return Err(FeedError::NotIncreasing { piece, node, s: at.s, before });
+    }
+    validate_node(piece, node, at)
 }
 
 fn validate_node<const N: usize>(

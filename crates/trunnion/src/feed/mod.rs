@@ -13,6 +13,7 @@
 //! check    what the schedule does, measured with another discretisation
 //! jerk     the same for schedules with jerk limits
 //! blocks   the classical planner: straight blocks with look-ahead
+//! stream   a path that arrives bit by bit, with feed hold and override
 //! given    the user's own speed: what the axes do, which limits break
 //! ```
 
@@ -25,12 +26,14 @@ mod jerk;
 mod lower;
 mod profile;
 mod refine;
+mod stream;
 mod strip;
 
 pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
 pub use error::{FeedError, LimitKind};
 pub use given::{Breach, GivenSpeed, given};
 pub use jerk::jerk;
+pub use stream::{Step, Stream, StreamOptions};
 
 use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
 use nalgebra::SVector;

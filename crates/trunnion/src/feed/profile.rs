@@ -54,7 +54,7 @@ impl Profile {
         let mut guess = None;
         for (row, cell) in grid.cells.iter().enumerate().rev() {
             let cell = cell.accelerations(limits);
-            x[row] = strip::backward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
+            x[row] = strip::backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
         }
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);

@@ -98,14 +98,15 @@ fn kept<const N: usize, const K: usize>(cell: &Accelerations<N>, x: [f64; 2], te
     cell.most::<K>(x) <= 1.0 + ROUNDING * (1.0 + 2.0 * term.abs())
 }
 
-/// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips.
+/// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips, and whether a
+/// larger `y_max` would leave it as it is.
 #[inline]
 pub(super) fn backward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x_max: f64,
     y: f64,
     guess: &mut Guess,
-) -> f64 {
+) -> (f64, bool) {
     let [mut x, mut term, mut slope] = [x_max, 0.0, 0.0];
     if let Some(place) = *guess {
         let [a, b] = cell.constraint::<K>(place);
@@ -117,7 +118,7 @@ pub(super) fn backward<const N: usize, const K: usize>(
     }
     // At most this much by that one constraint, and allowed by the others.
     if x >= 0.0 && slope >= 0.0 && kept::<N, K>(cell, [x, y], term) {
-        return x;
+        return (x, slope <= 0.0);
     }
     anywhere(&cell.strips::<K>(), x_max, y, guess)
 }
@@ -129,22 +130,22 @@ fn anywhere<const N: usize, const K: usize>(
     x_max: f64,
     y_max: f64,
     guess: &mut Guess,
-) -> f64 {
-    if let Some((x, place)) = largest_at(strips, x_max, y_max) {
+) -> (f64, bool) {
+    if let Some((x, slope, place)) = largest_at(strips, x_max, y_max) {
         *guess = place;
-        return x;
+        return (x, slope <= 0.0);
     }
     search(strips, x_max, y_max)
 }
 
 /// The answer where it lies at `y_max`, as it does on most cells: there some `x` is left, and its
-/// upper bound does not fall with `y`.
+/// upper bound does not fall with `y`: `x`, a multiple of that slope, and which constraint bounds it.
 #[inline]
 fn largest_at<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x_max: f64,
     y: f64,
-) -> Option<(f64, Guess)> {
+) -> Option<(f64, f64, Guess)> {
     let [mut x, mut slope] = [x_max, 0.0];
     let mut place = None;
     for k in 0..K {
@@ -168,12 +169,16 @@ fn largest_at<const N: usize, const K: usize>(
             least = if room < least { room } else { least };
         }
     }
-    (least >= 0.0).then_some((x, place))
+    (least >= 0.0).then_some((x, slope, place))
 }
 
 /// The answer wherever it lies.
 #[cold]
-fn search<const N: usize, const K: usize>(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> f64 {
+fn search<const N: usize, const K: usize>(
+    strips: &Strips<N, K>,
+    x_max: f64,
+    y_max: f64,
+) -> (f64, bool) {
     let bounds = Bounds::new(strips, x_max, y_max);
     let mut y = bounds.y_max;
     for _ in 0..ROUNDS {
@@ -182,11 +187,13 @@ fn search<const N: usize, const K: usize>(strips: &Strips<N, K>, x_max: f64, y_m
         // again at the very place where it closes, it is closed.
         let closer = (upper.at_zero - lower.at_zero) / (lower.slope - upper.slope);
         if lower.at(y) <= upper.at(y) || closer >= y {
-            return if upper.slope >= 0.0 { upper.at(y) } else { peak(&bounds, upper, y) };
+            let below = upper.slope <= 0.0 || y < y_max;
+            let x = if upper.slope >= 0.0 { upper.at(y) } else { peak(&bounds, upper, y) };
+            return (x, below);
         }
         y = closer;
     }
-    bounds.upper(0.0).at(0.0)
+    (bounds.upper(0.0).at(0.0), false)
 }
 
 /// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`.
@@ -254,6 +261,21 @@ fn onward<const N: usize, const K: usize>(
     y.max(0.0)
 }
 
+/// Smallest `y >= 0` that satisfies all strips for this `x`, if there is one.
+pub(super) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f64) -> f64 {
+    let mut y = 0.0;
+    for k in 0..K {
+        for axis in 0..N {
+            let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+            let lacking = if b > 0.0 { -1.0 - a * x } else { a * x - 1.0 };
+            if b != 0.0 && y * b.abs() < lacking {
+                y = lacking / b.abs();
+            }
+        }
+    }
+    y
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -272,8 +294,8 @@ mod tests {
     fn a_straight_line_gains_twice_acceleration_times_distance() {
         // |y - x| <= 8
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 100.0, 4.0, &mut None), 12.0);
-        assert_eq!(anywhere(&line, 10.0, 4.0, &mut None), 10.0);
+        assert_eq!(anywhere(&line, 100.0, 4.0, &mut None).0, 12.0);
+        assert_eq!(anywhere(&line, 10.0, 4.0, &mut None).0, 10.0);
         assert_eq!(onward(&line, 4.0, 100.0, &mut None), 12.0);
         assert_eq!(onward(&line, 4.0, 9.0, &mut None), 9.0);
     }
@@ -283,7 +305,7 @@ mod tests {
     fn a_gap_above_is_closed_by_a_smaller_end() {
         // y <= x + 8, x <= 2: y = 50 is out of reach, but x = 2 is allowed with y = 10.
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 2.0, 50.0, &mut None), 2.0);
+        assert_eq!(anywhere(&line, 2.0, 50.0, &mut None).0, 2.0);
     }
 
     proptest! {
@@ -307,7 +329,7 @@ mod tests {
                     best = best.max(range[1]);
                 }
             }
-            let got = anywhere(&strips, x_max, y_max, &mut None);
+            let got = anywhere(&strips, x_max, y_max, &mut None).0;
             prop_assert!(got >= best - 1e-12 && got <= best + 0.05, "{got} against {best}");
             // Reached: going forward from it stays inside every strip.
             let y = onward(&strips, got, y_max, &mut None);
@@ -333,10 +355,10 @@ mod tests {
                 tip_rate: [0.0; 2],
             };
             let cell = cell.accelerations(&limits);
-            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut None);
+            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut None).0;
             let y = onward(&cell.strips::<5>(), x, y_max, &mut None);
             for guess in [None, Some(place), Some([4, place[1]])] {
-                let got = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
+                let (got, _) = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
                 prop_assert!((got - x).abs() <= 1e-13 * x_max, "{got} {x}");
                 let got = forward::<2, 5>(&cell, x, y_max, &mut guess.clone());
                 prop_assert!((got - y).abs() <= 1e-13 * y_max, "{got} {y}");
