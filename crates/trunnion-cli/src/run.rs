@@ -29,6 +29,9 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         None => args.job.parent().unwrap_or(Path::new("")).join("out"),
     };
     Outputs::probe(&folder)?;
+    if args.dry_run {
+        pipeline::reach(&job).map_err(failure)?;
+    }
     if args.dry_run && json {
         return text::print_json(&DryRun::of(&job, warnings));
     }

@@ -249,6 +249,16 @@ fn a_pose_out_of_travel_says_which_axis_and_by_how_much() {
 }
 
 #[test]
+fn a_face_that_looks_away_from_the_spindle_is_refused_before_the_work() {
+    let folder = folder();
+    replace(folder.path(), "job.toml", "[0, 20, 0]", "[0, 190, 0]");
+    let message = refused(folder.path(), "out of reach");
+    assert!(message.contains("100.0 % of it") && message.contains("axis B"), "{message}");
+    let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn a_cutter_larger_than_the_hollow_is_refused_or_replaced_by_a_reason() {
     let folder = folder();
     // A trough of about 4 mm radius along v.

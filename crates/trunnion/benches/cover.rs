@@ -57,6 +57,8 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         max_axis_turn: 0.05,
         offset_range: [-0.5, 0.5],
         lead: 0.087,
+        effort: 3.0,
+        ahead: 1,
     };
     let faces = [face()];
     bencher.bench(|| cover(black_box(&faces), &cutter, &options, &Silent).unwrap().report.length);

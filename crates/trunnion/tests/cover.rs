@@ -94,6 +94,8 @@ fn options() -> CoverOptions {
         max_axis_turn: 0.1,
         offset_range: [-0.5, 0.5],
         lead: 0.05,
+        effort: 3.0,
+        ahead: 1,
     }
 }
 
@@ -186,6 +188,35 @@ fn strips_meet_over_the_whole_face() {
         let same_lane = lane(&pair[0]).total_cmp(&lane(&pair[1])).is_eq();
         assert_eq!(forward(&pair[0]) == forward(&pair[1]), same_lane);
     }
+}
+
+/// The second look starts from what the first found.
+#[test]
+fn looking_ahead_never_costs_more() {
+    let face = face(surface(1.0), &[], false);
+    let cost = |ahead: usize| {
+        let options = CoverOptions { ahead, ..options() };
+        let Covering { passes, report } = finished(&face, &options);
+        report.length + options.link * passes.len() as f64
+    };
+    let [plain, ahead] = [1, 2].map(cost);
+    assert!(ahead <= plain, "{ahead} mm, {plain} mm lane by lane");
+}
+
+/// Wide strips are given up at the same place every time, and the face is finished all the same.
+#[test]
+fn a_face_is_finished_when_its_work_is_used_up() {
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let shaft = Surface::Cylinder(Cylinder::new(frame, 12.0).unwrap());
+    let half = [[0.0, 0.0], [3.0, 0.0], [3.0, 60.0], [0.0, 60.0]];
+    let face = face(shaft, &[half.to_vec()], false);
+    let options = CoverOptions { effort: 0.2, spacing: [0.05, 1.0], ..options() };
+    let Covering { passes, report } = finished(&face, &options);
+    let (number, _, share) = report.given_up.unwrap();
+    assert!(number == 1 && share > 0.0 && share < 1.0, "{report:?}");
+    let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
+    let [first, last] = [&passes[0], &passes[passes.len() - 1]].map(widest);
+    assert!(first > last, "{first} mm, {last} mm");
 }
 
 #[test]
@@ -363,6 +394,7 @@ fn bad_options_are_named() {
         CoverOptions { path_share: f64::NAN, ..options() },
         CoverOptions { max_axis_turn: -1.0, ..options() },
         CoverOptions { lead: f64::INFINITY, ..options() },
+        CoverOptions { effort: 0.0, ..options() },
     ] {
         assert!(matches!(run(options), Err(CoverError::BadOption { .. })), "{options:?}");
     }

@@ -4,6 +4,7 @@ use super::options::{Along, CoverOptions, Method};
 use super::region::Local;
 use super::split::{self, Costs, Part};
 use super::track::Track;
+use super::work::Work;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
@@ -40,6 +41,7 @@ pub(super) struct Lane<'a> {
     pub(super) forward: bool,
     /// How the tool is placed along this lane.
     pub(super) method: Method,
+    pub(super) work: Work,
 }
 
 /// A cutter location of a lane.
@@ -91,6 +93,9 @@ const FOLLOW: f64 = 1.5;
 /// over, as it does beyond a collapsed edge.
 const OVER: f64 = std::f64::consts::FRAC_PI_4;
 
+/// How far inside the face, as a share of the track, a step across has a direction: at a collapsed edge it has none.
+const INSIDE: f64 = 1.0 / 64.0;
+
 /// A little more than half: of the difference of two neighbours, for what lies between them.
 const HALF: f64 = 0.55;
 
@@ -129,6 +134,15 @@ impl Lane<'_> {
     }
 
     fn place(&self, way: f64, hold: &Hold, warm: Option<&Location>) -> Place {
+        if self.turned_over(way) {
+            return Err(self.apart(way));
+        }
+        let place = self.search(way, hold, warm);
+        self.work.location(place.is_ok());
+        place
+    }
+
+    fn search(&self, way: f64, hold: &Hold, warm: Option<&Location>) -> Place {
         let along = self.track.at(way);
         let request = self.request(along, hold);
         let location = match self.method {
@@ -137,6 +151,25 @@ impl Lane<'_> {
         };
         let (station, contact_uv) = self.station(request.at, &location)?;
         Ok(Placed { way, across: self.across, along, location, station, contact_uv })
+    }
+
+    /// Whether the continued surface has turned over, as it does beyond a pole: steps across then lead the other way,
+    /// and there is nothing to be placed on.
+    fn turned_over(&self, way: f64) -> bool {
+        let [start, end] = self.track.face();
+        if self.track.over_face(way) {
+            return false;
+        }
+        let across = |way: f64| {
+            let [u, v] = self.options.along.uv([self.across, self.track.at(way)]);
+            let jet = self.face.face().surface.jet1(u, v);
+            match self.options.along {
+                Along::U => jet.sv,
+                Along::V => jet.su,
+            }
+        };
+        let margin = INSIDE * (end - start);
+        across(way).dot(&across(way.clamp(start + margin, end - margin))) <= 0.0
     }
 
     /// The location as a station. Its contact is the foot of the middle of the contact arc: unlike
@@ -333,14 +366,18 @@ impl Lane<'_> {
     fn grow(&self, ways: &[f64], free: &[Place], seed: usize, goal: &Goal<'_>) -> Vec<Place> {
         let Some(Ok(start)) = free.get(seed) else { return free.to_vec() };
         let outwards = |indices: &mut dyn Iterator<Item = usize>| {
-            let mut before = start.clone();
+            let mut before = Some(start.clone());
             let mut places = Vec::new();
             for index in indices {
-                let limit = self.turn(before.way, ways[index]);
-                let place = self.near(ways[index], &free[index], &[(&before, limit)], goal);
-                if let Ok(placed) = &place {
-                    before = placed.clone();
-                }
+                // Beyond a gap the tool is lifted: nothing there need be near what was before.
+                let place = match &before {
+                    Some(before) => {
+                        let limit = self.turn(before.way, ways[index]);
+                        self.near(ways[index], Some(&free[index]), &[(before, limit)], goal)
+                    }
+                    None => free[index].clone(),
+                };
+                before = place.as_ref().ok().cloned();
                 places.push(place);
             }
             places
@@ -357,21 +394,26 @@ impl Lane<'_> {
 
     /// The location nearest to its neighbours that reaches the goal; if none does, the one that
     /// reaches farthest. If none is near at all there is no location: the pass then ends with a
-    /// run-out, or is placed otherwise; a jump would gouge on its way.
+    /// run-out, or is placed otherwise; a jump would gouge on its way. `free` is the place without
+    /// neighbours, where it was tried: what has no location then has none near anything.
     fn near(
         &self,
         way: f64,
-        free: &Place,
+        free: Option<&Place>,
         neighbours: &[(&Placed, f64)],
         goal: &Goal<'_>,
     ) -> Place {
-        let mut best: Option<(f64, Placed)> = None;
-        for share in SHARES {
+        let free = free.map(Result::as_ref).transpose().map_err(Clone::clone)?;
+        let at = |share: f64| {
             let near: Vec<_> = neighbours.iter().map(|(p, limit)| (*p, limit * share)).collect();
-            let own = free.as_ref().ok().filter(|f| near.iter().all(|(p, l)| steady(p, f, *l)));
+            let own = free.filter(|f| near.iter().all(|(p, l)| steady(p, f, *l))).cloned();
             let held =
                 || neighbours.iter().find_map(|n| self.held(way, &self.hold(&near), n.0).ok());
-            let Some(found) = own.cloned().or_else(held) else { continue };
+            own.or_else(held)
+        };
+        let mut best: Option<(f64, Placed)> = None;
+        for share in SHARES {
+            let Some(found) = at(share) else { continue };
             let reach = (goal.reach)(&found);
             if reach >= goal.least {
                 return Ok(found);
@@ -380,10 +422,7 @@ impl Lane<'_> {
                 best = Some((reach, found));
             }
         }
-        match best {
-            Some((_, found)) => Ok(found),
-            None => free.clone().and_then(|_| Err(self.apart(way))),
-        }
+        best.map(|(_, found)| found).ok_or_else(|| self.apart(way))
     }
 
     /// No location lies near enough to its neighbours.
@@ -412,9 +451,8 @@ impl Lane<'_> {
             .max(self.turn(way, b.way))
             .max(HALF / SHARES[0] * turn.max(offset));
         let least = reach(a).min(reach(b));
-        let none = Err(self.apart(way));
         let goal = Goal { reach, least };
-        self.near(way, &none, &[(a, limit), (b, limit)], &goal)
+        self.near(way, None, &[(a, limit), (b, limit)], &goal)
             .or_else(|_| self.place(way, &self.free(), Some(&a.location)))
     }
 

@@ -191,7 +191,7 @@ impl Leads<'_> {
 /// A face as cells for looking at leads.
 fn sheet(face: &FaceIndex, cutter: &Cutter) -> Sheet {
     let region = super::face::region(face, Along::V);
-    Sheet::new(face, Along::V, &region, super::face::SHEET_SHARE * cutter.radius())
+    Sheet::new(face, Along::V, &region, super::site::SHEET_SHARE * cutter.radius())
 }
 
 fn moved(station: &Station, by: &Vector3<f64>) -> Station {

@@ -13,6 +13,7 @@
 //! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
 //! (`solid`).
 
+mod ahead;
 mod between;
 mod clear;
 mod face;
@@ -20,16 +21,20 @@ mod lane;
 mod left;
 mod legs;
 mod options;
+mod plan;
 mod region;
 mod runout;
 mod settle;
 mod sheet;
+mod site;
 mod solid;
 mod split;
 mod state;
 mod stretch;
 mod sweep;
+mod task;
 mod track;
+mod work;
 
 pub use legs::{LeadKind, LinkOptions, legs};
 pub use options::{

@@ -61,6 +61,13 @@ pub struct CoverOptions {
     pub offset_range: [f64; 2],
     /// Least lead of [`Method::Inclined`] \[rad\].
     pub lead: f64,
+    /// Work that a face may take before wide strips are given up and its rest is finished at the fixed
+    /// lead, over the work of finishing all of it at the fixed lead (an estimate from its area).
+    /// Counted in locations tried, not timed: the same on every machine.
+    pub effort: f64,
+    /// Ways of going on that are kept side by side while lanes are chosen, as long as the work lasts; 1
+    /// chooses lane by lane.
+    pub ahead: usize,
 }
 
 impl CoverOptions {
@@ -82,6 +89,9 @@ impl CoverOptions {
         }
         if !positive(self.max_axis_turn) {
             return bad("largest axis turn", self.max_axis_turn, "positive (rad/mm)");
+        }
+        if self.effort.is_nan() || self.effort <= 0.0 {
+            return bad("effort", self.effort, "positive");
         }
         if !self.lead.is_finite() {
             return bad("lead", self.lead, "finite (rad)");
@@ -130,6 +140,11 @@ pub struct CoverReport {
     pub axis_turn: f64,
     /// Pairs of stations between which the axis turns by more than the limit.
     pub fast_turns: usize,
+    /// Where wide strips were given up because they had taken all the work of [`CoverOptions::effort`]:
+    /// number of the face, parameters `[u, v]`, and the share of the face before that place. The first of them.
+    pub given_up: Option<(usize, [f64; 2], f64)>,
+    /// Work it took, in cutter locations tried; what is looked at besides is counted in them.
+    pub work: u64,
 }
 
 impl CoverReport {
@@ -145,6 +160,8 @@ impl CoverReport {
         self.missed_at = self.missed_at.or(other.missed_at);
         self.axis_turn = self.axis_turn.max(other.axis_turn);
         self.fast_turns += other.fast_turns;
+        self.given_up = self.given_up.or(other.given_up);
+        self.work += other.work;
     }
 }
 
@@ -273,6 +290,22 @@ pub enum CoverError {
         advance: f64,
         /// What it has to be at least \[mm\].
         least: f64,
+    },
+    /// Passes at the fixed lead do not come to an end either.
+    #[error(
+        "face {face}: after the work of {work} cutter locations, wide strips being given up on the way, {:.0} % \
+         of the face is finished; use a smaller cutter, passes along the other parameter, or a wider tolerance; {at}",
+        100.0 * share
+    )]
+    TooMuchWork {
+        /// Number of the face.
+        face: usize,
+        /// The place.
+        at: Box<Place>,
+        /// Share of the face that is finished.
+        share: f64,
+        /// Work done, in locations.
+        work: u64,
     },
     /// No way down to a pass or up from it.
     #[error(

@@ -212,6 +212,15 @@ impl Sheet {
         sheet
     }
 
+    /// Area of the cells \[mm²\].
+    pub(super) fn area(&self) -> f64 {
+        let area = |cell: &Cell| {
+            let [a, b, c, d] = cell.corners();
+            0.5 * (d - a).cross(&(c - b)).norm()
+        };
+        self.cells.iter().map(area).sum()
+    }
+
     /// Adds the tree over some cells; its root.
     fn build(&mut self, indices: &mut [(usize, [usize; 2])]) -> usize {
         let node = if let [(index, _)] = *indices {

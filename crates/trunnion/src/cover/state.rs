@@ -1,12 +1,19 @@
 //! What is placed on the way to a whole face.
 
 use super::left::Column;
-use super::options::{CoverOptions, Covering};
+use super::options::FallbackReason;
+use super::options::{Along, CoverOptions, CoverReport, Covering, Direction, Fallback};
 use super::region::Local;
 use super::split::{Costs, Part};
 use super::stretch::Stretch;
 use super::sweep::Sweep;
+use crate::math::angle::angle_between;
 use crate::positioning::PositioningError;
+use crate::types::Pass;
+use std::sync::Arc;
+
+/// Passes before the last one whose finish is taken into account.
+const MEMORY: usize = 8;
 
 /// How a pass brought a task on.
 pub(super) struct Step {
@@ -28,6 +35,8 @@ pub(super) struct Lot {
     pub(super) costs: Costs,
     /// Where no location was found, and why.
     pub(super) refused: Option<(Local, PositioningError)>,
+    /// What it took to lay it.
+    pub(super) work: u64,
 }
 
 impl Lot {
@@ -41,25 +50,126 @@ impl Lot {
         let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
         counting.map(|(column, _)| column.finished).fold(f64::INFINITY, f64::min)
     }
+
+    /// Range along of some columns.
+    pub(super) fn along(&self, [first, last]: [usize; 2]) -> [f64; 2] {
+        [self.columns[first].along[0], self.columns[last].along[1]]
+    }
+
+    /// Why wide strips are not taken on some columns.
+    pub(super) fn fallback(
+        &self,
+        [first, last]: [usize; 2],
+        (face, chart): (usize, Along),
+    ) -> Option<Fallback> {
+        let (a, b) = (self.columns.get(first)?, self.columns.get(last)?);
+        let near = |at: &Local| (a.along[0]..=b.along[1]).contains(&at[1]);
+        let refused = self.refused.clone().filter(|(at, _)| near(at));
+        let (at, reason) = refused.map_or_else(
+            || ([a.finished, a.along[0]], FallbackReason::Missed(last + 1 - first)),
+            |(at, error)| (at, FallbackReason::NoStrip(error)),
+        );
+        Some(Fallback { face, at: chart.uv(at), reason })
+    }
 }
 
-/// What was placed so far.
-#[derive(Debug, Clone)]
+/// What was placed so far. Cheap to copy: what is placed is shared.
+#[derive(Debug, Clone, Default)]
 pub(super) struct State {
-    pub(super) done: Covering,
+    pub(super) passes: Vec<Arc<Pass>>,
+    pub(super) report: CoverReport,
+    /// Whether the next pass runs towards growing parameters.
     pub(super) forward: bool,
     /// Curves of the last passes.
-    pub(super) recent: Vec<Sweep>,
+    pub(super) recent: Vec<Arc<Sweep>>,
     /// Curves of all passes before these.
-    pub(super) swept: Vec<Sweep>,
-    /// Boxes in which something was left unfinished when it should have been finished.
+    pub(super) swept: Vec<Arc<Sweep>>,
+    /// Ranges of u and v in which something was left unfinished when it should have been finished.
     pub(super) missed: Vec<[[f64; 2]; 2]>,
+    /// What passes over all of the face left to passes of their own.
+    pub(super) sides: Vec<Side>,
+}
+
+/// A place that took passes of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Side {
+    /// Range along.
+    pub(super) along: [f64; 2],
+    /// What they cost \[mm\].
+    pub(super) cost: f64,
 }
 
 impl State {
+    /// Nothing yet.
+    pub(super) fn new() -> Self {
+        Self { forward: true, ..Self::default() }
+    }
+
     /// What all passes cost, as a length that is cut \[mm\].
     pub(super) fn price(&self, options: &CoverOptions) -> f64 {
-        price(&self.done, options)
+        self.report.length + options.link * self.passes.len() as f64
+    }
+
+    /// The result.
+    pub(super) fn covering(self) -> Covering {
+        let passes = self.passes.into_iter().map(Arc::unwrap_or_clone).collect();
+        Covering { passes, report: self.report }
+    }
+
+    /// Adds the passes of one lane on a face, whose curves are `sweeps`.
+    pub(super) fn add(
+        &mut self,
+        mut stretches: Vec<Stretch>,
+        sweeps: impl Iterator<Item = Sweep>,
+        (face, options): (usize, &CoverOptions),
+    ) {
+        if stretches.is_empty() {
+            return;
+        }
+        self.recent.extend(sweeps.map(Arc::new));
+        let old = self.recent.len().saturating_sub(MEMORY);
+        self.swept.extend(self.recent.drain(..old));
+        if !self.forward {
+            stretches.reverse();
+        }
+        for stretch in stretches {
+            self.note(&stretch, options);
+            let pass = self.pass(stretch, (face, options.along));
+            let pairs = pass.stations.windows(2);
+            self.report.length += pairs.map(|s| (s[1].contact - s[0].contact).norm()).sum::<f64>();
+            self.report.stations += pass.stations.len();
+            self.passes.push(Arc::new(pass));
+        }
+        if options.direction == Direction::ZigZag {
+            self.forward = !self.forward;
+        }
+    }
+
+    fn note(&mut self, stretch: &Stretch, options: &CoverOptions) {
+        let report = &mut self.report;
+        report.shortened += usize::from(stretch.shortened.contains(&true));
+        for check in stretch.checks.iter().filter(|check| !check.good) {
+            report.coarse_spans += 1;
+            report.worst_gouge = report.worst_gouge.max(check.gouge);
+        }
+        for pair in stretch.placed.windows(2) {
+            let turn = angle_between(&pair[0].station.pose.axis, &pair[1].station.pose.axis);
+            let rate = turn / (pair[1].way - pair[0].way);
+            report.axis_turn = report.axis_turn.max(rate);
+            report.fast_turns += usize::from(rate > options.max_axis_turn);
+        }
+    }
+
+    /// Stations in cutting order.
+    fn pass(&self, stretch: Stretch, (face, chart): (usize, Along)) -> Pass {
+        let mut placed = stretch.placed;
+        if !self.forward {
+            placed.reverse();
+        }
+        let track = placed.iter().map(|p| chart.uv([p.across, p.along])).collect();
+        let widths = placed.iter().map(|p| p.location.strip_width).collect();
+        let stations = placed.into_iter().map(|p| p.station).collect();
+        Pass { face, stations, widths, track }
     }
 }
 

@@ -301,6 +301,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
                 placed = finer;
                 continue;
             }
+            self.lane.work.spans(covers.len());
             let gouges: Vec<f64> =
                 (0..covers.len()).into_par_iter().map(|span| self.gouge(&sweep, span)).collect();
             let deep = (0..gouges.len()).filter(|&i| gouges[i] > 0.0).collect();

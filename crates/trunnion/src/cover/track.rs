@@ -10,16 +10,29 @@ const EXTENSION_INTERVALS: u32 = 16;
 
 impl Along {
     /// Parameters `[u, v]` of a place across and along the passes.
-    pub(super) fn uv(self, [across, along]: Local) -> [f64; 2] {
+    pub(super) fn uv(self, local: Local) -> [f64; 2] {
+        self.exchange(local)
+    }
+
+    /// From across and along to u and v, or back: the same exchange.
+    pub(super) fn exchange<T>(self, [first, second]: [T; 2]) -> [T; 2] {
         match self {
-            Self::U => [along, across],
-            Self::V => [across, along],
+            Self::U => [second, first],
+            Self::V => [first, second],
         }
     }
 
-    /// The inverse of [`Along::uv`]: the same exchange.
+    /// The other one.
+    pub(super) fn other(self) -> Self {
+        match self {
+            Self::U => Self::V,
+            Self::V => Self::U,
+        }
+    }
+
+    /// The inverse of [`Along::uv`].
     pub(super) fn local(self, uv: [f64; 2]) -> Local {
-        self.uv(uv)
+        self.exchange(uv)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why a chain stopped.
 
+use super::reach::OutOfReach;
 use crate::axes::AxesError;
 use crate::blocks::BlocksError;
 use crate::cover::CoverError;
@@ -17,6 +18,9 @@ pub enum PipelineError {
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// Part of a face that the machine cannot reach, found before anything was placed.
+    #[error(transparent)]
+    OutOfReach(Box<OutOfReach>),
     /// Passes over the faces.
     #[error("placing strips: {0}")]
     Cover(CoverError),

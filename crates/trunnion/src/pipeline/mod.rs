@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod job;
 mod programs;
+mod reach;
 mod retracts;
 mod stages;
 mod summary;
@@ -15,6 +16,7 @@ pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
+pub use reach::{OutOfReach, reach};
 pub use stages::SETUP_SHOWN;
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
@@ -54,6 +56,7 @@ pub struct Outcome {
 ///
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
+    reach(job)?;
     let covering = stages::cover(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
     let tool_path = stages::tool_path(job, &legs, progress)?;

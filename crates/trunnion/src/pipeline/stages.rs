@@ -26,6 +26,12 @@ const OFFSET_RANGE: [f64; 2] = [-std::f64::consts::FRAC_PI_6, std::f64::consts::
 /// Lead of the fallback where no strip fits \[rad\].
 const FALLBACK_LEAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
+/// Work for the strips of a face, over that of finishing it at the fixed lead.
+const EFFORT: f64 = 3.0;
+
+/// Ways of going on that are kept while lanes are chosen.
+const AHEAD: usize = 1;
+
 /// Share of the linearisation that the quintic axis path takes from the blocks: tip and axis each.
 pub(super) const QUINTIC_SHARE: f64 = 0.1;
 
@@ -85,6 +91,8 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         max_axis_turn: strategy.max_axis_turn,
         offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
         lead,
+        effort: EFFORT,
+        ahead: AHEAD,
     };
     Ok(cover::cover(&job.faces, &job.cutter, &options, progress)?)
 }

@@ -61,6 +61,14 @@ fn warnings(covering: &Covering) -> Vec<String> {
             reason(&first.reason)
         ));
     }
+    if let Some((face, [u, v], share)) = report.given_up {
+        warnings.push(format!(
+            "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
+             taken the work that is allowed them; the rest is finished at a fixed lead; passes along the \
+             other parameter or a smaller cutter may do better",
+            100.0 * share
+        ));
+    }
     if report.shortened > 0 {
         let count = report.shortened;
         warnings.push(format!("{count} passes could not be run out in full beyond the face"));

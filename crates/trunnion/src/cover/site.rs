@@ -1,0 +1,206 @@
+//! What does not change while passes are placed over a face, and one lane laid on it.
+
+use super::clear::Clearing;
+use super::lane::Lane;
+use super::left::{Column, Swept};
+use super::options::{CoverError, CoverOptions, Method};
+use super::region::{Local, Region};
+use super::sheet::{Cell, Sheet};
+use super::solid::Tool;
+use super::state::{Lot, State};
+use super::stretch::{Stretch, Trimmer};
+use super::sweep::Sweep;
+use super::track::Track;
+use super::work::Work;
+use crate::cutter::Cutter;
+use crate::positioning::Band;
+use crate::surface::FaceIndex;
+use crate::types::Cancelled;
+
+/// Size of the cells that a face is divided into beforehand, as a share of the cutter's radius: bows of
+/// smaller ones are far below tolerances.
+pub(super) const SHEET_SHARE: f64 = 1.0 / 32.0;
+
+/// Share of the path's share to which breaches of the band between stations are found.
+const PRECISION: f64 = 0.05;
+
+/// How often stations are added where a pass finishes nothing at its track.
+const DENSER: usize = 3;
+
+/// Size of the cells of the last look, as a share of those before.
+const FINER: f64 = 0.25;
+
+/// Width that is worth a pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
+/// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
+const WORTH: f64 = 1.0 / 16.0;
+
+/// Tells how much of the face is covered, 0 to 1.
+pub(super) type Report<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
+
+/// A face with cutter and options, ready for passes.
+pub(super) struct Site<'a, Inside> {
+    pub(super) face: &'a FaceIndex,
+    pub(super) cutter: &'a Cutter,
+    pub(super) options: &'a CoverOptions,
+    pub(super) whole: &'a Region<Inside>,
+    pub(super) report: Report<'a>,
+    sheet: Sheet,
+    tool: Tool,
+}
+
+impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
+    pub(super) fn new(
+        (face, whole): (&'a FaceIndex, &'a Region<Inside>),
+        cutter: &'a Cutter,
+        options: &'a CoverOptions,
+        report: Report<'a>,
+    ) -> Self {
+        let sheet = Sheet::new(face, options.along, whole, SHEET_SHARE * cutter.radius());
+        Self { face, cutter, options, whole, report, sheet, tool: Tool::new(cutter) }
+    }
+
+    /// Work that passes at the fixed lead take about: as many stations as strips as narrow as a ball's need.
+    pub(super) fn usual_work(&self) -> f64 {
+        let narrow = self.narrow().max(self.options.spacing[0]);
+        Work::of_stations(self.sheet.area() / (narrow * self.options.spacing[1]))
+    }
+
+    /// Extent of the face by local parameter `k` \[mm\].
+    pub(super) fn extent(&self, k: usize) -> f64 {
+        let (face, chart) = (self.face, self.options.along);
+        let at = |local: Local| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        Cell::new(self.whole.bounds, &at).extent(k)
+    }
+
+    /// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
+    fn narrow(&self) -> f64 {
+        let Band { lower, upper } = self.options.band;
+        (8.0 * self.cutter.radius() * (upper - lower)).sqrt()
+    }
+
+    /// Least width a pass has to finish \[mm\].
+    pub(super) fn least(&self) -> f64 {
+        self.options.spacing[0].max(WORTH * self.narrow())
+    }
+
+    /// Lays a lane at `across` on what `state` has finished.
+    pub(super) fn place(
+        &self,
+        region: &Region<&Inside>,
+        across: f64,
+        method: Method,
+        state: &State,
+    ) -> Result<Lot, CoverError> {
+        let lane = Lane {
+            face: self.face,
+            cutter: self.cutter,
+            options: self.options,
+            across,
+            across_range: region.bounds[0],
+            track: self.track(region, across)?,
+            forward: state.forward,
+            method,
+            work: Work::default(),
+        };
+        let CoverOptions { band, path_share, .. } = *self.options;
+        let precision = PRECISION * path_share;
+        let clearing = Clearing {
+            face: self.face,
+            chart: self.options.along,
+            sheet: &self.sheet,
+            tool: &self.tool,
+            target: band.lower - path_share + precision,
+            precision,
+        };
+        let trimmer = Trimmer { lane: &lane, region, clearing };
+        let (mut stretches, refused) = trimmer.stretches();
+        let rate = lane.rate_across();
+        let mut columns = self.columns(region, [across, rate], (&stretches, state));
+        lane.work.columns(columns.len());
+        for _ in 0..DENSER {
+            let missed: Vec<[f64; 2]> = columns
+                .iter()
+                .filter(|column| column.part.width < self.least())
+                .map(|column| column.along)
+                .collect();
+            let Some(denser) = trimmer.denser(&stretches, &missed) else { break };
+            stretches = denser;
+            columns = self.columns(region, [across, rate], (&stretches, state));
+            lane.work.columns(columns.len());
+        }
+        let parts = columns.iter().map(|c| c.part).collect();
+        let refused = refused.map(|(way, error)| ([across, lane.track.at(way)], error));
+        let (costs, work) = (lane.costs(), lane.work.done());
+        Ok(Lot { rate, stretches, columns, parts, costs, refused, work })
+    }
+
+    /// How far across the region is finished by the stretches and what was before.
+    fn columns(
+        &self,
+        region: &Region<&Inside>,
+        [across, rate]: [f64; 2],
+        (stretches, state): (&[Stretch], &State),
+    ) -> Vec<Column> {
+        let mine: Vec<Sweep> = stretches.iter().map(|stretch| self.sweep(stretch)).collect();
+        let recent = state.recent.iter().map(AsRef::as_ref);
+        let sweeps: Vec<&Sweep> = recent.chain(&mine).collect();
+        self.over(region, &sweeps).columns([across, region.bounds[0][1]], rate)
+    }
+
+    pub(super) fn sweep(&self, stretch: &Stretch) -> Sweep {
+        Sweep::new(&stretch.placed, super::lever(self.cutter))
+    }
+
+    fn track(&self, region: &Region<&Inside>, across: f64) -> Result<Track, CoverError> {
+        let chart = self.options.along;
+        let extension = self.cutter.radius();
+        let track = Track::new(self.face, chart, across, region.bounds[1], extension);
+        let [start, end] = track.range();
+        if end - start > self.options.spacing[0] {
+            Ok(track)
+        } else {
+            Err(CoverError::NoTrack { face: self.face.face().number, along: chart, across })
+        }
+    }
+
+    /// What sweeps have finished of a region.
+    fn over<'b>(
+        &'b self,
+        region: &'b Region<&'b Inside>,
+        sweeps: &'b [&'b Sweep],
+    ) -> Swept<'b, &'b Inside> {
+        Swept {
+            face: self.face,
+            chart: self.options.along,
+            region,
+            end: self.tool.end,
+            limit: self.options.band.upper + self.options.path_share,
+            smallest: 0.5 * self.options.spacing[0],
+            sweeps,
+        }
+    }
+
+    /// Reports what is unfinished in the end of what was missed: passes further on may have swept over it.
+    pub(super) fn audit(&self, state: &mut State) {
+        let boxes = std::mem::take(&mut state.missed);
+        let sweeps: Vec<&Sweep> =
+            state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
+        let open = |ranges: &[[f64; 2]; 2]| {
+            let bounds = self.options.along.exchange(*ranges);
+            let region = self.whole.within(bounds);
+            let mut swept = self.over(&region, &sweeps);
+            // The borders of passes lie anywhere in these cells: finer ones find their overlap.
+            swept.smallest *= FINER;
+            let columns = swept.columns(bounds[0], 1.0);
+            let open = columns.iter().find(|column| column.finished < bounds[0][1]);
+            open.map(|c| [c.finished, 0.5 * (c.along[0] + c.along[1])])
+        };
+        let places: Vec<Local> = boxes.iter().filter_map(open).collect();
+        let number = self.face.face().number;
+        state.report.missed = places.len();
+        state.report.missed_at = places.first().map(|&at| (number, self.options.along.uv(at)));
+    }
+}

@@ -1,0 +1,275 @@
+//! A rectangle of a face, and the passes that finish it.
+
+use super::left::Column;
+use super::options::{CoverError, Method, Place};
+use super::region::{Local, Region};
+use super::site::Site;
+use super::split;
+use super::state::{Lot, Side, State, Step};
+
+/// Tasks within tasks.
+const DEPTH: u32 = 2;
+
+/// A rectangle of local parameters to be finished.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Task {
+    pub(super) bounds: [[f64; 2]; 2],
+    pub(super) method: Method,
+    /// How many tasks this is part of.
+    pub(super) depth: u32,
+    /// What it costs to leave one millimetre across to the task it is part of \[mm/mm\].
+    pub(super) worth: f64,
+}
+
+/// How far a whole face is finished.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mark {
+    /// How far across.
+    pub(super) across: f64,
+    /// What it costs up to there \[mm\].
+    pub(super) price: f64,
+}
+
+/// A face while its passes are placed.
+pub(super) struct Job<'a, Inside> {
+    pub(super) site: &'a Site<'a, Inside>,
+    pub(super) state: State,
+    /// Work done so far.
+    pub(super) work: u64,
+    /// Work from which on wide strips are given up, and from which on everything is.
+    pub(super) limits: [u64; 2],
+    /// How much of the face is done.
+    pub(super) share: f64,
+    /// What part of all progress that is, from one share to another.
+    pub(super) portion: [f64; 2],
+}
+
+impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
+    /// Passes over all of a face, the best lane by lane; how far it was after each.
+    pub(super) fn whole(&mut self, task: &Task) -> Result<Vec<Mark>, CoverError> {
+        let [first, last] = task.bounds[0];
+        let price = self.state.price(self.site.options);
+        let mut marks = vec![Mark { across: first, price }];
+        let region = self.site.whole.within(task.bounds);
+        let mut next = first;
+        loop {
+            self.share = (next - first) / (last - first);
+            let step = self.lane(&region, next, task)?;
+            let price = self.state.price(self.site.options);
+            next = step.as_ref().map_or(last, |step| step.next);
+            marks.push(Mark { across: next, price });
+            if step.is_none() {
+                return Ok(marks);
+            }
+        }
+    }
+
+    /// Passes over a rectangle within a face, one beside the other; how far across they bring it. A rest
+    /// that is cheaper to leave to the task this is part of is left.
+    fn finish(&mut self, task: &Task) -> Result<f64, CoverError> {
+        let region = self.site.whole.within(task.bounds);
+        let [first, last] = task.bounds[0];
+        let mut next = first;
+        loop {
+            let Some(step) = self.lane(&region, next, task)? else { return Ok(last) };
+            next = step.next;
+            if (last - next) * step.rate * task.worth < step.again {
+                return Ok(next);
+            }
+        }
+    }
+
+    /// Adds the pass at `across`, and those that finish what it leaves; how far it brings the task, `None` at its end.
+    fn lane(
+        &mut self,
+        region: &Region<&Inside>,
+        across: f64,
+        task: &Task,
+    ) -> Result<Option<Step>, CoverError> {
+        let [from, to] = self.portion;
+        (self.site.report)(from + (to - from) * self.share)?;
+        let task = &self.within_limits(across, task)?;
+        let lot = self.lay(region, across, task)?;
+        let mut advances = if task.depth == 0 {
+            split::advances(&lot.parts, &lot.costs)
+        } else if task.depth < DEPTH {
+            vec![split::advance(&lot.parts, &lot.costs)]
+        } else {
+            let widths = lot.parts.iter().map(|part| part.width);
+            vec![widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)]
+        };
+        advances.retain(|advance| advance.is_finite() && *advance >= self.least());
+        let next = match *advances {
+            [] => return self.stuck(region, across, task, &lot),
+            [advance] => self.go_on(&lot, advance, across, task)?,
+            _ => self.go_on_best(&lot, &advances, across, task)?,
+        };
+        let (again, rate) = (lot.length() + lot.costs.pass, lot.rate);
+        Ok((next < region.bounds[0][1]).then_some(Step { next, rate, again }))
+    }
+
+    /// Lays a lane beside what is there.
+    pub(super) fn lay(
+        &mut self,
+        region: &Region<&Inside>,
+        across: f64,
+        task: &Task,
+    ) -> Result<Lot, CoverError> {
+        let lot = self.site.place(region, across, task.method, &self.state)?;
+        self.work += lot.work;
+        Ok(lot)
+    }
+
+    /// The task, at the fixed lead once wide strips have taken all work that they may.
+    fn within_limits(&mut self, across: f64, task: &Task) -> Result<Task, CoverError> {
+        let [wide, all] = self.limits;
+        let face = self.site.face.face().number;
+        let at = || self.site.options.along.uv([across, task.bounds[1][0]]);
+        if self.work > all {
+            let at = Box::new(Place::new(self.site.face, at()));
+            let share = self.share;
+            return Err(CoverError::TooMuchWork { face, at, share, work: self.work });
+        }
+        if self.work <= wide || task.method == Method::Inclined {
+            return Ok(*task);
+        }
+        if self.state.report.given_up.is_none() {
+            self.state.report.given_up = Some((face, at(), self.share));
+        }
+        Ok(Task { method: Method::Inclined, ..*task })
+    }
+
+    /// Adds the pass and those that finish what it leaves narrower than `advance` \[mm\].
+    pub(super) fn go_on(
+        &mut self,
+        lot: &Lot,
+        advance: f64,
+        across: f64,
+        task: &Task,
+    ) -> Result<f64, CoverError> {
+        let mut next = lot.reach(advance).min(across + advance / lot.rate);
+        let sweeps = lot.stretches.iter().map(|stretch| self.site.sweep(stretch));
+        let face = self.site.face.face().number;
+        self.state.add(lot.stretches.clone(), sweeps, (face, self.site.options));
+        for run in split::narrower(&lot.parts, advance) {
+            let before = self.state.price(self.site.options);
+            next = self.again(lot, run, [across, next], task)?.min(next);
+            if task.depth == 0 {
+                let along = lot.along(run);
+                let cost = self.state.price(self.site.options) - before;
+                self.state.sides.push(Side { along, cost });
+            }
+        }
+        Ok(next)
+    }
+
+    /// As [`Job::go_on`] by each of several widths; keeps what costs least for what it brings.
+    fn go_on_best(
+        &mut self,
+        lot: &Lot,
+        advances: &[f64],
+        across: f64,
+        task: &Task,
+    ) -> Result<f64, CoverError> {
+        let (before, options) = (self.state.clone(), self.site.options);
+        let mut best: Option<(usize, f64, f64, State)> = None;
+        for &advance in advances {
+            self.state = before.clone();
+            let next = self.go_on(lot, advance, across, task)?;
+            let cost = self.state.price(options) - before.price(options);
+            let (missed, rate) = (self.state.missed.len(), cost / (next - across));
+            let better = |(m, r, ..): &(usize, f64, f64, State)| (missed, rate) < (*m, *r);
+            if best.as_ref().is_none_or(better) {
+                best = Some((missed, rate, next, self.state.clone()));
+            }
+        }
+        let Some((_, _, next, state)) = best else { return Ok(across) };
+        self.state = state;
+        Ok(next)
+    }
+
+    /// A pass that would finish nothing: placed otherwise, given up, or an error if it is the whole face's.
+    fn stuck(
+        &mut self,
+        region: &Region<&Inside>,
+        across: f64,
+        task: &Task,
+        lot: &Lot,
+    ) -> Result<Option<Step>, CoverError> {
+        if task.method == Method::Widest {
+            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)]);
+            return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
+        }
+        if task.depth > 0 {
+            self.miss(&lot.columns, region.bounds[0][1]);
+            return Ok(None);
+        }
+        let (site, chart) = (self.site, self.site.options.along);
+        let face = site.face.face().number;
+        if let Some((at, error)) = lot.refused.clone() {
+            let at = Box::new(Place::new(site.face, chart.uv(at)));
+            return Err(CoverError::NoPose { face, at, error });
+        }
+        let widest = lot.parts.iter().enumerate().max_by(|a, b| a.1.width.total_cmp(&b.1.width));
+        let (index, advance) = widest.map_or((0, 0.0), |(index, part)| (index, part.width));
+        let along = lot.columns.get(index).map_or(region.bounds[1][0], |c| c.along[0]);
+        let at = Box::new(Place::new(site.face, chart.uv([across, along])));
+        Err(CoverError::TooNarrow { face, at, advance, least: self.least() })
+    }
+
+    /// Passes of their own over columns that the pass leaves narrower than the others; how far across these
+    /// are finished then.
+    fn again(
+        &mut self,
+        lot: &Lot,
+        [first, last]: [usize; 2],
+        [across, next]: [f64; 2],
+        task: &Task,
+    ) -> Result<f64, CoverError> {
+        let columns = &lot.columns[first..=last];
+        let widths = || lot.parts[first..=last].iter().map(|part| part.width);
+        let narrowest = widths().fold(f64::INFINITY, f64::min);
+        let wide = narrowest >= lot.costs.narrow;
+        let same = wide || task.method == Method::Inclined;
+        if task.depth > DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
+            let missed = columns.iter().filter(|c| c.part.width < self.least());
+            self.miss(&missed.copied().collect::<Vec<_>>(), next);
+            if narrowest < self.least() {
+                return Ok(next);
+            }
+        }
+        if !same {
+            self.fall_back(lot, [first, last]);
+        }
+        let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
+        let along = lot.along([first, last]);
+        let method = if same { task.method } else { Method::Inclined };
+        let worth = (lot.length() + lot.costs.pass) / ((next - across) * lot.rate);
+        let bounds = [[from, next], along];
+        let reached = self.finish(&Task { bounds, method, depth: task.depth + 1, worth })?;
+        // The pass has to bring the whole task on.
+        let least = across + self.least() / lot.rate;
+        if reached >= least {
+            return Ok(reached);
+        }
+        let rest = [[reached, next], along];
+        self.finish(&Task { bounds: rest, method, depth: task.depth + 1, worth: f64::INFINITY })
+    }
+
+    /// Remembers columns that stay unfinished so far, up to `end`.
+    fn miss(&mut self, columns: &[Column], end: f64) {
+        let open = columns.iter().filter(|c| c.finished < end);
+        let chart = self.site.options.along;
+        self.state.missed.extend(open.map(|c| chart.exchange([[c.finished, end], c.along])));
+    }
+
+    /// Notes why wide strips are not taken on some columns.
+    fn fall_back(&mut self, lot: &Lot, range: [usize; 2]) {
+        let place = (self.site.face.face().number, self.site.options.along);
+        self.state.report.fallbacks.extend(lot.fallback(range, place));
+    }
+
+    fn least(&self) -> f64 {
+        self.site.least()
+    }
+}
