@@ -122,10 +122,15 @@ fn cone(half_angle: f64) -> impl Fn(Jet) -> ([Jet; 3], [Jet; 3]) {
 fn reference_paths_choose_their_branch() {
     for case in cases("branch_selection.json") {
         let machine = layout(&json!({"layout": case["layout"], "table_sign": 1})).0;
+        // A machine without ends of travel; a case with some must not pass for one without.
+        assert!(case.as_object().unwrap().contains_key("limits") && case["limits"].is_null());
+        assert!(machine.machine().axes[3..].iter().all(|axis| axis.limits[1].is_infinite()));
         let path = if case["id"] == "cone3turns-CA" {
             let [half, turns] = ["half_angle", "turns"].map(|key| number(&case[key]));
-            cut(curve(knots(0.0, TAU * turns, 108), cone(half)))
+            let points = u32::try_from(case["points"].as_u64().unwrap()).unwrap();
+            cut(curve(knots(0.0, TAU * turns, points - 1), cone(half)))
         } else {
+            assert!(case["arc"].as_str().unwrap().starts_with("in the xz plane, s=-0.6..0.6"));
             // An even count puts a knot on the pole itself.
             cut(curve(knots(-0.6, 0.6, 24), arc(0.0)))
         };
@@ -213,7 +218,7 @@ fn at_the_pole_the_free_axis_is_held() {
 
 /// Two curves that leave the pole different ways cannot be joined without a link.
 #[test]
-fn a_turn_at_rest_is_refused() {
+fn a_turn_at_rest_is_refused_or_done_out_of_the_part() {
     let leave = |way: f64| {
         curve(knots(0.0, 0.4, 2), move |u| {
             let (sin, cos) = u.sin_cos();
@@ -230,6 +235,21 @@ fn a_turn_at_rest_is_refused() {
     let path = ToolPath { pieces: vec![cut(arrive), cut(leave(1.0))] };
     let error = follow(&head(None), &path, &OPTIONS, &Silent).unwrap_err();
     assert!(matches!(error, AxesError::TurnAtRest { piece: 1, before: 0, .. }), "{error}");
+
+    // Out of the part it can turn: by 1 rad, on the branch that has it there.
+    let retract = AxesOptions { retract: Some(RETRACT), ..OPTIONS };
+    let followed = follow(&head(None), &path, &retract, &Silent).unwrap();
+    assert_continuous(&followed);
+    assert_complete(&path, &followed);
+    let [there] = &followed.retracts[..] else { panic!("{:?}", followed.retracts) };
+    assert!(!there.in_cut && there.source == 1 && there.u.abs() < 1e-12, "{there:?}");
+    let [before, after] = there.rotaries;
+    assert!(((after[0] - before[0]).abs() - 1.0).abs() < 1e-6, "{there:?}");
+    assert!((after[1] - before[1]).abs() < 1e-6, "{there:?}");
+    let whole = 0.8 + 1.0 + RETRACT.price;
+    let start = followed.path.pieces[0].nodes[0].q[0];
+    let to_start = start[3].abs() + start[4].abs();
+    assert!((followed.rotary_travel - whole - to_start).abs() < 1e-6, "{}", followed.rotary_travel);
 }
 
 proptest! {

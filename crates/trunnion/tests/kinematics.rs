@@ -10,6 +10,7 @@ use num_dual::{Dual3_64, DualNum};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use trunnion::feed::{Limits, ceiling};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::{Branch, Inverse, InverseError, Solutions};
 use trunnion::machine::{Kinematics, Machine, Setup};
@@ -77,6 +78,19 @@ fn the_twelve_layouts_are_chains() {
                 assert!(hit, "{}: {q} not among {found:?}", case["id"]);
             }
         }
+        let names = [first, second].map(|axis| kinematics.machine().axes[axis].name.as_str());
+        assert_eq!(names, ["first_axis", "second_axis"].map(|key| case[key].as_str().unwrap()));
+        // How many rotaries stand between workpiece and slides.
+        let kind = ["head-head", "table-head", "table-table"];
+        let stage = kinematics.chain().stage;
+        assert!(
+            stage.iter().all(|&stage| case["type"] == kind[stage]),
+            "{} {stage:?}",
+            case["type"]
+        );
+        let distance = inverse.pole_distance(&pose(tip, axis).axis);
+        let expected = number(&case["angle_to_singular_axis"]);
+        assert!((distance - expected).abs() <= tol("fk_axis"), "{}: {distance}", case["id"]);
         codes.insert(case["layout"].as_u64().unwrap());
     }
     assert_eq!(codes.len(), 12);
@@ -157,6 +171,15 @@ fn joint_lists_in_any_order() {
             case["machine"].is_object() && case["machine_name"] == reach["machine_name"]
         });
         let kinematics = joints(&described.unwrap()["machine"]);
+        let chain = kinematics.chain();
+        // As the axes are given: the chain has `sense` in its directions.
+        let sense = |joint: usize| kinematics.machine().axes[3 + joint].sense;
+        let [w1, w2] = [0, 1]
+            .map(|joint| UnitVector3::new_normalize(chain.rotary[joint].dir.scale(sense(joint))));
+        for (key, [a, b]) in [("angle_w1_w2", [w1, w2]), ("angle_w2_o0", [w2, chain.axis])] {
+            let angle = angle_between(&a, &b);
+            assert!((angle - number(&reach[key])).abs() < 1e-15, "{} {key} {angle}", reach["id"]);
+        }
         let [low, high] = Inverse::new(&kinematics).unwrap().reach();
         assert!((low - number(&reach["polar_min"])).abs() < 1e-15);
         assert!((high - number(&reach["polar_max"])).abs() < 1e-15);
@@ -242,6 +265,20 @@ fn derivatives_by_arc_length_on_the_twelve_layouts() {
         assert!(relative(&(t * a + k * v * v), &of("qdd")) <= tol("rel_acc"));
         let jerk = t * j + k * (3.0 * v * a) + l * v.powi(3);
         assert!(relative(&jerk, &of("qddd")) <= tol("rel_jerk"), "{} {jerk}", case["id"]);
+        let there = rates.pose().unwrap();
+        assert!((there.tip.coords - vector(&case["Q"])).norm() <= tol("pos"), "{}", case["id"]);
+        assert!((*there.axis - vector(&case["O"])).norm() <= tol("pos"), "{}", case["id"]);
+        let limit = |key: &str| AxisVector::from_column_slice(&numbers(&case["limits"][key]));
+        let limits = Limits {
+            velocity: limit("vmax"),
+            rapid: limit("vmax"),
+            acceleration: limit("amax"),
+            jerk: None,
+        };
+        let found = ceiling(&t, &k, &limits);
+        let off = |found: f64, key: &str| (found / number(&case[key]) - 1.0).abs();
+        assert!(off(found.velocity, "feed_limit_velocity") <= tol("rel_vel"), "{found:?}");
+        assert!(off(found.acceleration, "feed_limit_acceleration") <= tol("rel_acc"), "{found:?}");
     }
 }
 
