@@ -127,12 +127,23 @@ fn write(
     Ok(outputs.commit()?)
 }
 
-/// What moving the tool axis at singular directions did.
+/// What moving the tool axis at singular directions did, on this path: what its share of the tolerance
+/// costs elsewhere is not in it.
 fn passages(singular: &SingularSummary) -> String {
-    let SingularSummary { passages, through, tilt, turn_saved, seconds_saved } = singular;
+    let SingularSummary { passages, through, tilt, turn_saved, seconds_saved } = *singular;
+    let places = match (passages, through) {
+        (1, 1) => "1 passage (straight through)".to_owned(),
+        (1, _) => "1 passage (farther off)".to_owned(),
+        _ => format!("{passages} passages ({through} straight through)"),
+    };
+    // To the hundredth that is shown.
+    let time = match seconds_saved {
+        seconds if seconds >= 0.005 => format!("{seconds:.2} s saved"),
+        seconds if seconds <= -0.005 => format!("{:.2} s lost", -seconds),
+        _ => "no time saved".to_owned(),
+    };
     format!(
-        "tool axis moved at {passages} passages ({through} straight through) by up to {tilt:.4} deg: \
-         {turn_saved:.0} deg and {seconds_saved:.2} s saved"
+        "tool axis moved at {places} by up to {tilt:.4} deg: {turn_saved:.0} deg less turn, {time}"
     )
 }
 
@@ -191,4 +202,23 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
     lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
     lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passages_are_counted_and_time_has_a_side() {
+        let told = |passages, through, seconds_saved| {
+            let (tilt, turn_saved) = (0.0125, 180.0);
+            super::passages(&SingularSummary { passages, through, tilt, turn_saved, seconds_saved })
+        };
+        let start = "tool axis moved at 1 passage (straight through) by up to 0.0125 deg: 180 deg less turn,";
+        assert_eq!(told(1, 1, -0.001), format!("{start} no time saved"));
+        assert_eq!(told(1, 1, -0.25), format!("{start} 0.25 s lost"));
+        assert!(told(1, 0, 0.0).contains("1 passage (farther off)"));
+        assert!(told(3, 2, 1.5).contains("3 passages (2 straight through)"));
+        assert!(told(3, 2, 1.5).ends_with("1.50 s saved"));
+    }
 }

@@ -8,7 +8,8 @@ use crate::cover::{Covering, FallbackReason};
 use crate::feed::Plan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
-    AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary, Summary,
+    AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary,
+    SingularSummary, Summary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::positioning::PositioningError;
@@ -38,12 +39,34 @@ pub(super) fn of(
         job: job.file.name.clone(),
         passed: failures.is_empty(),
         failures,
-        warnings: warnings(covering).into_iter().chain(retracts::warning(moved.retracts)).collect(),
+        warnings: warnings(covering)
+            .into_iter()
+            .chain(retracts::warning(moved.retracts))
+            .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
+            .collect(),
         tolerance: job.budget.summary(),
         cover: cover(job, covering),
         motion: motion(job, moved)?,
         programs: programs.iter().map(|one| program(job, one)).collect(),
         files: Vec::new(),
+    })
+}
+
+/// A share of the tolerance for singular directions narrows all strips: that is told where it saves less
+/// than a hundredth of a second.
+fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> {
+    let what = match singular {
+        None => "no cut passes a singular direction where moving the tool axis would help",
+        Some(moved) if moved.seconds_saved < 0.01 => {
+            "moving the tool axis at singular directions saves no time here"
+        }
+        Some(_) => return None,
+    };
+    (share > 0.0).then(|| {
+        format!(
+            "{what}, but tolerance.split.singular = {share} mm is taken from both sides of the strips' \
+             band, which makes them narrower: leave it out"
+        )
     })
 }
 
@@ -237,5 +260,26 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
             velocity_ratio: worst(|axis| axis.velocity.worst),
             acceleration_ratio: Some(worst(|axis| axis.acceleration.worst)),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_that_saves_nothing_is_told() {
+        let moved = |seconds_saved: f64| SingularSummary {
+            passages: 1,
+            through: 1,
+            tilt: 0.01,
+            turn_saved: 180.0,
+            seconds_saved,
+        };
+        assert_eq!(idle_share(0.0, None), None);
+        assert_eq!(idle_share(0.001, Some(&moved(2.0))), None);
+        let told = idle_share(0.001, Some(&moved(-0.001))).unwrap();
+        assert!(told.contains("saves no time") && told.contains("singular = 0.001 mm"), "{told}");
+        assert!(idle_share(0.001, None).unwrap().starts_with("no cut passes"));
     }
 }
