@@ -11,23 +11,28 @@ mod every_choice;
 
 use chains::{V3, axis, curve, knots, spec};
 use dice::{Random, full, seed};
-use every_choice::{assert_complete, brute_force, brute_force_retracts, cut, fixed_cuts};
+use every_choice::{
+    assert_complete, brute_force, brute_force_retracts, cut, every_interval, fixed_cuts,
+};
 use nalgebra::{Rotation3, UnitVector3};
 use std::f64::consts::{PI, TAU};
 use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow};
 use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Setup};
-use trunnion::math::angle::wrap;
+use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{AxisVector, Geometry, Silent, ToolPath, ToolPose};
 
 const RETRACT_IN_CUT: f64 = 500.0;
 
+/// So tight that no branch is left for the other \[rad\].
+const TIGHT: f64 = 0.06;
+
 /// So loose that nodes hardly stand but at the knots, and so tight that no branch is left for the other.
 fn options(random: &mut Random, retract: Option<RetractOptions>) -> AxesOptions {
     AxesOptions {
         tip_tolerance: 1e5,
-        axis_tolerance: 0.06,
+        axis_tolerance: TIGHT,
         max_rotary_step: 10.0,
         feed_at: FeedPoint::Tip,
         rotary_weights: [1.0, random.within(0.2, 5.0)],
@@ -126,7 +131,11 @@ fn cuts_and_links_on_random_machines() {
 /// A cut round the workpiece-side rotary, by up to two turns, that comes nearer to it or goes farther
 /// off. Both rotaries then turn one way, so that what they reach they reach at nodes; and both branches
 /// stay apart.
-fn round(random: &mut Random, free: &Kinematics) -> Option<(Geometry, UnitVector3<f64>)> {
+fn round(
+    random: &mut Random,
+    free: &Kinematics,
+    spans: u32,
+) -> Option<(Geometry, UnitVector3<f64>)> {
     let inverse = Inverse::new(free).unwrap();
     let w1 = free.chain().rotary[0].dir;
     let mut q = AxisVector::zeros();
@@ -141,7 +150,7 @@ fn round(random: &mut Random, free: &Kinematics) -> Option<(Geometry, UnitVector
     let across = up.cross(&side);
     let turn = random.within(0.6, 2.2) * TAU * if random.below(2) == 0 { 1.0 } else { -1.0 };
     let drift = random.within(-0.15, 0.15);
-    let geometry = curve(knots(0.0, 1.0, 7), |u: Jet| {
+    let geometry = curve(knots(0.0, 1.0, spans), |u: Jet| {
         let (sin, cos) = (u * drift + distance).sin_cos();
         let (s, c) = (u * turn).sin_cos();
         let axis = [0, 1, 2].map(|row| cos * up[row] + sin * (c * side[row] + s * across[row]));
@@ -156,38 +165,62 @@ fn round(random: &mut Random, free: &Kinematics) -> Option<(Geometry, UnitVector
     apart.then_some((geometry, up))
 }
 
+/// A cut on a machine with ends of travel, how to retract, and the poses where one way may be left for
+/// another.
+struct Left {
+    machine: Kinematics,
+    path: ToolPath,
+    options: AxesOptions,
+    nodes: Vec<ToolPose>,
+}
+
+fn left(random: &mut Random, spans: u32, axis_tolerance: f64) -> Option<Left> {
+    let [free, machine] = machines(random);
+    let turned = random.point(1.0);
+    let (geometry, up) = round(random, &free, spans)?;
+    // Not exactly along the axis of the cone.
+    let up = Rotation3::from_scaled_axis(turned * 0.1) * up;
+    let retract = RetractOptions {
+        up,
+        plane: 400.0,
+        least: 10.0,
+        approach: 20.0,
+        margin: 1.0,
+        price: 50.0,
+        price_in_cut: RETRACT_IN_CUT,
+    };
+    let options = AxesOptions { axis_tolerance, ..options(random, Some(retract)) };
+    let path = ToolPath { pieces: vec![cut(geometry)] };
+    let all = follow(&free, &path, &options, &Silent).ok()?;
+    let poses = all.path.pieces[0].nodes.iter().map(|node| pose_at(&path, node.s));
+    let nodes = poses.collect();
+    Some(Left { machine, path, options, nodes })
+}
+
+fn pose_at(path: &ToolPath, u: f64) -> ToolPose {
+    let Geometry::Curve(of) = &path.pieces[0].geometry else { panic!() };
+    of.pose(u).unwrap()
+}
+
 #[test]
 fn cuts_that_have_to_be_left_on_random_machines() {
     let mut random = Random(seed());
     let count = if full() { 20_000 } else { 150 };
     let [mut ran, mut refused, mut retracts] = [0, 0, 0];
     while ran + refused < count {
-        let [free, machine] = machines(&mut random);
-        let turned = random.point(1.0);
-        let Some((geometry, up)) = round(&mut random, &free) else { continue };
-        // Not exactly along the axis of the cone.
-        let up = Rotation3::from_scaled_axis(turned * 0.1) * up;
-        let retract = RetractOptions {
-            up,
-            plane: 400.0,
-            least: 10.0,
-            approach: 20.0,
-            margin: 1.0,
-            price: 50.0,
-            price_in_cut: RETRACT_IN_CUT,
+        let Some(Left { machine, path, options, nodes }) = left(&mut random, 7, TIGHT) else {
+            continue;
         };
-        let options = options(&mut random, Some(retract));
-        let path = ToolPath { pieces: vec![cut(geometry.clone())] };
-        let Ok(all) = follow(&free, &path, &options, &Silent) else { continue };
-        let Geometry::Curve(of) = &geometry else { continue };
-        let nodes: Vec<ToolPose> =
-            all.path.pieces[0].nodes.iter().map(|node| of.pose(node.s).unwrap()).collect();
         if nodes.len() > 11 {
             continue;
         }
         let found = follow(&machine, &path, &options, &Silent);
         let best = brute_force_retracts(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
-        compare(found.as_ref(), best, &format!("case {}", ran + refused));
+        let told = format!("case {}", ran + refused);
+        compare(found.as_ref(), best, &told);
+        let again = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let same = best.zip(again).is_none_or(|(a, b)| (a - b).abs() < 1e-9);
+        assert!(same && best.is_some() == again.is_some(), "{told}: {best:?} {again:?}");
         match &found {
             Ok(followed) => {
                 assert_complete(&path, followed);
@@ -200,4 +233,91 @@ fn cuts_that_have_to_be_left_on_random_machines() {
     }
     println!("{count} cuts: {ran} run with {retracts} retracts, {refused} refused");
     assert!(ran > count / 10 && retracts > count / 10, "{ran} {refused} {retracts}");
+}
+
+/// Hundreds of poses, so that much of the way is chosen many intervals at once.
+#[test]
+fn long_cuts_that_have_to_be_left_on_random_machines() {
+    let mut random = Random(seed());
+    let count = if full() { 1_000 } else { 15 };
+    let [mut ran, mut refused, mut retracts] = [0, 0, 0];
+    while ran + refused < count {
+        let spans = 150 + u32::try_from(random.below(300)).unwrap();
+        let Some(Left { machine, path, options, nodes }) = left(&mut random, spans, TIGHT) else {
+            continue;
+        };
+        let found = follow(&machine, &path, &options, &Silent);
+        let best = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        compare(found.as_ref(), best, &format!("case {}", ran + refused));
+        match &found {
+            Ok(followed) => {
+                assert_complete(&path, followed);
+                assert_inside(&machine, followed);
+                retracts += followed.retracts.len();
+                ran += 1;
+            }
+            Err(_) => refused += 1,
+        }
+    }
+    println!("{count} long cuts: {ran} run with {retracts} retracts, {refused} refused");
+    assert!(ran > count / 10 && retracts > count / 10, "{ran} {refused} {retracts}");
+}
+
+/// With loose tolerances a way may pass from one branch to the other: what is found must be within
+/// tolerance, and never worse than the best that keeps its branch.
+#[test]
+fn loose_tolerances_are_used_and_nothing_is_lost_by_them() {
+    let mut random = Random(seed());
+    let count = if full() { 20_000 } else { 150 };
+    let [mut ran, mut refused, mut better] = [0, 0, 0];
+    while ran + refused < count {
+        let tolerance = random.within(0.05, 0.5);
+        let Some(Left { machine, path, options, nodes }) = left(&mut random, 7, tolerance) else {
+            continue;
+        };
+        if nodes.len() > 11 {
+            continue;
+        }
+        let told = format!("case {}, {tolerance} rad", ran + refused);
+        let found = follow(&machine, &path, &options, &Silent);
+        let best = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let Ok(followed) = &found else {
+            assert!(best.is_none(), "{told}: {best:?} is possible, but {found:?}");
+            refused += 1;
+            continue;
+        };
+        ran += 1;
+        assert_complete(&path, followed);
+        assert_inside(&machine, followed);
+        if best.is_none_or(|best| followed.rotary_travel < best - 1e-6) {
+            better += 1;
+        } else if let Some(best) = best {
+            assert!(followed.rotary_travel < best + 1e-6, "{told}: {best}");
+        }
+        let off = farthest_off(&machine, &path, followed);
+        assert!(off <= tolerance, "{told}: {off} rad off");
+    }
+    println!(
+        "{count} loose cuts: {ran} run, {better} better than on one branch, {refused} refused"
+    );
+    assert!(ran > count / 10 && refused > count / 10, "{ran} {refused}");
+}
+
+/// Largest angle between the tool axes of the axis path and of the tool path, at 40 points between
+/// nodes \[rad\].
+fn farthest_off(machine: &Kinematics, path: &ToolPath, followed: &Followed) -> f64 {
+    let mut worst = 0.0_f64;
+    for (index, piece) in followed.path.pieces.iter().enumerate() {
+        if followed.retracts.iter().any(|retract| retract.pieces.contains(&index)) {
+            continue;
+        }
+        for pair in piece.nodes.windows(2) {
+            for i in 0..=40 {
+                let s = pair[0].s + (pair[1].s - pair[0].s) * f64::from(i) / 40.0;
+                let is = machine.forward(&piece.axes_at(s).unwrap()[0]);
+                worst = worst.max(angle_between(&is.axis, &pose_at(path, s).axis));
+            }
+        }
+    }
+    worst
 }

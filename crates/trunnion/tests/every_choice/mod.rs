@@ -89,6 +89,56 @@ pub(crate) fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2
     combinations.iter().map(|(cost, _)| *cost).min_by(f64::total_cmp)
 }
 
+/// Both branches through all nodes by continuity, with whole turns, and what they cost.
+struct Choices {
+    strands: [Vec<[f64; 2]>; 2],
+    limits: [[f64; 2]; 2],
+    weights: [f64; 2],
+}
+
+/// Strand and whole turns.
+type Choice = (usize, i32, i32);
+
+impl Choices {
+    fn new(machine: &Kinematics, nodes: &[ToolPose], weights: [f64; 2]) -> Self {
+        let inverse = Inverse::new(machine).unwrap();
+        let mut strands: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
+        for pose in nodes {
+            let Solutions::Regular(both) = inverse.solutions(pose).unwrap() else { panic!() };
+            for (strand, q) in strands.iter_mut().zip(both) {
+                let near = strand.last().copied().unwrap_or([q[3], q[4]]);
+                strand.push([near[0] + wrap(q[3] - near[0]), near[1] + wrap(q[4] - near[1])]);
+            }
+        }
+        let limits = [3, 4].map(|axis| machine.machine().axes[axis].limits);
+        Self { strands, limits, weights }
+    }
+
+    fn all() -> Vec<Choice> {
+        (0..2)
+            .flat_map(|strand| (-4..=4).flat_map(move |i| (-1..=1).map(move |j| (strand, i, j))))
+            .collect()
+    }
+
+    fn at(&self, (strand, i, j): Choice, node: usize) -> [f64; 2] {
+        let value = self.strands[strand][node];
+        [value[0] + TAU * f64::from(i), value[1] + TAU * f64::from(j)]
+    }
+
+    /// Of the interval that starts at a node; `None` where it leaves travel.
+    fn run(&self, choice: Choice, node: usize) -> Option<f64> {
+        let ends = [self.at(choice, node), self.at(choice, node + 1)];
+        let inside = |value: [f64; 2]| {
+            (0..2).all(|axis| (self.limits[axis][0]..=self.limits[axis][1]).contains(&value[axis]))
+        };
+        ends.into_iter().all(inside).then(|| self.price(ends[0], ends[1]))
+    }
+
+    fn price(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
+        self.weights[0] * (a[0] - b[0]).abs() + self.weights[1] * (a[1] - b[1]).abs()
+    }
+}
+
 /// Cheapest run through all nodes, by trying every sequence of branch, turns and retracts.
 pub(crate) fn brute_force_retracts(
     machine: &Kinematics,
@@ -96,52 +146,57 @@ pub(crate) fn brute_force_retracts(
     weights: [f64; 2],
     retract: f64,
 ) -> Option<f64> {
-    let inverse = Inverse::new(machine).unwrap();
-    let inside = |value: [f64; 2]| {
-        (0..2).all(|axis| {
-            let [low, high] = machine.machine().axes[3 + axis].limits;
-            low <= value[axis] && value[axis] <= high
-        })
-    };
-    // Both branches by continuity.
-    let mut strands: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
-    for pose in nodes {
-        let Solutions::Regular(both) = inverse.solutions(pose).unwrap() else { panic!() };
-        for (strand, q) in strands.iter_mut().zip(both) {
-            let near = strand.last().copied().unwrap_or([q[3], q[4]]);
-            strand.push([near[0] + wrap(q[3] - near[0]), near[1] + wrap(q[4] - near[1])]);
-        }
-    }
-    let at = |(strand, i, j): (usize, i32, i32), node: usize| {
-        let value = strands[strand][node];
-        [value[0] + TAU * f64::from(i), value[1] + TAU * f64::from(j)]
-    };
-    let price = |a: [f64; 2], b: [f64; 2]| {
-        weights[0] * (a[0] - b[0]).abs() + weights[1] * (a[1] - b[1]).abs()
-    };
-    let choices: Vec<(usize, i32, i32)> = (0..2)
-        .flat_map(|strand| (-3..=3).flat_map(move |i| (-1..=1).map(move |j| (strand, i, j))))
-        .collect();
+    let of = Choices::new(machine, nodes, weights);
+    let choices = Choices::all();
     let mut best = None;
     // Depth first: the state on each interval.
-    let mut open: Vec<(usize, (usize, i32, i32), f64)> =
-        choices.iter().map(|&choice| (0, choice, price([0.0; 2], at(choice, 0)))).collect();
+    let mut open: Vec<(usize, Choice, f64)> =
+        choices.iter().map(|&choice| (0, choice, of.price([0.0; 2], of.at(choice, 0)))).collect();
     while let Some((node, choice, cost)) = open.pop() {
-        let [from, to] = [at(choice, node), at(choice, node + 1)];
-        if !inside(from) || !inside(to) || best.is_some_and(|best| cost >= best) {
+        let Some(run) = of.run(choice, node).filter(|_| best.is_none_or(|best| cost < best)) else {
             continue;
-        }
-        let cost = cost + price(from, to);
+        };
+        let cost = cost + run;
         if node + 2 == nodes.len() {
             best = Some(best.map_or(cost, |best: f64| best.min(cost)));
             continue;
         }
+        let to = of.at(choice, node + 1);
         for &next in &choices {
-            let more = if next == choice { 0.0 } else { retract + price(to, at(next, node + 1)) };
+            let more =
+                if next == choice { 0.0 } else { retract + of.price(to, of.at(next, node + 1)) };
             open.push((node + 1, next, cost + more));
         }
     }
     best
+}
+
+/// The same for many nodes: the cheapest way to every choice, interval by interval.
+pub(crate) fn every_interval(
+    machine: &Kinematics,
+    nodes: &[ToolPose],
+    weights: [f64; 2],
+    retract: f64,
+) -> Option<f64> {
+    let of = Choices::new(machine, nodes, weights);
+    let choices = Choices::all();
+    let mut costs: Vec<f64> =
+        choices.iter().map(|&choice| of.price([0.0; 2], of.at(choice, 0))).collect();
+    for node in 0..nodes.len() - 1 {
+        if node > 0 {
+            let before = costs.clone();
+            for (to, cost) in choices.iter().zip(&mut costs) {
+                for (from, before) in choices.iter().zip(&before).filter(|(from, _)| *from != to) {
+                    let moved = of.price(of.at(*from, node), of.at(*to, node));
+                    *cost = cost.min(before + retract + moved);
+                }
+            }
+        }
+        for (choice, cost) in choices.iter().zip(&mut costs) {
+            *cost += of.run(*choice, node).unwrap_or(f64::INFINITY);
+        }
+    }
+    costs.into_iter().filter(|cost| cost.is_finite()).min_by(f64::total_cmp)
 }
 
 /// Every pose of the tool path is run, in order; where the tool leaves, it comes back to the place.
