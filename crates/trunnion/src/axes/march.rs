@@ -25,6 +25,10 @@ const SHORTEST: f64 = 1e-10;
 /// the deviation counts. So a free axis can settle while the tool leaves the singular direction.
 const SETTLING: f64 = 1e-4;
 
+/// Halvings of an interval after which a way may go over to the other branch where both meet, at the rim
+/// of reach: a thousandth of it cannot be followed on one.
+const OVER: usize = 10;
+
 /// Parts an interval is cut into to bound its extent.
 const PARTS: u32 = 8;
 
@@ -264,7 +268,7 @@ impl<'a> Marcher<'a> {
         let Sight { course, look, middle, .. } = sight;
         let mut least = Deviation { tip: f64::INFINITY, axis: f64::INFINITY };
         let settling = to - from.s <= SETTLING * whole;
-        for (index, way) in self.in_order(look, walker.standing, near).into_iter().flatten() {
+        for (index, way) in self.in_order((*course, span), look, walker).into_iter().flatten() {
             let node = look.node(way, near);
             let rotaries = (node.q[0] - near).fixed_rows::<2>(FIRST_ROTARY).amax();
             if rotaries > self.options.max_rotary_step && !settling {
@@ -284,36 +288,41 @@ impl<'a> Marcher<'a> {
         Ok(Some(least))
     }
 
-    /// The ways at a place in the order they are tried: on the same branch first. Where the singular
-    /// direction lies between, what turns least from `near` first: straight through is on the other.
+    /// The ways at a place in the order they are tried: on the same branch. Where the singular direction
+    /// lies between, what turns least from `near` first: straight through is on the other.
     fn in_order<'l>(
         &self,
+        course: (&dyn Course, usize),
         look: &'l Look,
-        standing: Standing,
-        near: &AxisVector,
+        walker: &Walker,
     ) -> [Option<(usize, &'l Rates)>; WAYS] {
-        match (&look.both, standing.branch) {
+        match (&look.both, walker.standing.branch) {
             (Some(both), Some(branch))
-                if look.more.is_empty() && !self.passes(standing.across, look.across) =>
+                if look.more.is_empty() && !self.passes(course, walker, look) =>
             {
                 let [plus, minus] = both;
                 let [plus, minus] = [Some((0, plus)), Some((1, minus))];
-                if branch == 0 { [plus, minus, None, None] } else { [minus, plus, None, None] }
+                let [own, other] = if branch == 0 { [plus, minus] } else { [minus, plus] };
+                [own, other.filter(|_| walker.targets.len() > OVER), None, None]
             }
-            _ => self.by_turn(look, near),
+            _ => {
+                let near = walker.marched.nodes.last().map(|node| node.q[0]).unwrap_or_default();
+                self.by_turn(look, &near)
+            }
         }
     }
 
-    /// Whether straight from one direction to another the singular one is passed so close that passing
-    /// through it may be within tolerance.
-    fn passes(&self, from: [f64; 2], to: [f64; 2]) -> bool {
-        let way = [to[0] - from[0], to[1] - from[1]];
-        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let (along, square) = (-dot(from, way), dot(way, way));
-        let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-        let nearest = [from[0] + share * way[0], from[1] + share * way[1]];
+    /// Whether the singular direction is passed so close on an interval that passing through it may be
+    /// within tolerance: straight from end to end, and also by its middle.
+    fn passes(&self, (course, span): (&dyn Course, usize), walker: &Walker, look: &Look) -> bool {
+        let [from, to] = [walker.standing.across, look.across];
         let close = SHARE * self.options.axis_tolerance;
-        dot(nearest, nearest) <= close * close
+        if nearest(from, to) > close {
+            return false;
+        }
+        let middle = course.pose(0.5 * (walker.at() + look.u), span);
+        let middle = middle.map(|pose| self.inverse.across(&pose.axis));
+        middle.is_none_or(|middle| nearest(from, middle).min(nearest(middle, to)) <= close)
     }
 
     /// The ways at a place with their indices, the one that turns least from `near` first.
@@ -467,6 +476,16 @@ impl Walker {
         self.marched.complete(&self.lost);
         self.marched
     }
+}
+
+/// Distance from the origin of the straight line between two points.
+fn nearest(from: [f64; 2], to: [f64; 2]) -> f64 {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let (along, square) = (-dot(from, way), dot(way, way));
+    let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+    let point = [from[0] + share * way[0], from[1] + share * way[1]];
+    dot(point, point).sqrt()
 }
 
 /// Weighted rotary travel between two positions \[rad\].
