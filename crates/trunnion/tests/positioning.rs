@@ -281,6 +281,42 @@ fn contacts_that_do_not_cut_are_refused() {
     assert!(refused.to_string().contains("11.5 mm"), "{refused}");
 }
 
+/// Under the disc and the rear as well, where the strip itself lies under the inserts.
+#[test]
+fn inserts_do_not_touch_with_what_does_not_cut() {
+    let bull = cutter(9.0, 4.0);
+    let mut refused = 0;
+    for k in [[-0.002, -0.02], [-0.01, -0.02], [-0.02, -0.002], [-0.01, 0.002], [0.004, 0.01]] {
+        for degrees in [0.0, 40.0, 90.0] {
+            let face = quadric(k[0], k[1]);
+            let solid = request(&face, &bull, heading(degrees));
+            let Ok(found) = widest(&solid, None) else { continue };
+            if !found.active.iter().any(|a| matches!(a, Active::Disc | Active::Rear)) {
+                continue;
+            }
+            // As far from the axis as the strip's own points, less a hair.
+            let out = |[u, v]: [f64; 2]| {
+                let from_tip = face.face().surface.point(u, v) - found.pose.tip;
+                found.pose.axis.cross(&from_tip).norm()
+            };
+            let strip = [found.near, found.contact_uv, found.far].map(out);
+            let inner_cutting_radius = strip.into_iter().fold(f64::INFINITY, f64::min) - 1e-3;
+            let construction = Construction::Insert { inner_cutting_radius };
+            let insert = Cutter::new(CutterSpec { construction, ..bull.spec().clone() }).unwrap();
+            let answer = widest(&Request { cutter: &insert, ..solid }, None);
+            match answer {
+                Ok(_) => {}
+                Err(PositioningError::NotCutting { radius, inner, .. }) => {
+                    assert!(radius < inner - 1e-3, "{radius} {inner}");
+                    refused += 1;
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
+    assert!(refused > 0);
+}
+
 /// Where the method the strips are compared with stands: baseline of the reference cases.
 #[test]
 fn curvature_matching_reaches_its_baseline() {

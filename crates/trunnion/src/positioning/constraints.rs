@@ -11,6 +11,7 @@ use super::placement::Frame;
 use super::placement::Placement;
 use super::probe::Probe;
 use super::probe::Reading;
+use nalgebra::Point3;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
@@ -39,6 +40,8 @@ pub(super) struct Condition {
     pub(super) psi: f64,
     /// The extremum it belongs to, if to one.
     pub(super) sample: Option<Sample>,
+    /// Where the cutter touches once the value is 0: parameters and point.
+    pub(super) contact: Option<([f64; 2], Point3<f64>)>,
 }
 
 /// The problem to be solved at one end point.
@@ -133,6 +136,7 @@ impl Problem {
             gradient: placement.chord_gradient().map(|rate| -rate),
             psi: 0.0,
             sample: None,
+            contact: None,
         }
     }
 
@@ -152,7 +156,7 @@ impl Problem {
         let inside = share * (1.0 - END_STEP);
         let sample = circle.read_from(inside * half, end, probe)?;
         let gradient = placement.arc_gradient(inside, &sample.reading).map(|g| -g / END_STEP);
-        Ok(Some(Condition { kind, value, gradient, psi: end.psi, sample: None }))
+        Ok(Some(Condition { kind, value, gradient, psi: end.psi, sample: None, contact: None }))
     }
 
     fn front(
@@ -191,7 +195,9 @@ impl Problem {
         } else {
             (Active::Touch, extremum.value - self.band.lower, gradient)
         };
-        Condition { kind, value, gradient, psi, sample: Some(sample) }
+        let foot = &sample.reading.foot;
+        let contact = (!extremum.maximum).then_some((foot.uv, foot.point));
+        Condition { kind, value, gradient, psi, sample: Some(sample), contact }
     }
 
     /// The condition of a minimum of the rest of the circle.
@@ -208,6 +214,7 @@ impl Problem {
             gradient: placement.gradient(&q, &sample.reading.normal()),
             psi: sample.psi,
             sample: Some(sample),
+            contact: Some((sample.reading.foot.uv, sample.reading.foot.point)),
         }
     }
 
@@ -254,6 +261,7 @@ impl Problem {
                 gradient: placement.gradient(&point, &reading.normal()),
                 psi: 0.0,
                 sample: None,
+                contact: Some((reading.foot.uv, reading.foot.point)),
             });
         }
         Ok(())
@@ -270,6 +278,7 @@ impl Problem {
             gradient: placement.axis_gradient(&near.axis).map(|rate| scale * rate),
             psi: 0.0,
             sample: None,
+            contact: None,
         });
     }
 }

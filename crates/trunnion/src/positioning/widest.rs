@@ -24,6 +24,7 @@ use super::solve::Optimum;
 use super::solve::ROUGHLY;
 use super::solve::Start;
 use crate::types::ToolPose;
+use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_2;
 
 /// Share of the band kept free on both sides while searching: what the search stops short of,
@@ -376,6 +377,7 @@ fn finish(
     let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
     let pose = placement.pose(frame.minor);
     cuts_there(&setting, &pose, strip)?;
+    touches_where_it_cuts(&setting, &pose, optimum)?;
     body::clear(&setting, &pose, request.at, &mut probe)?;
     let (contact_angles, active) = binding(request, optimum);
     let [w, alpha, theta] = placement.x;
@@ -406,14 +408,36 @@ fn finish(
     })
 }
 
+/// Share of the band within which a condition counts as reached.
+const TOUCHING: f64 = 1e-3;
+
 /// The strip must lie under the part of the underside that cuts.
 pub(super) fn cuts_there(
     setting: &Setting,
     pose: &ToolPose,
     strip: &Strip,
 ) -> Result<(), PositioningError> {
+    within_cutting(setting, pose, [strip.near, strip.contact, strip.far].into_iter())
+}
+
+/// So must whatever else touches: contacts within the strip, under the rear, under the disc.
+fn touches_where_it_cuts(
+    setting: &Setting,
+    pose: &ToolPose,
+    optimum: &Optimum,
+) -> Result<(), PositioningError> {
+    let slight = TOUCHING * (setting.band.upper - setting.band.lower);
+    let touching = optimum.state.conditions.iter().filter(|c| c.value <= slight);
+    within_cutting(setting, pose, touching.filter_map(|condition| condition.contact))
+}
+
+fn within_cutting(
+    setting: &Setting,
+    pose: &ToolPose,
+    contacts: impl Iterator<Item = ([f64; 2], Point3<f64>)>,
+) -> Result<(), PositioningError> {
     let inner = setting.cutter.inner_cutting_radius();
-    for (uv, point) in [strip.near, strip.contact, strip.far] {
+    for (uv, point) in contacts {
         let radius = pose.axis.cross(&(point - pose.tip)).norm();
         if radius < inner {
             return Err(PositioningError::NotCutting { uv, radius, inner });
@@ -432,7 +456,7 @@ fn binding(request: &Request, optimum: &Optimum) -> (Vec<f64>, Vec<Active>) {
         if condition.kind == Active::Touch {
             angles.push(condition.psi + half);
         }
-        if *multiplier > 0.0 && condition.value <= 1e-3 * band {
+        if *multiplier > 0.0 && condition.value <= TOUCHING * band {
             active.push(condition.kind);
         }
     }
