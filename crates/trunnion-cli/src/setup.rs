@@ -149,12 +149,17 @@ fn assured(found: &Rotated) -> String {
     match (&found.search.best, bound) {
         (Some((best, _)), Some(bound)) if shown(found) => {
             let more = (bound - best.least).to_degrees().max(0.01);
+            let given = if bound - best.least > pipeline::SETUP_WITHIN {
+                ", given up for less rotary travel"
+            } else {
+                ""
+            };
             format!(
-                "shown: no rotation within the bounds that fits is better by more than {more:.2} deg{apart}"
+                "shown: no rotation within the bounds that fits is better by more than {more:.2} deg{given}{apart}"
             )
         }
         (Some(_), Some(bound)) => format!(
-            "not shown that nothing is better: rotations with up to {:.2} deg were not all tried; narrower bounds help",
+            "not shown that nothing is better: not all rotations with up to {:.2} deg were tried; narrower bounds help",
             bound.to_degrees()
         ),
         (None, Some(_)) => {
@@ -180,7 +185,8 @@ fn why_not(judged: &Judged, machine: &Machine) -> Option<String> {
             second.name
         )),
         Verdict::Short { by, axes } => {
-            Some(format!("{} is {by:.1} mm short, wherever the origin is", axes.join(", ")))
+            let axes = axes.join(" and ");
+            Some(format!("travel of {axes} is {by:.1} mm short, wherever the origin is"))
         }
         Verdict::Fails(error) => Some(error.to_string()),
     }

@@ -17,7 +17,7 @@ pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
-pub use stages::SETUP_SHOWN;
+pub use stages::{SETUP_SHOWN, SETUP_WITHIN};
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;

@@ -162,14 +162,14 @@ const SETUP_DIGITS: [f64; 2] = [0.1, 0.01];
 const SETUP_BATCH: usize = 8;
 
 /// No setup is to be better than the best by more than this \[rad\].
-const SETUP_WITHIN: f64 = 0.1 * DEGREE;
+pub const SETUP_WITHIN: f64 = 0.1 * DEGREE;
 
 /// A setup search came to its end if no rotation within the bounds is better than the best by more than this
 /// \[rad\]: what is looked for, with what is given up for less rotary travel.
 pub const SETUP_SHOWN: f64 = SETUP_WITHIN + SETUP_ANGLES[2];
 
 /// Rotations looked at and planned to show that: some seconds.
-const SETUP_MOST: [usize; 2] = [400_000, 200];
+const SETUP_MOST: [usize; 2] = [400_000, 500];
 
 /// Searches a setup for a path within bounds.
 pub(super) fn search(

@@ -84,6 +84,38 @@ impl Task<'_> {
         Ok(vec![best, found])
     }
 
+    /// Where better rotations fell, what fits lies at the edge of what the travel allows: from there on
+    /// to the best that fits near it, ever closer.
+    pub(super) fn polish(&self, planned: &mut Planned) -> Result<(), Cancelled> {
+        let by_least = |a: &&Judged, b: &&Judged| a.least.total_cmp(&b.least);
+        let Some(mut best) = planned.fitting.iter().max_by(by_least).cloned() else {
+            return Ok(());
+        };
+        let enough = |one: &Judged| one.least <= best.least + self.search.alike;
+        if planned.others.iter().all(enough) {
+            return Ok(());
+        }
+        let mut width = self.search.grid;
+        while width > self.search.tolerance {
+            let promising = |lean: &Lean| {
+                let seen = self.sight.look(self.views.finest(), &lean.rotation());
+                seen.fits() && seen.least > best.least + self.search.tolerance
+            };
+            let near: Vec<Lean> =
+                self.search.bounds.around(&best.lean, width).filter(promising).collect();
+            let judged: Result<Vec<Judged>, Cancelled> =
+                near.par_iter().map(|lean| self.judge(lean)).collect();
+            let fits = |one: &Judged| one.verdict.fits().is_some() && one.least > best.least;
+            let found = judged?.into_iter().filter(fits).max_by(|a, b| a.least.total_cmp(&b.least));
+            match found {
+                Some(better) => best = better,
+                None => width *= 0.5,
+            }
+        }
+        planned.add(best);
+        Ok(())
+    }
+
     /// The best rotation near one: the best of those around, ever closer.
     pub(super) fn climb(&self, from: &Candidate) -> Climbed {
         let finest = self.views.finest();

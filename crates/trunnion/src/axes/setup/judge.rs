@@ -66,6 +66,7 @@ impl Task<'_> {
         if self.search.bounds.holds(&before.lean) && before.verdict.fits().is_some() {
             planned.fitting.push(before.clone());
         }
+        self.polish(&mut planned)?;
         self.progress.done.store(self.progress.total, AtomicOrdering::Relaxed);
         let first = planned.least();
         let assurance = Proof::new(self).run(&mut planned)?;
