@@ -299,6 +299,51 @@ proptest! {
     }
 }
 
+/// The same path and limits with lengths in another unit.
+fn in_unit(path: &AxisPath, limits: &Limits<5>, unit: f64) -> (AxisPath, Limits<5>) {
+    let (mut path, mut limits) = (path.clone(), *limits);
+    for node in path.pieces.iter_mut().flat_map(|piece| &mut piece.nodes) {
+        node.s *= unit;
+        for (order, derivative) in node.q.iter_mut().enumerate() {
+            *derivative /= f64::powi(unit, i32::try_from(order).unwrap());
+            derivative.fixed_rows_mut::<3>(0).scale_mut(unit);
+        }
+    }
+    for limit in [&mut limits.velocity, &mut limits.rapid, &mut limits.acceleration] {
+        limit.fixed_rows_mut::<3>(0).scale_mut(unit);
+    }
+    (path, limits)
+}
+
+proptest! {
+    // Three units each: 2000 plans and more.
+    #![proptest_config(ProptestConfig::with_cases(700))]
+
+    #[test]
+    fn no_path_fails_in_any_unit(
+        waves in any_waves(),
+        intervals in prop::sample::select(vec![2_u32, 9, 30, 60]),
+        feed in prop::option::of(5.0..300.0f64),
+    ) {
+        let path = waves.path(intervals);
+        // No rows inserted for speed: which ones are can hang on a rounding.
+        let options = FeedOptions { feed, time_tolerance: 1.0, ..FREE };
+        let one = plan(&path, &machine(), &options);
+        prop_assert!(one.bounds.velocity <= 1.0 + 1e-9 && one.bounds.acceleration <= 1.0 + 1e-9);
+        let duration = one.schedule.duration();
+        // In m and in um. Rates of the programmed point are per unit of s, and so is the feed.
+        for unit in [1e-3, 1e3] {
+            let (path, limits) = in_unit(&path, &machine(), unit);
+            let options = FeedOptions { feed: feed.map(|feed| feed * unit), ..options };
+            let two = plan(&path, &limits, &options);
+            prop_assert!(two.bounds.velocity <= 1.0 + 1e-9 && two.bounds.acceleration <= 1.0 + 1e-9);
+            // Where an axis reverses, the time hangs on differences that rounding of the input changes.
+            let two = two.schedule.duration();
+            prop_assert!((two / duration - 1.0).abs() <= 1e-3, "{duration} {two}");
+        }
+    }
+}
+
 /// A straight pass whose tool axis nearly passes the pole: C turns half round within 0.1 mm.
 #[test]
 fn a_whip_near_the_pole_keeps_limits_on_a_coarse_grid() {
