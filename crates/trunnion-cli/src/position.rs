@@ -10,7 +10,7 @@ use trunnion::positioning::{
     Active, Band, ContactSide, Location, Look, PositioningError, Request, Setting, StripSide,
     curvature_matched, error_curve, error_picture, inclined, widest,
 };
-use trunnion::surface::{Face, FaceIndex};
+use trunnion::surface::{Face, FaceIndex, Surface};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -112,6 +112,7 @@ fn two(text: &str) -> Result<[f64; 2], String> {
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let face = face(args)?;
+    on_the_surface(&face.face().surface, args.at)?;
     let cutter = cutter(args)?;
     let tolerance = args.tolerance;
     let request = Request {
@@ -177,6 +178,19 @@ fn asked_wrong(error: &PositioningError) -> bool {
 
 fn refusal(error: PositioningError) -> Failure {
     Failure::input(error)
+}
+
+/// The library goes on beyond an edge, where a tool rolls off; a place asked for there is a slip.
+fn on_the_surface(surface: &Surface, at: [f64; 2]) -> Result<(), Failure> {
+    let parameters = ["u", "v"].into_iter().zip(at).zip(surface.domain()).zip(surface.periods());
+    for (((name, value), [low, high]), period) in parameters {
+        if period.is_none() && !(low..=high).contains(&value) {
+            return Err(Failure::input(format!(
+                "--at: {name} = {value} is off the surface, where {name} goes from {low} to {high}"
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn face(args: &Args) -> Result<FaceIndex, Failure> {

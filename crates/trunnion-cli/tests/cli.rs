@@ -395,6 +395,11 @@ fn one_location_is_found_explained_and_drawn() {
         let text = String::from_utf8_lossy(&other.stdout).into_owned();
         assert!(text.contains("strip width") && text.contains("held back by"), "{text}");
     }
+    let off = ["position", "--surface", patch, "--tolerance", "0.01", "--at", "0.4,1.5"];
+    let off =
+        trunnion(folder.path(), &[&off[..], &["--cutter", "R=10,r=6", "--feed", "0,1"]].concat());
+    assert_eq!(off.status.code(), Some(2));
+    assert!(stderr(&off).contains("v = 1.5 is off the surface, where v goes from 0 to 1"));
     let large = call(&["--cutter", "R=10,r=600", "--feed", "0,1", "--json"]);
     assert_eq!(large.status.code(), Some(1), "{}", stderr(&large));
     let text = String::from_utf8_lossy(&large.stdout).into_owned();

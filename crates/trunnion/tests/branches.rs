@@ -202,12 +202,46 @@ fn pose_at(path: &ToolPath, u: f64) -> ToolPose {
     of.pose(u).unwrap()
 }
 
+/// How random cuts ended.
+#[derive(Default)]
+struct Tally {
+    ran: usize,
+    refused: usize,
+    retracts: usize,
+}
+
+impl Tally {
+    fn cuts(&self) -> usize {
+        self.ran + self.refused
+    }
+
+    /// One more, that must be whole and inside travel if it runs.
+    fn add(&mut self, machine: &Kinematics, path: &ToolPath, found: Option<&Followed>) {
+        let Some(followed) = found else {
+            self.refused += 1;
+            return;
+        };
+        assert_complete(path, followed);
+        assert_inside(machine, followed);
+        self.retracts += followed.retracts.len();
+        self.ran += 1;
+    }
+
+    /// Enough of them ran, and enough had to retract, to mean something.
+    fn has_both(&self, what: &str) {
+        let Self { ran, refused, retracts } = *self;
+        let count = self.cuts();
+        println!("{count} {what}: {ran} run with {retracts} retracts, {refused} refused");
+        assert!(ran > count / 10 && retracts > count / 10, "{ran} {refused} {retracts}");
+    }
+}
+
 #[test]
 fn cuts_that_have_to_be_left_on_random_machines() {
     let mut random = Random(seed());
     let count = if full() { 20_000 } else { 150 };
-    let [mut ran, mut refused, mut retracts] = [0, 0, 0];
-    while ran + refused < count {
+    let mut tally = Tally::default();
+    while tally.cuts() < count {
         let Some(Left { machine, path, options, nodes }) = left(&mut random, 7, TIGHT) else {
             continue;
         };
@@ -216,23 +250,14 @@ fn cuts_that_have_to_be_left_on_random_machines() {
         }
         let found = follow(&machine, &path, &options, &Silent);
         let best = brute_force_retracts(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
-        let told = format!("case {}", ran + refused);
+        let told = format!("case {}", tally.cuts());
         compare(found.as_ref(), best, &told);
         let again = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
         let same = best.zip(again).is_none_or(|(a, b)| (a - b).abs() < 1e-9);
         assert!(same && best.is_some() == again.is_some(), "{told}: {best:?} {again:?}");
-        match &found {
-            Ok(followed) => {
-                assert_complete(&path, followed);
-                assert_inside(&machine, followed);
-                retracts += followed.retracts.len();
-                ran += 1;
-            }
-            Err(_) => refused += 1,
-        }
+        tally.add(&machine, &path, found.ok().as_ref());
     }
-    println!("{count} cuts: {ran} run with {retracts} retracts, {refused} refused");
-    assert!(ran > count / 10 && retracts > count / 10, "{ran} {refused} {retracts}");
+    tally.has_both("cuts");
 }
 
 /// Hundreds of poses, so that much of the way is chosen many intervals at once.
@@ -240,27 +265,18 @@ fn cuts_that_have_to_be_left_on_random_machines() {
 fn long_cuts_that_have_to_be_left_on_random_machines() {
     let mut random = Random(seed());
     let count = if full() { 1_000 } else { 15 };
-    let [mut ran, mut refused, mut retracts] = [0, 0, 0];
-    while ran + refused < count {
+    let mut tally = Tally::default();
+    while tally.cuts() < count {
         let spans = 150 + u32::try_from(random.below(300)).unwrap();
         let Some(Left { machine, path, options, nodes }) = left(&mut random, spans, TIGHT) else {
             continue;
         };
         let found = follow(&machine, &path, &options, &Silent);
         let best = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
-        compare(found.as_ref(), best, &format!("case {}", ran + refused));
-        match &found {
-            Ok(followed) => {
-                assert_complete(&path, followed);
-                assert_inside(&machine, followed);
-                retracts += followed.retracts.len();
-                ran += 1;
-            }
-            Err(_) => refused += 1,
-        }
+        compare(found.as_ref(), best, &format!("case {}", tally.cuts()));
+        tally.add(&machine, &path, found.ok().as_ref());
     }
-    println!("{count} long cuts: {ran} run with {retracts} retracts, {refused} refused");
-    assert!(ran > count / 10 && retracts > count / 10, "{ran} {refused} {retracts}");
+    tally.has_both("long cuts");
 }
 
 /// With loose tolerances a way may pass from one branch to the other: what is found must be within

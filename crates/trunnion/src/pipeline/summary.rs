@@ -53,11 +53,11 @@ pub(super) fn of(
 }
 
 /// A share of the tolerance for singular directions narrows all strips: that is told where it saves less
-/// than a hundredth of a second.
+/// than the hundredth of a second that is shown.
 fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> {
     let what = match singular {
         None => "no cut passes a singular direction where moving the tool axis would help",
-        Some(moved) if moved.seconds_saved < 0.01 => {
+        Some(moved) if moved.seconds_saved < 0.005 => {
             "moving the tool axis at singular directions saves no time here"
         }
         Some(_) => return None,
@@ -77,9 +77,9 @@ fn warnings(covering: &Covering) -> Vec<String> {
     if let Some(first) = report.fallbacks.first() {
         let [u, v] = first.at;
         warnings.push(format!(
-            "wide strips fail at {} places, finished at a fixed lead; the first on face {} at \
+            "wide strips fail at {}, finished at a fixed lead; the first on face {} at \
              u {u:.4}, v {v:.4}: {}",
-            report.fallbacks.len(),
+            counted(report.fallbacks.len(), "place"),
             first.face,
             reason(&first.reason)
         ));
@@ -93,8 +93,11 @@ fn warnings(covering: &Covering) -> Vec<String> {
         ));
     }
     if report.shortened > 0 {
-        let count = report.shortened;
-        warnings.push(format!("{count} passes could not be run out in full beyond the face"));
+        let passes = match report.shortened {
+            1 => "1 pass".to_owned(),
+            count => format!("{count} passes"),
+        };
+        warnings.push(format!("{passes} could not be run out in full beyond the face"));
     }
     if report.missed > 0 {
         let count = report.missed;
@@ -115,12 +118,17 @@ fn warnings(covering: &Covering) -> Vec<String> {
     }
     if report.fast_turns > 0 {
         warnings.push(format!(
-            "the tool axis turns faster than strategy.max_axis_turn at {} places, by up to {:.2} deg/mm",
-            report.fast_turns,
+            "the tool axis turns faster than strategy.max_axis_turn at {}, by up to {:.2} deg/mm",
+            counted(report.fast_turns, "place"),
             report.axis_turn.to_degrees()
         ));
     }
     warnings
+}
+
+/// `1 place`, `2 places`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn reason(reason: &FallbackReason) -> String {
