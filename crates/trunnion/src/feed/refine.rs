@@ -32,15 +32,12 @@ pub(super) fn plan<const N: usize>(
     (options, ends): (&FeedOptions, &Ends),
 ) -> (Grid<N>, Profile) {
     let tolerance = options.time_tolerance;
-    let grid = initial(piece);
+    let mut grid = initial(piece);
     if !options.guarantee {
-        let plan = |grid: &Grid<N>| Profile::fastest_at_rows(grid, limits, ends);
-        let profile = plan(&grid);
-        return moving(grid, profile, plan);
+        let profile = Profile::fastest_at_rows(&grid, limits, ends);
+        return (grid, profile);
     }
-    let profile = Profile::fastest(&grid, limits, ends);
-    let plan = |grid: &Grid<N>| Profile::fastest(grid, limits, ends);
-    let (mut grid, mut profile) = moving(grid, profile, plan);
+    let mut profile = Profile::fastest(&grid, limits, ends);
     // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
     let unbeatable = if tolerance < 1.0 { lower::bound(&grid, limits, ends) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
@@ -56,44 +53,7 @@ pub(super) fn plan<const N: usize>(
         }
         before = gains.time;
         grid = split(&grid, &profile, limits, (&gains, 0.5 * wanted / to_gain));
-        profile = plan(&grid);
-    }
-    moving(grid, profile, plan)
-}
-
-/// Cuts cells that are run from rest to rest, on which nothing would ever move: the fastest `x` of a
-/// row may only be had with rest at the next one. Rest is up to rounding, seen from the fastest row.
-fn moving<const N: usize>(
-    mut grid: Grid<N>,
-    mut profile: Profile,
-    plan: impl Fn(&Grid<N>) -> Profile,
-) -> (Grid<N>, Profile) {
-    for _ in 0..ROUNDS {
-        let rest = f64::EPSILON.sqrt() * profile.x.iter().copied().fold(0.0, f64::max);
-        let stuck = |index: usize, cell: &Cell<N>| {
-            let [from, to] = profile.ends(index);
-            from <= rest && to <= rest && cell.rates.iter().any(|rate| rate.amax() > 0.0)
-        };
-        if !grid.cells.iter().enumerate().any(|(index, cell)| stuck(index, cell)) {
-            break;
-        }
-        let mut finer = Grid { s: Vec::new(), cells: Vec::new() };
-        for (index, cell) in grid.cells.iter().enumerate() {
-            let s = grid.s[index];
-            finer.s.push(s);
-            if stuck(index, cell) && resolvable(s, s + 0.5 * cell.h, grid.s[index + 1]) {
-                finer.s.push(s + 0.5 * cell.h);
-                finer.cells.extend(cell.split(0.5));
-            } else {
-                finer.cells.push(*cell);
-            }
-        }
-        if finer.cells.len() == grid.cells.len() {
-            break;
-        }
-        finer.s.extend(grid.s.last());
-        grid = finer;
-        profile = plan(&grid);
+        profile = Profile::fastest(&grid, limits, ends);
     }
     (grid, profile)
 }
@@ -309,5 +269,8 @@ fn kink<const N: usize>(
     let own = to - from;
     // Both neighbours must lie above: steeper before, steeper downwards after. Then this is in 0..1.
     let cut = (own - fall) / (rise - fall);
-    (rise > own && own > fall && (MARGIN..=1.0 - MARGIN).contains(&cut)).then_some(cut)
+    // On a straight stretch of the profile the three differ by rounding alone.
+    let straight = rise - fall <= f64::EPSILON.sqrt() * from.max(to);
+    let above = rise > own && own > fall && !straight;
+    (above && (MARGIN..=1.0 - MARGIN).contains(&cut)).then_some(cut)
 }

@@ -9,6 +9,12 @@ use super::cell::{Accelerations, Strips};
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
 const ROUNDS: usize = 64;
 
+/// Where the largest `x` of all leaves rest at the end of a cell, it would be bought dearly, and what
+/// rounding leaves of that rest would decide what comes after. There `x` is at most the largest from
+/// which the cell can stop over this, and this times as much as `y` more: about half the speed at the
+/// end. Whatever follows, the bound stays the same, so more room ahead never gives less.
+const STEEPEST: f64 = 4.0;
+
 /// A bound on `x` that is linear in `y`: `x <= at_zero + slope y`.
 #[derive(Debug, Clone, Copy)]
 struct Line {
@@ -30,12 +36,18 @@ struct Bounds<const N: usize, const K: usize> {
     slope: [[f64; N]; K],
     x_max: f64,
     y_max: f64,
+    steepest: Line,
 }
 
 impl<const N: usize, const K: usize> Bounds<N, K> {
     fn new(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> Self {
-        let mut bounds =
-            Self { at_zero: [[f64::INFINITY; N]; K], slope: [[0.0; N]; K], x_max, y_max };
+        let mut bounds = Self {
+            at_zero: [[f64::INFINITY; N]; K],
+            slope: [[0.0; N]; K],
+            x_max,
+            y_max,
+            steepest: Line { at_zero: f64::INFINITY, slope: 0.0 },
+        };
         // Below this a term a x is lost in the rounding of the limit 1.
         let negligible = f64::EPSILON / x_max;
         for k in 0..K {
@@ -49,6 +61,10 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
                 }
             }
         }
+        let at_rest = bounds.upper(0.0);
+        if at_rest.slope < 0.0 {
+            bounds.steepest = Line { at_zero: at_rest.at_zero / STEEPEST, slope: STEEPEST };
+        }
         bounds
     }
 
@@ -56,6 +72,9 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
     fn upper(&self, y: f64) -> Line {
         let mut line = Line { at_zero: self.x_max, slope: 0.0 };
         let mut lowest = self.x_max;
+        if self.steepest.at(y) < lowest {
+            (lowest, line) = (self.steepest.at(y), self.steepest);
+        }
         for (at_zero, slope) in self.pairs() {
             let value = at_zero + slope * y;
             if value < lowest {
@@ -317,10 +336,15 @@ mod tests {
             y_max in 0.01..10.0f64,
         ) {
             let strips = strips(rows);
+            // From where the end can be at rest, and whether more at the end only costs.
+            let steepest = rows.iter().max_by(|p, q| p[0].abs().total_cmp(&q[0].abs())).unwrap();
+            let at_rest = 1.0 / steepest[0].abs();
+            let dear = at_rest < x_max && steepest[0] * steepest[1] > 0.0;
             let mut best: f64 = 0.0;
             for step in 0..=20_000 {
                 let y = y_max * f64::from(step) / 20_000.0;
-                let mut range = [0.0, x_max];
+                let bought = if dear { at_rest / STEEPEST + STEEPEST * y } else { x_max };
+                let mut range = [0.0, x_max.min(bought)];
                 for [a, b] in rows {
                     let [low, high] = [(-1.0 - b * y) / a, (1.0 - b * y) / a];
                     range = [range[0].max(low.min(high)), range[1].min(low.max(high))];
