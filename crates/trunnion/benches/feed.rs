@@ -1,12 +1,13 @@
 //! Time per point of the optimal schedule with its guarantee, lower bound and dense check, for five
 //! axes. Budget: 500 ns a point and core on paths whose nodes suffice (`smooth`); a whip near the
 //! pole of the rotary axes inserts rows and costs more. Peers on like paths: 1.1 to 4 us.
-//! Planning alone, with the same guarantee, is `stream`: through a window of 512 rows, 220 ns a point.
+//! Planning alone, with the same guarantee, is `schedule<true>`, 300 ns, or through a window of 512 rows
+//! `stream`, 220 ns; with limits at rows alone `schedule<false>`, 120 ns, which is what peers do.
 //! With jerk limits (`jerk_smooth`): 25 us a point; the strongest peer takes 1.1 to 5.1 ms a pass.
 
 use divan::Bencher;
 use nalgebra::SVector;
-use trunnion::feed::{FeedOptions, Limits, Stream, StreamOptions, jerk, optimal};
+use trunnion::feed::{FeedOptions, Limits, Stream, StreamOptions, jerk, optimal, optimal_schedule};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
 fn main() {
@@ -79,6 +80,16 @@ fn smooth_at_rows(bencher: Bencher, points: u32) {
     bencher
         .counter(divan::counter::ItemsCount::new(points))
         .bench(|| optimal(&path, &limits, &options, &Silent));
+}
+
+/// The schedules alone, which is what peers give: limits everywhere, and at rows alone.
+#[divan::bench(args = [1_000, 10_000, 100_000], consts = [true, false])]
+fn schedule<const GUARANTEE: bool>(bencher: Bencher, points: u32) {
+    let path = smooth_path(points);
+    let options = FeedOptions { guarantee: GUARANTEE, time_tolerance: 1.0, ..OPTIONS };
+    bencher
+        .counter(divan::counter::ItemsCount::new(points))
+        .bench(|| optimal_schedule(&path, &limits(), &options, &Silent));
 }
 
 /// Node by node through a window; time a point must not depend on their number.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
-use trunnion::feed::{FeedError, FeedOptions, Limits, Plan, ceiling, optimal};
+use trunnion::feed::{FeedError, FeedOptions, Limits, Plan, ceiling, optimal, optimal_schedule};
 use trunnion::setpoint::sample;
 use trunnion::types::{
     AxisNode, AxisPath, AxisPiece, Motion, Progress, SchedulePiece, Setpoint, Silent, Stage,
@@ -39,6 +39,25 @@ fn machine() -> Limits<5> {
 
 fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, options: &FeedOptions) -> Plan {
     optimal(path, limits, options, &Silent).unwrap()
+}
+
+/// The schedule alone is that of the plan.
+#[test]
+fn a_schedule_alone_is_that_of_the_plan() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    for intervals in [3, 300] {
+        let path = any_waves().new_tree(&mut runner).unwrap().current().path(intervals);
+        for (guarantee, time_tolerance) in WAYS {
+            let options = FeedOptions { guarantee, time_tolerance, ..FREE };
+            let whole = plan(&path, &machine(), &options).schedule;
+            let alone = optimal_schedule(&path, &machine(), &options, &Silent).unwrap();
+            let [whole, alone] = [whole, alone].map(|mut plan| plan.pieces.remove(0));
+            assert_eq!(whole.s, alone.s);
+            for (a, b) in whole.t.iter().zip(&alone.t) {
+                assert!((a - b).abs() <= 1e-12 * whole.t.last().unwrap(), "{a} {b}");
+            }
+        }
+    }
 }
 
 fn cases(group: &str) -> Vec<Value> {

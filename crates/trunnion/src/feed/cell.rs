@@ -106,6 +106,26 @@ impl<const N: usize> Cell<N> {
         scaled
     }
 
+    /// The same from one node to the next, with the coefficients at rows alone: all that limits at rows
+    /// need.
+    #[inline]
+    pub(super) fn at_rows(
+        from: &AxisNode<N>,
+        to: &AxisNode<N>,
+        limits: &Reciprocals<N>,
+    ) -> Accelerations<N> {
+        let per_length = 1.0 / (to.s - from.s);
+        let mut scaled = Accelerations { r: [[0.0; N]; 5], d: [[0.0; N]; 4] };
+        for axis in 0..N {
+            let inverse = limits.acceleration[axis];
+            scaled.r[0][axis] = from.q[1][axis] * (inverse * per_length);
+            scaled.r[4][axis] = to.q[1][axis] * (inverse * per_length);
+            scaled.d[0][axis] = from.q[2][axis] * (0.25 * inverse);
+            scaled.d[3][axis] = to.q[2][axis] * (0.25 * inverse);
+        }
+        scaled
+    }
+
     /// Largest `x` at both ends by the speed limits there alone.
     #[inline]
     pub(super) fn end_caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {

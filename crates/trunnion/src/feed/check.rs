@@ -159,12 +159,15 @@ pub(super) fn bounds<const N: usize>(
     profile: &Profile,
     limits: &Reciprocals<N>,
 ) -> Ratios {
-    let mut bounds = Ratios::default();
+    let acceleration = profile.acceleration.unwrap_or_default();
+    let mut bounds = Ratios { acceleration, ..Ratios::default() };
     let mut square = 0.0_f64;
     for (index, cell) in grid.cells.iter().enumerate() {
         let x = profile.ends(index);
-        let most = cell.accelerations(limits).most::<5>(x);
-        bounds.acceleration = largest(most, bounds.acceleration);
+        if profile.acceleration.is_none() {
+            let most = cell.accelerations(limits).most::<5>(x);
+            bounds.acceleration = largest(most, bounds.acceleration);
+        }
         let mut speed = |line: [f64; 2]| {
             // The exact maximum only where it can be above what was seen.
             let rate = largest(line[0], line[1]);

@@ -115,7 +115,7 @@ fn grid<const N: usize>(piece: &AxisPiece<N>, given: &GivenSpeed) -> (Grid<N>, G
     }
     grid.s.extend(piece.nodes.last().map(|node| node.s));
     let x = grid.s.iter().map(|&s| square_at(given, s)).collect();
-    (nodes, grid, Profile { x })
+    (nodes, grid, Profile { x, acceleration: None })
 }
 
 /// Squared speed at `s`.

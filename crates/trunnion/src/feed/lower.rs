@@ -16,17 +16,20 @@ use nalgebra::SVector;
 pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> f64 {
     let x = reachable(grid, limits, ends);
     let mut sum = 0.0;
-    let mut from = x.first().map_or(0.0, |x| x.sqrt());
-    for (cell, x) in grid.cells.iter().zip(x.iter().skip(1)) {
-        let to = x.sqrt();
-        sum += cell_time(cell, [from, to], limits);
-        from = to;
+    let mut ahead = x.last().map_or(0.0, |x| x.min(ends.end));
+    let mut to = ahead.sqrt();
+    for (cell, here) in grid.cells.iter().zip(&x).rev() {
+        let travel = Travel::of(cell, limits);
+        let here = travel.gain(ahead, *here, [1, 0]);
+        let from = here.sqrt();
+        sum += cell_time(cell, &travel, ([here, ahead], [from, to]), limits);
+        (ahead, to) = (here, from);
     }
     // Each cell's time is right to a few dozen roundings, their sum to one per cell.
     sum * (1.0 - (grid.cells.len() + 64) as f64 * f64::EPSILON)
 }
 
-/// Upper bounds of `x` at the rows.
+/// Upper bounds of `x` at the rows, going forwards.
 fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> Vec<f64> {
     let mut x = Vec::with_capacity(grid.cells.len() + 1);
     let mut here = ends.start;
@@ -40,10 +43,7 @@ fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &End
         x.push(here);
         here = Travel::of(cell, limits).gain(here, f64::INFINITY, [0, 1]);
     }
-    x.push(here.min(ends.end));
-    for (row, cell) in grid.cells.iter().enumerate().rev() {
-        x[row] = Travel::of(cell, limits).gain(x[row + 1], x[row], [1, 0]);
-    }
+    x.push(here);
     x
 }
 
@@ -133,6 +133,10 @@ fn bent<const N: usize>(
     let inverse = &limits.acceleration;
     let s: [f64; N] = std::array::from_fn(|axis| s[axis] * inverse[axis]);
     let c: [f64; N] = std::array::from_fn(|axis| c[axis] * inverse[axis]);
+    // Where no centripetal term alone is at its limit, no two are: x |s_j c_k| <= |s_j|.
+    if c.iter().fold(0.0, |most, c| largest(c.abs(), most)) * x <= 1.0 {
+        return false;
+    }
     let mut above = f64::NEG_INFINITY;
     for j in 0..N {
         for k in 0..j {
@@ -174,16 +178,21 @@ pub(super) fn pair_cap<const N: usize>(
     cap
 }
 
-/// Lower bound of the time in a cell whose ends are passed with at most the given `ds/dt`.
-fn cell_time<const N: usize>(cell: &Cell<N>, ends: [f64; 2], limits: &Reciprocals<N>) -> f64 {
+/// Lower bound of the time in a cell whose ends are passed with at most the given `x` and `ds/dt`.
+#[inline]
+fn cell_time<const N: usize>(
+    cell: &Cell<N>,
+    travel: &Travel<N>,
+    (squares, ends): ([f64; 2], [f64; 2]),
+    limits: &Reciprocals<N>,
+) -> f64 {
     let mean = |rate: [f64; 2]| 0.5 * (rate[0] + rate[1]);
     let mut time =
         cell.h * largest(mean(cell.feed_rate) * limits.feed, mean(cell.tip_rate) * limits.tip);
-    let travel = Travel::of(cell, limits);
     for axis in 0..N {
         time = largest(travel.net[axis] * limits.velocity[axis], time);
     }
-    if let Some(axis) = travel.slowest(ends.map(|speed| speed * speed), limits) {
+    if let Some(axis) = travel.slowest(squares, limits) {
         let speeds = [0, 1].map(|end| ends[end] * cell.rates[end * 4][axis].abs());
         let [v, a] = [1.0 / limits.velocity[axis], 1.0 / limits.acceleration[axis]];
         time = largest(ramp_time(travel.net[axis], speeds, v, a), time);

@@ -1,8 +1,8 @@
 //! Backward and forward pass over one piece.
 
-use super::cell::Cell;
+use super::cell::{Accelerations, Cell, largest};
 use super::{Ends, Reciprocals, strip};
-use crate::types::{Law, SchedulePiece};
+use crate::types::{AxisNode, Law, SchedulePiece};
 
 /// Rows of a piece and the cells between them.
 #[derive(Debug, Clone)]
@@ -17,6 +17,8 @@ pub(super) struct Grid<const N: usize> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Profile {
     pub(super) x: Vec<f64>,
+    /// Upper bound of the accelerations over their limits, where it came for nothing.
+    pub(super) acceleration: Option<f64>,
 }
 
 impl Profile {
@@ -41,9 +43,27 @@ impl Profile {
         Self::through::<N, 2>(grid, caps, ends, limits)
     }
 
+    /// The same on the nodes themselves.
+    pub(super) fn fastest_at_nodes<const N: usize>(
+        nodes: &[AxisNode<N>],
+        limits: &Reciprocals<N>,
+        ends: &Ends,
+    ) -> Self {
+        let caps = nodes.iter().map(|node| {
+            let mut most = largest(node.feed_rate * limits.feed, node.tip_rate * limits.tip);
+            for axis in 0..N {
+                most = largest(most, node.q[1][axis].abs() * limits.velocity[axis]);
+            }
+            1.0 / (most * most)
+        });
+        let mut caps: Vec<f64> = caps.collect();
+        cap_still(&mut caps);
+        Self::through::<N, 2>(nodes, caps, ends, limits)
+    }
+
     /// Both passes below `x`, with `K` constraints an axis and cell.
     fn through<const N: usize, const K: usize>(
-        grid: &Grid<N>,
+        cells: &(impl Constraints<N> + ?Sized),
         mut x: Vec<f64>,
         ends: &Ends,
         limits: &Reciprocals<N>,
@@ -51,20 +71,24 @@ impl Profile {
         if let Some(last) = x.last_mut() {
             *last = last.min(ends.end);
         }
-        let mut guess = None;
-        for (row, cell) in grid.cells.iter().enumerate().rev() {
-            let cell = cell.accelerations(limits);
+        let mut guess = strip::Guess::default();
+        for row in (0..cells.count()).rev() {
+            let cell = cells.accelerations(row, limits);
             x[row] = strip::backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
         }
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);
         }
-        guess = None;
-        for (row, cell) in grid.cells.iter().enumerate() {
-            let cell = cell.accelerations(limits);
-            x[row + 1] = strip::forward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
+        guess = strip::Guess::default();
+        let mut bound = 0.0;
+        for row in 0..cells.count() {
+            let cell = cells.accelerations(row, limits);
+            let (next, most) = strip::forward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
+            x[row + 1] = next;
+            bound = largest(most, bound);
         }
-        Self { x }
+        // Values at rows alone bound nothing in between.
+        Self { x, acceleration: (K == 5).then_some(bound) }
     }
 
     /// `x` at both ends of a cell.
@@ -74,26 +98,64 @@ impl Profile {
 
     /// Time through a cell \[s\]: `2 h / (sqrt x0 + sqrt x1)`, exact for constant `d²s/dt²`.
     pub(super) fn time<const N: usize>(&self, grid: &Grid<N>, cell: usize) -> f64 {
-        let [from, to] = self.ends(cell);
-        let sum = from.sqrt() + to.sqrt();
-        // Only a piece on which nothing moves is at rest at both ends of a cell.
-        if sum > 0.0 { 2.0 * grid.cells[cell].h / sum } else { 0.0 }
+        let [from, to] = self.ends(cell).map(f64::sqrt);
+        time(grid.cells[cell].h, from + to)
     }
 
-    pub(super) fn schedule<const N: usize>(&self, grid: &Grid<N>) -> SchedulePiece {
+    /// The schedule over rows at these places.
+    pub(super) fn schedule(
+        &self,
+        s: Vec<f64>,
+        lengths: impl Iterator<Item = f64>,
+    ) -> SchedulePiece {
+        let speed: Vec<f64> = self.x.iter().map(|x| x.sqrt()).collect();
         let mut t = Vec::with_capacity(self.x.len());
         let mut acceleration = Vec::with_capacity(self.x.len());
         let mut now = 0.0;
-        for (index, cell) in grid.cells.iter().enumerate() {
+        for (index, h) in lengths.enumerate() {
             let [from, to] = self.ends(index);
             t.push(now);
-            now += self.time(grid, index);
-            acceleration.push((to - from) / (2.0 * cell.h));
+            now += time(h, speed[index] + speed[index + 1]);
+            acceleration.push((to - from) / (2.0 * h));
         }
         t.push(now);
         acceleration.push(acceleration.last().copied().unwrap_or(0.0));
-        let speed = self.x.iter().map(|x| x.sqrt()).collect();
-        SchedulePiece { s: grid.s.clone(), t, speed, acceleration, law: Law::Steps }
+        SchedulePiece { s, t, speed, acceleration, law: Law::Steps }
+    }
+}
+
+/// Only a piece on which nothing moves is at rest at both ends of a cell.
+fn time(h: f64, sum: f64) -> f64 {
+    if sum > 0.0 { 2.0 * h / sum } else { 0.0 }
+}
+
+/// What both passes are limited by, cell by cell.
+trait Constraints<const N: usize> {
+    /// Number of cells.
+    fn count(&self) -> usize;
+
+    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N>;
+}
+
+impl<const N: usize> Constraints<N> for Grid<N> {
+    fn count(&self) -> usize {
+        self.cells.len()
+    }
+
+    #[inline]
+    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N> {
+        self.cells[cell].accelerations(limits)
+    }
+}
+
+impl<const N: usize> Constraints<N> for [AxisNode<N>] {
+    fn count(&self) -> usize {
+        self.len() - 1
+    }
+
+    #[inline]
+    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N> {
+        Cell::at_rows(&self[cell], &self[cell + 1], limits)
     }
 }
 
@@ -108,9 +170,13 @@ fn caps<const N: usize>(grid: &Grid<N>, of: impl Fn(&Cell<N>) -> [f64; 2]) -> Ve
         caps[row] = caps[row].min(from);
         caps[row + 1] = caps[row + 1].min(to);
     }
+    cap_still(&mut caps);
+    caps
+}
+
+fn cap_still(caps: &mut [f64]) {
     let fastest = caps.iter().copied().filter(|cap| cap.is_finite()).fold(0.0, f64::max);
-    for cap in &mut caps {
+    for cap in caps {
         *cap = cap.min(fastest);
     }
-    caps
 }

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 
 /// Fewest cells of a piece: with one cell from rest to rest nothing would ever move, and a switch
 /// from speeding up to slowing down is located by the cells on both sides of it.
-const FEWEST_CELLS: usize = 8;
+pub(super) const FEWEST_CELLS: usize = 8;
 
 /// Most times rows are inserted. Halving twelve times turns a cell into 1/4096 of itself.
 const ROUNDS: usize = 12;
@@ -127,13 +127,43 @@ fn utilisation<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64;
     0.25 * (from + to) + 0.5 * middle
 }
 
-/// Which limit is used most over a cell.
+/// Which limit is used most in the middle of a cell. Time goes with the root of the acceleration, so an
+/// acceleration's share is its root; shares are compared as squares.
 pub(super) fn binding<const N: usize>(
     cell: &Cell<N>,
     limits: &Reciprocals<N>,
     x: [f64; 2],
 ) -> Binding {
-    Squares::of(cell, limits, x).binding()
+    let [rate, bend] = cell.rates_in_the_middle();
+    let [square, u] = [0.5 * (x[0] + x[1]), 0.5 * (x[1] - x[0]) / cell.h];
+    let [mut accelerations, mut velocities] = [[0.0; N]; 2];
+    for axis in 0..N {
+        let acceleration = rate[axis] * u + bend[axis] * square;
+        accelerations[axis] = (acceleration * limits.acceleration[axis]).abs();
+        let velocity = rate[axis] * limits.velocity[axis];
+        velocities[axis] = square * velocity * velocity;
+    }
+    let point = |rates: [f64; 2], inverse: f64| {
+        let rate = 0.5 * (rates[0] + rates[1]) * inverse;
+        square * rate * rate
+    };
+    let [feed, tip] = [point(cell.feed_rate, limits.feed), point(cell.tip_rate, limits.tip)];
+    let mut most = (0.0, Binding::Still);
+    for axis in 0..N {
+        let name = u8::try_from(axis).unwrap_or(u8::MAX);
+        if accelerations[axis] > most.0 {
+            most = (accelerations[axis], Binding::Acceleration(name));
+        }
+        if velocities[axis] > most.0 {
+            most = (velocities[axis], Binding::Velocity(name));
+        }
+    }
+    for (square, name) in [(feed, Binding::Feed), (tip, Binding::Tip)] {
+        if square > most.0 {
+            most = (square, name);
+        }
+    }
+    most.1
 }
 
 /// Squares of the shares of the limits that are used at the start of a cell, in its middle and at its
@@ -183,31 +213,6 @@ impl<const N: usize> Squares<N> {
             }
             most
         })
-    }
-
-    /// The limit with the largest mean.
-    #[inline]
-    fn binding(&self) -> Binding {
-        let mean = |[from, middle, to]: [f64; 3]| 0.5 * (from + to) + middle;
-        let of = |values: &[[f64; N]; 3], axis: usize| mean(values.map(|value| value[axis]));
-        let mut most = (0.0, Binding::Still);
-        for axis in 0..N {
-            let name = u8::try_from(axis).unwrap_or(u8::MAX);
-            let acceleration = of(&self.accelerations, axis);
-            if acceleration > most.0 {
-                most = (acceleration, Binding::Acceleration(name));
-            }
-            let velocity = of(&self.velocities, axis);
-            if velocity > most.0 {
-                most = (velocity, Binding::Velocity(name));
-            }
-        }
-        for (mean, name) in [(mean(self.feed), Binding::Feed), (mean(self.tip), Binding::Tip)] {
-            if mean > most.0 {
-                most = (mean, name);
-            }
-        }
-        most.1
     }
 }
 

@@ -3,7 +3,7 @@
 //! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
 //! `|a x + b y| <= 1` about the origin, so zero is always allowed and there is always an answer.
 
-use super::cell::{Accelerations, Strips};
+use super::cell::{Accelerations, Strips, largest};
 
 /// Most rounds of a search. Each round drops at least one line for good, and a cell has
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
@@ -20,6 +20,14 @@ const STEEPEST: f64 = 4.0;
 struct Line {
     at_zero: f64,
     slope: f64,
+    /// Coefficient and axis of the strip it bounds.
+    place: Option<[usize; 2]>,
+}
+
+impl Line {
+    fn flat(at_zero: f64) -> Self {
+        Self { at_zero, slope: 0.0, place: None }
+    }
 }
 
 impl Line {
@@ -46,7 +54,7 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
             slope: [[0.0; N]; K],
             x_max,
             y_max,
-            steepest: Line { at_zero: f64::INFINITY, slope: 0.0 },
+            steepest: Line::flat(f64::INFINITY),
         };
         // Below this a term a x is lost in the rounding of the limit 1.
         let negligible = f64::EPSILON / x_max;
@@ -63,22 +71,26 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
         }
         let at_rest = bounds.upper(0.0);
         if at_rest.slope < 0.0 {
-            bounds.steepest = Line { at_zero: at_rest.at_zero / STEEPEST, slope: STEEPEST };
+            let at_zero = at_rest.at_zero / STEEPEST;
+            bounds.steepest = Line { at_zero, slope: STEEPEST, place: None };
         }
         bounds
     }
 
     /// The lowest upper bound at `y`.
     fn upper(&self, y: f64) -> Line {
-        let mut line = Line { at_zero: self.x_max, slope: 0.0 };
+        let mut line = Line::flat(self.x_max);
         let mut lowest = self.x_max;
         if self.steepest.at(y) < lowest {
             (lowest, line) = (self.steepest.at(y), self.steepest);
         }
-        for (at_zero, slope) in self.pairs() {
-            let value = at_zero + slope * y;
-            if value < lowest {
-                (lowest, line) = (value, Line { at_zero, slope });
+        for k in 0..K {
+            for axis in 0..N {
+                let [at_zero, slope] = [self.at_zero[k][axis], self.slope[k][axis]];
+                let value = at_zero + slope * y;
+                if value < lowest {
+                    (lowest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
+                }
             }
         }
         line
@@ -86,26 +98,39 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
 
     /// The highest lower bound at `y`.
     fn lower(&self, y: f64) -> Line {
-        let mut line = Line { at_zero: 0.0, slope: 0.0 };
+        let mut line = Line::flat(0.0);
         let mut highest = 0.0;
-        for (at_zero, slope) in self.pairs() {
-            let value = slope * y - at_zero;
-            if value > highest {
-                (highest, line) = (value, Line { at_zero: -at_zero, slope });
+        for k in 0..K {
+            for axis in 0..N {
+                let [at_zero, slope] = [-self.at_zero[k][axis], self.slope[k][axis]];
+                let value = at_zero + slope * y;
+                if value > highest {
+                    (highest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
+                }
             }
         }
         line
     }
-
-    fn pairs(&self) -> impl Iterator<Item = (f64, f64)> {
-        let [at_zero, slope] = [self.at_zero.as_flattened(), self.slope.as_flattened()];
-        at_zero.iter().copied().zip(slope.iter().copied())
-    }
 }
 
-/// Place and axis of the constraint that bound a cell before: on smooth paths it binds the next one
-/// too, and that is quickly checked. It only saves time: answers do not depend on it.
-pub(super) type Guess = Option<[usize; 2]>;
+/// What bound a cell before: on smooth paths it binds the next one too, and that is quickly checked. It
+/// only saves time: answers do not depend on it but for rounding.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Guess {
+    /// Coefficient and axis of the strip, where the end is as fast as what follows allows.
+    one: Option<[usize; 2]>,
+    /// The two sides of strips whose corner it is.
+    corner: Option<[Side; 2]>,
+    /// Whether it was a corner.
+    at_corner: bool,
+}
+
+/// `sign (a x + b y) = 1` for the strip of a coefficient and an axis.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    place: [usize; 2],
+    sign: f64,
+}
 
 /// Roundings in the value of a constraint, of the terms it is the sum of: three products and sums,
 /// and one in the answer itself.
@@ -114,7 +139,13 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Whether all `K` constraints hold, up to the rounding of one with a term of this size.
 #[inline]
 fn kept<const N: usize, const K: usize>(cell: &Accelerations<N>, x: [f64; 2], term: f64) -> bool {
-    cell.most::<K>(x) <= 1.0 + ROUNDING * (1.0 + 2.0 * term.abs())
+    cell.most::<K>(x) <= allowed(term)
+}
+
+/// Values of constraints up to this are 1 up to the rounding of one with a term of this size.
+#[inline]
+fn allowed(term: f64) -> f64 {
+    1.0 + ROUNDING * (1.0 + 2.0 * term.abs())
 }
 
 /// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips, and whether a
@@ -126,8 +157,13 @@ pub(super) fn backward<const N: usize, const K: usize>(
     y: f64,
     guess: &mut Guess,
 ) -> (f64, bool) {
+    if guess.at_corner
+        && let Some(x) = corner::<N, K>(cell, [x_max, y], guess)
+    {
+        return (x, true);
+    }
     let [mut x, mut term, mut slope] = [x_max, 0.0, 0.0];
-    if let Some(place) = *guess {
+    if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);
         let room = 1.0 - b.copysign(a * b) * y;
         if x * a.abs() > room {
@@ -137,9 +173,43 @@ pub(super) fn backward<const N: usize, const K: usize>(
     }
     // At most this much by that one constraint, and allowed by the others.
     if x >= 0.0 && slope >= 0.0 && kept::<N, K>(cell, [x, y], term) {
+        guess.at_corner = false;
         return (x, slope <= 0.0);
     }
+    if !guess.at_corner
+        && let Some(x) = corner::<N, K>(cell, [x_max, y], guess)
+    {
+        guess.at_corner = true;
+        return (x, true);
+    }
     anywhere(&cell.strips::<K>(), x_max, y, guess)
+}
+
+/// The answer at the corner guessed, if that is it: allowed, and moving along neither side gives more
+/// (both multipliers of the linear program are positive).
+#[inline]
+fn corner<const N: usize, const K: usize>(
+    cell: &Accelerations<N>,
+    [x_max, y_max]: [f64; 2],
+    guess: &Guess,
+) -> Option<f64> {
+    /// Sides nearer to parallel than this meet where rounding will have it.
+    const PARALLEL: f64 = 1e-6;
+    let [p, q] = guess.corner?;
+    let [[a, b], [c, d]] = [p, q].map(|side| cell.constraint::<K>(side.place));
+    let [ad, bc] = [a * d, b * c];
+    let across = ad - bc;
+    // Signs of the multipliers, without division.
+    let best = d * p.sign * across >= 0.0 && b * q.sign * across <= 0.0;
+    if !best || across.abs() <= PARALLEL * (ad.abs() + bc.abs()) {
+        return None;
+    }
+    let per = 1.0 / across;
+    let x = (p.sign * d - q.sign * b) * per;
+    let y = (q.sign * a - p.sign * c) * per;
+    let inside = x >= 0.0 && x <= x_max && y >= 0.0 && y <= y_max;
+    let term = largest((a * x).abs(), (c * x).abs());
+    (inside && kept::<N, K>(cell, [x, y], term)).then_some(x)
 }
 
 /// The same by looking at all strips.
@@ -151,10 +221,18 @@ fn anywhere<const N: usize, const K: usize>(
     guess: &mut Guess,
 ) -> (f64, bool) {
     if let Some((x, slope, place)) = largest_at(strips, x_max, y_max) {
-        *guess = place;
+        (guess.one, guess.at_corner) = (place, false);
         return (x, slope <= 0.0);
     }
-    search(strips, x_max, y_max)
+    let (x, below, lines) = search(strips, x_max, y_max);
+    let side = |(line, sign): (Line, f64)| {
+        let place = line.place?;
+        Some(Side { place, sign: sign.copysign(sign * strips.a[place[0]][place[1]]) })
+    };
+    if let [Some(p), Some(q)] = lines.map(side) {
+        (guess.corner, guess.at_corner) = (Some([p, q]), true);
+    }
+    (x, below)
 }
 
 /// The answer where it lies at `y_max`, as it does on most cells: there some `x` is left, and its
@@ -164,7 +242,7 @@ fn largest_at<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x_max: f64,
     y: f64,
-) -> Option<(f64, f64, Guess)> {
+) -> Option<(f64, f64, Option<[usize; 2]>)> {
     let [mut x, mut slope] = [x_max, 0.0];
     let mut place = None;
     for k in 0..K {
@@ -191,15 +269,17 @@ fn largest_at<const N: usize, const K: usize>(
     (least >= 0.0).then_some((x, slope, place))
 }
 
-/// The answer wherever it lies.
+/// The answer wherever it lies, with the two lines that meet there: upper bounds of `x` (1) or lower
+/// ones (-1).
 #[cold]
 fn search<const N: usize, const K: usize>(
     strips: &Strips<N, K>,
     x_max: f64,
     y_max: f64,
-) -> (f64, bool) {
+) -> (f64, bool, [(Line, f64); 2]) {
     let bounds = Bounds::new(strips, x_max, y_max);
     let mut y = bounds.y_max;
+    let mut closing = (Line::flat(0.0), 1.0);
     for _ in 0..ROUNDS {
         let [upper, lower] = [bounds.upper(y), bounds.lower(y)];
         // The gap closes between 0 and y: both lines leave some room at 0. Where rounding opens it
@@ -207,20 +287,30 @@ fn search<const N: usize, const K: usize>(
         let closer = (upper.at_zero - lower.at_zero) / (lower.slope - upper.slope);
         if lower.at(y) <= upper.at(y) || closer >= y {
             let below = upper.slope <= 0.0 || y < y_max;
-            let x = if upper.slope >= 0.0 { upper.at(y) } else { peak(&bounds, upper, y) };
-            return (x, below);
+            if upper.slope >= 0.0 {
+                return (upper.at(y), below, [(upper, 1.0), closing]);
+            }
+            let (x, lines) = peak(&bounds, upper, y);
+            return (x, below, lines.map(|line| (line, 1.0)));
         }
+        closing = (lower, -1.0);
         y = closer;
     }
-    (bounds.upper(0.0).at(0.0), false)
+    let flat = Line::flat(0.0);
+    (bounds.upper(0.0).at(0.0), false, [(flat, 1.0); 2])
 }
 
-/// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`.
-fn peak<const N: usize, const K: usize>(bounds: &Bounds<N, K>, mut right: Line, mut y: f64) -> f64 {
+/// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`, and the lines that meet
+/// there.
+fn peak<const N: usize, const K: usize>(
+    bounds: &Bounds<N, K>,
+    mut right: Line,
+    mut y: f64,
+) -> (f64, [Line; 2]) {
     let mut left = bounds.upper(0.0);
     let mut best = left.at(0.0);
     if left.slope <= 0.0 {
-        return best;
+        return (best, [left, right]);
     }
     for _ in 0..ROUNDS {
         let crossing = (right.at_zero - left.at_zero) / (left.slope - right.slope);
@@ -231,19 +321,19 @@ fn peak<const N: usize, const K: usize>(bounds: &Bounds<N, K>, mut right: Line, 
         }
         if line.slope > 0.0 { left = line } else { (right, y) = (line, crossing) }
     }
-    best
+    (best, [left, right])
 }
 
-/// Largest `y <= y_max` that satisfies all strips for this `x`.
+/// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
 #[inline]
 pub(super) fn forward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x: f64,
     y_max: f64,
     guess: &mut Guess,
-) -> f64 {
+) -> (f64, f64) {
     let [mut y, mut term] = [y_max, 0.0];
-    if let Some(place) = *guess {
+    if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);
         let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };
         if y * b.abs() > room {
@@ -251,10 +341,14 @@ pub(super) fn forward<const N: usize, const K: usize>(
             term = b * y;
         }
     }
-    if y >= 0.0 && kept::<N, K>(cell, [x, y], term) {
-        return y;
+    if y >= 0.0 {
+        let most = cell.most::<K>([x, y]);
+        if most <= allowed(term) {
+            return (y, most);
+        }
     }
-    onward(&cell.strips::<K>(), x, y_max, guess)
+    let y = onward(&cell.strips::<K>(), x, y_max, guess);
+    (y, cell.most::<K>([x, y]))
 }
 
 /// The same by looking at all strips.
@@ -273,7 +367,7 @@ fn onward<const N: usize, const K: usize>(
             // As a product: dividing is only worth it when this strip is the narrowest so far.
             if y * b.abs() > room {
                 y = room / b.abs();
-                *guess = Some([k, axis]);
+                guess.one = Some([k, axis]);
             }
         }
     }
@@ -313,10 +407,10 @@ mod tests {
     fn a_straight_line_gains_twice_acceleration_times_distance() {
         // |y - x| <= 8
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 100.0, 4.0, &mut None).0, 12.0);
-        assert_eq!(anywhere(&line, 10.0, 4.0, &mut None).0, 10.0);
-        assert_eq!(onward(&line, 4.0, 100.0, &mut None), 12.0);
-        assert_eq!(onward(&line, 4.0, 9.0, &mut None), 9.0);
+        assert_eq!(anywhere(&line, 100.0, 4.0, &mut Guess::default()).0, 12.0);
+        assert_eq!(anywhere(&line, 10.0, 4.0, &mut Guess::default()).0, 10.0);
+        assert_eq!(onward(&line, 4.0, 100.0, &mut Guess::default()), 12.0);
+        assert_eq!(onward(&line, 4.0, 9.0, &mut Guess::default()), 9.0);
     }
 
     #[test]
@@ -324,7 +418,7 @@ mod tests {
     fn a_gap_above_is_closed_by_a_smaller_end() {
         // y <= x + 8, x <= 2: y = 50 is out of reach, but x = 2 is allowed with y = 10.
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 2.0, 50.0, &mut None).0, 2.0);
+        assert_eq!(anywhere(&line, 2.0, 50.0, &mut Guess::default()).0, 2.0);
     }
 
     proptest! {
@@ -353,10 +447,10 @@ mod tests {
                     best = best.max(range[1]);
                 }
             }
-            let got = anywhere(&strips, x_max, y_max, &mut None).0;
+            let got = anywhere(&strips, x_max, y_max, &mut Guess::default()).0;
             prop_assert!(got >= best - 1e-12 && got <= best + 0.05, "{got} against {best}");
             // Reached: going forward from it stays inside every strip.
-            let y = onward(&strips, got, y_max, &mut None);
+            let y = onward(&strips, got, y_max, &mut Guess::default());
             for [a, b] in rows {
                 prop_assert!((a * got + b * y).abs() <= 1.0 + 1e-9);
             }
@@ -379,13 +473,19 @@ mod tests {
                 tip_rate: [0.0; 2],
             };
             let cell = cell.accelerations(&limits);
-            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut None).0;
-            let y = onward(&cell.strips::<5>(), x, y_max, &mut None);
-            for guess in [None, Some(place), Some([4, place[1]])] {
-                let (got, _) = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
-                prop_assert!((got - x).abs() <= 1e-13 * x_max, "{got} {x}");
-                let got = forward::<2, 5>(&cell, x, y_max, &mut guess.clone());
-                prop_assert!((got - y).abs() <= 1e-13 * y_max, "{got} {y}");
+            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut Guess::default()).0;
+            let y = onward(&cell.strips::<5>(), x, y_max, &mut Guess::default());
+            let side = |axis: usize, sign: f64| Side { place: [place[0], axis], sign };
+            for (one, signs) in [(None, [1.0; 2]), (Some(place), [1.0, -1.0]), (Some([4, 0]), [-1.0, 1.0])] {
+                for at_corner in [false, true] {
+                    let corner = Some([side(0, signs[0]), side(1, signs[1])]);
+                    let mut guess = Guess { one, corner, at_corner };
+                    let (got, _) = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
+                    prop_assert!((got - x).abs() <= 1e-10 * x_max, "{got} {x}");
+                    let (got, most) = forward::<2, 5>(&cell, x, y_max, &mut guess);
+                    prop_assert!(most.to_bits() == cell.most::<5>([x, got]).to_bits());
+                    prop_assert!((got - y).abs() <= 1e-10 * y_max, "{got} {y}");
+                }
             }
         }
     }

@@ -215,7 +215,7 @@ fn run<const N: usize>(
     ends: &Ends,
 ) -> Result<PlannedPiece, FeedError> {
     let mut grid = Grid { s: Vec::new(), cells: Vec::new() };
-    let mut profile = Profile { x: Vec::new() };
+    let mut profile = Profile { x: Vec::new(), acceleration: None };
     let mut nodes = Grid { s: Vec::new(), cells: Vec::new() };
     for ((pair, row), speed) in piece.nodes.windows(2).zip(rows).zip(speeds.windows(2)) {
         let ramp = Ramp::new(row.length, [speed[0], speed[1]], row.feed, [row.acceleration; 2]);

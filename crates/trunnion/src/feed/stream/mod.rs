@@ -6,7 +6,7 @@
 
 mod window;
 
-use super::cell::Cell;
+use super::cell::{Accelerations, Cell};
 use super::{FeedError, FeedOptions, Limits, Reciprocals, error, strip};
 use crate::types::{AXES, AxisNode, Moment, Motion};
 use window::{Row, Window, pieces, still};
@@ -33,6 +33,14 @@ pub struct StreamOptions {
     pub window: usize,
     /// Largest distance of two rows in `s`; longer stretches between nodes are cut.
     pub step: f64,
+}
+
+impl StreamOptions {
+    /// How many parts a stretch between nodes is cut into: no more than fill a window.
+    fn parts(&self, length: f64) -> usize {
+        let most = self.window;
+        (1..most).find(|&parts| length <= self.step * parts as f64).unwrap_or(most)
+    }
 }
 
 /// A stretch of committed schedule: `d²s/dt²` is constant from its start to its end.
@@ -171,7 +179,7 @@ impl<const N: usize> Stream<N> {
             nodes: 0,
             x: 0.0,
             time: 0.0,
-            guess: None,
+            guess: strip::Guess::default(),
         })
     }
 
@@ -188,29 +196,30 @@ impl<const N: usize> Stream<N> {
     ///
     /// [`FeedError`] names piece, node and axis of what is wrong with the node; it is not taken then.
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
-        let before = self.last.map_or(f64::NEG_INFINITY, |last| last.s);
+        let before = self.last.as_ref().map_or(f64::NEG_INFINITY, |last| last.s);
         error::validate_next([self.pieces, self.nodes], &node, before)?;
         let (piece, link) = (self.pieces, self.motion == Motion::Link);
-        match self.last {
+        match &self.last {
             None => self.window.rest(Row::at([piece, 0], node.s, link)),
             Some(last) => {
-                let whole = Cell::between(&last, &node);
-                for (cell, share) in pieces(whole, self.parts(whole.h)) {
-                    let s = if share < 1.0 { last.s + share * whole.h } else { node.s };
-                    let row = Row::at([piece, self.nodes - 1], s, link);
-                    self.window.push(&cell, row, &self.limits[usize::from(link)]);
+                let limits = &self.limits[usize::from(link)];
+                let row = |s| Row::at([piece, self.nodes - 1], s, link);
+                let whole = Cell::between(last, &node);
+                let parts = self.options.parts(whole.h);
+                if parts == 1 {
+                    self.window.push(whole, row(node.s), limits);
+                } else {
+                    let (start, h) = (last.s, whole.h);
+                    for (cell, share) in pieces(whole, parts) {
+                        let s = if share < 1.0 { start + share * h } else { node.s };
+                        self.window.push(cell, row(s), limits);
+                    }
                 }
             }
         }
         self.last = Some(node);
         self.nodes += 1;
         Ok(())
-    }
-
-    /// How many parts a stretch between nodes is cut into: no more than fill a window.
-    fn parts(&self, length: f64) -> usize {
-        let most = self.options.window;
-        (1..most).find(|&parts| length <= self.options.step * parts as f64).unwrap_or(most)
     }
 
     /// Whether more nodes are of use before the next stretch is taken.
@@ -246,18 +255,22 @@ impl<const N: usize> Stream<N> {
     pub fn held(&self) -> bool {
         self.window.ahead() > 0 && self.window.holds() && self.x <= 0.0
     }
+}
 
-    /// Squared speed at the end of the first cell, from that at its start.
-    fn onward(&mut self, cell: &Cell<N>) -> f64 {
-        let cell = cell.accelerations(&self.limits[0]);
-        let [wanted, most] = self.window.next_reach();
-        let fastest = strip::forward::<N, 5>(&cell, self.x, most, &mut self.guess);
-        if fastest <= wanted {
-            return fastest;
-        }
-        // Only while braking: no less than the axes can do, which is what the window can follow.
-        strip::least(&cell.strips::<5>(), self.x).max(wanted).min(fastest)
+/// Squared speed at the end of a cell, from that at its start: the one wanted if it can be had, and no
+/// more than what the window can follow.
+fn onward<const N: usize>(
+    cell: &Accelerations<N>,
+    x: f64,
+    [wanted, most]: [f64; 2],
+    guess: &mut strip::Guess,
+) -> f64 {
+    let (fastest, _) = strip::forward::<N, 5>(cell, x, most, guess);
+    if fastest <= wanted {
+        return fastest;
     }
+    // Only while braking: no less than the axes can do, which is what the window can follow.
+    strip::least(&cell.strips::<5>(), x).max(wanted).min(fastest)
 }
 
 /// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
@@ -268,14 +281,15 @@ impl<const N: usize> Iterator for Stream<N> {
     fn next(&mut self) -> Option<Step> {
         loop {
             self.window.plan(self.x, &self.limits[0]);
+            let reach = self.window.next_reach();
             let (row, Some(cell)) = self.window.first()? else {
                 // From piece to piece, at rest.
                 self.window.commit();
                 continue;
             };
-            let y = self.onward(&cell);
+            let y = onward(&cell.accelerations(&self.limits[0]), self.x, reach, &mut self.guess);
             let limits = &self.limits[usize::from(row.link)];
-            if self.x <= 0.0 && y <= 0.0 && !still(&cell, limits) {
+            if self.x <= 0.0 && y <= 0.0 && !still(cell, limits) {
                 if self.window.holds() {
                     return None;
                 }
@@ -283,17 +297,18 @@ impl<const N: usize> Iterator for Stream<N> {
                 self.window.cut(PARTS, limits)?;
                 continue;
             }
-            return self.step(&row, &cell, y);
+            let (row, h) = (*row, cell.h);
+            return self.step(&row, h, y);
         }
     }
 }
 
 impl<const N: usize> Stream<N> {
     /// Commits the first cell.
-    fn step(&mut self, row: &Row, cell: &Cell<N>, y: f64) -> Option<Step> {
+    fn step(&mut self, row: &Row, h: f64, y: f64) -> Option<Step> {
         let speed = [self.x.sqrt(), y.sqrt()];
         let sum = speed[0] + speed[1];
-        let duration = if sum > 0.0 { 2.0 * cell.h / sum } else { 0.0 };
+        let duration = if sum > 0.0 { 2.0 * h / sum } else { 0.0 };
         let end = self.window.commit()?;
         let step = Step {
             piece: row.piece,
@@ -302,7 +317,7 @@ impl<const N: usize> Stream<N> {
             t: self.time,
             duration,
             speed,
-            acceleration: 0.5 * (y - self.x) / cell.h,
+            acceleration: 0.5 * (y - self.x) / h,
         };
         self.x = y;
         self.time += duration;

@@ -95,8 +95,8 @@ impl<const N: usize> Window<N> {
     }
 
     /// Appends a cell and the row at its end.
-    pub(super) fn push(&mut self, cell: &Cell<N>, mut row: Row, limits: &Reciprocals<N>) {
-        let [hard, feed] = caps(cell, limits);
+    pub(super) fn push(&mut self, cell: Cell<N>, mut row: Row, limits: &Reciprocals<N>) {
+        let [hard, feed] = caps(&cell, limits);
         if let Some(last) = self.rows.back_mut() {
             last.lower(hard[0], feed[0]);
         }
@@ -105,12 +105,12 @@ impl<const N: usize> Window<N> {
             self.fastest = if cap.is_finite() { self.fastest.max(cap) } else { self.fastest };
         }
         self.rows.push_back(row);
-        self.cells.push_back(Some(*cell));
+        self.cells.push_back(Some(cell));
     }
 
     /// The row where the committed schedule ends, and the cell after it.
-    pub(super) fn first(&self) -> Option<(Row, Option<Cell<N>>)> {
-        Some((*self.rows.front()?, *self.cells.front()?))
+    pub(super) fn first(&self) -> Option<(&Row, Option<&Cell<N>>)> {
+        Some((self.rows.front()?, self.cells.front()?.as_ref()))
     }
 
     /// Squared speeds that may be had at the end of the first cell: the one wanted, and the largest.
@@ -137,7 +137,7 @@ impl<const N: usize> Window<N> {
         self.cells.clear();
         for (cell, share) in pieces(cell, parts) {
             let s = from.s + share * (to.s - from.s);
-            self.push(&cell, Row::at([to.piece, to.interval], s, to.link), limits);
+            self.push(cell, Row::at([to.piece, to.interval], s, to.link), limits);
         }
         // The last row pushed is the one that was there, with the limits of both sides.
         if let (Some(end), Some(mut kept)) = (self.rows.pop_back(), tail.0.front().copied()) {
@@ -171,7 +171,7 @@ impl<const N: usize> Window<N> {
     }
 
     fn backward(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = None;
+        let mut guess = strip::Guess::default();
         let mut settled = None;
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
@@ -204,7 +204,7 @@ impl<const N: usize> Window<N> {
 
     /// The same without feed and override, which a braking motion is above.
     fn backward_at_any_feed(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = None;
+        let mut guess = strip::Guess::default();
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
             row.most = 0.0;
