@@ -256,7 +256,7 @@ fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> 
 
 fn kind(motion: Motion) -> MotionKind {
     match motion {
-        Motion::Link => MotionKind::Link,
+        Motion::Link | Motion::Hop => MotionKind::Link,
         Motion::LeadIn => MotionKind::LeadIn,
         Motion::Cut => MotionKind::Cut,
         Motion::LeadOut => MotionKind::LeadOut,
@@ -318,7 +318,7 @@ fn programmed_speed(outcome: &Outcome, t: f64) -> (f64, bool) {
     };
     let weight = (moment.s - a.s) / (b.s - a.s);
     let rate = a.feed_rate + weight * (b.feed_rate - a.feed_rate);
-    (moment.speed * rate, axes.motion != Motion::Link)
+    (moment.speed * rate, !axes.motion.is_free())
 }
 
 fn check(job: &Job, program: &Program) -> Check {

@@ -413,7 +413,7 @@ fn legs_join_and_turn_only_above_the_plane() {
             approach: f64::INFINITY,
             gouge: 0.002,
         };
-        let legs = legs(&passes, &face, &cutter, &link, &Silent).unwrap();
+        let legs = legs(&passes, &face, &cutter, (&link, None), &Silent).unwrap();
         assert_eq!(legs.len(), 4 * passes.len() - 1);
         // `through` refuses gaps and leads that turn.
         through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
@@ -455,7 +455,7 @@ fn a_lead_that_would_gouge_takes_another_way() {
     // A longer tool would touch the wall with its flank from the start.
     let short = long(8.0);
     let up = |passes: &[Pass]| {
-        let legs = legs(passes, &faces, &short, &link, &Silent).unwrap();
+        let legs = legs(passes, &faces, &short, (&link, None), &Silent).unwrap();
         let ends = &legs[2].stations;
         (ends[1].pose.tip - ends[0].pose.tip).normalize()
     };
@@ -464,9 +464,9 @@ fn a_lead_that_would_gouge_takes_another_way() {
     assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
     let barred = standing(11.0, 1.5);
     assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
-    let flank = legs(&barred, &faces, &cutter(), &link, &Silent);
+    let flank = legs(&barred, &faces, &cutter(), (&link, None), &Silent);
     assert!(matches!(flank, Err(CoverError::LeadGouges { .. })), "{flank:?}");
     // Inside the wall no way is free.
-    let stuck = legs(&standing(22.0, 0.0), &faces, &short, &link, &Silent);
+    let stuck = legs(&standing(22.0, 0.0), &faces, &short, (&link, None), &Silent);
     assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
 }

@@ -30,15 +30,15 @@ pub struct BlockOptions {
     /// Largest deviation while cutting, leading in and out \[mm\]: tip distance, plus angle of the
     /// tool axis times `lever`.
     pub tolerance: f64,
-    /// The same on links \[mm\].
+    /// The same on links, and the most on hops: there the deviation may grow with the distance from their ends \[mm\].
     pub link_tolerance: f64,
     /// Distance from the tip to what must be in place, for instance the contact \[mm\].
     pub lever: f64,
-    /// Longest tip travel of a block; links are exempt \[mm\].
+    /// Longest tip travel of a block; links and hops are exempt \[mm\].
     pub max_step: f64,
-    /// Largest travel of a rotary axis in a block; links are exempt \[rad\].
+    /// Largest travel of a rotary axis in a block; links and hops are exempt \[rad\].
     pub max_turn: f64,
-    /// Longest block; links are exempt \[s\]. A block runs at its mean speed, so this decides how
+    /// Longest block; links and hops are exempt \[s\]. A block runs at its mean speed, so this decides how
     /// closely a program follows the speeds of the schedule.
     pub max_duration: f64,
     /// Shortest block \[s\]: wins over the three above, and yields to the tolerances. 0 for none.

@@ -4,12 +4,17 @@ use super::BlockOptions;
 use super::deviation::{Course, Place};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::types::{Motion, SchedulePiece};
+use nalgebra::Point3;
 
 /// Halvings between an allowed and a refused length: right to 1/128 of the block.
 const HALVINGS: u32 = 7;
 
 /// A length found is short of the longest by up to 1/128: this much more makes up for it.
 const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
+
+/// What a hop may stray, over the distance from its ends: it leaves the part along the tool axis, so the tool is
+/// clear by more than that.
+const CLEAR: f64 = 0.1;
 
 /// A block that strays however short it is.
 pub(super) struct Fault {
@@ -27,9 +32,10 @@ pub(super) fn ends(
     let (Some(first), Some(last)) = (course.piece.nodes.first(), course.piece.nodes.last()) else {
         return Ok(Vec::new());
     };
-    let search = Search { course, rows, options, end: last.s };
-    let mut ends = vec![first.s];
     let mut from = course.at(first.s);
+    let tips = [from.pose.tip, course.at(last.s).pose.tip];
+    let search = Search { course, rows, options, end: last.s, tips };
+    let mut ends = vec![first.s];
     let mut guess = last.s - first.s;
     while from.s < last.s {
         let to = search.longest(&from, guess)?;
@@ -46,6 +52,8 @@ struct Search<'a> {
     rows: &'a SchedulePiece,
     options: &'a BlockOptions,
     end: f64,
+    /// Where the piece starts and ends.
+    tips: [Point3<f64>; 2],
 }
 
 impl Search<'_> {
@@ -86,13 +94,13 @@ impl Search<'_> {
     }
 
     fn strays_little(&self, from: &Place, to: &Place) -> bool {
-        let tolerance = self.tolerance();
+        let tolerance = self.tolerance([from, to]);
         self.course.deviation(from, to, tolerance) <= tolerance
     }
 
     /// Whether step, turn and duration are allowed.
     fn fine(&self, from: &Place, to: &Place) -> bool {
-        if self.course.piece.motion == Motion::Link {
+        if self.course.piece.motion.is_free() {
             return true;
         }
         let duration = self.rows.time_at(to.s) - self.rows.time_at(from.s);
@@ -106,11 +114,21 @@ impl Search<'_> {
             && duration <= self.options.max_duration
     }
 
-    fn tolerance(&self) -> f64 {
+    fn tolerance(&self, block: [&Place; 2]) -> f64 {
+        let BlockOptions { tolerance, link_tolerance, .. } = *self.options;
         match self.course.piece.motion {
-            Motion::Link => self.options.link_tolerance,
-            _ => self.options.tolerance,
+            Motion::Link => link_tolerance,
+            Motion::Hop => (tolerance + CLEAR * self.ends_away(block)).min(link_tolerance),
+            _ => tolerance,
         }
+    }
+
+    /// Distance of the tip from where the piece starts and ends, at either end of a block, whatever is least \[mm\].
+    fn ends_away(&self, block: [&Place; 2]) -> f64 {
+        let distance = |tip: &Point3<f64>| {
+            block.iter().map(|place| (place.pose.tip - tip).norm()).fold(f64::INFINITY, f64::min)
+        };
+        self.tips.iter().map(distance).fold(f64::INFINITY, f64::min)
     }
 
     /// A last block that is too short shares its time evenly with the one before; if that leaves
@@ -139,6 +157,6 @@ impl Search<'_> {
 
     fn fault(&self, from: &Place, to: &Place) -> Fault {
         let deviation = self.course.deviation(from, to, f64::INFINITY);
-        Fault { s: from.s, deviation, tolerance: self.tolerance() }
+        Fault { s: from.s, deviation, tolerance: self.tolerance([from, to]) }
     }
 }

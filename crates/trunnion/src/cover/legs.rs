@@ -2,6 +2,7 @@
 
 use super::CoverError;
 use super::clear::Clearing;
+use super::hop::{Hop, Hops};
 use super::options::Along;
 use super::sheet::Sheet;
 use super::solid::Tool;
@@ -10,6 +11,8 @@ use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use crate::types::{Leg, Motion, Pass, PoseCurve, Progress, Stage, Station, ToolPose};
 use nalgebra::{Unit, UnitVector3, Vector3};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// How the tool comes down to a pass and leaves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,11 +50,13 @@ const LEAST_CLIMB: f64 = 0.1;
 /// Share of the gouge tolerance that a lead may use up without it being told from none.
 const PRECISION: f64 = 0.1;
 
-/// Joins passes with leads and links: down to each pass, along it, up again, and over to the next at
-/// a height where the tool may turn. Passes are run in the order and direction given.
+/// Joins passes: down to the first, along it, over to the next, and up from the last. Passes are run in
+/// the order and direction given.
 ///
-/// Each lead is proven to keep off all `faces`, with the whole tool up to the gauge point; where the
-/// way along the tool axis is barred, one leaning towards `up` is taken.
+/// From pass to pass the tool hops, where [`Hops`] say how and that is quicker; otherwise it goes up by a lead,
+/// over at a height where it may turn, and down again. Each hop and each lead is proven to keep off all
+/// `faces`, with the whole tool up to the gauge point; where the way of a lead along the tool axis is barred, one
+/// leaning towards `up` is taken.
 ///
 /// # Errors
 ///
@@ -60,33 +65,30 @@ pub fn legs(
     passes: &[Pass],
     faces: &[FaceIndex],
     cutter: &Cutter,
-    options: &LinkOptions,
+    (options, hops): (&LinkOptions, Option<&Hops<'_>>),
     progress: &dyn Progress,
 ) -> Result<Vec<Leg>, CoverError> {
-    let mut legs: Vec<Leg> = Vec::new();
     let (tool, lever) = (Tool::new(cutter), super::lever(cutter));
     let sheets = faces.iter().map(|face| sheet(face, cutter)).collect();
     let leads = Leads { faces, sheets, tool, lever, cutter, options };
-    for (number, pass) in passes.iter().enumerate() {
-        progress.step(Stage::Cover, number as u64, passes.len() as u64)?;
-        let gouges = |depth| CoverError::LeadGouges { pass: number, face: pass.face, depth };
-        let forward = pass.stations.iter();
-        let out = leads.away(&mut forward.clone().rev().copied()).map_err(gouges)?;
-        let down = leads.away(&mut forward.copied()).map_err(gouges)?;
-        if let (Some(above), Some(&below)) =
-            (legs.last().and_then(|leg| leg.stations.last()), down.last())
-        {
-            legs.push(Leg { motion: Motion::Link, stations: vec![*above, below] });
-        }
-        let (high, low) = split(out, options.approach);
-        let (high_down, low_down) = split(down, options.approach);
-        legs.extend(high_down.map(|link| Leg { motion: Motion::Link, stations: reversed(link) }));
-        legs.push(Leg { motion: Motion::LeadIn, stations: reversed(low_down) });
-        legs.push(Leg { motion: Motion::Cut, stations: pass.stations.clone() });
-        legs.push(Leg { motion: Motion::LeadOut, stations: low });
-        legs.extend(high.map(|link| Leg { motion: Motion::Link, stations: link }));
+    let done = AtomicU64::new(0);
+    let total = passes.len() as u64;
+    let ways: Vec<Vec<Leg>> = (0..=passes.len())
+        .into_par_iter()
+        .map(|next| {
+            progress.step(Stage::Cover, done.fetch_add(1, Ordering::Relaxed), total)?;
+            let before = next.checked_sub(1).and_then(|before| Some((before, passes.get(before)?)));
+            leads.between(before, passes.get(next).map(|pass| (next, pass)), hops)
+        })
+        .collect::<Result<_, CoverError>>()?;
+    let mut legs: Vec<Leg> = Vec::new();
+    let cuts =
+        passes.iter().map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
+    let mut cuts = cuts.fuse();
+    for way in ways {
+        legs.extend(way);
+        legs.extend(cuts.next());
     }
-    progress.step(Stage::Cover, passes.len() as u64, passes.len() as u64)?;
     Ok(legs)
 }
 
@@ -118,7 +120,62 @@ struct Leads<'a> {
     options: &'a LinkOptions,
 }
 
+/// A pass with its index.
+type Numbered<'a> = (usize, &'a Pass);
+
 impl Leads<'_> {
+    /// The way from one pass to the next; without one of them, from or to the height of the links.
+    fn between(
+        &self,
+        before: Option<Numbered<'_>>,
+        next: Option<Numbered<'_>>,
+        hops: Option<&Hops<'_>>,
+    ) -> Result<Vec<Leg>, CoverError> {
+        if let (Some((_, before)), Some((_, next)), Some(hops)) = (before, next, hops)
+            && let (Some(from), Some(to)) = (before.stations.last(), next.stations.first())
+        {
+            let over = [self.least(from), self.least(to)].map(|way| way.map(|s| s.pose));
+            let hop = Hop { from, to, over, lever: self.lever };
+            let margin = PRECISION * self.options.gouge;
+            let free = |sweep: &Sweep, span, least: f64| {
+                self.depth_in(sweep, span, least + margin) <= -least
+            };
+            if let Some(stations) = hop.find(hops, free, self.options.gouge) {
+                return Ok(vec![Leg { motion: Motion::Hop, stations }]);
+            }
+        }
+        let away = |(number, pass): Numbered<'_>, inwards: &mut dyn Iterator<Item = Station>| {
+            let gouges = |depth| CoverError::LeadGouges { pass: number, face: pass.face, depth };
+            self.away(inwards).map_err(gouges)
+        };
+        let out =
+            before.map(|of| away(of, &mut of.1.stations.iter().rev().copied())).transpose()?;
+        let down = next.map(|of| away(of, &mut of.1.stations.iter().copied())).transpose()?;
+        let tops = [&out, &down].map(|way| way.as_ref().and_then(|way| way.last().copied()));
+        let mut legs = Vec::new();
+        if let Some(out) = out {
+            let (high, low) = split(out, self.options.approach);
+            legs.push(Leg { motion: Motion::LeadOut, stations: low });
+            legs.extend(high.map(|stations| Leg { motion: Motion::Link, stations }));
+        }
+        if let [Some(from), Some(to)] = tops {
+            legs.push(Leg { motion: Motion::Link, stations: vec![from, to] });
+        }
+        if let Some(down) = down {
+            let (high, low) = split(down, self.options.approach);
+            let link = high.map(|high| Leg { motion: Motion::Link, stations: reversed(high) });
+            legs.extend(link);
+            legs.push(Leg { motion: Motion::LeadIn, stations: reversed(low) });
+        }
+        Ok(legs)
+    }
+
+    /// The shortest way up there may be.
+    fn least(&self, end: &Station) -> Option<Station> {
+        let (direction, length) = self.ups(end).next()?;
+        Some(moved(end, &direction.scale(length)))
+    }
+
     /// Stations from the first of `inwards` (a pass seen from one end) up to the link height; the
     /// greatest depth of a gouge where there is no way.
     fn away(&self, inwards: &mut dyn Iterator<Item = Station>) -> Result<Vec<Station>, f64> {
@@ -178,11 +235,16 @@ impl Leads<'_> {
         let end = moved(&start, &direction.scale(length));
         let sweep = Sweep::of(PoseCurve::through(&[start, end], self.lever), self.lever);
         let precision = PRECISION * self.options.gouge;
+        self.depth_in(&sweep, 0, precision - self.options.gouge)
+    }
+
+    /// How deep the tool goes into a face during a span; at least so deep, where it does not keep `target`.
+    fn depth_in(&self, sweep: &Sweep, span: usize, target: f64) -> f64 {
+        let precision = PRECISION * self.options.gouge;
         let of = |(face, sheet): (&FaceIndex, &Sheet)| {
-            let target = precision - self.options.gouge;
             let tool = &self.tool;
             let clearing = Clearing { face, chart: Along::V, sheet, tool, target, precision };
-            -clearing.least(&sweep, 0, 1)
+            -clearing.least(sweep, span, 1)
         };
         self.faces.iter().zip(&self.sheets).map(of).fold(f64::NEG_INFINITY, f64::max)
     }

@@ -17,6 +17,7 @@ mod ahead;
 mod between;
 mod clear;
 mod face;
+mod hop;
 mod lane;
 mod left;
 mod legs;
@@ -36,6 +37,7 @@ mod task;
 mod track;
 mod work;
 
+pub use hop::Hops;
 pub use legs::{LeadKind, LinkOptions, legs};
 pub use options::{
     Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, FallbackReason,

@@ -173,7 +173,7 @@ struct Reciprocals<const N: usize> {
 impl<const N: usize> Reciprocals<N> {
     fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
         let (velocity, feed) = match motion {
-            Motion::Link => (limits.rapid, options.link_feed),
+            Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
             _ => (limits.velocity, options.feed),
         };
         let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);

@@ -5,6 +5,7 @@
 
 mod budget;
 mod error;
+mod estimate;
 mod job;
 mod programs;
 mod reach;

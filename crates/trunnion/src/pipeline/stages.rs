@@ -1,20 +1,21 @@
 //! One call a stage: options from the job and its budget.
 
 use super::error::PipelineError;
+use super::estimate::{Estimate, rest_to_rest};
 use super::job::Job;
 use super::programs::LINK_TOLERANCE;
 use crate::axes::{
     self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
     SingularOptions,
 };
-use crate::cover::{self, CoverOptions, Covering, LinkOptions};
+use crate::cover::{self, CoverOptions, Covering, Hops, LinkOptions};
 use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
-use crate::machine::{Axis, Singular};
+use crate::machine::Singular;
 use crate::positioning::{Band, ContactSide};
 use crate::toolpath::{self, ToolPathOptions};
-use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath};
+use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
 use std::f64::consts::TAU;
 
 /// Least and largest distance between stations, as fractions of the cutter's radius.
@@ -97,23 +98,26 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
     Ok(cover::cover(&job.faces, &job.cutter, &options, progress)?)
 }
 
-/// About what the leads and the link between two passes take, as the length cut in that time \[mm\]: up to the
-/// plane of the links from half the height of the part, as far again along it as the turn of the
-/// tool takes, and down, each from rest to rest.
+/// Whether the tool may hop: where stock may stand anywhere it goes over all of it.
+fn hop(job: &Job) -> bool {
+    job.file.strategy.links == file::Links::Hop && job.approach().is_finite()
+}
+
+/// About what lies between two passes, as the length cut in that time \[mm\]: a hop as high as the approach or as wide
+/// as the cutter, whatever takes longer, and about as much again for coming to speed and to rest on the pass (measured
+/// on passes of 60 mm: 0.6 s and 0.3 s); or, where there are none, leads up to the plane of the links from half
+/// the height of the part, and as far again along it as the turn of the tool takes, each from rest to rest.
 fn link_length(job: &Job) -> f64 {
-    let (machine, up) = (job.kinematics.machine(), job.up());
-    let linear = &machine.axes[..3];
-    let slowest = |of: fn(&Axis) -> f64| linear.iter().map(of).fold(f64::INFINITY, f64::min);
-    let speed = machine.cycle.tip_speed_max.unwrap_or_else(|| slowest(|axis| axis.vel));
-    let acceleration = machine.cycle.tip_acc_max.unwrap_or_else(|| slowest(|axis| axis.acc));
+    let (machine, up, approach) = (job.kinematics.machine(), job.up(), job.approach());
+    let slowest =
+        |way: f64| machine.axes[..3].iter().map(|axis| rest_to_rest(axis, way)).fold(0.0, f64::max);
+    let feed = job.file.cutting.feed;
+    if hop(job) {
+        return 2.0 * feed * slowest(2.0 * approach.max(job.cutter.radius()));
+    }
     let below = 0.5 * (job.highest(&up) + job.highest(&-up));
     let way = below + job.file.setup.clearance;
-    let time = if way * acceleration > speed * speed {
-        way / speed + speed / acceleration
-    } else {
-        2.0 * (way / acceleration).sqrt()
-    };
-    2.0 * job.approach().min(way) + 3.0 * time * job.file.cutting.feed
+    2.0 * way + 3.0 * feed * slowest(way)
 }
 
 pub(super) fn legs(
@@ -129,7 +133,12 @@ pub(super) fn legs(
     let plane = job.highest(&up) + job.file.setup.clearance;
     let approach = job.approach();
     let options = LinkOptions { up, plane, lead, approach, gouge: job.budget.gouge };
-    Ok(cover::legs(passes, &job.faces, &job.cutter, &options, progress)?)
+    let estimate = Estimate::new(&job.kinematics);
+    let seconds =
+        |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
+    let hops = Hops { height: approach, clear: 0.5 * approach, seconds: &seconds };
+    let hops = Some(&hops).filter(|_| hop(job));
+    Ok(cover::legs(passes, &job.faces, &job.cutter, (&options, hops), progress)?)
 }
 
 pub(super) fn tool_path(

@@ -151,7 +151,7 @@ pub fn through(
             joined(leg, &legs[leg - 1], of)?;
         }
         match of.motion {
-            Motion::Cut => path.pieces.push(cut(leg, of, options.lever)?),
+            Motion::Cut | Motion::Hop => path.pieces.push(cut(leg, of, options.lever)?),
             Motion::Link => path.pieces.extend(link(of)),
             Motion::LeadIn | Motion::LeadOut => path.pieces.extend(lead(leg, of)?),
         }

@@ -61,12 +61,21 @@ impl Station {
 pub enum Motion {
     /// Above the part at the clearance height; the only place where the tool turns freely.
     Link,
+    /// Off one pass and on to the next in one sweep, close to the part.
+    Hop,
     /// From the clearance height down to the start of a pass.
     LeadIn,
     /// Cutting.
     Cut,
     /// From the end of a pass back up to the clearance height.
     LeadOut,
+}
+
+impl Motion {
+    /// Whether nothing is cut, so that the axes may go at their rapids.
+    pub fn is_free(self) -> bool {
+        matches!(self, Self::Link | Self::Hop)
+    }
 }
 
 /// One pass over a face: cutter locations in cutting order and the strip they leave finished.

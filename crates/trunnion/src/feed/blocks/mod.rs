@@ -16,7 +16,7 @@ use super::{
     Ends, FeedError, FeedOptions, Limits, Plan, PlannedPiece, Reciprocals, assemble, error, lower,
     plan_all, planned,
 };
-use crate::types::{AxisPath, AxisPiece, Motion, Progress};
+use crate::types::{AxisPath, AxisPiece, Progress};
 use ahead::Row;
 use nalgebra::SVector;
 
@@ -182,7 +182,7 @@ fn rows<const N: usize>(
     limits: &Limits<N>,
     inverse: &Reciprocals<N>,
 ) -> Vec<Row<N>> {
-    let velocity = if piece.motion == Motion::Link { limits.rapid } else { limits.velocity };
+    let velocity = if piece.motion.is_free() { limits.rapid } else { limits.velocity };
     let blocks = piece.nodes.windows(2).map(|pair| {
         let [from, to] = [&pair[0], &pair[1]];
         let length = to.s - from.s;

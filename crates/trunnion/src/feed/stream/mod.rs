@@ -198,7 +198,7 @@ impl<const N: usize> Stream<N> {
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let before = self.last.as_ref().map_or(f64::NEG_INFINITY, |last| last.s);
         error::validate_next([self.pieces, self.nodes], &node, before)?;
-        let (piece, link) = (self.pieces, self.motion == Motion::Link);
+        let (piece, link) = (self.pieces, self.motion.is_free());
         match &self.last {
             None => self.window.rest(Row::at([piece, 0], node.s, link)),
             Some(last) => {

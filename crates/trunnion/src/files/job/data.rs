@@ -186,6 +186,8 @@ pub struct Strategy {
     pub max_axis_turn: f64,
     /// How the tool comes down to a pass.
     pub lead: LeadKind,
+    /// How it goes from pass to pass.
+    pub links: Links,
     /// Offset directions to search, from the strip side towards the feed \[rad\]; `None`: the
     /// method's own range.
     pub offset_range: Option<[f64; 2]>,
@@ -239,6 +241,15 @@ pub enum LeadKind {
     Axis,
     /// Tangentially to the pass.
     Tangent,
+}
+
+/// How the tool goes from pass to pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Links {
+    /// Over, close to the part, where that is quicker and free.
+    Hop,
+    /// Up to the clearance.
+    Retract,
 }
 
 /// Feed and spindle.

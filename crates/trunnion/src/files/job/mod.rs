@@ -5,8 +5,9 @@ mod raw;
 mod read;
 
 pub use data::{
-    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Method, Motion,
-    MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool, ToolKind,
+    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,
+    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool,
+    ToolKind,
 };
 pub(super) use raw::RawJob;
 pub use read::parse;

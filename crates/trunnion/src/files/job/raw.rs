@@ -239,6 +239,10 @@ pub(super) struct RawStrategy {
     /// How the tool comes down to a pass: along its axis or tangentially.
     #[serde(default)]
     pub(super) lead: RawLead,
+    /// From pass to pass: "hop" goes over close to the part where that is quicker and free, "retract" always up to the
+    /// clearance. With a stock of its own shape the tool always retracts.
+    #[serde(default)]
+    pub(super) links: RawLinks,
     /// Offset directions to search, from the strip side towards the feed, in degrees.
     #[schemars(inner(range(min = -89.0, max = 89.0)))]
     pub(super) offset_range: Option<[f64; 2]>,
@@ -284,6 +288,14 @@ pub(super) enum RawLead {
     #[default]
     Axis,
     Tangent,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawLinks {
+    #[default]
+    Hop,
+    Retract,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -4,11 +4,12 @@ use super::super::document::Document;
 use super::super::schema;
 use super::LAYOUT;
 use super::data::{
-    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Method, Motion,
-    MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool, ToolKind,
+    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,
+    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool,
+    ToolKind,
 };
 use super::raw::{
-    RawAlong, RawConstruction, RawCutting, RawDialect, RawDirection, RawFaces, RawLead,
+    RawAlong, RawConstruction, RawCutting, RawDialect, RawDirection, RawFaces, RawLead, RawLinks,
     RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput, RawPart, RawReference,
     RawSetup, RawSide, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool, RawToolKind,
     RawVerify,
@@ -357,6 +358,10 @@ fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
         lead: match raw.lead {
             RawLead::Axis => LeadKind::Axis,
             RawLead::Tangent => LeadKind::Tangent,
+        },
+        links: match raw.links {
+            RawLinks::Hop => Links::Hop,
+            RawLinks::Retract => Links::Retract,
         },
         offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
     })

@@ -1,0 +1,164 @@
+//! Hops from pass to pass: taken where they are quicker, as high as they must be, and clear of the part.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Unit, Vector3};
+use trunnion::cover::{Hops, LeadKind, LinkOptions, legs, lever};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::{Geometry, Leg, Motion, Pass, Silent, Station, ToolPath, ToolPose};
+
+const MAJOR: f64 = 4.0;
+const MINOR: f64 = 2.0;
+const LENGTH: f64 = 40.0;
+const HEIGHT: f64 = 6.0;
+const CLEAR: f64 = 3.0;
+const GOUGE: f64 = 0.01;
+
+fn cutter() -> Cutter {
+    Cutter::new(CutterSpec {
+        kind: Kind::Bull,
+        major: MAJOR,
+        minor: MINOR,
+        length: LENGTH,
+        construction: Construction::Solid,
+        shank: Vec::new(),
+    })
+    .unwrap()
+}
+
+/// A floor 80 mm long and wide with a ridge along y in the middle, whose control points are `ridge` high.
+fn floor(ridge: f64) -> FaceIndex {
+    let heights = [0.0, 0.0, 0.0, 0.0, ridge, ridge, 0.0, 0.0, 0.0, 0.0];
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 7.0, 7.0, 7.0];
+    let xs = [-40.0, -30.0, -20.0, -12.0, -3.0, 3.0, 12.0, 20.0, 30.0, 40.0];
+    let points = xs.iter().zip(heights);
+    let points = points.map(|(x, z)| [-40.0, 40.0].map(|y| Point3::new(*x, y, z)).to_vec());
+    let across = vec![0.0, 0.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([3, 1], [knots, across], points.collect(), None).unwrap();
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+}
+
+/// A pass along y on the floor at `x`, the tool leaning by `lean` towards +y.
+fn pass(x: f64, lean: f64, back: bool) -> Pass {
+    let axis = Unit::new_normalize(Vector3::new(0.0, lean, 1.0));
+    let low = MINOR * (1.0 - axis.z) + MAJOR * (1.0 - axis.z * axis.z).sqrt();
+    let at = |y: f64| Station {
+        pose: ToolPose { tip: Point3::new(x, y, low), axis },
+        contact: Point3::new(x, y - MAJOR, 0.0),
+    };
+    let mut stations = [-20.0, -10.0, 0.0, 10.0, 20.0].map(at).to_vec();
+    if back {
+        stations.reverse();
+    }
+    let many = stations.len();
+    Pass { face: 1, stations, widths: vec![1.0; many], track: vec![[0.0; 2]; many] }
+}
+
+fn link() -> LinkOptions {
+    let up = Vector3::z_axis();
+    LinkOptions { up, plane: 60.0, lead: LeadKind::Axis, approach: 3.0, gouge: GOUGE }
+}
+
+/// Length of the way of the tip: a machine that is as fast in every direction and turns at once.
+fn way(poses: &[ToolPose]) -> f64 {
+    poses.windows(2).map(|pair| (pair[1].tip - pair[0].tip).norm()).sum()
+}
+
+fn joined(
+    passes: &[Pass],
+    face: FaceIndex,
+    seconds: &(dyn Fn(&[ToolPose]) -> f64 + Sync),
+) -> Vec<Leg> {
+    let hops = Hops { height: HEIGHT, clear: CLEAR, seconds };
+    legs(passes, &[face], &cutter(), (&link(), Some(&hops)), &Silent).unwrap()
+}
+
+fn curves(legs: &[Leg]) -> ToolPath {
+    through(legs, &ToolPathOptions { lever: lever(&cutter()) }, &Silent).unwrap()
+}
+
+/// Distance of a place from the tool, below 0 inside: the rounded corner, the flat end, the flank.
+fn distance(pose: &ToolPose, place: &Point3<f64>) -> f64 {
+    let from = place - pose.tip;
+    let z = from.dot(&pose.axis);
+    let rho = (from - pose.axis.scale(z)).norm();
+    if z > MINOR {
+        return rho - MAJOR - MINOR;
+    }
+    let out = (rho - MAJOR).max(0.0);
+    out.hypot(z - MINOR) - MINOR
+}
+
+/// Least distance from the floor over a hop, and over its middle third, by sampling.
+fn clearance(path: &ToolPath, piece: usize, face: &FaceIndex) -> [f64; 2] {
+    let Geometry::Curve(curve) = &path.pieces[piece].geometry else { return [f64::NAN; 2] };
+    let [start, end] = curve.range();
+    let mut least = [f64::INFINITY; 2];
+    for i in 0..=60 {
+        let share = f64::from(i) / 60.0;
+        let pose = curve.pose(start + (end - start) * share).unwrap();
+        for j in 0..=200 {
+            for k in 0..=40 {
+                let [u, v] = [7.0 * f64::from(j) / 200.0, f64::from(k) / 40.0];
+                let gap = distance(&pose, &face.face().point(u, v));
+                least[0] = least[0].min(gap);
+                if (1.0 / 3.0..=2.0 / 3.0).contains(&share) {
+                    least[1] = least[1].min(gap);
+                }
+            }
+        }
+    }
+    least
+}
+
+#[test]
+fn passes_side_by_side_are_joined_by_one_sweep() {
+    let passes = [pass(-12.0, 0.1, false), pass(-8.0, -0.1, true), pass(-4.0, 0.1, false)];
+    let legs = joined(&passes, floor(0.0), &way);
+    let kinds: Vec<Motion> = legs.iter().map(|leg| leg.motion).collect();
+    let (cut, hop) = (Motion::Cut, Motion::Hop);
+    let ends =
+        [Motion::Link, Motion::LeadIn, cut, hop, cut, hop, cut, Motion::LeadOut, Motion::Link];
+    assert_eq!(kinds, ends);
+    let path = curves(&legs);
+    let index = path.pieces.iter().position(|piece| piece.motion == hop).unwrap();
+    let [all, middle] = clearance(&path, index, &floor(0.0));
+    assert!(all > -GOUGE && middle > CLEAR, "{all} {middle}");
+    // Half an ellipse of this height: no longer than up, over and down.
+    let hop = &legs[3].stations;
+    let poses: Vec<ToolPose> = hop.iter().map(|station| station.pose).collect();
+    assert!(way(&poses) < 2.0 * HEIGHT + 4.0, "{}", way(&poses));
+    let high = poses.iter().map(|pose| pose.tip.z).fold(0.0, f64::max);
+    assert!((high - HEIGHT - poses[0].tip.z).abs() < 0.05 * HEIGHT, "{high}");
+}
+
+#[test]
+fn a_ridge_is_passed_higher_and_a_wall_over_the_plane() {
+    let passes = [pass(-28.0, 0.0, false), pass(28.0, 0.0, true)];
+    for (ridge, expected) in [(6.0, Motion::Hop), (16.0, Motion::Hop), (45.0, Motion::Link)] {
+        let legs = joined(&passes, floor(ridge), &way);
+        let between = legs.iter().filter(|leg| leg.motion == Motion::Hop).count();
+        assert_eq!(between, usize::from(expected == Motion::Hop), "ridge {ridge}");
+        let path = curves(&legs);
+        if let Some(index) = path.pieces.iter().position(|piece| piece.motion == Motion::Hop) {
+            let [all, middle] = clearance(&path, index, &floor(ridge));
+            assert!(all > -GOUGE && middle > CLEAR, "ridge {ridge}: {all} {middle}");
+        }
+    }
+}
+
+#[test]
+fn a_slow_hop_is_not_taken() {
+    let passes = [pass(-12.0, 0.1, false), pass(-8.0, -0.1, true)];
+    // A machine that takes a second for each pose: five straight ways beat sixteen steps.
+    let count = |poses: &[ToolPose]| poses.len() as f64;
+    for legs in [
+        joined(&passes, floor(0.0), &count),
+        legs(&passes, &[floor(0.0)], &cutter(), (&link(), None), &Silent).unwrap(),
+    ] {
+        assert!(legs.iter().all(|leg| leg.motion != Motion::Hop));
+        assert_eq!(legs.iter().filter(|leg| leg.motion == Motion::Cut).count(), 2);
+    }
+}
