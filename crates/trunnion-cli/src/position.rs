@@ -1,14 +1,18 @@
 //! `trunnion position`: one cutter location, explained.
 
+mod answer;
+mod compare;
+
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, part, text};
-use std::fmt::Write;
+use answer::{Answer, table};
+use nalgebra::Vector3;
 use std::path::PathBuf;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Active, Band, ContactSide, Location, Look, PositioningError, Request, Setting, StripSide,
-    curvature_matched, error_curve, error_picture, inclined, widest,
+    Band, ContactSide, Grid, Location, Method as Placing, PositioningError, Request, StripSide,
+    error_picture, place, trace,
 };
 use trunnion::surface::{Face, FaceIndex, Surface};
 
@@ -50,10 +54,17 @@ pub(crate) struct Args {
     /// How the cutter is placed.
     #[arg(long, default_value = "end-point")]
     method: Method,
+    /// Places the cutter by every method and prints them side by side.
+    #[arg(long, conflicts_with = "method")]
+    compare: bool,
     /// sturz, ball: lead angle in degrees.
     #[arg(long, value_name = "DEG", default_value_t = 5.0, allow_hyphen_values = true)]
     lead: f64,
-    /// Also draw the error round the cutting circle into this SVG file.
+    /// lead-swivel: largest swivel to either side of the feed in degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 20.0)]
+    swivel: f64,
+    /// Also draw the error round the cutting circle into this SVG file; with --compare, the strips of
+    /// all methods.
     #[arg(short, long, value_name = "SVG")]
     output: Option<PathBuf>,
 }
@@ -61,13 +72,22 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 The strip begins at the point --at, where the error is the tolerance, and lies to the right of the feed
 (seen along it, the normal up); `left` is what the return pass of a zigzag needs.
-  end-point   the widest strip: error within [0, tolerance] on it, no gouge anywhere (default)
-  sturz       fixed lead, chord across the feed; more lead only where the rear would gouge
-  curvature   touches at the point, leans until the circle bends like the surface
-  ball        a ball as large as the cutter
+  end-point    the widest strip: error within [0, tolerance] on it, no gouge anywhere (default)
+  nested       the same by the search of the paper the method comes from: slow, and within its grid only
+  mpm          two contacts, the error between them at the tolerance (multi-point machining)
+  hermite      the same with the contacts taken to lie at Chebyshev's nodes
+  ball         a ball as large as the cutter
+These touch at --at, and their strip lies around it:
+  lead-swivel  one contact with the lead and swivel that give the widest strip
+  curvature    leans until the circle bends like the surface, farther where that gouges
+  sturz        fixed lead
+  three-axis   the tool axis along z
+Whatever the method, its pose is looked at anew: what gouges, or touches where the cutter does not cut, is
+refused with the reason and what would help.
 Exit codes: 0 found; 1 there is none (and why, and what would help); 2 malformed input.
 
   trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1
+  trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1 --compare -o strips.svg
   trunnion position --surface part.step --face 3 --cutter R=8,r=2 --tolerance 0.02 --at 0.5,0.5 --feed 1,0 --json -o error.svg";
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -86,19 +106,70 @@ enum Side {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Method {
     EndPoint,
-    Sturz,
+    Nested,
+    Mpm,
+    Hermite,
+    LeadSwivel,
     Curvature,
+    Sturz,
+    ThreeAxis,
     Ball,
 }
 
 impl Method {
+    /// In the order in which they are compared: those that begin at the place first.
+    const ALL: [Self; 9] = [
+        Self::EndPoint,
+        Self::Nested,
+        Self::Mpm,
+        Self::Hermite,
+        Self::LeadSwivel,
+        Self::Curvature,
+        Self::Sturz,
+        Self::ThreeAxis,
+        Self::Ball,
+    ];
+
     fn name(self) -> &'static str {
         match self {
             Self::EndPoint => "end-point",
-            Self::Sturz => "sturz",
+            Self::Nested => "nested",
+            Self::Mpm => "mpm",
+            Self::Hermite => "hermite",
+            Self::LeadSwivel => "lead-swivel",
             Self::Curvature => "curvature",
+            Self::Sturz => "sturz",
+            Self::ThreeAxis => "three-axis",
             Self::Ball => "ball",
         }
+    }
+
+    fn placing(self, args: &Args) -> Placing {
+        let lead = args.lead.to_radians();
+        match self {
+            Self::EndPoint => Placing::EndPoint,
+            Self::Nested => Placing::Nested(grid(args.tolerance)),
+            Self::Mpm => Placing::MultiPoint,
+            Self::Hermite => Placing::HermiteChebyshev,
+            Self::LeadSwivel => Placing::LeadSwivel { swivel: args.swivel.to_radians() },
+            Self::Curvature => Placing::CurvatureMatched,
+            Self::Sturz => Placing::Sturz { lead },
+            Self::ThreeAxis => Placing::FixedAxis { axis: Vector3::z_axis() },
+            Self::Ball => Placing::Ball { lead },
+        }
+    }
+}
+
+/// What the nested search is compared with: 3 degrees of arc or less between samples, the offset to
+/// a micrometre, its direction to a hundredth of a degree, contacts to a thousandth of the band.
+fn grid(tolerance: f64) -> Grid {
+    Grid {
+        front: 41,
+        rear: 90,
+        directions: 10,
+        offset: 1e-3,
+        direction: 0.01_f64.to_radians(),
+        touch: 1e-3 * tolerance,
     }
 }
 
@@ -133,14 +204,11 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         offset_range: args.offset_range.map(f64::to_radians),
         axis_near: None,
     };
-    let lead = args.lead.to_radians();
-    let found = match args.method {
-        Method::EndPoint => widest(&request, None),
-        Method::Sturz => inclined(&Request { offset_range: [0.0; 2], ..request }, lead, None),
-        Method::Curvature => curvature_matched(&request),
-        Method::Ball => inclined(&request, lead, None),
-    };
-    match found {
+    if args.compare {
+        return compare::run(&request, args, json);
+    }
+    let method = args.method.placing(args);
+    match place(&request, &method) {
         Ok(location) => {
             if let Some(path) = &args.output {
                 let picture = picture(&request, &location, args).map_err(refusal)?;
@@ -173,6 +241,9 @@ fn asked_wrong(error: &PositioningError) -> bool {
             | E::OffsetRange { .. }
             | E::NoDirection { .. }
             | E::NotCentreCutting { .. }
+            | E::NoCircle
+            | E::Angle { .. }
+            | E::Cutter(_)
     )
 }
 
@@ -233,12 +304,9 @@ fn cutter(args: &Args) -> Result<Cutter, Failure> {
         };
         *place = Some(value);
     }
-    let (Some(mut major), Some(mut minor)) = (major, minor) else {
+    let (Some(major), Some(minor)) = (major, minor) else {
         return Err(wrong("both R and r are needed"));
     };
-    if args.method == Method::Ball {
-        (major, minor) = (0.0, major + minor);
-    }
     let kind = match (major > 0.0, minor > 0.0) {
         (true, true) => Kind::Bull,
         (true, false) => Kind::Flat,
@@ -257,151 +325,13 @@ fn picture(
     location: &Location,
     args: &Args,
 ) -> Result<String, PositioningError> {
-    /// Half the points of the curve: one a degree.
-    const HALF: u32 = 180;
-    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
-    let jet = request.face.face().surface.jet1(request.at[0], request.at[1]);
-    let look = Look {
-        feed: jet.su * request.feed[0] + jet.sv * request.feed[1],
-        strip: request.strip,
-        contact: location.contact,
-        uv: location.contact_uv,
-    };
-    let curve = error_curve(&setting, &location.pose, &look, HALF)?;
-    let width = location.strip_width;
-    let title = format!(
-        "{}: {width:.3} mm at (u, v) = ({}, {}), feed ({}, {})",
-        args.method.name(),
-        args.at[0],
-        args.at[1],
-        args.feed[0],
-        args.feed[1]
-    );
-    Ok(error_picture(&curve, request.band, &title))
+    let cutter = args.method.placing(args).cutter(request.cutter)?;
+    let name = args.method.name();
+    let trace = trace(&Request { cutter: &cutter, ..*request }, location, name)?;
+    Ok(error_picture(&trace, request.band, &title(args, &format!("{name}, {:.3} mm", trace.width))))
 }
 
-/// The location for scripts; mm and degrees.
-#[derive(Debug, serde::Serialize)]
-struct Answer {
-    method: &'static str,
-    strip_width: f64,
-    chord_width: f64,
-    offset: f64,
-    offset_direction_deg: f64,
-    rotation_deg: f64,
-    center: [f64; 3],
-    tip: [f64; 3],
-    axis: [f64; 3],
-    side: &'static str,
-    contact_angles_deg: Vec<f64>,
-    active: Vec<&'static str>,
-    front_max: f64,
-    front_max_bound: f64,
-    front_min: f64,
-    rear_min: f64,
-    rear_min_bound: f64,
-    queries: u32,
-}
-
-impl Answer {
-    fn new(location: &Location, method: Method) -> Self {
-        Self {
-            method: method.name(),
-            strip_width: location.strip_width,
-            chord_width: location.chord_width,
-            offset: location.offset,
-            offset_direction_deg: location.offset_direction.to_degrees(),
-            rotation_deg: location.rotation.to_degrees(),
-            center: location.center.coords.into(),
-            tip: location.pose.tip.coords.into(),
-            axis: location.pose.axis.into_inner().into(),
-            side: side_name(location.side),
-            contact_angles_deg: location.contact_angles.iter().map(|a| a.to_degrees()).collect(),
-            active: location.active.iter().map(|active| words(*active).0).collect(),
-            front_max: location.front_max,
-            front_max_bound: location.front_max_bound,
-            front_min: location.front_min,
-            rear_min: location.rear_min,
-            rear_min_bound: location.rear_min_bound,
-            queries: location.queries,
-        }
-    }
-}
-
-fn side_name(side: ContactSide) -> &'static str {
-    match side {
-        ContactSide::Ahead => "ahead",
-        ContactSide::Behind => "behind",
-        ContactSide::Either => "either",
-    }
-}
-
-/// Name of a constraint, and what it means for the shop.
-fn words(active: Active) -> (&'static str, &'static str) {
-    match active {
-        Active::Touch => ("touch", "the cutter touches inside the strip"),
-        Active::Middle => ("middle", "the error reaches the tolerance inside the strip"),
-        Active::FirstSlope => ("first-slope", "the error would leave the band at the first end"),
-        Active::SecondSlope => ("second-slope", "the error would leave the band at the far end"),
-        Active::Rear => ("rear", "the rear of the cutter touches: a smaller R would reach farther"),
-        Active::Disc => ("disc", "the flat underside touches"),
-        Active::Chord => ("chord", "the strip is as wide as the cutter: a larger R would be wider"),
-        Active::OffsetRange => ("offset-range", "the range of the offset direction ends here"),
-        Active::AxisTurn => ("axis-turn", "the tool axis may not turn farther"),
-        Active::GivenLead => ("given-lead", "the lead was given, not found"),
-    }
-}
-
-fn table(location: &Location, args: &Args) -> String {
-    let triple = |x: [f64; 3]| format!("{:.4} {:.4} {:.4}", x[0], x[1], x[2]);
-    let degrees: Vec<String> =
-        location.contact_angles.iter().map(|a| format!("{:.2}", a.to_degrees())).collect();
-    let mut rows = vec![
-        (
-            "strip width",
-            format!("{:.4} mm (chord {:.4})", location.strip_width, location.chord_width),
-        ),
-        ("tip", format!("{} mm", triple(location.pose.tip.coords.into()))),
-        ("tool axis", triple(location.pose.axis.into_inner().into())),
-        ("circle centre", format!("{} mm", triple(location.center.coords.into()))),
-        (
-            "offset",
-            format!(
-                "{:.4} mm, {:.3} deg from across the feed",
-                location.offset,
-                location.offset_direction.to_degrees()
-            ),
-        ),
-        ("rotation", format!("{:.3} deg", location.rotation.to_degrees())),
-        ("contact arc", side_name(location.side).to_owned()),
-        (
-            "contacts",
-            format!("{} deg along an arc of {:.2}", degrees.join(", "), location.arc.to_degrees()),
-        ),
-        (
-            "strip error",
-            format!(
-                "{:.6} .. {:.6} mm, never above {:.6}; tolerance {}",
-                location.front_min, location.front_max, location.front_max_bound, args.tolerance
-            ),
-        ),
-        (
-            "rear clearance",
-            format!(
-                "{:.6} mm, the whole cutter never below {:.6}",
-                location.rear_min, location.rear_min_bound
-            ),
-        ),
-        ("queries", location.queries.to_string()),
-    ];
-    rows.extend(location.active.iter().map(|active| {
-        let (name, meaning) = words(*active);
-        ("held back by", format!("{name}: {meaning}"))
-    }));
-    let mut text = format!("{} at (u, v) = ({}, {})\n", args.method.name(), args.at[0], args.at[1]);
-    for (name, value) in rows {
-        // Writing to a String does not fail.
-        let _ = writeln!(text, "  {name:<16} {value}");
-    }
-    text
+fn title(args: &Args, what: &str) -> String {
+    let ([u, v], [du, dv]) = (args.at, args.feed);
+    format!("{what}, at (u, v) = ({u}, {v}), feed ({du}, {dv}), tolerance {} mm", args.tolerance)
 }

@@ -389,12 +389,35 @@ fn one_location_is_found_explained_and_drawn() {
     assert!((answer["chord_width"].as_f64().unwrap() - 17.1725).abs() < 0.01, "{answer}");
     assert!(answer["rear_min"].as_f64().unwrap() >= 0.0);
     assert!(fs::read_to_string(folder.path().join("error.svg")).unwrap().contains("<polyline"));
-    for method in ["sturz", "curvature", "ball"] {
+    let others =
+        ["nested", "mpm", "hermite", "lead-swivel", "curvature", "sturz", "three-axis", "ball"];
+    for method in others {
         let other = call(&["--cutter", "R=10,r=6", "--feed", "0,-1", "--method", method]);
         assert_eq!(other.status.code(), Some(0), "{method}: {}", stderr(&other));
         let text = String::from_utf8_lossy(&other.stdout).into_owned();
         assert!(text.contains("strip width") && text.contains("held back by"), "{text}");
     }
+    let all = call(&["--cutter", "R=10,r=6", "--feed", "1,0", "--compare", "-o", "strips.svg"]);
+    assert_eq!(all.status.code(), Some(0), "{}", stderr(&all));
+    let text = String::from_utf8_lossy(&all.stdout).into_owned();
+    assert!(others.iter().all(|method| text.contains(method)), "{text}");
+    assert!(text.contains("none") && text.contains("touches twice"), "{text}");
+    let drawn = fs::read_to_string(folder.path().join("strips.svg")).unwrap();
+    assert!(drawn.contains("end-point: 4.18 mm"), "{drawn}");
+    let all = call(&["--cutter", "R=10,r=6", "--feed", "1,0", "--compare", "--json"]);
+    let answer: serde_json::Value = serde_json::from_slice(&all.stdout).unwrap();
+    let methods = answer["methods"].as_array().unwrap();
+    assert_eq!(methods.len(), 9);
+    assert!(methods.iter().any(|m| m["method"] == "mpm" && m["refused"].is_string()), "{answer}");
+    let gouging = ["--cutter", "R=10,r=6", "--feed", "1,0", "--method", "sturz", "--lead", "0.876"];
+    let refused = call(&gouging);
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    let text = String::from_utf8_lossy(&refused.stdout).into_owned();
+    assert!(text.contains("too close with the rear of the cutting circle"), "{text}");
+    let lead =
+        call(&["--cutter", "R=10,r=6", "--feed", "1,0", "--method", "sturz", "--lead", "95"]);
+    assert_eq!(lead.status.code(), Some(2));
+    assert!(stderr(&lead).contains("between -90 and 90 deg"), "{}", stderr(&lead));
     let off = ["position", "--surface", patch, "--tolerance", "0.01", "--at", "0.4,1.5"];
     let off =
         trunnion(folder.path(), &[&off[..], &["--cutter", "R=10,r=6", "--feed", "0,1"]].concat());

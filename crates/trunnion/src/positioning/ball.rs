@@ -74,6 +74,7 @@ pub(super) fn location(
     let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
     super::body::clear(&setting, &pose, request.at, &mut probe)?;
     let strip = strip(&setting, center, (&frame.v, &touch), probe)?;
+    super::widest::cuts_there(&setting, &pose, &strip)?;
     let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
     Ok(Location {
         strip_width: strip.width,

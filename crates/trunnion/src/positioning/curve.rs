@@ -1,18 +1,21 @@
-//! The error along the cutting circle as a curve, and its picture.
+//! The error along the cutting circle as a curve.
 
-use super::Band;
+use super::Location;
 use super::PositioningError;
+use super::Request;
 use super::check::Look;
 use super::check::Setting;
 use super::circle::Circle;
+use super::circle::Sample;
+use super::placement::Frame;
 use super::placement::Ring;
 use super::probe::Probe;
 use super::probe::Reading;
 use crate::types::ToolPose;
+use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
-use std::fmt::Write;
 
 /// Circle of a pose and the direction across the feed, to the strip's side.
 pub(super) fn ring(
@@ -56,79 +59,153 @@ pub fn error_curve(
     let middle = probe.read(&look.contact, look.uv)?;
     let (ring, _) = ring(setting, pose, look, &middle)?;
     let circle = Circle { ring, minor: setting.cutter.minor() };
-    let seed = circle.read(0.0, middle.foot.uv, &mut probe)?;
-    let step = PI / f64::from(half.max(1));
-    let angles = |sign: f64| (1..=half).map(move |k| sign * step * f64::from(k));
-    let mut samples = circle.walk(angles(-1.0), &seed, &mut probe)?;
-    samples.reverse();
-    samples.push(seed);
-    samples.extend(circle.walk(angles(1.0), &seed, &mut probe)?);
+    let samples = all_round(&circle, middle.foot.uv, half, &mut probe)?;
     Ok(samples.iter().map(|sample| [sample.psi, sample.error]).collect())
 }
 
-/// Size of the picture and of its margins \[px\].
-const SIZE: [f64; 2] = [720.0, 360.0];
-const MARGINS: [f64; 2] = [64.0, 40.0];
+/// Samples over `[-pi, pi]`, `2 half + 1` of them.
+fn all_round(
+    circle: &Circle,
+    guess: [f64; 2],
+    half: u32,
+    probe: &mut Probe,
+) -> Result<Vec<Sample>, PositioningError> {
+    let seed = circle.read(0.0, guess, probe)?;
+    let step = PI / f64::from(half.max(1));
+    let angles = |sign: f64| (1..=half).map(move |k| sign * step * f64::from(k));
+    let mut samples = circle.walk(angles(-1.0), &seed, probe)?;
+    samples.reverse();
+    samples.push(seed);
+    samples.extend(circle.walk(angles(1.0), &seed, probe)?);
+    Ok(samples)
+}
 
-/// Draws an error curve with its band and the angles of the strip's ends as SVG. Errors are drawn up to
-/// three bands above and one below; the rest is cut off.
-pub fn error_picture(curve: &[[f64; 2]], band: Band, title: &str) -> String {
-    let height = band.upper - band.lower;
-    let [low, high] = [band.lower - height, band.upper + 3.0 * height];
-    let x = |angle: f64| MARGINS[0] + (SIZE[0] - 2.0 * MARGINS[0]) * (0.5 + 0.5 * angle / PI);
-    let y = |error: f64| {
-        let share = (error.clamp(low, high) - low) / (high - low);
-        SIZE[1] - MARGINS[1] - (SIZE[1] - 2.0 * MARGINS[1]) * share
-    };
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" \
-         font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-        SIZE[0], SIZE[1]
-    );
-    let [left, right] = [x(-PI), x(PI)];
-    let [top, bottom] = [y(band.upper), y(band.lower)];
-    let title = title.replace('&', "&amp;").replace('<', "&lt;");
-    // Writing to a String does not fail.
-    let _ = writeln!(svg, "<text x=\"{left:.1}\" y=\"20\">{title}</text>");
-    let _ = writeln!(
-        svg,
-        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#cfe8cf\"/>",
-        right - left,
-        bottom - top
-    );
-    for (error, place) in [(band.upper, top), (band.lower, bottom), (high, y(high)), (low, y(low))]
-    {
-        let _ = writeln!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{error:.4}</text>",
-            left - 6.0,
-            place + 4.0
-        );
+/// The error curve of a location, ready to be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// What the legend calls it.
+    pub name: String,
+    /// Round the circle from the side opposite to the strip and back, on the strip's side of its
+    /// middle last; for a ball, across its strip and a little beyond.
+    pub points: Vec<TracePoint>,
+    /// Angles of the strip's beginning and end \[rad\].
+    pub ends: [f64; 2],
+    /// Angle from which angles are told: that of the first end point, or of the strip's beginning where
+    /// the cutter touches at the place asked for \[rad\].
+    pub origin: f64,
+    /// Angles of the contacts \[rad\].
+    pub contacts: Vec<f64>,
+    /// Strip width \[mm\].
+    pub width: f64,
+}
+
+/// One point of a [`Trace`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracePoint {
+    /// On the circle, from about the strip's middle towards its far end \[rad\].
+    pub angle: f64,
+    /// Distance of the foot from the place asked for, across the feed to the strip's side \[mm\].
+    pub across: f64,
+    /// Error \[mm\].
+    pub error: f64,
+}
+
+/// Half the points of a trace: two a degree.
+const TRACE: u32 = 360;
+
+/// Traces the error of a location that was found for `request`, whose cutter it is
+/// ([`super::Method::cutter`]).
+///
+/// # Errors
+///
+/// [`PositioningError::NoDirection`], [`PositioningError::Closest`].
+pub fn trace(
+    request: &Request,
+    location: &Location,
+    name: &str,
+) -> Result<Trace, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let frame = Frame::new(request, location.side, &mut probe)?;
+    let mut tracing = Tracing { request, location, frame, probe };
+    let (points, ends, origin) =
+        if request.cutter.major() > 0.0 { tracing.circle()? } else { tracing.ball()? };
+    let contacts = location.contact_angles.iter().map(|angle| origin + angle).collect();
+    Ok(Trace { name: name.to_owned(), points, ends, origin, contacts, width: location.strip_width })
+}
+
+impl Location {
+    /// Whether the circle passes over the place asked for at the upper end of the band, as it does over
+    /// an end point; a contact lies a band lower.
+    fn ends_at(&self, frame: &Frame) -> bool {
+        let first = &frame.first;
+        let over = first.foot.point + first.normal().scale(frame.lift) - self.center;
+        let height = self.pose.axis.dot(&over);
+        let out = (over - self.pose.axis.scale(height)).norm() - frame.major;
+        // Through rounding alone; the least band is far wider.
+        height.abs().max(out.abs()) <= 1e-7
     }
-    for degrees in [-180.0_f64, -90.0, 0.0, 90.0, 180.0] {
-        let place = x(degrees.to_radians());
-        let _ = writeln!(
-            svg,
-            "<path d=\"M{place:.1} {:.1}V{:.1}\" stroke=\"#ccc\"/><text x=\"{place:.1}\" \
-             y=\"{:.1}\" text-anchor=\"middle\">{degrees}</text>",
-            y(high),
-            y(low),
-            SIZE[1] - MARGINS[1] + 16.0
-        );
+}
+
+struct Tracing<'a> {
+    request: &'a Request<'a>,
+    location: &'a Location,
+    frame: Frame,
+    probe: Probe<'a>,
+}
+
+/// Points of a trace, the angles of the strip's ends, and the one angles are told from.
+type Traced = (Vec<TracePoint>, [f64; 2], f64);
+
+impl Tracing<'_> {
+    fn across(&self, foot: &Point3<f64>) -> f64 {
+        self.frame.v.dot(&(foot - self.frame.first.foot.point))
     }
-    let points: Vec<String> =
-        curve.iter().map(|[angle, error]| format!("{:.1},{:.1}", x(*angle), y(*error))).collect();
-    let _ = writeln!(
-        svg,
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"#124\" stroke-width=\"1.5\"/>",
-        points.join(" ")
-    );
-    let _ = writeln!(
-        svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">angle on the cutting circle, deg; error \
-         in mm</text>\n</svg>",
-        0.5 * (left + right),
-        SIZE[1] - 8.0
-    );
-    svg
+
+    fn circle(&mut self) -> Result<Traced, PositioningError> {
+        let Request { face, cutter, band, strip, .. } = *self.request;
+        let setting = Setting { face, cutter, band };
+        let (contact, uv) = (self.location.contact, self.location.contact_uv);
+        let look = Look { feed: self.frame.a, strip, contact, uv };
+        let middle = self.probe.read(&contact, uv)?;
+        let (ring, _) = ring(&setting, &self.location.pose, &look, &middle)?;
+        let circle = Circle { ring, minor: cutter.minor() };
+        let samples = all_round(&circle, middle.foot.uv, TRACE, &mut self.probe)?;
+        let lift = cutter.minor() + band.upper;
+        let angle = |end: &Reading| ring.angle_over(end, lift);
+        let mut end = |uv: [f64; 2]| {
+            let point = face.face().surface.point(uv[0], uv[1]);
+            self.probe.foot(&point, uv).map(|end| angle(&end))
+        };
+        let ends = [end(self.location.near)?, end(self.location.far)?];
+        let origin =
+            if self.location.ends_at(&self.frame) { angle(&self.frame.first) } else { ends[0] };
+        let point = |sample: &Sample| TracePoint {
+            angle: sample.psi,
+            across: self.across(&sample.reading.foot.point),
+            error: sample.error,
+        };
+        Ok((samples.iter().map(point).collect(), ends, origin))
+    }
+
+    /// The error of the surface points under the ball, across the strip and half as far again.
+    fn ball(&mut self) -> Result<Traced, PositioningError> {
+        let radius = self.request.cutter.minor();
+        let Location { center, contact, contact_uv, strip_width, .. } = self.location;
+        let middle = self.probe.read(contact, *contact_uv)?;
+        let half = 0.5 * strip_width;
+        let mut points = Vec::new();
+        let mut last = middle;
+        let count = TRACE / 2;
+        for k in 0..=count {
+            let out = 1.5 * half * (2.0 * f64::from(k) / f64::from(count) - 1.0);
+            let p = contact + self.frame.v * out;
+            last = self.probe.read(&p, last.foot.uv)?;
+            let foot = last.foot.point;
+            let angle = (out / radius).clamp(-1.0, 1.0).asin();
+            let error = (foot - center).norm() - radius;
+            points.push(TracePoint { angle, across: self.across(&foot), error });
+        }
+        let end = (half / radius).clamp(0.0, 1.0).asin();
+        Ok((points, [-end, end], -end))
+    }
 }

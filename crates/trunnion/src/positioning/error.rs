@@ -1,7 +1,9 @@
 //! Why there is no cutter location.
 
 use super::Active;
+use crate::cutter::CutterError;
 use crate::surface::ClosestError;
+use std::fmt;
 
 /// Why a cutter location is not given. Places are parameters `(u, v)` of the face.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -76,22 +78,73 @@ pub enum PositioningError {
         minor: f64,
     },
     /// No strip wider than what every inclination gives.
-    #[error(
-        "no strip at (u, v) = ({:.6}, {:.6}): the band is broken by {excess:.6} mm ({binding:?}); a \
-         strip of sqrt(8 R e) = {smallest:.3} mm is the least a fitting cutter leaves; use a smaller \
-         cutter, another feed direction, or a wider tolerance",
-        .uv[0], .uv[1]
-    )]
+    #[error("{}", no_strip(*.uv, *.smallest, *.excess, *.binding))]
     NoStrip {
         /// Place.
         uv: [f64; 2],
         /// `sqrt(8 R e)` \[mm\].
         smallest: f64,
-        /// Least breach of the band found \[mm\].
+        /// Least breach of the band found \[mm\]; infinite where no pose was worth looking at.
         excess: f64,
         /// The constraint that is broken most.
         binding: Active,
     },
+    /// The method's pose cuts too deep.
+    #[error(
+        "at (u, v) = ({:.6}, {:.6}) the cutter comes {depth:.6} mm too close with {binding}, and this \
+         method has no way around it; {}, or let the end-point method find a pose",
+        .uv[0], .uv[1], remedy(*.binding)
+    )]
+    Gouges {
+        /// Place.
+        uv: [f64; 2],
+        /// How far below the band \[mm\].
+        depth: f64,
+        /// The part of the cutter that does: `Touch`, `Rear` or `Disc`.
+        binding: Active,
+    },
+    /// No pose touches twice as the method wants.
+    #[error(
+        "at (u, v) = ({:.6}, {:.6}) no pose with an offset direction in [{:.3}, {:.3}] deg touches \
+         twice with the error between at the tolerance: along the chord the surface has to bend more \
+         than across it; feed closer to the direction of smallest curvature, widen the offset range, or \
+         use the end-point method",
+        .uv[0], .uv[1], .range[0].to_degrees(), .range[1].to_degrees()
+    )]
+    NoPair {
+        /// Place.
+        uv: [f64; 2],
+        /// Range of the offset direction \[rad\].
+        range: [f64; 2],
+    },
+    /// The method places a circle, and a ball has none.
+    #[error(
+        "the method needs a cutter with R above 0; a ball touches in one point: use ball or sturz"
+    )]
+    NoCircle,
+    /// An angle of the method is out of range.
+    #[error("the {name} is {:.4} deg: must be {must}", .value.to_degrees())]
+    Angle {
+        /// Which one.
+        name: &'static str,
+        /// The value given \[rad\].
+        value: f64,
+        /// What it has to be.
+        must: &'static str,
+    },
+    /// A number of the nested search is out of range.
+    #[error("nested search: {name} is {value}, must be {must}")]
+    Parameter {
+        /// Which one.
+        name: &'static str,
+        /// The value given; lengths in mm, angles in rad.
+        value: f64,
+        /// What it has to be.
+        must: &'static str,
+    },
+    /// No ball as large as the cutter can be made of its length and shank.
+    #[error("a ball as large as the cutter: {}", list(.0))]
+    Cutter(Vec<CutterError>),
     /// Flank, shank or holder come too close.
     #[error(
         "the tool above its cutting end touches the face at (u, v) = ({:.6}, {:.6}), {height:.3} mm \
@@ -114,4 +167,57 @@ pub enum PositioningError {
         /// Why not.
         error: ClosestError,
     },
+}
+
+fn list(faults: &[CutterError]) -> String {
+    let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();
+    faults.join("; ")
+}
+
+fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: Active) -> String {
+    let place = format!("no strip at (u, v) = ({u:.6}, {v:.6})");
+    let broken = if excess.is_finite() {
+        format!("the best pose found still breaks the band by {excess:.6} mm at {binding}")
+    } else {
+        "no pose was found to start from".to_owned()
+    };
+    format!(
+        "{place}: {broken} (on a flat place no strip is narrower than sqrt(8 R e) = {smallest:.3} mm); {}",
+        remedy(binding)
+    )
+}
+
+/// What helps against a constraint.
+fn remedy(binding: Active) -> &'static str {
+    match binding {
+        Active::Rear => {
+            "take a smaller R, another feed direction, or a contact arc on the other side"
+        }
+        Active::Disc => "take a smaller R, or more lead",
+        Active::Touch => "take a smaller cutter, more lead, or another feed direction",
+        Active::Middle | Active::FirstSlope | Active::SecondSlope => {
+            "allow a wider tolerance, or take another feed direction"
+        }
+        Active::Chord => "take a larger R",
+        Active::OffsetRange => "widen the offset range, or take another feed direction",
+        Active::AxisTurn => "allow the tool axis to turn farther",
+        Active::GivenLead => "give another lead",
+    }
+}
+
+impl fmt::Display for Active {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Touch => "a contact inside the strip",
+            Self::Middle => "the largest error inside the strip",
+            Self::FirstSlope => "the first end of the strip, where the error rises",
+            Self::SecondSlope => "the far end of the strip, where the error rises",
+            Self::Rear => "the rear of the cutting circle",
+            Self::Disc => "the flat underside",
+            Self::Chord => "a chord as long as the cutter is wide",
+            Self::OffsetRange => "an end of the offset range",
+            Self::AxisTurn => "the bound on the axis turn",
+            Self::GivenLead => "the given lead",
+        })
+    }
 }

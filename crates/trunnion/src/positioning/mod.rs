@@ -4,8 +4,8 @@
 //! the circle of the torus then passes over the strip to a second end point `P2`. [`widest`] finds
 //! the location whose strip is widest while the error on the strip stays in the band and nothing
 //! else of the cutter comes closer than the band's lower end. [`inclined`] does the same at a given
-//! lead, for places where no wide strip fits, and [`curvature_matched`] is a common method to compare
-//! with. [`strip_of_pose`] looks at any pose, independently of how it was made.
+//! lead, for places where no wide strip fits. [`place`] is the one way in to these and to the methods
+//! they are compared with. [`strip_of_pose`] looks at any pose, independently of how it was made.
 //!
 //! Frame at `P1`: `n` the normal on the cutter's side, `a` the feed, `v = a x n` (reversed for a
 //! strip on the left). Angles: alpha from `v` towards `a`, theta about the chord; mm and rad.
@@ -15,11 +15,16 @@ mod body;
 mod check;
 mod circle;
 mod constraints;
+mod contact;
 mod curve;
 mod disc;
 mod error;
 mod gaps;
-mod matched;
+mod judge;
+mod method;
+mod nested;
+mod pair;
+mod picture;
 mod placement;
 mod probe;
 mod quadratic;
@@ -33,10 +38,16 @@ pub use check::Look;
 pub use check::Setting;
 pub use check::Strip;
 pub use check::strip_of_pose;
+pub use curve::Trace;
+pub use curve::TracePoint;
 pub use curve::error_curve;
-pub use curve::error_picture;
+pub use curve::trace;
 pub use error::PositioningError;
-pub use matched::curvature_matched;
+pub use method::Method;
+pub use method::place;
+pub use nested::Grid;
+pub use picture::comparison_picture;
+pub use picture::error_picture;
 pub use request::Active;
 pub use request::AxisNear;
 pub use request::Band;

@@ -50,6 +50,12 @@ impl Ring {
         self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
     }
 
+    /// Angle of the point `lift` above a foot, which lies on the circle or near it.
+    pub(super) fn angle_over(&self, end: &Reading, lift: f64) -> f64 {
+        let out = end.foot.point + end.normal().scale(lift) - self.center;
+        self.e2.dot(&out).atan2(self.f.dot(&out))
+    }
+
     /// Derivative of [`Ring::at`] by `psi`.
     pub(super) fn tangent(&self, psi: f64) -> Vector3<f64> {
         let (sin, cos) = psi.sin_cos();

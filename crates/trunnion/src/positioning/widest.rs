@@ -431,7 +431,7 @@ fn touches_where_it_cuts(
     within_cutting(setting, pose, touching.filter_map(|condition| condition.contact))
 }
 
-fn within_cutting(
+pub(super) fn within_cutting(
     setting: &Setting,
     pose: &ToolPose,
     contacts: impl Iterator<Item = ([f64; 2], Point3<f64>)>,

@@ -2,7 +2,7 @@
 //! placement of the circle, random trials around the best found.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-use nalgebra::{Point3, UnitVector3, Vector3};
+use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 use trunnion::positioning::Band;
 use trunnion::surface::{Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, Torus};
 
@@ -14,20 +14,46 @@ const HALF: f64 = 60.0;
 pub(crate) enum Shape {
     /// z = (k1 x^2 + k2 y^2) / 2: bowls, hills, saddles and cylinders.
     Quadric([f64; 2]),
-    /// Ball of this radius below the origin.
+    /// The same away from its middle: at `[x, y]`, turned so that the normal there is z.
+    Slope { k: [f64; 2], at: [f64; 2] },
+    /// Ball of this radius below the origin; the inside of one above it where negative.
     Ball(f64),
+    /// Cylinder of this radius along x below the origin; the inside of one above it where negative.
+    Rod(f64),
     /// Ring whose circle of radius `minor` passes through the origin, `turn` past its outermost
-    /// point; its axis lies in the plane y = 0.
+    /// point; its axis lies in the plane y = 0. Seen from its inside where `minor` is negative.
     Ring { major: f64, minor: f64, turn: f64 },
 }
 
 /// z = (k1 x^2 + k2 y^2) / 2 over a square; u along x, v along y, (0.5, 0.5) at the origin.
 pub(crate) fn quadric(k1: f64, k2: f64) -> FaceIndex {
+    moved_quadric([k1, k2], &|p| p)
+}
+
+fn moved_quadric([k1, k2]: [f64; 2], moved: &dyn Fn(Point3<f64>) -> Point3<f64>) -> FaceIndex {
     // Bezier ordinates of x^2 over [-h, h] are h^2, -h^2, h^2.
     let square = |i: usize| if i == 1 { -HALF * HALF } else { HALF * HALF };
     let place = |i: usize| [-HALF, 0.0, HALF][i];
     let point = |i, j| Point3::new(place(i), place(j), 0.5 * (k1 * square(i) + k2 * square(j)));
-    bezier((0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect())
+    bezier((0..3).map(|i| (0..3).map(|j| moved(point(i, j))).collect()).collect())
+}
+
+/// A third of a cylinder along x as a rational patch, the origin in its middle, u along x.
+fn rod(radius: f64) -> FaceIndex {
+    let (sin, cos) = (std::f64::consts::PI / 3.0).sin_cos();
+    let arc = [[-sin, cos - 1.0], [0.0, 1.0 / cos - 1.0], [sin, cos - 1.0]];
+    let row = |x: f64| arc.map(|[y, z]| Point3::new(x, y * radius.abs(), z * radius)).to_vec();
+    let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0]];
+    let weights = Some(vec![vec![1.0, cos, 1.0]; 2]);
+    let surface = NurbsSurface::new([1, 2], knots, vec![row(-HALF), row(HALF)], weights).unwrap();
+    index(Surface::Nurbs(surface))
+}
+
+/// Rotation of a quadric's normal at `[x, y]` into z, and that place.
+fn upright([k1, k2]: [f64; 2], [x, y]: [f64; 2]) -> (Rotation3<f64>, Point3<f64>) {
+    let normal = Vector3::new(-k1 * x, -k2 * y, 1.0);
+    let rotation = Rotation3::rotation_between(&normal, &Vector3::z()).unwrap();
+    (rotation, Point3::new(x, y, 0.5 * (k1 * x * x + k2 * y * y)))
 }
 
 pub(crate) fn bezier(points: Vec<Vec<Point3<f64>>>) -> FaceIndex {
@@ -38,7 +64,11 @@ pub(crate) fn bezier(points: Vec<Vec<Point3<f64>>>) -> FaceIndex {
 }
 
 fn index(surface: Surface) -> FaceIndex {
-    FaceIndex::new(Face::new(1, surface, Vec::new(), false).unwrap()).unwrap()
+    sided(surface, false)
+}
+
+fn sided(surface: Surface, flip: bool) -> FaceIndex {
+    FaceIndex::new(Face::new(1, surface, Vec::new(), flip).unwrap()).unwrap()
 }
 
 impl Shape {
@@ -46,12 +76,21 @@ impl Shape {
     pub(crate) fn distance(&self, p: &Point3<f64>) -> f64 {
         match *self {
             Self::Quadric(k) => quadric_distance(k, p),
-            Self::Ball(radius) => (p - Point3::new(0.0, 0.0, -radius)).norm() - radius,
+            Self::Slope { k, at } => {
+                let (rotation, place) = upright(k, at);
+                quadric_distance(k, &(place + rotation.inverse() * p.coords))
+            }
+            Self::Ball(radius) => {
+                let out = (p - Point3::new(0.0, 0.0, -radius)).norm();
+                radius.signum() * (out - radius.abs())
+            }
+            Self::Rod(radius) => radius.signum() * (p.y.hypot(p.z + radius) - radius.abs()),
             Self::Ring { major, minor, .. } => {
                 let (middle, axis) = self.ring();
                 let out = p - middle;
                 let height = axis.dot(&out);
-                (out.cross(&axis).norm() - major).hypot(height) - minor
+                let to_circle = (out.cross(&axis).norm() - major).hypot(height);
+                minor.signum() * (to_circle - minor.abs())
             }
         }
     }
@@ -60,9 +99,11 @@ impl Shape {
     fn ring(&self) -> (Point3<f64>, Vector3<f64>) {
         let Self::Ring { major, minor, turn } = *self else { unreachable!() };
         let (sin, cos) = turn.sin_cos();
-        // The normal cos(turn) out + sin(turn) axis is z.
-        let out = Vector3::new(sin, 0.0, cos);
-        (Point3::from(Vector3::z() * -minor - out * major), Vector3::new(-cos, 0.0, sin))
+        // The normal cos(turn) out + sin(turn) axis is z, or -z where the inside is meant.
+        let sign = minor.signum();
+        let out = Vector3::new(sin, 0.0, sign * cos);
+        let axis = Vector3::new(-cos, 0.0, sign * sin);
+        (Point3::from(Vector3::z() * -minor - out * major), axis)
     }
 
     fn foot(&self, p: &Point3<f64>) -> (Point3<f64>, Vector3<f64>) {
@@ -82,22 +123,30 @@ impl Shape {
     pub(crate) fn face(&self, degrees: f64) -> (FaceIndex, [f64; 2], [f64; 2]) {
         let face = match *self {
             Self::Quadric([k1, k2]) => quadric(k1, k2),
+            Self::Slope { k, at } => {
+                let (rotation, place) = upright(k, at);
+                moved_quadric(k, &|p| Point3::from(rotation * (p - place)))
+            }
             Self::Ball(radius) => {
                 // The poles lie to the sides.
                 let origin = Point3::new(0.0, 0.0, -radius);
-                let frame = Frame::new(origin, Vector3::new(1.0, 2.0, 0.0), Vector3::z());
-                index(Surface::Sphere(Sphere::new(frame.unwrap(), radius).unwrap()))
+                let frame = Frame::new(origin, Vector3::new(1.0, 2.0, 0.0), Vector3::z()).unwrap();
+                let sphere = Sphere::new(frame, radius.abs()).unwrap();
+                sided(Surface::Sphere(sphere), radius < 0.0)
             }
+            Self::Rod(radius) => rod(radius),
             Self::Ring { major, minor, .. } => {
                 let (origin, axis) = self.ring();
                 let frame = Frame::new(origin, axis, Vector3::y()).unwrap();
-                index(Surface::Torus(Torus::new(frame, major, minor).unwrap()))
+                let torus = Torus::new(frame, major, minor.abs()).unwrap();
+                sided(Surface::Torus(torus), minor < 0.0)
             }
         };
         let at = face.closest(&Point3::origin()).unwrap();
-        assert!(
-            at.point.coords.norm() < 1e-9 && (at.normal.into_inner() - Vector3::z()).norm() < 1e-9
-        );
+        // As near as a foot is sought: what that shifts the strip by is far below what is compared.
+        let (off, turned) =
+            (at.point.coords.norm(), (at.normal.into_inner() - Vector3::z()).norm());
+        assert!(off < 1e-6 && turned < 1e-7, "{self:?}: {off} {turned} {at:?}");
         let (sin, cos) = degrees.to_radians().sin_cos();
         let way = Vector3::new(cos, sin, 0.0);
         let [su, sv] = [at.jet.su, at.jet.sv];
@@ -141,6 +190,8 @@ pub(crate) struct Task {
     pub(crate) band: Band,
     pub(crate) degrees: f64,
     pub(crate) left: bool,
+    /// Whether the contact arc lies behind the centre.
+    pub(crate) behind: bool,
 }
 
 /// Centre circle of a location: angle 0 opposite to `back`, `half` the arc over the strip.
@@ -170,7 +221,7 @@ impl Task {
         }
         let e2 = (c2 - c1) / chord;
         let e1 = (Vector3::z() - e2 * e2.z).normalize();
-        let e3 = e1.cross(&e2) * mirror;
+        let e3 = e1.cross(&e2) * if self.behind { -mirror } else { mirror };
         let back = e1 * theta.sin() - e3 * theta.cos();
         let axis = e1 * theta.cos() + e3 * theta.sin();
         let center = nalgebra::center(&c1, &c2) + back * reach.sqrt();
@@ -339,7 +390,9 @@ pub(crate) fn task(seed: u64, case: u32) -> Task {
         x * x.abs() * limit
     };
     let [k1, k2] = [curvature(), curvature()];
-    let shape = match case % 8 {
+    // A closed surface around the tool has to be larger than the tool is long.
+    let mut inside = || -random.within(100.0, 400.0);
+    let shape = match case % 12 {
         0 => Shape::Quadric([k1, 0.0]),
         1 => Shape::Quadric([k1, k1]),
         2 => Shape::Ball(k1.abs().max(0.05 * limit).recip()),
@@ -348,9 +401,22 @@ pub(crate) fn task(seed: u64, case: u32) -> Task {
             let major = minor + k2.abs().max(0.05 * limit).recip();
             Shape::Ring { major, minor, turn: random.within(-3.1, 3.1) }
         }
+        5 => Shape::Ball(inside()),
+        6 => {
+            let minor = inside();
+            let major = -minor + k2.abs().max(0.05 * limit).recip();
+            Shape::Ring { major, minor, turn: random.within(-3.1, 3.1) }
+        }
+        7 => Shape::Rod(if k1 < 0.0 { k1.abs().max(0.05 * limit).recip() } else { inside() }),
+        8 | 9 => {
+            let at = [random.within(-30.0, 30.0), random.within(-30.0, 30.0)];
+            Shape::Slope { k: [k1, k2], at }
+        }
         _ => Shape::Quadric([k1, k2]),
     };
-    let band = Band { lower: 0.0, upper: random.within(0.004, 0.03) };
+    let lower = if case % 5 == 4 { random.within(-0.004, 0.004) } else { 0.0 };
+    let band = Band { lower, upper: lower + random.within(0.004, 0.03) };
     let (degrees, left) = (random.within(0.0, 360.0), random.within(0.0, 1.0) < 0.5);
-    Task { shape, major, minor, band, degrees, left }
+    let behind = random.within(0.0, 1.0) < 0.25;
+    Task { shape, major, minor, band, degrees, left, behind }
 }

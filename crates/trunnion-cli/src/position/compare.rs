@@ -1,0 +1,121 @@
+//! All methods at one place, side by side.
+
+use super::answer::{Answer, words};
+use super::{Args, Method, asked_wrong, refusal, title};
+use crate::outcome::{Done, Failure};
+use crate::{output, text};
+use std::fmt::Write;
+use trunnion::positioning::{
+    Location, PositioningError, Request, Trace, comparison_picture, place, trace,
+};
+
+/// What one method gave.
+struct Row {
+    method: Method,
+    found: Result<Location, PositioningError>,
+}
+
+pub(super) fn run(request: &Request, args: &Args, json: bool) -> Result<Done, Failure> {
+    let mut rows = Vec::new();
+    for method in Method::ALL {
+        let found = place(request, &method.placing(args));
+        match found {
+            // A ball has no circle to place, which is no fault of the comparison.
+            Err(error) if asked_wrong(&error) && error != PositioningError::NoCircle => {
+                return Err(refusal(error));
+            }
+            found => rows.push(Row { method, found }),
+        }
+    }
+    if let Some(path) = &args.output {
+        let traces: Result<Vec<Trace>, PositioningError> =
+            rows.iter().filter_map(|row| traced(request, args, row)).collect();
+        let title = title(args, "error across the feed");
+        let picture = comparison_picture(&traces.map_err(refusal)?, request.band, &title);
+        output::file(path, |out| out.write_all(picture.as_bytes()))?;
+    }
+    let any = rows.iter().any(|row| row.found.is_ok());
+    if json {
+        text::print_json(
+            &serde_json::json!({ "methods": rows.iter().map(answer).collect::<Vec<_>>() }),
+        )?;
+    } else {
+        text::print(&table(&rows, args))?;
+    }
+    Ok(if any { Done::Kept } else { Done::Broken })
+}
+
+fn traced(request: &Request, args: &Args, row: &Row) -> Option<Result<Trace, PositioningError>> {
+    let location = row.found.as_ref().ok()?;
+    let cutter = row.method.placing(args).cutter(request.cutter);
+    Some(cutter.and_then(|cutter| {
+        trace(&Request { cutter: &cutter, ..*request }, location, row.method.name())
+    }))
+}
+
+fn answer(row: &Row) -> serde_json::Value {
+    let name = row.method.name();
+    match &row.found {
+        Ok(location) => serde_json::json!(Answer::new(location, row.method)),
+        Err(error) => serde_json::json!({ "method": name, "refused": error.to_string() }),
+    }
+}
+
+fn table(rows: &[Row], args: &Args) -> String {
+    let width = |row: &Row| row.found.as_ref().map_or(0.0, |location| location.strip_width);
+    let widest = rows.iter().map(width).fold(0.0, f64::max);
+    let ([u, v], [du, dv]) = (args.at, args.feed);
+    let mut text = format!(
+        "strips at (u, v) = ({u}, {v}), feed ({du}, {dv}), error within [0, {}] mm, nothing gouges\n",
+        args.tolerance
+    );
+    // Writing to a String does not fail.
+    let _ = writeln!(
+        text,
+        "  {:<12}{:>10}{:>9}{:>10}{:>10}{:>10}  held back by",
+        "method", "width, mm", "share", "lean, deg", "rear, um", "queries"
+    );
+    for row in rows {
+        let name = row.method.name();
+        let _ = match &row.found {
+            Ok(found) => writeln!(
+                text,
+                "  {name:<12}{:>10.4}{:>7.1} %{:>10.3}{:>10.2}{:>10}  {}",
+                found.strip_width,
+                100.0 * found.strip_width / widest,
+                found.rotation.to_degrees(),
+                found.rear_min * 1e3,
+                found.queries,
+                bounds(found)
+            ),
+            Err(error) => writeln!(text, "  {name:<12}{:>10}{:>9}  {}", "none", "", why(error)),
+        };
+    }
+    text.push_str(
+        "share: of the widest; the passes over a face go about as its inverse.\n\
+         lean: about the chord, or from the normal where there is one contact.\n\
+         rear: least clearance of the cutter beside the strip.\n",
+    );
+    text
+}
+
+fn bounds(found: &Location) -> String {
+    let names: Vec<&str> = found.active.iter().map(|active| words(*active).0).collect();
+    names.join(", ")
+}
+
+/// Why there is none, in a few words; `--method` tells the whole.
+fn why(error: &PositioningError) -> String {
+    use PositioningError as E;
+    match error {
+        E::Gouges { depth, binding, .. } => format!("gouges by {:.2} um: {binding}", depth * 1e3),
+        E::NoPair { .. } => {
+            "no pose touches twice with the error between at the tolerance".to_owned()
+        }
+        E::NotCutting { radius, inner, .. } => {
+            format!("touches {radius:.3} mm from the axis, the inserts begin at {inner}")
+        }
+        E::NoCircle => "a ball has no circle to place".to_owned(),
+        error => error.to_string(),
+    }
+}

@@ -1,0 +1,221 @@
+//! One contact: fixed lead (Sturz), curvature-matched, the best lead and swivel, a fixed tool axis.
+
+use super::Active;
+use super::Band;
+use super::ContactSide;
+use super::Location;
+use super::PositioningError;
+use super::Request;
+use super::check::Strip;
+use super::constraints::offset_curvature;
+use super::judge;
+use super::judge::Proposal;
+use super::placement::Frame;
+use super::probe::Probe;
+use super::solve::MOST_ROTATION;
+use crate::types::ToolPose;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+
+/// Share of the band by which the contact stays above its lower end. Where the circle bends like the
+/// surface the error is flat, and falls a little beside the contact, by up to some 1e-5 of the band
+/// before a look between samples sees it.
+const CLEARANCE: f64 = 1e-4;
+
+/// Halvings of the lead's range where a lead gouges: to 1e-6 of it.
+const HALVINGS: u32 = 20;
+
+/// Swivels tried in a row, before the best one's surroundings are narrowed.
+const SWIVELS: u32 = 9;
+
+/// Narrowings of the swivel: each to 0.618 of the range, 2 / (SWIVELS - 1) of it at first.
+const NARROWINGS: u32 = 14;
+
+/// Touches at `request.at` and leans by `lead` along the feed; gouging is refused.
+pub(super) fn sturz(
+    request: &Request,
+    side: ContactSide,
+    lead: f64,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let touch = Touch::new(request, side, &mut probe)?;
+    let mut location = judge::judge(request, &touch.frame, &touch.at(lead, 0.0), &mut probe)?;
+    location.active.push(Active::GivenLead);
+    Ok(location)
+}
+
+/// Touches at `request.at` and leans until the circle bends like the surface across the feed, and
+/// farther where it gouges otherwise.
+pub(super) fn curvature_matched(
+    request: &Request,
+    side: ContactSide,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let touch = Touch::new(request, side, &mut probe)?;
+    let frame = &touch.frame;
+    let Some(bend) = offset_curvature(&frame.first, &frame.v, touch.lift) else {
+        return Err(touch.too_concave());
+    };
+    let least = (frame.major * bend).clamp(0.0, MOST_ROTATION.sin()).asin();
+    let (proposal, strip) = touch.clear(least, 0.0, &mut probe)?;
+    judge::accept(request, frame, (&proposal, &strip), &mut probe)
+}
+
+/// Touches at `request.at` with the swivel, at most `most` to either side, and the lead that give
+/// the widest strip.
+pub(super) fn lead_and_swivel(
+    request: &Request,
+    side: ContactSide,
+    most: f64,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let touch = Touch::new(request, side, &mut probe)?;
+    let mut best: Option<(Proposal, Strip, f64)> = None;
+    // The least lead that does not gouge is the widest: beyond it the circle bends more than the
+    // surface, and more the farther it leans.
+    let mut width = |swivel: f64, probe: &mut Probe| -> Result<f64, PositioningError> {
+        let (proposal, strip) = touch.clear(-MOST_ROTATION, swivel, probe)?;
+        let clear = judge::depth(request.band, &strip) <= 0.0;
+        if clear && best.as_ref().is_none_or(|(_, best, _)| strip.width > best.width) {
+            best = Some((proposal, strip, swivel));
+        }
+        Ok(if clear { strip.width } else { -1.0 })
+    };
+    let step = 2.0 * most / f64::from(SWIVELS - 1);
+    let mut widest = (f64::NEG_INFINITY, 0.0);
+    for k in 0..SWIVELS {
+        let swivel = -most + step * f64::from(k);
+        let found = width(swivel, &mut probe)?;
+        if found > widest.0 {
+            widest = (found, swivel);
+        }
+    }
+    let [mut low, mut high] = [(widest.1 - step).max(-most), (widest.1 + step).min(most)];
+    for _ in 0..NARROWINGS {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let [a, b] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+        if width(a, &mut probe)? >= width(b, &mut probe)? {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    let Some((proposal, strip, _)) = best else {
+        let proposal = touch.at(MOST_ROTATION, 0.0);
+        return judge::judge(request, &touch.frame, &proposal, &mut probe);
+    };
+    judge::accept(request, &touch.frame, (&proposal, &strip), &mut probe)
+}
+
+/// Touches at `request.at` with the tool axis given, as on three axes.
+pub(super) fn fixed_axis(
+    request: &Request,
+    axis: UnitVector3<f64>,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let touch = Touch::new(request, ContactSide::Ahead, &mut probe)?;
+    let frame = &touch.frame;
+    let n = frame.first.normal().into_inner();
+    // The torus' own normal at the contact is -n: its part across the axis points to the circle.
+    let up = n.dot(&axis);
+    let out = (axis.scale(up) - n).try_normalize(f64::EPSILON);
+    let out = out.unwrap_or_else(|| (frame.a - axis.scale(axis.dot(&frame.a))).normalize());
+    let side = if out.dot(&frame.a) < 0.0 { ContactSide::Behind } else { ContactSide::Ahead };
+    if side == ContactSide::Behind && !request.cutter.centre_cutting() {
+        let inner = request.cutter.inner_cutting_radius();
+        return Err(PositioningError::NotCentreCutting { inner });
+    }
+    let lead = axis.dot(&frame.a).atan2(up);
+    let proposal = Proposal { side, ..touch.propose(&out, axis, lead) };
+    let mut location = judge::judge(request, frame, &proposal, &mut probe)?;
+    location.active.push(Active::GivenLead);
+    Ok(location)
+}
+
+/// A contact at `request.at`.
+struct Touch<'a> {
+    request: &'a Request<'a>,
+    frame: Frame,
+    side: ContactSide,
+    /// Of the circle above the contact \[mm\].
+    lift: f64,
+}
+
+impl<'a> Touch<'a> {
+    fn new(
+        request: &'a Request<'a>,
+        side: ContactSide,
+        probe: &mut Probe,
+    ) -> Result<Self, PositioningError> {
+        let frame = Frame::new(request, side, probe)?;
+        let Band { lower, upper } = request.band;
+        let lift = frame.minor + lower + CLEARANCE * (upper - lower);
+        let touch = Self { request, frame, side, lift };
+        let concave = touch.frame.first.curvatures()[1];
+        if concave * lift >= 1.0 { Err(touch.too_concave()) } else { Ok(touch) }
+    }
+
+    fn too_concave(&self) -> PositioningError {
+        let (uv, minor) = (self.request.at, self.frame.minor);
+        let concave = 1.0 / self.frame.first.curvatures()[1];
+        PositioningError::ConcaveRadius { uv, concave, minor }
+    }
+
+    /// Leaning by `lead` towards the feed, swivelled towards the strip.
+    fn at(&self, lead: f64, swivel: f64) -> Proposal {
+        let frame = &self.frame;
+        let n = frame.first.normal();
+        let ahead = frame.a * swivel.cos() + frame.v * swivel.sin();
+        let along = if self.side == ContactSide::Behind { -ahead } else { ahead };
+        let (sin, cos) = lead.sin_cos();
+        let out = along * cos - n.scale(sin);
+        let axis = UnitVector3::new_normalize(n.scale(cos) + along * sin);
+        self.propose(&out, axis, lead)
+    }
+
+    /// Touching with the corner on the side `out` of the axis.
+    fn propose(&self, out: &Vector3<f64>, axis: UnitVector3<f64>, lead: f64) -> Proposal {
+        let first = &self.frame.first;
+        let contact = first.foot.point;
+        let center = contact + first.normal().scale(self.lift) - out * self.frame.major;
+        let pose = ToolPose { tip: center - axis.scale(self.frame.minor), axis };
+        let middle = (first.foot.uv, contact);
+        Proposal { pose, side: self.side, middle, ends: None, lead }
+    }
+
+    /// The least lead from `least` that does not gouge; the largest one where all do.
+    fn clear(
+        &self,
+        least: f64,
+        swivel: f64,
+        probe: &mut Probe,
+    ) -> Result<(Proposal, Strip), PositioningError> {
+        let mut trial = |lead: f64| -> Result<(Proposal, Strip), PositioningError> {
+            let proposal = self.at(lead, swivel);
+            let strip = judge::look(self.request, &self.frame, &proposal, probe)?;
+            Ok((proposal, strip))
+        };
+        let Band { lower, upper } = self.request.band;
+        let spared = Band { lower: lower + 0.5 * CLEARANCE * (upper - lower), upper };
+        let gouges = |strip: &Strip| judge::depth(spared, strip) > 0.0;
+        let at_least = trial(least)?;
+        if !gouges(&at_least.1) {
+            return Ok(at_least);
+        }
+        let [mut low, mut high] = [least, MOST_ROTATION];
+        let mut best = trial(high)?;
+        if gouges(&best.1) {
+            return Ok(best);
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let tried = trial(middle)?;
+            if gouges(&tried.1) {
+                low = middle;
+            } else {
+                (high, best) = (middle, tried);
+            }
+        }
+        Ok(best)
+    }
+}

@@ -1,0 +1,136 @@
+//! One way in to all methods of placing a cutter, so that they can be compared.
+
+use super::ContactSide;
+use super::Grid;
+use super::Location;
+use super::PositioningError;
+use super::Request;
+use super::ball;
+use super::contact;
+use super::nested;
+use super::pair;
+use super::pair::Rule;
+use super::widest;
+use crate::cutter::Cutter;
+use crate::cutter::CutterSpec;
+use crate::cutter::Kind;
+use nalgebra::UnitVector3;
+use std::borrow::Cow;
+use std::f64::consts::FRAC_PI_2;
+
+/// How a cutter is placed.
+///
+/// With `EndPoint`, `Nested`, `MultiPoint`, `HermiteChebyshev` and `Ball` the strip begins at
+/// `request.at`; with the others the cutter touches there, and the strip lies around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// The widest strip that keeps the band: [`super::widest`].
+    EndPoint,
+    /// The same by the nested search of paper 004.
+    Nested(Grid),
+    /// Two tangencies with the error between them at the upper end of the band (MPM); what the rest
+    /// of the cutter does is only checked.
+    MultiPoint,
+    /// The same with the tangencies taken to lie at the nodes of Chebyshev's polynomial.
+    HermiteChebyshev,
+    /// One contact with the lead and the swivel of the widest strip.
+    LeadSwivel {
+        /// Largest angle of the lean from the feed direction \[rad\].
+        swivel: f64,
+    },
+    /// One contact, leaning until the circle bends like the surface, farther where that gouges.
+    CurvatureMatched,
+    /// One contact, leaning by a fixed angle along the feed (Sturz).
+    Sturz {
+        /// Angle between normal and tool axis \[rad\].
+        lead: f64,
+    },
+    /// One contact, the tool axis given: what three axes do.
+    FixedAxis {
+        /// Tool axis.
+        axis: UnitVector3<f64>,
+    },
+    /// A ball of the cutter's radius `R + r`, see [`Method::cutter`].
+    Ball {
+        /// Angle between normal and tool axis \[rad\].
+        lead: f64,
+    },
+}
+
+impl Method {
+    /// The cutter that the method places: the one given, or for [`Method::Ball`] a ball as large,
+    /// shank and length as they are.
+    ///
+    /// # Errors
+    ///
+    /// [`PositioningError::Cutter`] where such a ball does not go with length or shank.
+    pub fn cutter<'a>(&self, cutter: &'a Cutter) -> Result<Cow<'a, Cutter>, PositioningError> {
+        if !matches!(self, Self::Ball { .. }) || cutter.kind() == Kind::Ball {
+            return Ok(Cow::Borrowed(cutter));
+        }
+        let (kind, major, minor) = (Kind::Ball, 0.0, cutter.radius());
+        let spec = CutterSpec { kind, major, minor, ..cutter.spec().clone() };
+        Cutter::new(spec).map(Cow::Owned).map_err(PositioningError::Cutter)
+    }
+}
+
+/// The location that a method gives, after the same look at the pose as for any other: nothing of it
+/// gouges, and it touches only where the cutter cuts.
+///
+/// `offset_range` counts for the methods through two end points, `axis_near` for
+/// [`Method::EndPoint`] only.
+///
+/// # Errors
+///
+/// See [`PositioningError`]; [`PositioningError::Gouges`] where the method's pose cuts too deep.
+///
+/// # Source
+///
+/// `docs/sources.md#004`: the paper's search, and the methods it compares itself with.
+pub fn place(request: &Request, method: &Method) -> Result<Location, PositioningError> {
+    widest::check(request)?;
+    method.check(request)?;
+    let cutter = method.cutter(request.cutter)?;
+    let request = &Request { cutter: &cutter, ..*request };
+    let on_sides = |find: &dyn Fn(ContactSide) -> Result<Location, PositioningError>| {
+        widest::on_sides(request, find)
+    };
+    match *method {
+        Method::EndPoint => widest::widest(request, None),
+        Method::Nested(grid) => on_sides(&|side| nested::location(request, side, &grid)),
+        Method::MultiPoint => on_sides(&|side| pair::location(request, side, Rule::Extrema)),
+        Method::HermiteChebyshev => on_sides(&|side| pair::location(request, side, Rule::Nodes)),
+        Method::LeadSwivel { swivel } => {
+            on_sides(&|side| contact::lead_and_swivel(request, side, swivel))
+        }
+        Method::CurvatureMatched => on_sides(&|side| contact::curvature_matched(request, side)),
+        Method::Sturz { lead } => on_sides(&|side| contact::sturz(request, side, lead)),
+        Method::FixedAxis { axis } => contact::fixed_axis(request, axis),
+        Method::Ball { lead } => on_sides(&|side| ball::location(request, side, lead)),
+    }
+}
+
+impl Method {
+    /// What the method cannot work with.
+    fn check(&self, request: &Request) -> Result<(), PositioningError> {
+        let circle = matches!(self, Self::Nested(_) | Self::MultiPoint | Self::HermiteChebyshev);
+        if circle && request.cutter.major() <= 0.0 {
+            return Err(PositioningError::NoCircle);
+        }
+        let (name, value, range, must) = match *self {
+            Self::Sturz { lead } | Self::Ball { lead } => {
+                ("lead", lead, -FRAC_PI_2..FRAC_PI_2, "between -90 and 90 deg")
+            }
+            Self::LeadSwivel { swivel } => {
+                ("swivel", swivel, 0.0..FRAC_PI_2, "at least 0 and below 90 deg")
+            }
+            _ => return Ok(()),
+        };
+        if range.contains(&value) {
+            Ok(())
+        } else {
+            Err(PositioningError::Angle { name, value, must })
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! Two contacts and the error between them at the upper end of the band: multi-point machining,
+//! and the Hermite-Chebyshev rule.
+//!
+//! Along the arc between the end points the error is close to a polynomial of degree four whose
+//! ends and middle lie at the upper end of the band and whose double zeros lie at its lower end.
+//! Multi-point machining (MPM) finds the zeros where they are; Hermite-Chebyshev takes them to be at
+//! `cos(pi/4)` of the arc, as those of Chebyshev's polynomial, which asks for three errors only.
+//! Neither looks at the rest of the cutter: what gouges is refused.
+
+use super::Band;
+use super::ContactSide;
+use super::Location;
+use super::PositioningError;
+use super::Request;
+use super::circle::Circle;
+use super::circle::Extremum;
+use super::constraints::offset_curvature;
+use super::judge;
+use super::judge::Proposal;
+use super::placement::Frame;
+use super::placement::Placement;
+use super::probe::Probe;
+use super::solve::MOST_ROTATION;
+use nalgebra::Matrix3;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::FRAC_PI_2;
+
+/// Steps of Newton; from the quartic's own solution some four to eight arrive.
+const STEPS: u32 = 30;
+/// Halvings of a step that does not lead closer.
+const SHORTENINGS: u32 = 6;
+/// Share of the band to which the errors are met; below the margin of the band.
+const MET: f64 = 2e-7;
+/// Largest distance between two starts of the offset direction \[rad\].
+const SPACING: f64 = 0.1;
+/// Intervals of the arc between which the minima are looked for.
+const INTERVALS: u32 = 24;
+/// Solutions whose offset directions differ by less are one \[rad\].
+const APART: f64 = 1e-4;
+/// Corrections of the errors aimed at the nodes. What is left falls with its square.
+const CORRECTIONS: u32 = 4;
+
+/// Where on the arc the errors are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// At the minima and the maximum between them.
+    Extrema,
+    /// At the nodes of Chebyshev's polynomial.
+    Nodes,
+}
+
+/// The widest pair of contacts that the rule finds.
+pub(super) fn location(
+    request: &Request,
+    side: ContactSide,
+    rule: Rule,
+) -> Result<Location, PositioningError> {
+    let mut probe = Probe::new(request.face);
+    let frame = Frame::new(request, side, &mut probe)?;
+    let concave = frame.first.curvatures()[1];
+    if concave * frame.lift >= 1.0 {
+        let (uv, minor) = (request.at, frame.minor);
+        return Err(PositioningError::ConcaveRadius { uv, concave: 1.0 / concave, minor });
+    }
+    let search = Search { request, side, frame, band: judge::inner(request.band) };
+    let mut refused = None;
+    for solution in search.solutions(rule, &mut probe)? {
+        match search.settle(&solution, rule, &mut probe) {
+            Ok(location) => return Ok(location),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    let range = request.offset_range;
+    Err(refused.unwrap_or(PositioningError::NoPair { uv: request.at, range }))
+}
+
+struct Search<'a> {
+    request: &'a Request<'a>,
+    side: ContactSide,
+    frame: Frame,
+    band: Band,
+}
+
+/// A placement, how far its errors are off, and the derivatives of that by `(w, alpha, theta)`.
+#[derive(Debug, Clone, Copy)]
+struct Trial {
+    placement: Placement,
+    off: Vector3<f64>,
+    rates: Matrix3<f64>,
+}
+
+impl Search<'_> {
+    /// All solutions within the offset range, widest first.
+    fn solutions(&self, rule: Rule, probe: &mut Probe) -> Result<Vec<Trial>, PositioningError> {
+        let [low, high] = self.request.offset_range;
+        let count = ((high - low) / SPACING).ceil().clamp(1.0, 100.0);
+        let mut found: Vec<Trial> = Vec::new();
+        let shares = (0..100).map(f64::from).take_while(|k| *k < count).map(|k| (k + 0.5) / count);
+        for share in shares {
+            let Some(start) = self.start(low + (high - low) * share) else { continue };
+            // The nodes need no shape of the curve; from there its extrema are near.
+            let mut solution = self.newton(start, (Rule::Nodes, self.band), probe)?;
+            if let (Rule::Extrema, Some(nodes)) = (rule, &solution) {
+                solution = self.newton(nodes.placement.x, (rule, self.band), probe)?;
+            }
+            let Some(solution) = solution else { continue };
+            let [_, alpha, theta] = solution.placement.x;
+            let inside = alpha >= low && alpha <= high && theta.abs() <= MOST_ROTATION;
+            let known = found.iter().any(|other| (other.placement.x[1] - alpha).abs() < APART);
+            if inside && !known {
+                found.push(solution);
+            }
+        }
+        let width = |trial: &Trial| Frame::width(trial.placement.x);
+        found.sort_by(|a, b| width(b).total_cmp(&width(a)));
+        Ok(found)
+    }
+
+    /// Solution for a surface of constant curvature: with `s = sin^2(psi/2)` the error is
+    /// `b s + c s^2` above that of the arc's middle, `c = 2 R^2 (k_chord - k_feed)` of the offset
+    /// surface; end points and middle are level, and a band deep, for `c s_end^2 = 4 band` and
+    /// `b = -c s_end`.
+    fn start(&self, alpha: f64) -> Option<[f64; 3]> {
+        let frame = &self.frame;
+        let bend =
+            |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
+        let (chord, feed) = (bend(0.0)?, bend(FRAC_PI_2)?);
+        let fourth = 2.0 * frame.major * frame.major * (chord - feed);
+        let band = self.band.upper - self.band.lower;
+        if fourth <= 0.0 {
+            return None;
+        }
+        // The chord ends where the circle does.
+        let end = (4.0 * band / fourth).sqrt().min(0.4);
+        let w = 2.0 * frame.major * 2.0 * (end * (1.0 - end)).sqrt();
+        let lean = frame.major * (chord - (chord - feed) * end);
+        // Measured from the normals at the end points, not from that below the arc's middle.
+        let theta = lean.clamp(-0.9, 0.9).asin() - 2.0 * frame.major * feed * end;
+        Some([w, alpha, theta.clamp(-MOST_ROTATION, MOST_ROTATION)])
+    }
+
+    fn newton(
+        &self,
+        start: [f64; 3],
+        aim: (Rule, Band),
+        probe: &mut Probe,
+    ) -> Result<Option<Trial>, PositioningError> {
+        let Some(mut trial) = self.trial(start, aim, None, probe)? else { return Ok(None) };
+        let met = MET * (self.band.upper - self.band.lower);
+        for _ in 0..STEPS {
+            if trial.off.amax() <= met {
+                return Ok(Some(trial));
+            }
+            let Some(inverse) = trial.rates.try_inverse() else { return Ok(None) };
+            let step = -(inverse * trial.off);
+            let [w, _, theta] = trial.placement.x;
+            let bold = Vector3::new(0.3 * w, 0.15, (0.3 * theta.abs()).max(0.02));
+            let mut share = 1.0 / step.component_div(&bold).amax().max(1.0);
+            let mut closer = None;
+            for _ in 0..SHORTENINGS {
+                let x = Vector3::from(trial.placement.x) + step * share;
+                let next = self.trial(x.into(), aim, Some(&trial), probe)?;
+                closer = next.filter(|next| next.off.norm() < trial.off.norm());
+                if closer.is_some() {
+                    break;
+                }
+                share *= 0.5;
+            }
+            let Some(closer) = closer else { return Ok(None) };
+            trial = closer;
+        }
+        Ok(None)
+    }
+
+    fn trial(
+        &self,
+        x: [f64; 3],
+        (rule, band): (Rule, Band),
+        near: Option<&Trial>,
+        probe: &mut Probe,
+    ) -> Result<Option<Trial>, PositioningError> {
+        let guess = near.map(|near| near.placement.second.foot.uv);
+        // The direction of the offset stays on the strip's side.
+        if x[0] <= 0.0 || x[1].abs() >= FRAC_PI_2 {
+            return Ok(None);
+        }
+        let Some(placement) = self.frame.place(x, probe, guess)? else { return Ok(None) };
+        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        let points = match rule {
+            Rule::Extrema => self.extrema(&placement, &circle, probe)?,
+            Rule::Nodes => Some(self.nodes(&placement, &circle, probe)?),
+        };
+        let Some(points) = points else { return Ok(None) };
+        let aims = [band.lower, band.upper, band.lower];
+        let mut off = Vector3::zeros();
+        let mut rates = Matrix3::zeros();
+        for (row, (point, aim)) in points.iter().zip(aims).enumerate() {
+            let share = point.sample.psi / placement.half_arc;
+            let gradient = placement.arc_gradient(share, &point.sample.reading);
+            off[row] = point.value - aim;
+            rates.set_row(row, &Vector3::from(gradient).transpose());
+        }
+        Ok(Some(Trial { placement, off, rates }))
+    }
+
+    /// The errors at the nodes.
+    fn nodes(
+        &self,
+        placement: &Placement,
+        circle: &Circle,
+        probe: &mut Probe,
+    ) -> Result<[Extremum; 3], PositioningError> {
+        let node = FRAC_1_SQRT_2 * placement.half_arc;
+        let first = circle.read(-node, self.frame.first.foot.uv, probe)?;
+        let middle = circle.read_from(0.0, &first, probe)?;
+        let last = circle.read_from(node, &middle, probe)?;
+        Ok([first, middle, last].map(|sample| {
+            let value = sample.error;
+            Extremum { sample, value, maximum: false }
+        }))
+    }
+
+    /// The highest maximum between two minima of the arc, and the lowest of those on either side.
+    fn extrema(
+        &self,
+        placement: &Placement,
+        circle: &Circle,
+        probe: &mut Probe,
+    ) -> Result<Option<[Extremum; 3]>, PositioningError> {
+        let samples = circle.front((placement.half_arc, INTERVALS), &self.frame.first, probe)?;
+        let extrema = circle.extrema(&samples, probe)?;
+        let lowest = |some: &[Extremum]| {
+            let minima = some.iter().filter(|extremum| !extremum.maximum);
+            minima.min_by(|a, b| a.value.total_cmp(&b.value)).copied()
+        };
+        let mut highest: Option<[Extremum; 3]> = None;
+        for (place, middle) in extrema.iter().enumerate() {
+            let (before, after) = extrema.split_at(place);
+            let (Some(a), Some(b), true) = (lowest(before), lowest(after), middle.maximum) else {
+                continue;
+            };
+            if highest.is_none_or(|[_, highest, _]| middle.value > highest.value) {
+                highest = Some([a, *middle, b]);
+            }
+        }
+        Ok(highest)
+    }
+
+    /// Judges a solution. The extrema of Hermite-Chebyshev lie next to the nodes, and a little beyond
+    /// the band: the errors aimed at are moved until they do not.
+    fn settle(
+        &self,
+        solution: &Trial,
+        rule: Rule,
+        probe: &mut Probe,
+    ) -> Result<Location, PositioningError> {
+        let Self { request, side, frame, .. } = *self;
+        let mut solution = *solution;
+        let mut band = self.band;
+        for _ in 0..CORRECTIONS {
+            if rule == Rule::Extrema {
+                break;
+            }
+            let circle = Circle { ring: solution.placement.ring, minor: frame.minor };
+            let extrema = self.extrema(&solution.placement, &circle, probe)?;
+            let Some([a, middle, b]) = extrema else { break };
+            let low = (self.band.lower - a.value.min(b.value)).max(0.0);
+            let high = (middle.value - self.band.upper).max(0.0);
+            if low <= 0.0 && high <= 0.0 {
+                break;
+            }
+            let spare = MET * (band.upper - band.lower);
+            band.lower += low + spare;
+            band.upper -= high + spare;
+            let corrected = self.newton(solution.placement.x, (rule, band), probe)?;
+            let Some(corrected) = corrected else { break };
+            solution = corrected;
+        }
+        let proposal = Proposal::through(request, side, &frame, &solution.placement);
+        judge::judge(request, &frame, &proposal, probe)
+    }
+}
