@@ -159,20 +159,29 @@ fn parameters(stations: &[Station], lever: f64) -> Result<Vec<f64>, Interpolatio
     Ok(knots)
 }
 
-/// Derivative at one of its points of the polynomial through that point and its neighbours
-/// (Lagrange's form).
 fn tangent(knots: &[f64], points: &[PoseCoordinates], at: usize) -> PoseCoordinates {
-    let near = at.saturating_sub(REACH)..(at + REACH + 1).min(knots.len());
-    let here = knots[at];
+    tangent_at(at, [0, points.len() - 1], |k| knots[k], |k| &points[k])
+}
+
+/// Derivative at one of its points of the polynomial through that point and its neighbours between
+/// `first` and `last` (Lagrange's form).
+pub(super) fn tangent_at<'a>(
+    at: usize,
+    [first, last]: [usize; 2],
+    knot: impl Fn(usize) -> f64,
+    point: impl Fn(usize) -> &'a PoseCoordinates,
+) -> PoseCoordinates {
+    let near = at.saturating_sub(REACH).max(first)..=(at + REACH).min(last);
+    let here = knot(at);
     let mut sum = PoseCoordinates::zeros();
     for other in near.clone().filter(|&other| other != at) {
         let weight = near
             .clone()
             .filter(|&third| third != other && third != at)
-            .map(|third| (here - knots[third]) / (knots[other] - knots[third]))
+            .map(|third| (here - knot(third)) / (knot(other) - knot(third)))
             .product::<f64>();
         // Differences, so that a coordinate that stands still has no rate at all.
-        sum += (points[other] - points[at]) * (weight / (knots[other] - here));
+        sum += (point(other) - point(at)) * (weight / (knot(other) - here));
     }
     sum
 }

@@ -6,10 +6,15 @@
 
 mod deviation;
 mod interpolation;
+mod smooth;
 
 pub use crate::math::angle::great_circle;
 pub use deviation::{Deviation, deviation};
 pub use interpolation::{GreatCircle, InterpolationError, local_cubic};
+pub use smooth::{
+    Deviated, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoothed, Smoother,
+    smooth,
+};
 
 use crate::math::angle::angle_between;
 use crate::types::{

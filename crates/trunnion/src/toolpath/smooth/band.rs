@@ -1,0 +1,57 @@
+//! Least squares with B-splines: normal equations of half band width 5.
+
+use super::bezier::DEGREE;
+use crate::types::PoseCoordinates;
+
+/// Symmetric positive definite band matrix with right-hand sides.
+pub(super) struct Normal {
+    /// Diagonal, then the entries right of it.
+    rows: Vec<[f64; DEGREE + 1]>,
+    sums: Vec<PoseCoordinates>,
+}
+
+impl Normal {
+    pub(super) fn new(unknowns: usize) -> Self {
+        let rows = vec![[0.0; DEGREE + 1]; unknowns];
+        Self { rows, sums: vec![PoseCoordinates::zeros(); unknowns] }
+    }
+
+    /// One observation: weights on the unknowns from `first` on.
+    pub(super) fn add(&mut self, first: usize, weights: &[f64], value: &PoseCoordinates) {
+        for (i, &weight) in weights.iter().enumerate() {
+            for (entry, other) in self.rows[first + i].iter_mut().zip(&weights[i..]) {
+                *entry += weight * other;
+            }
+            self.sums[first + i] += value * weight;
+        }
+    }
+
+    /// Solution; `None` where the observations do not determine it.
+    pub(super) fn solve(mut self) -> Option<Vec<PoseCoordinates>> {
+        let count = self.rows.len();
+        for i in 0..count {
+            let pivot = self.rows[i];
+            // A pivot that lost all its digits: every span holds observations, so its own weight on
+            // the diagonal is of the order of 1e-3 or more.
+            if pivot[0].is_nan() || pivot[0] <= 1e-13 {
+                return None;
+            }
+            let sum = self.sums[i];
+            for k in 1..=DEGREE.min(count - 1 - i) {
+                let factor = pivot[k] / pivot[0];
+                for j in k..=DEGREE {
+                    self.rows[i + k][j - k] -= factor * pivot[j];
+                }
+                self.sums[i + k] -= sum * factor;
+            }
+        }
+        for i in (0..count).rev() {
+            let mut sum = self.sums[i];
+            for k in 1..=DEGREE.min(count - 1 - i) {
+                sum -= self.sums[i + k] * self.rows[i][k];
+            }
+            self.sums[i] = sum / self.rows[i][0];
+        }
+        Some(self.sums)
+    }
+}

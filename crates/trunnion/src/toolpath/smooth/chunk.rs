@@ -1,0 +1,168 @@
+//! Finished stretches of a smoothed path, and the blends between them.
+
+use super::bezier::{Bezier, part, powers};
+use super::bound::{deviation, tip};
+use super::fit::{Fit, Path};
+use super::knots::{Around, from_end, from_start};
+use super::{Deviated, Limits, SmoothSpan};
+use crate::types::{PoseCoordinates, Span};
+
+/// Spans between two joins, with the path they stand for.
+#[derive(Debug, Clone)]
+pub(super) struct Chunk {
+    pub(super) spans: Vec<SmoothSpan>,
+    pub(super) paths: Vec<Path>,
+    /// Length before blends were cut off.
+    length: f64,
+}
+
+/// A curve over a corner.
+pub(super) struct Blend {
+    pub(super) range: [f64; 2],
+    pub(super) spans: Vec<SmoothSpan>,
+}
+
+/// Share of a chunk that a blend may replace: two of them leave something in between.
+const MOST: f64 = 0.45;
+
+/// A blend of lines with rates that differ by `d` passes their corner at a distance of 0.122 `d`
+/// times its half length: it may be this much longer than the tolerance over `d`.
+const LONGEST: f64 = 8.0;
+
+/// Halvings of a blend until the corner becomes a stop.
+const HALVINGS: u32 = 8;
+
+fn span(range: [f64; 2], curve: &Bezier, deviated: Deviated) -> SmoothSpan {
+    let coefficients = powers(curve, range[1] - range[0]);
+    SmoothSpan { range, span: Span { coefficients }, deviated, after_stop: false }
+}
+
+impl Chunk {
+    /// Spans `from..to` of a fit; `u` is the parameter of a station counted from the fit's first.
+    pub(super) fn new(fit: &Fit, [from, to]: [usize; 2], u: impl Fn(usize) -> f64) -> Self {
+        let spans: Vec<SmoothSpan> = (from..to)
+            .map(|k| {
+                let range = [u(fit.breaks[k]), u(fit.breaks[k + 1])];
+                span(range, &fit.curves[k], fit.deviated[k])
+            })
+            .collect();
+        let first = fit.breaks[0];
+        let paths = fit.paths[fit.breaks[from] - first..fit.breaks[to] - first].to_vec();
+        let length = u(fit.breaks[to]) - u(fit.breaks[from]);
+        Self { spans, paths, length }
+    }
+
+    /// Value and derivatives at the end.
+    pub(super) fn end(&self) -> [PoseCoordinates; 4] {
+        let last = self.spans.last();
+        last.map_or([PoseCoordinates::zeros(); 4], |last| last.at(last.range[1]))
+    }
+
+    fn at(&self, u: f64) -> [PoseCoordinates; 4] {
+        let after = self.spans.partition_point(|span| span.range[0] <= u);
+        let span = self.spans.get(after.saturating_sub(1));
+        span.map_or([PoseCoordinates::zeros(); 4], |span| span.at(u))
+    }
+
+    pub(super) fn cut_end(&mut self, u: f64) {
+        self.spans.retain(|span| span.range[0] < u);
+        if let Some(last) = self.spans.last_mut() {
+            last.range[1] = u;
+        }
+    }
+
+    pub(super) fn cut_start(&mut self, u: f64) {
+        self.spans.retain(|span| span.range[1] > u);
+        if let Some(first) = self.spans.first_mut() {
+            let shift = u - first.range[0];
+            let c = &mut first.span.coefficients;
+            for from in 0..5 {
+                for k in (from..5).rev() {
+                    let above = c[k + 1];
+                    c[k] += above * shift;
+                }
+            }
+            first.range[0] = u;
+        }
+    }
+}
+
+/// A C3 curve over the corner between two chunks that keeps the tolerances; `None` if it has to
+/// be a stop.
+///
+/// A clamped quintic B-spline of three spans has eight control points: what value and three
+/// derivatives at both ends determine.
+pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) -> Option<Blend> {
+    let (before, after) = (left.spans.last()?, right.spans.first()?);
+    let corner = before.range[1];
+    let [arriving, leaving] = [before.at(corner)[1], after.at(corner)[1]];
+    let [a, b] = [tip(&arriving), tip(&leaving)];
+    if a.cross(&b).norm().atan2(a.dot(&b)) > largest && a.norm() > 0.0 && b.norm() > 0.0 {
+        return None;
+    }
+    let spans = before.length().min(after.length());
+    let longest = (MOST * left.length.min(right.length)).min(2.0 * spans);
+    let kink = limits.square(&(leaving - arriving)).sqrt();
+    let mut half = longest.min(LONGEST / kink);
+    for _ in 0..=HALVINGS {
+        let range = [corner - half, corner + half];
+        if range[0] >= corner || range[1] <= corner {
+            return None;
+        }
+        let over = over(range, &left.at(range[0]), &right.at(range[1]));
+        let spans: Option<Vec<SmoothSpan>> = over
+            .iter()
+            .map(|(range, curve)| {
+                let deviated = strays(*range, curve, [left, right]);
+                deviated.within(limits, 1.0).then(|| span(*range, curve, deviated))
+            })
+            .collect();
+        if let Some(spans) = spans {
+            return Some(Blend { range, spans });
+        }
+        half *= 0.5;
+    }
+    None
+}
+
+fn over(
+    [from, to]: [f64; 2],
+    start: &[PoseCoordinates; 4],
+    end: &[PoseCoordinates; 4],
+) -> Vec<([f64; 2], Bezier)> {
+    let third = (to - from) / 3.0;
+    let breaks = [from, from + third, to - third, to];
+    let mut points = from_start(&breaks, start).to_vec();
+    points.extend(from_end(&breaks, end).iter().rev());
+    (0..3)
+        .map(|k| ([breaks[k], breaks[k + 1]], Around::new(&breaks, k).bezier(&points[k..k + 6])))
+        .collect()
+}
+
+/// Deviation of a curve from the path on either side of a corner.
+fn strays(range: [f64; 2], curve: &Bezier, sides: [&Chunk; 2]) -> Deviated {
+    let width = range[1] - range[0];
+    let mut worst = Deviated::default();
+    for side in sides {
+        let first = side.paths.partition_point(|path| path.range[1] <= range[0]);
+        for path in side.paths[first..].iter().take_while(|path| path.range[0] < range[1]) {
+            let [from, to] = [range[0].max(path.range[0]), range[1].min(path.range[1])];
+            let mine = part(curve, [from, to].map(|u| (u - range[0]) / width));
+            let length = path.range[1] - path.range[0];
+            let its = part(&path.curve, [from, to].map(|u| (u - path.range[0]) / length));
+            worst = worst.worst(&deviation(&mine, &its, &path.frame).with_slack(path.slack));
+        }
+    }
+    worst
+}
+
+impl SmoothSpan {
+    fn length(&self) -> f64 {
+        self.range[1] - self.range[0]
+    }
+
+    /// Value and derivatives at `u`.
+    fn at(&self, u: f64) -> [PoseCoordinates; 4] {
+        self.span.derivatives(u - self.range[0])
+    }
+}

@@ -1,0 +1,332 @@
+//! Quintic B-splines through the stations between two corners.
+
+use super::band::Normal;
+use super::bezier::{Bezier, DEGREE, cubic, from_powers, line, split};
+use super::bound::{Frame, deviation};
+use super::knots::{Around, JET, from_start};
+use super::{Deviated, Limits, Reference};
+use crate::types::PoseCoordinates;
+
+/// A station with its parameter.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    pub(super) u: f64,
+    pub(super) x: PoseCoordinates,
+    /// How far stations merged into this one are from it \[mm, rad\].
+    pub(super) slack: [f64; 2],
+    /// Distance from the chord of its neighbours, in tolerances.
+    pub(super) height: f64,
+    pub(super) corner: bool,
+}
+
+/// What a fit starts from.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Start {
+    /// A place; the direction is free.
+    Place(PoseCoordinates),
+    /// Value and three derivatives of the curve before.
+    Jet([PoseCoordinates; 4]),
+}
+
+/// Path between two stations.
+#[derive(Debug, Clone)]
+pub(super) struct Path {
+    pub(super) range: [f64; 2],
+    pub(super) curve: Bezier,
+    pub(super) frame: Frame,
+    pub(super) slack: [f64; 2],
+}
+
+/// One run of stations to fit.
+pub(super) struct Task<'a> {
+    /// The stations; for tangents those around the run as well.
+    pub(super) nodes: &'a [Node],
+    /// First and last of the run.
+    pub(super) first: usize,
+    pub(super) last: usize,
+    pub(super) start: Start,
+    /// Whether the last station is where the curve has to end.
+    pub(super) closed: bool,
+    pub(super) limits: Limits,
+    /// Intervals a span takes at first.
+    pub(super) coarse: usize,
+}
+
+/// A fit that keeps the tolerances.
+pub(super) struct Fit {
+    /// Stations at which spans start and end.
+    pub(super) breaks: Vec<usize>,
+    pub(super) curves: Vec<Bezier>,
+    pub(super) deviated: Vec<Deviated>,
+    pub(super) paths: Vec<Path>,
+}
+
+/// Least intervals of a span: with one, stations would not determine the spline.
+const LEAST: usize = 2;
+
+/// The error of a quintic falls with the sixth power of the width of spans: a thousandth of the
+/// tolerance at the stations costs 3.2 times the spans.
+const FIDELITY: f64 = 1.0 / 1024.0;
+
+/// Halving a span divides the residual of what is smooth by 64 and that of noise by less than 1.5.
+/// Between the two, a fit that gains less is left as it is.
+const WORTH: f64 = 3.0;
+
+/// Share of the tolerances a fit may use; the rest is for rounding and for stations merged.
+const USABLE: f64 = 1.0 - 1.0 / 32.0;
+
+#[derive(Clone, Copy)]
+struct Part {
+    from: usize,
+    to: usize,
+    /// Residual before it was halved.
+    before: f64,
+}
+
+/// What the check of one span found.
+struct Seen {
+    deviated: Deviated,
+    /// Root mean square of the residual at stations, in tolerances.
+    residual: f64,
+    kept: bool,
+}
+
+impl Task<'_> {
+    fn intervals(&self) -> usize {
+        self.last - self.first
+    }
+
+    /// Fits, halving spans where the tolerance fails or the stations are not met as they could be.
+    ///
+    /// # Errors
+    ///
+    /// Stations that have to become corners, in order.
+    pub(super) fn fit(&self) -> Result<Fit, Vec<usize>> {
+        let paths = self.paths();
+        if matches!(self.start, Start::Place(_)) && self.intervals() < DEGREE {
+            return self.polynomial(paths);
+        }
+        let mut parts = self.first_parts();
+        loop {
+            let breaks: Vec<f64> = self.breaks(&parts);
+            let Some(points) = self.solve(&parts, &breaks) else {
+                return Err(vec![usize::midpoint(self.first, self.last)]);
+            };
+            let curves: Vec<Bezier> = (0..parts.len())
+                .map(|span| Around::new(&breaks, span).bezier(&points[span..=span + DEGREE]))
+                .collect();
+            let seen: Vec<Seen> = parts
+                .iter()
+                .zip(&curves)
+                .map(|(part, curve)| self.see(part, curve, &paths))
+                .collect();
+            let finer = self.halved(&parts, &seen);
+            if finer.len() > parts.len() {
+                parts = finer;
+            } else if seen.iter().all(|seen| seen.kept) {
+                let breaks = std::iter::once(self.first).chain(parts.iter().map(|part| part.to));
+                let deviated = seen.iter().map(|seen| seen.deviated).collect();
+                return Ok(Fit { breaks: breaks.collect(), curves, deviated, paths });
+            } else {
+                return Err(self.corners(&parts, &seen));
+            }
+        }
+    }
+
+    fn breaks(&self, parts: &[Part]) -> Vec<f64> {
+        let ends = parts.iter().map(|part| self.nodes[part.to].u);
+        std::iter::once(self.nodes[self.first].u).chain(ends).collect()
+    }
+
+    /// Most spans that the stations determine.
+    fn most(&self) -> usize {
+        let intervals = self.intervals();
+        match self.start {
+            Start::Place(_) => (intervals / LEAST).min(intervals - (DEGREE - 1)),
+            Start::Jet(_) => (intervals / LEAST).max(1),
+        }
+    }
+
+    fn first_parts(&self) -> Vec<Part> {
+        let count = self.intervals().div_ceil(self.coarse).clamp(1, self.most());
+        let at = |k: usize| self.first + k * self.intervals() / count;
+        let part = |k: usize| Part { from: at(k), to: at(k + 1), before: f64::INFINITY };
+        (0..count).map(part).collect()
+    }
+
+    fn paths(&self) -> Vec<Path> {
+        (self.first..self.last)
+            .map(|at| {
+                let [from, to] = [&self.nodes[at], &self.nodes[at + 1]];
+                let range = [from.u, to.u];
+                let (curve, frame) = match self.limits.reference {
+                    Reference::Chords => (line(&from.x, &to.x), Frame::chord(&from.x, &to.x)),
+                    Reference::Curve => {
+                        let tangents = [at, at + 1].map(|at| self.tangent(at));
+                        let width = range[1] - range[0];
+                        let curve = cubic([&from.x, &to.x], [&tangents[0], &tangents[1]], width);
+                        (curve, Frame::curve(&curve))
+                    }
+                };
+                let slack = [0, 1].map(|part: usize| from.slack[part].max(to.slack[part]));
+                Path { range, curve, frame, slack }
+            })
+            .collect()
+    }
+
+    /// Tangent of the local cubic, from the stations of the run alone.
+    fn tangent(&self, at: usize) -> PoseCoordinates {
+        let from = match self.start {
+            Start::Place(_) => self.first,
+            Start::Jet(_) => 0,
+        };
+        let to = if self.closed { self.last } else { self.nodes.len() - 1 };
+        super::super::interpolation::tangent_at(
+            at,
+            [from, to],
+            |k| self.nodes[k].u,
+            |k| &self.nodes[k].x,
+        )
+    }
+
+    /// Where the fit starts and what it looks for at a station.
+    fn target(&self, at: usize) -> PoseCoordinates {
+        match self.start {
+            Start::Place(place) if at == self.first => place,
+            _ => self.nodes[at].x,
+        }
+    }
+
+    /// Control points by least squares over the stations; those the ends prescribe are not moved.
+    fn solve(&self, parts: &[Part], breaks: &[f64]) -> Option<Vec<PoseCoordinates>> {
+        let count = parts.len() + DEGREE;
+        let mut points = vec![PoseCoordinates::zeros(); count];
+        let fixed = match self.start {
+            Start::Place(place) => {
+                points[0] = place;
+                1
+            }
+            Start::Jet(jet) => {
+                points[..JET].copy_from_slice(&from_start(breaks, &jet));
+                JET
+            }
+        };
+        let free_end = if self.closed {
+            points[count - 1] = self.nodes[self.last].x;
+            count - 1
+        } else {
+            count
+        };
+        let mut normal = Normal::new(free_end - fixed);
+        for (span, part) in parts.iter().enumerate() {
+            let around = Around::new(breaks, span);
+            let [low, high] = [fixed.max(span) - span, free_end.min(span + DEGREE + 1) - span];
+            let last = part.to + usize::from(!self.closed && span + 1 == parts.len());
+            for node in &self.nodes[part.from.max(self.first + 1)..last] {
+                let basis = around.basis(node.u);
+                let mut rest = node.x;
+                for k in (0..low).chain(high..=DEGREE) {
+                    rest -= points[span + k] * basis[k];
+                }
+                normal.add(span + low - fixed, &basis[low..high], &rest);
+            }
+        }
+        points[fixed..free_end].copy_from_slice(&normal.solve()?);
+        Some(points)
+    }
+
+    /// Measures one span interval by interval.
+    fn see(&self, part: &Part, curve: &Bezier, paths: &[Path]) -> Seen {
+        let [start, end] = [self.nodes[part.from].u, self.nodes[part.to].u];
+        let mut seen = Seen { deviated: Deviated::default(), residual: 0.0, kept: true };
+        let (mut rest, mut from) = (*curve, start);
+        for at in part.from..part.to {
+            let path = &paths[at - self.first];
+            let piece = if at + 1 == part.to {
+                rest
+            } else {
+                let [left, right] = split(&rest, (path.range[1] - from) / (end - from));
+                (rest, from) = (right, path.range[1]);
+                left
+            };
+            let here = deviation(&piece, &path.curve, &path.frame).with_slack(path.slack);
+            seen.kept &= here.within(&self.limits, USABLE);
+            seen.deviated = seen.deviated.worst(&here);
+            seen.residual += self.limits.square(&(piece[0] - path.curve[0]));
+        }
+        seen.residual = (seen.residual / (part.to - part.from) as f64).sqrt();
+        seen
+    }
+
+    fn halved(&self, parts: &[Part], seen: &[Seen]) -> Vec<Part> {
+        let mut room = self.most().saturating_sub(parts.len());
+        let mut finer = Vec::with_capacity(2 * parts.len());
+        for (part, seen) in parts.iter().zip(seen) {
+            let better = seen.residual > FIDELITY && seen.residual * WORTH < part.before;
+            let halves = part.to - part.from >= 2 * LEAST && room > 0;
+            if halves && (!seen.kept || better) {
+                room -= 1;
+                let middle = usize::midpoint(part.from, part.to);
+                let before = seen.residual;
+                finer.push(Part { from: part.from, to: middle, before });
+                finer.push(Part { from: middle, to: part.to, before });
+            } else {
+                finer.push(*part);
+            }
+        }
+        finer
+    }
+
+    /// The station that stands out most in every group of spans that fail.
+    fn corners(&self, parts: &[Part], seen: &[Seen]) -> Vec<usize> {
+        let mut corners = Vec::new();
+        let failed: Vec<(&Part, bool)> =
+            parts.iter().zip(seen).map(|(part, seen)| (part, !seen.kept)).collect();
+        for group in failed.chunk_by(|a, b| a.1 == b.1).filter(|group| group[0].1) {
+            let [from, to] = [group[0].0.from, group[group.len() - 1].0.to];
+            corners.extend(self.peak(from, to));
+        }
+        if corners.is_empty() {
+            corners.push(usize::midpoint(self.first, self.last));
+        }
+        corners
+    }
+
+    fn peak(&self, from: usize, to: usize) -> Option<usize> {
+        let height = |at: &usize| self.nodes[*at].height;
+        (from.max(self.first + 1)..=to.min(self.last - 1))
+            .max_by(|a, b| height(a).total_cmp(&height(b)))
+    }
+
+    /// A run of few stations: the polynomial through them, of the least degree.
+    fn polynomial(&self, paths: Vec<Path>) -> Result<Fit, Vec<usize>> {
+        let [start, end] = [self.first, self.last].map(|at| self.nodes[at].u);
+        let at = |k: usize| self.nodes[self.first + k].u - start;
+        let count = self.intervals() + 1;
+        // Divided differences, then Newton's form multiplied out.
+        let mut table: Vec<PoseCoordinates> =
+            (self.first..=self.last).map(|at| self.target(at)).collect();
+        for order in 1..count {
+            for k in (order..count).rev() {
+                table[k] = (table[k] - table[k - 1]) / (at(k) - at(k - order));
+            }
+        }
+        let mut powers = [PoseCoordinates::zeros(); DEGREE + 1];
+        for k in (0..count).rev() {
+            for degree in (1..=DEGREE).rev() {
+                let lower = powers[degree - 1];
+                powers[degree] = lower - powers[degree] * at(k);
+            }
+            powers[0] = table[k] - powers[0] * at(k);
+        }
+        let curve = from_powers(&powers, end - start);
+        let part = Part { from: self.first, to: self.last, before: f64::INFINITY };
+        let seen = self.see(&part, &curve, &paths);
+        // A line between two stations is the path itself.
+        if seen.kept || count == 2 {
+            let breaks = vec![self.first, self.last];
+            return Ok(Fit { breaks, curves: vec![curve], deviated: vec![seen.deviated], paths });
+        }
+        Err(self.corners(&[part], &[seen]))
+    }
+}

@@ -1,0 +1,336 @@
+//! Stations in, spans out, with a window of stations in between.
+
+use super::bound::{axis, tip};
+use super::chunk::{Chunk, blend};
+use super::fit::{Fit, Node, Start, Task};
+use super::{Limits, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
+use crate::math::angle::angle_between;
+use crate::types::{PoseCoordinates, Station};
+
+/// Beyond a right angle the chord of two axes passes closer than cos(45°) to zero.
+const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Share of the tolerances within which stations are taken for one.
+const SAME: f64 = 1.0 / 64.0;
+
+/// A station farther than four tolerances from the chord of its neighbours: the chords to them
+/// leave any smooth curve through all three by more than the tolerance.
+const SHARP: f64 = 4.0;
+
+/// Steps shorter than so many tolerances change as noise has it.
+const TINY: f64 = 16.0;
+
+/// Spans at the end of a window that are laid again with what follows: what is unknown beyond an
+/// end fades by 0.43 a span, the largest root of the quintic spline.
+const OVERLAP: usize = 8;
+
+/// Intervals of a first span: at the start, and at most.
+const COARSE: [usize; 2] = [16, 32];
+
+/// Least stations between a join and a corner: a span with three derivatives and a place given
+/// has one control point left.
+const GUARD: usize = 3;
+
+/// Stations kept before the window for the tangents in it.
+const HISTORY: usize = 2;
+
+/// How a chunk follows the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Join {
+    Smooth,
+    Corner,
+}
+
+/// Smooths a path station by station: hands out spans as they are ready, and keeps one window.
+#[derive(Debug)]
+pub struct Smoother {
+    options: SmoothOptions,
+    limits: Limits,
+    /// Stations of the window, with up to [`HISTORY`] before it.
+    nodes: Vec<Node>,
+    /// Where the window starts.
+    first: usize,
+    start: Start,
+    /// What was laid beyond the window's start, up to a station.
+    prior: Option<(Chunk, usize)>,
+    /// The last chunk: its end may still be cut for a blend.
+    held: Option<Chunk>,
+    join: Join,
+    ready: Vec<SmoothSpan>,
+    stopped: bool,
+    coarse: usize,
+    last: Option<Station>,
+    /// The last station, if it was merged.
+    merged: Option<PoseCoordinates>,
+    report: SmoothReport,
+}
+
+impl Smoother {
+    /// Starts a path.
+    ///
+    /// # Errors
+    ///
+    /// [`SmoothError::BadOption`].
+    pub fn new(options: &SmoothOptions) -> Result<Self, SmoothError> {
+        let positive = [
+            ("tip", options.tip),
+            ("axis", options.axis),
+            ("lever", options.lever),
+            ("corner", options.corner),
+            ("largest_blend", options.largest_blend),
+        ];
+        for (name, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(SmoothError::BadOption { name, value, must: "positive and finite" });
+            }
+        }
+        let value = options.step_ratio;
+        if value.is_nan() || value <= 1.0 {
+            return Err(SmoothError::BadOption { name: "step_ratio", value, must: "above 1" });
+        }
+        if options.window < 64 {
+            let value = options.window as f64;
+            return Err(SmoothError::BadOption { name: "window", value, must: "at least 64" });
+        }
+        let limits = Limits { tip: options.tip, axis: options.axis, reference: options.reference };
+        Ok(Self {
+            options: *options,
+            limits,
+            nodes: Vec::with_capacity(2 * options.window),
+            first: 0,
+            start: Start::Place(PoseCoordinates::zeros()),
+            prior: None,
+            held: None,
+            join: Join::Corner,
+            ready: Vec::new(),
+            stopped: false,
+            coarse: COARSE[0],
+            last: None,
+            merged: None,
+            report: SmoothReport::default(),
+        })
+    }
+
+    /// The next station.
+    ///
+    /// # Errors
+    ///
+    /// [`SmoothError`] with its index.
+    pub fn push(&mut self, station: &Station) -> Result<(), SmoothError> {
+        let x = station.coordinates();
+        let index = self.report.stations;
+        self.report.stations += 1;
+        if !x.iter().all(|x| x.is_finite()) {
+            return Err(SmoothError::NotFinite(index));
+        }
+        let (Some(last), Some(end)) = (self.last, self.nodes.last_mut()) else {
+            self.start = Start::Place(x);
+            self.add(station, 0.0, x);
+            return Ok(());
+        };
+        let angle = angle_between(&last.pose.axis, &station.pose.axis);
+        if angle > LARGEST_TURN {
+            let station = index.saturating_sub(1);
+            return Err(SmoothError::AxisReversal { station, angle, limit: LARGEST_TURN });
+        }
+        let moved = (station.pose.tip - last.pose.tip).norm();
+        let moved = moved.max((station.contact - last.contact).norm());
+        let u = end.u + last.advance(station, self.options.lever);
+        if (moved <= SAME * self.limits.tip && angle <= SAME * self.limits.axis) || u <= end.u {
+            end.slack = [end.slack[0].max(moved), end.slack[1].max(angle)];
+            self.merged = Some(x);
+            self.report.merged += 1;
+            return Ok(());
+        }
+        self.add(station, u, x);
+        let at = self.nodes.len() - 2;
+        if at > self.first && self.judge(at) {
+            self.close(at);
+        } else if self.nodes.len() - self.first > self.options.window {
+            self.open();
+        }
+        Ok(())
+    }
+
+    /// Spans that are ready, in order.
+    pub fn take(&mut self) -> Vec<SmoothSpan> {
+        std::mem::take(&mut self.ready)
+    }
+
+    /// Ends the path: the spans that are left, and the report on all.
+    ///
+    /// # Errors
+    ///
+    /// [`SmoothError::Stations`].
+    pub fn finish(mut self) -> Result<(Vec<SmoothSpan>, SmoothReport), SmoothError> {
+        let end = self.nodes.len().saturating_sub(1);
+        if end <= self.first {
+            return Err(SmoothError::Stations(self.report.stations));
+        }
+        if let (Some(x), Some(last)) = (self.merged, self.nodes.last_mut()) {
+            // The path ends at its last station, and passes those merged with it.
+            last.x = x;
+            last.slack = last.slack.map(|slack| 2.0 * slack);
+        }
+        self.close(end);
+        if let Some(held) = self.held.take() {
+            self.emit(held.spans);
+        }
+        Ok((self.ready, self.report))
+    }
+
+    fn add(&mut self, station: &Station, u: f64, x: PoseCoordinates) {
+        self.nodes.push(Node { u, x, slack: [0.0; 2], height: 0.0, corner: false });
+        self.last = Some(*station);
+        self.merged = None;
+    }
+
+    /// Measures how far a station stands out between its neighbours: whether it is a corner.
+    fn judge(&mut self, at: usize) -> bool {
+        let [before, here, after] = [at - 1, at, at + 1].map(|at| &self.nodes[at]);
+        let steps = [here.u - before.u, after.u - here.u];
+        let share = steps[0] / (steps[0] + steps[1]);
+        let off = here.x - (before.x + (after.x - before.x) * share);
+        let turn = axis(&off);
+        let own = axis(&here.x);
+        let turned = (turn - own * turn.dot(&own)).norm() / self.limits.axis;
+        let placed = tip(&off).norm() / self.limits.tip;
+        let [a, b] = [tip(&(here.x - before.x)), tip(&(after.x - here.x))];
+        let bend = a.cross(&b).norm().atan2(a.dot(&b));
+        let sharp = bend > self.options.corner && placed > 1.0;
+        let chords = self.limits.reference == Reference::Chords;
+        let [short, long] = [steps[0].min(steps[1]), steps[0].max(steps[1])];
+        let uneven = long > short * self.options.step_ratio && long > TINY * self.limits.tip;
+        let node = &mut self.nodes[at];
+        node.height = placed.max(turned);
+        node.corner = sharp || chords && (node.height > SHARP || uneven);
+        node.corner
+    }
+
+    fn task(&self, last: usize, closed: bool) -> Task<'_> {
+        Task {
+            nodes: &self.nodes,
+            first: self.first,
+            last,
+            start: self.start,
+            closed,
+            limits: self.limits,
+            coarse: self.coarse,
+        }
+    }
+
+    /// Lays everything up to a corner or the end.
+    fn close(&mut self, end: usize) {
+        let mut end = end;
+        while self.first < end {
+            let corner = (self.first + 1..end).find(|&at| self.nodes[at].corner);
+            let last = corner.unwrap_or(end);
+            match self.task(last, true).fit() {
+                Ok(fit) => self.finished(&fit),
+                Err(corners) => self.give_way(&corners),
+            }
+            end -= self.forget();
+        }
+    }
+
+    /// Lays a full window whose end is not known yet.
+    fn open(&mut self) {
+        let last = self.nodes.len() - 1;
+        match self.task(last, false).fit() {
+            Ok(fit) => self.carried(&fit, last),
+            Err(corners) => {
+                let first = self.first;
+                self.give_way(&corners);
+                if let Some(end) = corners.last().filter(|_| self.first == first) {
+                    self.close(*end);
+                }
+            }
+        }
+        self.forget();
+    }
+
+    /// Makes corners of stations; too close to the join before, what was laid beyond it ends there.
+    fn give_way(&mut self, corners: &[usize]) {
+        let near = corners.first().is_some_and(|first| *first < self.first + GUARD);
+        if let (Start::Jet(_), true) = (self.start, near) {
+            if let Some((chunk, end)) = self.prior.take() {
+                self.start = Start::Place(chunk.end()[0]);
+                self.hold(chunk);
+                self.join = Join::Corner;
+                self.first = end;
+                return;
+            }
+        }
+        for &at in corners {
+            self.nodes[at].corner = true;
+        }
+    }
+
+    /// A run up to a corner.
+    fn finished(&mut self, fit: &Fit) {
+        let chunk = Chunk::new(fit, [0, fit.curves.len()], |at| self.nodes[at].u);
+        self.first = fit.breaks[fit.curves.len()];
+        self.start = Start::Place(chunk.end()[0]);
+        self.prior = None;
+        self.hold(chunk);
+        self.join = Join::Corner;
+    }
+
+    /// A window: its last spans are laid again with what follows.
+    fn carried(&mut self, fit: &Fit, last: usize) {
+        let count = fit.curves.len();
+        let cut = count.saturating_sub(OVERLAP).max(count / 2).max(1);
+        let chunk = Chunk::new(fit, [0, cut], |at| self.nodes[at].u);
+        let mean = (fit.breaks[cut] - fit.breaks[0]) / cut;
+        self.coarse = (2 * mean).clamp(COARSE[0] / 2, COARSE[1]);
+        self.first = fit.breaks[cut];
+        self.start = Start::Jet(chunk.end());
+        let rest = Chunk::new(fit, [cut, count], |at| self.nodes[at].u);
+        self.prior = Some((rest, last));
+        self.hold(chunk);
+        self.join = Join::Smooth;
+    }
+
+    /// Drops stations that are no longer needed; how many.
+    fn forget(&mut self) -> usize {
+        let gone = self.first.saturating_sub(HISTORY);
+        self.nodes.drain(..gone);
+        self.first -= gone;
+        if let Some((_, end)) = &mut self.prior {
+            *end -= gone;
+        }
+        gone
+    }
+
+    /// Takes in a chunk, and hands out the one before, with what is laid over their corner.
+    fn hold(&mut self, mut chunk: Chunk) {
+        let Some(mut before) = self.held.take() else {
+            self.held = Some(chunk);
+            return;
+        };
+        if self.join == Join::Smooth {
+            self.emit(before.spans);
+        } else if let Some(over) = blend(&before, &chunk, &self.limits, self.options.largest_blend)
+        {
+            before.cut_end(over.range[0]);
+            chunk.cut_start(over.range[1]);
+            self.emit(before.spans);
+            self.emit(over.spans);
+            self.report.blended += 1;
+        } else {
+            self.emit(before.spans);
+            self.stopped = true;
+            self.report.stops += 1;
+        }
+        self.held = Some(chunk);
+    }
+
+    fn emit(&mut self, spans: Vec<SmoothSpan>) {
+        for mut span in spans {
+            span.after_stop = std::mem::take(&mut self.stopped);
+            self.report.spans += 1;
+            self.report.deviated = self.report.deviated.worst(&span.deviated);
+            self.ready.push(span);
+        }
+    }
+}
