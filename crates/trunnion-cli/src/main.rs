@@ -10,6 +10,7 @@ mod motion;
 mod outcome;
 mod output;
 mod part;
+mod path;
 mod pose;
 mod position;
 mod progress;
@@ -46,6 +47,11 @@ enum Verb {
     /// Prints the [setup] lines to paste into the job file. The part alone is looked at: see that it
     /// clears table and fixture.
     Setup(setup::Args),
+    /// Cutter locations of a job, or of a CL file, as a CL file; smoothed with --smooth.
+    ///
+    /// Smoothing lays a C3 path through the locations between rapid moves: corners are found first, and rounded
+    /// within the tolerance or kept. Lines that move nothing stay as they stand.
+    Path(path::Args),
     /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
     Inspect(inspect::Args),
     /// Machine files: those built in, what is in one, what is wrong with one.
@@ -95,6 +101,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     match &arguments.verb {
         Verb::Run(args) => run::run(args, arguments.json),
         Verb::Setup(args) => setup::run(args, arguments.json),
+        Verb::Path(args) => path::run(args, arguments.json),
         Verb::Inspect(args) => inspect::run(args, arguments.json),
         Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),

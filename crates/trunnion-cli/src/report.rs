@@ -159,6 +159,11 @@ fn axis_number(axis: &AxisSummary) -> Number {
 fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let budget = &job.budget;
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
+    let lever = trunnion::cover::lever(&job.cutter);
+    let smoothing = outcome.smoothing.map(|report| {
+        let most = report.deviated;
+        most.tip_bound.max(most.contact_bound) + lever * most.axis_bound
+    });
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
         name: name.to_owned(),
         allowed,
@@ -174,6 +179,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
             share("rounding of the words", budget.shares.rounding, rounding),
             share("the control's smoothing", budget.shares.control, None),
             share("tool axis at singular directions", budget.shares.singular, None),
+            share("smoothing", budget.shares.smoothing, smoothing),
         ],
     }
 }

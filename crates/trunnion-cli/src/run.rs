@@ -177,12 +177,14 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     row(
         "its other shares",
         format!(
-            "path {:.4}, linearisation {:.4}, rounding {:.4}, control {:.4}, singular {:.4} mm",
+            "path {:.4}, linearisation {:.4}, rounding {:.4}, control {:.4}, singular {:.4}, \
+             smoothing {:.4} mm",
             tolerance.path,
             tolerance.linearisation,
             tolerance.rounding,
             tolerance.control,
-            tolerance.singular
+            tolerance.singular,
+            tolerance.smoothing
         ),
     );
     if let Some(singular) = &motion.singular {

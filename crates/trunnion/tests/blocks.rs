@@ -29,6 +29,7 @@ fn options(control: Control) -> BlockOptions {
         lever: LEVER,
         max_step: f64::INFINITY,
         max_turn: f64::INFINITY,
+        max_axis_turn: f64::INFINITY,
         max_duration: f64::INFINITY,
         min_duration: 0.0,
     }

@@ -62,6 +62,7 @@ pub(super) fn validate(
         ("link_tolerance", options.link_tolerance),
         ("max_step", options.max_step),
         ("max_turn", options.max_turn),
+        ("max_axis_turn", options.max_axis_turn),
         ("max_duration", options.max_duration),
     ];
     for (name, value) in positive {

@@ -1,10 +1,14 @@
 //! The fewest program blocks for a given kind of control within tolerance.
 
+mod bend;
 mod deviation;
 mod error;
+mod reduce;
 mod search;
+mod smooth;
 
 pub use error::BlocksError;
+pub use reduce::{ReduceOptions, reduce};
 
 use crate::machine::Kinematics;
 use crate::types::{AxisPath, AxisPiece, Block, Progress, Schedule, SchedulePiece, Stage};
@@ -38,10 +42,12 @@ pub struct BlockOptions {
     pub max_step: f64,
     /// Largest travel of a rotary axis in a block; links and hops are exempt \[rad\].
     pub max_turn: f64,
+    /// Largest turn of the tool axis in a block; links and hops are exempt \[rad\]. The knob of paper 003.
+    pub max_axis_turn: f64,
     /// Longest block; links and hops are exempt \[s\]. A block runs at its mean speed, so this decides how
     /// closely a program follows the speeds of the schedule.
     pub max_duration: f64,
-    /// Shortest block \[s\]: wins over the three above, and yields to the tolerances. 0 for none.
+    /// Shortest block \[s\]: wins over the four above, and yields to the tolerances. 0 for none.
     pub min_duration: f64,
 }
 
@@ -50,8 +56,8 @@ pub struct BlockOptions {
 /// The first block is the starting position, with duration 0; every other ends on the path, and
 /// every piece ends with a block. Longest block first, which gives the fewest: part of an allowed
 /// block is allowed. The deviation is measured from the path to the curve of the control, whatever
-/// the speeds along both. It is sampled, with an allowance for what lies between the samples from
-/// their second differences.
+/// the speeds along both, and bounded everywhere: between samples by how much path and control can bend,
+/// from the Bernstein coefficients of the axes' derivatives and the tip's arms about the rotaries.
 ///
 /// A block's mean axis velocity is the schedule's mean over the block, and the difference of two of
 /// them over the distance of the blocks' middles in time is a weighted mean of the schedule's
@@ -98,7 +104,7 @@ pub fn by_piece(
         .map(|(index, (piece, rows))| {
             let course = deviation::Course {
                 kinematics,
-                piece,
+                trail: smooth::Smooth::new(kinematics, piece),
                 control: options.control,
                 lever: options.lever,
             };
@@ -140,6 +146,7 @@ mod tests {
         lever: 0.0,
         max_step: f64::INFINITY,
         max_turn: f64::INFINITY,
+        max_axis_turn: f64::INFINITY,
         max_duration: f64::INFINITY,
         min_duration: 0.0,
     };

@@ -2,7 +2,9 @@
 
 use super::BlockOptions;
 use super::deviation::{Course, Place};
+use super::smooth::Smooth;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::math::angle::angle_between;
 use crate::types::{Motion, SchedulePiece};
 use nalgebra::Point3;
 
@@ -25,11 +27,13 @@ pub(super) struct Fault {
 
 /// Path parameters of the block ends of a piece, the first being where it starts.
 pub(super) fn ends(
-    course: &Course,
+    course: &Course<'_, Smooth<'_>>,
     rows: &SchedulePiece,
     options: &BlockOptions,
 ) -> Result<Vec<f64>, Fault> {
-    let (Some(first), Some(last)) = (course.piece.nodes.first(), course.piece.nodes.last()) else {
+    let (Some(first), Some(last)) =
+        (course.trail.piece.nodes.first(), course.trail.piece.nodes.last())
+    else {
         return Ok(Vec::new());
     };
     let mut from = course.at(first.s);
@@ -48,7 +52,7 @@ pub(super) fn ends(
 }
 
 struct Search<'a> {
-    course: &'a Course<'a>,
+    course: &'a Course<'a, Smooth<'a>>,
     rows: &'a SchedulePiece,
     options: &'a BlockOptions,
     end: f64,
@@ -98,9 +102,9 @@ impl Search<'_> {
         self.course.deviation(from, to, tolerance) <= tolerance
     }
 
-    /// Whether step, turn and duration are allowed.
+    /// Whether step, turns and duration are allowed.
     fn fine(&self, from: &Place, to: &Place) -> bool {
-        if self.course.piece.motion.is_free() {
+        if self.course.trail.piece.motion.is_free() {
             return true;
         }
         let duration = self.rows.time_at(to.s) - self.rows.time_at(from.s);
@@ -109,14 +113,16 @@ impl Search<'_> {
         }
         let step = (to.pose.tip - from.pose.tip).norm();
         let turn = |axis: usize| (to.q[axis] - from.q[axis]).abs();
+        let axis = angle_between(&from.pose.axis, &to.pose.axis);
         step <= self.options.max_step
+            && axis <= self.options.max_axis_turn
             && turn(FIRST_ROTARY).max(turn(SECOND_ROTARY)) <= self.options.max_turn
             && duration <= self.options.max_duration
     }
 
     fn tolerance(&self, block: [&Place; 2]) -> f64 {
         let BlockOptions { tolerance, link_tolerance, .. } = *self.options;
-        match self.course.piece.motion {
+        match self.course.trail.piece.motion {
             Motion::Link => link_tolerance,
             Motion::Hop => (tolerance + CLEAR * self.ends_away(block)).min(link_tolerance),
             _ => tolerance,

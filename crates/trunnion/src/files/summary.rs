@@ -55,6 +55,8 @@ pub struct ToleranceSummary {
     pub control: f64,
     /// Share of moving the tool axis at singular directions, in mm.
     pub singular: f64,
+    /// Share of smoothing the cutter locations, in mm.
+    pub smoothing: f64,
 }
 
 /// Passes over the faces.

@@ -15,6 +15,8 @@ pub struct Shares {
     pub control: f64,
     /// Moving the tool axis where a cut passes a singular direction.
     pub singular: f64,
+    /// Smoothing of the cutter locations.
+    pub smoothing: f64,
 }
 
 impl Shares {
@@ -29,11 +31,13 @@ impl Shares {
             rounding,
             control: twentieth,
             singular: 0.0,
+            smoothing: 0.0,
         }
     }
 
     fn sum(&self) -> f64 {
-        self.path + self.linearisation + self.rounding + self.control + self.singular
+        let own = self.path + self.linearisation + self.rounding + self.control;
+        own + self.singular + self.smoothing
     }
 }
 
@@ -63,10 +67,10 @@ pub enum BudgetError {
     /// The parts exceed the whole.
     #[error(
         "tolerance total {total} mm and gouge {gouge} mm leave no band for the strips: path {:.5}, \
-         linearisation {:.5}, rounding {:.5}, control {:.5} and singular {:.5} mm act on both sides; raise the \
+         linearisation {:.5}, rounding {:.5}, control {:.5}, singular {:.5} and smoothing {:.5} mm act on both sides; raise the \
          tolerance, the decimals of the machine's output, or lower a share",
         shares.path, shares.linearisation, shares.rounding, shares.control,
-        shares.singular
+        shares.singular, shares.smoothing
     )]
     NothingLeft {
         /// Largest excess \[mm\].
@@ -113,6 +117,7 @@ impl Budget {
             rounding: self.shares.rounding,
             control: self.shares.control,
             singular: self.shares.singular,
+            smoothing: self.shares.smoothing,
         }
     }
 
@@ -129,6 +134,7 @@ impl Budget {
             ("rounding", shares.rounding),
             ("control", shares.control),
             ("singular", shares.singular),
+            ("smoothing", shares.smoothing),
         ]
         .into_iter()
     }

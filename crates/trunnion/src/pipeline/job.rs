@@ -226,6 +226,7 @@ fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
         rounding: split.rounding.unwrap_or(usual.rounding.max(ROUNDING_RESERVE * needed)),
         control: split.control.unwrap_or(usual.control),
         singular: split.singular.unwrap_or(usual.singular),
+        smoothing: split.smoothing.unwrap_or(usual.smoothing),
     };
     Budget::split(total, gouge, shares, split.strip)
 }

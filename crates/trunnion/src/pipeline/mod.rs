@@ -18,12 +18,13 @@ pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
-pub use stages::{SETUP_SHOWN, SETUP_WITHIN};
+pub use stages::{CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS};
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;
 use crate::feed::Plan;
 use crate::files::summary::Summary;
+use crate::toolpath::SmoothReport;
 use crate::types::{Leg, Progress, ToolPath};
 
 /// Everything a run makes. Nothing is written anywhere.
@@ -35,6 +36,8 @@ pub struct Outcome {
     pub legs: Vec<Leg>,
     /// Curves through the cutter locations.
     pub tool_path: ToolPath,
+    /// What smoothing them did, if the job asks for it.
+    pub smoothing: Option<SmoothReport>,
     /// The machine's axes along them.
     pub followed: Followed,
     /// Speeds.
@@ -60,7 +63,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     reach(job)?;
     let covering = stages::cover(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
-    let tool_path = stages::tool_path(job, &legs, progress)?;
+    let (tool_path, smoothing) = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
     let plan = stages::feed(job, &followed.path, progress)?;
     stages::rows(job, &plan)?;
@@ -70,7 +73,29 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let programs = programs::write(job, &moved, progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
     let summary = summary::of(job, &covering, &moved, &programs)?;
-    Ok(Outcome { covering, legs, tool_path, followed, plan, programs, cl, setup, summary })
+    Ok(Outcome {
+        covering,
+        legs,
+        tool_path,
+        smoothing,
+        followed,
+        plan,
+        programs,
+        cl,
+        setup,
+        summary,
+    })
+}
+
+/// Passes over the faces with leads and links, as APT/CL text, without a machine's motion.
+///
+/// # Errors
+///
+/// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
+pub fn locations(job: &Job, progress: &dyn Progress) -> Result<String, PipelineError> {
+    let covering = stages::cover(job, progress)?;
+    let legs = stages::legs(job, &covering.passes, progress)?;
+    programs::cutter_locations(job, &legs)
 }
 
 /// What a search for a better setup found.
@@ -99,7 +124,7 @@ pub fn setup(
 ) -> Result<Rotated, PipelineError> {
     let covering = stages::cover(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
-    let tool_path = stages::tool_path(job, &legs, progress)?;
+    let (tool_path, _) = stages::tool_path(job, &legs, progress)?;
     let search = stages::search(job, &tool_path, bounds, progress)?;
     let best = search.best.as_ref().map(|(_, followed)| followed);
     let seconds = |followed: Option<&Followed>| {

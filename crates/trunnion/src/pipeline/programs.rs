@@ -137,6 +137,7 @@ fn options(job: &Job, control: Control) -> BlockOptions {
         lever: cover::lever(&job.cutter),
         max_step: f64::INFINITY,
         max_turn: LARGEST_TURN,
+        max_axis_turn: f64::INFINITY,
         max_duration: LONGEST_BLOCK,
         min_duration: SHORTEST_BLOCK,
     }
@@ -202,7 +203,7 @@ fn text(
     let blend = Some(job.budget.shares.control);
     let options = ProgramOptions { axes, feed_decimals: FEED_DECIMALS, blend };
     let shares = shares(job);
-    let note = Note { remarks, ..note(job, &shares, moved) };
+    let note = Note { remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let mut text = String::new();
     match form.coordinates {
         Coordinates::Tip => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
@@ -249,12 +250,19 @@ pub(super) fn sheets(
 ) -> Result<(String, String), PipelineError> {
     let shares = shares(job);
     let remarks = remarks(moved, &[]);
-    let note = Note { remarks: &remarks, ..note(job, &shares, moved) };
+    let note = Note { remarks: &remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
     let words = AxisWords::of(job.kinematics.machine(), false)?;
     write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
     Ok((cl, setup))
+}
+
+/// Cutter locations alone.
+pub(super) fn cutter_locations(job: &Job, legs: &[Leg]) -> Result<String, PipelineError> {
+    let mut cl = String::new();
+    write::apt(&mut cl, legs, &note(job, &[], 0.0), CL_DECIMALS)?;
+    Ok(cl)
 }
 
 /// A line for each retract, before the first block of its first piece.
@@ -268,7 +276,7 @@ fn remarks(moved: &Moved<'_>, pieces: &[Vec<Block>]) -> Vec<Remark> {
     .collect()
 }
 
-fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], moved: &Moved<'_>) -> Note<'a> {
+fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], duration: f64) -> Note<'a> {
     Note {
         name: &job.file.name,
         tool: ToolNote {
@@ -280,7 +288,7 @@ fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], moved: &Moved<'_>) -> Not
         coolant: job.file.cutting.coolant,
         feed: job.file.cutting.feed,
         budget,
-        duration: moved.plan.schedule.duration(),
+        duration,
         remarks: &[],
     }
 }

@@ -14,7 +14,7 @@ use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::Singular;
 use crate::positioning::{Band, ContactSide};
-use crate::toolpath::{self, ToolPathOptions};
+use crate::toolpath::{self, Reference, SmoothOptions, SmoothReport, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
 use std::f64::consts::TAU;
 
@@ -50,6 +50,16 @@ const TIME_TOLERANCE: f64 = 1e-3;
 /// Look-ahead of the classical planner: blocks and servo periods at least, as in paper 001.
 const LEAST_BLOCKS: usize = 5;
 const WINDOW: f64 = 1000.0;
+
+/// Turn of the path from which a cutter location is a corner, largest turn that is rounded \[rad\], ratio
+/// of steps that makes a corner, and cutter locations in memory at a time.
+pub const CORNER: f64 = 20.0 * DEGREE;
+/// See [`CORNER`].
+pub const LARGEST_BLEND: f64 = 120.0 * DEGREE;
+/// See [`CORNER`].
+pub const STEP_RATIO: f64 = 8.0;
+/// See [`CORNER`].
+pub const WINDOW_STATIONS: usize = 1024;
 
 /// Rows of `motion.csv` at most: some 4 GB, five hours at a millisecond.
 const ROWS: f64 = 2e7;
@@ -145,9 +155,25 @@ pub(super) fn tool_path(
     job: &Job,
     legs: &[Leg],
     progress: &dyn Progress,
-) -> Result<ToolPath, PipelineError> {
-    let options = ToolPathOptions { lever: cover::lever(&job.cutter) };
-    Ok(toolpath::through(legs, &options, progress)?)
+) -> Result<(ToolPath, Option<SmoothReport>), PipelineError> {
+    let lever = cover::lever(&job.cutter);
+    let options = ToolPathOptions { lever };
+    let share = job.budget.shares.smoothing;
+    if share <= 0.0 {
+        return Ok((toolpath::through(legs, &options, progress)?, None));
+    }
+    let smoothing = SmoothOptions {
+        tip: 0.5 * share,
+        axis: 0.5 * share / lever,
+        reference: Reference::Curve,
+        lever,
+        corner: CORNER,
+        step_ratio: STEP_RATIO,
+        largest_blend: LARGEST_BLEND,
+        window: WINDOW_STATIONS,
+    };
+    let (path, report) = toolpath::smoothed(legs, (&options, &smoothing), progress)?;
+    Ok((path, Some(report)))
 }
 
 pub(super) fn axes(

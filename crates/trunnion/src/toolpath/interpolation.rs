@@ -42,6 +42,14 @@ pub enum InterpolationError {
     /// The lever is not a positive number.
     #[error("lever {0} mm/rad must be positive and finite")]
     BadLever(f64),
+    /// A limit is not a positive number.
+    #[error("step {max_step} mm and turn {max_turn} rad must both be positive")]
+    BadResolution {
+        /// Largest step \[mm\].
+        max_step: f64,
+        /// Largest turn \[rad\].
+        max_turn: f64,
+    },
 }
 
 /// A turn of the tool axis on the great circle from one direction to another.

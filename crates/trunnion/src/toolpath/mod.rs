@@ -2,13 +2,17 @@
 //!
 //! [`through`] turns the [`Leg`]s of a job into a [`ToolPath`]: a C2 cubic spline of tip, tool axis
 //! and contact point through every station of a cutting leg, straight leads with a fixed axis,
-//! and links of which only the ends are prescribed. [`great_circle`] interpolates a tool axis alone.
+//! and links of which only the ends are prescribed. [`smooth`] lays a C3 path within tolerance of cutter
+//! locations, somebody else's among them, in one pass over any number of them ([`Smoother`]);
+//! [`smoothed`] does so with the cutting legs of a job. [`great_circle`] interpolates a tool axis alone.
 
+mod densify;
 mod deviation;
 mod interpolation;
 mod smooth;
 
 pub use crate::math::angle::great_circle;
+pub use densify::{Resolution, densify};
 pub use deviation::{Deviation, deviation};
 pub use interpolation::{GreatCircle, InterpolationError, local_cubic};
 pub use smooth::{
@@ -18,8 +22,8 @@ pub use smooth::{
 
 use crate::math::angle::angle_between;
 use crate::types::{
-    Cancelled, Geometry, Leg, Motion, PoseCoordinates, PoseCurve, Progress, Span, Stage, Station,
-    ToolPath, ToolPiece,
+    Cancelled, Geometry, Leg, Motion, PoseCoordinates, PoseCurve, Progress, Silent, Span, Stage,
+    Station, ToolPath, ToolPiece,
 };
 
 /// How curves are laid through stations. No `Default`: the caller knows the tool.
@@ -99,6 +103,14 @@ pub enum ToolPathError {
     /// The lever is not a positive number.
     #[error("lever {0} mm/rad must be positive and finite")]
     BadLever(f64),
+    /// A leg that cannot be smoothed.
+    #[error("leg {leg}: {error}")]
+    Smooth {
+        /// Index of the leg.
+        leg: usize,
+        /// Why.
+        error: SmoothError,
+    },
     /// Stopped through [`Progress`].
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -163,6 +175,58 @@ pub fn through(
     }
     progress.step(Stage::ToolPath, legs.len() as u64, legs.len() as u64)?;
     Ok(path)
+}
+
+/// As [`through`], but cutting legs become the C3 path that [`smooth`] lays within tolerance of them:
+/// one piece between two stops. Returns what smoothing did in all cutting legs.
+///
+/// # Errors
+///
+/// [`ToolPathError`].
+pub fn smoothed(
+    legs: &[Leg],
+    options: (&ToolPathOptions, &SmoothOptions),
+    progress: &dyn Progress,
+) -> Result<(ToolPath, SmoothReport), ToolPathError> {
+    let mut path = ToolPath::default();
+    let mut report = SmoothReport::default();
+    // Leads, links and everything that can be wrong with legs are as without smoothing.
+    for (leg, of) in legs.iter().enumerate() {
+        progress.step(Stage::ToolPath, leg as u64, legs.len() as u64)?;
+        if leg > 0 {
+            joined(leg, &legs[leg - 1], of)?;
+        }
+        if of.motion != Motion::Cut {
+            let plain = through(std::slice::from_ref(of), options.0, &Silent);
+            path.pieces.extend(plain.map_err(|error| error.in_leg(leg))?.pieces);
+            continue;
+        }
+        check(leg, of)?;
+        let smoothed = smooth(&of.stations, options.1)
+            .map_err(|error| ToolPathError::Smooth { leg, error })?;
+        report.add(&smoothed.report);
+        let pieces = smoothed.curves.into_iter().map(Geometry::Curve);
+        path.pieces.extend(pieces.map(|geometry| ToolPiece { motion: of.motion, geometry }));
+    }
+    progress.step(Stage::ToolPath, legs.len() as u64, legs.len() as u64)?;
+    Ok((path, report))
+}
+
+impl ToolPathError {
+    /// The same of another leg.
+    fn in_leg(mut self, index: usize) -> Self {
+        match &mut self {
+            Self::Stations { leg, .. }
+            | Self::NotFinite { leg, .. }
+            | Self::Repeated { leg, .. }
+            | Self::Gap { leg, .. }
+            | Self::AxisReversal { leg, .. }
+            | Self::LeadTurns { leg, .. }
+            | Self::Smooth { leg, .. } => *leg = index,
+            Self::BadLever(_) | Self::Cancelled(_) => {}
+        }
+        self
+    }
 }
 
 fn check(leg: usize, of: &Leg) -> Result<(), ToolPathError> {
@@ -238,7 +302,7 @@ fn line(from: &PoseCoordinates, to: &PoseCoordinates, length: f64) -> [PoseCoord
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{Silent, ToolPose};
+    use crate::types::ToolPose;
     use nalgebra::{Point3, UnitVector3, Vector3};
 
     const OPTIONS: ToolPathOptions = ToolPathOptions { lever: 16.0 };

@@ -16,6 +16,8 @@ pub(crate) enum Layout {
     TableTable,
     /// Head C carrying A, offset pivot.
     HeadHead,
+    /// Table A, head B, all through one point: the machine of paper 003.
+    TableHead,
 }
 
 fn axis(name: &str, dir: [f64; 3], point: Option<[f64; 3]>) -> AxisSpec {
@@ -62,6 +64,13 @@ pub(crate) fn machine(layout: Layout) -> Machine {
                 axis("A", [1.0, 0.0, 0.0], Some([0.0, 30.0, 90.0])),
             ],
         ),
+        Layout::TableHead => (
+            &["w", "A", "b", "X", "Y", "Z", "B", "t"],
+            [
+                axis("A", [1.0, 0.0, 0.0], Some([0.0; 3])),
+                axis("B", [0.0, 1.0, 0.0], Some([0.0; 3])),
+            ],
+        ),
     };
     axes.extend(rotaries);
     let spec = MachineSpec {
@@ -88,6 +97,7 @@ pub(crate) fn setup(layout: Layout) -> Setup {
     let origin = match layout {
         Layout::TableTable => Vector3::new(-381.0, -254.0, -500.0),
         Layout::HeadHead => Vector3::new(40.0, -30.0, -400.0),
+        Layout::TableHead => return Setup::new(Vector3::zeros(), [0.0; 3], 0.0),
     };
     Setup::new(origin, [0.0, 20f64.to_radians(), 0.1], 120.0)
 }

@@ -169,6 +169,8 @@ pub struct Split {
     pub control: Option<f64>,
     /// Moving the tool axis where a cut passes a singular direction; `None`: it is not moved.
     pub singular: Option<f64>,
+    /// Smoothing of the cutter locations; `None`: curves pass through them.
+    pub smoothing: Option<f64>,
 }
 
 /// How the surface is covered.

@@ -214,6 +214,10 @@ pub(super) struct RawSplit {
     /// axis is free; with the machine file's [singular]. Left out: the tool axis is not moved.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) singular: Option<f64>,
+    /// Smoothing of the cutter locations, in mm at the cutter: passes become C3 curves within half of
+    /// it at the tip, and half by turning the tool axis. Left out: curves through the locations.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) smoothing: Option<f64>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

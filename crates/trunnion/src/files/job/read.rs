@@ -308,6 +308,7 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
         rounding: split.rounding,
         control: split.control,
         singular: split.singular,
+        smoothing: split.smoothing,
     };
     let parts = [
         split.strip,
@@ -316,6 +317,7 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
         split.rounding,
         split.control,
         split.singular,
+        split.smoothing,
     ];
     let sum: f64 = parts.iter().flatten().sum();
     if sum > total {

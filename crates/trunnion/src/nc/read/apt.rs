@@ -81,6 +81,55 @@ pub fn cl(text: &str, most_faults: usize) -> Result<ClFile, Vec<Fault>> {
     if reader.faults.is_empty() { Ok(reader.file) } else { Err(reader.faults) }
 }
 
+/// A stretch of an APT/CL file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Passage<'a> {
+    /// Lines that say nothing about motion, as they stand; `UNITS` and comments between `GOTO`s are left out.
+    Words(Vec<&'a str>),
+    /// Cutter locations, by their index in [`ClFile::records`].
+    Moves(std::ops::Range<usize>),
+}
+
+/// Splits a file that [`cl`] can read into what moves the tool and what does not, in order.
+pub fn passages(text: &str) -> Vec<Passage<'_>> {
+    let mut passages = Vec::new();
+    let mut records = 0;
+    let mut joined = false;
+    let mut kept = false;
+    for line in text.lines() {
+        let words = line.split("$$").next().unwrap_or_default().trim();
+        if !joined {
+            let major = words.split('/').next().unwrap_or_default().trim().to_ascii_uppercase();
+            kept = match major.as_str() {
+                "GOTO" => {
+                    moves(&mut passages, records);
+                    records += 1;
+                    false
+                }
+                "RAPID" | "FEDRAT" | "UNITS" => false,
+                "" => records == 0,
+                _ => true,
+            };
+        }
+        joined = words.ends_with('$');
+        if kept {
+            match passages.last_mut() {
+                Some(Passage::Words(lines)) => lines.push(line),
+                _ => passages.push(Passage::Words(vec![line])),
+            }
+        }
+    }
+    passages
+}
+
+/// One location more.
+fn moves(passages: &mut Vec<Passage<'_>>, record: usize) {
+    match passages.last_mut() {
+        Some(Passage::Moves(range)) => range.end = record + 1,
+        _ => passages.push(Passage::Moves(record..record + 1)),
+    }
+}
+
 /// State while reading.
 struct Reader {
     file: ClFile,
@@ -245,6 +294,20 @@ mod tests {
         assert_eq!(motions, [(3, ClMotion::Rapid), (6, ClMotion::Feed(10.0))]);
         assert_eq!(file.records[0].pose.axis, file.records[1].pose.axis);
         assert!((file.records[1].pose.axis.y - 0.6).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_moves_the_tool_is_told_from_what_does_not() {
+        let text = "PARTNO A\nUNITS/INCH\n$$ why\nRAPID\nGOTO/1,2,$\n3\n$$ here\nFEDRAT/1,IPM\nGOTO/2,2,3\n\
+                    COOLNT/$\nON\nGOTO/3,2,3\nFINI\n";
+        let expected = [
+            Passage::Words(vec!["PARTNO A", "$$ why"]),
+            Passage::Moves(0..2),
+            Passage::Words(vec!["COOLNT/$", "ON"]),
+            Passage::Moves(2..3),
+            Passage::Words(vec!["FINI"]),
+        ];
+        assert_eq!(passages(text), expected);
     }
 
     #[test]

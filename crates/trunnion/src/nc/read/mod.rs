@@ -11,7 +11,7 @@ mod lexer;
 mod modal;
 
 pub use super::words::{AxisWord, AxisWords};
-pub use apt::{ClFile, ClMotion, ClRecord, cl};
+pub use apt::{ClFile, ClMotion, ClRecord, Passage, cl, passages};
 pub use gcode::gcode;
 
 use crate::types::AXES;

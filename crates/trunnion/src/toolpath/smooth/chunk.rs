@@ -2,7 +2,7 @@
 
 use super::bezier::{Bezier, part, powers};
 use super::bound::{deviation, tip};
-use super::fit::{Fit, Path};
+use super::fit::{Fit, Node, Path};
 use super::knots::{Around, from_end, from_start};
 use super::{Deviated, Limits, SmoothSpan};
 use crate::types::{PoseCoordinates, Span};
@@ -32,23 +32,27 @@ const LONGEST: f64 = 8.0;
 /// Halvings of a blend until the corner becomes a stop.
 const HALVINGS: u32 = 8;
 
-fn span(range: [f64; 2], curve: &Bezier, deviated: Deviated) -> SmoothSpan {
+fn span(range: [f64; 2], curve: &Bezier, deviated: Deviated, station: usize) -> SmoothSpan {
     let coefficients = powers(curve, range[1] - range[0]);
-    SmoothSpan { range, span: Span { coefficients }, deviated, after_stop: false }
+    SmoothSpan { range, span: Span { coefficients }, deviated, station, after_stop: false }
 }
 
 impl Chunk {
-    /// Spans `from..to` of a fit; `u` is the parameter of a station counted from the fit's first.
-    pub(super) fn new(fit: &Fit, [from, to]: [usize; 2], u: impl Fn(usize) -> f64) -> Self {
+    /// Spans `from..to` of a fit to stations that `node` knows by the fit's numbers.
+    pub(super) fn new<'a>(
+        fit: &Fit,
+        [from, to]: [usize; 2],
+        node: impl Fn(usize) -> &'a Node,
+    ) -> Self {
         let spans: Vec<SmoothSpan> = (from..to)
             .map(|k| {
-                let range = [u(fit.breaks[k]), u(fit.breaks[k + 1])];
-                span(range, &fit.curves[k], fit.deviated[k])
+                let [start, end] = [k, k + 1].map(|k| node(fit.breaks[k]));
+                span([start.u, end.u], &fit.curves[k], fit.deviated[k], start.index)
             })
             .collect();
         let first = fit.breaks[0];
         let paths = fit.paths[fit.breaks[from] - first..fit.breaks[to] - first].to_vec();
-        let length = u(fit.breaks[to]) - u(fit.breaks[from]);
+        let length = node(fit.breaks[to]).u - node(fit.breaks[from]).u;
         Self { spans, paths, length }
     }
 
@@ -114,7 +118,8 @@ pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) 
             .iter()
             .map(|(range, curve)| {
                 let deviated = strays(*range, curve, [left, right]);
-                deviated.within(limits, 1.0).then(|| span(*range, curve, deviated))
+                let station = before.station;
+                deviated.within(limits, 1.0).then(|| span(*range, curve, deviated, station))
             })
             .collect();
         if let Some(spans) = spans {

@@ -12,6 +12,8 @@ use crate::types::PoseCoordinates;
 pub(super) struct Node {
     pub(super) u: f64,
     pub(super) x: PoseCoordinates,
+    /// Number of the station.
+    pub(super) index: usize,
     /// How far stations merged into this one are from it \[mm, rad\].
     pub(super) slack: [f64; 2],
     /// Distance from the chord of its neighbours, in tolerances.

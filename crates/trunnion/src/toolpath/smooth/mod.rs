@@ -12,7 +12,7 @@ mod run;
 pub use error::SmoothError;
 pub use run::Smoother;
 
-use crate::types::{PoseCoordinates, PoseCurve, Span, Station};
+use crate::types::{PoseCoordinates, PoseCurve, Span, Station, ToolPose};
 
 /// What a smoothed path stands for, and is compared with, between stations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,8 +71,38 @@ pub struct SmoothSpan {
     pub span: Span,
     /// How far it strays.
     pub deviated: Deviated,
+    /// Index of the last station before it, or at its start.
+    pub station: usize,
     /// Whether the tool rests where the span starts: a corner that was not blended.
     pub after_stop: bool,
+}
+
+impl SmoothSpan {
+    /// Into how many equal parts of the parameter the span has to be divided for straight moves and
+    /// great circles between their ends to keep within `tip` \[mm\] and `axis` \[rad\] of it: an eighth of
+    /// the largest second derivative, which lies in the convex hull of its Bernstein coefficients.
+    pub fn chords(&self, tip: f64, axis: f64) -> u32 {
+        let width = self.range[1] - self.range[0];
+        let curve = bezier::from_powers(&self.span.coefficients, width);
+        let bends = curve.windows(3).map(|w| (w[0] + w[2] - w[1] * 2.0) * 20.0);
+        let [mut place, mut turn] = [0.0_f64; 2];
+        for bend in bends {
+            place = place.max(bound::tip(&bend).norm());
+            turn = turn.max(bound::axis(&bend).norm());
+        }
+        // Axis vectors are unit to within the tolerance of the axis; chords of up to a right angle
+        // come no closer than cos 45 degrees to the centre.
+        let parts = (0.125 * (place / tip).max(std::f64::consts::SQRT_2 * turn / axis)).sqrt();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let parts = parts.ceil().clamp(1.0, f64::from(u16::MAX)) as u32;
+        parts
+    }
+
+    /// Tool pose at a share of the span; `None` where the axis vector vanishes.
+    pub fn pose(&self, share: f64) -> Option<ToolPose> {
+        let x = self.span.value(share * (self.range[1] - self.range[0]));
+        ToolPose::new(bound::tip(&x).into(), bound::axis(&x).into())
+    }
 }
 
 /// What smoothing did.
@@ -90,6 +120,18 @@ pub struct SmoothReport {
     pub stops: usize,
     /// Largest deviations and their bounds.
     pub deviated: Deviated,
+}
+
+impl SmoothReport {
+    /// Takes in what was done on another path.
+    pub fn add(&mut self, other: &Self) {
+        self.stations += other.stations;
+        self.merged += other.merged;
+        self.spans += other.spans;
+        self.blended += other.blended;
+        self.stops += other.stops;
+        self.deviated = self.deviated.worst(&other.deviated);
+    }
 }
 
 /// A smoothed path.

@@ -180,7 +180,8 @@ impl Smoother {
     }
 
     fn add(&mut self, station: &Station, u: f64, x: PoseCoordinates) {
-        self.nodes.push(Node { u, x, slack: [0.0; 2], height: 0.0, corner: false });
+        let index = self.report.stations - 1;
+        self.nodes.push(Node { u, x, index, slack: [0.0; 2], height: 0.0, corner: false });
         self.last = Some(*station);
         self.merged = None;
     }
@@ -268,7 +269,7 @@ impl Smoother {
 
     /// A run up to a corner.
     fn finished(&mut self, fit: &Fit) {
-        let chunk = Chunk::new(fit, [0, fit.curves.len()], |at| self.nodes[at].u);
+        let chunk = Chunk::new(fit, [0, fit.curves.len()], |at| &self.nodes[at]);
         self.first = fit.breaks[fit.curves.len()];
         self.start = Start::Place(chunk.end()[0]);
         self.prior = None;
@@ -280,12 +281,12 @@ impl Smoother {
     fn carried(&mut self, fit: &Fit, last: usize) {
         let count = fit.curves.len();
         let cut = count.saturating_sub(OVERLAP).max(count / 2).max(1);
-        let chunk = Chunk::new(fit, [0, cut], |at| self.nodes[at].u);
+        let chunk = Chunk::new(fit, [0, cut], |at| &self.nodes[at]);
         let mean = (fit.breaks[cut] - fit.breaks[0]) / cut;
         self.coarse = (2 * mean).clamp(COARSE[0] / 2, COARSE[1]);
         self.first = fit.breaks[cut];
         self.start = Start::Jet(chunk.end());
-        let rest = Chunk::new(fit, [cut, count], |at| self.nodes[at].u);
+        let rest = Chunk::new(fit, [cut, count], |at| &self.nodes[at]);
         self.prior = Some((rest, last));
         self.hold(chunk);
         self.join = Join::Smooth;

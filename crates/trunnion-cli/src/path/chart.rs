@@ -1,0 +1,88 @@
+//! Deviation along a path as a drawing.
+
+use std::fmt::Write;
+use trunnion::toolpath::Deviated;
+
+/// Size of one of the two plots, and the room around them \[px\].
+const PLOT: [f64; 2] = [860.0, 150.0];
+const MARGIN: [f64; 2] = [80.0, 40.0];
+
+/// Columns: finer than what a screen shows.
+const COLUMNS: usize = 860;
+
+/// Draws deviations, given with the length at which each ends, under their tolerances.
+pub(super) fn draw(deviations: &[(f64, Deviated)], [tip, axis]: [f64; 2]) -> String {
+    let [width, height] = [PLOT[0] + 1.5 * MARGIN[0], 2.0 * (PLOT[1] + 1.75 * MARGIN[1])];
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{width}\" height=\"{height}\" \
+         fill=\"white\"/>\n"
+    );
+    let plots = [
+        ("tip, mm", tip, columns(deviations, |of| [of.tip, of.tip_bound])),
+        (
+            "axis, deg",
+            axis.to_degrees(),
+            columns(deviations, |of| [of.axis, of.axis_bound].map(f64::to_degrees)),
+        ),
+    ];
+    let length = deviations.last().map_or(0.0, |(end, _)| *end);
+    for (index, (name, tolerance, columns)) in plots.iter().enumerate() {
+        let top = MARGIN[1] + index as f64 * (PLOT[1] + 1.5 * MARGIN[1]);
+        plot(&mut svg, top, (name, *tolerance, length), columns);
+    }
+    svg + "</svg>\n"
+}
+
+/// Largest values of each column of the drawing.
+fn columns(deviations: &[(f64, Deviated)], of: impl Fn(&Deviated) -> [f64; 2]) -> Vec<[f64; 2]> {
+    let length = deviations.last().map_or(1.0, |(end, _)| end.max(f64::MIN_POSITIVE));
+    let mut columns = vec![[0.0_f64; 2]; COLUMNS];
+    let mut start = 0.0;
+    for (end, deviated) in deviations {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a column")]
+        let column = |at: f64| ((at / length * COLUMNS as f64) as usize).min(COLUMNS - 1);
+        let values = of(deviated);
+        for slot in &mut columns[column(start)..=column(*end)] {
+            *slot = [slot[0].max(values[0]), slot[1].max(values[1])];
+        }
+        start = *end;
+    }
+    columns
+}
+
+fn plot(
+    svg: &mut String,
+    top: f64,
+    (name, tolerance, length): (&str, f64, f64),
+    columns: &[[f64; 2]],
+) {
+    let [left, bottom] = [MARGIN[0], top + PLOT[1]];
+    let most = columns.iter().map(|c| c[1]).fold(tolerance, f64::max) * 1.1;
+    let y = |value: f64| bottom - value / most * PLOT[1];
+    for (part, colour) in [(1, "#9ecae1"), (0, "#08519c")] {
+        let _ = write!(svg, "<path fill=\"{colour}\" d=\"M{left:.1},{bottom:.1}");
+        for (index, column) in columns.iter().enumerate() {
+            let x = left + index as f64;
+            let height = y(column[part]);
+            let _ = write!(svg, "L{x:.1},{height:.2}L{:.1},{height:.2}", x + 1.0);
+        }
+        let _ = writeln!(svg, "L{:.1},{bottom:.1}Z\"/>", left + PLOT[0]);
+    }
+    let right = left + PLOT[0];
+    let limit = y(tolerance);
+    let _ = writeln!(
+        svg,
+        "<path d=\"M{left},{top}V{bottom}H{right}\" fill=\"none\" stroke=\"black\"/>\n\
+         <path d=\"M{left},{limit:.1}H{right}\" stroke=\"#cb181d\" stroke-dasharray=\"6 4\"/>\n\
+         <text x=\"{left}\" y=\"{}\">deviation of the {name}: bounded (light), seen (dark), tolerance (dashed)\
+         </text>\n<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{tolerance:.4}</text>\n\
+         <text x=\"{}\" y=\"{bottom}\" text-anchor=\"end\">0</text>\n\
+         <text x=\"{right}\" y=\"{}\" text-anchor=\"end\">{length:.1} mm along the path</text>",
+        top - 8.0,
+        left - 6.0,
+        limit + 4.0,
+        left - 6.0,
+        bottom + 16.0
+    );
+}

@@ -1,0 +1,146 @@
+//! Fewer blocks for a program that has more than its tolerance needs.
+
+use super::bend::Bend;
+use super::deviation::{Course, Place, Trail, block_bend, moved};
+use super::{BlocksError, Control};
+use crate::machine::Kinematics;
+use crate::types::{Block, Progress, Stage};
+
+/// How far a program may be thinned out. No `Default`: the caller knows the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReduceOptions {
+    /// How the control moves between block ends.
+    pub control: Control,
+    /// Largest deviation from what the control did with all blocks \[mm\]: tip distance, plus angle of
+    /// the tool axis times `lever`.
+    pub tolerance: f64,
+    /// Distance from the tip to what must be in place, for instance the contact \[mm\].
+    pub lever: f64,
+    /// Largest travel of a rotary axis in a block that replaces several \[rad\].
+    pub max_turn: f64,
+}
+
+/// A program as its control runs it; the parameter counts blocks.
+struct Program<'a> {
+    kinematics: &'a Kinematics,
+    control: Control,
+    blocks: &'a [Block],
+}
+
+impl Program<'_> {
+    fn ends(&self, s: f64) -> Option<(usize, [&Block; 2])> {
+        let block = (s.max(0.0) as usize).min(self.blocks.len().checked_sub(2)?);
+        Some((block, [&self.blocks[block], &self.blocks[block + 1]]))
+    }
+}
+
+impl Trail for Program<'_> {
+    fn at(&self, s: f64) -> Place {
+        let Some((block, [from, to])) = self.ends(s) else {
+            let only = &self.blocks[0];
+            return Place { s, q: only.q, pose: only.pose };
+        };
+        let share = s - block as f64;
+        let ends = [(&from.q, &from.pose), (&to.q, &to.pose)];
+        // Opposite tool axes: no great circle, and no block that would do for it either.
+        let pose = moved(self.kinematics, self.control, ends, share).unwrap_or(from.pose);
+        Place { s, q: from.q.lerp(&to.q, share), pose }
+    }
+
+    fn bend(&self, [from, to]: [&Place; 2]) -> Bend {
+        let Some((_, ends)) = self.ends(0.5 * (from.s + to.s)) else {
+            return Bend { tip: 0.0, axis: 0.0 };
+        };
+        let square = (to.s - from.s).powi(2);
+        let whole = block_bend(self.kinematics, self.control, ends);
+        Bend { tip: whole.tip * square, axis: whole.axis * square }
+    }
+
+    fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
+        let count = (to - from).round() as usize;
+        (1..count).map(|k| from + k as f64).collect()
+    }
+}
+
+/// Drops blocks of a program that its control does not need: what is left stays within
+/// [`ReduceOptions::tolerance`] of what the control did with all of them, bounded everywhere.
+///
+/// Ends that stay are bit for bit those given, and durations add up. A change of the kind of motion
+/// stays a block end. Longest block first.
+///
+/// # Errors
+///
+/// [`BlocksError::BadOption`], [`BlocksError::Cancelled`].
+pub fn reduce(
+    kinematics: &Kinematics,
+    blocks: &[Block],
+    options: &ReduceOptions,
+    progress: &dyn Progress,
+) -> Result<Vec<Block>, BlocksError> {
+    validate(options)?;
+    let trail = Program { kinematics, control: options.control, blocks };
+    let course = Course { kinematics, control: options.control, trail, lever: options.lever };
+    let mut kept: Vec<Block> = blocks.first().copied().into_iter().collect();
+    let mut from = 0;
+    let mut guess = 1;
+    while from + 1 < blocks.len() {
+        progress.step(Stage::Program, from as u64, blocks.len() as u64)?;
+        let to = longest(&course, options, from, guess);
+        guess = to - from;
+        let duration = blocks[from + 1..=to].iter().map(|block| block.duration).sum();
+        kept.push(Block { duration, ..blocks[to] });
+        from = to;
+    }
+    Ok(kept)
+}
+
+fn validate(options: &ReduceOptions) -> Result<(), BlocksError> {
+    for (name, value) in [("tolerance", options.tolerance), ("max_turn", options.max_turn)] {
+        if value.is_nan() || value <= 0.0 {
+            return Err(BlocksError::BadOption { name, value, must: "positive" });
+        }
+    }
+    let value = options.lever;
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(BlocksError::BadOption { name: "lever", value, must: "finite and not negative" })
+}
+
+/// Last block that one from `from` may replace: doubled from a guess, then halved.
+fn longest(
+    course: &Course<'_, Program<'_>>,
+    options: &ReduceOptions,
+    from: usize,
+    guess: usize,
+) -> usize {
+    let blocks = course.trail.blocks;
+    let motion = blocks[from + 1].motion;
+    let same = blocks[from + 1..].iter().take_while(|block| block.motion == motion).count();
+    let allowed = |to: usize| to == from + 1 || fits(course, options, [from, to]);
+    // One block is always allowed; `refused` is the first known not to be.
+    let [mut best, mut refused] = [from + 1, from + same + 1];
+    let mut step = guess.max(1);
+    while best + 1 < refused {
+        let to = (from + step).clamp(best + 1, refused - 1);
+        if allowed(to) {
+            best = to;
+            step = 2 * (to - from);
+        } else {
+            refused = to;
+            step = (best - from + refused - from) / 2;
+        }
+        if refused <= from + same {
+            step = (best - from + refused - from) / 2;
+        }
+    }
+    best
+}
+
+fn fits(course: &Course<'_, Program<'_>>, options: &ReduceOptions, ends: [usize; 2]) -> bool {
+    let [from, to] = ends.map(|at| &course.trail.blocks[at]);
+    let turn = (to.q - from.q).fixed_rows::<2>(3).amax();
+    let [start, end] = ends.map(|at| course.at(at as f64));
+    turn <= options.max_turn
+        && course.deviation(&start, &end, options.tolerance) <= options.tolerance
+}

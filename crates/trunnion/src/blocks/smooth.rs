@@ -1,0 +1,66 @@
+//! A smooth piece of axis path, as blocks are made from it.
+
+use super::bend::{Bend, Rates, arms};
+use super::deviation::{Course, Place, Trail};
+use crate::machine::Kinematics;
+use crate::types::{AxisPiece, AxisVector, Block, SchedulePiece};
+
+/// Samples inside a block: at least so many, one per node interval, at most so many.
+const SAMPLES: [usize; 2] = [7, 63];
+
+/// One piece of path.
+pub(super) struct Smooth<'a> {
+    kinematics: &'a Kinematics,
+    pub(super) piece: &'a AxisPiece,
+    /// By interval between nodes.
+    rates: Vec<Rates>,
+}
+
+impl<'a> Smooth<'a> {
+    pub(super) fn new(kinematics: &'a Kinematics, piece: &'a AxisPiece) -> Self {
+        let intervals = 0..piece.nodes.len().saturating_sub(1);
+        let rates = intervals
+            .filter_map(|interval| piece.quintic(interval))
+            .map(|(_, quintic)| Rates::of(&quintic))
+            .collect();
+        Self { kinematics, piece, rates }
+    }
+}
+
+impl Trail for Smooth<'_> {
+    fn at(&self, s: f64) -> Place {
+        let q = self.piece.position_at(s).unwrap_or_else(AxisVector::zeros);
+        Place { s, q, pose: self.kinematics.forward(&q) }
+    }
+
+    fn bend(&self, [from, to]: [&Place; 2]) -> Bend {
+        let [first, last] = [from.s, to.s].map(|s| self.piece.interval_at(s));
+        let none = Rates { first: AxisVector::zeros(), second: AxisVector::zeros() };
+        let touched = self.rates.get(first..=last).unwrap_or_default();
+        let rates = touched.iter().fold(none, |most, rates| most.worst(rates));
+        let chain = self.kinematics.chain();
+        let both = [from, to].map(|end| arms(chain, &end.q));
+        let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
+        Bend::of(chain, &rates.scaled(to.s - from.s), arms)
+    }
+
+    fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
+        let intervals = self.piece.interval_at(to) - self.piece.interval_at(from);
+        let samples = intervals.clamp(SAMPLES[0], SAMPLES[1]);
+        (1..=samples).map(|k| from + (to - from) * k as f64 / (samples + 1) as f64).collect()
+    }
+}
+
+impl Course<'_, Smooth<'_>> {
+    /// Blocks between ends in order of `s`, the first being where the piece starts.
+    pub(super) fn blocks(&self, ends: &[f64], rows: &SchedulePiece) -> Vec<Block> {
+        ends.windows(2)
+            .map(|pair| {
+                let place = self.at(pair[1]);
+                let duration = rows.time_at(pair[1]) - rows.time_at(pair[0]);
+                let motion = self.trail.piece.motion;
+                Block { motion, q: place.q, pose: place.pose, duration }
+            })
+            .collect()
+    }
+}

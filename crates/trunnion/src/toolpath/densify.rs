@@ -1,0 +1,72 @@
+//! More cutter locations between given ones.
+
+use super::interpolation::{GreatCircle, InterpolationError};
+use crate::types::ToolPose;
+use nalgebra::UnitVector3;
+
+/// How finely a path is resolved. No `Default`: the caller knows the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Largest distance between neighbouring tips \[mm\].
+    pub max_step: f64,
+    /// Largest angle between neighbouring tool axes \[rad\]: the practical knob of paper 003.
+    pub max_turn: f64,
+}
+
+/// Inserts cutter locations so that neither step nor turn exceeds `resolution`: equal parts of the
+/// straight move of the tip and of the great circle of the tool axis, both in the workpiece frame.
+///
+/// Locations given are kept, in order and bit for bit.
+///
+/// # Errors
+///
+/// [`InterpolationError::Opposite`] for opposite tool axes, [`InterpolationError::BadResolution`]
+/// unless both limits are positive.
+///
+/// # Source
+///
+/// Fig. 5 of `docs/sources.md#003`; its limit reads 0.08° but is 0.08 rad.
+pub fn densify(
+    path: &[ToolPose],
+    resolution: Resolution,
+) -> Result<Vec<ToolPose>, InterpolationError> {
+    let Resolution { max_step, max_turn } = resolution;
+    if !(max_step > 0.0 && max_turn > 0.0) {
+        return Err(InterpolationError::BadResolution { max_step, max_turn });
+    }
+    let mut fine: Vec<ToolPose> = path.first().copied().into_iter().collect();
+    for pair in path.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let turn = GreatCircle::new(&from.axis, &to.axis)?;
+        let way = to.tip - from.tip;
+        let parts = (way.norm() / max_step).max(turn.angle() / max_turn).ceil().max(1.0);
+        let mut part = 1.0;
+        while part < parts {
+            let share = part / parts;
+            let axis = UnitVector3::new_normalize(turn.derivatives(share)[0]);
+            fine.push(ToolPose { tip: from.tip + way * share, axis });
+            part += 1.0;
+        }
+        fine.push(to);
+    }
+    Ok(fine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_equal_and_ends_are_kept() {
+        let path = [([0.0; 3], [0.0, 0.0, 1.0]), ([10.0, 0.0, 0.0], [0.0, 1.0, 1.0])]
+            .map(|(tip, axis)| ToolPose::new(tip, axis).unwrap());
+        let fine = densify(&path, Resolution { max_step: 4.0, max_turn: 0.1 }).unwrap();
+        assert_eq!(fine.len(), 1 + 8); // 45° in steps of at most 0.1 rad
+        assert_eq!([fine[0], fine[8]], path);
+        assert!((fine[4].tip.x - 5.0).abs() < 1e-15);
+        let by_step = densify(&path, Resolution { max_step: 4.0, max_turn: 1.0 }).unwrap();
+        assert_eq!(by_step.len(), 1 + 3);
+        let none = Resolution { max_step: 0.0, max_turn: 1.0 };
+        assert!(matches!(densify(&path, none), Err(InterpolationError::BadResolution { .. })));
+    }
+}
