@@ -1,11 +1,12 @@
 //! Results of a run as the data of a report page.
 
+use crate::path::chart;
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::ProfilePiece;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
-use trunnion::pipeline::{Job, Outcome, Program};
+use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
 use trunnion::types::{Geometry, Motion, PoseRates, ToolPiece};
 use trunnion::verify::{Extreme, FaceMap, Finding};
@@ -46,6 +47,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         path: path(outcome),
         motion: motion(job, outcome)?,
         check: shown.map(|program| check(job, program)).unwrap_or_default(),
+        smoothing: smoothing(job, outcome),
     };
     Ok(trunnion_report::render(&data)?)
 }
@@ -160,10 +162,9 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let budget = &job.budget;
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
     let lever = trunnion::cover::lever(&job.cutter);
-    let smoothing = outcome.smoothing.map(|report| {
-        let most = report.deviated;
-        most.tip_bound.max(most.contact_bound) + lever * most.axis_bound
-    });
+    let most = outcome.smoothing.0.deviated;
+    let strays = most.tip_bound.max(most.contact_bound) + lever * most.axis_bound;
+    let smoothing = (budget.shares.smoothing > 0.0).then_some(strays);
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
         name: name.to_owned(),
         allowed,
@@ -182,6 +183,16 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
             share("smoothing", budget.shares.smoothing, smoothing),
         ],
     }
+}
+
+/// Drawing of how far the smoothed path strays.
+fn smoothing(job: &Job, outcome: &Outcome) -> String {
+    let along = &outcome.smoothing.1;
+    if along.is_empty() {
+        return String::new();
+    }
+    let share = job.budget.shares.smoothing;
+    chart::draw(along, pipeline::smoothing(share, trunnion::cover::lever(&job.cutter)))
 }
 
 /// The cutter's outline as a chain of points.

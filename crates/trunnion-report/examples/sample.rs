@@ -224,6 +224,7 @@ fn data() -> ReportData {
         path: path(),
         motion: record(),
         check: check(&deviations),
+        smoothing: String::new(),
         surface,
     }
 }

@@ -35,6 +35,8 @@ pub struct ReportData {
     pub motion: Motion,
     /// What the final check found.
     pub check: Check,
+    /// Drawing (SVG) of how far the smoothed path strays, put in as it stands; empty for none.
+    pub smoothing: String,
 }
 
 /// How a number is to be read.

@@ -1,6 +1,8 @@
 //! Smoothing of cutter locations: points per second. The budget is 300 000 on one core, with a window of
 //! stations in memory whatever the length.
 
+#![expect(clippy::print_stdout, reason = "the figures are what it is for")]
+
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use trunnion::toolpath::{Reference, SmoothOptions, Smoother};

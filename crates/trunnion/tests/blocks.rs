@@ -5,19 +5,25 @@
 mod shop;
 mod waves;
 
-use nalgebra::{SVector, UnitVector3};
+use nalgebra::{Point3, SVector, UnitVector3, Vector3};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use shop::Layout;
-use trunnion::blocks::{BlockOptions, Control, blocks};
+use trunnion::axes::{AxesOptions, FeedPoint, follow};
+use trunnion::blocks::{BlockOptions, Control, ReduceOptions, blocks, reduce};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::machine::Kinematics;
-use trunnion::types::{AxisPath, AxisVector, Block, Motion, Schedule, Silent, ToolPose};
+use trunnion::math::angle::angle_between;
+use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::{
+    AxisPath, AxisVector, Block, Leg, Motion, Schedule, Silent, Station, ToolPose,
+};
 use waves::{Waves, any_waves};
 
-const LEVER: f64 = 16.0;
 const TOLERANCE: f64 = 0.005;
+/// So that the tolerance is 0.005 mm at the tip, or 0.01 degrees of the tool axis, or parts of both.
+const LEVER: f64 = TOLERANCE / (0.01 * std::f64::consts::PI / 180.0);
 const CONTROLS: [Control; 3] = [Control::Axes, Control::RotaryLinear, Control::GreatCircle];
 const LAYOUTS: [Layout; 2] = [Layout::TableTable, Layout::HeadHead];
 
@@ -238,4 +244,117 @@ fn pieces_follow_one_another() {
     assert!((total - schedule.duration()).abs() < 1e-9 * total);
     let lead = all.iter().rposition(|block| block.motion == Motion::LeadIn).unwrap();
     assert_eq!(all[lead].q, path.pieces[0].nodes.last().unwrap().q[0]);
+}
+
+/// Half the chord and half the thickness of a blade \[mm\].
+const HALF: [f64; 2] = [63.5, 4.0];
+
+/// Over one side of a blade's section, 127 by 8 mm as in paper 003's listing, with noses of 0.25 mm: the
+/// axis of the paper's machine along the blade, the tool leaning 12.5 degrees along it.
+fn blade(kinematics: &Kinematics) -> AxisPath {
+    let at = |k: u32| {
+        // Half-way between even steps of the ellipse's parameter and of the angle of its normal.
+        let even = std::f64::consts::TAU * f64::from(k) / 900.0;
+        let t = 0.5 * (even + (HALF[1] * even.sin()).atan2(HALF[0] * even.cos()));
+        let tip = Point3::new(0.002 * f64::from(k), HALF[0] * t.cos(), HALF[1] * t.sin());
+        let normal = Vector3::new(0.0, HALF[1] * t.cos(), HALF[0] * t.sin()).normalize();
+        let lean = 12.5_f64.to_radians();
+        let axis = normal * lean.cos() + Vector3::x() * lean.sin();
+        Station { pose: ToolPose { tip, axis: UnitVector3::new_normalize(axis) }, contact: tip }
+    };
+    let stations = (20..430).map(at).collect();
+    let legs = [Leg { motion: Motion::Cut, stations }];
+    let path = through(&legs, &ToolPathOptions { lever: 10.0 }, &Silent).unwrap();
+    let options = AxesOptions {
+        tip_tolerance: 1e-4,
+        axis_tolerance: 1e-5,
+        max_rotary_step: 0.05,
+        feed_at: FeedPoint::Contact,
+        rotary_weights: [1.0; 2],
+        start: AxisVector::zeros(),
+        retract: None,
+        singular: None,
+    };
+    follow(kinematics, &path, &options, &Silent).unwrap().path
+}
+
+/// Parameters that divide a path into parts of equal turn of the tool axis.
+fn equal_turns(kinematics: &Kinematics, path: &AxisPath, parts: usize) -> Vec<f64> {
+    let piece = &path.pieces[0];
+    let [first, last] = [piece.nodes.first(), piece.nodes.last()].map(|node| node.unwrap().s);
+    let fine: Vec<f64> =
+        (0..=20_000).map(|k| first + (last - first) * f64::from(k) / 2e4).collect();
+    let axis = |s: f64| kinematics.forward(&piece.position_at(s).unwrap()).axis;
+    let mut turned = vec![0.0];
+    for pair in fine.windows(2) {
+        turned.push(turned.last().unwrap() + angle_between(&axis(pair[0]), &axis(pair[1])));
+    }
+    let whole = *turned.last().unwrap();
+    let mut ends: Vec<f64> = (0..parts)
+        .map(|k| fine[turned.partition_point(|&t| t < whole * k as f64 / parts as f64)])
+        .collect();
+    ends.push(last);
+    ends
+}
+
+#[test]
+fn a_blade_needs_a_third_of_the_blocks_of_equal_turns() {
+    let kinematics = shop::kinematics(Layout::TableHead);
+    let path = blade(&kinematics);
+    assert_eq!(path.pieces.len(), 1);
+    let schedule = planned(&path);
+    for control in CONTROLS {
+        let all = blocks(&kinematics, &path, &schedule, &options(control), &Silent).unwrap();
+        let ends = ends(&all, &schedule);
+        let stray = |pair: &[f64]| strays(&kinematics, control, &path, [pair[0], pair[1]]);
+        let worst = ends.windows(2).map(stray).fold(0.0, f64::max);
+        assert!(worst <= TOLERANCE * 1.0001 && worst > 0.6 * TOLERANCE, "{control:?}: {worst} mm");
+        let count = all.len() - 1;
+        let equal = equal_turns(&kinematics, &path, 3 * count);
+        let broken = equal.windows(2).map(stray).find(|&off| off > TOLERANCE);
+        println!("{control:?}: {count} blocks; {} of equal turn: {broken:?} mm", 3 * count);
+        assert!(broken.is_some(), "{control:?}: {count} blocks are not a third");
+    }
+}
+
+/// An over-fine program, thinned out: against the nearest pose of the control with all blocks.
+#[test]
+fn an_over_fine_program_is_thinned_out_within_tolerance() {
+    for (seed, layout) in LAYOUTS.into_iter().enumerate() {
+        let kinematics = shop::kinematics(layout);
+        let path = any_path(seed + 5).path(80);
+        let schedule = planned(&path);
+        for control in CONTROLS {
+            let fine = BlockOptions { tolerance: 0.05 * TOLERANCE, ..options(control) };
+            let fine = blocks(&kinematics, &path, &schedule, &fine, &Silent).unwrap();
+            let wanted =
+                ReduceOptions { control, tolerance: TOLERANCE, lever: LEVER, max_turn: 0.5 };
+            let kept = reduce(&kinematics, &fine, &wanted, &Silent).unwrap();
+            let ratio = (fine.len() - 1) as f64 / (kept.len() - 1) as f64;
+            println!("{layout:?} {control:?}: {} blocks to {}", fine.len() - 1, kept.len() - 1);
+            assert!(ratio > 2.5, "{layout:?} {control:?}: {ratio}");
+            let total = |all: &[Block]| all.iter().map(|block| block.duration).sum::<f64>();
+            assert!((total(&fine) - total(&kept)).abs() < 1e-9 * total(&fine));
+            check_thinned(&kinematics, control, &fine, &kept);
+        }
+    }
+}
+
+fn check_thinned(kinematics: &Kinematics, control: Control, fine: &[Block], kept: &[Block]) {
+    let mut at = 0;
+    let mut worst = 0.0_f64;
+    for pair in kept.windows(2) {
+        let to = at + fine[at..].iter().position(|block| block.q == pair[1].q).unwrap();
+        assert_eq!((fine[to].pose, fine[to].motion), (pair[1].pose, pair[1].motion));
+        for block in fine[at..=to].windows(2) {
+            for k in 0..7 {
+                let share = f64::from(k) / 7.0;
+                let pose = control_pose(kinematics, control, [&block[0].q, &block[1].q], share);
+                worst = worst.max(distance(kinematics, control, [&pair[0].q, &pair[1].q], &pose));
+            }
+        }
+        at = to;
+    }
+    assert_eq!(at, fine.len() - 1, "the end is kept");
+    assert!(worst <= TOLERANCE * 1.0001 && worst > 0.5 * TOLERANCE, "{control:?}: {worst} mm");
 }

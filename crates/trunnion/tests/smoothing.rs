@@ -2,11 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod shop;
+
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use shop::Layout;
+use trunnion::inverse::Inverse;
 use trunnion::math::angle::{angle_between, great_circle};
 use trunnion::toolpath::{Reference, SmoothError, SmoothOptions, Smoothed, Smoother, smooth};
-use trunnion::types::{PoseCurve, Station, ToolPose};
+use trunnion::types::{AxisVector, PoseCurve, Station, ToolPose};
 
 const TIP: f64 = 0.01;
 const AXIS: f64 = 5e-4;
@@ -214,4 +218,164 @@ fn a_dense_circle_has_few_spans_and_no_corner() {
     let report = check(&stations).report;
     assert_eq!((report.blended, report.stops), (0, 0));
     assert!(report.spans < 150, "{report:?}");
+}
+
+/// The nose of a blade as the machine of paper 003 cuts it: A turns, B breathes about 12.5 degrees.
+fn nose(turn: f64) -> Station {
+    let b = (12.5 + 0.4 * turn.sin()).to_radians();
+    let axis = [b.sin(), -turn.sin() * b.cos(), turn.cos() * b.cos()];
+    station([0.3 * turn, -5.0 * turn.sin(), 5.0 * turn.cos()], axis)
+}
+
+#[test]
+fn the_nose_of_a_blade_is_met_between_its_stations() {
+    let step = 4.93_f64.to_radians();
+    let stations: Vec<_> = (0..=28).map(|k| nose(0.4 + step * f64::from(k))).collect();
+    let straight = stations.windows(2).enumerate().map(|(k, pair)| {
+        let middle = great_circle(&pair[0].pose.axis, &pair[1].pose.axis, 0.5).unwrap();
+        angle_between(&middle, &nose(0.4 + step * (k as f64 + 0.5)).pose.axis)
+    });
+    let straight = straight.fold(0.0, f64::max).to_degrees();
+    assert!((straight - 0.0113).abs() < 0.0005, "{straight} deg");
+    let wide = SmoothOptions { axis: 0.03_f64.to_radians(), ..options() };
+    let smoothed = smooth(&stations, &wide).unwrap();
+    let curve = &smoothed.curves[0];
+    let [start, end] = curve.range();
+    let worst = (0..=2000).map(|k| {
+        let pose = curve.pose(start + (end - start) * f64::from(k) / 2000.0).unwrap();
+        // The place of the true curve with this turn, and a little around it.
+        let turn = (-pose.tip.y).atan2(pose.tip.z);
+        let off = |turn: f64| angle_between(&nose(turn).pose.axis, &pose.axis);
+        (-50..=50).map(|i| off(turn + 1e-7 * f64::from(i))).fold(f64::INFINITY, f64::min)
+    });
+    let worst = worst.fold(0.0, f64::max).to_degrees();
+    assert!(worst <= 0.00005, "{worst} deg");
+    println!("blade nose: {worst:e} deg, great circles {straight:.4} deg");
+}
+
+#[test]
+fn corners_are_blended_or_kept_and_reversed_axes_refused() {
+    let line = |from: [f64; 2], way: [f64; 2]| {
+        (0..20).map(move |k| {
+            let s = 0.5 * f64::from(k);
+            station([from[0] + s * way[0], from[1] + s * way[1], 0.0], [0.1, 0.0, 1.0])
+        })
+    };
+    let corner: Vec<_> = line([0.0, 0.0], [1.0, 0.0]).chain(line([9.5, 0.5], [0.0, 1.0])).collect();
+    let report = check(&corner).report;
+    assert_eq!((report.blended, report.stops), (1, 0), "{report:?}");
+    assert!(report.deviated.tip > 0.3 * TIP, "the tolerance is used: {report:?}");
+    let back: Vec<_> = line([0.0, 0.0], [1.0, 0.0]).chain(line([9.0, 0.0], [-1.0, 0.0])).collect();
+    let report = check(&back).report;
+    assert_eq!((report.blended, report.stops), (0, 1), "{report:?}");
+    let mut flipped = corner.clone();
+    flipped[7].pose.axis = -flipped[7].pose.axis;
+    let error = smooth(&flipped, &options());
+    assert!(matches!(error, Err(SmoothError::AxisReversal { station: 6, .. })), "{error:?}");
+    let error = smooth(&corner[..1], &options());
+    assert_eq!(error, Err(SmoothError::Stations(1)));
+}
+
+/// Noise within a part of the tolerance is not followed: spans stay long.
+#[test]
+fn noise_is_smoothed() {
+    let mut noise = Noise(7);
+    let stations: Vec<_> = (0..1200)
+        .map(|k| {
+            let t = 0.05 * f64::from(k) / 30.0;
+            let mut near = || 0.1 * TIP * noise.next();
+            let tip = [30.0 * t.cos() + near(), 30.0 * t.sin() + near(), near()];
+            station(tip, [0.2 * t.cos(), 0.2, 1.0])
+        })
+        .collect();
+    let smoothed = check(&stations);
+    assert!(smoothed.report.spans < 1200 / 6, "{:?}", smoothed.report);
+    let curve = &smoothed.curves[0];
+    let jerk = (0..4000)
+        .map(|k| curve.rates(curve.range()[1] * f64::from(k) / 4000.0).tip[3].norm())
+        .fold(0.0, f64::max);
+    // Third differences of the noise itself are some 8 times 0.1 TIP over the cube of the step.
+    let raw = 0.8 * TIP / 0.05_f64.powi(3);
+    assert!(jerk < 0.05 * raw, "{jerk} against {raw}");
+}
+
+/// Spans come while stations go in, and are those of the whole.
+#[test]
+fn a_long_path_is_smoothed_in_a_window() {
+    let at = |k: u32| {
+        let s = 0.05 * f64::from(k);
+        station([s, (0.3 * s).sin(), (0.11 * s).cos()], [0.2 * (0.2 * s).sin(), 0.1, 1.0])
+    };
+    let stations: Vec<_> = (0..6000).map(at).collect();
+    let mut smoother = Smoother::new(&options()).unwrap();
+    let mut spans = Vec::new();
+    for (k, station) in stations.iter().enumerate() {
+        smoother.push(station).unwrap();
+        spans.extend(smoother.take());
+        let behind = 0.05 * k as f64 * 1.05 - spans.last().map_or(0.0, |last| last.range[1]);
+        assert!(behind < 3.0 * 128.0 * 0.05 + 0.05 * 0.05 * k as f64, "{behind} mm in memory");
+    }
+    let (rest, report) = smoother.finish().unwrap();
+    spans.extend(rest);
+    let whole = smooth(&stations, &options()).unwrap();
+    assert_eq!(whole.report, report);
+    let ends: Vec<f64> = spans.iter().map(|span| span.range[1]).collect();
+    assert_eq!(whole.curves[0].knots[1..], ends);
+    assert_eq!((report.blended, report.stops), (0, 0));
+    check_c3(&whole.curves[0]);
+}
+
+/// Third derivatives of the axes of a machine along the path, from differences on either side of a
+/// knot and over it.
+fn jerks(inverse: &Inverse, curve: &PoseCurve, u: f64, h: f64) -> [AxisVector; 3] {
+    let home = AxisVector::zeros();
+    let middle = inverse.near(&curve.pose(u).unwrap(), &home).unwrap();
+    let at = |k: f64| inverse.near(&curve.pose(u + k * h).unwrap(), &middle).unwrap();
+    let third = |first: f64| {
+        let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|k| at(first + k));
+        (d - a - (c - b) * 3.0) / h.powi(3)
+    };
+    [third(-3.0), third(-1.5), third(0.0)]
+}
+
+#[test]
+fn jerk_of_the_axes_is_finite_and_continuous_over_every_join() {
+    let at = |k: u32| {
+        let s = 0.05 * f64::from(k);
+        station(
+            [0.5 * s - 5.0, 4.0 * (0.3 * s).sin(), 3.0 * (0.2 * s).cos()],
+            [0.3 + 0.2 * (0.2 * s).sin(), 0.3 * (0.1 * s).cos(), 1.0],
+        )
+    };
+    let mut stations: Vec<_> = (0..700).map(at).collect();
+    // A corner to be blended.
+    let last = stations[699];
+    stations.extend((1..80).map(|k| {
+        let tip = last.pose.tip + Vector3::new(-0.3, 1.0, 0.2).normalize() * 0.1 * f64::from(k);
+        station(tip.into(), last.pose.axis.into_inner().into())
+    }));
+    let smoothed = smooth(&stations, &options()).unwrap();
+    assert!(smoothed.report.blended >= 1 && smoothed.report.stops == 0);
+    let curve = &smoothed.curves[0];
+    for layout in [Layout::TableTable, Layout::HeadHead] {
+        let kinematics = shop::kinematics(layout);
+        let inverse = Inverse::new(&kinematics).unwrap();
+        for at in 1..curve.knots.len() - 1 {
+            let u = curve.knots[at];
+            let room = (u - curve.knots[at - 1]).min(curve.knots[at + 1] - u);
+            let h = room / 16.0;
+            let [left, over, right] = jerks(&inverse, curve, u, h);
+            let [near_left, _, near_right] = jerks(&inverse, curve, u, 0.5 * h);
+            let most = left.amax().max(right.amax());
+            let rounding = 2e-11 / (0.5 * h).powi(3);
+            assert!(over.iter().all(|x| x.is_finite()));
+            assert!(over.amax() <= 2.0 * most + rounding, "{layout:?} at {u}: {over} of {most}");
+            // One-sided differences of a continuous third derivative close up with the step.
+            let [wide, close] = [(left - right).amax(), (near_left - near_right).amax()];
+            assert!(
+                close <= 0.7 * wide + rounding + 1e-3 * most,
+                "{layout:?} at {u}: {wide} -> {close}, {most}"
+            );
+        }
+    }
 }

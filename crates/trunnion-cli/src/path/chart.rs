@@ -11,7 +11,7 @@ const MARGIN: [f64; 2] = [80.0, 40.0];
 const COLUMNS: usize = 860;
 
 /// Draws deviations, given with the length at which each ends, under their tolerances.
-pub(super) fn draw(deviations: &[(f64, Deviated)], [tip, axis]: [f64; 2]) -> String {
+pub(crate) fn draw(deviations: &[(f64, Deviated)], [tip, axis]: [f64; 2]) -> String {
     let [width, height] = [PLOT[0] + 1.5 * MARGIN[0], 2.0 * (PLOT[1] + 1.75 * MARGIN[1])];
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \

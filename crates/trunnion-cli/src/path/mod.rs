@@ -1,6 +1,6 @@
 //! `trunnion path`: cutter locations of a job, or of a CL file, smoothed.
 
-mod chart;
+pub(crate) mod chart;
 mod smoothed;
 
 use crate::outcome::{Done, Failure};

@@ -24,7 +24,7 @@ use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;
 use crate::feed::Plan;
 use crate::files::summary::Summary;
-use crate::toolpath::SmoothReport;
+use crate::toolpath::{Deviated, SmoothReport, SmoothedPath};
 use crate::types::{Leg, Progress, ToolPath};
 
 /// Everything a run makes. Nothing is written anywhere.
@@ -36,8 +36,8 @@ pub struct Outcome {
     pub legs: Vec<Leg>,
     /// Curves through the cutter locations.
     pub tool_path: ToolPath,
-    /// What smoothing them did, if the job asks for it.
-    pub smoothing: Option<SmoothReport>,
+    /// What smoothing them did, and along which length; empty unless the job asks for it.
+    pub smoothing: (SmoothReport, Vec<(f64, Deviated)>),
     /// The machine's axes along them.
     pub followed: Followed,
     /// Speeds.
@@ -63,7 +63,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     reach(job)?;
     let covering = stages::cover(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
-    let (tool_path, smoothing) = stages::tool_path(job, &legs, progress)?;
+    let SmoothedPath { path: tool_path, report, along } = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
     let plan = stages::feed(job, &followed.path, progress)?;
     stages::rows(job, &plan)?;
@@ -77,7 +77,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
         covering,
         legs,
         tool_path,
-        smoothing,
+        smoothing: (report, along),
         followed,
         plan,
         programs,
@@ -124,7 +124,7 @@ pub fn setup(
 ) -> Result<Rotated, PipelineError> {
     let covering = stages::cover(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
-    let (tool_path, _) = stages::tool_path(job, &legs, progress)?;
+    let tool_path = stages::tool_path(job, &legs, progress)?.path;
     let search = stages::search(job, &tool_path, bounds, progress)?;
     let best = search.best.as_ref().map(|(_, followed)| followed);
     let seconds = |followed: Option<&Followed>| {

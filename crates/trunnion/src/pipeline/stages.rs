@@ -14,7 +14,7 @@ use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::Singular;
 use crate::positioning::{Band, ContactSide};
-use crate::toolpath::{self, Reference, SmoothOptions, SmoothReport, ToolPathOptions};
+use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
 use std::f64::consts::TAU;
 
@@ -155,16 +155,18 @@ pub(super) fn tool_path(
     job: &Job,
     legs: &[Leg],
     progress: &dyn Progress,
-) -> Result<(ToolPath, Option<SmoothReport>), PipelineError> {
+) -> Result<SmoothedPath, PipelineError> {
     let lever = cover::lever(&job.cutter);
     let options = ToolPathOptions { lever };
     let share = job.budget.shares.smoothing;
     if share <= 0.0 {
-        return Ok((toolpath::through(legs, &options, progress)?, None));
+        let path = toolpath::through(legs, &options, progress)?;
+        return Ok(SmoothedPath { path, ..SmoothedPath::default() });
     }
+    let [tip, axis] = smoothing(share, lever);
     let smoothing = SmoothOptions {
-        tip: 0.5 * share,
-        axis: 0.5 * share / lever,
+        tip,
+        axis,
         reference: Reference::Curve,
         lever,
         corner: CORNER,
@@ -172,8 +174,12 @@ pub(super) fn tool_path(
         largest_blend: LARGEST_BLEND,
         window: WINDOW_STATIONS,
     };
-    let (path, report) = toolpath::smoothed(legs, (&options, &smoothing), progress)?;
-    Ok((path, Some(report)))
+    Ok(toolpath::smoothed(legs, (&options, &smoothing), progress)?)
+}
+
+/// Half of the share moves the tip, the other half is the turn of the axis at the lever \[mm, rad\].
+pub fn smoothing(share: f64, lever: f64) -> [f64; 2] {
+    [0.5 * share, 0.5 * share / lever]
 }
 
 pub(super) fn axes(

@@ -72,9 +72,13 @@ impl GreatCircle {
     ///
     /// Eq. (3)–(8) of `docs/sources.md#003`, (8) with the factor 1/|a × b| it lacks in print.
     pub fn new(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Result<Self, InterpolationError> {
-        let angle = angle_between(from, to);
-        let ahead = match UnitVector3::try_new(from.cross(to), 0.0) {
-            Some(normal) => normal.cross(from),
+        // Difference and sum of nearly equal or opposite vectors are exact, their cross product is not:
+        // Kahan's other formula, and the way ahead from whichever of the two is short.
+        let [way, sum] = [**to - **from, **to + **from];
+        let angle = 2.0 * way.norm().atan2(sum.norm());
+        let short = if from.dot(to) > 0.0 { way } else { sum };
+        let ahead = match UnitVector3::try_new(short - from.scale(from.dot(&short)), 0.0) {
+            Some(ahead) => ahead.into_inner(),
             None if from.dot(to) > 0.0 => Vector3::zeros(),
             None => return Err(InterpolationError::Opposite { angle }),
         };

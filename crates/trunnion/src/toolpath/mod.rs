@@ -177,8 +177,18 @@ pub fn through(
     Ok(path)
 }
 
-/// As [`through`], but cutting legs become the C3 path that [`smooth`] lays within tolerance of them:
-/// one piece between two stops. Returns what smoothing did in all cutting legs.
+/// A job's path with smoothed cuts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SmoothedPath {
+    /// The path; a cut has a piece between two stops.
+    pub path: ToolPath,
+    /// What smoothing did in all cuts.
+    pub report: SmoothReport,
+    /// Length of all cuts up to the end of each span \[mm\], and how far that span strays.
+    pub along: Vec<(f64, Deviated)>,
+}
+
+/// As [`through`], but cutting legs become the C3 path that [`smooth`] lays within tolerance of them.
 ///
 /// # Errors
 ///
@@ -187,29 +197,38 @@ pub fn smoothed(
     legs: &[Leg],
     options: (&ToolPathOptions, &SmoothOptions),
     progress: &dyn Progress,
-) -> Result<(ToolPath, SmoothReport), ToolPathError> {
-    let mut path = ToolPath::default();
-    let mut report = SmoothReport::default();
-    // Leads, links and everything that can be wrong with legs are as without smoothing.
+) -> Result<SmoothedPath, ToolPathError> {
+    let mut all = SmoothedPath::default();
     for (leg, of) in legs.iter().enumerate() {
         progress.step(Stage::ToolPath, leg as u64, legs.len() as u64)?;
         if leg > 0 {
             joined(leg, &legs[leg - 1], of)?;
         }
-        if of.motion != Motion::Cut {
+        if of.motion == Motion::Cut {
+            check(leg, of)?;
+            let smoothed = smooth(&of.stations, options.1);
+            all.take(smoothed.map_err(|error| ToolPathError::Smooth { leg, error })?);
+        } else {
             let plain = through(std::slice::from_ref(of), options.0, &Silent);
-            path.pieces.extend(plain.map_err(|error| error.in_leg(leg))?.pieces);
-            continue;
+            all.path.pieces.extend(plain.map_err(|error| error.in_leg(leg))?.pieces);
         }
-        check(leg, of)?;
-        let smoothed = smooth(&of.stations, options.1)
-            .map_err(|error| ToolPathError::Smooth { leg, error })?;
-        report.add(&smoothed.report);
-        let pieces = smoothed.curves.into_iter().map(Geometry::Curve);
-        path.pieces.extend(pieces.map(|geometry| ToolPiece { motion: of.motion, geometry }));
     }
     progress.step(Stage::ToolPath, legs.len() as u64, legs.len() as u64)?;
-    Ok((path, report))
+    Ok(all)
+}
+
+impl SmoothedPath {
+    /// One cut more.
+    fn take(&mut self, cut: Smoothed) {
+        self.report.add(&cut.report);
+        for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {
+            let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range()[0];
+            self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
+            self.path
+                .pieces
+                .push(ToolPiece { motion: Motion::Cut, geometry: Geometry::Curve(curve) });
+        }
+    }
 }
 
 impl ToolPathError {

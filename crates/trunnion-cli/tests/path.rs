@@ -1,0 +1,113 @@
+//! `trunnion path` as a user meets it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .arg("path")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// Two passes of a wave with three decimals, a corner in the second, coolant between them.
+fn file() -> String {
+    let mut text = "PARTNO WAVE\nUNITS/MM\nCUTTER/10.0,5.0\nSPINDL/8000,RPM,CLW\n".to_owned();
+    for pass in 0..2 {
+        let y = 4.0 * f64::from(pass);
+        writeln!(text, "RAPID\nGOTO/0,{y},50,0,0,1\nFEDRAT/800,MMPM").unwrap();
+        for k in 0..400 {
+            let x = 0.1 * f64::from(k);
+            let corner = if pass == 1 { (x - 20.0).max(0.0) } else { 0.0 };
+            let z = 0.5 * (0.3 * x).sin();
+            let tilt = 0.2 * (0.1 * x).cos();
+            let [i, k] = [tilt.sin(), tilt.cos()];
+            writeln!(text, "GOTO/{x:.3},{:.3},{z:.3},{i:.6},0,{k:.6}", y + corner).unwrap();
+        }
+        if pass == 0 {
+            text += "COOLNT/ON\n";
+        }
+    }
+    text + "FINI\n"
+}
+
+fn places(text: &str) -> Vec<[f64; 6]> {
+    let row = |line: &str| {
+        let numbers = line.strip_prefix("GOTO/")?.split(',').map(|x| x.parse().unwrap());
+        let numbers: Vec<f64> = numbers.collect();
+        numbers.try_into().ok()
+    };
+    text.lines().filter_map(row).collect()
+}
+
+/// Distance of a tip from a polyline.
+fn away(tip: &[f64; 6], line: &[[f64; 6]]) -> f64 {
+    let part = |pair: &[[f64; 6]]| {
+        let way: [f64; 3] = std::array::from_fn(|i| pair[1][i] - pair[0][i]);
+        let from: [f64; 3] = std::array::from_fn(|i| tip[i] - pair[0][i]);
+        let dot = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let square = dot(&way, &way).max(f64::MIN_POSITIVE);
+        let share = (dot(&from, &way) / square).clamp(0.0, 1.0);
+        let off: [f64; 3] = std::array::from_fn(|i| from[i] - share * way[i]);
+        dot(&off, &off).sqrt()
+    };
+    line.windows(2).map(part).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_cl_file_is_smoothed_between_rapid_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("in.cls"), file()).unwrap();
+    let arguments = ["in.cls", "--smooth", "0.01,0.05", "-o", "out.cls", "--chart", "chart.svg"];
+    let output = trunnion(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(told.contains("blended") && told.contains("of 0.01 mm"), "{told}");
+    let text = fs::read_to_string(folder.path().join("out.cls")).unwrap();
+    for line in ["PARTNO WAVE", "CUTTER/10.0,5.0", "SPINDL/8000,RPM,CLW", "COOLNT/ON", "FINI"] {
+        assert_eq!(text.lines().filter(|found| *found == line).count(), 1, "{line}");
+    }
+    assert_eq!(text.lines().filter(|line| *line == "RAPID").count(), 2);
+    assert!(text.contains("FEDRAT/800.000,MMPM"));
+    let [read, written] = [places(&file()), places(&text)];
+    let worst = written.iter().map(|tip| away(tip, &read)).fold(0.0, f64::max);
+    let missed = read.iter().map(|tip| away(tip, &written)).fold(0.0, f64::max);
+    assert!(worst <= 0.01 + 2e-6 && missed <= 0.01 + 2e-6, "{worst} {missed}");
+    assert!(written[0] == read[0] && written.contains(&read[401]), "rapid places stay");
+    assert!(written.len() < read.len(), "{} of {}", written.len(), read.len());
+    let chart = fs::read_to_string(folder.path().join("chart.svg")).unwrap();
+    assert!(chart.starts_with("<svg") && chart.contains("axis, deg"));
+    let json = trunnion(folder.path(), &[&arguments[..5], &["--json"]].concat());
+    let json: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["smoothing"]["corners_blended"], 1, "{json}");
+    assert!(json["smoothing"]["tip_bound"].as_f64().unwrap() <= 0.01);
+    assert!(json["smoothing"]["axis_bound"].as_f64().unwrap() <= 0.05);
+}
+
+#[test]
+fn what_is_wrong_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let flipped = "RAPID\nGOTO/0,0,0,0,0,1\nFEDRAT/100\nGOTO/1,0,0\nGOTO/2,0,0,0,0,-1\nFINI\n";
+    fs::write(folder.path().join("flip.cls"), flipped).unwrap();
+    let cases: [(&[&str], &str); 4] = [
+        (&["flip.cls", "--smooth", "0.01,0.05"], "flip.cls:4: the tool axis turns"),
+        (&["flip.cls", "--smooth", "0.01"], "two numbers above 0"),
+        (&["flip.cls", "--json"], "name the CL file with -o"),
+        (&["none.cls"], "none.cls"),
+    ];
+    for (arguments, message) in cases {
+        let output = trunnion(folder.path(), arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(message), "{told}");
+    }
+    let same = trunnion(folder.path(), &["flip.cls"]);
+    assert_eq!(String::from_utf8_lossy(&same.stdout), flipped);
+}

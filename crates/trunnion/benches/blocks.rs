@@ -1,0 +1,91 @@
+//! Program blocks from an axis path, and point reduction: blocks per second for each kind of control.
+
+#![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
+#![expect(clippy::print_stdout, reason = "the figures are what it is for")]
+
+#[path = "../tests/shop/mod.rs"]
+mod shop;
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use shop::Layout;
+use trunnion::blocks::{BlockOptions, Control, ReduceOptions, blocks, reduce};
+use trunnion::types::{
+    AxisNode, AxisPath, AxisPiece, AxisVector, Block, Motion, Schedule, SchedulePiece, Silent,
+};
+
+const CONTROLS: [Control; 3] = [Control::Axes, Control::RotaryLinear, Control::GreatCircle];
+
+fn main() {
+    divan::main();
+}
+
+/// Ten metres of waves of all axes, at 50 mm/s.
+fn path() -> (AxisPath, Schedule) {
+    let at = |s: f64| {
+        let mut q = [AxisVector::zeros(); 4];
+        for axis in 0..5 {
+            let (size, rate) = if axis < 3 { (5.0, 0.05) } else { (0.3, 0.02) };
+            let (sin, cos) = (rate * s + axis as f64).sin_cos();
+            let values = [sin, rate * cos, -rate * rate * sin, -rate * rate * rate * cos];
+            for (order, value) in values.into_iter().enumerate() {
+                q[order][axis] = size * value;
+            }
+        }
+        q[0][0] += 0.1 * s;
+        q[1][0] += 0.1;
+        AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+    };
+    let nodes: Vec<AxisNode> = (0..=10_000_u32).map(|k| at(f64::from(k))).collect();
+    let rows = SchedulePiece {
+        s: vec![0.0, 1e4],
+        t: vec![0.0, 200.0],
+        speed: vec![50.0; 2],
+        acceleration: vec![0.0; 2],
+        ..SchedulePiece::default()
+    };
+    let piece = AxisPiece { motion: Motion::Cut, source: 0, nodes };
+    (AxisPath { pieces: vec![piece] }, Schedule { pieces: vec![rows] })
+}
+
+fn options(control: Control, tolerance: f64) -> BlockOptions {
+    BlockOptions {
+        control,
+        tolerance,
+        link_tolerance: 1.0,
+        lever: 16.0,
+        max_step: f64::INFINITY,
+        max_turn: f64::INFINITY,
+        max_axis_turn: f64::INFINITY,
+        max_duration: f64::INFINITY,
+        min_duration: 0.0,
+    }
+}
+
+fn broken(control: Control, tolerance: f64) -> Vec<Block> {
+    let (path, schedule) = path();
+    let kinematics = shop::kinematics(Layout::TableTable);
+    blocks(&kinematics, &path, &schedule, &options(control, tolerance), &Silent).unwrap_or_default()
+}
+
+#[divan::bench(args = CONTROLS)]
+fn breaking(bencher: Bencher, control: Control) {
+    let (path, schedule) = path();
+    let kinematics = shop::kinematics(Layout::TableTable);
+    let count = broken(control, 0.005).len();
+    let options = options(control, 0.005);
+    let run = || blocks(&kinematics, black_box(&path), &schedule, &options, &Silent);
+    bencher.counter(ItemsCount::new(count)).bench(run);
+}
+
+/// Points per second of a program with some four times the blocks it needs.
+#[divan::bench(args = CONTROLS)]
+fn reducing(bencher: Bencher, control: Control) {
+    let kinematics = shop::kinematics(Layout::TableTable);
+    let fine = broken(control, 0.005 / 16.0);
+    let options = ReduceOptions { control, tolerance: 0.005, lever: 16.0, max_turn: 1.0 };
+    let run = || reduce(&kinematics, black_box(&fine), &options, &Silent);
+    let kept = run().map_or(0, |kept| kept.len());
+    println!("{control:?}: {} blocks to {kept}", fine.len());
+    bencher.counter(ItemsCount::new(fine.len())).bench(run);
+}
