@@ -111,3 +111,67 @@ fn what_is_wrong_is_told() {
     let same = trunnion(folder.path(), &["flip.cls"]);
     assert_eq!(String::from_utf8_lossy(&same.stdout), flipped);
 }
+
+const PATCH: &str = r#"{"degree":[2,2],
+ "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
+ "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
+           [[0,-15,2],[0,0,3],[0,15,2]],
+           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
+
+const JOB: &str = r#"schema = "trunnion-job/1"
+name = "small patch"
+part = { file = "patch.json" }
+setup = { origin = [-381, -254, -505], rotation = [0, 20, 0], clearance = 20 }
+machine = { file = "machine.toml" }
+motion = { method = "optimal", servo_period = 0.002 }
+output = { dialects = ["linuxcnc", "g93"] }
+verify = { grid = 0.5 }
+[tool]
+number = 1
+kind = "bull"
+major_radius = 5
+minor_radius = 3
+length = 100
+construction = "solid"
+[tolerance]
+total = 0.02
+gouge = 0.002
+split = { smoothing = 0.002 }
+[strategy]
+method = "fixed-tilt"
+tilt = 5
+along = "v"
+direction = "zigzag"
+side = "ahead"
+max_axis_turn = 3
+[cutting]
+feed = 3000
+reference = "contact"
+spindle = 8000
+coolant = true
+"#;
+
+#[test]
+fn a_job_plans_its_smooth_path_and_writes_its_locations() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let machine = fs::read_to_string(root.join("machines/bc-trunnion.toml")).unwrap();
+    for (name, text) in [("job.toml", JOB), ("patch.json", PATCH), ("machine.toml", &machine)] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let output = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(["run", "job.toml", "--json"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!((summary["tolerance"]["smoothing"].as_f64().unwrap() - 0.002).abs() < 1e-12);
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("Smoothing along the path") && page.contains("deviation of the axis"));
+    let output = trunnion(folder.path(), &["job.toml", "--smooth", "0.002,0.01", "-o", "path.cls"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder.path().join("path.cls")).unwrap();
+    assert!(text.starts_with("PARTNO small patch") && text.ends_with("FINI\n"));
+    assert!(places(&text).len() > 100);
+}

@@ -249,10 +249,10 @@ fn pieces_follow_one_another() {
 /// Half the chord and half the thickness of a blade \[mm\].
 const HALF: [f64; 2] = [63.5, 4.0];
 
-/// Over one side of a blade's section, 127 by 8 mm as in paper 003's listing, with noses of 0.25 mm: the
+/// Over one side and both edges of a blade's section, 127 by 8 mm as in paper 003's listing, with noses of 0.25 mm: the
 /// axis of the paper's machine along the blade, the tool leaning 12.5 degrees along it.
 fn blade(kinematics: &Kinematics) -> AxisPath {
-    let at = |k: u32| {
+    let at = |k: i32| {
         // Half-way between even steps of the ellipse's parameter and of the angle of its normal.
         let even = std::f64::consts::TAU * f64::from(k) / 900.0;
         let t = 0.5 * (even + (HALF[1] * even.sin()).atan2(HALF[0] * even.cos()));
@@ -262,7 +262,7 @@ fn blade(kinematics: &Kinematics) -> AxisPath {
         let axis = normal * lean.cos() + Vector3::x() * lean.sin();
         Station { pose: ToolPose { tip, axis: UnitVector3::new_normalize(axis) }, contact: tip }
     };
-    let stations = (20..430).map(at).collect();
+    let stations = (-60..510).map(at).collect();
     let legs = [Leg { motion: Motion::Cut, stations }];
     let path = through(&legs, &ToolPathOptions { lever: 10.0 }, &Silent).unwrap();
     let options = AxesOptions {

@@ -351,7 +351,7 @@ fn jerk_of_the_axes_is_finite_and_continuous_over_every_join() {
     // A corner to be blended.
     let last = stations[699];
     stations.extend((1..80).map(|k| {
-        let tip = last.pose.tip + Vector3::new(-0.3, 1.0, 0.2).normalize() * 0.1 * f64::from(k);
+        let tip = last.pose.tip + Vector3::new(1.0, 0.3, 0.2).normalize() * 0.1 * f64::from(k);
         station(tip.into(), last.pose.axis.into_inner().into())
     }));
     let smoothed = smooth(&stations, &options()).unwrap();

@@ -29,6 +29,7 @@ struct Program<'a> {
 
 impl Program<'_> {
     fn ends(&self, s: f64) -> Option<(usize, [&Block; 2])> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let block = (s.max(0.0) as usize).min(self.blocks.len().checked_sub(2)?);
         Some((block, [&self.blocks[block], &self.blocks[block + 1]]))
     }
@@ -57,6 +58,7 @@ impl Trail for Program<'_> {
     }
 
     fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let count = (to - from).round() as usize;
         (1..count).map(|k| from + k as f64).collect()
     }

@@ -77,7 +77,9 @@ impl GreatCircle {
         let [way, sum] = [**to - **from, **to + **from];
         let angle = 2.0 * way.norm().atan2(sum.norm());
         let short = if from.dot(to) > 0.0 { way } else { sum };
-        let ahead = match UnitVector3::try_new(short - from.scale(from.dot(&short)), 0.0) {
+        let across = |v: Vector3<f64>| UnitVector3::try_new(v - from.scale(from.dot(&v)), 0.0);
+        // Twice: of a difference in length alone, once would leave its rounding.
+        let ahead = match across(short).and_then(|ahead| across(*ahead)) {
             Some(ahead) => ahead.into_inner(),
             None if from.dot(to) > 0.0 => Vector3::zeros(),
             None => return Err(InterpolationError::Opposite { angle }),

@@ -23,6 +23,7 @@ pub(super) struct Node {
 
 /// What a fit starts from.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(super) enum Start {
     /// A place; the direction is free.
     Place(PoseCoordinates),
