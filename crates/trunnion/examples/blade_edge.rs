@@ -255,7 +255,7 @@ fn measure(kinematics: &Kinematics, program: &[AxisVector]) -> Cut {
         (t, point)
     });
     // The nearest center moves on with the place: look on from where the last one was.
-    let mut near = 0;
+    let mut near = 0_usize;
     let left = places.map(|(t, point)| {
         let off = |at: usize| (centers[at] - point).norm();
         let window = near.saturating_sub(400)..(near + 400).min(centers.len());

@@ -14,7 +14,7 @@ use trunnion::axes::{AxesOptions, FeedPoint, follow};
 use trunnion::blocks::{BlockOptions, Control, ReduceOptions, blocks, reduce};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::machine::Kinematics;
-use trunnion::math::angle::angle_between;
+use trunnion::math::angle::{angle_between, unwrap_near};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{
     AxisPath, AxisVector, Block, Leg, Motion, Schedule, Silent, Station, ToolPose,
@@ -255,7 +255,8 @@ fn blade(kinematics: &Kinematics) -> AxisPath {
     let at = |k: i32| {
         // Half-way between even steps of the ellipse's parameter and of the angle of its normal.
         let even = std::f64::consts::TAU * f64::from(k) / 900.0;
-        let t = 0.5 * (even + (HALF[1] * even.sin()).atan2(HALF[0] * even.cos()));
+        let own = (HALF[1] * even.sin()).atan2(HALF[0] * even.cos());
+        let t = 0.5 * (even + unwrap_near(own, even));
         let tip = Point3::new(0.002 * f64::from(k), HALF[0] * t.cos(), HALF[1] * t.sin());
         let normal = Vector3::new(0.0, HALF[1] * t.cos(), HALF[0] * t.sin()).normalize();
         let lean = 12.5_f64.to_radians();

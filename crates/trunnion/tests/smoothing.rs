@@ -105,7 +105,7 @@ fn check_c3(curve: &PoseCurve) {
         for order in 0..4 {
             let size = |v: [Vector3<f64>; 4]| v[order].norm();
             let scale = 1.0 + size(left.tip) + size(left.axis);
-            // Coefficients carry the rounding of coordinates of some hundred mm.
+            // Coefficients carry the rounding of some ten mm.
             let rounding = 1e-11 / least.powi(i32::try_from(order).unwrap());
             let tip = (left.tip[order] - right.tip[order]).norm();
             let axis = (left.axis[order] - right.axis[order]).norm();

@@ -18,7 +18,9 @@ pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
-pub use stages::{CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS};
+pub use stages::{
+    CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS, smoothing,
+};
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;

@@ -39,8 +39,8 @@ impl Normal {
             let sum = self.sums[i];
             for k in 1..=DEGREE.min(count - 1 - i) {
                 let factor = pivot[k] / pivot[0];
-                for j in k..=DEGREE {
-                    self.rows[i + k][j - k] -= factor * pivot[j];
+                for (entry, above) in self.rows[i + k].iter_mut().zip(&pivot[k..]) {
+                    *entry -= factor * above;
                 }
                 self.sums[i + k] -= sum * factor;
             }

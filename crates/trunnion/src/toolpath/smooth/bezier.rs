@@ -15,11 +15,11 @@ const MIDDLE: [f64; DEGREE + 1] = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];
 pub(super) fn split(whole: &Bezier, t: f64) -> [Bezier; 2] {
     let mut right = *whole;
     let mut left = *whole;
-    for step in 1..=DEGREE {
+    for (step, point) in left.iter_mut().enumerate().skip(1) {
         for i in 0..=DEGREE - step {
             right[i] += (right[i + 1] - right[i]) * t;
         }
-        left[step] = right[0];
+        *point = right[0];
     }
     [left, right]
 }
@@ -28,6 +28,11 @@ pub(super) fn split(whole: &Bezier, t: f64) -> [Bezier; 2] {
 pub(super) fn part(whole: &Bezier, [from, to]: [f64; 2]) -> Bezier {
     let rest = if from > 0.0 { split(whole, from)[1] } else { *whole };
     if to < 1.0 { split(&rest, (to - from) / (1.0 - from))[0] } else { rest }
+}
+
+/// The same curve moved by `way`.
+pub(super) fn moved(curve: &Bezier, way: &PoseCoordinates) -> Bezier {
+    curve.map(|point| point + way)
 }
 
 /// Value in the middle.

@@ -1,6 +1,6 @@
 //! Finished stretches of a smoothed path, and the blends between them.
 
-use super::bezier::{Bezier, part, powers};
+use super::bezier::{Bezier, moved, part, powers};
 use super::bound::{deviation, tip};
 use super::fit::{Fit, Node, Path};
 use super::knots::{Around, from_end, from_start};
@@ -32,8 +32,15 @@ const LONGEST: f64 = 8.0;
 /// Halvings of a blend until the corner becomes a stop.
 const HALVINGS: u32 = 8;
 
-fn span(range: [f64; 2], curve: &Bezier, deviated: Deviated, station: usize) -> SmoothSpan {
-    let coefficients = powers(curve, range[1] - range[0]);
+/// A span from its control points, given from `origin` on.
+fn span(
+    range: [f64; 2],
+    (curve, origin): (&Bezier, &PoseCoordinates),
+    deviated: Deviated,
+    station: usize,
+) -> SmoothSpan {
+    let mut coefficients = powers(curve, range[1] - range[0]);
+    coefficients[0] += origin;
     SmoothSpan { range, span: Span { coefficients }, deviated, station, after_stop: false }
 }
 
@@ -47,7 +54,8 @@ impl Chunk {
         let spans: Vec<SmoothSpan> = (from..to)
             .map(|k| {
                 let [start, end] = [k, k + 1].map(|k| node(fit.breaks[k]));
-                span([start.u, end.u], &fit.curves[k], fit.deviated[k], start.index)
+                let curve = (&fit.curves[k], &fit.origin);
+                span([start.u, end.u], curve, fit.deviated[k], start.index)
             })
             .collect();
         let first = fit.breaks[0];
@@ -113,13 +121,19 @@ pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) 
         if range[0] >= corner || range[1] <= corner {
             return None;
         }
-        let over = over(range, &left.at(range[0]), &right.at(range[1]));
+        let [mut start, mut end] = [left.at(range[0]), right.at(range[1])];
+        let origin = start[0];
+        start[0] -= origin;
+        end[0] -= origin;
+        let over = over(range, &start, &end);
         let spans: Option<Vec<SmoothSpan>> = over
             .iter()
             .map(|(range, curve)| {
-                let deviated = strays(*range, curve, [left, right]);
+                let deviated = strays(*range, &moved(curve, &origin), [left, right]);
                 let station = before.station;
-                deviated.within(limits, 1.0).then(|| span(*range, curve, deviated, station))
+                deviated
+                    .within(limits, 1.0)
+                    .then(|| span(*range, (curve, &origin), deviated, station))
             })
             .collect();
         if let Some(spans) = spans {

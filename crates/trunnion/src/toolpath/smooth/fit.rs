@@ -1,7 +1,7 @@
 //! Quintic B-splines through the stations between two corners.
 
 use super::band::Normal;
-use super::bezier::{Bezier, DEGREE, cubic, from_powers, line, split};
+use super::bezier::{Bezier, DEGREE, cubic, from_powers, line, moved, split};
 use super::bound::{Frame, deviation};
 use super::knots::{Around, JET, from_start};
 use super::{Deviated, Limits, Reference};
@@ -59,7 +59,9 @@ pub(super) struct Task<'a> {
 pub(super) struct Fit {
     /// Stations at which spans start and end.
     pub(super) breaks: Vec<usize>,
+    /// From `origin` on: third derivatives of small spans far from zero keep their digits.
     pub(super) curves: Vec<Bezier>,
+    pub(super) origin: PoseCoordinates,
     pub(super) deviated: Vec<Deviated>,
     pub(super) paths: Vec<Path>,
 }
@@ -129,7 +131,13 @@ impl Task<'_> {
             } else if seen.iter().all(|seen| seen.kept) {
                 let breaks = std::iter::once(self.first).chain(parts.iter().map(|part| part.to));
                 let deviated = seen.iter().map(|seen| seen.deviated).collect();
-                return Ok(Fit { breaks: breaks.collect(), curves, deviated, paths });
+                return Ok(Fit {
+                    breaks: breaks.collect(),
+                    curves,
+                    origin: self.origin(),
+                    deviated,
+                    paths,
+                });
             } else {
                 return Err(self.corners(&parts, &seen));
             }
@@ -192,11 +200,15 @@ impl Task<'_> {
         )
     }
 
-    /// Where the fit starts and what it looks for at a station.
+    fn origin(&self) -> PoseCoordinates {
+        self.nodes[self.first].x
+    }
+
+    /// Where the fit starts and what it looks for at a station, from the origin on.
     fn target(&self, at: usize) -> PoseCoordinates {
         match self.start {
-            Start::Place(place) if at == self.first => place,
-            _ => self.nodes[at].x,
+            Start::Place(place) if at == self.first => place - self.origin(),
+            _ => self.nodes[at].x - self.origin(),
         }
     }
 
@@ -205,17 +217,18 @@ impl Task<'_> {
         let count = parts.len() + DEGREE;
         let mut points = vec![PoseCoordinates::zeros(); count];
         let fixed = match self.start {
-            Start::Place(place) => {
-                points[0] = place;
+            Start::Place(_) => {
+                points[0] = self.target(self.first);
                 1
             }
-            Start::Jet(jet) => {
+            Start::Jet([place, first, second, third]) => {
+                let jet = [place - self.origin(), first, second, third];
                 points[..JET].copy_from_slice(&from_start(breaks, &jet));
                 JET
             }
         };
         let free_end = if self.closed {
-            points[count - 1] = self.nodes[self.last].x;
+            points[count - 1] = self.target(self.last);
             count - 1
         } else {
             count
@@ -225,9 +238,9 @@ impl Task<'_> {
             let around = Around::new(breaks, span);
             let [low, high] = [fixed.max(span) - span, free_end.min(span + DEGREE + 1) - span];
             let last = part.to + usize::from(!self.closed && span + 1 == parts.len());
-            for node in &self.nodes[part.from.max(self.first + 1)..last] {
-                let basis = around.basis(node.u);
-                let mut rest = node.x;
+            for at in part.from.max(self.first + 1)..last {
+                let basis = around.basis(self.nodes[at].u);
+                let mut rest = self.target(at);
                 for k in (0..low).chain(high..=DEGREE) {
                     rest -= points[span + k] * basis[k];
                 }
@@ -242,7 +255,7 @@ impl Task<'_> {
     fn see(&self, part: &Part, curve: &Bezier, paths: &[Path]) -> Seen {
         let [start, end] = [self.nodes[part.from].u, self.nodes[part.to].u];
         let mut seen = Seen { deviated: Deviated::default(), residual: 0.0, kept: true };
-        let (mut rest, mut from) = (*curve, start);
+        let (mut rest, mut from) = (moved(curve, &self.origin()), start);
         for at in part.from..part.to {
             let path = &paths[at - self.first];
             let piece = if at + 1 == part.to {
@@ -328,7 +341,8 @@ impl Task<'_> {
         // A line between two stations is the path itself.
         if seen.kept || count == 2 {
             let breaks = vec![self.first, self.last];
-            return Ok(Fit { breaks, curves: vec![curve], deviated: vec![seen.deviated], paths });
+            let (curves, deviated) = (vec![curve], vec![seen.deviated]);
+            return Ok(Fit { breaks, curves, origin: self.origin(), deviated, paths });
         }
         Err(self.corners(&[part], &[seen]))
     }

@@ -37,11 +37,11 @@ impl Around {
         let mut at = 0;
         for level in 1..=DEGREE {
             let mut carried = 0.0;
-            for i in 0..level {
+            for (i, entry) in basis.iter_mut().enumerate().take(level) {
                 let [low, high] = [self.knots[DEGREE + 1 + i - level], self.knots[DEGREE + 1 + i]];
-                let share = basis[i] * self.shares[at];
+                let share = *entry * self.shares[at];
                 at += 1;
-                basis[i] = carried + share * (high - u);
+                *entry = carried + share * (high - u);
                 carried = share * (u - low);
             }
             basis[level] = carried;

@@ -230,7 +230,8 @@ impl Smoother {
                 Ok(fit) => self.finished(&fit),
                 Err(corners) => self.give_way(&corners),
             }
-            end -= self.forget();
+            // What was laid beyond a join may reach past the corner.
+            end = end.saturating_sub(self.forget());
         }
     }
 
@@ -253,14 +254,15 @@ impl Smoother {
     /// Makes corners of stations; too close to the join before, what was laid beyond it ends there.
     fn give_way(&mut self, corners: &[usize]) {
         let near = corners.first().is_some_and(|first| *first < self.first + GUARD);
-        if let (Start::Jet(_), true) = (self.start, near) {
-            if let Some((chunk, end)) = self.prior.take() {
-                self.start = Start::Place(chunk.end()[0]);
-                self.hold(chunk);
-                self.join = Join::Corner;
-                self.first = end;
-                return;
-            }
+        if near
+            && matches!(self.start, Start::Jet(_))
+            && let Some((chunk, end)) = self.prior.take()
+        {
+            self.start = Start::Place(chunk.end()[0]);
+            self.hold(chunk);
+            self.join = Join::Corner;
+            self.first = end;
+            return;
         }
         for &at in corners {
             self.nodes[at].corner = true;
