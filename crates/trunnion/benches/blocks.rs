@@ -23,15 +23,12 @@ fn main() {
 /// Ten metres of waves of all axes, at 50 mm/s.
 fn path() -> (AxisPath, Schedule) {
     let at = |s: f64| {
-        let mut q = [AxisVector::zeros(); 4];
-        for axis in 0..5 {
-            let (size, rate) = if axis < 3 { (5.0, 0.05) } else { (0.3, 0.02) };
-            let (sin, cos) = (rate * s + axis as f64).sin_cos();
-            let values = [sin, rate * cos, -rate * rate * sin, -rate * rate * rate * cos];
-            for (order, value) in values.into_iter().enumerate() {
-                q[order][axis] = size * value;
-            }
-        }
+        let value = |axis: usize, order: u32| {
+            let (size, rate) = if axis < 3 { (5.0, 0.05_f64) } else { (0.3, 0.02) };
+            let turned = rate * s + axis as f64 + f64::from(order) * std::f64::consts::FRAC_PI_2;
+            size * rate.powf(f64::from(order)) * turned.sin()
+        };
+        let mut q = [0, 1, 2, 3].map(|order| AxisVector::from_fn(|axis, _| value(axis, order)));
         q[0][0] += 0.1 * s;
         q[1][0] += 0.1;
         AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }

@@ -53,7 +53,7 @@ fn written(k: u32) -> Option<Station> {
 fn corners(k: u32) -> Option<Station> {
     let [line, along] = [f64::from(k / 40), f64::from(k % 40) * 0.1];
     let slope = 15.0_f64.to_radians();
-    let y = if k / 40 % 2 == 0 { along } else { 4.0 - along };
+    let y = if (k / 40).is_multiple_of(2) { along } else { 4.0 - along };
     station([(line * 4.0 + along) * slope.cos(), y * slope.sin(), 0.0], [0.1, 0.2, 1.0])
 }
 

@@ -313,7 +313,6 @@ fn a_blade_needs_a_third_of_the_blocks_of_equal_turns() {
         let count = all.len() - 1;
         let equal = equal_turns(&kinematics, &path, 3 * count);
         let broken = equal.windows(2).map(stray).find(|&off| off > TOLERANCE);
-        println!("{control:?}: {count} blocks; {} of equal turn: {broken:?} mm", 3 * count);
         assert!(broken.is_some(), "{control:?}: {count} blocks are not a third");
     }
 }
@@ -332,7 +331,6 @@ fn an_over_fine_program_is_thinned_out_within_tolerance() {
                 ReduceOptions { control, tolerance: TOLERANCE, lever: LEVER, max_turn: 0.5 };
             let kept = reduce(&kinematics, &fine, &wanted, &Silent).unwrap();
             let ratio = (fine.len() - 1) as f64 / (kept.len() - 1) as f64;
-            println!("{layout:?} {control:?}: {} blocks to {}", fine.len() - 1, kept.len() - 1);
             assert!(ratio > 2.5, "{layout:?} {control:?}: {ratio}");
             let total = |all: &[Block]| all.iter().map(|block| block.duration).sum::<f64>();
             assert!((total(&fine) - total(&kept)).abs() < 1e-9 * total(&fine));

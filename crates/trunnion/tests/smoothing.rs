@@ -250,7 +250,6 @@ fn the_nose_of_a_blade_is_met_between_its_stations() {
     });
     let worst = worst.fold(0.0, f64::max).to_degrees();
     assert!(worst <= 0.00005, "{worst} deg");
-    println!("blade nose: {worst:e} deg, great circles {straight:.4} deg");
 }
 
 #[test]

@@ -71,18 +71,15 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     }
     let cl = locations(&args.input)?;
     let mut answer = Answer { schema: "trunnion-path/1", ..Answer::default() };
-    let sheet = match args.smooth {
-        Some(tolerance) => {
-            let sheet = smoothed::smooth(&args.input, &cl, tolerance)?;
-            answer.smoothing = Some(smoothing(&sheet, tolerance));
-            answer.locations = sheet.locations;
-            sheet
-        }
-        None => {
-            let count = cl.lines().filter(|line| line.trim_start().starts_with("GOTO")).count();
-            answer.locations = [count; 2];
-            Sheet { text: cl, ..Sheet::default() }
-        }
+    let sheet = if let Some(tolerance) = args.smooth {
+        let sheet = smoothed::smooth(&args.input, &cl, tolerance)?;
+        answer.smoothing = Some(smoothing(&sheet, tolerance));
+        answer.locations = sheet.locations;
+        sheet
+    } else {
+        let count = cl.lines().filter(|line| line.trim_start().starts_with("GOTO")).count();
+        answer.locations = [count; 2];
+        Sheet { text: cl, ..Sheet::default() }
     };
     let write =
         |place: &Path, text: &str| output::file(place, |out| out.write_all(text.as_bytes()));
