@@ -1,7 +1,7 @@
 // Charts over time on 2-D canvases. Every slot of time has a least and a largest value, so that a
 // chart of any width shows every peak.
 
-import { limitName, slotAt } from "./data.js";
+import { limitName, limitOf, slotAt } from "./data.js";
 
 /** Distinct also for the colour-blind (Okabe and Ito). */
 const HUES = ["#0072b2", "#009e73", "#56b4e9", "#d55e00", "#cc79a7", "#e69f00"];
@@ -14,12 +14,12 @@ const BOTTOM = 18;
 
 const inkOf = (element, name) => getComputedStyle(element).getPropertyValue(name).trim();
 
-/** Colour of a binding limit: solid for a velocity, paler for an acceleration. */
+/** Colour of a binding limit: solid for a velocity, paler for an acceleration and again for a jerk. */
 export function limitColour(binding) {
   if (binding === 0) return "transparent";
   if (binding === 1) return FEED_HUE;
-  const hue = HUES[((binding - 2) >> 1) % HUES.length];
-  return binding % 2 === 0 ? hue : `${hue}80`;
+  const { axis, rate } = limitOf(binding);
+  return HUES[axis % HUES.length] + ["", "99", "4d"][rate];
 }
 
 /** Round steps, about `count` of them. */
@@ -52,7 +52,7 @@ function extent(band, scale) {
 }
 
 /** What is drawn in the cells: title, unit, range, reference lines. */
-function cells({ axes, bands, speed, feed }) {
+function cells({ axes, bands, speed, tip, feed }) {
   const all = [
     {
       key: "speed",
@@ -65,10 +65,11 @@ function cells({ axes, bands, speed, feed }) {
       lines: feed > 0 ? [{ at: 60 * feed, label: "programmed feed" }] : [],
       wide: true,
     },
+    { title: "Speed of the tool tip", unit: "mm/min", hue: FEED_HUE, band: tip, scale: 60, low: 0, lines: [], wide: true },
   ];
   axes.forEach((axis, index) => {
     const hue = HUES[index % HUES.length];
-    const { position, velocity, acceleration } = bands[index];
+    const { position, velocity, acceleration, jerk } = bands[index];
     const ends = axis.travel ? axis.travel.map((at) => ({ at, label: "end of travel" })) : [];
     const share = (limit) => (limit > 0 && Number.isFinite(limit) ? 100 / limit : 1);
     const hundred = [{ at: 100 }, { at: -100 }];
@@ -77,6 +78,9 @@ function cells({ axes, bands, speed, feed }) {
       { title: `${axis.name} velocity`, unit: "% of limit", hue, band: velocity, scale: share(axis.velocity), low: -105, high: 105, lines: hundred, real: [axis.velocity / 100, `${axis.unit}/s`] },
       { title: `${axis.name} acceleration`, unit: "% of limit", hue, band: acceleration, scale: share(axis.acceleration), low: -105, high: 105, lines: hundred, real: [axis.acceleration / 100, `${axis.unit}/s²`] },
     );
+    if (axis.jerk > 0) {
+      all.push({ title: `${axis.name} jerk`, unit: "% of limit", hue, band: jerk, scale: share(axis.jerk), low: -105, high: 105, lines: hundred, real: [axis.jerk / 100, `${axis.unit}/s³`] });
+    }
   });
   return all;
 }
@@ -87,6 +91,7 @@ export class Charts {
     this.onTime = onTime;
     this.window = [0, this.motion.duration];
     this.time = 0;
+    host.classList.toggle("four", this.motion.axes.some((axis) => axis.jerk > 0));
     this.cells = cells(this.motion).map((cell) => this.addCell(host, cell));
     this.addStrip(strip);
     new ResizeObserver(() => this.draw()).observe(host);

@@ -59,11 +59,13 @@ export function unpack(packed) {
     motion: {
       ...motion,
       speed: band(motion.speed),
+      tip: band(motion.tip),
       binding: bytes(motion.binding),
-      bands: motion.bands.map(({ position, velocity, acceleration }) => ({
+      bands: motion.bands.map(({ position, velocity, acceleration, jerk }) => ({
         position: band(position),
         velocity: band(velocity),
         acceleration: band(acceleration),
+        jerk: band(jerk),
       })),
     },
   };
@@ -104,10 +106,13 @@ export function toolAt({ points, pieces, count }, t) {
 export const slotAt = ({ duration, slots }, t) =>
   Math.min(Math.max(Math.floor((t / duration) * slots), 0), slots - 1);
 
+/** Axis and rate (0 velocity, 1 acceleration, 2 jerk) of a binding limit from 2 on. */
+export const limitOf = (binding) => ({ axis: Math.floor((binding - 2) / 3), rate: (binding - 2) % 3 });
+
 /** Name of a binding limit as numbered by the report. */
 export function limitName(axes, binding) {
   if (binding === 0) return "nothing";
   if (binding === 1) return "feed";
-  const axis = axes[(binding - 2) >> 1];
-  return `${axis?.name ?? "?"} ${binding % 2 === 0 ? "velocity" : "acceleration"}`;
+  const { axis, rate } = limitOf(binding);
+  return `${axes[axis]?.name ?? "?"} ${["velocity", "acceleration", "jerk"][rate]}`;
 }

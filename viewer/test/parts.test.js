@@ -56,7 +56,7 @@ test("packed data come out as they went in", () => {
       measured: 2,
     },
     path: { kinds: [], counts: [], points: "" },
-    motion: { duration: 4, axes: [], slots: 8, bands: [], speed: empty, binding: "" },
+    motion: { duration: 4, axes: [], slots: 8, bands: [], speed: empty, tip: empty, binding: "" },
   });
   assert.deepEqual([...data.surface.positions], [0, 20, 0, 10, 0, 0]);
   assert.equal(deviationAt(data.surface, 0), -0.007);
@@ -69,8 +69,8 @@ test("packed data come out as they went in", () => {
 
 test("limits have names", () => {
   const axes = [{ name: "X" }, { name: "C" }];
-  const names = [0, 1, 2, 5].map((binding) => limitName(axes, binding));
-  assert.deepEqual(names, ["nothing", "feed", "X velocity", "C acceleration"]);
+  const names = [0, 1, 2, 6, 7].map((binding) => limitName(axes, binding));
+  assert.deepEqual(names, ["nothing", "feed", "X velocity", "C acceleration", "C jerk"]);
 });
 
 test("ticks are round and within", () => {

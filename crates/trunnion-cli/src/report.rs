@@ -4,6 +4,7 @@ use crate::path::chart;
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::ProfilePiece;
+use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
@@ -284,7 +285,8 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     let axes = &job.kinematics.machine().axes;
     let (path, schedule) = (&outcome.followed.path, &outcome.plan.schedule);
     let feed = job.file.cutting.feed;
-    let report_axes = axes.iter().map(axis).collect();
+    let jerk = job.file.motion.method == MotionMethod::Jerk;
+    let report_axes = axes.iter().map(|of| axis(of, jerk)).collect();
     let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
     let units = |values: &trunnion::types::AxisVector| {
         let mut out: Vec<f64> = values.iter().copied().collect();
@@ -294,20 +296,23 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
         out
     };
     for setpoint in setpoint::sample(path, schedule, job.file.motion.servo_period)? {
-        let (speed, cutting) = programmed_speed(outcome, setpoint.t);
+        let ([speed, tip], cutting) = speeds(outcome, setpoint.t);
         recorder.add(&Sample {
             t: setpoint.t,
             position: &units(&setpoint.position),
             velocity: &units(&setpoint.velocity),
             acceleration: &units(&setpoint.acceleration),
+            jerk: &units(&setpoint.jerk),
             speed,
+            tip,
             cutting,
         });
     }
     Ok(recorder.finish())
 }
 
-fn axis(axis: &Axis) -> ReportAxis {
+/// `jerk`: whether its limit is kept.
+fn axis(axis: &Axis, jerk: bool) -> ReportAxis {
     let rotary = axis.kind == AxisKind::Rotary;
     let unit = |value: f64| if rotary { value.to_degrees() } else { value };
     ReportAxis {
@@ -316,26 +321,29 @@ fn axis(axis: &Axis) -> ReportAxis {
         travel: (!axis.cyclic).then(|| axis.limits.map(unit)),
         velocity: unit(axis.vel.max(axis.rapid)),
         acceleration: unit(axis.acc),
+        jerk: if jerk { unit(axis.jerk) } else { 0.0 },
     }
 }
 
-/// Speed of the programmed point at time `t` \[mm/s\], and whether the feed holds there.
-fn programmed_speed(outcome: &Outcome, t: f64) -> (f64, bool) {
+/// Speeds of the programmed point and the tip at time `t` \[mm/s\], and whether the feed holds there.
+fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
+    let nothing = ([0.0; 2], false);
     let pieces = &outcome.plan.schedule.pieces;
     let index = pieces.partition_point(|piece| piece.t.last().is_some_and(|&end| end < t));
     let (Some(rows), Some(axes)) = (pieces.get(index), outcome.followed.path.pieces.get(index))
     else {
-        return (0.0, false);
+        return nothing;
     };
-    let Some(moment) = rows.at_time(t) else { return (0.0, false) };
+    let Some(moment) = rows.at_time(t) else { return nothing };
     let after =
         axes.nodes.partition_point(|node| node.s <= moment.s).clamp(1, axes.nodes.len() - 1);
     let (Some(a), Some(b)) = (axes.nodes.get(after - 1), axes.nodes.get(after)) else {
-        return (0.0, false);
+        return nothing;
     };
     let weight = (moment.s - a.s) / (b.s - a.s);
-    let rate = a.feed_rate + weight * (b.feed_rate - a.feed_rate);
-    (moment.speed * rate, !axes.motion.is_free())
+    let [feed, tip] = [[a.feed_rate, b.feed_rate], [a.tip_rate, b.tip_rate]]
+        .map(|[a, b]| moment.speed * (a + weight * (b - a)));
+    ([feed, tip], !axes.motion.is_free())
 }
 
 fn check(job: &Job, program: &Program) -> Check {

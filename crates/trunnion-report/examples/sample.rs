@@ -76,18 +76,18 @@ fn axes_at(t: f64) -> [f64; 5] {
     [tip[0], tip[1], tip[2] - 300.0, turn, tilt]
 }
 
-fn axis(name: &str, unit: &str, travel: Option<[f64; 2]>, limits: [f64; 2]) -> Axis {
-    let [velocity, acceleration] = limits;
-    Axis { name: name.into(), unit: unit.into(), travel, velocity, acceleration }
+fn axis(name: &str, unit: &str, travel: Option<[f64; 2]>, limits: [f64; 3]) -> Axis {
+    let [velocity, acceleration, jerk] = limits;
+    Axis { name: name.into(), unit: unit.into(), travel, velocity, acceleration, jerk }
 }
 
 fn record() -> trunnion_report::Motion {
     let axes = vec![
-        axis("X", "mm", Some([-400.0, 400.0]), [500.0, 2500.0]),
-        axis("Y", "mm", Some([-400.0, 400.0]), [500.0, 2500.0]),
-        axis("Z", "mm", Some([-500.0, 0.0]), [500.0, 2500.0]),
-        axis("C", "deg", None, [300.0, 2600.0]),
-        axis("B", "deg", Some([-35.0, 120.0]), [150.0, 1300.0]),
+        axis("X", "mm", Some([-400.0, 400.0]), [500.0, 2500.0, 30000.0]),
+        axis("Y", "mm", Some([-400.0, 400.0]), [500.0, 2500.0, 30000.0]),
+        axis("Z", "mm", Some([-500.0, 0.0]), [500.0, 2500.0, 30000.0]),
+        axis("C", "deg", None, [300.0, 2600.0, 20000.0]),
+        axis("B", "deg", Some([-35.0, 120.0]), [150.0, 1300.0, 20000.0]),
     ];
     let mut recorder = Recorder::new(axes, DURATION, 3000, 50.0);
     let step = DURATION / SAMPLES as f64;
@@ -108,7 +108,9 @@ fn record() -> trunnion_report::Motion {
                 .iter()
                 .map(|a| a.clamp(-2500.0, 2500.0))
                 .collect::<Vec<_>>(),
+            jerk: &[0.0; 5],
             speed,
+            tip: speed,
             cutting,
         });
     }

@@ -154,6 +154,8 @@ pub struct Axis {
     pub velocity: f64,
     /// Largest acceleration \[unit/s²\].
     pub acceleration: f64,
+    /// Largest jerk \[unit/s³\]; 0 where none is kept.
+    pub jerk: f64,
 }
 
 /// Smallest and largest value of a quantity in each time slot.
@@ -165,7 +167,7 @@ pub struct Band {
     pub max: Vec<f64>,
 }
 
-/// Position, velocity and acceleration of one axis, slot by slot.
+/// Position, velocity, acceleration and jerk of one axis, slot by slot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AxisBands {
     /// Position \[unit\].
@@ -174,6 +176,8 @@ pub struct AxisBands {
     pub velocity: Band,
     /// Acceleration \[unit/s²\].
     pub acceleration: Band,
+    /// Jerk \[unit/s³\].
+    pub jerk: Band,
 }
 
 /// The machine over time, in slots of equal length. Made by [`crate::Recorder`].
@@ -187,10 +191,12 @@ pub struct Motion {
     pub bands: Vec<AxisBands>,
     /// Speed of the programmed point \[mm/s\].
     pub speed: Band,
+    /// Speed of the tool tip \[mm/s\].
+    pub tip: Band,
     /// Programmed feed \[mm/s\]; 0: none.
     pub feed: f64,
-    /// What holds the motion back in each slot: 0 nothing, 1 the feed, `2 + 2k` the velocity of
-    /// axis `k`, `3 + 2k` its acceleration.
+    /// What holds the motion back in each slot: 0 nothing, 1 the feed, `2 + 3k` the velocity of
+    /// axis `k`, `3 + 3k` its acceleration, `4 + 3k` its jerk.
     pub binding: Vec<u8>,
 }
 

@@ -55,6 +55,7 @@ struct PackedMotion<'a> {
     feed: f64,
     bands: Vec<PackedAxis>,
     speed: PackedBand,
+    tip: PackedBand,
     binding: String,
 }
 
@@ -63,6 +64,7 @@ struct PackedAxis {
     position: PackedBand,
     velocity: PackedBand,
     acceleration: PackedBand,
+    jerk: PackedBand,
 }
 
 /// `f32` arrays.
@@ -164,7 +166,7 @@ fn path(pieces: &[PathPiece]) -> PackedPath {
 }
 
 fn motion(motion: &Motion) -> PackedMotion<'_> {
-    let Motion { duration, axes, bands, speed, feed, binding } = motion;
+    let Motion { duration, axes, bands, speed, tip, feed, binding } = motion;
     PackedMotion {
         duration: *duration,
         axes,
@@ -172,16 +174,18 @@ fn motion(motion: &Motion) -> PackedMotion<'_> {
         feed: *feed,
         bands: bands.iter().map(axis_bands).collect(),
         speed: band(speed),
+        tip: band(tip),
         binding: base64(binding),
     }
 }
 
 fn axis_bands(bands: &AxisBands) -> PackedAxis {
-    let AxisBands { position, velocity, acceleration } = bands;
+    let AxisBands { position, velocity, acceleration, jerk } = bands;
     PackedAxis {
         position: band(position),
         velocity: band(velocity),
         acceleration: band(acceleration),
+        jerk: band(jerk),
     }
 }
 

@@ -13,8 +13,12 @@ pub struct Sample<'a> {
     pub velocity: &'a [f64],
     /// Acceleration of each axis \[unit/s²\].
     pub acceleration: &'a [f64],
+    /// Jerk of each axis \[unit/s³\].
+    pub jerk: &'a [f64],
     /// Speed of the programmed point \[mm/s\].
     pub speed: f64,
+    /// Speed of the tool tip \[mm/s\].
+    pub tip: f64,
     /// Whether the programmed feed holds here: not on links.
     pub cutting: bool,
 }
@@ -36,10 +40,16 @@ impl Recorder {
             || Band { min: vec![f64::INFINITY; slots], max: vec![f64::NEG_INFINITY; slots] };
         let bands = axes
             .iter()
-            .map(|_| AxisBands { position: empty(), velocity: empty(), acceleration: empty() })
+            .map(|_| AxisBands {
+                position: empty(),
+                velocity: empty(),
+                acceleration: empty(),
+                jerk: empty(),
+            })
             .collect();
         let binding = vec![0; slots];
-        let motion = Motion { duration, axes, bands, speed: empty(), feed, binding };
+        let (speed, tip) = (empty(), empty());
+        let motion = Motion { duration, axes, bands, speed, tip, feed, binding };
         Self { motion, nearest: vec![REACHED; slots] }
     }
 
@@ -55,13 +65,16 @@ impl Recorder {
         )]
         let slot = ((share * slots as f64) as usize).min(last);
         let (limit, fraction) = self.binding_limit(sample);
-        let rows = sample.position.iter().zip(sample.velocity).zip(sample.acceleration);
-        for (bands, ((&q, &v), &a)) in self.motion.bands.iter_mut().zip(rows) {
+        let rates = sample.velocity.iter().zip(sample.acceleration).zip(sample.jerk);
+        let rows = sample.position.iter().zip(rates);
+        for (bands, (&q, ((&v, &a), &j))) in self.motion.bands.iter_mut().zip(rows) {
             bands.position.include(slot, q);
             bands.velocity.include(slot, v);
             bands.acceleration.include(slot, a);
+            bands.jerk.include(slot, j);
         }
         self.motion.speed.include(slot, sample.speed);
+        self.motion.tip.include(slot, sample.tip);
         if let (Some(nearest), Some(binding)) =
             (self.nearest.get_mut(slot), self.motion.binding.get_mut(slot))
             && fraction > *nearest
@@ -77,8 +90,10 @@ impl Recorder {
             bands.position.fill();
             bands.velocity.fill();
             bands.acceleration.fill();
+            bands.jerk.fill();
         }
         self.motion.speed.fill();
+        self.motion.tip.fill();
         self.motion
     }
 
@@ -94,10 +109,11 @@ impl Recorder {
         if sample.cutting {
             consider(1, sample.speed, self.motion.feed);
         }
-        let rows = sample.velocity.iter().zip(sample.acceleration);
-        for (index, (axis, (&v, &a))) in self.motion.axes.iter().zip(rows).enumerate() {
-            consider(2 + 2 * index, v, axis.velocity);
-            consider(3 + 2 * index, a, axis.acceleration);
+        let rows = sample.velocity.iter().zip(sample.acceleration).zip(sample.jerk);
+        for (index, (axis, ((&v, &a), &j))) in self.motion.axes.iter().zip(rows).enumerate() {
+            consider(2 + 3 * index, v, axis.velocity);
+            consider(3 + 3 * index, a, axis.acceleration);
+            consider(4 + 3 * index, j, axis.jerk);
         }
         worst
     }
@@ -187,7 +203,8 @@ mod tests {
     use super::*;
 
     fn axis(name: &str) -> Axis {
-        Axis { name: name.into(), velocity: 10.0, acceleration: 100.0, ..Axis::default() }
+        let (velocity, acceleration, jerk) = (10.0, 100.0, 1000.0);
+        Axis { name: name.into(), velocity, acceleration, jerk, ..Axis::default() }
     }
 
     #[test]
@@ -201,14 +218,18 @@ mod tests {
                 position: &[t, 2.0],
                 velocity: &[0.0, v],
                 acceleration: &[0.0, 0.0],
+                jerk: &[0.0, if step == 600 { 995.0 } else { 10.0 }],
+                tip: 7.0,
                 speed: if step > 900 { 50.0 } else { 5.0 },
                 cutting: true,
             };
             recorder.add(&sample);
         }
         let motion = recorder.finish();
-        assert_eq!(motion.binding, [0, 4, 0, 1]);
+        assert_eq!(motion.binding, [0, 5, 7, 1]);
         assert_eq!(motion.bands[1].velocity.min, [1.0, -9.9, 1.0, 1.0]);
+        assert_eq!(motion.bands[1].jerk.max, [10.0, 10.0, 995.0, 10.0]);
+        assert_eq!(motion.tip.min, [7.0; 4]);
         assert_eq!(motion.bands[0].position.max.last(), Some(&1.0));
     }
 

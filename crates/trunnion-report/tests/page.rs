@@ -15,14 +15,23 @@ fn hostile() -> ReportData {
     let point = |t| PathPoint { t, tip: [t; 3], axis: [0.0, 0.0, 1.0], contact: [t; 3] };
     let mut surface = Surface::default();
     surface.add_grid(2, &[0.0, 1.0, 2.0, 3.0].map(|x| Some(([x, x * x, 0.0], Some(0.001 * x)))));
-    let axis = Axis { name: HOSTILE.into(), velocity: 1.0, acceleration: 1.0, ..Axis::default() };
+    let axis = Axis {
+        name: HOSTILE.into(),
+        velocity: 1.0,
+        acceleration: 1.0,
+        jerk: 1.0,
+        ..Axis::default()
+    };
     let mut recorder = Recorder::new(vec![axis], 1.0, 10, 1.0);
     let [position, velocity, acceleration] = [[0.5], [f64::NAN], [f64::INFINITY]];
+    let jerk = [f64::NEG_INFINITY];
     recorder.add(&Sample {
         t: 0.5,
         position: &position,
         velocity: &velocity,
         acceleration: &acceleration,
+        jerk: &jerk,
+        tip: f64::NAN,
         speed: 1.0,
         cutting: true,
     });
