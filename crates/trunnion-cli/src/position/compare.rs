@@ -84,7 +84,8 @@ fn table(rows: &[Row], args: &Args) -> String {
                 found.strip_width,
                 100.0 * found.strip_width / widest,
                 found.rotation.to_degrees(),
-                found.rear_min * 1e3,
+                // A touch is 0 up to rounding; no minus before it.
+                (found.rear_min * 1e5).round() / 1e2 + 0.0,
                 found.queries,
                 bounds(found)
             ),

@@ -52,7 +52,8 @@ pub enum PositioningError {
     /// The contact lies on the part of the underside that does not cut.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the contact lies {radius:.3} mm from the tool axis, inside the \
-         inner cutting radius of {inner} mm",
+         inner cutting radius of {inner} mm; lean the tool more, or take a cutter that cuts nearer to \
+         its axis",
         .uv[0], .uv[1]
     )]
     NotCutting {
