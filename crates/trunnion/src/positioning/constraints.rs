@@ -27,7 +27,9 @@ const END_STEP: f64 = 1e-4;
 /// the arc has no derivative. Costs 0.1 % of the width where nothing else limits it.
 const CHORD: f64 = 0.999;
 
-/// Share of half the arc beyond which a maximum belongs to the end point next to it.
+/// Share of half the arc beyond which the condition of a maximum is counted in proportion to its
+/// distance from the end point, where the error is given: value and derivatives vanish there like
+/// that distance.
 const AT_END: f64 = 0.9;
 
 /// `value >= 0` is kept, below it broken \[mm\].
@@ -170,17 +172,13 @@ impl Problem {
         if self.swift {
             samples.extend(extrema.iter().map(|extremum| extremum.sample));
         }
-        for (place, extremum) in extrema.iter().enumerate() {
-            let psi = extremum.sample.psi;
-            let share = psi / placement.half_arc;
-            // The first maximum next to an end point from which the error rises has a slope of 0
-            // there, and no gradient to speak of: the slope at the end point stands for it.
-            let outermost =
-                (place == 0 && share < -AT_END) || (place + 1 == extrema.len() && share > AT_END);
-            if extremum.maximum && outermost {
-                continue;
+        for extremum in &extrema {
+            let share = extremum.sample.psi / placement.half_arc;
+            // A maximum right at an end point is as high as the slope there makes it, which has a
+            // condition of its own.
+            if !(extremum.maximum && share.abs() > 1.0 - END_STEP) {
+                conditions.push(self.inside(placement, extremum));
             }
-            conditions.push(self.inside(placement, extremum));
         }
         Ok(())
     }
@@ -189,9 +187,12 @@ impl Problem {
     pub(super) fn inside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
         let sample = extremum.sample;
         let psi = sample.psi;
-        let gradient = placement.arc_gradient(psi / placement.half_arc, &sample.reading);
+        let share = psi / placement.half_arc;
+        let gradient = placement.arc_gradient(share, &sample.reading);
         let (kind, value, gradient) = if extremum.maximum {
-            (Active::Middle, self.band.upper - extremum.value, gradient.map(|g| -g))
+            let scale = (1.0 - AT_END) / (1.0 - share.abs()).clamp(END_STEP, 1.0 - AT_END);
+            let value = scale * (self.band.upper - extremum.value);
+            (Active::Middle, value, gradient.map(|g| -scale * g))
         } else {
             (Active::Touch, extremum.value - self.band.lower, gradient)
         };

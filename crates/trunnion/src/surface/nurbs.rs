@@ -204,23 +204,22 @@ impl NurbsSurface {
         };
         let ((i, s, by_u), (j, t, by_v)) = (at(0, u), at(1, v));
         let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
-        let mut sums = [Vector4::zeros(); 6];
+        let mut sums = [[0.0; 4]; 6];
         for (row, i) in self.block(i, j).chunks_exact(N).zip(0..M) {
-            let mut along = [Vector4::zeros(); 3];
+            let mut along = [[0.0; 4]; 3];
             for (point, j) in row.iter().zip(0..N) {
-                along[0] += point * bv[0][j];
-                along[1] += point * bv[1][j];
-                along[2] += point * bv[2][j];
+                for (sum, weights) in along.iter_mut().zip(&bv) {
+                    add(sum, point.as_ref(), weights[j]);
+                }
             }
-            sums[0] += along[0] * bu[0][i];
-            sums[1] += along[0] * bu[1][i];
-            sums[2] += along[1] * bu[0][i];
-            sums[3] += along[0] * bu[2][i];
-            sums[4] += along[1] * bu[1][i];
-            sums[5] += along[2] * bu[0][i];
+            let parts = [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)];
+            for (sum, (by_v, by_u)) in sums.iter_mut().zip(parts) {
+                add(sum, &along[by_v], bu[by_u][i]);
+            }
         }
         let scale = self.patches[0].w.recip();
-        let [s, su, sv, suu, suv, svv] = sums.map(|d| d.xyz() * scale);
+        let [s, su, sv, suu, suv, svv] =
+            sums.map(|[x, y, z, _]| Vector3::new(x, y, z) * scale);
         SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
     }
 
@@ -354,6 +353,14 @@ fn peak(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
         if f(low + third) < f(high - third) { low += third } else { high -= third }
     }
     f(0.5 * (low + high))
+}
+
+/// `sum += point * weight`, in a form that becomes two instructions of two lanes each.
+#[inline(always)]
+fn add(sum: &mut [f64; 4], point: &[f64; 4], weight: f64) {
+    for k in 0..4 {
+        sum[k] += point[k] * weight;
+    }
 }
 
 /// Sums control points against the basis functions: derivatives with total order up to `ORDER`.
