@@ -26,6 +26,13 @@ const STEPS: u32 = 80;
 pub(super) const ARRIVED: f64 = 1e-7;
 /// The same for a first look at several starts.
 pub(super) const ROUGHLY: f64 = 1e-3;
+/// Share of the band by which conditions are badly broken: no climb ends this far off in what it
+/// reaches.
+pub(super) const BADLY: f64 = 1e-2;
+/// Trust region in which a step may still hope to mend that, and the share of a breach that has to
+/// stay for it to be without hope.
+const BOLD: f64 = 0.02;
+const MENDED: f64 = 0.98;
 /// A trust region this small (share of the start's scales) has nothing left to try.
 const SMALLEST: f64 = 1e-9;
 
@@ -74,13 +81,13 @@ struct Step {
 
 impl Problem {
     /// As [`Problem::climb`] from a neighbour's optimum, its extrema followed; at the end all is
-    /// sampled again.
+    /// sampled again. Also says whether that showed nothing worse than what was followed.
     pub(super) fn glide(
         &self,
         start: &Start,
         arrived: f64,
         probe: &mut Probe,
-    ) -> Result<Option<Optimum>, PositioningError> {
+    ) -> Result<Option<(Optimum, bool)>, PositioningError> {
         let swift = Self { swift: true, ..*self };
         let Some(Optimum { state, multipliers, at_range_end }) =
             swift.climb(start, arrived, probe)?
@@ -100,7 +107,9 @@ impl Problem {
                 *carried += multiplier;
             }
         }
-        Ok(Some(Optimum { state: last, multipliers: carried, at_range_end }))
+        // A tenth more may well be the same extremum, followed less closely.
+        let foreseen = last.breach() <= 1.1 * state.breach();
+        Ok(Some((Optimum { state: last, multipliers: carried, at_range_end }, foreseen)))
     }
 
     /// Climbs from `start` to a local optimum, until a step promises less than `arrived` of the
@@ -120,6 +129,9 @@ impl Problem {
         for _ in 0..STEPS {
             let Some(step) = model.step(&state, trust) else { break };
             multipliers.clone_from(&step.multipliers);
+            if self.swift && self.is_stuck(&state, &step, trust) {
+                break;
+            }
             if step.gain <= arrived * start.scale[0] || trust < SMALLEST {
                 break;
             }
@@ -146,6 +158,14 @@ impl Problem {
         let at_range_end = alpha <= low || alpha >= high;
         multipliers.resize(state.conditions.len(), 0.0);
         Ok(Some(Optimum { state, multipliers, at_range_end }))
+    }
+
+    /// Whether conditions stay broken as they are, however bold the step: to first order nothing
+    /// in reach keeps them.
+    fn is_stuck(&self, state: &State, step: &Step, trust: f64) -> bool {
+        let broken = state.breach();
+        let badly = broken > BADLY * (self.band.upper - self.band.lower);
+        badly && trust >= BOLD && step.slack >= MENDED * broken
     }
 
     /// The state a step leads to.

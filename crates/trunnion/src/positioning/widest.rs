@@ -19,6 +19,7 @@ use super::constraints::offset_curvature;
 use super::placement::Frame;
 use super::probe::Probe;
 use super::solve::ARRIVED;
+use super::solve::BADLY;
 use super::solve::MOST_ROTATION;
 use super::solve::Optimum;
 use super::solve::ROUGHLY;
@@ -36,6 +37,9 @@ const START_SPACING: f64 = 0.27;
 
 /// A warm start that ends this much narrower than its neighbour is not trusted alone.
 const NARROWED: f64 = 0.9;
+
+/// Share of the least strip below which a neighbour's lead has ended in nothing.
+const SLIVER: f64 = 0.25;
 
 /// The cutter location with the widest strip from `request.at` \[mm\].
 ///
@@ -143,52 +147,150 @@ fn search(
     }
     let (axis_near, intervals) = (request.axis_near, COARSE);
     let problem = Problem { frame, band, axis_near, intervals, swift: false };
-    let fits = |optimum: &Optimum| optimum.state.breach() <= margin;
     let ranges = [request.offset_range, rotation_range];
+    let hunt = Hunt { request, side, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
-    if let Some(warm) = warm {
-        let start = warm_start(warm, ranges);
-        // Where following extrema ends outside the band, one of them was new.
-        let swift = problem.glide(&start, ARRIVED, &mut probe)?.filter(fits);
-        let climbed = match swift {
-            Some(optimum) => Some(optimum),
-            None => problem.climb(&start, ARRIVED, &mut probe)?,
+    if let Some(warm) = warm
+        && let Some(location) = hunt.beside(warm, &mut found, &mut probe)?
+    {
+        return Ok(location);
+    }
+    match warm {
+        Some(warm) if hunt.is_held() => hunt.leaning(warm, &mut found, &mut probe)?,
+        _ => hunt.everywhere(&mut found, &mut probe)?,
+    }
+    hunt.best(found, &mut probe)
+}
+
+/// A search on one side of the cutter.
+struct Hunt<'a> {
+    request: &'a Request<'a>,
+    side: ContactSide,
+    problem: &'a Problem,
+    /// By how much conditions may be broken \[mm\].
+    margin: f64,
+    /// Of offset direction and rotation.
+    ranges: [[f64; 2]; 2],
+}
+
+impl Hunt<'_> {
+    fn fits(&self, optimum: &Optimum) -> bool {
+        optimum.state.breach() <= self.margin
+    }
+
+    /// Whether it is too far off to be followed up.
+    fn is_bad(&self, optimum: &Optimum) -> bool {
+        let Band { lower, upper } = self.problem.band;
+        optimum.state.breach() > BADLY * (upper - lower)
+    }
+
+    /// Whether axis and offset direction are held so near to a direction that no place allowed is
+    /// farther from a neighbour's than starts are from each other.
+    fn is_held(&self) -> bool {
+        let [low, high] = self.request.offset_range;
+        let near = self.request.axis_near.is_some_and(|near| near.max_turn <= START_SPACING);
+        near && high - low <= 2.0 * START_SPACING
+    }
+
+    /// The location that climbing from a neighbour's leads to; what ends elsewhere is `found`.
+    fn beside(
+        &self,
+        warm: &Location,
+        found: &mut Vec<Optimum>,
+        probe: &mut Probe,
+    ) -> Result<Option<Location>, PositioningError> {
+        let start = warm_start(warm, self.ranges);
+        let climbed = match self.problem.glide(&start, ARRIVED, probe)? {
+            Some((optimum, _)) if self.fits(&optimum) => Some(optimum),
+            // Nothing was overlooked: what is broken there cannot be mended nearby.
+            Some((optimum, true)) if self.is_held() && self.is_bad(&optimum) => Some(optimum),
+            _ => self.problem.climb(&start, ARRIVED, probe)?,
         };
-        if let Some(optimum) = climbed.filter(fits) {
-            if Frame::width(optimum.state.placement.x) >= NARROWED * warm.chord_width {
-                let settled =
-                    settle(request, side, &problem, optimum.clone(), (ranges, probe.again()));
-                if settled.is_ok() {
-                    return settled;
-                }
+        let Some(optimum) = climbed else { return Ok(None) };
+        let width = Frame::width(optimum.state.placement.x);
+        if width < SLIVER * smallest(self.request) {
+            return Ok(None);
+        }
+        // What is held near a neighbour may well be narrower than it.
+        let wide = width >= NARROWED * warm.chord_width;
+        let fits = self.fits(&optimum);
+        if fits && (wide || self.is_held()) {
+            let settled = self.settle(optimum.clone(), probe);
+            if settled.is_ok() {
+                return settled.map(Some);
             }
+        }
+        if fits || self.is_held() {
             found.push(optimum);
         }
+        Ok(None)
     }
-    for tilt in TILTS {
-        for start in cold_starts(&problem, tilt, ranges) {
-            found.extend(problem.climb(&start, ROUGHLY, &mut probe)?);
+
+    /// Climbs from the one other start worth it next to a neighbour.
+    fn leaning(
+        &self,
+        warm: &Location,
+        found: &mut Vec<Optimum>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        if !found.iter().any(|optimum| self.fits(optimum)) {
+            let start = leaning_start(self.problem, warm, self.ranges);
+            let glided = self.problem.glide(&start, ROUGHLY, probe)?;
+            found.extend(match glided {
+                Some((optimum, true)) => Some(optimum),
+                _ => self.problem.climb(&start, ROUGHLY, probe)?,
+            });
         }
-        if found.iter().any(fits) {
-            break;
-        }
+        Ok(())
     }
-    let mut failed = None;
-    for rough in worth(found, band) {
-        let Some(best) = problem.climb(&again(&rough, ranges), ARRIVED, &mut probe)? else {
-            continue;
-        };
-        if fits(&best) {
-            match settle(request, side, &problem, best, (ranges, probe.again())) {
-                Ok(location) => return Ok(location),
-                Err(error) => failed = failed.or(Some(error)),
+
+    /// Climbs from starts spread over the offset range.
+    fn everywhere(
+        &self,
+        found: &mut Vec<Optimum>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        for tilt in TILTS {
+            for start in cold_starts(self.problem, tilt, self.ranges) {
+                found.extend(self.problem.climb(&start, ROUGHLY, probe)?);
             }
-        } else {
-            failed = failed.or_else(|| Some(no_strip(request, Some(&best))));
+            if found.iter().any(|optimum| self.fits(optimum)) {
+                break;
+            }
         }
+        Ok(())
     }
-    Err(failed.unwrap_or_else(|| no_strip(request, None)))
+
+    /// The best location that the ends of climbs lead to.
+    fn best(
+        &self,
+        found: Vec<Optimum>,
+        probe: &mut Probe,
+    ) -> Result<Location, PositioningError> {
+        let mut failed = None;
+        for rough in worth(found, self.problem.band) {
+            if self.is_held() && self.is_bad(&rough) {
+                failed = failed.or_else(|| Some(no_strip(self.request, Some(&rough))));
+                continue;
+            }
+            let start = again(&rough, self.ranges);
+            let Some(best) = self.problem.climb(&start, ARRIVED, probe)? else { continue };
+            if self.fits(&best) {
+                match self.settle(best, probe) {
+                    Ok(location) => return Ok(location),
+                    Err(error) => failed = failed.or(Some(error)),
+                }
+            } else {
+                failed = failed.or_else(|| Some(no_strip(self.request, Some(&best))));
+            }
+        }
+        Err(failed.unwrap_or_else(|| no_strip(self.request, None)))
+    }
+
+    fn settle(&self, optimum: Optimum, probe: &Probe) -> Result<Location, PositioningError> {
+        settle(self.request, self.side, self.problem, optimum, (self.ranges, probe.again()))
+    }
 }
 
 /// Looks densely at the optimum; where that finds a breach between the samples, the search goes on
@@ -242,11 +344,15 @@ fn keeps(band: Band, strip: &Strip, optimum: &Optimum) -> bool {
     whole && clear(band, strip)
 }
 
+/// About the least strip that a fitting cutter leaves: upright on a plane \[mm\].
+fn smallest(request: &Request) -> f64 {
+    (8.0 * request.cutter.major() * (request.band.upper - request.band.lower)).sqrt()
+}
+
 fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
-    let band = request.band.upper - request.band.lower;
     PositioningError::NoStrip {
         uv: request.at,
-        smallest: (8.0 * request.cutter.major() * band).sqrt(),
+        smallest: smallest(request),
         excess: failed.map_or(f64::INFINITY, |optimum| optimum.state.breach()),
         binding: failed.map_or(Active::Touch, |optimum| optimum.state.tightest()),
     }
@@ -284,6 +390,25 @@ fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) ->
         offset_range,
         rotation_range,
     }
+}
+
+/// A start that leans as far as a neighbour held near to it may, over a short chord: where the rear
+/// or the disc would touch, that is the way out.
+fn leaning_start(
+    problem: &Problem,
+    warm: &Location,
+    [offset_range, rotation_range]: [[f64; 2]; 2],
+) -> Start {
+    let frame = &problem.frame;
+    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
+    let turn = problem.axis_near.map_or(0.0, |near| near.max_turn);
+    let theta = (warm.rotation + turn).clamp(rotation_range[0], rotation_range[1]);
+    let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
+    let bend = theta.sin() / frame.major - across.unwrap_or(0.0);
+    let band = problem.band.upper - problem.band.lower;
+    let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
+    let scale = scales(w, theta);
+    Start { x: [w, alpha, theta], trust: 1.0, scale, offset_range, rotation_range }
 }
 
 fn again(rough: &Optimum, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
