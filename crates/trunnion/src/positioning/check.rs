@@ -149,7 +149,7 @@ impl Survey<'_> {
     ) -> Result<Strip, PositioningError> {
         let points = self.sample(guess, probe)?;
         let gaps = self.gaps(&points);
-        let points = self.dense(points, &gaps, probe)?;
+        let (points, lowest) = self.dense(points, &gaps, probe)?;
         let start = self.start(&points);
         let upper = self.setting.band.upper;
         let Some(seed) = points.get(start).copied() else {
@@ -170,22 +170,22 @@ impl Survey<'_> {
         inside.push(seed);
         inside.extend(&far.inside);
         let disc = self.disc(&seed, probe)?;
-        let bound = |points: &[Sample], sign: f64| {
-            let over = points.windows(2).map(|pair| gaps.peak(pair, sign));
-            over.chain(points.iter().map(|p| sign * p.error)).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let front_max_bound = bound(&inside, 1.0);
-        let rear_min_bound = -bound(&points, -1.0);
+        let front_max = near.max.max(far.max);
+        let highest = inside.windows(2).map(|pair| match pair {
+            [a, b] => gaps.range(a, b)[1],
+            _ => f64::NEG_INFINITY,
+        });
+        let front_max_bound = highest.fold(front_max, f64::max);
         let foot = |sample: &Sample| (sample.reading.foot.uv, sample.reading.foot.point);
         Ok(Strip {
             width: across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
             near: foot(&near.end),
             far: foot(&far.end),
-            front_max: near.max.max(far.max),
+            front_max,
             front_max_bound,
             front_min: near.min.min(far.min),
             rear_min: rear_min.min(disc[0]),
-            rear_min_bound: rear_min_bound.min(disc[1]),
+            rear_min_bound: lowest.min(disc[1]),
             contact: foot(&middle),
             queries: probe.queries,
         })
@@ -220,41 +220,72 @@ impl Survey<'_> {
     }
 
     /// The points with the local extrema between them, and more of them where their gaps could
-    /// hide anything: an error below the band by a share of it, or, on the strip, above.
+    /// hide anything: an error below the band by a share of it, or, on the strip, above. Also what
+    /// no error is below.
     fn dense(
         &self,
         mut points: Vec<Sample>,
         gaps: &Gaps,
         probe: &mut Probe,
-    ) -> Result<Vec<Sample>, PositioningError> {
-        let Band { lower, upper } = self.setting.band;
-        let slack = SHARE * (upper - lower);
-        for _ in 0..DEPTH {
-            let extrema = self.circle.extrema(&points, probe)?;
-            let known = |psi: f64| points.binary_search_by(|p| p.psi.total_cmp(&psi)).is_ok();
-            let new = extrema.iter().map(|extremum| extremum.sample).filter(|s| !known(s.psi));
-            let new: Vec<Sample> = new.collect();
-            if !new.is_empty() {
-                points.extend(new);
-                points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
-            }
-            let least = points.iter().map(|p| p.error).fold(lower, f64::min);
-            let mut more = Vec::new();
-            for pair in points.windows(2) {
-                let [a, b] = pair else { continue };
-                let low = -gaps.peak(pair, -1.0) < least - slack;
-                let strip = a.error <= upper && b.error <= upper;
-                if low || (strip && gaps.peak(pair, 1.0) > upper + slack) {
-                    more.push(self.circle.read_from(0.5 * (a.psi + b.psi), a, probe)?);
+    ) -> Result<(Vec<Sample>, f64), PositioningError> {
+        self.add_extrema(&mut points, probe)?;
+        let least = points.iter().map(|p| p.error).fold(self.setting.band.lower, f64::min);
+        let mut found = Vec::with_capacity(2 * points.len());
+        let mut lowest = f64::INFINITY;
+        let mut ahead: Vec<(Sample, u32)> = Vec::with_capacity(DEPTH as usize + 1);
+        for point in &points {
+            let Some(mut last) = found.last().copied() else {
+                found.push(*point);
+                continue;
+            };
+            ahead.push((*point, 0));
+            while let Some((next, depth)) = ahead.last().copied() {
+                let [low, high] = gaps.range(&last, &next);
+                if depth < DEPTH && self.hides([&last, &next], [low, high], least) {
+                    let middle =
+                        self.circle.read_from(0.5 * (last.psi + next.psi), &last, probe)?;
+                    if let Some((_, depth)) = ahead.last_mut() {
+                        *depth += 1;
+                    }
+                    ahead.push((middle, depth + 1));
+                } else {
+                    lowest = lowest.min(low);
+                    found.push(next);
+                    last = next;
+                    ahead.pop();
                 }
             }
-            if more.is_empty() {
-                break;
-            }
-            points.extend(more);
+        }
+        if found.len() > points.len() {
+            self.add_extrema(&mut found, probe)?;
+        }
+        Ok((found, lowest))
+    }
+
+    /// Whether errors between two points, within the range, could matter: below the least one
+    /// found, or above the band on the strip.
+    fn hides(&self, [a, b]: [&Sample; 2], [low, high]: [f64; 2], least: f64) -> bool {
+        let Band { lower, upper } = self.setting.band;
+        let slack = SHARE * (upper - lower);
+        let strip = a.error <= upper && b.error <= upper;
+        low < least - slack || (strip && high > upper + slack)
+    }
+
+    /// Inserts the local extrema between the points.
+    fn add_extrema(
+        &self,
+        points: &mut Vec<Sample>,
+        probe: &mut Probe,
+    ) -> Result<(), PositioningError> {
+        let extrema = self.circle.extrema(points, probe)?;
+        let known = |psi: f64| points.binary_search_by(|p| p.psi.total_cmp(&psi)).is_ok();
+        let new = extrema.iter().map(|extremum| extremum.sample).filter(|s| !known(s.psi));
+        let new: Vec<Sample> = new.collect();
+        if !new.is_empty() {
+            points.extend(new);
             points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
         }
-        Ok(points)
+        Ok(())
     }
 
     /// The point within the band nearest to the angle 0, on the half of the circle around it; the

@@ -25,28 +25,10 @@ pub(super) struct Gaps {
 }
 
 impl Gaps {
-    /// What `sign * error` cannot exceed between two points: under both parabolas that start
-    /// with value and slope of a point and bend upward as much as is possible.
-    pub(super) fn peak(&self, pair: &[Sample], sign: f64) -> f64 {
-        let [a, b] = pair else { return f64::NEG_INFINITY };
-        let h = b.psi - a.psi;
-        let [low, high] = self.bends([a, b], h);
-        let bend = if sign > 0.0 { high } else { -low }.max(0.0);
-        let [ea, eb] = [sign * a.error, sign * b.error];
-        let [sa, sb] = [sign * a.slope, sign * b.slope];
-        let ends = ea.max(eb);
-        let closing = sa - sb + bend * h;
-        if !bend.is_finite() {
-            return f64::INFINITY;
-        }
-        if closing <= 0.0 {
-            return ends;
-        }
-        let s = ((eb - ea - sb * h + 0.5 * bend * h * h) / closing).clamp(0.0, h);
-        let left = ea + s * (sa + 0.5 * bend * s);
-        let t = h - s;
-        let right = eb - t * (sb - 0.5 * bend * t);
-        ends.max(left.min(right))
+    /// What the error does not fall below and does not exceed between two points.
+    pub(super) fn range(&self, a: &Sample, b: &Sample) -> [f64; 2] {
+        let bends = self.bends([a, b], b.psi - a.psi);
+        [-peak([a, b], -1.0, -bends[0]), peak([a, b], 1.0, bends[1])]
     }
 
     /// Range of `E''` over a gap of `h` \[rad\].
@@ -74,6 +56,28 @@ impl Gaps {
         let bounded = falling > 0.0 && rising > 0.0 && least.is_finite() && most.is_finite();
         bounded.then(|| [-most / falling, -least / rising])
     }
+}
+
+/// What `sign * error` cannot exceed between two points: under both parabolas that start with
+/// value and slope of a point and bend upward by `bend` or, where that is negative, not at all.
+fn peak([a, b]: [&Sample; 2], sign: f64, bend: f64) -> f64 {
+    let h = b.psi - a.psi;
+    let bend = bend.max(0.0);
+    let [ea, eb] = [sign * a.error, sign * b.error];
+    let [sa, sb] = [sign * a.slope, sign * b.slope];
+    let ends = ea.max(eb);
+    let closing = sa - sb + bend * h;
+    if !bend.is_finite() {
+        return f64::INFINITY;
+    }
+    if closing <= 0.0 {
+        return ends;
+    }
+    let s = ((eb - ea - sb * h + 0.5 * bend * h * h) / closing).clamp(0.0, h);
+    let left = ea + s * (sa + 0.5 * bend * s);
+    let t = h - s;
+    let right = eb - t * (sb - 0.5 * bend * t);
+    ends.max(left.min(right))
 }
 
 /// Range of the curvatures under all points within `way` of those read, whose distances from the

@@ -263,11 +263,7 @@ impl Hunt<'_> {
     }
 
     /// The best location that the ends of climbs lead to.
-    fn best(
-        &self,
-        found: Vec<Optimum>,
-        probe: &mut Probe,
-    ) -> Result<Location, PositioningError> {
+    fn best(&self, found: Vec<Optimum>, probe: &mut Probe) -> Result<Location, PositioningError> {
         let mut failed = None;
         for rough in worth(found, self.problem.band) {
             if self.is_held() && self.is_bad(&rough) {

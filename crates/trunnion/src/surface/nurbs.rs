@@ -204,23 +204,19 @@ impl NurbsSurface {
         };
         let ((i, s, by_u), (j, t, by_v)) = (at(0, u), at(1, v));
         let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
-        let mut sums = [[0.0; 4]; 6];
-        for (row, i) in self.block(i, j).chunks_exact(N).zip(0..M) {
-            let mut along = [[0.0; 4]; 3];
-            for (point, j) in row.iter().zip(0..N) {
-                for (sum, weights) in along.iter_mut().zip(&bv) {
-                    add(sum, point.as_ref(), weights[j]);
-                }
-            }
-            let parts = [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)];
-            for (sum, (by_v, by_u)) in sums.iter_mut().zip(parts) {
-                add(sum, &along[by_v], bu[by_u][i]);
-            }
-        }
+        let block = self.block(i, j);
+        let low = sums::<M, N>(block, 0, &bu, &bv);
+        let high = sums::<M, N>(block, 2, &bu, &bv);
         let scale = self.patches[0].w.recip();
-        let [s, su, sv, suu, suv, svv] =
-            sums.map(|[x, y, z, _]| Vector3::new(x, y, z) * scale);
-        SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
+        let at = |k: usize| Vector3::new(low[k][0], low[k][1], high[k][0]) * scale;
+        SurfaceJet2 {
+            s: Point3::from(at(0)),
+            su: at(1),
+            sv: at(2),
+            suu: at(3),
+            suv: at(4),
+            svv: at(5),
+        }
     }
 
     /// Continuation by each parameter that lies outside, from the border point `(u, v)`: the
@@ -355,12 +351,36 @@ fn peak(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     f(0.5 * (low + high))
 }
 
-/// `sum += point * weight`, in a form that becomes two instructions of two lanes each.
+/// Coordinates `k` and `k + 1` of point, `u`, `v`, `uu`, `uv`, `vv` derivative: two lanes at a time,
+/// so that all sums stay in registers.
 #[inline(always)]
-fn add(sum: &mut [f64; 4], point: &[f64; 4], weight: f64) {
-    for k in 0..4 {
-        sum[k] += point[k] * weight;
+fn sums<const M: usize, const N: usize>(
+    block: &[Vector4<f64>],
+    k: usize,
+    bu: &[[f64; M]; 3],
+    bv: &[[f64; N]; 3],
+) -> [[f64; 2]; 6] {
+    let add = |sum: &mut [f64; 2], x: [f64; 2], weight: f64| {
+        sum[0] += x[0] * weight;
+        sum[1] += x[1] * weight;
+    };
+    let mut sums = [[0.0; 2]; 6];
+    for (row, i) in block.chunks_exact(N).zip(0..M) {
+        let mut along = [[0.0; 2]; 3];
+        for (point, j) in row.iter().zip(0..N) {
+            let x = [point[k], point[k + 1]];
+            add(&mut along[0], x, bv[0][j]);
+            add(&mut along[1], x, bv[1][j]);
+            add(&mut along[2], x, bv[2][j]);
+        }
+        add(&mut sums[0], along[0], bu[0][i]);
+        add(&mut sums[1], along[0], bu[1][i]);
+        add(&mut sums[2], along[1], bu[0][i]);
+        add(&mut sums[3], along[0], bu[2][i]);
+        add(&mut sums[4], along[1], bu[1][i]);
+        add(&mut sums[5], along[2], bu[0][i]);
     }
+    sums
 }
 
 /// Sums control points against the basis functions: derivatives with total order up to `ORDER`.

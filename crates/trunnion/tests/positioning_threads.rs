@@ -1,0 +1,133 @@
+//! Cutter locations by the thousand: the same on any number of threads; and strips that reach
+//! both of their end points.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+#[expect(dead_code, reason = "the tasks are used here, the trials elsewhere")]
+mod brute_force;
+
+use brute_force::{bezier, task};
+use nalgebra::Point3;
+use rayon::prelude::*;
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::positioning::{AxisNear, Band, ContactSide, Location, Request, StripSide, widest};
+use trunnion::surface::FaceIndex;
+
+/// The patch of paper 004: heights by rows of y.
+fn patch() -> FaceIndex {
+    let places = [-60.0, -30.0, 30.0, 60.0];
+    let heights = [
+        [0.0, -20.0, -20.0, 5.0],
+        [-5.0, -15.0, -25.0, -5.0],
+        [-5.0, -25.0, -20.0, -5.0],
+        [5.0, -15.0, -15.0, 0.0],
+    ];
+    let point = |i: usize, j: usize| Point3::new(places[i], places[j], heights[j][i]);
+    bezier((0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect())
+}
+
+fn cutter(major: f64, minor: f64) -> Cutter {
+    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let shank = Vec::new();
+    Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
+}
+
+fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, at: [f64; 2]) -> Request<'a> {
+    Request {
+        face,
+        cutter,
+        band: Band { lower: 0.0, upper: 0.01 },
+        at,
+        feed: [0.0, 1.0],
+        strip: StripSide::Right,
+        side: ContactSide::Ahead,
+        offset_range: [-0.26, 0.26],
+        axis_near: None,
+    }
+}
+
+/// Rows of locations, each from the one before; rows run in parallel.
+fn rows(face: &FaceIndex, cutter: &Cutter, [rows, stations]: [u32; 2]) -> Vec<Vec<Location>> {
+    let row = |row: u32| {
+        let u = 0.1 + 0.8 * f64::from(row) / f64::from(rows);
+        let mut found: Vec<Location> = Vec::new();
+        for station in 0..stations {
+            let v = 0.2 + 0.6 * f64::from(station) / f64::from(stations);
+            let request = request(face, cutter, [u, v]);
+            found.push(widest(&request, found.last()).unwrap());
+        }
+        found
+    };
+    (0..rows).into_par_iter().map(row).collect()
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let (face, bull) = (patch(), cutter(10.0, 6.0));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        // Every bit of every number: the shortest text that reads back as the same number.
+        pool.install(|| format!("{:?}", rows(&face, &bull, [8, 40])))
+    };
+    let one = on(1);
+    assert!(one.len() > 100_000, "{one}");
+    for threads in [2, 3] {
+        assert!(on(threads) == one, "{threads} threads give another result");
+    }
+}
+
+/// Strips that once ended at a maximum next to an end point: seed and case.
+const SHORT: [(u64, u32); 5] = [(1, 77), (1, 285), (1, 344), (1, 805), (7, 190)];
+
+#[test]
+fn strips_reach_both_end_points() {
+    for (seed, case) in SHORT {
+        let task = task(seed, case);
+        let (face, at, feed) = task.shape.face(task.degrees);
+        let strip = if task.left { StripSide::Left } else { StripSide::Right };
+        let bull = cutter(task.major, task.minor);
+        let offset_range = [-0.4, 0.4];
+        let plain = request(&face, &bull, at);
+        let found =
+            widest(&Request { band: task.band, feed, strip, offset_range, ..plain }, None).unwrap();
+        let share = found.strip_width / found.chord_width;
+        assert!(share > 0.999, "{seed} {case}: {share}");
+    }
+}
+
+/// Held to a neighbour there is a location wherever a search from everywhere finds one, as wide.
+#[test]
+fn what_is_held_near_a_neighbour_is_as_wide_as_from_scratch() {
+    let (face, bull) = (patch(), cutter(10.0, 6.0));
+    let mut compared = 0;
+    for u in [0.2, 0.4, 0.6, 0.8] {
+        let mut before = widest(&request(&face, &bull, [u, 0.2]), None).unwrap();
+        for station in 1..12 {
+            let v = 0.2 + 0.05 * f64::from(station);
+            let free = request(&face, &bull, [u, v]);
+            let around = |turn: f64| {
+                let alpha = before.offset_direction;
+                let [low, high] = free.offset_range;
+                let offset_range = [(alpha - turn).max(low), (alpha + turn).min(high)];
+                let axis_near = Some(AxisNear { axis: before.pose.axis, max_turn: turn });
+                Request { offset_range, axis_near, ..free }
+            };
+            let mut next = None;
+            for turn in [0.01, 0.04, 0.16] {
+                let request = around(turn);
+                let (held, cold) = (widest(&request, Some(&before)), widest(&request, None));
+                match (&held, &cold) {
+                    (Ok(held), Ok(cold)) => {
+                        let share = held.chord_width / cold.chord_width;
+                        assert!(share > 0.995, "{u} {v} {turn}: {share}");
+                        compared += 1;
+                    }
+                    (Err(error), Ok(_)) => panic!("{u} {v} {turn}: {error}"),
+                    _ => {}
+                }
+                next = next.or(held.ok());
+            }
+            before = next.unwrap_or(before);
+        }
+    }
+    assert!(compared > 60, "{compared}");
+}
