@@ -107,50 +107,25 @@ fn directions(
     active: &[(usize, f64)],
     constraints: &[Constraint],
 ) -> Option<(Vector4<f64>, Vector4<f64>)> {
-    let count = active.len().min(4);
-    let mut raised = [Vector4::zeros(); 4];
-    let mut gram = [[0.0; 4]; 4];
-    let mut right = [0.0; 4];
-    let mut z = inverse * normal;
-    for (row, (index, _)) in active.iter().take(4).enumerate() {
-        let held = &constraints.get(*index)?.normal;
-        raised[row] = inverse * held;
-        right[row] = held.dot(&z);
-        for (column, raised) in raised.iter().take(row + 1).enumerate() {
-            gram[row][column] = held.dot(raised);
-        }
+    let mut normals = [Vector4::zeros(); 4];
+    for (slot, (index, _)) in normals.iter_mut().zip(active) {
+        *slot = constraints.get(*index)?.normal;
     }
-    let r = solve(&mut gram, &right, count)?;
-    for (raised, rate) in raised.iter().zip(r.iter()).take(count) {
-        z -= raised * *rate;
+    let mut gram = Matrix4::identity();
+    let mut right = Vector4::zeros();
+    let raised = inverse * normal;
+    for row in 0..active.len().min(4) {
+        for column in 0..active.len().min(4) {
+            gram[(row, column)] = normals[row].dot(&(inverse * normals[column]));
+        }
+        right[row] = normals[row].dot(&raised);
+    }
+    let r = gram.full_piv_lu().solve(&right)?;
+    let mut z = raised;
+    for row in 0..active.len().min(4) {
+        z -= inverse * normals[row] * r[row];
     }
     Some((z, r))
-}
-
-/// Solves a positive definite system of `count` equations, given by its lower triangle, after
-/// Cholesky; `None` where it is not positive.
-fn solve(a: &mut [[f64; 4]; 4], right: &[f64; 4], count: usize) -> Option<Vector4<f64>> {
-    let mut x = *right;
-    for row in 0..count {
-        for column in 0..=row {
-            let known: f64 = (0..column).map(|k| a[row][k] * a[column][k]).sum();
-            let left = a[row][column] - known;
-            a[row][column] = if row > column {
-                left / a[column][column]
-            } else if left > 0.0 {
-                left.sqrt()
-            } else {
-                return None;
-            };
-        }
-        let known: f64 = (0..row).map(|k| a[row][k] * x[k]).sum();
-        x[row] = (x[row] - known) / a[row][row];
-    }
-    for row in (0..count).rev() {
-        let known: f64 = (row + 1..count).map(|k| a[k][row] * x[k]).sum();
-        x[row] = (x[row] - known) / a[row][row];
-    }
-    Some(Vector4::from(x).map_with_location(|k, _, x| if k < count { x } else { 0.0 }))
 }
 
 /// The active constraint whose multiplier reaches zero first, and after which step.

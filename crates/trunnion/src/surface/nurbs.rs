@@ -353,6 +353,7 @@ fn peak(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
 
 /// Coordinates `k` and `k + 1` of point, `u`, `v`, `uu`, `uv`, `vv` derivative: two lanes at a time,
 /// so that all sums stay in registers.
+#[expect(clippy::inline_always, reason = "called, it spills: jets then take half as long again")]
 #[inline(always)]
 fn sums<const M: usize, const N: usize>(
     block: &[Vector4<f64>],
