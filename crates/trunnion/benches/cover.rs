@@ -1,19 +1,161 @@
-//! Passes over a small face, with the proof that they finish it and gouge nowhere.
+//! Passes over a small face, with the proof that they finish it and gouge nowhere; and what passes over the
+//! whole patch of paper 004 come to.
 //!
-//! The face is the 36 x 30 mm patch of `tests/cover.rs`, hollow across and waved along.
+//! The small face is the 36 x 30 mm patch of `tests/cover.rs`, hollow across and waved along. The figures are
+//! printed before the benches, all from one run: lengths of cutting, strips not held back by the turn of the
+//! axis, and planned times on four machines, links included, against a ball of the same radius at the same
+//! tolerance. Some minutes; `TRUNNION_FIGURES=0` leaves them out.
 
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 
 use divan::{Bencher, black_box};
 use nalgebra::Point3;
-use trunnion::cover::{Along, CoverOptions, Direction, Method, cover};
+use std::f64::consts::FRAC_PI_6;
+use std::path::{Path, PathBuf};
+use trunnion::cover::{Along, CoverOptions, Covering, Direction, Method, cover};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::pipeline::{Job, run};
 use trunnion::positioning::{Band, ContactSide};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::Silent;
 
 fn main() {
+    if std::env::var("TRUNNION_FIGURES").as_deref() != Ok("0") {
+        lengths();
+        times();
+    }
     divan::main();
+}
+
+/// The patch of paper 004, 120 x 120 mm.
+fn patch() -> FaceIndex {
+    let bytes = std::fs::read(root().join("fixtures/bezier-patch/patch.json")).unwrap();
+    let surface = trunnion::import::surface_json::read(&bytes).unwrap();
+    FaceIndex::new(Face::new(1, surface, Vec::new(), false).unwrap()).unwrap()
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn cutter(kind: Kind, [major, minor]: [f64; 2], length: f64) -> Cutter {
+    let (construction, shank) = (Construction::Solid, Vec::new());
+    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+}
+
+/// Length of cutting over the whole patch within [0, 0.01] mm; 3000 mm at most. The share of the curves is
+/// taken from the band, so that all of the curve keeps 0.01 mm.
+fn lengths() {
+    const SHARE: f64 = 0.0005;
+    let run = |name: &str, cutter: &Cutter, along: Along| {
+        let radius = cutter.radius();
+        let options = CoverOptions {
+            along,
+            direction: Direction::ZigZag,
+            method: Method::Widest,
+            side: ContactSide::Ahead,
+            band: Band { lower: 0.0, upper: 0.01 - SHARE },
+            link: 80.0,
+            path_share: SHARE,
+            spacing: [0.003 * radius, 0.125 * radius],
+            max_axis_turn: 10.0,
+            offset_range: [-FRAC_PI_6, FRAC_PI_6],
+            lead: 0.087,
+            effort: 3.0,
+        };
+        let Covering { passes, report } = cover(&[patch()], cutter, &options, &Silent).unwrap();
+        assert_eq!(report.missed, 0);
+        println!("  {name:<24} {:>3} passes {:>7.0} mm", passes.len(), report.length);
+        report.length
+    };
+    println!(
+        "length of cutting, whole patch within 0.01 mm, axis turn free (paper's style 5062 mm):"
+    );
+    let ball = run("ball r 16", &cutter(Kind::Ball, [0.0, 16.0], 120.0), Along::V);
+    let bull = cutter(Kind::Bull, [10.0, 6.0], 120.0);
+    for along in [Along::V, Along::Curvature, Along::Adaptive] {
+        let length = run(&format!("R 10 r 6 along {along:?}"), &bull, along);
+        println!("    ball / this {:.2}", ball / length);
+    }
+}
+
+/// Planned time of the same patch on a machine, links included \[s\]; `turn` is the bound on the turn of the
+/// axis \[deg/mm\].
+fn time([machine, setup]: [&str; 2], tool: &str, along: &str, turn: f64) -> f64 {
+    let text = format!(
+        r#"schema = "trunnion-job/1"
+name = "figures"
+[part]
+file = "patch.json"
+faces = "all"
+[setup]
+{setup}
+clearance = 30
+[tool]
+number = 1
+length = 120
+construction = "solid"
+{tool}
+[tolerance]
+total = 0.02
+gouge = 0.002
+[strategy]
+method = "widest"
+along = "{along}"
+max_axis_turn = {turn}
+[cutting]
+feed = 3000
+reference = "contact"
+spindle = 8000
+coolant = true
+[machine]
+file = "machine.toml"
+[motion]
+method = "jerk"
+servo_period = 0.004
+[output]
+dialects = ["g93"]
+[verify]
+grid = 1.0
+"#
+    );
+    let file = trunnion::files::job::parse(&text).unwrap();
+    let name = root().join(format!("machines/{machine}.toml"));
+    let machine = trunnion::files::machine::parse(&std::fs::read_to_string(name).unwrap()).unwrap();
+    let job = Job::new(file, &[patch().face().clone()], &machine.machine).unwrap();
+    let outcome = run(&job, &Silent).unwrap();
+    assert!(outcome.summary.passed, "{:?}", outcome.summary.failures);
+    outcome.summary.motion.duration
+}
+
+/// Ours against a ball of the same radius, and against ours without the bound on axis turn.
+fn times() {
+    let machines = [
+        ["bc-trunnion", "origin = [-381, -254, -505]\nrotation = [0, 20, 0]"],
+        ["ac-trunnion", "origin = [0, 0, -540]\nrotation = [20, 0, 0]"],
+        ["dmu-nutating45", "origin = [0, 0, -840]\nrotation = [20, 0, 0]"],
+        ["gantry-ca-fork", "origin = [3000, 1500, -1000]\nrotation = [20, 0, 0]"],
+    ];
+    let ball = "kind = \"ball\"\ndiameter = 32";
+    let bull = "kind = \"bull\"\nmajor_radius = 10\nminor_radius = 6";
+    println!("planned time at a tolerance of 0.02 mm, 3 deg/mm, links included:");
+    for machine in machines {
+        let [ball, v, adaptive, free] = [
+            (ball, "v", 3.0),
+            (bull, "v", 3.0),
+            (bull, "adaptive", 3.0),
+            (bull, "adaptive", 500.0),
+        ]
+        .map(|(tool, along, turn)| time(machine, tool, along, turn));
+        println!(
+            "  {:<16} ball r 16 {ball:6.1} s, along v {v:5.1} s ({:.2}), adaptive {adaptive:5.1} s ({:.2}); axis \
+             turn free {free:5.1} s: the bound costs {:+.1} %",
+            machine[0],
+            ball / v,
+            ball / adaptive,
+            100.0 * (adaptive / free - 1.0)
+        );
+    }
 }
 
 fn face() -> FaceIndex {
@@ -58,7 +200,6 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         offset_range: [-0.5, 0.5],
         lead: 0.087,
         effort: 3.0,
-        ahead: 1,
     };
     let faces = [face()];
     bencher.bench(|| cover(black_box(&faces), &cutter, &options, &Silent).unwrap().report.length);

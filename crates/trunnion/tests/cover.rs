@@ -9,8 +9,8 @@ use nalgebra::{Point3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use trunnion::cover::{
-    Along, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method, cover,
-    legs, lever,
+    Along, Clock, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method,
+    cover, cover_by, legs, lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide};
@@ -18,7 +18,7 @@ use trunnion::surface::{
     Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, ToolPose};
+use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
 
 const BAND: Band = Band { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -95,7 +95,6 @@ fn options() -> CoverOptions {
         offset_range: [-0.5, 0.5],
         lead: 0.05,
         effort: 3.0,
-        ahead: 1,
     }
 }
 
@@ -190,17 +189,93 @@ fn strips_meet_over_the_whole_face() {
     }
 }
 
-/// The second look starts from what the first found.
-#[test]
-fn looking_ahead_never_costs_more() {
-    let face = face(surface(1.0), &[], false);
-    let cost = |ahead: usize| {
-        let options = CoverOptions { ahead, ..options() };
-        let Covering { passes, report } = finished(&face, &options);
-        report.length + options.link * passes.len() as f64
+/// A bicubic patch of about 36 x 30 mm, times `size`, from a seed: points off their grid, waves of a few
+/// millimetres.
+fn any_patch(seed: u64, size: f64) -> FaceIndex {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    let [plain, ahead] = [1, 2].map(cost);
-    assert!(ahead <= plain, "{ahead} mm, {plain} mm lane by lane");
+    let lift = 2.5 + random();
+    let mut point = |i: u32, j: u32| {
+        let [x, y] = [12.0 * f64::from(i), 10.0 * f64::from(j)];
+        Point3::new(x + 2.0 * random(), y + 2.0 * random(), lift * random()) * size
+    };
+    face(nurbs((0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect()), &[], false)
+}
+
+#[test]
+fn strips_meet_on_passes_that_bend() {
+    for seed in [1, 2, 3] {
+        finished(&any_patch(seed, 1.0), &CoverOptions { along: Along::Curvature, ..options() });
+    }
+    finished(
+        &face(surface(-1.0), &[], true),
+        &CoverOptions { along: Along::Curvature, direction: Direction::OneWay, ..options() },
+    );
+}
+
+/// What is placed is chosen by its true cost: no search on paper can make it dearer than both parameters; and by
+/// nothing that depends on threads.
+#[test]
+fn adaptive_passes_cost_no_more_than_straight_ones() {
+    let face = any_patch(4, 0.6);
+    let options = |along: Along| CoverOptions { along, ..options() };
+    let cost = |covering: &Covering| {
+        covering.report.length + options(Along::V).link * covering.passes.len() as f64
+    };
+    // What is refused one way may be done another.
+    let straight = |along: Along| {
+        let covering = cover(std::slice::from_ref(&face), &cutter(), &options(along), &Silent);
+        covering.map_or(f64::INFINITY, |covering| cost(&covering))
+    };
+    let [u, v] = [Along::U, Along::V].map(straight);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| finished(&face, &options(Along::Adaptive)))
+    };
+    let adaptive = run(1);
+    assert!(cost(&adaptive) <= u.min(v), "{} mm, {u} mm along u, {v} mm along v", cost(&adaptive));
+    assert_eq!(adaptive, run(3));
+}
+
+/// Bent passes leave a trimmed face where they please.
+#[test]
+fn bent_passes_finish_a_trimmed_face() {
+    let slanted = [[0.1, 0.05], [0.9, 0.3], [0.7, 0.95], [0.3, 0.8]];
+    let face = face(surface(1.0), &[slanted.to_vec()], false);
+    finished(&face, &CoverOptions { along: Along::Curvature, ..options() });
+}
+
+/// Where turning round costs more than anything, there are no more passes than where it costs nothing.
+#[test]
+fn a_clock_decides_how_many_passes_there_are() {
+    struct Slow(f64);
+    impl Clock for Slow {
+        fn feed(&self) -> f64 {
+            10.0
+        }
+        fn pass(&self, stations: &[Station]) -> f64 {
+            let length = stations.windows(2).map(|p| (p[1].contact - p[0].contact).norm());
+            length.sum::<f64>() / 10.0
+        }
+        fn link(&self, _: &Station, _: &Station) -> f64 {
+            self.0
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let passes = |link: f64| {
+        let options = CoverOptions { link, ..options() };
+        let clock = Slow(link / 10.0);
+        cover_by(&face, &cutter(), &options, (&clock, &Silent)).unwrap()
+    };
+    assert!(passes(1000.0).passes.len() <= passes(0.0).passes.len());
+    // By length at the feed a clock changes nothing.
+    let plain = CoverOptions { link: 50.0, ..options() };
+    assert_eq!(passes(50.0), cover(&face, &cutter(), &plain, &Silent).unwrap());
 }
 
 /// Wide strips are given up at the same place every time, and the face is finished all the same.
@@ -362,11 +437,14 @@ fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let faces = [face(surface(1.0), &[], false), face(surface(0.6), &[], false)];
-    let run = |threads: usize| {
+    let run = |threads: usize, along: Along| {
+        let options = CoverOptions { along, ..options() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| cover(&faces, &cutter(), &options(), &Silent).unwrap())
+        pool.install(|| cover(&faces, &cutter(), &options, &Silent).unwrap())
     };
-    assert_eq!(run(1), run(3));
+    for along in [Along::V, Along::Curvature] {
+        assert_eq!(run(1, along), run(3, along));
+    }
 }
 
 #[test]
@@ -440,7 +518,7 @@ fn a_lead_that_would_gouge_takes_another_way() {
         let axis = nalgebra::Unit::new_normalize(Vector3::new(lean, 0.0, 1.0));
         let at = |y: f64| {
             let pose = ToolPose { tip: Point3::new(x, y, 8.0), axis };
-            trunnion::types::Station { pose, contact: Point3::new(x, y, 0.0) }
+            Station { pose, contact: Point3::new(x, y, 0.0) }
         };
         let stations = vec![at(10.0), at(20.0)];
         vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]

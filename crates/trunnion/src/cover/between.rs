@@ -1,6 +1,6 @@
 //! The strip that an interpolated pose leaves: what happens between two stations.
 
-use super::options::Along;
+use super::chart::Chart;
 use super::region::Local;
 use crate::cutter::Cutter;
 use crate::positioning::Band;
@@ -46,7 +46,7 @@ pub(super) struct Strip {
 pub(super) struct Between<'a> {
     pub(super) face: &'a FaceIndex,
     pub(super) cutter: &'a Cutter,
-    pub(super) chart: Along,
+    pub(super) chart: &'a Chart,
     /// The band at the stations, widened by what the curve may add.
     pub(super) band: Band,
 }

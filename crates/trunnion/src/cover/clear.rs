@@ -1,6 +1,6 @@
 //! How deep a moving tool goes into a face, bounded over all its places and all the time.
 
-use super::options::Along;
+use super::chart::Chart;
 use super::region::Local;
 use super::sheet::{Below, Cell, Sheet};
 use super::solid::{Gap, Solid, Tool};
@@ -17,7 +17,7 @@ const DEPTH: u32 = 60;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clearing<'a> {
     pub(super) face: &'a FaceIndex,
-    pub(super) chart: Along,
+    pub(super) chart: &'a Chart,
     pub(super) sheet: &'a Sheet,
     pub(super) tool: &'a Tool,
     /// What the tool has to keep from the face \[mm\].
@@ -291,6 +291,7 @@ impl Tile {
 
 #[cfg(test)]
 mod tests {
+    use super::super::options::Along;
     use super::super::region::Region;
     use super::*;
     use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
@@ -317,9 +318,9 @@ mod tests {
     /// What a tool keeps at least that passes over the plate along x, its tip at height `z`, leaning by `lean`
     /// about x.
     fn least(tool: &Tool, z: f64, lean: f64, target: f64) -> f64 {
-        let face = plate();
+        let (face, chart) = (plate(), Chart::straight(Along::V));
         let region = Region::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
-        let sheet = Sheet::new(&face, Along::V, &region, 1.0);
+        let sheet = Sheet::new(&face, &chart, &region, 1.0);
         let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
         let at = |x: f64| {
             let tip = Point3::new(x, 10.0, z);
@@ -327,7 +328,7 @@ mod tests {
         };
         let sweep = Sweep::of(PoseCurve::through(&[at(-5.0), at(9.0), at(25.0)], 3.0), 3.0);
         let clearing =
-            Clearing { face: &face, chart: Along::V, sheet: &sheet, tool, target, precision: 1e-4 };
+            Clearing { face: &face, chart: &chart, sheet: &sheet, tool, target, precision: 1e-4 };
         (0..2).map(|span| clearing.least(&sweep, span, 1)).fold(f64::INFINITY, f64::min)
     }
 

@@ -1,10 +1,13 @@
 //! All passes over one face.
 
-use super::options::{Along, CoverError, CoverOptions, Covering};
-use super::plan;
+use super::chart::Chart;
+use super::clock::Clock;
+use super::guide;
+use super::options::{CoverError, CoverOptions, Covering};
 use super::region::{Local, Region};
 use super::site::{Report, Site};
-use super::state::price;
+use super::state::State;
+use super::task::{Job, Task};
 use crate::cutter::Cutter;
 use crate::positioning::ContactSide;
 use crate::surface::FaceIndex;
@@ -13,75 +16,161 @@ use crate::surface::FaceIndex;
 /// radius beyond, and their strips begin at a border and end beyond it.
 const LOOP_SHARE: f64 = 1e-4;
 
+/// Work, over that of passes at the fixed lead, after which these are given up as well: three times what they
+/// should take.
+const REST: f64 = 3.0;
+
+/// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
+/// bend leaves an arc by less than [`LOOP_SHARE`].
+const BENT_SHARE: f64 = 1.0 / 256.0;
+
 /// All passes over one face. Where either side of the cutter may cut, that which takes less over
 /// the whole face: passes that change sides from place to place would have to turn the tool over.
 pub(super) fn cover(
     face: &FaceIndex,
     cutter: &Cutter,
     options: &CoverOptions,
-    report: Report<'_>,
+    (clock, report): (&dyn Clock, Report<'_>),
 ) -> Result<Covering, CoverError> {
     if options.side != ContactSide::Either {
-        return on_side(face, cutter, options, report);
+        return Ok(on_side(face, cutter, options, (clock, report))?.covering());
     }
     let half = |side: ContactSide, from: f64| {
         let sided = CoverOptions { side, ..*options };
-        on_side(face, cutter, &sided, &|share| report(from + 0.5 * share))
+        on_side(face, cutter, &sided, (clock, &|share| report(from + 0.5 * share)))
     };
     let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
-    let price = |done: &Covering| price(done, options);
-    let better = |a: &Covering, b: &Covering| {
-        a.report.missed.cmp(&b.report.missed).then(price(a).total_cmp(&price(b))).is_lt()
-    };
-    match (ahead, behind) {
-        (Ok(ahead), Ok(behind)) => Ok(if better(&behind, &ahead) { behind } else { ahead }),
+    let best = match (ahead, behind) {
+        (Ok(ahead), Ok(behind)) => Ok(if behind.better(&ahead) { behind } else { ahead }),
         (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
         (Err(_), Ok(behind)) => Ok(behind),
         (ahead, _) => ahead,
-    }
+    };
+    best.map(State::covering)
 }
 
+/// The best of the ways that promise most.
 fn on_side(
     face: &FaceIndex,
     cutter: &Cutter,
     options: &CoverOptions,
-    report: Report<'_>,
-) -> Result<Covering, CoverError> {
-    let crossed = CoverOptions { along: options.along.other(), ..*options };
-    let (whole, turned) = (region(face, options.along), region(face, crossed.along));
-    let site = Site::new((face, &whole), cutter, options, report);
-    let cross = Site::new((face, &turned), cutter, &crossed, report);
-    let mut state = plan::best([&site, &cross])?;
-    site.audit(&mut state);
+    (clock, report): (&dyn Clock, Report<'_>),
+) -> Result<State, CoverError> {
+    let (ways, mut work) = guide::ways(face, cutter, options);
+    let share = 1.0 / ways.len().max(1) as f64;
+    let mut best: Option<State> = None;
+    let mut refused = None;
+    for (i, chart) in ways.into_iter().enumerate() {
+        let report = |done: f64| report(share * (i as f64 + done));
+        let region = region(face, &chart);
+        let site = Site::new((face, cutter, options), (chart, &region), (clock, &report));
+        let [wide, all] = limits(&site);
+        if best.is_some() && work > wide {
+            break;
+        }
+        match on_site(&site, [wide, all]) {
+            Ok(state) => {
+                work += state.report.work;
+                if best.as_ref().is_none_or(|best| state.better(best)) {
+                    best = Some(state);
+                }
+            }
+            Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
     report(1.0)?;
-    Ok(state.covering())
+    match (best, refused) {
+        (Some(mut best), _) => {
+            best.report.work = work;
+            Ok(best)
+        }
+        (None, Some(error)) => Err(error),
+        (None, None) => Ok(State::new()),
+    }
+}
+
+/// Work after which wide strips are given up, and after which everything is.
+fn limits<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>) -> [u64; 2] {
+    let effort = site.options.effort;
+    // A count of locations is far below 2^53, and one without end saturates.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let limits = [0.0, REST].map(|rest| ((effort + rest) * site.usual_work()) as u64);
+    limits
+}
+
+/// All passes on one chart.
+fn on_site<Inside: Fn(Local) -> bool + Sync>(
+    site: &Site<'_, Inside>,
+    limits: [u64; 2],
+) -> Result<State, CoverError> {
+    let (bounds, method) = (site.whole.bounds, site.options.method);
+    let task = Task { bounds, method, depth: 0, worth: f64::INFINITY };
+    let mut job = Job { site, state: State::new(), work: 0, limits, share: 0.0 };
+    job.whole(&task)?;
+    let mut state = job.state;
+    state.report.work = job.work;
+    site.audit(&mut state);
+    Ok(state)
 }
 
 /// The trimmed region in local parameters; loops on periodic surfaces also a period further on
 /// either side, so that every line across the face meets them.
-pub(super) fn region(face: &FaceIndex, along: Along) -> Region<impl Fn(Local) -> bool + Sync> {
+pub(super) fn region<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+) -> Region<impl Fn(Local) -> bool + Sync + use<'a>> {
     let face = face.face();
     let [u, v] = face.bounds();
     let tolerance = [u, v].map(|range| LOOP_SHARE * (range[1] - range[0]));
     let shifts = |period: Option<f64>| match period {
-        Some(period) => vec![-period, 0.0, period],
-        None => vec![0.0],
+        Some(period) if chart.is_straight() => vec![-period, 0.0, period],
+        _ => vec![0.0],
     };
     let [pu, pv] = face.surface.periods();
-    let mut loops = Vec::new();
-    for points in face.loops.iter().map(|trim| trim.polyline(tolerance)) {
+    let mut polylines: Vec<Vec<[f64; 2]>> =
+        face.loops.iter().map(|trim| trim.polyline(tolerance)).collect();
+    if !chart.is_straight() {
+        if polylines.is_empty() {
+            polylines.push(vec![[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]);
+        }
+        let most = [u, v].map(|range| BENT_SHARE * (range[1] - range[0]));
+        polylines = polylines.iter().map(|points| finer(points, most)).collect();
+    }
+    let mut loops: Vec<Vec<Local>> = Vec::new();
+    for points in polylines {
         for du in shifts(pu) {
             for dv in shifts(pv) {
-                loops.push(points.iter().map(|p| along.local([p[0] + du, p[1] + dv])).collect());
+                loops.push(points.iter().map(|p| chart.local([p[0] + du, p[1] + dv])).collect());
             }
         }
     }
-    let bounds = match along {
-        Along::U => [v, u],
-        Along::V => [u, v],
+    let bounds = if chart.is_straight() {
+        let [a, b] = [chart.local([u[0], v[0]]), chart.local([u[1], v[1]])];
+        [[a[0], b[0]], [a[1], b[1]]]
+    } else {
+        [0, 1].map(|k| {
+            let values = || loops.iter().flatten().map(|p| p[k]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        })
     };
+    let chart = chart.clone();
     Region::new(bounds, loops, move |local| {
-        let [u, v] = along.uv(local);
+        let [u, v] = chart.uv(local);
         face.contains(u, v)
     })
+}
+
+/// A closed polyline with edges no longer than `most` by u and v.
+fn finer(points: &[[f64; 2]], most: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut fine = Vec::new();
+    for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+        let way = [0, 1].map(|k| b[k] - a[k]);
+        let pieces = (way[0].abs() / most[0]).max(way[1].abs() / most[1]).ceil().max(1.0);
+        let steps = std::iter::successors(Some(0.0), |i| Some(i + 1.0));
+        fine.extend(
+            steps.take_while(|i| *i < pieces).map(|i| [0, 1].map(|k| a[k] + way[k] * (i / pieces))),
+        );
+    }
+    fine
 }

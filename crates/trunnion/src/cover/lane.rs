@@ -1,6 +1,7 @@
 //! One pass before it is trimmed: cutter locations along an iso-parametric end-point track.
 
-use super::options::{Along, CoverOptions, Method};
+use super::chart::Chart;
+use super::options::{CoverOptions, Method};
 use super::region::Local;
 use super::split::{self, Costs, Part};
 use super::track::Track;
@@ -12,7 +13,7 @@ use crate::positioning::{
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
-use nalgebra::{Unit, UnitVector3};
+use nalgebra::{Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 /// Stations in a row that are solved one from the other; rows are independent, so that their
@@ -33,6 +34,7 @@ pub(super) struct Lane<'a> {
     pub(super) face: &'a FaceIndex,
     pub(super) cutter: &'a Cutter,
     pub(super) options: &'a CoverOptions,
+    pub(super) chart: &'a Chart,
     pub(super) across: f64,
     /// Range of the region across.
     pub(super) across_range: [f64; 2],
@@ -60,7 +62,7 @@ pub(super) struct Placed {
 
 impl Placed {
     /// Where the strip ends, across and along.
-    pub(super) fn far(&self, chart: Along) -> Local {
+    pub(super) fn far(&self, chart: &Chart) -> Local {
         chart.local(self.location.far)
     }
 }
@@ -105,23 +107,21 @@ pub(super) type Place = Result<Placed, PositioningError>;
 impl Lane<'_> {
     /// Side of the feed on which the strip lies so that it is on the side of growing `across`.
     ///
-    /// Along V: `S_v x (S_u x S_v)` is on the +u side; along U, `S_u x (S_u x S_v)` on the -v side.
+    /// With `f` along and `c` across, `f x (S_u x S_v)` is on the side of `c` where `(c, f)` turn as `(S_u, S_v)` do.
     pub(super) fn strip(&self) -> StripSide {
-        let right = match self.options.along {
-            Along::V => self.forward,
-            Along::U => !self.forward,
-        };
+        let right = self.forward == self.chart.right_handed();
         if right == self.face.face().flip { StripSide::Left } else { StripSide::Right }
     }
 
     fn request(&self, along: f64, hold: &Hold) -> Request<'_> {
-        let chart = self.options.along;
+        let at = [self.across, along];
+        let [_, step] = self.chart.steps(at);
         Request {
             face: self.face,
             cutter: self.cutter,
             band: self.options.band,
-            at: chart.uv([self.across, along]),
-            feed: chart.uv([0.0, if self.forward { 1.0 } else { -1.0 }]),
+            at: self.chart.uv(at),
+            feed: step.map(|s| if self.forward { s } else { -s }),
             strip: self.strip(),
             side: self.options.side,
             offset_range: hold.offset_range,
@@ -160,14 +160,7 @@ impl Lane<'_> {
         if self.track.over_face(way) {
             return false;
         }
-        let across = |way: f64| {
-            let [u, v] = self.options.along.uv([self.across, self.track.at(way)]);
-            let jet = self.face.face().surface.jet1(u, v);
-            match self.options.along {
-                Along::U => jet.sv,
-                Along::V => jet.su,
-            }
-        };
+        let across = |way: f64| self.steps(way)[0];
         let margin = INSIDE * (end - start);
         across(way).dot(&across(way.clamp(start + margin, end - margin))) <= 0.0
     }
@@ -185,7 +178,7 @@ impl Lane<'_> {
         let middle = nalgebra::center(&from, &to) - location.center;
         let flat = middle - axis.scale(middle.dot(&axis));
         let out = Unit::try_new(flat, f64::MIN_POSITIVE)
-            .map_or_else(nalgebra::Vector3::zeros, |unit| unit.scale(self.cutter.major()));
+            .map_or_else(Vector3::zeros, |unit| unit.scale(self.cutter.major()));
         let guess = location.contact_uv;
         let foot = self
             .face
@@ -198,7 +191,7 @@ impl Lane<'_> {
     /// is allowed, or no tool could follow an edge that is rounded more sharply.
     pub(super) fn turn(&self, from: f64, to: f64) -> f64 {
         let normal = |way: f64| {
-            let [u, v] = self.options.along.uv([self.across, self.track.at(way)]);
+            let [u, v] = self.chart.uv([self.across, self.track.at(way)]);
             self.face.face().surface.jet1(u, v).normal()
         };
         let follow = match (normal(from), normal(to)) {
@@ -272,13 +265,15 @@ impl Lane<'_> {
     /// Length of a step across by the parameter, in the middle of the track \[mm\].
     pub(super) fn rate_across(&self) -> f64 {
         let [start, end] = self.track.face();
-        let [u, v] = self.options.along.uv([self.across, self.track.at(0.5 * (start + end))]);
+        self.steps(0.5 * (start + end))[0].norm().max(f64::MIN_POSITIVE)
+    }
+
+    /// Steps on the face by one across and one along, at a place of the track.
+    fn steps(&self, way: f64) -> [Vector3<f64>; 2] {
+        let at = [self.across, self.track.at(way)];
+        let [u, v] = self.chart.uv(at);
         let jet = self.face.face().surface.jet1(u, v);
-        let rate = match self.options.along {
-            Along::U => jet.sv.norm(),
-            Along::V => jet.su.norm(),
-        };
-        rate.max(f64::MIN_POSITIVE)
+        self.chart.steps(at).map(|[du, dv]| jet.su * du + jet.sv * dv)
     }
 
     /// How far the pass has to be run out so that its strips leave the face \[mm\]: how far they reach ahead
@@ -289,17 +284,13 @@ impl Lane<'_> {
         let hold = self.free();
         let of = |way: f64| {
             let placed = self.place(way, &hold, None).ok()?;
-            let chart = self.options.along;
-            let [u, v] = chart.uv([self.across, placed.along]);
-            let jet = self.face.face().surface.jet1(u, v);
-            let feed = match chart {
-                Along::U => jet.su,
-                Along::V => jet.sv,
-            };
+            let [u, v] = self.chart.uv([self.across, placed.along]);
+            let from = self.face.face().point(u, v);
+            let [_, feed] = self.steps(way);
             let feed = Unit::try_new(feed, f64::MIN_POSITIVE)?;
             let Location { near, far, .. } = placed.location;
             let ends = [near, far, placed.contact_uv]
-                .map(|[u, v]| feed.dot(&(self.face.face().point(u, v) - jet.s)).abs());
+                .map(|[u, v]| feed.dot(&(self.face.face().point(u, v) - from)).abs());
             Some(ends.into_iter().fold(0.0, f64::max))
         };
         let ways = [start, 0.5 * (start + end), end];
@@ -310,12 +301,7 @@ impl Lane<'_> {
     }
 
     pub(super) fn costs(&self) -> Costs {
-        let Band { lower, upper } = self.options.band;
-        let radius = self.cutter.radius();
-        Costs {
-            pass: self.options.link + RUN_OUTS * radius,
-            narrow: (8.0 * radius * (upper - lower)).sqrt(),
-        }
+        costs(self.cutter, self.options)
     }
 
     fn free_places(&self, ways: &[f64]) -> Vec<Place> {
@@ -428,7 +414,7 @@ impl Lane<'_> {
     /// No location lies near enough to its neighbours.
     fn apart(&self, way: f64) -> PositioningError {
         PositioningError::NoStrip {
-            uv: self.options.along.uv([self.across, self.track.at(way)]),
+            uv: self.chart.uv([self.across, self.track.at(way)]),
             smallest: self.costs().narrow,
             excess: 0.0,
             binding: Active::AxisTurn,
@@ -481,6 +467,17 @@ impl Lane<'_> {
         });
         Hold { offset_range, axis_near }
     }
+}
+
+/// What passes cost besides their length.
+pub(super) fn costs(cutter: &Cutter, options: &CoverOptions) -> Costs {
+    Costs { pass: options.link + RUN_OUTS * cutter.radius(), narrow: narrow(cutter, options) }
+}
+
+/// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
+pub(super) fn narrow(cutter: &Cutter, options: &CoverOptions) -> f64 {
+    let Band { lower, upper } = options.band;
+    (8.0 * cutter.radius() * (upper - lower)).sqrt()
 }
 
 /// Whether neighbours differ by at most `limit` \[rad\], both in axis and in offset direction.

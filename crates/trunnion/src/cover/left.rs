@@ -5,7 +5,7 @@
 //! the cell bows. Every corner may have its own time, as long as the tool between those times
 //! bows little as well. Nothing here knows of strips or closest points, so that a slip there cannot hide.
 
-use super::options::Along;
+use super::chart::Chart;
 use super::region::{Local, Region, meets};
 use super::settle::settle;
 use super::sheet::Cell;
@@ -55,7 +55,7 @@ struct Passing {
 /// A face and what has swept over it.
 pub(super) struct Swept<'a, Inside> {
     pub(super) face: &'a FaceIndex,
-    pub(super) chart: Along,
+    pub(super) chart: &'a Chart,
     pub(super) region: &'a Region<Inside>,
     pub(super) end: Solid,
     /// Excess allowed \[mm\].

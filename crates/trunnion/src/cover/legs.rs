@@ -1,6 +1,7 @@
 //! From passes to a whole program of motions: leads and links.
 
 use super::CoverError;
+use super::chart::Chart;
 use super::clear::Clearing;
 use super::hop::{Hop, Hops};
 use super::options::Along;
@@ -69,8 +70,9 @@ pub fn legs(
     progress: &dyn Progress,
 ) -> Result<Vec<Leg>, CoverError> {
     let (tool, lever) = (Tool::new(cutter), super::lever(cutter));
-    let sheets = faces.iter().map(|face| sheet(face, cutter)).collect();
-    let leads = Leads { faces, sheets, tool, lever, cutter, options };
+    let chart = Chart::straight(Along::V);
+    let sheets = faces.iter().map(|face| sheet(face, &chart, cutter)).collect();
+    let leads = Leads { faces, sheets, chart, tool, lever, cutter, options };
     let done = AtomicU64::new(0);
     let total = passes.len() as u64;
     let ways: Vec<Vec<Leg>> = (0..=passes.len())
@@ -114,6 +116,7 @@ fn reversed(mut stations: Vec<Station>) -> Vec<Station> {
 struct Leads<'a> {
     faces: &'a [FaceIndex],
     sheets: Vec<Sheet>,
+    chart: Chart,
     tool: Tool,
     lever: f64,
     cutter: &'a Cutter,
@@ -243,7 +246,8 @@ impl Leads<'_> {
         let precision = PRECISION * self.options.gouge;
         let of = |(face, sheet): (&FaceIndex, &Sheet)| {
             let tool = &self.tool;
-            let clearing = Clearing { face, chart: Along::V, sheet, tool, target, precision };
+            let chart = &self.chart;
+            let clearing = Clearing { face, chart, sheet, tool, target, precision };
             -clearing.least(sweep, span, 1)
         };
         self.faces.iter().zip(&self.sheets).map(of).fold(f64::NEG_INFINITY, f64::max)
@@ -251,9 +255,9 @@ impl Leads<'_> {
 }
 
 /// A face as cells for looking at leads.
-fn sheet(face: &FaceIndex, cutter: &Cutter) -> Sheet {
-    let region = super::face::region(face, Along::V);
-    Sheet::new(face, Along::V, &region, super::site::SHEET_SHARE * cutter.radius())
+fn sheet(face: &FaceIndex, chart: &Chart, cutter: &Cutter) -> Sheet {
+    let region = super::face::region(face, chart);
+    Sheet::new(face, chart, &region, super::site::SHEET_SHARE * cutter.radius())
 }
 
 fn moved(station: &Station, by: &Vector3<f64>) -> Station {

@@ -1,10 +1,10 @@
 //! Passes over faces: where strips lie, lead-in, lead-out, links.
 //!
-//! [`cover`] lays passes along iso-parametric end-point tracks over each face, so that the strips
-//! of neighbouring passes meet; [`legs`] joins them to one program of motions.
+//! [`cover`] lays passes along end-point tracks over each face, iso-parametric or bent to where strips
+//! are wide (`chart`, `guide`), so that the strips of neighbouring passes meet; [`legs`] joins them to one program of motions.
 //!
 //! A strip begins at the track (the first end points, where the error equals the upper end of the
-//! band) and ends at the far track (the second end points), which is not iso-parametric. The next
+//! band) and ends at the far track (the second end points), which is no line of the chart. The next
 //! track lies as far on as is worth it (`split`): what a pass leaves narrower, and places where it
 //! has to be lifted, get passes of their own. Passes begin and end where their strips are off
 //! what they cut, on the continued surface.
@@ -13,16 +13,18 @@
 //! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
 //! (`solid`).
 
-mod ahead;
 mod between;
+mod chart;
 mod clear;
+mod clock;
 mod face;
+mod field;
+mod guide;
 mod hop;
 mod lane;
 mod left;
 mod legs;
 mod options;
-mod plan;
 mod region;
 mod runout;
 mod settle;
@@ -37,6 +39,7 @@ mod task;
 mod track;
 mod work;
 
+pub use clock::{Clock, Length};
 pub use hop::Hops;
 pub use legs::{LeadKind, LinkOptions, legs};
 pub use options::{
@@ -73,6 +76,20 @@ pub fn cover(
     options: &CoverOptions,
     progress: &dyn Progress,
 ) -> Result<Covering, CoverError> {
+    cover_by(faces, cutter, options, (&Length { link: options.link }, progress))
+}
+
+/// As [`cover`], by what passes and links take on a machine.
+///
+/// # Errors
+///
+/// As [`cover`].
+pub fn cover_by(
+    faces: &[FaceIndex],
+    cutter: &Cutter,
+    options: &CoverOptions,
+    (clock, progress): (&dyn Clock, &dyn Progress),
+) -> Result<Covering, CoverError> {
     options.check()?;
     let done: Vec<AtomicU64> = faces.iter().map(|_| AtomicU64::new(0)).collect();
     let total = STEPS * faces.len() as u64;
@@ -92,7 +109,7 @@ pub fn cover(
                 let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
                 progress.step(Stage::Cover, sum, total)
             };
-            face::cover(face, cutter, options, &report)
+            face::cover(face, cutter, options, (clock, &report))
         })
         .collect();
     let mut all = Covering::default();

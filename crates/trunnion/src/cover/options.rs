@@ -7,13 +7,18 @@ use crate::types::{Cancelled, Pass};
 use nalgebra::Point3;
 use std::fmt;
 
-/// Surface parameter that a pass follows.
+/// What a pass follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Along {
     /// The first: passes lie at constant v.
     U,
     /// The second: passes lie at constant u.
     V,
+    /// The direction in which the face is bent least towards the cutter (most away from it): across it, where
+    /// the strip lies, the face is bent most like the cutter.
+    Curvature,
+    /// Whichever way promises least: u, v, or passes that bend so that strips are wide where they lie.
+    Adaptive,
 }
 
 /// Whether every second pass runs back.
@@ -37,7 +42,7 @@ pub enum Method {
 /// How a face is covered. No `Default`: every number is the caller's decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoverOptions {
-    /// Parameter that the passes follow.
+    /// What the passes follow.
     pub along: Along,
     /// Order of directions.
     pub direction: Direction,
@@ -65,9 +70,6 @@ pub struct CoverOptions {
     /// lead, over the work of finishing all of it at the fixed lead (an estimate from its area).
     /// Counted in locations tried, not timed: the same on every machine.
     pub effort: f64,
-    /// Ways of going on that are kept side by side while lanes are chosen, as long as the work lasts; 1
-    /// chooses lane by lane.
-    pub ahead: usize,
 }
 
 impl CoverOptions {

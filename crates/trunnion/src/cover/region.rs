@@ -75,6 +75,28 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
         self.loops.iter().flatten().filter(move |p| (low..=high).contains(&p[1]))
     }
 
+    /// Range along that holds the region between two places across; `None` where there is none of it.
+    pub(super) fn range_along(&self, across: [f64; 2]) -> Option<[f64; 2]> {
+        let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for [a, b] in self.edges([across, everywhere]) {
+            let way = b[0] - a[0];
+            let at = |across: f64| {
+                let share = if way.abs() > 0.0 { (across - a[0]) / way } else { 0.0 };
+                a[1] + share.clamp(0.0, 1.0) * (b[1] - a[1])
+            };
+            for along in [at(across[0]), at(across[1]), at(a[0].clamp(across[0], across[1]))] {
+                range = [range[0].min(along), range[1].max(along)];
+            }
+            let inside = |p: Local| (across[0]..=across[1]).contains(&p[0]);
+            for p in [a, b].into_iter().filter(|p| inside(*p)) {
+                range = [range[0].min(p[1]), range[1].max(p[1])];
+            }
+        }
+        let slab = self.clip(range)?;
+        (slab[0] < slab[1]).then_some(slab)
+    }
+
     /// `slab` cut to the bounds along; `None` where nothing is left.
     fn clip(&self, slab: [f64; 2]) -> Option<[f64; 2]> {
         let [low, high] = self.bounds[1];

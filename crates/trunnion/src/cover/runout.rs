@@ -17,11 +17,12 @@ struct Roll {
 impl Roll {
     /// Along the track at `place`, towards growing parameters or back.
     fn new(lane: &Lane<'_>, place: &Placed, forward: bool) -> Option<Self> {
-        let chart = lane.options.along;
+        let chart = lane.chart;
         let face = lane.face.face();
         let [u, v] = chart.uv([place.across, place.along]);
         let jet = face.surface.jet2(u, v);
-        let [du, dv] = chart.uv([0.0, if forward { 1.0 } else { -1.0 }]);
+        let [_, step] = chart.steps([place.across, place.along]);
+        let [du, dv] = step.map(|s| if forward { s } else { -s });
         let feed = Unit::try_new(jet.su * du + jet.sv * dv, f64::MIN_POSITIVE)?;
         let (normal, curvature) = (jet.normal()?, jet.normal_curvature([du, dv])?);
         let (normal, curvature) =
@@ -78,7 +79,7 @@ pub(super) fn run_out(
         let along = lane.track.at(way);
         let mut location = last.location.clone();
         location.pose = station.pose;
-        let chart = lane.options.along;
+        let chart = lane.chart;
         location.far = chart.uv(strip.far.unwrap_or([lane.across, along]));
         let contact_uv = foot.uv;
         added.push(Placed { way, along, location, station, contact_uv, ..*last });

@@ -1,6 +1,6 @@
 //! A face as cells that are halved as finely as a proof needs.
 
-use super::options::Along;
+use super::chart::Chart;
 use super::region::{Local, Region};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
@@ -169,7 +169,7 @@ impl Sheet {
     /// Cells of about `size` \[mm\].
     pub(super) fn new<Inside: Fn(Local) -> bool + Sync>(
         face: &FaceIndex,
-        chart: Along,
+        chart: &Chart,
         region: &Region<Inside>,
         size: f64,
     ) -> Self {

@@ -1,6 +1,8 @@
 //! What does not change while passes are placed over a face, and one lane laid on it.
 
+use super::chart::Chart;
 use super::clear::Clearing;
+use super::clock::Clock;
 use super::lane::Lane;
 use super::left::{Column, Swept};
 use super::options::{CoverError, CoverOptions, Method};
@@ -13,7 +15,6 @@ use super::sweep::Sweep;
 use super::track::Track;
 use super::work::Work;
 use crate::cutter::Cutter;
-use crate::positioning::Band;
 use crate::surface::FaceIndex;
 use crate::types::Cancelled;
 
@@ -34,6 +35,9 @@ const FINER: f64 = 0.25;
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
 
+/// What a pass may cut across, in radii of the cutter.
+const WINDOW: f64 = 4.0;
+
 /// Tells how much of the face is covered, 0 to 1.
 pub(super) type Report<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
 
@@ -42,7 +46,10 @@ pub(super) struct Site<'a, Inside> {
     pub(super) face: &'a FaceIndex,
     pub(super) cutter: &'a Cutter,
     pub(super) options: &'a CoverOptions,
+    /// Where passes run.
+    pub(super) chart: Chart,
     pub(super) whole: &'a Region<Inside>,
+    pub(super) clock: &'a dyn Clock,
     pub(super) report: Report<'a>,
     sheet: Sheet,
     tool: Tool,
@@ -50,24 +57,24 @@ pub(super) struct Site<'a, Inside> {
 
 impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     pub(super) fn new(
-        (face, whole): (&'a FaceIndex, &'a Region<Inside>),
-        cutter: &'a Cutter,
-        options: &'a CoverOptions,
-        report: Report<'a>,
+        (face, cutter, options): (&'a FaceIndex, &'a Cutter, &'a CoverOptions),
+        (chart, whole): (Chart, &'a Region<Inside>),
+        (clock, report): (&'a dyn Clock, Report<'a>),
     ) -> Self {
-        let sheet = Sheet::new(face, options.along, whole, SHEET_SHARE * cutter.radius());
-        Self { face, cutter, options, whole, report, sheet, tool: Tool::new(cutter) }
+        let sheet = Sheet::new(face, &chart, whole, SHEET_SHARE * cutter.radius());
+        let tool = Tool::new(cutter);
+        Self { face, cutter, options, chart, whole, clock, report, sheet, tool }
     }
 
     /// Work that passes at the fixed lead take about: as many stations as strips as narrow as a ball's need.
     pub(super) fn usual_work(&self) -> f64 {
-        let narrow = self.narrow().max(self.options.spacing[0]);
+        let narrow = super::lane::narrow(self.cutter, self.options).max(self.options.spacing[0]);
         Work::of_stations(self.sheet.area() / (narrow * self.options.spacing[1]))
     }
 
     /// Extent of the face by local parameter `k` \[mm\].
     pub(super) fn extent(&self, k: usize) -> f64 {
-        let (face, chart) = (self.face, self.options.along);
+        let (face, chart) = (self.face, &self.chart);
         let at = |local: Local| {
             let [u, v] = chart.uv(local);
             face.face().point(u, v)
@@ -75,15 +82,9 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         Cell::new(self.whole.bounds, &at).extent(k)
     }
 
-    /// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
-    fn narrow(&self) -> f64 {
-        let Band { lower, upper } = self.options.band;
-        (8.0 * self.cutter.radius() * (upper - lower)).sqrt()
-    }
-
     /// Least width a pass has to finish \[mm\].
     pub(super) fn least(&self) -> f64 {
-        self.options.spacing[0].max(WORTH * self.narrow())
+        self.options.spacing[0].max(WORTH * super::lane::narrow(self.cutter, self.options))
     }
 
     /// Lays a lane at `across` on what `state` has finished.
@@ -98,6 +99,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
             face: self.face,
             cutter: self.cutter,
             options: self.options,
+            chart: &self.chart,
             across,
             across_range: region.bounds[0],
             track: self.track(region, across)?,
@@ -109,7 +111,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         let precision = PRECISION * path_share;
         let clearing = Clearing {
             face: self.face,
-            chart: self.options.along,
+            chart: &self.chart,
             sheet: &self.sheet,
             tool: &self.tool,
             target: band.lower - path_share + precision,
@@ -155,15 +157,28 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     }
 
     fn track(&self, region: &Region<&Inside>, across: f64) -> Result<Track, CoverError> {
-        let chart = self.options.along;
+        let chart = &self.chart;
         let extension = self.cutter.radius();
-        let track = Track::new(self.face, chart, across, region.bounds[1], extension);
+        let along = self.over_region(region, across);
+        let track = Track::new(self.face, chart, across, along, extension);
         let [start, end] = track.range();
         if end - start > self.options.spacing[0] {
             Ok(track)
         } else {
-            Err(CoverError::NoTrack { face: self.face.face().number, along: chart, across })
+            let (face, along) = (self.face.face().number, self.options.along);
+            Err(CoverError::NoTrack { face, along, across })
         }
+    }
+
+    /// Range along in which a pass may have something to cut. Straight lines of the face's own parameters are
+    /// taken whole; others leave the face where they please.
+    fn over_region(&self, region: &Region<&Inside>, across: f64) -> [f64; 2] {
+        if self.chart.is_straight() {
+            return region.bounds[1];
+        }
+        let [first, last] = region.bounds[0];
+        let window = WINDOW * self.cutter.radius() / self.extent(0) * (last - first);
+        region.range_along([across, across + window]).unwrap_or(region.bounds[1])
     }
 
     /// What sweeps have finished of a region.
@@ -174,7 +189,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     ) -> Swept<'b, &'b Inside> {
         Swept {
             face: self.face,
-            chart: self.options.along,
+            chart: &self.chart,
             region,
             end: self.tool.end,
             limit: self.options.band.upper + self.options.path_share,
@@ -189,7 +204,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         let sweeps: Vec<&Sweep> =
             state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
         let open = |ranges: &[[f64; 2]; 2]| {
-            let bounds = self.options.along.exchange(*ranges);
+            let bounds = *ranges;
             let region = self.whole.within(bounds);
             let mut swept = self.over(&region, &sweeps);
             // The borders of passes lie anywhere in these cells: finer ones find their overlap.
@@ -201,6 +216,6 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         let places: Vec<Local> = boxes.iter().filter_map(open).collect();
         let number = self.face.face().number;
         state.report.missed = places.len();
-        state.report.missed_at = places.first().map(|&at| (number, self.options.along.uv(at)));
+        state.report.missed_at = places.first().map(|&at| (number, self.chart.uv(at)));
     }
 }

@@ -65,8 +65,13 @@ fn widths(parts: &[Part]) -> impl Iterator<Item = f64> {
 
 /// What is cut per width gained \[mm/mm\].
 fn rate(parts: &[Part], width: f64, costs: &Costs) -> f64 {
+    price(parts, width, costs) / width
+}
+
+/// What is cut to go on by a width \[mm\].
+pub(super) fn price(parts: &[Part], width: f64, costs: &Costs) -> f64 {
     let length: f64 = parts.iter().map(|part| part.length).sum();
-    (length + costs.pass + again(parts, width, costs)) / width
+    length + costs.pass + again(parts, width, costs)
 }
 
 /// Ranges of indices of neighbouring parts narrower than `width`.

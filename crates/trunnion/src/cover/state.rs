@@ -1,8 +1,10 @@
 //! What is placed on the way to a whole face.
 
+use super::chart::Chart;
+use super::clock::Clock;
 use super::left::Column;
 use super::options::FallbackReason;
-use super::options::{Along, CoverOptions, CoverReport, Covering, Direction, Fallback};
+use super::options::{CoverOptions, CoverReport, Covering, Direction, Fallback};
 use super::region::Local;
 use super::split::{Costs, Part};
 use super::stretch::Stretch;
@@ -60,7 +62,7 @@ impl Lot {
     pub(super) fn fallback(
         &self,
         [first, last]: [usize; 2],
-        (face, chart): (usize, Along),
+        (face, chart): (usize, &Chart),
     ) -> Option<Fallback> {
         let (a, b) = (self.columns.get(first)?, self.columns.get(last)?);
         let near = |at: &Local| (a.along[0]..=b.along[1]).contains(&at[1]);
@@ -78,25 +80,16 @@ impl Lot {
 pub(super) struct State {
     pub(super) passes: Vec<Arc<Pass>>,
     pub(super) report: CoverReport,
+    /// What all passes cost, as a length \[mm\].
+    price: f64,
     /// Whether the next pass runs towards growing parameters.
     pub(super) forward: bool,
     /// Curves of the last passes.
     pub(super) recent: Vec<Arc<Sweep>>,
     /// Curves of all passes before these.
     pub(super) swept: Vec<Arc<Sweep>>,
-    /// Ranges of u and v in which something was left unfinished when it should have been finished.
+    /// Ranges across and along in which something was left unfinished when it should have been finished.
     pub(super) missed: Vec<[[f64; 2]; 2]>,
-    /// What passes over all of the face left to passes of their own.
-    pub(super) sides: Vec<Side>,
-}
-
-/// A place that took passes of its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Side {
-    /// Range along.
-    pub(super) along: [f64; 2],
-    /// What they cost \[mm\].
-    pub(super) cost: f64,
 }
 
 impl State {
@@ -105,9 +98,18 @@ impl State {
         Self { forward: true, ..Self::default() }
     }
 
-    /// What all passes cost, as a length that is cut \[mm\].
-    pub(super) fn price(&self, options: &CoverOptions) -> f64 {
-        self.report.length + options.link * self.passes.len() as f64
+    /// What all passes cost, as a length that is cut at the feed in that time \[mm\].
+    pub(super) fn price(&self) -> f64 {
+        self.price
+    }
+
+    /// Order of merit: what is left unfinished first.
+    pub(super) fn better(&self, other: &Self) -> bool {
+        self.report
+            .missed
+            .cmp(&other.report.missed)
+            .then(self.price.total_cmp(&other.price))
+            .is_lt()
     }
 
     /// The result.
@@ -121,7 +123,8 @@ impl State {
         &mut self,
         mut stretches: Vec<Stretch>,
         sweeps: impl Iterator<Item = Sweep>,
-        (face, options): (usize, &CoverOptions),
+        (face, chart, options): (usize, &Chart, &CoverOptions),
+        clock: &dyn Clock,
     ) {
         if stretches.is_empty() {
             return;
@@ -134,15 +137,23 @@ impl State {
         }
         for stretch in stretches {
             self.note(&stretch, options);
-            let pass = self.pass(stretch, (face, options.along));
+            let pass = self.pass(stretch, (face, chart));
             let pairs = pass.stations.windows(2);
             self.report.length += pairs.map(|s| (s[1].contact - s[0].contact).norm()).sum::<f64>();
             self.report.stations += pass.stations.len();
+            self.price += self.seconds(&pass, clock) * clock.feed();
             self.passes.push(Arc::new(pass));
         }
         if options.direction == Direction::ZigZag {
             self.forward = !self.forward;
         }
+    }
+
+    /// What a pass takes, with the way to it. That to the first is taken to be as long as any.
+    fn seconds(&self, pass: &Pass, clock: &dyn Clock) -> f64 {
+        let Some(first) = pass.stations.first() else { return 0.0 };
+        let before = self.passes.last().and_then(|pass| pass.stations.last());
+        clock.link(before.unwrap_or(first), first) + clock.pass(&pass.stations)
     }
 
     fn note(&mut self, stretch: &Stretch, options: &CoverOptions) {
@@ -161,7 +172,7 @@ impl State {
     }
 
     /// Stations in cutting order.
-    fn pass(&self, stretch: Stretch, (face, chart): (usize, Along)) -> Pass {
+    fn pass(&self, stretch: Stretch, (face, chart): (usize, &Chart)) -> Pass {
         let mut placed = stretch.placed;
         if !self.forward {
             placed.reverse();
@@ -171,9 +182,4 @@ impl State {
         let stations = placed.into_iter().map(|p| p.station).collect();
         Pass { face, stations, widths, track }
     }
-}
-
-/// What passes cost, as a length that is cut \[mm\].
-pub(super) fn price(done: &Covering, options: &CoverOptions) -> f64 {
-    done.report.length + options.link * done.passes.len() as f64
 }

@@ -109,7 +109,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     /// already.
     fn without_surplus(&self, spots: &[Spot], [first, last]: [usize; 2]) -> [usize; 2] {
         let [low, high] = self.region.bounds[1];
-        let chart = self.lane.options.along;
+        let chart = self.lane.chart;
         let off = |index: usize, out: &dyn Fn(f64) -> bool| {
             spots[index].place.as_ref().is_ok_and(|placed| {
                 let location = &placed.location;
@@ -192,7 +192,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
 
     /// How far across a location finishes the region on its own line.
     fn reach(&self, placed: &Placed) -> f64 {
-        let [across, along] = placed.far(self.lane.options.along);
+        let [across, along] = placed.far(self.lane.chart);
         self.region.first_from(across, [along, along]).unwrap_or(f64::INFINITY)
     }
 
@@ -209,7 +209,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
 
     /// Notes for each place whether its strip meets the region between its neighbours.
     fn spots(&self, ways: &[f64], places: Vec<Place>) -> Vec<Spot> {
-        let (lane, chart) = (self.lane, self.lane.options.along);
+        let (lane, chart) = (self.lane, self.lane.chart);
         let along = |index: usize| lane.track.at(ways[index]);
         let spot = |(i, place): (usize, Place)| {
             let mut slab = [along(i.saturating_sub(1)), along((i + 1).min(ways.len() - 1))];
@@ -282,7 +282,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         let share = lane.options.path_share;
         let Band { lower, upper } = lane.options.band;
         let band = Band { lower: lower - share, upper: upper + share };
-        Between { face: lane.face, cutter: lane.cutter, chart: lane.options.along, band }
+        Between { face: lane.face, cutter: lane.cutter, chart: lane.chart, band }
     }
 
     /// Halves spans until the curve through the stations keeps the widened band on each, or the spacing is the
@@ -362,7 +362,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         if a.along > high || b.along < low {
             return true;
         }
-        let (lane, chart) = (self.lane, self.lane.options.along);
+        let (lane, chart) = (self.lane, self.lane.chart);
         let upper = lane.options.band.upper + lane.options.path_share;
         let curve = &sweep.curve;
         let middle = 0.5 * (curve.knots[span] + curve.knots[span + 1]);

@@ -5,7 +5,7 @@ use super::options::{CoverError, Method, Place};
 use super::region::{Local, Region};
 use super::site::Site;
 use super::split;
-use super::state::{Lot, Side, State, Step};
+use super::state::{Lot, State, Step};
 
 /// Tasks within tasks.
 const DEPTH: u32 = 2;
@@ -21,15 +21,6 @@ pub(super) struct Task {
     pub(super) worth: f64,
 }
 
-/// How far a whole face is finished.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Mark {
-    /// How far across.
-    pub(super) across: f64,
-    /// What it costs up to there \[mm\].
-    pub(super) price: f64,
-}
-
 /// A face while its passes are placed.
 pub(super) struct Job<'a, Inside> {
     pub(super) site: &'a Site<'a, Inside>,
@@ -40,27 +31,18 @@ pub(super) struct Job<'a, Inside> {
     pub(super) limits: [u64; 2],
     /// How much of the face is done.
     pub(super) share: f64,
-    /// What part of all progress that is, from one share to another.
-    pub(super) portion: [f64; 2],
 }
 
 impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
-    /// Passes over all of a face, the best lane by lane; how far it was after each.
-    pub(super) fn whole(&mut self, task: &Task) -> Result<Vec<Mark>, CoverError> {
+    /// Passes over all of a face, the best lane by lane.
+    pub(super) fn whole(&mut self, task: &Task) -> Result<(), CoverError> {
         let [first, last] = task.bounds[0];
-        let price = self.state.price(self.site.options);
-        let mut marks = vec![Mark { across: first, price }];
         let region = self.site.whole.within(task.bounds);
         let mut next = first;
         loop {
             self.share = (next - first) / (last - first);
-            let step = self.lane(&region, next, task)?;
-            let price = self.state.price(self.site.options);
-            next = step.as_ref().map_or(last, |step| step.next);
-            marks.push(Mark { across: next, price });
-            if step.is_none() {
-                return Ok(marks);
-            }
+            let Some(step) = self.lane(&region, next, task)? else { return Ok(()) };
+            next = step.next;
         }
     }
 
@@ -86,8 +68,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         across: f64,
         task: &Task,
     ) -> Result<Option<Step>, CoverError> {
-        let [from, to] = self.portion;
-        (self.site.report)(from + (to - from) * self.share)?;
+        (self.site.report)(self.share)?;
         let task = &self.within_limits(across, task)?;
         let lot = self.lay(region, across, task)?;
         let mut advances = if task.depth == 0 {
@@ -124,7 +105,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     fn within_limits(&mut self, across: f64, task: &Task) -> Result<Task, CoverError> {
         let [wide, all] = self.limits;
         let face = self.site.face.face().number;
-        let at = || self.site.options.along.uv([across, task.bounds[1][0]]);
+        let at = || self.site.chart.uv([across, task.bounds[1][0]]);
         if self.work > all {
             let at = Box::new(Place::new(self.site.face, at()));
             let share = self.share;
@@ -150,15 +131,11 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let mut next = lot.reach(advance).min(across + advance / lot.rate);
         let sweeps = lot.stretches.iter().map(|stretch| self.site.sweep(stretch));
         let face = self.site.face.face().number;
-        self.state.add(lot.stretches.clone(), sweeps, (face, self.site.options));
+        let site = self.site;
+        let given = (face, &site.chart, site.options);
+        self.state.add(lot.stretches.clone(), sweeps, given, site.clock);
         for run in split::narrower(&lot.parts, advance) {
-            let before = self.state.price(self.site.options);
             next = self.again(lot, run, [across, next], task)?.min(next);
-            if task.depth == 0 {
-                let along = lot.along(run);
-                let cost = self.state.price(self.site.options) - before;
-                self.state.sides.push(Side { along, cost });
-            }
         }
         Ok(next)
     }
@@ -171,12 +148,12 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         across: f64,
         task: &Task,
     ) -> Result<f64, CoverError> {
-        let (before, options) = (self.state.clone(), self.site.options);
+        let before = self.state.clone();
         let mut best: Option<(usize, f64, f64, State)> = None;
         for &advance in advances {
             self.state = before.clone();
             let next = self.go_on(lot, advance, across, task)?;
-            let cost = self.state.price(options) - before.price(options);
+            let cost = self.state.price() - before.price();
             let (missed, rate) = (self.state.missed.len(), cost / (next - across));
             let better = |(m, r, ..): &(usize, f64, f64, State)| (missed, rate) < (*m, *r);
             if best.as_ref().is_none_or(better) {
@@ -204,7 +181,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             self.miss(&lot.columns, region.bounds[0][1]);
             return Ok(None);
         }
-        let (site, chart) = (self.site, self.site.options.along);
+        let (site, chart) = (self.site, &self.site.chart);
         let face = site.face.face().number;
         if let Some((at, error)) = lot.refused.clone() {
             let at = Box::new(Place::new(site.face, chart.uv(at)));
@@ -259,13 +236,12 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     /// Remembers columns that stay unfinished so far, up to `end`.
     fn miss(&mut self, columns: &[Column], end: f64) {
         let open = columns.iter().filter(|c| c.finished < end);
-        let chart = self.site.options.along;
-        self.state.missed.extend(open.map(|c| chart.exchange([[c.finished, end], c.along])));
+        self.state.missed.extend(open.map(|c| [[c.finished, end], c.along]));
     }
 
     /// Notes why wide strips are not taken on some columns.
     fn fall_back(&mut self, lot: &Lot, range: [usize; 2]) {
-        let place = (self.site.face.face().number, self.site.options.along);
+        let place = (self.site.face.face().number, &self.site.chart);
         self.state.report.fallbacks.extend(lot.fallback(range, place));
     }
 

@@ -1,40 +1,11 @@
-//! The end-point track of a pass: an iso-parametric line with its arc length, run out at both ends.
+//! The end-point track of a pass: a line of its chart with its arc length, run out at both ends.
 
-use super::options::Along;
-use super::region::Local;
+use super::chart::Chart;
 use crate::surface::FaceIndex;
 
 /// Intervals of the arc-length table over the face, and over either extension.
 const INTERVALS: u32 = 256;
 const EXTENSION_INTERVALS: u32 = 16;
-
-impl Along {
-    /// Parameters `[u, v]` of a place across and along the passes.
-    pub(super) fn uv(self, local: Local) -> [f64; 2] {
-        self.exchange(local)
-    }
-
-    /// From across and along to u and v, or back: the same exchange.
-    pub(super) fn exchange<T>(self, [first, second]: [T; 2]) -> [T; 2] {
-        match self {
-            Self::U => [second, first],
-            Self::V => [first, second],
-        }
-    }
-
-    /// The other one.
-    pub(super) fn other(self) -> Self {
-        match self {
-            Self::U => Self::V,
-            Self::V => Self::U,
-        }
-    }
-
-    /// The inverse of [`Along::uv`].
-    pub(super) fn local(self, uv: [f64; 2]) -> Local {
-        self.exchange(uv)
-    }
-}
 
 /// Arc length over the parameter along a line `across` = const.
 #[derive(Debug, Clone)]
@@ -52,7 +23,7 @@ impl Track {
     /// the line stands still (a collapsed edge) is not carried on.
     pub(super) fn new(
         face: &FaceIndex,
-        chart: Along,
+        chart: &Chart,
         across: f64,
         [start, end]: [f64; 2],
         extension: f64,
@@ -60,10 +31,8 @@ impl Track {
         let speed = |along: f64| {
             let [u, v] = chart.uv([across, along]);
             let jet = face.face().surface.jet1(u, v);
-            match chart {
-                Along::U => jet.su.norm(),
-                Along::V => jet.sv.norm(),
-            }
+            let [_, [du, dv]] = chart.steps([across, along]);
+            (jet.su * du + jet.sv * dv).norm()
         };
         let width = (end - start) / f64::from(INTERVALS);
         let mut track = Self { along: vec![start], way: vec![0.0], length: 0.0 };

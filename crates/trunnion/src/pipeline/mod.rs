@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod estimate;
 mod job;
+mod pace;
 mod programs;
 mod reach;
 mod retracts;

@@ -3,6 +3,7 @@
 use super::error::PipelineError;
 use super::estimate::{Estimate, rest_to_rest};
 use super::job::Job;
+use super::pace::Pace;
 use super::programs::LINK_TOLERANCE;
 use crate::axes::{
     self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
@@ -29,9 +30,6 @@ const FALLBACK_LEAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// Work for the strips of a face, over that of finishing it at the fixed lead.
 const EFFORT: f64 = 3.0;
-
-/// Ways of going on that are kept while lanes are chosen.
-const AHEAD: usize = 1;
 
 /// Share of the linearisation that the quintic axis path takes from the blocks: tip and axis each.
 pub(super) const QUINTIC_SHARE: f64 = 0.1;
@@ -84,6 +82,8 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         along: match strategy.along {
             file::Along::U => cover::Along::U,
             file::Along::V => cover::Along::V,
+            file::Along::Curvature => cover::Along::Curvature,
+            file::Along::Adaptive => cover::Along::Adaptive,
         },
         direction: match strategy.direction {
             file::Direction::Zigzag => cover::Direction::ZigZag,
@@ -103,9 +103,9 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
         lead,
         effort: EFFORT,
-        ahead: AHEAD,
     };
-    Ok(cover::cover(&job.faces, &job.cutter, &options, progress)?)
+    let clock = Pace::new(job, options.link);
+    Ok(cover::cover_by(&job.faces, &job.cutter, &options, (&clock, progress))?)
 }
 
 /// Whether the tool may hop: where stock may stand anywhere it goes over all of it.

@@ -178,7 +178,7 @@ pub struct Split {
 pub struct Strategy {
     /// How the tool is placed.
     pub method: Method,
-    /// Parameter the passes follow.
+    /// What the passes follow.
     pub along: Along,
     /// Whether every second pass runs back.
     pub direction: Direction,
@@ -207,13 +207,17 @@ pub enum Method {
     },
 }
 
-/// Parameter that varies along a pass.
+/// What a pass follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Along {
-    /// First.
+    /// The first parameter.
     U,
-    /// Second.
+    /// The second one.
     V,
+    /// The direction in which the face is bent least towards the cutter.
+    Curvature,
+    /// Whichever of these, bends between them, and turns at the rims takes the machine least time.
+    Adaptive,
 }
 
 /// Order of passes.

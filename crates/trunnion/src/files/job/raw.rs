@@ -228,7 +228,9 @@ pub(super) struct RawStrategy {
     /// Angle between tool axis and surface normal for fixed-tilt, in degrees.
     #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 90.0))]
     pub(super) tilt: Option<f64>,
-    /// Parameter the passes follow.
+    /// What the passes follow: the parameter u or v; "curvature", the direction in which the face is bent least
+    /// towards the cutter; or "adaptive", which looks for the passes that take the machine least time, straight, bent or
+    /// turned at the rims of the face, and takes a few times as long to plan.
     pub(super) along: RawAlong,
     /// Whether every second pass runs back.
     #[serde(default)]

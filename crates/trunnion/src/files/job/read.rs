@@ -330,13 +330,10 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
 fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
     let method = method(raw, doc);
     let along = match raw.along {
-        RawAlong::U => Some(Along::U),
-        RawAlong::V => Some(Along::V),
-        RawAlong::Curvature | RawAlong::Adaptive => {
-            let message = "passes follow u or v so far";
-            doc.fault("strategy.along", message, "write `along = \"u\"` or `along = \"v\"`");
-            None
-        }
+        RawAlong::U => Along::U,
+        RawAlong::V => Along::V,
+        RawAlong::Curvature => Along::Curvature,
+        RawAlong::Adaptive => Along::Adaptive,
     };
     if let Some([low, high]) = raw.offset_range
         && low >= high
@@ -346,7 +343,7 @@ fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
     }
     Some(Strategy {
         method: method?,
-        along: along?,
+        along,
         direction: match raw.direction {
             RawDirection::Zigzag => Direction::Zigzag,
             RawDirection::OneWay => Direction::OneWay,

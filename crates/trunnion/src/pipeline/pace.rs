@@ -1,0 +1,100 @@
+//! What passes take on the machine, estimated from axis speeds alone.
+
+use super::job::Job;
+use crate::cover::Clock;
+use crate::files::job::Reference;
+use crate::inverse::Inverse;
+use crate::machine::FIRST_ROTARY;
+use crate::types::{AXES, AxisVector, Station};
+
+/// Times of passes and links: feed and axis velocities, without accelerations along a pass.
+#[derive(Debug)]
+pub(super) struct Pace {
+    /// `None` for a setup without numbers, which is refused where the axes are solved.
+    inverse: Option<Inverse>,
+    home: AxisVector,
+    /// mm/s, of the contact or the tip.
+    feed: f64,
+    at_contact: bool,
+    tip: f64,
+    velocity: AxisVector,
+    rapid: AxisVector,
+    acceleration: AxisVector,
+    /// What a link takes besides its rotary travel \[s\].
+    link: f64,
+}
+
+impl Pace {
+    /// `link` is the length cut while the tool goes up, over and down \[mm\].
+    pub(super) fn new(job: &Job, link: f64) -> Self {
+        let machine = job.kinematics.machine();
+        let feed = job.file.cutting.feed;
+        Self {
+            inverse: Inverse::new(&job.kinematics).ok(),
+            home: machine.home(),
+            feed,
+            at_contact: job.file.cutting.reference == Reference::Contact,
+            tip: machine.cycle.tip_speed_max.unwrap_or(f64::INFINITY),
+            velocity: machine.vector(|axis| axis.vel),
+            rapid: machine.vector(|axis| axis.rapid),
+            acceleration: machine.vector(|axis| axis.acc),
+            link: link / feed,
+        }
+    }
+
+    /// Axes at a station, near those before; `None` where the machine does not get there: that is told later.
+    fn axes(&self, station: &Station, near: &AxisVector) -> Option<AxisVector> {
+        self.inverse.as_ref()?.near(&station.pose, near).ok()
+    }
+
+    /// Time between two stations of a pass, with the axes at both where they are known \[s\].
+    fn step(&self, [a, b]: [&Station; 2], axes: [Option<AxisVector>; 2]) -> f64 {
+        let contact = (b.contact - a.contact).norm();
+        let tip = (b.pose.tip - a.pose.tip).norm();
+        let cut = if self.at_contact { contact } else { tip } / self.feed;
+        let least = cut.max(tip / self.tip);
+        let [Some(p), Some(q)] = axes else { return least };
+        (0..AXES).map(|axis| (q[axis] - p[axis]).abs() / self.velocity[axis]).fold(least, f64::max)
+    }
+}
+
+impl Clock for Pace {
+    fn feed(&self) -> f64 {
+        self.feed
+    }
+
+    fn pass(&self, stations: &[Station]) -> f64 {
+        let mut near = self.home;
+        let mut before: Option<(&Station, Option<AxisVector>)> = None;
+        let mut sum = 0.0;
+        for station in stations {
+            let axes = self.axes(station, &near);
+            if let Some((last, at)) = before {
+                sum += self.step([last, station], [at, axes]);
+            }
+            near = axes.unwrap_or(near);
+            before = Some((station, axes));
+        }
+        sum
+    }
+
+    /// Rotaries turn from rest to rest while the tool goes over.
+    fn link(&self, from: &Station, to: &Station) -> f64 {
+        let turn = self.axes(from, &self.home).and_then(|start| {
+            let end = self.axes(to, &start)?;
+            let time = |axis: usize| {
+                let (way, speed) = ((end[axis] - start[axis]).abs(), self.rapid[axis]);
+                let acceleration = self.acceleration[axis];
+                if way * acceleration > speed * speed {
+                    way / speed + speed / acceleration
+                } else {
+                    2.0 * (way / acceleration).sqrt()
+                }
+            };
+            Some((FIRST_ROTARY..AXES).map(time).fold(0.0, f64::max))
+        });
+        // Of a link's three stretches the middle one, over, may take longer for the turn.
+        let over = self.link / 3.0;
+        self.link - over + turn.unwrap_or(0.0).max(over)
+    }
+}
