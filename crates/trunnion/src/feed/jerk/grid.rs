@@ -7,17 +7,24 @@ use crate::feed::refine::resolvable;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
-/// A rest cell's share of the piece, at most: a profile needs several cells to speed up and stop.
+/// A rest cell's share of the piece, at most: a profile needs several cells to speed up and stop. On a
+/// straight line a move of four phases is at constant jerk over the first twelfth, exactly what a rest
+/// cell is; its cell is the power of two below.
 const REST_SHARE: f64 = 0.0081;
+const STRAIGHT_SHARE: f64 = 0.035;
+
+/// A path counts as straight where the terms of `q''` and of `q'''` change the jerk of a rest cell by no
+/// more than this share.
+const STRAIGHT: f64 = 0.1;
 
 /// Largest cell, as a share of the piece. No simple fraction: even nodes, halved, would meet it
 /// exactly, and rounding would decide.
 const LARGEST_SHARE: f64 = 0.0163;
 
 /// Largest cell, as a share of its distance from the nearest end. From rest `x` goes with the
-/// distance to the power 4/3: over such a cell it grows by 1.75, and the bound of the jerk, which is
-/// exact in the middle, is 3 % off at its ends. No simple fraction either.
-const GROWTH: f64 = 0.523;
+/// distance to the power 4/3, and over a cell jerk goes with the root of `x`: at most 1.17 times. No
+/// simple fraction either.
+const GROWTH: f64 = 0.26;
 
 /// The path's nodes, with cells halved until they resolve rest at both ends.
 pub(super) fn graded<const N: usize>(piece: &AxisPiece<N>, limits: &Reciprocals<N>) -> Grid<N> {
@@ -25,16 +32,15 @@ pub(super) fn graded<const N: usize>(piece: &AxisPiece<N>, limits: &Reciprocals<
     let (Some(first), Some(last)) = (piece.nodes.first(), piece.nodes.last()) else { return grid };
     let ends = [first.s, last.s];
     let length = ends[1] - ends[0];
-    let rest = [&first.q[1], &last.q[1]].map(|rate| {
-        let most = |limits: &SVector<f64, N>| rate.component_mul(limits).amax();
-        let [a, j] =
-            [most(&limits.acceleration), most(&limits.jerk.unwrap_or_else(SVector::zeros))];
-        // Constant jerk 1/j until the acceleration 1/a: t = j / a, s = t³ / 6 j.
-        (REST_SHARE * length).min((j / a).powi(2) / (24.0 * a))
+    let last_interval = piece.nodes.len().saturating_sub(2);
+    let rest = [(0, first.s), (last_interval, last.s)].map(|(interval, s)| {
+        let quintic = piece.quintic(interval);
+        quintic.map_or(0.0, |(origin, quintic)| rest_length(quintic.at(s - origin), limits, length))
     });
     let allowed = |from: f64, to: f64| {
         let [before, after] = [from - ends[0], ends[1] - to];
-        let by_end = |distance: f64, rest: f64| rest.max(GROWTH * distance);
+        let by_end =
+            |distance: f64, rest: f64| if distance > 0.0 { GROWTH * distance } else { rest };
         (LARGEST_SHARE * length).min(by_end(before, rest[0])).min(by_end(after, rest[1]))
     };
     for pair in piece.nodes.windows(2) {
@@ -53,4 +59,23 @@ pub(super) fn graded<const N: usize>(piece: &AxisPiece<N>, limits: &Reciprocals<
     }
     grid.s.push(ends[1]);
     grid
+}
+
+/// Length of a rest cell at an end with these derivatives of the axes.
+///
+/// Constant jerk `1/j` until the acceleration `1/a` takes `t = j / a` and `s = t³ / 6 j`. Jerks of a rest
+/// cell over `σ` are `q''' σ² + 2 q'' σ + 2/9 q'`, times what is the same all over it.
+fn rest_length<const N: usize>(
+    [_, rate, bend, third]: [SVector<f64, N>; 4],
+    limits: &Reciprocals<N>,
+    length: f64,
+) -> f64 {
+    let jerks = limits.jerk.unwrap_or_else(SVector::zeros);
+    let jerk = |values: SVector<f64, N>| values.component_mul(&jerks).amax();
+    let [a, j] = [rate.component_mul(&limits.acceleration).amax(), jerk(rate)];
+    let phase = (j / a).powi(2) / (6.0 * a);
+    let curved = STRAIGHT / 9.0 * j / jerk(bend);
+    let twisted = (STRAIGHT * 2.0 / 9.0 * j / jerk(third)).sqrt();
+    let straight = (STRAIGHT_SHARE * length).min(0.5 * phase).min(curved).min(twisted);
+    (REST_SHARE * length).min(0.25 * phase).max(straight)
 }
