@@ -216,3 +216,54 @@ fn wrong_limits_are_named_with_what_to_do() {
     refused(&good, &fast, &optimal, "start speed 60 is above what the path allows, ");
     refused(&good, LIMITS, &["--no-guarantee"], "goes with --method optimal");
 }
+
+#[test]
+fn a_window_gives_the_schedule_of_the_whole_path() {
+    let folder = folder(&table(&even(201, 0.5)), LIMITS);
+    let optimal = ["--method", "optimal", "--time-tolerance", "1"];
+    let whole = summary(folder.path(), &optimal);
+    let window = summary(folder.path(), &["--method", "optimal", "--window", "64"]);
+    let [whole, through] = [&whole, &window].map(|found| found["duration"].as_f64().unwrap());
+    assert!(through >= whole * (1.0 - 1e-9) && through <= whole * 1.001, "{through} {whole}");
+    assert_eq!(window["window"], 64);
+    let last = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap()).pop().unwrap();
+    assert!((last[0] - 100.0).abs() < 1e-12 && last[2].abs() < 1e-9);
+    refused(&table(&even(9, 1.0)), LIMITS, &["--window", "64"], "goes with --method optimal");
+}
+
+#[test]
+fn classical_blocks_are_told_what_they_break() {
+    let folder = folder(&table(&even(101, 1.0)), LIMITS);
+    let output = feed(folder.path(), &["--method", "blocks", "--json", "-o", "out.csv"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let within = found["within_limits"].as_bool().unwrap();
+    assert_eq!(output.status.code(), Some(i32::from(!within)), "{}", stderr(&output));
+    assert_eq!(found["method"], "blocks");
+    assert!(found["duration"].as_f64().unwrap() > 2.0, "{found}");
+}
+
+/// 10 mm at constant 20 mm/s is 0.5 s; a step to rest at the end would break the acceleration.
+#[test]
+fn given_speeds_are_run_and_their_breaches_told() {
+    let text = "s,X,X1,X2,speed\n0,0,1,0,20\n5,5,1,0,20\n10,10,1,0,20\n";
+    let limits = "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n";
+    let kept = folder(text, limits);
+    let found = summary(kept.path(), &["--method", "given"]);
+    assert!((found["duration"].as_f64().unwrap() - 0.5).abs() < 1e-12, "{found}");
+    let fast = folder(&text.replace("5,5,1,0,20", "5,5,1,0,80"), limits);
+    let output = feed(fast.path(), &["--method", "given", "-o", "out.csv"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    // 80² - 20² over 2 x 5 mm: 600 mm/s², and 80 of 50 mm/s.
+    assert!(
+        stderr(&output).contains("acceleration of X is 1.2000 of its limit"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(stderr(&output).contains("velocity of X is 1.6000 of its limit at s = 5"));
+    let bare = text.replace(",speed", "").replace(",20\n", "\n");
+    refused(&bare, limits, &["--method", "given"], "column speed is missing");
+    let stopped = text.replace(",20\n", ",0\n");
+    refused(&stopped, limits, &["--method", "given"], "the given speed is zero from s = 0 to 5");
+    let wrong = text.replace("5,5,1,0,20", "5,5,1,0,-3");
+    refused(&wrong, limits, &["--method", "given"], "speeds be finite and not negative");
+}

@@ -2,6 +2,7 @@
 
 mod out;
 mod path;
+mod plan;
 
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
@@ -10,7 +11,7 @@ use crate::text;
 use path::Table;
 use std::path::PathBuf;
 use std::time::Instant;
-use trunnion::feed::{self, FeedError, FeedOptions, Limits, Plan};
+use trunnion::feed::{Breach, FeedError, FeedOptions, Limits, Plan};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::types::AxisPath;
 
@@ -23,12 +24,15 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     limits: PathBuf,
     /// How to plan: `jerk` is fastest within jerk limits too, `optimal` within velocity and
-    /// acceleration limits alone.
+    /// acceleration limits alone; `blocks` and `given` are run whatever the limits, and told what breaks.
     #[arg(long, value_enum, default_value = "jerk")]
     method: Method,
     /// optimal: look at the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     no_guarantee: bool,
+    /// optimal: plan row by row through a window of so many rows that can always stop, as a control does.
+    #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(4..))]
+    window: Option<u32>,
     /// Stop searching when less than this share of the time is to gain; 5e-3 for optimal, which
     /// takes long to come below, 1e-3 for jerk, unless given.
     #[arg(long, value_name = "SHARE", value_parser = share)]
@@ -40,7 +44,7 @@ pub(crate) struct Args {
     /// Also write the axes at every servo period: position, velocity, acceleration, jerk.
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
-    /// Servo period of --motion, in s.
+    /// Servo period of --motion and of the junctions of --method blocks, in s.
     #[arg(long, value_name = "SECONDS", default_value = "0.001", value_parser = share)]
     period: f64,
 }
@@ -49,15 +53,17 @@ const EXAMPLES: &str = "\
 Columns: s, and for each axis of the limits file NAME, NAME1, NAME2 (value and derivatives by s) and,
 if there, NAME3, which is checked. Between rows the path is the quintic through all three. Two rows
 with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
-by row. Units are those of the columns, per second.
+by row; with --method given a column `speed` is ds/dt. Units are those of the columns, per second.
 Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table an axis
                 [path]    feed = 50  acc, jerk, start, end      optional, along s
 Result: s,t,speed,acceleration,jerk. Between rows the acceleration is constant (optimal) or linear in
 s (jerk).
-Exit codes: 0 done; 1 done, but a limit is broken (--no-guarantee); 2 bad input, nothing written.
+Exit codes: 0 done; 1 done, but a limit is broken (--no-guarantee, blocks, given); 2 bad input, nothing
+written.
 
   trunnion feed path.csv --limits machine.toml -o profile.csv
   trunnion feed path.csv --limits machine.toml --method optimal --json -o profile.csv
+  trunnion feed path.csv --limits machine.toml --method optimal --window 512 -o profile.csv
   trunnion feed path.csv --limits machine.toml -o profile.csv --motion motion.csv --period 0.002";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -66,6 +72,10 @@ pub(crate) enum Method {
     Jerk,
     /// Velocity and acceleration limits.
     Optimal,
+    /// The classical look-ahead over straight blocks from row to row, to compare with.
+    Blocks,
+    /// The speeds of the column `speed`: what the axes do, and where which limit breaks.
+    Given,
 }
 
 impl Method {
@@ -73,7 +83,16 @@ impl Method {
     fn time_tolerance(self) -> f64 {
         match self {
             Self::Jerk => 1e-3,
-            Self::Optimal => 5e-3,
+            Self::Optimal | Self::Blocks | Self::Given => 5e-3,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Jerk => "jerk",
+            Self::Optimal => "optimal",
+            Self::Blocks => "blocks",
+            Self::Given => "given",
         }
     }
 }
@@ -93,7 +112,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let limits = parse(&text::read(&args.limits)?)
         .map_err(|faults| Failure::faults(&args.limits, &faults))?;
     jerks(args, &limits)?;
-    let table = Table::read(&args.ends, &limits)?;
+    let table = Table::read(&args.ends, &limits, args.method)?;
     match table.axes() {
         0..=3 => sized::<3>(args, json, &limits, &table),
         4..=5 => sized::<5>(args, json, &limits, &table),
@@ -113,8 +132,14 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
             "--json prints a summary on stdout\n  help: give the schedule a file with -o",
         ));
     }
-    if args.no_guarantee && args.method != Method::Optimal {
+    let optimal = args.method == Method::Optimal;
+    if args.no_guarantee && !optimal {
         return Err(Failure::input("--no-guarantee goes with --method optimal only"));
+    }
+    if args.window.is_some() && (!optimal || args.no_guarantee) {
+        return Err(Failure::input(
+            "--window goes with --method optimal, and always keeps the limits",
+        ));
     }
     Ok(())
 }
@@ -141,6 +166,8 @@ fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
 struct Planned<const N: usize> {
     path: AxisPath<N>,
     plan: Plan,
+    /// Where a given speed breaks which limit.
+    breaches: Vec<Breach>,
     /// Wall-clock time of planning \[s\].
     seconds: f64,
 }
@@ -163,16 +190,13 @@ fn sized<const N: usize>(
     };
     let progress = Bars::new();
     let start = Instant::now();
-    let plan = match args.method {
-        Method::Jerk => feed::jerk(&path, &limits, &options, &progress),
-        Method::Optimal => feed::optimal(&path, &limits, &options, &progress),
-    };
+    let plan = plan::plan(args, (&path, table), (&limits, &options), &progress);
     let seconds = start.elapsed().as_secs_f64();
-    let plan = plan.map_err(|error| match error {
+    let (plan, breaches) = plan.map_err(|error| match error {
         FeedError::Cancelled(_) => Failure::Stopped,
         error => Failure::input(format!("{}: {error}", args.ends.name().display())),
     })?;
-    let planned = Planned { path, plan, seconds };
+    let planned = Planned { path, plan, breaches, seconds };
     out::write(args, &planned, table)?;
     out::tell(args, json, &planned, table)
 }

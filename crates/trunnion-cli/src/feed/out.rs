@@ -8,7 +8,7 @@ use crate::{output, text};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{Error, Result as Written, Write};
-use trunnion::feed::{Binding, Plan, Ratios};
+use trunnion::feed::{Binding, Breach, Plan, Ratios};
 use trunnion::files::table::write_number;
 use trunnion::setpoint;
 
@@ -93,6 +93,9 @@ fn numbers<const M: usize>(line: &mut String, values: [f64; M]) {
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     method: &'static str,
+    /// Rows looked ahead; all without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window: Option<u32>,
     guarantee: bool,
     /// Time the schedule takes \[s\].
     duration: f64,
@@ -146,10 +149,16 @@ pub(super) fn tell<const N: usize>(
     tell_rests(&rests);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
-    let within = kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept;
+    let within = if args.method == Method::Given {
+        planned.breaches.is_empty()
+    } else {
+        kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept
+    };
+    tell_breaches(&planned.breaches, table);
     let summary = Summary {
-        method: if args.method == Method::Jerk { "jerk" } else { "optimal" },
-        guarantee: !args.no_guarantee,
+        method: args.method.name(),
+        window: args.window,
+        guarantee: !args.no_guarantee && matches!(args.method, Method::Jerk | Method::Optimal),
         duration: plan.schedule.duration(),
         seconds: planned.seconds,
         points: plan.schedule.pieces.iter().map(|piece| piece.s.len()).sum(),
@@ -183,6 +192,16 @@ fn tell_rests(rests: &[Rest]) {
     }
     if rests.len() > TOLD {
         eprintln!("and at {} more places; smooth the path to run through them", rests.len() - TOLD);
+    }
+}
+
+fn tell_breaches(breaches: &[Breach], table: &Table) {
+    for Breach { s: [from, to], limit: name, ratio, worst, .. } in breaches.iter().take(TOLD) {
+        let name = limit(*name, table);
+        eprintln!("s = {from} to {to}: {name} is {ratio:.4} of its limit at s = {worst}");
+    }
+    if breaches.len() > TOLD {
+        eprintln!("and {} more stretches; lower the column `speed` there", breaches.len() - TOLD);
     }
 }
 
@@ -234,7 +253,8 @@ fn words(summary: &Summary) -> String {
         binding.map(|bound| format!("{} {:.1} %", bound.limit, 100.0 * bound.share)).collect();
     let _ = writeln!(out, "what binds: {}", binding.join(", "));
     if !summary.within_limits {
-        let _ = writeln!(out, "a limit is broken{}", if summary.guarantee { "" } else { HINT });
+        let rows_alone = summary.method == Method::Optimal.name() && !summary.guarantee;
+        let _ = writeln!(out, "a limit is broken{}", if rows_alone { HINT } else { "" });
     }
     if summary.output != "-" {
         let _ = writeln!(out, "wrote {}", summary.output);

@@ -5,7 +5,7 @@ use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use nalgebra::SVector;
 use std::path::PathBuf;
-use trunnion::feed::Limits;
+use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::{AxisLimits, LimitsFile};
 use trunnion::files::table::Header;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Fault, Motion};
@@ -37,8 +37,9 @@ pub(super) struct Rest {
 
 impl Table {
     /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
-    pub(super) fn read(ends: &Ends, limits: &LimitsFile) -> Result<Self, Failure> {
-        let rows = ends.read(|header| columns(header, limits))?;
+    pub(super) fn read(ends: &Ends, limits: &LimitsFile, method: Method) -> Result<Self, Failure> {
+        let speed = method == Method::Given;
+        let rows = ends.read(|header| columns(header, limits, speed))?;
         let has = |name: &str| rows.names.iter().any(|column| column == name);
         let axes = in_order(&rows.names, limits);
         let path_axis = limits.path.acc.is_some() || limits.path.jerk.is_some();
@@ -158,13 +159,24 @@ impl Table {
         if self.path_axis {
             (q[0][self.axes.len()], q[1][self.axes.len()]) = (s, 1.0);
         }
-        let feed = values.next();
+        let feed = values.next().filter(|_| self.has_feed);
         if let Some(feed) = feed.filter(|feed| *feed <= 0.0) {
             let help = "write the largest ds/dt at this row, or leave the column out";
             faults.add(self.fault(row, format!("feed = {feed} must be above 0"), help));
         }
         let most = feed.map(|feed| feed.min(self.path_feed.unwrap_or(feed)));
         AxisNode { s, q, tip_rate: 0.0, feed_rate: most.map_or(1.0, f64::recip) }
+    }
+
+    /// The column `speed`, piece by piece.
+    pub(super) fn speeds<const N: usize>(&self, path: &AxisPath<N>) -> Vec<GivenSpeed> {
+        let width = self.rows.names.len();
+        let mut speeds = self.rows.values.chunks(width).map(|row| row.last().copied());
+        let of = |piece: &AxisPiece<N>| GivenSpeed {
+            s: piece.nodes.iter().map(|node| node.s).collect(),
+            speed: speeds.by_ref().take(piece.nodes.len()).flatten().collect(),
+        };
+        path.pieces.iter().map(of).collect()
     }
 
     /// Both rows of a jump must be at the same place.
@@ -300,8 +312,9 @@ fn piece<const N: usize>(nodes: Vec<AxisNode<N>>) -> AxisPiece<N> {
     AxisPiece { motion: Motion::Cut, source: 0, nodes }
 }
 
-/// Columns to read: s, the axes with limits in the table's order, `feed` if it is there.
-fn columns(header: &Header, limits: &LimitsFile) -> Result<Vec<String>, Vec<Fault>> {
+/// Columns to read: s, the axes with limits in the table's order, `feed` if it is there, `speed` if it is
+/// asked for.
+fn columns(header: &Header, limits: &LimitsFile, speed: bool) -> Result<Vec<String>, Vec<Fault>> {
     let has = |name: &str| header.names().iter().any(|column| column == name);
     let mut faults = Vec::new();
     for name in header.names() {
@@ -322,6 +335,9 @@ fn columns(header: &Header, limits: &LimitsFile) -> Result<Vec<String>, Vec<Faul
     }
     if has("feed") {
         wanted.push("feed".into());
+    }
+    if speed {
+        wanted.push("speed".into());
     }
     Ok(wanted)
 }

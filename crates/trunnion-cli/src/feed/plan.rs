@@ -1,0 +1,76 @@
+//! The methods of `trunnion feed`.
+
+use super::path::Table;
+use super::{Args, Method};
+use trunnion::feed::{
+    self, Ahead, BlockOptions, Breach, FeedError, FeedOptions, GivenSpeed, Limits, Plan, Stream,
+    StreamOptions,
+};
+use trunnion::types::{AxisNode, AxisPath, Progress};
+
+/// Paper 001's window: so many blocks at first, and on until they last so many periods.
+const BLOCKS_AHEAD: Ahead = Ahead::Dynamic { blocks: 5, periods: 1000.0 };
+
+/// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
+const LEAST_ROWS: f64 = 128.0;
+
+/// Plans by the method asked for; breaches are those of given speeds.
+pub(super) fn plan<const N: usize>(
+    args: &Args,
+    (path, table): (&AxisPath<N>, &Table),
+    (limits, options): (&Limits<N>, &FeedOptions),
+    progress: &dyn Progress,
+) -> Result<(Plan, Vec<Breach>), FeedError> {
+    let unbroken = |plan| (plan, Vec::new());
+    match (args.method, args.window) {
+        (Method::Optimal, Some(rows)) => {
+            let speeds = streamed(path, limits, options, rows as usize)?;
+            // Measured and bounded as any speed is.
+            let (plan, _) = feed::given(path, &speeds, (limits, options), progress)?;
+            Ok(unbroken(plan))
+        }
+        (Method::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
+        (Method::Jerk, _) => feed::jerk(path, limits, options, progress).map(unbroken),
+        (Method::Blocks, _) => {
+            let blocks = BlockOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
+            feed::blocks(path, limits, (options, &blocks), progress).map(unbroken)
+        }
+        (Method::Given, _) => feed::given(path, &table.speeds(path), (limits, options), progress),
+    }
+}
+
+/// The speeds of a path that is fed through a window, row by row.
+fn streamed<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    options: &FeedOptions,
+    window: usize,
+) -> Result<Vec<GivenSpeed>, FeedError> {
+    let ends = |nodes: &[AxisNode<N>]| Some(nodes.last()?.s - nodes.first()?.s);
+    let length: f64 = path.pieces.iter().filter_map(|piece| ends(&piece.nodes)).sum();
+    let FeedOptions { feed, link_feed, tip, .. } = *options;
+    let step = length / LEAST_ROWS;
+    let mut stream = Stream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
+    let mut speeds = vec![GivenSpeed::default(); path.pieces.len()];
+    let mut nodes = path.pieces.iter().flat_map(|piece| {
+        piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))
+    });
+    loop {
+        while stream.wants() {
+            let Some((first, motion, node)) = nodes.next() else { break };
+            if first {
+                stream.begin(motion);
+            }
+            stream.push(*node)?;
+        }
+        let Some(step) = stream.next() else { break };
+        let Some(given) = speeds.get_mut(step.piece) else { break };
+        if given.s.is_empty() {
+            given.s.push(step.s[0]);
+            given.speed.push(step.speed[0]);
+        }
+        given.s.push(step.s[1]);
+        given.speed.push(step.speed[1]);
+    }
+    Ok(speeds)
+}
