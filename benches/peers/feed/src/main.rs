@@ -1,0 +1,131 @@
+//! Times trunnion's planners on one workload: `trunnion-feed-peers FILE.bin optimal|jerk REPEATS`.
+//!
+//! FILE is little-endian f64: rows, axes, then per row s and five axes with three derivatives, as
+//! `workloads.py` writes it. One line of JSON a planner: name, seconds of the schedule, nanoseconds of
+//! thread CPU time a point (median), what the dense check found.
+
+use nalgebra::SVector;
+use std::error::Error;
+use trunnion::feed::{
+    FeedOptions, Limits, Ratios, Stream, StreamOptions, jerk, optimal, optimal_schedule,
+};
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
+
+const COLUMNS: usize = 21;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [file, method, repeats] = arguments.as_slice() else {
+        return Err("FILE.bin optimal|jerk REPEATS".into());
+    };
+    // All on this thread, whose CPU time is read.
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
+    let path = read(file)?;
+    let points = path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
+    let run = Run { points: points as f64, repeats: repeats.parse()? };
+    let options = |guarantee| FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: if method == "jerk" { 1e-3 } else { 1.0 },
+        ends: [0.0; 2],
+        guarantee,
+    };
+    if method == "jerk" {
+        return run.time("jerk", || {
+            let plan = jerk(&path, &limits(true), &options(true), &Silent)?;
+            Ok((plan.schedule.duration(), Some(plan.ratios)))
+        });
+    }
+    for (name, guarantee) in [("schedule at rows", false), ("schedule", true)] {
+        run.time(name, || {
+            let found = optimal_schedule(&path, &limits(false), &options(guarantee), &Silent)?;
+            Ok((found.duration(), None))
+        })?;
+    }
+    run.time("optimal", || {
+        let plan = optimal(&path, &limits(false), &options(true), &Silent)?;
+        Ok((plan.schedule.duration(), Some(plan.ratios)))
+    })?;
+    run.time("stream of 512", || Ok((streamed(&path)?, None)))
+}
+
+struct Run {
+    points: f64,
+    repeats: u32,
+}
+
+impl Run {
+    fn time(
+        &self,
+        name: &str,
+        plan: impl Fn() -> Result<(f64, Option<Ratios>), Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        let mut times = Vec::new();
+        let mut last = (0.0, None);
+        for _ in 0..self.repeats {
+            let start = cpu()?;
+            last = plan()?;
+            times.push(cpu()? - start);
+        }
+        times.sort_by(f64::total_cmp);
+        let median = times[times.len() / 2] / self.points;
+        let ratios = last.1.map_or(String::new(), |Ratios { velocity, acceleration, jerk }| {
+            let jerk = jerk.unwrap_or_default();
+            format!(
+                ", \"velocity\": {velocity}, \"acceleration\": {acceleration}, \"jerk\": {jerk}"
+            )
+        });
+        println!("{{\"name\": \"{name}\", \"duration\": {}, \"ns\": {median}{ratios}}}", last.0);
+        Ok(())
+    }
+}
+
+/// CPU time of this thread \[ns\]; yielding makes the kernel bring it up to date.
+fn cpu() -> Result<f64, Box<dyn Error>> {
+    std::thread::yield_now();
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+    Ok(text.split(' ').next().unwrap_or_default().parse()?)
+}
+
+fn read(file: &str) -> Result<AxisPath, Box<dyn Error>> {
+    let bytes = std::fs::read(file)?;
+    let number = |bytes: &[u8]| bytes.try_into().map(f64::from_le_bytes);
+    let numbers = bytes.chunks_exact(8).map(number).collect::<Result<Vec<f64>, _>>()?;
+    let rows = numbers.get(2..).unwrap_or_default().chunks_exact(COLUMNS);
+    let nodes = rows.map(|row| {
+        let axes = |order: usize| SVector::from_iterator(row[1 + 5 * order..].iter().copied());
+        let q = std::array::from_fn(axes);
+        AxisNode { s: row[0], q, tip_rate: 0.0, feed_rate: 0.0 }
+    });
+    Ok(AxisPath {
+        pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes: nodes.collect() }],
+    })
+}
+
+fn limits(with_jerk: bool) -> Limits<5> {
+    let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
+    Limits {
+        velocity,
+        rapid: velocity,
+        acceleration: SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]),
+        jerk: with_jerk.then(|| SVector::from([1e5, 1e5, 1e5, 1200.0, 2000.0])),
+    }
+}
+
+fn streamed(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
+    let options =
+        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+    let mut stream = Stream::new(limits(false), options)?;
+    let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
+    stream.begin(Motion::Cut);
+    loop {
+        while stream.wants() {
+            let Some(node) = nodes.next() else { break };
+            stream.push(*node)?;
+        }
+        if stream.next().is_none() {
+            return Ok(stream.time());
+        }
+    }
+}
