@@ -486,7 +486,8 @@ fn legs_join_and_turn_only_above_the_plane() {
     for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
         let link = LinkOptions {
             up: Vector3::z_axis(),
-            plane: 20.0,
+            boxes: vec![[Point3::new(0.0, 0.0, -9.0), Point3::new(30.0, 30.0, 12.0)]],
+            clearance: 8.0,
             lead,
             approach: f64::INFINITY,
             gouge: 0.002,
@@ -497,7 +498,7 @@ fn legs_join_and_turn_only_above_the_plane() {
         through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
         for leg in legs.iter().filter(|leg| leg.motion == Motion::Link) {
             for station in &leg.stations {
-                assert!(station.pose.tip.z >= link.plane + cutter.radius() - 1e-9);
+                assert!(station.pose.tip.z >= 20.0 + cutter.radius() - 1e-9);
             }
         }
     }
@@ -525,7 +526,8 @@ fn a_lead_that_would_gouge_takes_another_way() {
     };
     let link = LinkOptions {
         up: Vector3::z_axis(),
-        plane: 15.0,
+        boxes: vec![[Point3::origin(), Point3::new(24.0, 30.0, 12.0)]],
+        clearance: 3.0,
         lead: LeadKind::Axis,
         approach: f64::INFINITY,
         gouge: 0.01,

@@ -58,7 +58,9 @@ fn pass(x: f64, lean: f64, back: bool) -> Pass {
 
 fn link() -> LinkOptions {
     let up = Vector3::z_axis();
-    LinkOptions { up, plane: 60.0, lead: LeadKind::Axis, approach: 3.0, gouge: GOUGE }
+    let boxes = vec![[Point3::new(-40.0, -40.0, 0.0), Point3::new(40.0, 40.0, 30.0)]];
+    let (clearance, lead) = (30.0, LeadKind::Axis);
+    LinkOptions { up, boxes, clearance, lead, approach: 3.0, gouge: GOUGE }
 }
 
 /// Length of the way of the tip: a machine that is as fast in every direction and turns at once.

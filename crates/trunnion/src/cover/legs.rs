@@ -11,7 +11,7 @@ use super::sweep::Sweep;
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use crate::types::{Leg, Motion, Pass, PoseCurve, Progress, Stage, Station, ToolPose};
-use nalgebra::{Unit, UnitVector3, Vector3};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -28,13 +28,16 @@ pub enum LeadKind {
 }
 
 /// How passes are joined. No `Default`: the caller knows part, stock and tolerance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LinkOptions {
     /// Way out of the part: square to the plane of the links.
     pub up: UnitVector3<f64>,
-    /// Height along `up` of the plane that no part of the cutting end goes below during a link \[mm\]:
-    /// the highest point of part and stock plus the clearance.
-    pub plane: f64,
+    /// Boxes, by low and high corner, that hold part and stock \[mm\].
+    pub boxes: Vec<[Point3<f64>; 2]>,
+    /// What links keep from part and stock \[mm\]. No part of the cutting end goes below the plane square to
+    /// `up` that lies this much above the boxes, nor, on links round the part, below such a plane square to the
+    /// tool axis.
+    pub clearance: f64,
     /// Kind of lead.
     pub lead: LeadKind,
     /// Last stretch of a lead that is run at the cutting feed \[mm\]; what lies above counts as a link.
@@ -48,6 +51,11 @@ pub struct LinkOptions {
 /// for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
 
+/// Climb from which on the tool stands rather than lies on the plane \[60 deg from its normal\]: farther over, leads
+/// along the tool axis get longer than twice the height they gain, and it is the flank and the holder that
+/// come next to the plane.
+const UPRIGHT: f64 = 0.5;
+
 /// Share of the gouge tolerance that a lead may use up without it being told from none.
 const PRECISION: f64 = 0.1;
 
@@ -57,7 +65,9 @@ const PRECISION: f64 = 0.1;
 /// From pass to pass the tool hops, where [`Hops`] say how and that is quicker; otherwise it goes up by a lead,
 /// over at a height where it may turn, and down again. Each hop and each lead is proven to keep off all
 /// `faces`, with the whole tool up to the gauge point; where the way of a lead along the tool axis is barred, one
-/// leaning towards `up` is taken.
+/// leaning towards `up` is taken. Where no lead leads up to the plane over the part, or the tool would lie on
+/// it, as on the sides of a shaft, leads end over the part as seen along the tool axis, and the link
+/// between them leads round the part: a curve, the axis turning on the way, that is proven likewise.
 ///
 /// # Errors
 ///
@@ -113,14 +123,38 @@ fn reversed(mut stations: Vec<Station>) -> Vec<Station> {
     stations
 }
 
-struct Leads<'a> {
-    faces: &'a [FaceIndex],
-    sheets: Vec<Sheet>,
-    chart: Chart,
-    tool: Tool,
-    lever: f64,
+pub(super) struct Leads<'a> {
+    pub(super) faces: &'a [FaceIndex],
+    pub(super) sheets: Vec<Sheet>,
+    pub(super) chart: Chart,
+    pub(super) tool: Tool,
+    pub(super) lever: f64,
     cutter: &'a Cutter,
-    options: &'a LinkOptions,
+    pub(super) options: &'a LinkOptions,
+}
+
+/// An end of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    First,
+    Last,
+}
+
+/// Where a lead ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Over {
+    /// Over the plane square to `up`.
+    Plane,
+    /// Over the part as seen along the tool axis.
+    Axis,
+}
+
+/// From one pass to the next: both ways up, and the link between their ends.
+#[derive(Default)]
+struct Join {
+    up: Vec<Station>,
+    link: Vec<Station>,
+    down: Vec<Station>,
 }
 
 /// A pass with its index.
@@ -147,24 +181,22 @@ impl Leads<'_> {
                 return Ok(vec![Leg { motion: Motion::Hop, stations }]);
             }
         }
-        let away = |(number, pass): Numbered<'_>, inwards: &mut dyn Iterator<Item = Station>| {
-            let gouges = |depth| CoverError::LeadGouges { pass: number, face: pass.face, depth };
-            self.away(inwards).map_err(gouges)
+        let Join { up, link, down } = match (before, next) {
+            (Some(before), Some(next)) => self.join(before, next)?,
+            (Some(before), None) => Join { up: self.alone(before, End::Last)?, ..Join::default() },
+            (None, Some(next)) => Join { down: self.alone(next, End::First)?, ..Join::default() },
+            (None, None) => Join::default(),
         };
-        let out =
-            before.map(|of| away(of, &mut of.1.stations.iter().rev().copied())).transpose()?;
-        let down = next.map(|of| away(of, &mut of.1.stations.iter().copied())).transpose()?;
-        let tops = [&out, &down].map(|way| way.as_ref().and_then(|way| way.last().copied()));
         let mut legs = Vec::new();
-        if let Some(out) = out {
-            let (high, low) = split(out, self.options.approach);
+        if before.is_some() {
+            let (high, low) = split(up, self.options.approach);
             legs.push(Leg { motion: Motion::LeadOut, stations: low });
             legs.extend(high.map(|stations| Leg { motion: Motion::Link, stations }));
         }
-        if let [Some(from), Some(to)] = tops {
-            legs.push(Leg { motion: Motion::Link, stations: vec![from, to] });
+        if link.len() > 1 {
+            legs.push(Leg { motion: Motion::Link, stations: link });
         }
-        if let Some(down) = down {
+        if next.is_some() {
             let (high, low) = split(down, self.options.approach);
             let link = high.map(|high| Leg { motion: Motion::Link, stations: reversed(high) });
             legs.extend(link);
@@ -175,23 +207,75 @@ impl Leads<'_> {
 
     /// The shortest way up there may be.
     fn least(&self, end: &Station) -> Option<Station> {
-        let (direction, length) = self.ups(end).next()?;
+        let (direction, length) = self.ups(end, Over::Plane).next()?;
         Some(moved(end, &direction.scale(length)))
     }
 
-    /// Stations from the first of `inwards` (a pass seen from one end) up to the link height; the
-    /// greatest depth of a gouge where there is no way.
-    fn away(&self, inwards: &mut dyn Iterator<Item = Station>) -> Result<Vec<Station>, f64> {
-        let (Some(end), Some(before)) = (inwards.next(), inwards.next()) else {
-            return Ok(Vec::new());
+    /// The way up from an end that nothing comes before or after.
+    fn alone(&self, (pass, of): Numbered<'_>, end: End) -> Result<Vec<Station>, CoverError> {
+        let ways = self.order(&[(of, end)]).map(|over| self.away(of, end, over));
+        let gouges = |depth| CoverError::LeadGouges { pass, face: of.face, depth };
+        let [first, second] = ways;
+        first.or_else(|depth| second.map_err(|other| gouges(depth.max(other))))
+    }
+
+    /// By the plane if both passes have leads to it, round the part if not; the other way about where the
+    /// tool would come to lie flat on the plane.
+    fn join(&self, one: Numbered<'_>, next: Numbered<'_>) -> Result<Join, CoverError> {
+        let [first, second] = self.order(&[(one.1, End::Last), (next.1, End::First)]);
+        let by = |over| self.join_over(over, one, next);
+        by(first).or_else(|error| by(second).map_err(|_| error))
+    }
+
+    /// What to try first.
+    fn order(&self, ends: &[(&Pass, End)]) -> [Over; 2] {
+        let stations = ends.iter().filter_map(|(pass, end)| match end {
+            End::First => pass.stations.first(),
+            End::Last => pass.stations.last(),
+        });
+        let mut climbs = stations.map(|station| station.pose.axis.dot(&self.options.up));
+        if climbs.all(|climb| climb >= UPRIGHT) {
+            [Over::Plane, Over::Axis]
+        } else {
+            [Over::Axis, Over::Plane]
+        }
+    }
+
+    fn join_over(
+        &self,
+        over: Over,
+        (before, one): Numbered<'_>,
+        (number, next): Numbered<'_>,
+    ) -> Result<Join, CoverError> {
+        let gouges = |pass, face| move |depth| CoverError::LeadGouges { pass, face, depth };
+        let up = self.away(one, End::Last, over).map_err(gouges(before, one.face))?;
+        let down = self.away(next, End::First, over).map_err(gouges(number, next.face))?;
+        let link = match (up.last(), down.last()) {
+            (Some(from), Some(to)) if over == Over::Plane => vec![*from, *to],
+            (Some(from), Some(to)) if from.pose != to.pose => {
+                let blocked = CoverError::NoWayRound { pass: number, face: next.face };
+                self.around(from, to).ok_or(blocked)?
+            }
+            _ => Vec::new(),
         };
+        Ok(Join { up, link, down })
+    }
+
+    /// Stations from an end of a pass up to where links run; the greatest depth of a gouge where there is
+    /// no way.
+    fn away(&self, pass: &Pass, end: End, over: Over) -> Result<Vec<Station>, f64> {
+        let pair = match (end, pass.stations.as_slice()) {
+            (End::First, [end, before, ..]) | (End::Last, [.., before, end]) => [*end, *before],
+            _ => return Ok(Vec::new()),
+        };
+        let [end, before] = pair;
         let mut ways = Vec::new();
         if let LeadKind::Tangent { length } = self.options.lead
             && let Some(tangent) = Unit::try_new(end.pose.tip - before.pose.tip, 0.0)
         {
-            ways.extend(self.ups(&end).map(|up| vec![(tangent, length), up]));
+            ways.extend(self.ups(&end, over).map(|up| vec![(tangent, length), up]));
         }
-        ways.extend(self.ups(&end).map(|up| vec![up]));
+        ways.extend(self.ups(&end, over).map(|up| vec![up]));
         let mut deepest = 0.0;
         for way in ways {
             match self.follow(end, &way) {
@@ -202,18 +286,34 @@ impl Leads<'_> {
         Err(deepest)
     }
 
-    /// Directions up to the link height with the way to go: the tool axis, and more and more of straight up.
-    fn ups(&self, end: &Station) -> impl Iterator<Item = (UnitVector3<f64>, f64)> {
-        let axis = end.pose.axis.into_inner();
+    /// Directions up to the height of the links with the way to go: the tool axis, and more and more of straight up;
+    /// of straight away from the part where the axis counts as up.
+    fn ups(&self, end: &Station, over: Over) -> impl Iterator<Item = (UnitVector3<f64>, f64)> {
+        let (axis, tip) = (end.pose.axis, end.pose.tip);
         let radius = self.cutter.radius();
-        // With its tip a radius above the plane, the cutting end is above it however it is turned.
-        let up = self.options.up;
-        let height = self.options.plane + radius - end.pose.tip.coords.dot(&up);
+        let (up, aside, above) = match over {
+            // With its tip a radius above the plane, the cutting end is above it however it is turned.
+            Over::Plane => {
+                let up = self.options.up;
+                (up, up.into_inner(), self.height(&up) + radius)
+            }
+            Over::Axis => (axis, self.outwards(&tip), self.height(&axis)),
+        };
+        let height = above - tip.coords.dot(&up);
         [0.0, 0.5, 1.0].into_iter().filter_map(move |share| {
-            let direction = Unit::try_new(axis.lerp(&up, share), 0.0)?;
+            let direction = Unit::try_new(axis.lerp(&aside, share), 0.0)?;
             let climb = direction.dot(&up);
             (climb >= LEAST_CLIMB).then(|| (direction, (height / climb).max(radius)))
         })
+    }
+
+    /// Unit vector away from the middle of part and stock.
+    fn outwards(&self, tip: &Point3<f64>) -> Vector3<f64> {
+        let corners = || self.options.boxes.iter().flatten().map(|corner| corner.coords);
+        let low = corners().fold(Vector3::repeat(f64::INFINITY), |a, b| a.inf(&b));
+        let high = corners().fold(Vector3::repeat(f64::NEG_INFINITY), |a, b| a.sup(&b));
+        let out = tip.coords - (low + high) * 0.5;
+        out.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::zeros)
     }
 
     /// Stations at the corners of a way, or how deep it gouges.
@@ -260,6 +360,7 @@ fn sheet(face: &FaceIndex, chart: &Chart, cutter: &Cutter) -> Sheet {
     Sheet::new(face, chart, &region, super::site::SHEET_SHARE * cutter.radius())
 }
 
+/// A station moved, attitude and all.
 fn moved(station: &Station, by: &Vector3<f64>) -> Station {
     let pose = ToolPose { tip: station.pose.tip + by, axis: station.pose.axis };
     Station { pose, contact: station.contact + by }
@@ -268,7 +369,6 @@ fn moved(station: &Station, by: &Vector3<f64>) -> Station {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Point3;
 
     #[test]
     fn only_the_last_stretch_of_a_climb_is_run_at_the_feed() {

@@ -13,6 +13,7 @@
 //! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
 //! (`solid`).
 
+mod around;
 mod between;
 mod chart;
 mod clear;
@@ -39,6 +40,7 @@ mod task;
 mod track;
 mod work;
 
+pub(crate) use around::height;
 pub use clock::{Clock, Length};
 pub use hop::Hops;
 pub use legs::{LeadKind, LinkOptions, legs};

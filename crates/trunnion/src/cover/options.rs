@@ -323,6 +323,17 @@ pub enum CoverError {
         /// A gouge on one of the ways tried, the deepest seen \[mm\].
         depth: f64,
     },
+    /// Leads up from both passes, but no link between them.
+    #[error(
+        "pass {pass} on face {face}: on no link round the part from the pass before it does the tool keep clear of \
+         all faces; use a slimmer or shorter tool or a larger clearance, or machine the face in several setups"
+    )]
+    NoWayRound {
+        /// Index of the pass.
+        pass: usize,
+        /// Number of the face.
+        face: usize,
+    },
     /// Stopped through `Progress`.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -103,36 +103,48 @@ impl Job {
 
 impl Job {
     /// Way out of the part: workpiece z, unless the faces look too far to the side for the tool to be
-    /// drawn out that way; then their mean normal.
+    /// drawn out that way; then their mean normal. Faces that look all round have none.
     pub(super) fn up(&self) -> UnitVector3<f64> {
-        let elements = self.faces.iter().flat_map(|face| inspect::elements(face.face()));
-        let mean: Vector3<f64> = elements.map(|element| element.area).sum();
-        match Unit::try_new(mean, f64::MIN_POSITIVE) {
+        let elements = || self.faces.iter().flat_map(|face| inspect::elements(face.face()));
+        let mean: Vector3<f64> = elements().map(|element| element.area).sum();
+        let area: f64 = elements().map(|element| element.area.norm()).sum();
+        match Unit::try_new(mean, LEAST_SENSE * area) {
             Some(normal) if normal.z < LEAST_RISE => normal,
             _ => Vector3::z_axis(),
         }
     }
 
-    /// Highest point of part and stock along `up` \[mm\]. The stock of an STL file counts as the part
-    /// alone: its mesh is not read.
+    /// Highest point of part and stock along `up` \[mm\].
     pub(super) fn highest(&self, up: &UnitVector3<f64>) -> f64 {
-        let top = |[low, high]: [Point3<f64>; 2]| {
-            let corner = |k: usize| (low[k] * up[k]).max(high[k] * up[k]);
-            corner(0) + corner(1) + corner(2)
-        };
-        let tops = self.faces.iter().map(|face| top(inspect::summary(face.face()).bounds));
-        let part = tops.fold(f64::NEG_INFINITY, f64::max);
-        match &self.file.stock {
-            Some(job::Stock::Offset { thickness }) => part + thickness,
-            Some(job::Stock::Box { min, max }) => part.max(top([*min, *max])),
+        cover::height(&self.boxes(), up) + self.thickness()
+    }
+
+    /// Boxes that hold part and stock, but for [`Job::thickness`]. The stock of an STL file counts as the part
+    /// alone: its mesh is not read.
+    pub(super) fn boxes(&self) -> Vec<[Point3<f64>; 2]> {
+        let faces = self.faces.iter().map(|face| inspect::summary(face.face()).bounds);
+        let stock = match &self.file.stock {
+            Some(job::Stock::Box { min, max }) => Some([*min, *max]),
             Some(job::Stock::Cylinder { base, radius, height }) => {
                 let side = Vector3::new(*radius, *radius, 0.0);
-                part.max(top([base - side, base + side + Vector3::z() * *height]))
+                Some([base - side, base + side + Vector3::z() * *height])
             }
-            None => part,
+            _ => None,
+        };
+        faces.chain(stock).collect()
+    }
+
+    /// What the stock stands out from the part all over \[mm\].
+    pub(super) fn thickness(&self) -> f64 {
+        match &self.file.stock {
+            Some(job::Stock::Offset { thickness }) => *thickness,
+            _ => 0.0,
         }
     }
 }
+
+/// Share of their area that the faces' normals have to add up to for them to look one way.
+const LEAST_SENSE: f64 = 0.05;
 
 /// Cosine between the faces' mean normal and workpiece z below which links no longer go up along z:
 /// a tool standing on such a face would have to be drawn out sideways.

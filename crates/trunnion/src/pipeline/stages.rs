@@ -139,10 +139,15 @@ pub(super) fn legs(
         file::LeadKind::Axis => cover::LeadKind::Axis,
         file::LeadKind::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
     };
-    let up = job.up();
-    let plane = job.highest(&up) + job.file.setup.clearance;
     let approach = job.approach();
-    let options = LinkOptions { up, plane, lead, approach, gouge: job.budget.gouge };
+    let options = LinkOptions {
+        up: job.up(),
+        boxes: job.boxes(),
+        clearance: job.file.setup.clearance + job.thickness(),
+        lead,
+        approach,
+        gouge: job.budget.gouge,
+    };
     let estimate = Estimate::new(&job.kinematics);
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));

@@ -3,7 +3,7 @@
 use super::analytic::Frame;
 use super::beyond::Beyond;
 use super::error::SurfaceError;
-use super::nurbs::quotient;
+use super::nurbs::curve_quotient;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::bernstein;
 use nalgebra::Point3;
@@ -197,14 +197,14 @@ impl NurbsCurve {
         let [a, b] = [breaks[piece], breaks[piece + 1]];
         let rate = (b - a).recip();
         let basis = bernstein(degree, (t - a) * rate, rate, 3);
-        let mut net = [[Vector4::zeros(); 4]; 4];
+        let mut net = [Vector4::zeros(); 4];
         let points = &self.pieces[piece * (degree + 1)..(piece + 1) * (degree + 1)];
         for (j, point) in points.iter().enumerate() {
-            for (sum, row) in net[0].iter_mut().zip(&basis) {
+            for (sum, row) in net.iter_mut().zip(&basis) {
                 *sum += point * row[j];
             }
         }
-        quotient(&net, 3, 3)[0]
+        curve_quotient(&net)
     }
 }
 

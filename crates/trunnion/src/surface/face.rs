@@ -54,11 +54,13 @@ impl Face {
             let low = boxes().map(|b| b[0]).reduce(f64::min).unwrap_or(domain[k][0]);
             let high = boxes().map(|b| b[1]).reduce(f64::max).unwrap_or(domain[k][1]);
             let around = self.loops.iter().any(|trim| trim.turns()[k] != 0);
-            let capped = self.loops.iter().map(|trim| trim.turns()[1 - k]).sum::<i32>() != 0;
+            let turns = self.loops.iter().map(|trim| trim.turns()[1 - k]).sum::<i32>();
             match periods[k] {
                 Some(period) if around || high - low > period => domain[k],
                 Some(_) => [low, high],
-                None if capped => domain[k],
+                // A cap round a pole, on the left of its rim.
+                None if turns != 0 && beyond(turns, k) => [low.max(domain[k][0]), domain[k][1]],
+                None if turns != 0 => [domain[k][0], high.min(domain[k][1])],
                 None => [low.max(domain[k][0]), high.min(domain[k][1])],
             }
         })
@@ -159,9 +161,13 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
     let outermost = loops.iter().max_by(|a, b| high(a).total_cmp(&high(b)));
     let outermost = outermost.map_or(0, |trim| trim.turns()[across]);
     let sense = if periods[along].is_some() { outermost } else { net };
-    // Left of a loop towards +u is +v; left of one towards +v is -u.
-    let beyond = sense != 0 && (sense > 0) == (along == 1);
-    (count % 2 == 1) != beyond
+    (count % 2 == 1) != beyond(sense, along)
+}
+
+/// Whether the high end of parameter `along` is on the left of loops that make these turns by the other one:
+/// left of a loop towards +u is +v, left of one towards +v is -u.
+fn beyond(turns: i32, along: usize) -> bool {
+    turns != 0 && (turns > 0) == (along == 1)
 }
 
 /// Moves loops by whole periods: the largest into the domain, the others next to it.

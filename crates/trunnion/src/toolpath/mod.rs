@@ -40,7 +40,7 @@ pub struct ToolPathOptions {
 #[non_exhaustive]
 pub enum ToolPathError {
     /// A leg without extent.
-    #[error("leg {leg} has {stations} station(s); a motion needs at least 2, and a link exactly 2")]
+    #[error("leg {leg} has {stations} station(s); a motion needs at least 2")]
     Stations {
         /// Index of the leg.
         leg: usize,
@@ -129,7 +129,8 @@ const SAME_AXIS: f64 = 16.0 * f64::EPSILON;
 ///
 /// A cutting leg becomes one C2 cubic spline of tip, axis vector and contact over a common
 /// parameter, the chord length of the contact track \[mm\]; it passes through every station, where the
-/// axis vector is unit. Its ends carry on the neighbouring cubic (not-a-knot).
+/// axis vector is unit. Its ends carry on the neighbouring cubic (not-a-knot). So does a link with
+/// stations between its ends; one of two stations is left to the machine, from pose to pose.
 ///
 /// # Errors
 ///
@@ -168,8 +169,10 @@ pub fn through(
             joined(leg, &legs[leg - 1], of)?;
         }
         match of.motion {
-            Motion::Cut | Motion::Hop => path.pieces.push(cut(leg, of, options.lever)?),
-            Motion::Link => path.pieces.extend(link(of)),
+            Motion::Cut | Motion::Hop => path.pieces.push(curve(leg, of, options.lever)?),
+            Motion::Link if of.stations.len() == 2 => path.pieces.extend(link(of)),
+            // Stations between the ends: the way matters.
+            Motion::Link => path.pieces.push(curve(leg, of, options.lever)?),
             Motion::LeadIn | Motion::LeadOut => path.pieces.extend(lead(leg, of)?),
         }
     }
@@ -250,7 +253,7 @@ impl ToolPathError {
 
 fn check(leg: usize, of: &Leg) -> Result<(), ToolPathError> {
     let stations = of.stations.len();
-    if stations < 2 || (of.motion == Motion::Link && stations != 2) {
+    if stations < 2 {
         return Err(ToolPathError::Stations { leg, stations });
     }
     let finite = |station: &Station| station.coordinates().iter().all(|x| x.is_finite());
@@ -272,7 +275,7 @@ fn joined(leg: usize, before: &Leg, of: &Leg) -> Result<(), ToolPathError> {
     Err(ToolPathError::Gap { leg, distance, angle })
 }
 
-fn cut(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
+fn curve(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
     for (station, pair) in of.stations.windows(2).enumerate() {
         let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
         if angle > LARGEST_TURN {

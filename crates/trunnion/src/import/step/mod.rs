@@ -6,7 +6,8 @@
 //! curve    edges, profiles                         shape     surfaces as stated
 //! placement assemblies
 //! topology faces, loops, side                      chart     point in space -> (u, v)
-//! trim     edge loops -> trim loops                convert   stated surface -> `Surface`
+//! trim     edge loops -> trim loops                known     control nets of elementary surfaces
+//! convert  stated surface -> `Surface`
 //! ```
 //!
 //! Every layer trusts nothing below it: a reference may lead nowhere, to the wrong kind of entity or
@@ -17,6 +18,7 @@
 mod chart;
 mod convert;
 mod curve;
+mod known;
 mod model;
 mod part21;
 mod placement;
@@ -57,6 +59,10 @@ pub struct StepReader {
     /// edges, a collapsed side, an edge and the surface it lies on. Files state 1e-5 to 1e-2.
     pub same: f64,
 }
+
+/// Share of [`StepReader::same`] within which a control net has to be an elementary surface all over to
+/// be read as one: far below what any cut is made to, far above the digits of a file.
+const KNOWN: f64 = 1e-3;
 
 impl Reader for StepReader {
     fn format(&self) -> &'static str {
@@ -119,9 +125,18 @@ impl StepReader {
         outline: &Outline,
     ) -> Read<(Face, Vec<Loss>)> {
         let model = Model { exchange, scale: outline.scale, place: outline.place };
-        let skin = model.skin(outline.id, self.same)?;
-        let shape = model.shape(skin.surface, outline.id)?;
-        let surface = convert::surface(&shape, skin.surface)?;
+        let mut skin = model.skin(outline.id, self.same)?;
+        let mut shape = model.shape(skin.surface, outline.id)?;
+        let mut surface = convert::surface(&shape, skin.surface)?;
+        if let Surface::Nurbs(net) = &surface
+            && let Some(known) = known::known(net, KNOWN * self.same)
+        {
+            if known.opposed {
+                skin.turn_over();
+            }
+            shape = known.shape;
+            surface = convert::surface(&shape, skin.surface)?;
+        }
         let chart = Chart::new(&shape, &surface, index(&shape, &surface, skin.surface)?, self.same);
         let exactness = Exactness { chord: self.chord, same: self.same };
         let mut loops = Vec::new();

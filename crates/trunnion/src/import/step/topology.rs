@@ -268,6 +268,25 @@ pub(super) struct Skin {
     pub(super) boundaries: Vec<Boundary>,
 }
 
+impl Skin {
+    /// The same face on a surface whose normal points the other way.
+    pub(super) fn turn_over(&mut self) {
+        self.same_sense = !self.same_sense;
+        for boundary in &mut self.boundaries {
+            boundary.reverse();
+        }
+    }
+}
+
+impl Boundary {
+    fn reverse(&mut self) {
+        self.edges.reverse();
+        for edge in &mut self.edges {
+            edge.range.reverse();
+        }
+    }
+}
+
 impl<'a> Model<'a> {
     /// Reads a face; `tolerance` \[mm\] is how far apart two points may be and still be one.
     pub(super) fn skin(&self, id: u64, tolerance: f64) -> Read<Skin> {
@@ -279,10 +298,7 @@ impl<'a> Model<'a> {
             let mut boundary = self.boundary(bound.reference(1)?, bound.id, tolerance)?;
             // Listed counter-clockwise about the face's normal once the bound's own flag is obeyed.
             if bound.truth(2)? != same_sense {
-                boundary.edges.reverse();
-                for edge in &mut boundary.edges {
-                    edge.range.reverse();
-                }
+                boundary.reverse();
             }
             boundaries.push(boundary);
         }

@@ -1,0 +1,140 @@
+//! Links round the part, where no plane lies over all passes.
+//!
+//! A tool with its axis along `n` and its tip on a plane square to `n` is on the far side of that plane with
+//! everything it has, however wide its holder. So it keeps off a part wherever its tip is higher,
+//! seen along its own axis, than all of the part: the planes that touch the part and its stock,
+//! raised by the clearance, envelop the way round.
+
+use super::clear::Clearing;
+use super::legs::Leads;
+use super::options::Along;
+use super::sweep::Sweep;
+use crate::math::angle::{angle_between, great_circle};
+use crate::types::{PoseCurve, Station, ToolPose};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use std::f64::consts::PI;
+
+/// Largest turn between two stations of a link \[rad\].
+const STEP: f64 = PI / 12.0;
+
+/// Stations at least: the way between is a curve then, and run as it is.
+const LEAST_STEPS: u32 = 2;
+
+/// Share of the clearance that the tool keeps from all faces between the stations.
+const KEPT: f64 = 0.25;
+
+/// Share of the clearance to which that is told.
+const PRECISION: f64 = 0.05;
+
+/// How often a link is raised by another clearance where it does not keep that.
+const RAISES: u32 = 3;
+
+/// Height of boxes along `normal` \[mm\]: of their highest corner.
+pub(crate) fn height(boxes: &[[Point3<f64>; 2]], normal: &UnitVector3<f64>) -> f64 {
+    let corner = |[low, high]: &[Point3<f64>; 2]| {
+        (0..3).map(|k| (low[k] * normal[k]).max(high[k] * normal[k])).sum::<f64>()
+    };
+    boxes.iter().map(corner).fold(f64::NEG_INFINITY, f64::max)
+}
+
+impl Leads<'_> {
+    /// Height along `normal` from which on nothing comes nearer to part and stock than the clearance \[mm\].
+    pub(super) fn height(&self, normal: &UnitVector3<f64>) -> f64 {
+        height(&self.options.boxes, normal) + self.options.clearance
+    }
+
+    /// The way from one place over the part, as seen along its axis, to another one: its stations, ends and all.
+    /// The axis turns on a great circle, the tip goes straight but for what it is lifted along the axis.
+    pub(super) fn around(&self, from: &Station, to: &Station) -> Option<Vec<Station>> {
+        (0..RAISES)
+            .map(|raise| self.stations(from, to, self.options.clearance * f64::from(raise)))
+            .find(|stations| self.keeps_off(stations))
+    }
+
+    fn stations(&self, from: &Station, to: &Station, raise: f64) -> Vec<Station> {
+        let corner = corner(&from.pose.axis, &to.pose.axis);
+        let axes = [Some(from.pose.axis), corner, Some(to.pose.axis)];
+        let axes: Vec<UnitVector3<f64>> = axes.into_iter().flatten().collect();
+        let turns: Vec<f64> = axes.windows(2).map(|a| angle_between(&a[0], &a[1])).collect();
+        let all: f64 = turns.iter().sum();
+        let tips = [from.pose.tip, to.pose.tip];
+        let mut stations = vec![*from];
+        let mut gone = 0.0;
+        for (pair, turn) in axes.windows(2).zip(&turns) {
+            let count = steps(*turn);
+            for step in 1..=count {
+                let share = f64::from(step) / f64::from(count);
+                let Some(axis) = great_circle(&pair[0], &pair[1], share) else { continue };
+                let whole = if all > 0.0 { (gone + share * turn) / all } else { share };
+                stations.push(self.lifted(tips[0] + (tips[1] - tips[0]) * whole, axis, raise));
+            }
+            gone += turn;
+        }
+        stations.pop();
+        stations.push(*to);
+        stations
+    }
+
+    /// The place itself, or as far along the axis as it takes to be over the part.
+    fn lifted(&self, tip: Point3<f64>, axis: UnitVector3<f64>, raise: f64) -> Station {
+        let missing = self.height(&axis) + raise - tip.coords.dot(&axis);
+        let tip = tip + axis.scale(missing.max(0.0));
+        Station { pose: ToolPose { tip, axis }, contact: tip }
+    }
+
+    /// Whether the tool keeps a share of the clearance from all faces on the curve through the stations: proven,
+    /// not sampled.
+    fn keeps_off(&self, stations: &[Station]) -> bool {
+        let curve = PoseCurve::through(stations, self.lever);
+        let spans = curve.spans.len();
+        if !curve.knots.iter().all(|knot| knot.is_finite()) {
+            return false;
+        }
+        let sweep = Sweep::of(curve, self.lever);
+        let [kept, precision] = [KEPT, PRECISION].map(|share| share * self.options.clearance);
+        self.faces.iter().zip(&self.sheets).all(|(face, sheet)| {
+            let (target, tool) = (kept, &self.tool);
+            let clearing = Clearing { face, chart: Along::V, sheet, tool, target, precision };
+            (0..spans).all(|span| clearing.least(&sweep, span, 1) >= kept - precision)
+        })
+    }
+}
+
+/// A direction between two opposite ones, which no great circle joins.
+fn corner(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<UnitVector3<f64>> {
+    (angle_between(from, to) > PI - STEP).then(|| {
+        let side = from.cross(&Vector3::ith(from.iamin(), 1.0));
+        Unit::new_normalize(side)
+    })
+}
+
+fn steps(turn: f64) -> u32 {
+    let fits = |count: &u32| turn <= STEP * f64::from(*count);
+    (LEAST_STEPS..).find(fits).unwrap_or(LEAST_STEPS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_height_of_boxes_by_pencil() {
+        let boxes = [
+            [Point3::new(-1.0, -2.0, 0.0), Point3::new(1.0, 2.0, 5.0)],
+            [Point3::new(3.0, 0.0, 0.0), Point3::new(4.0, 1.0, 1.0)],
+        ];
+        assert!((height(&boxes, &Vector3::z_axis()) - 5.0).abs() < 1e-15);
+        assert!((height(&boxes, &Vector3::x_axis()) - 4.0).abs() < 1e-15);
+        let lean = Unit::new_normalize(Vector3::new(0.0, 3.0, 4.0));
+        assert!((height(&boxes, &lean) - (2.0 * 0.6 + 5.0 * 0.8)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn opposite_axes_turn_over_a_corner() {
+        let z = Vector3::z_axis();
+        let corner = corner(&z, &-z).unwrap();
+        assert!(corner.dot(&z).abs() < 1e-15);
+        assert_eq!(steps(0.0), 2);
+        assert_eq!(steps(PI / 2.0), 6);
+    }
+}

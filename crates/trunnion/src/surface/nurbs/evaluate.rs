@@ -1,0 +1,285 @@
+//! Points and derivatives of a NURBS surface, and its continuation beyond the domain.
+
+use super::NurbsSurface;
+use crate::math::bspline::Basis;
+use crate::math::bspline::bernstein;
+use crate::math::bspline::bernstein2;
+use crate::math::bspline::piece_of;
+use crate::surface::jet::SurfaceJet2;
+use crate::surface::jet::Table;
+use nalgebra::Point3;
+use nalgebra::Vector3;
+use nalgebra::Vector4;
+
+/// Homogeneous derivatives, first index by u.
+type Net = [[Vector4<f64>; 4]; 4];
+
+/// Where the kernel works: basis functions by u and by v, and the patch.
+struct Local<'a> {
+    basis: [Basis; 2],
+    block: &'a [Vector4<f64>],
+}
+
+impl NurbsSurface {
+    /// Derivatives with total order up to `ORDER`.
+    #[inline]
+    pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> Table {
+        let ([u, du], [v, dv]) = (self.inside(0, u), self.inside(1, v));
+        if du == 0.0 && dv == 0.0 {
+            let local = self.local(u, v, [ORDER, ORDER]);
+            let net = contract::<ORDER>(&local, self.knots[1].degree());
+            if self.rational { quotient::<ORDER>(&net) } else { cartesian(&net, self.patches[0].w) }
+        } else {
+            self.extended::<ORDER>(u, v, [du, dv])
+        }
+    }
+
+    /// Point and derivatives to order 2; what [`NurbsSurface::table`] gives, faster for the usual
+    /// degrees.
+    #[inline]
+    pub(crate) fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
+        let ([x, du], [y, dv]) = (self.inside(0, u), self.inside(1, v));
+        if du != 0.0 || dv != 0.0 {
+            return SurfaceJet2::from_table(&self.extended::<2>(x, y, [du, dv]));
+        }
+        match self.degree() {
+            [2, 1] => self.unrolled::<3, 2>(x, y),
+            [2, 2] => self.unrolled::<3, 3>(x, y),
+            [2, 3] => self.unrolled::<3, 4>(x, y),
+            [3, 2] => self.unrolled::<4, 3>(x, y),
+            [3, 3] => self.unrolled::<4, 4>(x, y),
+            _ => SurfaceJet2::from_table(&self.table::<2>(x, y)),
+        }
+    }
+
+    /// [`NurbsSurface::jet2`] inside the domain, `M` by `N` points a patch.
+    #[inline]
+    fn unrolled<const M: usize, const N: usize>(&self, u: f64, v: f64) -> SurfaceJet2 {
+        let at = |direction: usize, x: f64| {
+            let breaks = self.knots[direction].breaks();
+            let piece = piece_of(breaks, x);
+            let [a, b] = [breaks[piece], breaks[piece + 1]];
+            let rate = (b - a).recip();
+            (piece, (x - a) * rate, rate)
+        };
+        let ((i, s, by_u), (j, t, by_v)) = (at(0, u), at(1, v));
+        let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
+        let block = self.block(i, j);
+        let (low, high) = (sums::<M, N>(block, 0, &bu, &bv), sums::<M, N>(block, 2, &bu, &bv));
+        let whole = |k: usize| Vector4::new(low[k][0], low[k][1], high[k][0], high[k][1]);
+        let sums = [0, 1, 2, 3, 4, 5].map(whole);
+        if self.rational {
+            return divided(&sums);
+        }
+        let scale = self.patches[0].w.recip();
+        let [s, su, sv, suu, suv, svv] = sums.map(|d| d.xyz() * scale);
+        SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
+    }
+
+    /// Continuation by each parameter that lies outside, from the border point `(u, v)`: the
+    /// product of both at a corner, so that second derivatives are continuous across all four
+    /// lines. Orders above 2 by the parameter that lies outside are not looked at.
+    #[cold]
+    fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> Table {
+        let orders = by.map(|x| if x == 0.0 { ORDER } else { 2 });
+        let local = self.local(u, v, orders);
+        let net = contract_all(&local, self.knots[1].degree(), orders);
+        let mut d = if self.rational {
+            quotient_all(&net, orders)
+        } else {
+            cartesian(&net, self.patches[0].w)
+        };
+        let [du, dv] = by;
+        let [along_u, along_v] = [0, 1].map(|k| self.beyond[k][usize::from(by[k] > 0.0)]);
+        if du != 0.0 {
+            for l in 0..=orders[1] {
+                let column = along_u.at(d.map(|row| row[l]), du);
+                for (row, value) in d.iter_mut().zip(column) {
+                    row[l] = value;
+                }
+            }
+        }
+        if dv != 0.0 {
+            for row in d.iter_mut().take(ORDER + 1) {
+                *row = along_v.at(*row, dv);
+            }
+        }
+        d
+    }
+
+    /// Parameter inside the range, and how far the given one lies outside.
+    #[inline]
+    fn inside(&self, direction: usize, x: f64) -> [f64; 2] {
+        let [low, high] = self.knots[direction].range();
+        if self.closed[direction] && !(low..=high).contains(&x) && x.is_finite() {
+            return [(low + (x - low).rem_euclid(high - low)).clamp(low, high), 0.0];
+        }
+        let nearest = x.clamp(low, high);
+        [nearest, x - nearest]
+    }
+
+    #[inline]
+    fn local(&self, u: f64, v: f64, order: [usize; 2]) -> Local<'_> {
+        let at = |direction: usize, x: f64| {
+            let breaks = self.knots[direction].breaks();
+            let piece = piece_of(breaks, x);
+            let [a, b] = [breaks[piece], breaks[piece + 1]];
+            let rate = (b - a).recip();
+            let t = (x - a) * rate;
+            (piece, bernstein(self.knots[direction].degree(), t, rate, order[direction]))
+        };
+        let ((i, bu), (j, bv)) = (at(0, u), at(1, v));
+        Local { basis: [bu, bv], block: self.block(i, j) }
+    }
+}
+
+/// Coordinates `k` and `k + 1` of point, `u`, `v`, `uu`, `uv`, `vv` derivative: two lanes at a time,
+/// so that all sums stay in registers.
+#[expect(clippy::inline_always, reason = "called, it spills: jets then take half as long again")]
+#[inline(always)]
+fn sums<const M: usize, const N: usize>(
+    block: &[Vector4<f64>],
+    k: usize,
+    bu: &[[f64; M]; 3],
+    bv: &[[f64; N]; 3],
+) -> [[f64; 2]; 6] {
+    let add = |sum: &mut [f64; 2], x: [f64; 2], weight: f64| {
+        sum[0] += x[0] * weight;
+        sum[1] += x[1] * weight;
+    };
+    let mut sums = [[0.0; 2]; 6];
+    for (row, i) in block.chunks_exact(N).zip(0..M) {
+        let mut along = [[0.0; 2]; 3];
+        for (point, j) in row.iter().zip(0..N) {
+            let x = [point[k], point[k + 1]];
+            add(&mut along[0], x, bv[0][j]);
+            add(&mut along[1], x, bv[1][j]);
+            add(&mut along[2], x, bv[2][j]);
+        }
+        add(&mut sums[0], along[0], bu[0][i]);
+        add(&mut sums[1], along[0], bu[1][i]);
+        add(&mut sums[2], along[1], bu[0][i]);
+        add(&mut sums[3], along[0], bu[2][i]);
+        add(&mut sums[4], along[1], bu[1][i]);
+        add(&mut sums[5], along[2], bu[0][i]);
+    }
+    sums
+}
+
+/// Sums control points against the basis functions: derivatives with total order up to `ORDER`.
+#[inline]
+fn contract<const ORDER: usize>(local: &Local<'_>, q: usize) -> Net {
+    let [bu, bv] = &local.basis;
+    let mut out = [[Vector4::zeros(); 4]; 4];
+    for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
+        let mut sums = [Vector4::zeros(); 4];
+        for (j, point) in row.iter().enumerate() {
+            for l in 0..=ORDER {
+                sums[l] += point * bv[l][j];
+            }
+        }
+        for k in 0..=ORDER {
+            for l in 0..=ORDER - k {
+                out[k][l] += sums[l] * bu[k][i];
+            }
+        }
+    }
+    out
+}
+
+/// As [`contract`], all derivatives up to the order given by each parameter.
+#[inline]
+fn contract_all(local: &Local<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> Net {
+    let [bu, bv] = &local.basis;
+    let mut out = [[Vector4::zeros(); 4]; 4];
+    for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
+        let mut sums = [Vector4::zeros(); 4];
+        for (j, point) in row.iter().enumerate() {
+            for l in 0..=by_v.min(3) {
+                sums[l] += point * bv[l][j];
+            }
+        }
+        for k in 0..=by_u.min(3) {
+            for l in 0..=by_v.min(3) {
+                out[k][l] += sums[l] * bu[k][i];
+            }
+        }
+    }
+    out
+}
+
+/// Derivatives of a net whose weights are all `weight`.
+#[inline]
+fn cartesian(net: &Net, weight: f64) -> Table {
+    let scale = weight.recip();
+    net.map(|row| row.map(|d| d.xyz() * scale))
+}
+
+const BINOMIAL: [[f64; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
+
+/// Leibniz' rule on `A = w S`, solved for the derivatives of `S` with total order up to `ORDER`.
+#[inline]
+fn quotient<const ORDER: usize>(net: &Net) -> Table {
+    let mut s = [[Vector3::zeros(); 4]; 4];
+    let over = net[0][0].w.recip();
+    for k in 0..=ORDER {
+        for l in 0..=ORDER - k {
+            s[k][l] = leibniz(net, &s, [k, l]) * over;
+        }
+    }
+    s
+}
+
+/// As [`quotient`], all derivatives up to the order given by each parameter.
+#[inline]
+fn quotient_all(net: &Net, [by_u, by_v]: [usize; 2]) -> Table {
+    let mut s = [[Vector3::zeros(); 4]; 4];
+    let over = net[0][0].w.recip();
+    for k in 0..=by_u.min(3) {
+        for l in 0..=by_v.min(3) {
+            s[k][l] = leibniz(net, &s, [k, l]) * over;
+        }
+    }
+    s
+}
+
+/// `w S_kl` from the derivatives of lower order.
+#[inline]
+fn leibniz(net: &Net, s: &Table, [k, l]: [usize; 2]) -> Vector3<f64> {
+    let mut rest = net[k][l].xyz();
+    for i in 0..=k {
+        for j in 0..=l {
+            if i + j > 0 {
+                let weight = BINOMIAL[k][i] * BINOMIAL[l][j] * net[i][j].w;
+                rest -= s[k - i][l - j] * weight;
+            }
+        }
+    }
+    rest
+}
+
+/// Leibniz' rule written out to order 2: `A, A_u, A_v, A_uu, A_uv, A_vv`.
+#[inline]
+fn divided(net: &[Vector4<f64>; 6]) -> SurfaceJet2 {
+    let [a, au, av, auu, auv, avv] = net;
+    let over = a.w.recip();
+    let s = a.xyz() * over;
+    let su = (au.xyz() - s * au.w) * over;
+    let sv = (av.xyz() - s * av.w) * over;
+    let suu = (auu.xyz() - su * (2.0 * au.w) - s * auu.w) * over;
+    let suv = (auv.xyz() - sv * au.w - su * av.w - s * auv.w) * over;
+    let svv = (avv.xyz() - sv * (2.0 * av.w) - s * avv.w) * over;
+    SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
+}
+
+/// Leibniz' rule for a curve, to order 3.
+#[inline]
+pub(crate) fn curve_quotient([a, b, c, d]: &[Vector4<f64>; 4]) -> [Vector3<f64>; 4] {
+    let over = a.w.recip();
+    let s = a.xyz() * over;
+    let first = (b.xyz() - s * b.w) * over;
+    let second = (c.xyz() - first * (2.0 * b.w) - s * c.w) * over;
+    let third = (d.xyz() - second * (3.0 * b.w) - first * (3.0 * c.w) - s * d.w) * over;
+    [s, first, second, third]
+}
