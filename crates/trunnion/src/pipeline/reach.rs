@@ -8,7 +8,8 @@ use super::error::PipelineError;
 use super::job::Job;
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
-use crate::machine::FIRST_ROTARY;
+use crate::machine::{FIRST_ROTARY, RotaryJoint};
+use crate::math::angle::angle_between;
 use crate::surface::{FaceIndex, Sample};
 use crate::types::ToolPose;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -23,6 +24,17 @@ const PLACES: f64 = 400.0;
 /// more than strips ever lean.
 const LEANS: [f64; 9] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0];
 const DIRECTIONS: u32 = 24;
+
+/// Finer steps of leans \[deg\] and distance between neighbouring directions of a lean \[deg\], for places
+/// that seem out of reach: no direction is farther than [`COVERING`] from one that is tried.
+const FINE: [f64; 2] = [2.5, 3.5];
+const COVERING: f64 = 2.2;
+
+/// By how much farther than the last of [`LEANS`] the tool is leaned then \[deg\]. Where there is a direction
+/// in reach, near it there are some more: directions in reach form a patch between the ends of two
+/// travels, and a disc of radius `c` fits into a corner of angle `a` within `c / sin(a / 2)` of its tip. So with the
+/// covering of the directions one of those tried is in reach, if corners are wider than 20 degrees.
+const FARTHER: f64 = 15.0;
 
 /// What of a face is out of the machine's reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,8 +89,10 @@ struct Miss {
 /// Looks whether the tool can stand on all places of the faces, at any lean that strips may have. Takes a
 /// fraction of a second; [`super::run`] begins with it.
 ///
-/// Passes reach a little beyond the faces, and their leans are not any: what passes here may still
-/// leave travel.
+/// Only what is certain is refused: a place is out of reach if the tool can stand on it at no lean, nor at
+/// leans some way beyond those, nor beside it, within a strip's width, nor with a little more
+/// travel ([`Margins`]). Passes reach a little beyond the faces, and their leans are not any: what
+/// passes here may still leave travel.
 ///
 /// # Errors
 ///
@@ -88,12 +102,15 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
     let Ok(inverse) = Inverse::new(&job.kinematics) else { return Ok(()) };
     for face in &job.faces {
         let samples = samples(face);
-        let missed: Vec<Miss> =
-            samples.par_iter().filter_map(|sample| miss(job, &inverse, sample)).collect();
+        let missed = |sample: &Sample| {
+            let miss = miss(job, &inverse, sample)?;
+            Margins::new(job, sample, &samples).certain(job, &inverse, sample).then_some(miss)
+        };
+        let missed: Vec<Miss> = samples.par_iter().filter_map(missed).collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
         let home = job.kinematics.machine().home();
         let upright = |sample: &&Sample| {
-            let pose = leans(&job.cutter, sample).next();
+            let pose = leans(&job.cutter, sample, coarse()).next();
             pose.is_some_and(|pose| inverse.continued(&pose, &home).is_err())
         };
         let shares = [share(missed.len()), share(samples.iter().filter(upright).count())];
@@ -115,7 +132,7 @@ fn samples(face: &FaceIndex) -> Vec<Sample> {
 fn miss(job: &Job, inverse: &Inverse, sample: &Sample) -> Option<Miss> {
     let home = job.kinematics.machine().home();
     let mut nearest: Option<Miss> = None;
-    for pose in leans(&job.cutter, sample) {
+    for pose in leans(&job.cutter, sample, coarse()) {
         let Err(error) = inverse.continued(&pose, &home) else { return None };
         let (by, axes) = measured(&error)?;
         if nearest.as_ref().is_none_or(|known| by < known.by) {
@@ -139,14 +156,91 @@ fn measured(error: &InverseError) -> Option<(f64, String)> {
     }
 }
 
-/// Poses of the cutter touching the face at a sample, from upright on.
-fn leans(cutter: &Cutter, sample: &Sample) -> impl Iterator<Item = ToolPose> {
+/// What a place that seems out of reach is given before it is refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Margins {
+    /// Farther lean \[deg\].
+    lean: f64,
+    /// More travel of a linear axis, as a share of what it has.
+    travel: f64,
+}
+
+impl Margins {
+    /// A strip that finishes a place may touch up to a cutter's diameter beside it, where the face's normal and
+    /// the place are others; directions between those tried move the axes by their levers.
+    fn new(job: &Job, sample: &Sample, samples: &[Sample]) -> Self {
+        let beside = 2.0 * job.cutter.radius();
+        let spacing = samples
+            .iter()
+            .map(|other| (other.point - sample.point).norm())
+            .filter(|distance| *distance > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let near = beside + if spacing.is_finite() { 2.0 * spacing } else { 0.0 };
+        let turn = samples
+            .iter()
+            .filter(|other| (other.point - sample.point).norm() <= near)
+            .map(|other| angle_between(&other.normal, &sample.normal))
+            .fold(0.0, f64::max);
+        let chain = job.kinematics.chain();
+        let arm = |joint: &RotaryJoint| (sample.point.coords - joint.point).norm();
+        let levers: f64 = chain.rotary.iter().map(arm).sum::<f64>()
+            + chain.rotary.iter().map(|joint| (chain.tip - joint.point).norm()).sum::<f64>();
+        let axes = job.kinematics.machine().axes.iter().take(FIRST_ROTARY);
+        let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
+        let more = beside + levers * (COVERING.to_radians() + turn);
+        Self { lean: FARTHER + turn.to_degrees(), travel: more / least }
+    }
+
+    /// Whether the tool can stand there at no direction that is tried, with the margins.
+    fn certain(&self, job: &Job, inverse: &Inverse, sample: &Sample) -> bool {
+        let home = job.kinematics.machine().home();
+        let out = |pose: ToolPose| match inverse.continued(&pose, &home) {
+            Ok(_) => false,
+            // Least of all branches, each at the axis that is out by most, all as shares of travel.
+            Err(InverseError::OutOfTravel(out)) if out.index < FIRST_ROTARY => {
+                out.excess > self.travel * (out.high - out.low)
+            }
+            Err(InverseError::OutOfTravel(_) | InverseError::Unreachable { .. }) => true,
+            Err(_) => false,
+        };
+        leans(&job.cutter, sample, fine(self.lean)).all(out)
+    }
+}
+
+/// Leans and directions \[rad\] that are tried first.
+fn coarse() -> impl Iterator<Item = [f64; 2]> {
+    let directions = |lean: f64| (0..DIRECTIONS).map(move |k| (lean, k));
+    let all = LEANS.into_iter().flat_map(directions);
+    all.map(|(lean, k)| [lean.to_radians(), TAU * f64::from(k) / f64::from(DIRECTIONS)])
+}
+
+/// The finer ones, up to `more` degrees farther.
+fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
+    let [step, across] = FINE;
+    let [.., most] = LEANS;
+    // No tool stands on a face from behind.
+    let end = (most + more).min(90.0);
+    let leans =
+        (0_u32..).map(move |k| step * f64::from(k)).take_while(move |lean| *lean < end + step);
+    leans.flat_map(move |lean| {
+        let count = (360.0 * lean.to_radians().sin() / across).abs().ceil().max(1.0);
+        let turns = (0_u32..).map(f64::from).take_while(move |k| *k < count);
+        turns.map(move |k| [lean.to_radians(), TAU * k / count])
+    })
+}
+
+/// Poses of the cutter touching the face at a sample, by lean and direction.
+fn leans(
+    cutter: &Cutter,
+    sample: &Sample,
+    directions: impl Iterator<Item = [f64; 2]>,
+) -> impl Iterator<Item = ToolPose> {
     let (major, minor) = (cutter.major(), cutter.minor());
     let normal = sample.normal;
     let side = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     let other = normal.cross(&side);
     let point = sample.point;
-    let pose = move |lean: f64, turn: f64| {
+    directions.map(move |[lean, turn]| {
         let way = side * turn.cos() + other * turn.sin();
         let axis: UnitVector3<f64> =
             Unit::new_normalize(normal.scale(lean.cos()) + way * lean.sin());
@@ -154,10 +248,6 @@ fn leans(cutter: &Cutter, sample: &Sample) -> impl Iterator<Item = ToolPose> {
         let inward = normal.scale(lean.sin()) - way * lean.cos();
         let centre = point + normal.scale(minor) + inward * major;
         ToolPose { tip: centre - axis.scale(minor), axis }
-    };
-    LEANS.into_iter().flat_map(move |lean| {
-        (0..DIRECTIONS)
-            .map(move |k| pose(lean.to_radians(), TAU * f64::from(k) / f64::from(DIRECTIONS)))
     })
 }
 
@@ -224,7 +314,7 @@ mod tests {
         let normal = Unit::new_normalize(Vector3::new(0.2, -0.4, 0.7));
         let sample = Sample { uv: [0.0; 2], point: Point3::new(1.0, 2.0, 3.0), normal };
         let mut poses = 0;
-        for pose in leans(&cutter, &sample).skip(24) {
+        for pose in leans(&cutter, &sample, coarse()).skip(24) {
             let centre = pose.tip + pose.axis.scale(minor);
             let out = sample.point - centre;
             let flat = out - pose.axis.scale(out.dot(&pose.axis));
@@ -234,5 +324,21 @@ mod tests {
             poses += 1;
         }
         assert_eq!(poses, 8 * 24);
+    }
+
+    /// Every direction within the leans lies within the covering of one that is tried.
+    #[test]
+    fn fine_directions_leave_no_gap() {
+        let direction = |[lean, turn]: [f64; 2]| {
+            Vector3::new(lean.sin() * turn.cos(), lean.sin() * turn.sin(), lean.cos())
+        };
+        let tried: Vec<Vector3<f64>> = fine(FARTHER).map(direction).collect();
+        let reach = COVERING.to_radians().cos();
+        for k in 0..4000 {
+            let (a, b) = (f64::from(k) * 0.618_034, f64::from(k) * 0.754_878);
+            let any = direction([50_f64.to_radians() * a.fract().sqrt(), TAU * b.fract()]);
+            let nearest = tried.iter().map(|other| other.dot(&any)).fold(-1.0, f64::max);
+            assert!(nearest >= reach, "{:.3} deg", nearest.acos().to_degrees());
+        }
     }
 }

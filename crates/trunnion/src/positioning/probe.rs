@@ -4,7 +4,6 @@ use super::PositioningError;
 use crate::surface::ClosestError;
 use crate::surface::FaceIndex;
 use crate::surface::Foot;
-use crate::surface::Surface;
 use crate::surface::SurfaceJet2;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -22,7 +21,7 @@ const TURN: f64 = 1e-3;
 pub(super) struct Probe<'a> {
     face: &'a FaceIndex,
     pub(super) queries: u32,
-    /// Whether no parameter is an angle. Poles turn the normal round: there Newton's steps need the
+    /// Whether no parameter is an angle and no rim a point. Poles turn the normal round: there Newton's steps need the
     /// distance itself as their guide, and guesses must not lead over them.
     poleless: bool,
 }
@@ -48,8 +47,7 @@ struct Forms {
 
 impl<'a> Probe<'a> {
     pub(super) fn new(face: &'a FaceIndex) -> Self {
-        let kind = &face.face().surface;
-        let poleless = matches!(kind, Surface::Nurbs(_) | Surface::Extrusion(_));
+        let poleless = face.face().surface.is_regular();
         Self { face, queries: 0, poleless }
     }
 

@@ -151,14 +151,22 @@ impl FaceIndex {
     }
 
     /// Foot of the perpendicular from `p` near `guess`, by Newton's method on the surface and its
-    /// continuation beyond the domain. Parameters stay on the turn of `guess` on a periodic
-    /// surface. Where the method finds no minimum, the same as [`FaceIndex::closest`].
+    /// continuation beyond the domain; in closed form on elementary surfaces. Parameters stay on the
+    /// turn of `guess` on a periodic surface. Where the method finds no minimum, or one at a rim that
+    /// is a point, the same as [`FaceIndex::closest`].
     ///
     /// # Errors
     ///
     /// As [`FaceIndex::closest`].
     pub fn closest_near(&self, p: &Point3<f64>, guess: [f64; 2]) -> Result<Foot, ClosestError> {
-        if let Some((uv, jet)) = newton::free(&self.face.surface, p, guess)
+        let surface = &self.face.surface;
+        if let Some(elementary) = surface.elementary()
+            && p.iter().all(|x| x.is_finite())
+        {
+            let uv = on_turn(elementary.closest(p), guess, surface.periods());
+            return self.foot(uv, surface.jet2(uv[0], uv[1]), p);
+        }
+        if let Some((uv, jet)) = newton::free(surface, p, guess)
             && let Ok(foot) = self.foot(uv, jet, p)
         {
             return Ok(foot);
@@ -266,6 +274,16 @@ impl Curvatures {
         let tree = CurvatureTree::new(&strip.surface);
         Self::Thin { across, strip: Box::new(strip), tree }
     }
+}
+
+/// Parameters moved by whole periods next to a guess.
+fn on_turn(uv: [f64; 2], guess: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2] {
+    [0, 1].map(|k| match periods[k] {
+        Some(period) if guess[k].is_finite() => {
+            uv[k] + period * ((guess[k] - uv[k]) / period).round()
+        }
+        _ => uv[k],
+    })
 }
 
 /// The domain; where it is endless, the box of the trims.

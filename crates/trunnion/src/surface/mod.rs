@@ -109,6 +109,25 @@ impl Surface {
         }
     }
 
+    /// Parameters beyond which there is nothing, by u and v; infinite where the surface goes on. A rim of a
+    /// spline surface that is a point has no continuation: it would turn over there.
+    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
+        match self {
+            Self::Nurbs(surface) => surface.ends(),
+            _ => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
+        }
+    }
+
+    /// Whether the surface has a normal that turns evenly everywhere: no parameter is an angle about
+    /// some place of it, and no rim is a point.
+    pub(crate) fn is_regular(&self) -> bool {
+        match self {
+            Self::Nurbs(surface) => surface.ends().iter().flatten().all(|end| end.is_infinite()),
+            Self::Extrusion(_) => true,
+            _ => false,
+        }
+    }
+
     /// Name of the kind, for tables and messages.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -15,16 +15,23 @@ const LAST: f64 = 1e-9;
 /// weights that add up to 1 over at most 100 terms, whose errors add up like a random walk.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Evaluations of one run: where as many do not lead to a minimum, near a centre of curvature or a
+/// fold of the continuation, a search over the surface takes less than going on.
+const EVALUATIONS: u32 = 64;
+
 /// Parameters and derivatives of a local minimum of the distance from `p` on the continued
-/// surface; `None` where the method does not settle at one.
+/// surface; `None` where the method does not settle at one, or ends at a rim that is a point: another
+/// way down from there may lead on.
 pub(crate) fn free(
     surface: &Surface,
     p: &Point3<f64>,
     guess: [f64; 2],
 ) -> Option<([f64; 2], SurfaceJet2)> {
-    let everywhere = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
     let at = |uv: [f64; 2]| surface.jet2(uv[0], uv[1]);
-    minimise(at, p, guess, everywhere)
+    let ends = surface.ends();
+    let found = minimise(at, p, guess, ends)?;
+    let inside = |k: usize| ends[k][0] < found.0[k] && found.0[k] < ends[k][1];
+    (inside(0) && inside(1)).then_some(found)
 }
 
 /// As [`free`] over a rectangle of parameters; minima at its border count.
@@ -37,12 +44,13 @@ pub(crate) fn minimise(
     let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(bounds[k][0], bounds[k][1]));
     let mut uv = clamp(guess);
     let mut jet = at(uv);
+    let mut left = EVALUATIONS;
     for _ in 0..STEPS {
         let step = descent(&jet, p, uv, bounds)?;
         let length = (jet.su * step[0] + jet.sv * step[1]).norm();
         let scale = jet.s.coords.norm() + p.coords.norm();
         let small = length <= LAST * scale;
-        (uv, jet) = advance(&at, p, (uv, &jet), step, (small, &clamp))?;
+        (uv, jet) = advance(&at, p, (uv, &jet), step, (small, &clamp, &mut left))?;
         if small {
             return Some((uv, jet));
         }
@@ -57,14 +65,15 @@ fn advance(
     p: &Point3<f64>,
     (uv, jet): ([f64; 2], &SurfaceJet2),
     step: [f64; 2],
-    (small, clamp): (bool, &impl Fn([f64; 2]) -> [f64; 2]),
+    (small, clamp, left): (bool, &impl Fn([f64; 2]) -> [f64; 2], &mut u32),
 ) -> Option<([f64; 2], SurfaceJet2)> {
     // 2^-30 of a step above LAST is below rounding: no descent exists.
-    const HALVINGS: i32 = 30;
+    const HALVINGS: u32 = 30;
     let scale = jet.s.coords.norm() + p.coords.norm();
     let allowed = (jet.s - p).norm() + ROUNDING * scale;
     let mut share = 1.0;
-    for _ in 0..HALVINGS {
+    for _ in 0..HALVINGS.min(*left) {
+        *left -= 1;
         let next = clamp([uv[0] + share * step[0], uv[1] + share * step[1]]);
         let moved = at(next);
         let after = (moved.s - p).norm();
@@ -92,14 +101,18 @@ fn descent(
     let full = [first[0] + r.dot(&jet.suu), first[1] + r.dot(&jet.suv), first[2] + r.dot(&jet.svv)];
     match held {
         [true, true] => Some([0.0, 0.0]),
-        [true, false] => Some([0.0, single(g[1], full[2], first[2])?]),
-        [false, true] => Some([single(g[0], full[0], first[0])?, 0.0]),
+        [true, false] => Some([0.0, single(g[1], full[2], [first[2], first[0]])?]),
+        [false, true] => Some([single(g[0], full[0], [first[0], first[2]])?, 0.0]),
         [false, false] => solve(&full, g, &first).or_else(|| solve(&first, g, &first)),
     }
 }
 
-/// `-g / h` with the curvature term only where it leaves `h` positive.
-fn single(g: f64, full: f64, first: f64) -> Option<f64> {
+/// `-g / h` with the curvature term only where it leaves `h` positive; nothing along a rim that is a
+/// point, where the pace is rounding beside that across it.
+fn single(g: f64, full: f64, [first, across]: [f64; 2]) -> Option<f64> {
+    if first <= ROUNDING * across {
+        return Some(0.0);
+    }
     let h = if full > CONDITION * first { full } else { first };
     (h > 0.0).then(|| -g / h)
 }

@@ -38,6 +38,8 @@ pub struct NurbsSurface {
     patches: Vec<Vector4<f64>>,
     rational: bool,
     closed: [bool; 2],
+    /// Which rims are points: below and above the range, by u and v.
+    collapsed: [[bool; 2]; 2],
     /// Continuation below and above the range, by u and v.
     beyond: [[Beyond; 2]; 2],
 }
@@ -85,13 +87,15 @@ impl NurbsSurface {
         let patches = bezier_patches(&[&u, &v], &homogeneous(&points, weights.as_deref()));
         let knots = [u, v];
         let beyond = [[Beyond::with(0.0); 2]; 2];
-        let closed = [false; 2];
-        let mut surface = Self { knots, points, weights, patches, rational, closed, beyond };
+        let (closed, collapsed) = ([false; 2], [[false; 2]; 2]);
+        let mut surface =
+            Self { knots, points, weights, patches, rational, closed, collapsed, beyond };
         let flat = surface.degenerate_patches();
         if !flat.is_empty() {
             return Err(flat);
         }
         surface.closed = [surface.closes(0), surface.closes(1)];
+        surface.collapsed = [0, 1].map(|k| [0, 1].map(|end| surface.is_point(k, end)));
         surface.beyond = [0, 1].map(|k| [surface.continuation(k, 0), surface.continuation(k, 1)]);
         Ok(surface)
     }
@@ -130,6 +134,16 @@ impl NurbsSurface {
     pub fn periods(&self) -> [Option<f64>; 2] {
         let [u, v] = self.domain();
         [self.closed[0].then(|| u[1] - u[0]), self.closed[1].then(|| v[1] - v[0])]
+    }
+
+    /// Parameters beyond which there is nothing: at rims that are points.
+    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
+        let outside = [f64::NEG_INFINITY, f64::INFINITY];
+        let domain = self.domain();
+        let end = |k: usize, end: usize| {
+            if self.collapsed[k][end] { domain[k][end] } else { outside[end] }
+        };
+        [0, 1].map(|k| [end(k, 0), end(k, 1)])
     }
 
     /// Number of Bezier patches along u and v.
@@ -209,6 +223,19 @@ impl NurbsSurface {
             let area = d[1][0].cross(&d[0][1]).norm() * (u[1] - u[0]) * (v[1] - v[0]);
             area.is_nan() || area <= FLAT * size * size
         })
+    }
+
+    /// Whether the rim at an end of `direction` is a point: all of its control points are.
+    fn is_point(&self, direction: usize, end: usize) -> bool {
+        let at = |line: &[Point3<f64>]| if end == 0 { line.first() } else { line.last() }.copied();
+        let rim: Vec<Point3<f64>> = if direction == 0 {
+            let row = if end == 0 { self.points.first() } else { self.points.last() };
+            row.cloned().unwrap_or_default()
+        } else {
+            self.points.iter().filter_map(|row| at(row)).collect()
+        };
+        let size = net_size(&self.patches);
+        rim.first().is_some_and(|p| rim.iter().all(|q| (q - p).norm() <= SEAM * size))
     }
 
     /// Whether the rims across `direction` meet with equal first derivatives.
