@@ -8,7 +8,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
-use crate::machine::{FIRST_ROTARY, RotaryJoint};
+use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
 use crate::math::angle::angle_between;
 use crate::surface::{FaceIndex, Sample};
 use crate::types::ToolPose;
@@ -102,9 +102,10 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
     let Ok(inverse) = Inverse::new(&job.kinematics) else { return Ok(()) };
     for face in &job.faces {
         let samples = samples(face);
+        let stand = Stand { inverse: &inverse, cutter: &job.cutter };
         let missed = |sample: &Sample| {
-            let miss = miss(job, &inverse, sample)?;
-            Margins::new(job, sample, &samples).certain(job, &inverse, sample).then_some(miss)
+            let miss = stand.miss(sample)?;
+            stand.certain(sample, stand.margins(sample, &samples)).then_some(miss)
         };
         let missed: Vec<Miss> = samples.par_iter().filter_map(missed).collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
@@ -126,20 +127,6 @@ fn samples(face: &FaceIndex) -> Vec<Sample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
     face.face().grid((area / PLACES).sqrt()).unwrap_or_default()
-}
-
-/// The sample, if the tool cannot stand there at any lean.
-fn miss(job: &Job, inverse: &Inverse, sample: &Sample) -> Option<Miss> {
-    let home = job.kinematics.machine().home();
-    let mut nearest: Option<Miss> = None;
-    for pose in leans(&job.cutter, sample, coarse()) {
-        let Err(error) = inverse.continued(&pose, &home) else { return None };
-        let (by, axes) = measured(&error)?;
-        if nearest.as_ref().is_none_or(|known| by < known.by) {
-            nearest = Some(Miss { sample: *sample, by, axes, error });
-        }
-    }
-    nearest
 }
 
 /// By how much a pose is out of reach, as a share of what there is, and because of what; `None` where it is not that.
@@ -165,45 +152,67 @@ struct Margins {
     travel: f64,
 }
 
-impl Margins {
+/// A machine with a cutter, to be stood on places.
+struct Stand<'a> {
+    inverse: &'a Inverse,
+    cutter: &'a Cutter,
+}
+
+impl Stand<'_> {
+    fn kinematics(&self) -> &Kinematics {
+        self.inverse.kinematics()
+    }
+
+    /// The sample, if the tool cannot stand there at any lean.
+    fn miss(&self, sample: &Sample) -> Option<Miss> {
+        let home = self.kinematics().machine().home();
+        let mut nearest: Option<Miss> = None;
+        for pose in leans(self.cutter, sample, coarse()) {
+            let Err(error) = self.inverse.continued(&pose, &home) else { return None };
+            let (by, axes) = measured(&error)?;
+            if nearest.as_ref().is_none_or(|known| by < known.by) {
+                nearest = Some(Miss { sample: *sample, by, axes, error });
+            }
+        }
+        nearest
+    }
+
     /// A strip that finishes a place may touch up to a cutter's diameter beside it, where the face's normal and
     /// the place are others; directions between those tried move the axes by their levers.
-    fn new(job: &Job, sample: &Sample, samples: &[Sample]) -> Self {
-        let beside = 2.0 * job.cutter.radius();
-        let spacing = samples
-            .iter()
-            .map(|other| (other.point - sample.point).norm())
-            .filter(|distance| *distance > 0.0)
-            .fold(f64::INFINITY, f64::min);
+    fn margins(&self, sample: &Sample, samples: &[Sample]) -> Margins {
+        let beside = 2.0 * self.cutter.radius();
+        let away = |other: &Sample| (other.point - sample.point).norm();
+        let spacing = samples.iter().map(away).filter(|distance| *distance > 0.0);
+        let spacing = spacing.fold(f64::INFINITY, f64::min);
         let near = beside + if spacing.is_finite() { 2.0 * spacing } else { 0.0 };
         let turn = samples
             .iter()
-            .filter(|other| (other.point - sample.point).norm() <= near)
+            .filter(|other| away(other) <= near)
             .map(|other| angle_between(&other.normal, &sample.normal))
             .fold(0.0, f64::max);
-        let chain = job.kinematics.chain();
-        let arm = |joint: &RotaryJoint| (sample.point.coords - joint.point).norm();
-        let levers: f64 = chain.rotary.iter().map(arm).sum::<f64>()
-            + chain.rotary.iter().map(|joint| (chain.tip - joint.point).norm()).sum::<f64>();
-        let axes = job.kinematics.machine().axes.iter().take(FIRST_ROTARY);
+        let chain = self.kinematics().chain();
+        let arm = |joint: &RotaryJoint| {
+            (sample.point.coords - joint.point).norm() + (chain.tip - joint.point).norm()
+        };
+        let levers: f64 = chain.rotary.iter().map(arm).sum();
+        let axes = self.kinematics().machine().axes.iter().take(FIRST_ROTARY);
         let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
         let more = beside + levers * (COVERING.to_radians() + turn);
-        Self { lean: FARTHER + turn.to_degrees(), travel: more / least }
+        Margins { lean: FARTHER + turn.to_degrees(), travel: more / least }
     }
 
     /// Whether the tool can stand there at no direction that is tried, with the margins.
-    fn certain(&self, job: &Job, inverse: &Inverse, sample: &Sample) -> bool {
-        let home = job.kinematics.machine().home();
-        let out = |pose: ToolPose| match inverse.continued(&pose, &home) {
-            Ok(_) => false,
+    fn certain(&self, sample: &Sample, margins: Margins) -> bool {
+        let home = self.kinematics().machine().home();
+        let out = |pose: ToolPose| match self.inverse.continued(&pose, &home) {
             // Least of all branches, each at the axis that is out by most, all as shares of travel.
             Err(InverseError::OutOfTravel(out)) if out.index < FIRST_ROTARY => {
-                out.excess > self.travel * (out.high - out.low)
+                out.excess > margins.travel * (out.high - out.low)
             }
             Err(InverseError::OutOfTravel(_) | InverseError::Unreachable { .. }) => true,
-            Err(_) => false,
+            Ok(_) | Err(_) => false,
         };
-        leans(&job.cutter, sample, fine(self.lean)).all(out)
+        leans(self.cutter, sample, fine(margins.lean)).all(out)
     }
 }
 
@@ -303,14 +312,14 @@ fn remedy(error: &InverseError) -> String {
 mod tests {
     use super::*;
     use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::files::machine::built_in;
+    use crate::machine::Setup;
 
     /// The nearest point of the tool's corner circle is the corner's radius above the sample, along the normal.
     #[test]
     fn a_leaning_cutter_touches_where_it_should() {
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
-        let (major, minor, length) = (4.0, 3.0, 60.0);
-        let spec = CutterSpec { kind, major, minor, length, construction, shank: Vec::new() };
-        let cutter = Cutter::new(spec).unwrap();
+        let cutter = cutter();
+        let (major, minor) = (cutter.major(), cutter.minor());
         let normal = Unit::new_normalize(Vector3::new(0.2, -0.4, 0.7));
         let sample = Sample { uv: [0.0; 2], point: Point3::new(1.0, 2.0, 3.0), normal };
         let mut poses = 0;
@@ -340,5 +349,74 @@ mod tests {
             let nearest = tried.iter().map(|other| other.dot(&any)).fold(-1.0, f64::max);
             assert!(nearest >= reach, "{:.3} deg", nearest.acos().to_degrees());
         }
+    }
+
+    fn cutter() -> Cutter {
+        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let (major, minor, length) = (4.0, 3.0, 60.0);
+        Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
+            .unwrap()
+    }
+
+    /// Numbers in [-1, 1].
+    fn dice(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Where the tool can stand at some lean of up to 35 degrees no place is refused, even right beyond the end
+    /// of what the coarse leans reach, on machines of all kinds in any setup.
+    #[test]
+    fn no_place_is_refused_that_some_lean_reaches() {
+        let cutter = cutter();
+        let names = ["bc-trunnion", "dmu-nutating45", "gantry-ca-fork", "layout-11-ab-head-head"];
+        let (mut told, mut beyond, mut certain) = (0, 0, 0);
+        for (number, name) in names.iter().enumerate() {
+            let file = crate::files::machine::parse(built_in(name).unwrap()).unwrap();
+            let machine = file.machine;
+            let mut roll = dice(number as u64 + 1);
+            for _ in 0..30 {
+                let middle = |k: usize| machine.axes[k].limits.iter().sum::<f64>() * 0.5;
+                let origin = Vector3::new(middle(0), middle(1), middle(2) - 100.0);
+                let rotation = [0; 3].map(|_| 3.0 * roll());
+                let setup = Setup::new(origin, rotation, cutter.length());
+                let kinematics = Kinematics::new(&machine, &setup);
+                let Ok(inverse) = Inverse::new(&kinematics) else { continue };
+                let stand = Stand { inverse: &inverse, cutter: &cutter };
+                let point = Point3::from(Vector3::from_fn(|_, _| 20.0 * roll()));
+                let at = |normal| Sample { uv: [0.0; 2], point, normal };
+                let [one, other] =
+                    [0; 2].map(|_| Unit::new_normalize(Vector3::from_fn(|_, _| roll())));
+                let out = |normal| stand.miss(&at(normal)).is_some();
+                if out(one) == out(other) {
+                    certain += usize::from(
+                        out(one) && stand.certain(&at(one), stand.margins(&at(one), &[])),
+                    );
+                    continue;
+                }
+                let (mut inside, mut outside) = if out(one) { (other, one) } else { (one, other) };
+                for _ in 0..12 {
+                    let middle = Unit::new_normalize(inside.into_inner() + outside.into_inner());
+                    if out(middle) { outside = middle } else { inside = middle }
+                }
+                let sample = at(outside);
+                told += 1;
+                let rim: Vec<[f64; 2]> =
+                    (0..720).map(|k| [35_f64.to_radians(), TAU * f64::from(k) / 720.0]).collect();
+                let home = machine.home();
+                let reached = leans(&cutter, &sample, rim.into_iter())
+                    .any(|pose| inverse.continued(&pose, &home).is_ok());
+                beyond += usize::from(reached);
+                let refused = stand.certain(&sample, stand.margins(&sample, &[]));
+                assert!(!(reached && refused), "{name} {setup:?} {sample:?}");
+            }
+        }
+        // The coarse leans alone would have refused some of them wrongly.
+        assert!(told > 30 && beyond > 3 && certain > 3, "{told} {beyond} {certain}");
     }
 }

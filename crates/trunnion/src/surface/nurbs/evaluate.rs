@@ -259,7 +259,7 @@ fn leibniz(net: &Net, s: &Table, [k, l]: [usize; 2]) -> Vector3<f64> {
     rest
 }
 
-/// Leibniz' rule written out to order 2: `A, A_u, A_v, A_uu, A_uv, A_vv`.
+/// Leibniz' rule written out to order 2, bit for bit what [`quotient`] gives: `A, A_u, A_v, A_uu, A_uv, A_vv`.
 #[inline]
 fn divided(net: &[Vector4<f64>; 6]) -> SurfaceJet2 {
     let [a, au, av, auu, auv, avv] = net;
@@ -268,7 +268,7 @@ fn divided(net: &[Vector4<f64>; 6]) -> SurfaceJet2 {
     let su = (au.xyz() - s * au.w) * over;
     let sv = (av.xyz() - s * av.w) * over;
     let suu = (auu.xyz() - su * (2.0 * au.w) - s * auu.w) * over;
-    let suv = (auv.xyz() - sv * au.w - su * av.w - s * auv.w) * over;
+    let suv = (auv.xyz() - su * av.w - sv * au.w - s * auv.w) * over;
     let svv = (avv.xyz() - sv * (2.0 * av.w) - s * avv.w) * over;
     SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
 }
