@@ -126,10 +126,11 @@ fn a_shaft_is_gone_round_with_the_whole_tool_clear_of_it() {
         let cutter = cutter(shank);
         // Neighbours, the other side, and the place right opposite.
         let angles = [0.0, 0.2, 0.4, 2.4, 2.4 + 0.5 * TAU, 4.0];
-        let way = |i: usize| if i % 2 == 0 { [5.0, 55.0] } else { [50.0, 10.0] };
+        let way = |i: usize| if i.is_multiple_of(2) { [5.0, 55.0] } else { [50.0, 10.0] };
         let passes: Vec<Pass> = angles.iter().enumerate().map(|(i, &a)| pass(a, way(i))).collect();
         let legs =
-            legs(&passes, &faces, &cutter, (&options(shaft_box(), clearance), None), &Silent).unwrap();
+            legs(&passes, &faces, &cutter, (&options(shaft_box(), clearance), None), &Silent)
+                .unwrap();
         let mut least = f64::INFINITY;
         for poses in link_poses(&legs, &cutter) {
             least = poses.iter().map(|p| nearest(p, &places, holder)).fold(least, f64::min);
@@ -154,7 +155,8 @@ fn a_shaft_is_gone_round_with_the_whole_tool_clear_of_it() {
 fn neighbouring_passes_are_joined_by_short_links() {
     let (faces, cutter) = ([shaft()], cutter(Vec::new()));
     let passes = [pass(3.0, [5.0, 55.0]), pass(3.2, [55.0, 5.0])];
-    let legs = legs(&passes, &faces, &cutter, (&options(shaft_box(), 10.0), None), &Silent).unwrap();
+    let legs =
+        legs(&passes, &faces, &cutter, (&options(shaft_box(), 10.0), None), &Silent).unwrap();
     let link =
         legs.iter().find(|leg| leg.motion == Motion::Link && leg.stations.len() > 2).unwrap();
     let length: f64 =

@@ -20,6 +20,9 @@ const STEP: f64 = PI / 12.0;
 /// Stations at least: the way between is a curve then, and run as it is.
 const LEAST_STEPS: u32 = 2;
 
+/// As many as half a turn takes.
+const MOST_STEPS: u32 = 12;
+
 /// Share of the clearance that the tool keeps from all faces between the stations.
 const KEPT: f64 = 0.25;
 
@@ -110,7 +113,7 @@ fn corner(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<UnitVector3<
 
 fn steps(turn: f64) -> u32 {
     let fits = |count: &u32| turn <= STEP * f64::from(*count);
-    (LEAST_STEPS..).find(fits).unwrap_or(LEAST_STEPS)
+    (LEAST_STEPS..MOST_STEPS).find(fits).unwrap_or(MOST_STEPS)
 }
 
 #[cfg(test)]

@@ -169,10 +169,11 @@ pub fn through(
             joined(leg, &legs[leg - 1], of)?;
         }
         match of.motion {
-            Motion::Cut | Motion::Hop => path.pieces.push(curve(leg, of, options.lever)?),
             Motion::Link if of.stations.len() == 2 => path.pieces.extend(link(of)),
-            // Stations between the ends: the way matters.
-            Motion::Link => path.pieces.push(curve(leg, of, options.lever)?),
+            // A link with stations between its ends: the way matters.
+            Motion::Cut | Motion::Hop | Motion::Link => {
+                path.pieces.push(curve(leg, of, options.lever)?);
+            }
             Motion::LeadIn | Motion::LeadOut => path.pieces.extend(lead(leg, of)?),
         }
     }

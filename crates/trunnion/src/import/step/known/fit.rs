@@ -157,7 +157,7 @@ fn round<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> Option<
     let solution = solve(matrix, &right)?;
     let mut centre = [0.0; N];
     centre.iter_mut().zip(solution.iter()).for_each(|(to, from)| *to = *from);
-    let square = solution.iter().last()? + centre.iter().map(|x| x * x).sum::<f64>();
+    let square = solution.iter().next_back()? + centre.iter().map(|x| x * x).sum::<f64>();
     (square > 0.0 && square.is_finite()).then(|| (centre, square.sqrt()))
 }
 
