@@ -7,6 +7,7 @@
 //! tolerance. Some minutes; `TRUNNION_FIGURES=0` leaves them out.
 
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
+#![expect(clippy::print_stdout, reason = "it prints figures")]
 
 use divan::{Bencher, black_box};
 use nalgebra::Point3;

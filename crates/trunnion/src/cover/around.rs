@@ -7,7 +7,6 @@
 
 use super::clear::Clearing;
 use super::legs::Leads;
-use super::options::Along;
 use super::sweep::Sweep;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCurve, Station, ToolPose};
@@ -96,8 +95,8 @@ impl Leads<'_> {
         let sweep = Sweep::of(curve, self.lever);
         let [kept, precision] = [KEPT, PRECISION].map(|share| share * self.options.clearance);
         self.faces.iter().zip(&self.sheets).all(|(face, sheet)| {
-            let (target, tool) = (kept, &self.tool);
-            let clearing = Clearing { face, chart: Along::V, sheet, tool, target, precision };
+            let (target, tool, chart) = (kept, &self.tool, &self.chart);
+            let clearing = Clearing { face, chart, sheet, tool, target, precision };
             (0..spans).all(|span| clearing.least(&sweep, span, 1) >= kept - precision)
         })
     }
