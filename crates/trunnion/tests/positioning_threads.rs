@@ -5,7 +5,7 @@
 #[expect(dead_code, reason = "the tasks are used here, the trials elsewhere")]
 mod brute_force;
 
-use brute_force::{bezier, task};
+use brute_force::{Shape, bezier};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
@@ -75,22 +75,51 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Strips that once ended at a maximum next to an end point: seed and case.
-const SHORT: [(u64, u32); 5] = [(1, 77), (1, 285), (1, 344), (1, 805), (7, 190)];
+/// Strips that once ended at a maximum next to an end point: curvatures, radii of the cutter, upper
+/// end of the band, heading in degrees, and whether the strip lies on the left.
+type Short = ([f64; 2], [f64; 2], f64, f64, bool);
+const SHORT: [Short; 4] = [
+    (
+        [0.016_603_857_870_505_487, -0.001_539_636_414_629_359_8],
+        [6.164_185_019_125_972, 5.553_909_905_403_037],
+        0.015_764_910_224_156_575,
+        232.713_762_463_834_7,
+        false,
+    ),
+    (
+        [0.018_163_040_521_248_897, 0.030_190_468_770_855_888],
+        [8.224_224_342_925_927, 2.036_770_677_767_889_6],
+        0.011_980_405_916_144_082,
+        326.450_909_421_402_97,
+        false,
+    ),
+    (
+        [-0.000_981_693_703_661_367_5, 0.0],
+        [11.264_837_389_231_191, 7.214_028_143_812_605],
+        0.011_734_815_444_684_753,
+        226.576_542_477_012_25,
+        true,
+    ),
+    (
+        [-0.000_367_173_417_847_497_7, 0.014_130_322_339_313_455],
+        [6.987_056_253_035_671_5, 7.997_174_877_935_307],
+        0.024_017_769_099_869_586,
+        218.581_581_373_688_46,
+        true,
+    ),
+];
 
 #[test]
 fn strips_reach_both_end_points() {
-    for (seed, case) in SHORT {
-        let task = task(seed, case);
-        let (face, at, feed) = task.shape.face(task.degrees);
-        let strip = if task.left { StripSide::Left } else { StripSide::Right };
-        let bull = cutter(task.major, task.minor);
+    for (k, [major, minor], upper, degrees, left) in SHORT {
+        let (face, at, feed) = Shape::Quadric(k).face(degrees);
+        let strip = if left { StripSide::Left } else { StripSide::Right };
+        let (bull, band) = (cutter(major, minor), Band { lower: 0.0, upper });
         let offset_range = [-0.4, 0.4];
         let plain = request(&face, &bull, at);
-        let found =
-            widest(&Request { band: task.band, feed, strip, offset_range, ..plain }, None).unwrap();
+        let found = widest(&Request { band, feed, strip, offset_range, ..plain }, None).unwrap();
         let share = found.strip_width / found.chord_width;
-        assert!(share > 0.999, "{seed} {case}: {share}");
+        assert!(share > 0.999, "{k:?}: {share}");
     }
 }
 
