@@ -1,5 +1,6 @@
 //! What passes take on the machine, estimated from axis speeds alone.
 
+use super::estimate::rest_to_rest;
 use super::job::Job;
 use crate::cover::Clock;
 use crate::files::job::Reference;
@@ -18,8 +19,6 @@ pub(super) struct Pace {
     at_contact: bool,
     tip: f64,
     velocity: AxisVector,
-    rapid: AxisVector,
-    acceleration: AxisVector,
     /// What a link takes besides its rotary travel \[s\].
     link: f64,
 }
@@ -36,8 +35,6 @@ impl Pace {
             at_contact: job.file.cutting.reference == Reference::Contact,
             tip: machine.cycle.tip_speed_max.unwrap_or(f64::INFINITY),
             velocity: machine.vector(|axis| axis.vel),
-            rapid: machine.vector(|axis| axis.rapid),
-            acceleration: machine.vector(|axis| axis.acc),
             link: link / feed,
         }
     }
@@ -82,15 +79,8 @@ impl Clock for Pace {
     fn link(&self, from: &Station, to: &Station) -> f64 {
         let turn = self.axes(from, &self.home).and_then(|start| {
             let end = self.axes(to, &start)?;
-            let time = |axis: usize| {
-                let (way, speed) = ((end[axis] - start[axis]).abs(), self.rapid[axis]);
-                let acceleration = self.acceleration[axis];
-                if way * acceleration > speed * speed {
-                    way / speed + speed / acceleration
-                } else {
-                    2.0 * (way / acceleration).sqrt()
-                }
-            };
+            let axes = &self.inverse.as_ref()?.kinematics().machine().axes;
+            let time = |axis: usize| rest_to_rest(&axes[axis], (end[axis] - start[axis]).abs());
             Some((FIRST_ROTARY..AXES).map(time).fold(0.0, f64::max))
         });
         // Of a link's three stretches the middle one, over, may take longer for the turn.

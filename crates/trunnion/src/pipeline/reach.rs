@@ -91,7 +91,7 @@ struct Miss {
 ///
 /// Only what is certain is refused: a place is out of reach if the tool can stand on it at no lean, nor at
 /// leans some way beyond those, nor beside it, within a strip's width, nor with a little more
-/// travel ([`Margins`]). Passes reach a little beyond the faces, and their leans are not any: what
+/// travel (`Margins`). Passes reach a little beyond the faces, and their leans are not any: what
 /// passes here may still leave travel.
 ///
 /// # Errors

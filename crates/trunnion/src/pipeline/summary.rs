@@ -134,7 +134,7 @@ fn counted(count: usize, what: &str) -> String {
 fn reason(reason: &FallbackReason) -> String {
     match reason {
         FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
-            format!("no wide strip fits ({binding:?})")
+            format!("no wide strip fits, held back by {binding}")
         }
         FallbackReason::NoStrip(error) => error.to_string(),
         FallbackReason::NoAdvance(advance) => {
