@@ -9,7 +9,6 @@ use super::job::Job;
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
-use crate::math::angle::angle_between;
 use crate::surface::{FaceIndex, Sample};
 use crate::types::ToolPose;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -89,10 +88,9 @@ struct Miss {
 /// Looks whether the tool can stand on all places of the faces, at any lean that strips may have. Takes a
 /// fraction of a second; [`super::run`] begins with it.
 ///
-/// Only what is certain is refused: a place is out of reach if the tool can stand on it at no lean, nor at
-/// leans some way beyond those, nor beside it, within a strip's width, nor with a little more
-/// travel (`Margins`). Passes reach a little beyond the faces, and their leans are not any: what
-/// passes here may still leave travel.
+/// Only what is certain is refused: a face with a place on which the tool can stand at no lean, nor at leans some way
+/// beyond those, nor with a little more travel (`Margins`), nor at any lean beside it, as far as a strip is wide.
+/// Passes reach a little beyond the faces, and their leans are not any: what passes here may still leave travel.
 ///
 /// # Errors
 ///
@@ -103,11 +101,20 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
     for face in &job.faces {
         let samples = samples(face);
         let stand = Stand { inverse: &inverse, cutter: &job.cutter };
-        let missed = |sample: &Sample| {
-            let miss = stand.miss(sample)?;
-            stand.certain(sample, stand.margins(sample, &samples)).then_some(miss)
+        let misses: Vec<Option<Miss>> =
+            samples.par_iter().map(|sample| stand.miss(sample)).collect();
+        let beside = near(&job.cutter, &samples);
+        let certain = |(index, sample): (usize, &Sample)| {
+            let around = |other: &Sample| (other.point - sample.point).norm() <= beside;
+            let missed = |index: usize| misses.get(index).is_some_and(Option::is_some);
+            missed(index)
+                && samples.iter().enumerate().all(|(i, other)| missed(i) || !around(other))
+                && stand.certain(sample, stand.margins(sample))
         };
-        let missed: Vec<Miss> = samples.par_iter().filter_map(missed).collect();
+        if !samples.par_iter().enumerate().any(certain) {
+            continue;
+        }
+        let missed: Vec<Miss> = misses.into_iter().flatten().collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
         let home = job.kinematics.machine().home();
         let upright = |sample: &&Sample| {
@@ -127,6 +134,14 @@ fn samples(face: &FaceIndex) -> Vec<Sample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
     face.face().grid((area / PLACES).sqrt()).unwrap_or_default()
+}
+
+/// How far beside a place a strip that finishes it may touch: the cutter's diameter, and what lies between two samples.
+fn near(cutter: &Cutter, samples: &[Sample]) -> f64 {
+    let Some(first) = samples.first() else { return 0.0 };
+    let away = samples.iter().map(|other| (other.point - first.point).norm());
+    let spacing = away.filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min);
+    2.0 * cutter.radius() + if spacing.is_finite() { 2.0 * spacing } else { 0.0 }
 }
 
 /// By how much a pose is out of reach, as a share of what there is, and because of what; `None` where it is not that.
@@ -177,19 +192,8 @@ impl Stand<'_> {
         nearest
     }
 
-    /// A strip that finishes a place may touch up to a cutter's diameter beside it, where the face's normal and
-    /// the place are others; directions between those tried move the axes by their levers.
-    fn margins(&self, sample: &Sample, samples: &[Sample]) -> Margins {
-        let beside = 2.0 * self.cutter.radius();
-        let away = |other: &Sample| (other.point - sample.point).norm();
-        let spacing = samples.iter().map(away).filter(|distance| *distance > 0.0);
-        let spacing = spacing.fold(f64::INFINITY, f64::min);
-        let near = beside + if spacing.is_finite() { 2.0 * spacing } else { 0.0 };
-        let turn = samples
-            .iter()
-            .filter(|other| away(other) <= near)
-            .map(|other| angle_between(&other.normal, &sample.normal))
-            .fold(0.0, f64::max);
+    /// Directions between those tried, and contacts beside the place, move the axes by their levers.
+    fn margins(&self, sample: &Sample) -> Margins {
         let chain = self.kinematics().chain();
         let arm = |joint: &RotaryJoint| {
             (sample.point.coords - joint.point).norm() + (chain.tip - joint.point).norm()
@@ -197,8 +201,8 @@ impl Stand<'_> {
         let levers: f64 = chain.rotary.iter().map(arm).sum();
         let axes = self.kinematics().machine().axes.iter().take(FIRST_ROTARY);
         let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
-        let more = beside + levers * (COVERING.to_radians() + turn);
-        Margins { lean: FARTHER + turn.to_degrees(), travel: more / least }
+        let more = 2.0 * self.cutter.radius() + levers * COVERING.to_radians();
+        Margins { lean: FARTHER, travel: more / least }
     }
 
     /// Whether the tool can stand there at no direction that is tried, with the margins.
@@ -394,9 +398,8 @@ mod tests {
                     [0; 2].map(|_| Unit::new_normalize(Vector3::from_fn(|_, _| roll())));
                 let out = |normal| stand.miss(&at(normal)).is_some();
                 if out(one) == out(other) {
-                    certain += usize::from(
-                        out(one) && stand.certain(&at(one), stand.margins(&at(one), &[])),
-                    );
+                    certain +=
+                        usize::from(out(one) && stand.certain(&at(one), stand.margins(&at(one))));
                     continue;
                 }
                 let (mut inside, mut outside) = if out(one) { (other, one) } else { (one, other) };
@@ -412,7 +415,7 @@ mod tests {
                 let reached = leans(&cutter, &sample, rim.into_iter())
                     .any(|pose| inverse.continued(&pose, &home).is_ok());
                 beyond += usize::from(reached);
-                let refused = stand.certain(&sample, stand.margins(&sample, &[]));
+                let refused = stand.certain(&sample, stand.margins(&sample));
                 assert!(!(reached && refused), "{name} {setup:?} {sample:?}");
             }
         }
