@@ -176,3 +176,14 @@ fn a_job_plans_its_smooth_path_and_writes_its_locations() {
     assert!(text.starts_with("PARTNO small patch") && text.ends_with("FINI\n"));
     assert!(places(&text).len() > 100);
 }
+
+#[test]
+fn a_tolerance_below_zero_is_told_what_is_wanted() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("in.cls"), file()).unwrap();
+    let output = trunnion(folder.path(), &["in.cls", "--smooth", "-0.01,0.05", "-o", "out.cls"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("two numbers above 0"), "{told}");
+    assert!(!folder.path().join("out.cls").exists());
+}

@@ -233,6 +233,7 @@ fn adaptive_passes_cost_no_more_than_straight_ones() {
         covering.map_or(f64::INFINITY, |covering| cost(&covering))
     };
     let [u, v] = [Along::U, Along::V].map(straight);
+    assert!(u.min(v).is_finite(), "{u} {v}");
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| finished(&face, &options(Along::Adaptive)))

@@ -24,7 +24,7 @@ pub(crate) struct Args {
     output: Option<PathBuf>,
     /// Lay a C3 path within these of the cutter locations: mm at the tip, degrees of the tool axis.
     /// What is written stays within them everywhere.
-    #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances)]
+    #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, allow_hyphen_values = true)]
     smooth: Option<[f64; 2]>,
     /// Draw tip and axis deviation along the path (SVG); with --smooth.
     #[arg(long, value_name = "FILE", requires = "smooth")]
