@@ -1,4 +1,6 @@
-//! `trunnion inspect`: the faces of a part, so that a job can name them.
+//! `trunnion inspect`: the faces of a part, so that a job can name them; what a CL file comes to.
+
+mod cl;
 
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
@@ -8,7 +10,7 @@ use trunnion::import::inspect::{self, FaceSummary};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Surface JSON or STEP file.
+    /// Surface JSON or STEP file; or a CL file (.cls .clsf .apt .aptsource .ncl .cl .clt).
     part: PathBuf,
     /// Also draw the faces with their numbers into this SVG file.
     #[arg(short, long, value_name = "SVG")]
@@ -16,6 +18,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    if cl::is_one(&args.part) {
+        if args.output.is_some() {
+            return Err(Failure::input("a CL file is not drawn\n  help: leave -o out"));
+        }
+        return cl::run(&args.part, json);
+    }
     let part = part::read(&args.part, &Bars::new())?;
     for warning in &part.warnings {
         eprintln!("warning: {warning}");

@@ -1,6 +1,7 @@
 //! Results of a run as the data of a report page.
 
 use crate::path::chart;
+use crate::path::profile::Profile;
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::ProfilePiece;
@@ -193,7 +194,11 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
         return String::new();
     }
     let share = job.budget.shares.smoothing;
-    chart::draw(along, pipeline::smoothing(share, trunnion::cover::lever(&job.cutter)))
+    let mut profile = Profile::default();
+    for (end, deviated) in along {
+        profile.push(*end, deviated);
+    }
+    chart::draw(&profile, pipeline::smoothing(share, trunnion::cover::lever(&job.cutter)))
 }
 
 /// The cutter's outline as a chain of points.

@@ -41,7 +41,10 @@ fn file() -> String {
 fn places(text: &str) -> Vec<[f64; 6]> {
     let row = |line: &str| {
         let numbers = line.strip_prefix("GOTO/")?.split(',').map(|x| x.parse().unwrap());
-        let numbers: Vec<f64> = numbers.collect();
+        let mut numbers: Vec<f64> = numbers.collect();
+        if numbers.len() == 3 {
+            numbers.extend([0.0, 0.0, 1.0]);
+        }
         numbers.try_into().ok()
     };
     text.lines().filter_map(row).collect()
@@ -186,4 +189,90 @@ fn a_tolerance_below_zero_is_told_what_is_wanted() {
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("two numbers above 0"), "{told}");
     assert!(!folder.path().join("out.cls").exists());
+}
+
+/// As NX writes it, in inches: a pass with an arc, with colours between, then two holes.
+const NX: &[u8] = b"TOOL PATH/FL\xdcGEL,TOOL,D10
+TLDATA/MILL,0.4,0.2,3.0,0.0,0.0
+UNITS/INCHES
+MSYS/0,0,0,1,0,0,0,1,0
+$$ centerline data
+PAINT/PATH
+RAPID
+GOTO/0.0,0.0,2.0
+FEDRAT/IPM,40.0
+GOTO/0.0,0.0,0.0
+PAINT/COLOR,31
+GOTO/1.0,0.0,0.0
+CIRCLE/1.0,1.0,0.0,0.0,0.0,1.0,1.0,0.002,0.5,0.4,0.2
+GOTO/2.0,1.0,0.0
+GOTO/2.0,2.0,0.0
+CYCLE/DRILL,RAPTO,0.1,FEDTO,-0.5,IPM,10.
+GOTO/3.0,2.0,0.0
+GOTO/4.0,2.0,0.0
+CYCLE/OFF
+PAINT/SPEED,10
+END-OF-PATH
+";
+
+#[test]
+fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("nx.cls"), NX).unwrap();
+    let output = trunnion(folder.path(), &["nx.cls", "--smooth", "0.02,0.1", "-o", "out.cls"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = fs::read(folder.path().join("out.cls")).unwrap();
+    assert!(bytes.starts_with(b"TOOL PATH/FL\xdcGEL,TOOL,D10\n"));
+    let text = String::from_utf8_lossy(&bytes);
+    let holes =
+        "CYCLE/DRILL,RAPTO,0.1,FEDTO,-0.5,IPM,10.\nGOTO/3.0,2.0,0.0\nGOTO/4.0,2.0,0.0\nCYCLE/OFF\n";
+    assert!(text.contains(holes) && text.contains("FEDRAT/40.0000,IPM") && !text.contains("MMPM"));
+    assert_eq!(text.matches("PAINT").count(), 3);
+    let inch = places(&text);
+    let on_arc: Vec<f64> = inch
+        .iter()
+        .filter(|p| p[2].abs() < 1e-9 && p[0] > 1.1 && p[1] < 0.9)
+        .map(|p| 25.4 * ((p[0] - 1.0).hypot(p[1] - 1.0) - 1.0))
+        .collect();
+    assert!(on_arc.len() > 4 && on_arc.iter().all(|off| off.abs() <= 0.02), "{on_arc:?}");
+    let counts = |name: &str| {
+        let told = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+            .args(["inspect", name, "--json"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+        serde_json::from_slice::<Value>(&told.stdout).unwrap()
+    };
+    let [read, written] = ["nx.cls", "out.cls"].map(counts);
+    assert_eq!((&read["arcs"], &read["holes"]), (&Value::from(1), &Value::from(2)));
+    assert_eq!((&written["arcs"], &written["holes"]), (&Value::from(0), &Value::from(2)));
+    assert_eq!(read["cutter"], serde_json::json!([10.16, 5.08]));
+    for (sum, slack) in [("length", 0.5), ("x", 0.02), ("z", 0.02)] {
+        for end in 0..2 {
+            let [a, b] = [&read, &written].map(|told| told[sum][end].as_f64().unwrap());
+            assert!((a - b).abs() < slack, "{sum}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_cl_file_comes_from_a_pipe_and_goes_to_one() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("in.cls"), file()).unwrap();
+    let from_file = trunnion(folder.path(), &["in.cls", "--smooth", "0.01,0.05"]);
+    let piped = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(["path", "-", "--smooth", "0.01,0.05"])
+        .stdin(fs::File::open(folder.path().join("in.cls")).unwrap())
+        .output()
+        .unwrap();
+    assert!(piped.status.success() && piped.stdout == from_file.stdout);
+    assert!(piped.stdout.ends_with(b"FINI\n"));
+    fs::write(folder.path().join("cut.cls"), file().replace("FINI\n", "")).unwrap();
+    let cut = trunnion(folder.path(), &["cut.cls", "--smooth", "0.01,0.05"]);
+    assert_eq!((cut.status.code(), cut.stdout.len()), (Some(2), 0));
+    fs::write(folder.path().join("bad.cls"), "RAPID\nGOTO/1,2,x\nNURBS/3\nFINI\n").unwrap();
+    let bad = trunnion(folder.path(), &["bad.cls"]);
+    let told = String::from_utf8_lossy(&bad.stderr).into_owned();
+    assert!(told.contains("bad.cls:2:10: \"x\"") && told.contains("bad.cls:3:1: NURBS"), "{told}");
 }

@@ -337,6 +337,36 @@ fn jerks(inverse: &Inverse, curve: &PoseCurve, u: f64, h: f64) -> [AxisVector; 3
     [third(-3.0), third(-1.5), third(0.0)]
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+
+    /// Random paths, leant so far that no axis is free: over a join the third difference of every axis is no larger
+    /// than beside it. Were the second derivative to jump there, it would grow with the inverse of the step.
+    #[test]
+    fn jerk_of_the_axes_is_finite_over_every_join_of_random_paths(stations in any_path()) {
+        let moved = stations.iter().any(|s| (s.pose.tip - stations[0].pose.tip).norm() > TIP);
+        prop_assume!(moved);
+        let lean = |s: &Station| {
+            let axis = s.pose.axis.into_inner() + Vector3::new(1.5, 0.0, 0.0);
+            station(s.pose.tip.into(), axis.into())
+        };
+        let leant: Vec<Station> = stations.iter().map(lean).collect();
+        let kinematics = shop::kinematics(Layout::TableTable);
+        let inverse = Inverse::new(&kinematics).unwrap();
+        for curve in &smooth(&leant, &options()).unwrap().curves {
+            for at in 1..curve.knots.len() - 1 {
+                let u = curve.knots[at];
+                let room = (u - curve.knots[at - 1]).min(curve.knots[at + 1] - u);
+                let h = room / 16.0;
+                let [left, over, right] = jerks(&inverse, curve, u, h);
+                let most = left.amax().max(right.amax());
+                let rounding = 2e-11 / (0.5 * h).powi(3);
+                prop_assert!(over.amax() <= 2.0 * most + rounding, "at {u}: {over} of {most}");
+            }
+        }
+    }
+}
+
 #[test]
 fn jerk_of_the_axes_is_finite_and_continuous_over_every_join() {
     let at = |k: u32| {

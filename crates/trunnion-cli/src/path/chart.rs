@@ -1,7 +1,7 @@
 //! Deviation along a path as a drawing.
 
+use super::profile::Profile;
 use std::fmt::Write;
-use trunnion::toolpath::Deviated;
 
 /// Size of one of the two plots, and the room around them \[px\].
 const PLOT: [f64; 2] = [860.0, 150.0];
@@ -10,8 +10,8 @@ const MARGIN: [f64; 2] = [80.0, 40.0];
 /// Columns: finer than what a screen shows.
 const COLUMNS: usize = 860;
 
-/// Draws deviations, given with the length at which each ends, under their tolerances.
-pub(crate) fn draw(deviations: &[(f64, Deviated)], [tip, axis]: [f64; 2]) -> String {
+/// Draws deviations under their tolerances.
+pub(crate) fn draw(profile: &Profile, [tip, axis]: [f64; 2]) -> String {
     let [width, height] = [PLOT[0] + 1.5 * MARGIN[0], 2.0 * (PLOT[1] + 1.75 * MARGIN[1])];
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
@@ -19,36 +19,19 @@ pub(crate) fn draw(deviations: &[(f64, Deviated)], [tip, axis]: [f64; 2]) -> Str
          fill=\"white\"/>\n"
     );
     let plots = [
-        ("tip, mm", tip, columns(deviations, |of| [of.tip, of.tip_bound])),
+        ("tip, mm", tip, profile.columns(COLUMNS, |of| [of.tip, of.tip_bound])),
         (
             "axis, deg",
             axis.to_degrees(),
-            columns(deviations, |of| [of.axis, of.axis_bound].map(f64::to_degrees)),
+            profile.columns(COLUMNS, |of| [of.axis, of.axis_bound].map(f64::to_degrees)),
         ),
     ];
-    let length = deviations.last().map_or(0.0, |(end, _)| *end);
+    let length = profile.length();
     for (index, (name, tolerance, columns)) in plots.iter().enumerate() {
         let top = MARGIN[1] + index as f64 * (PLOT[1] + 1.5 * MARGIN[1]);
         plot(&mut svg, top, (name, *tolerance, length), columns);
     }
     svg + "</svg>\n"
-}
-
-/// Largest values of each column of the drawing.
-fn columns(deviations: &[(f64, Deviated)], of: impl Fn(&Deviated) -> [f64; 2]) -> Vec<[f64; 2]> {
-    let length = deviations.last().map_or(1.0, |(end, _)| end.max(f64::MIN_POSITIVE));
-    let mut columns = vec![[0.0_f64; 2]; COLUMNS];
-    let mut start = 0.0;
-    for (end, deviated) in deviations {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a column")]
-        let column = |at: f64| ((at / length * COLUMNS as f64) as usize).min(COLUMNS - 1);
-        let values = of(deviated);
-        for slot in &mut columns[column(start)..=column(*end)] {
-            *slot = [slot[0].max(values[0]), slot[1].max(values[1])];
-        }
-        start = *end;
-    }
-    columns
 }
 
 fn plot(

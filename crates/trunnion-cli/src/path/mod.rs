@@ -1,23 +1,36 @@
 //! `trunnion path`: cutter locations of a job, or of a CL file, smoothed.
 
 pub(crate) mod chart;
+pub(crate) mod lines;
+pub(crate) mod profile;
 mod smoothed;
 
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, run as jobs, text};
+use anyhow::Context;
+use lines::Lines;
 use serde::Serialize;
-use smoothed::Sheet;
+use smoothed::{ARC_SHARE, Rewriter, SHARE, Sheet, Stop, WRITTEN};
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
-use trunnion::nc::read;
+use trunnion::nc::read::{ClItem, ClReader};
 use trunnion::pipeline;
+use trunnion::types::{Progress, Stage};
 
 /// Most faults of a CL file that are told.
-const MOST_FAULTS: usize = 20;
+pub(crate) const MOST_FAULTS: usize = 20;
+
+/// Bytes read at a time.
+const BUFFER: usize = 1 << 16;
+
+/// Lines between two looks at whether the user wants to stop.
+const LINES_A_STEP: u64 = 4096;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Job file (TOML), or a CL file (APT/CL records).
+    /// Job file (TOML), or a CL file (APT/CL as NX, CATIA, Creo, SolidWorks CAM and Autodesk write it); - is stdin.
     input: PathBuf,
     /// CL file to write [default: stdout].
     #[arg(short, long, value_name = "FILE")]
@@ -69,48 +82,167 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         let help = "help: name the CL file with -o";
         return Err(Failure::input(format!("--json and the CL file both go to stdout\n  {help}")));
     }
-    let cl = locations(&args.input)?;
-    let mut answer = Answer { schema: "trunnion-path/1", ..Answer::default() };
-    let sheet = if let Some(tolerance) = args.smooth {
-        let sheet = smoothed::smooth(&args.input, &cl, tolerance)?;
-        answer.smoothing = Some(smoothing(&sheet, tolerance));
-        answer.locations = sheet.locations;
-        sheet
-    } else {
-        let count = cl.lines().filter(|line| line.trim_start().starts_with("GOTO")).count();
-        answer.locations = [count; 2];
-        Sheet { text: cl, ..Sheet::default() }
+    let bars = Bars::new();
+    let input = Input::open(&args.input, &bars)?;
+    let Some(place) = &args.output else {
+        // Whole or not at all: what is refused in the last line has not gone out before.
+        let mut spool = tempfile::tempfile().context("making a temporary file")?;
+        let told = rewrite(input, &bars, args.smooth, BufWriter::new(&mut spool))?;
+        chart(args, &told)?;
+        spool.rewind().context("reading a temporary file")?;
+        let copied = std::io::copy(&mut spool, &mut std::io::stdout().lock());
+        return match copied {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(anyhow::Error::new(error).context("writing to stdout").into())
+            }
+            _ => Ok(Done::Kept),
+        };
     };
-    let write =
-        |place: &Path, text: &str| output::file(place, |out| out.write_all(text.as_bytes()));
-    if let (Some(place), Some(tolerance)) = (&args.chart, args.smooth) {
-        write(place, &chart::draw(&sheet.deviations, tolerance))?;
-    }
-    match &args.output {
-        None => text::print(&sheet.text)?,
-        Some(place) => {
-            write(place, &sheet.text)?;
-            if json { text::print_json(&answer)? } else { text::print(&words(&answer, place))? }
+    let mut told = None;
+    let written = output::file(place, |out| match rewrite(input, &bars, args.smooth, out) {
+        Ok(done) => {
+            told = Some(Ok(done));
+            Ok(())
         }
-    };
-    Ok(Done::Kept)
+        Err(failure) => {
+            told = Some(Err(failure));
+            Err(std::io::Error::other("refused"))
+        }
+    });
+    let told = told.transpose()?;
+    written?;
+    bars.finish();
+    let Some(told) = told else { return Ok(Done::Kept) };
+    chart(args, &told)?;
+    let answer = answer(&told, args.smooth);
+    if json { text::print_json(&answer) } else { text::print(&words(&answer, place)) }
 }
 
-/// Cutter locations as text: those of a job, or the file itself.
-fn locations(input: &Path) -> Result<String, Failure> {
-    if input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
-        let bars = Bars::new();
-        let (job, warnings) = jobs::load(input, &bars)?;
-        for warning in warnings {
-            eprintln!("warning: {warning}");
-        }
-        let cl = pipeline::locations(&job, &bars).map_err(jobs::failure)?;
-        bars.finish();
-        return Ok(cl);
+/// A CL file, line by line.
+struct Input<'a> {
+    name: &'a Path,
+    lines: Lines<Box<dyn BufRead>>,
+    size: u64,
+}
+
+impl<'a> Input<'a> {
+    fn open(name: &'a Path, bars: &Bars) -> Result<Self, Failure> {
+        let (from, size): (Box<dyn BufRead>, u64) = if name == Path::new("-") {
+            (Box::new(std::io::stdin().lock()), 0)
+        } else if name.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
+            let (job, warnings) = jobs::load(name, bars)?;
+            for warning in warnings {
+                eprintln!("warning: {warning}");
+            }
+            let cl = pipeline::locations(&job, bars).map_err(jobs::failure)?;
+            let size = cl.len() as u64;
+            (Box::new(Cursor::new(cl)), size)
+        } else {
+            let fault = |what: String| Failure::input(format!("{}: {what}", name.display()));
+            let size = std::fs::metadata(name).map_err(|error| fault(error.to_string()))?;
+            if size.is_dir() {
+                return Err(fault("is a folder; a file is wanted".into()));
+            }
+            let file = File::open(name).map_err(|error| fault(error.to_string()))?;
+            (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
+        };
+        Ok(Self { name, lines: Lines::new(from), size })
     }
-    let cl = text::read(input)?;
-    read::cl(&cl, MOST_FAULTS).map_err(|faults| Failure::faults(input, &faults))?;
-    Ok(cl)
+}
+
+/// Copies a CL file, or writes it smoothed; nothing that it writes counts after an error.
+fn rewrite(
+    mut input: Input<'_>,
+    bars: &Bars,
+    smooth: Option<[f64; 2]>,
+    out: impl Write,
+) -> Result<Sheet, Failure> {
+    let name = input.name;
+    let mut writer = match smooth {
+        Some(tolerance) => Writer::Smooth(Box::new(Rewriter::new(out, tolerance))),
+        None => Writer::Copy(out, Sheet::default()),
+    };
+    let mut reader = ClReader::new(MOST_FAULTS);
+    let mut raw = Vec::new();
+    let unread = |error| anyhow::Error::new(error).context(format!("reading {}", name.display()));
+    let mut count = 0_u64;
+    while let Some(line) = input.lines.next().map_err(unread)? {
+        raw.extend_from_slice(line);
+        let item = reader.line(&lines::text(line));
+        if reader.is_full() {
+            break;
+        }
+        if !reader.faults().is_empty() {
+            // Only further faults are looked for.
+            raw.clear();
+        } else if let Some(item) = item {
+            writer.item(&item, &raw, &reader).map_err(|stop| stopped(name, stop))?;
+            raw.clear();
+        }
+        count += 1;
+        if count.is_multiple_of(LINES_A_STEP) && input.size > 0 {
+            let on = bars.report(Stage::ToolPath, input.lines.bytes, input.size);
+            if on.is_break() {
+                return Err(Failure::Stopped);
+            }
+        }
+    }
+    let warnings = reader.finish().map_err(|faults| Failure::faults(name, &faults))?;
+    for warning in warnings {
+        eprintln!("warning: {}:{warning}", name.display());
+    }
+    writer.finish().map_err(|stop| stopped(name, stop))
+}
+
+/// Writes a file as it stands, or smoothed.
+enum Writer<W> {
+    Copy(W, Sheet),
+    Smooth(Box<Rewriter<W>>),
+}
+
+impl<W: Write> Writer<W> {
+    fn item(&mut self, item: &ClItem, raw: &[u8], reader: &ClReader) -> Result<(), Stop> {
+        match self {
+            Self::Smooth(rewriter) => rewriter.item(item, raw, reader),
+            Self::Copy(out, sheet) => {
+                if matches!(item, ClItem::Location(_)) {
+                    sheet.locations = sheet.locations.map(|count| count + 1);
+                }
+                Ok(out.write_all(raw)?)
+            }
+        }
+    }
+
+    fn finish(self) -> Result<Sheet, Stop> {
+        match self {
+            Self::Smooth(rewriter) => rewriter.finish(),
+            Self::Copy(mut out, sheet) => {
+                out.flush()?;
+                Ok(sheet)
+            }
+        }
+    }
+}
+
+fn stopped(name: &Path, stop: Stop) -> Failure {
+    match stop {
+        Stop::Fault(fault) => Failure::faults(name, &[fault]),
+        Stop::Output(error) => anyhow::Error::new(error).context("writing the CL file").into(),
+    }
+}
+
+fn chart(args: &Args, sheet: &Sheet) -> Result<(), Failure> {
+    let (Some(place), Some(tolerance)) = (&args.chart, args.smooth) else { return Ok(()) };
+    let chart = chart::draw(&sheet.profile, tolerance);
+    output::file(place, |out| out.write_all(chart.as_bytes()))
+}
+
+fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
+    Answer {
+        schema: "trunnion-path/1",
+        locations: sheet.locations,
+        smoothing: smooth.map(|tolerance| smoothing(sheet, tolerance)),
+    }
 }
 
 fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
@@ -120,9 +252,9 @@ fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
         tip_tolerance: tip,
         axis_tolerance: axis.to_degrees(),
         tip_deviation: most.tip,
-        tip_bound: most.tip_bound + smoothed::SHARE * tip,
+        tip_bound: most.tip_bound + (SHARE + ARC_SHARE) * tip + WRITTEN[0],
         axis_deviation: most.axis.to_degrees(),
-        axis_bound: (most.axis_bound + smoothed::SHARE * axis).to_degrees(),
+        axis_bound: (most.axis_bound + SHARE * axis + WRITTEN[1]).to_degrees(),
         spans: report.spans,
         merged: report.merged,
         corners_blended: report.blended,

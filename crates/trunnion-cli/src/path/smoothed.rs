@@ -1,179 +1,321 @@
-//! A CL file with its moves smoothed; everything else stays as it stands.
+//! A CL file with its moves smoothed, statement by statement; everything else stays as it stands.
 
-use crate::outcome::Failure;
-use std::fmt::Write;
-use std::path::Path;
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, Passage};
+use super::profile::Profile;
+use std::collections::VecDeque;
+use std::io::{self, Write};
+use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClWay};
 use trunnion::pipeline::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
-    Deviated, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother,
+    Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother,
 };
 use trunnion::types::{Fault, Station, ToolPose};
 
 /// Share of the tolerances for the moves between the locations written; the rest is for the path.
 pub(super) const SHARE: f64 = 0.5;
 
+/// What the decimals written leave: half of the last of each of three, rounded up \[mm, rad\].
+pub(super) const WRITTEN: [f64; 2] = [1e-6, 1e-9];
+
+/// Share of the tolerance of the tip within which arcs become straight moves before they are smoothed.
+pub(super) const ARC_SHARE: f64 = 1.0 / 16.0;
+
 /// Radius of the tool where the file does not name one \[mm\].
 const USUAL_RADIUS: f64 = 10.0;
 
-/// The new file.
+/// What was done.
 #[derive(Debug, Default)]
 pub(super) struct Sheet {
-    pub(super) text: String,
     pub(super) report: SmoothReport,
     /// Locations read and written.
     pub(super) locations: [usize; 2],
-    /// Distance along the path \[mm\], and what was found up to there.
-    pub(super) deviations: Vec<(f64, Deviated)>,
+    pub(super) profile: Profile,
 }
 
-/// Smooths the stretches between rapid moves of a file that [`read::cl`] has read before.
-pub(super) fn smooth(name: &Path, text: &str, tolerance: [f64; 2]) -> Result<Sheet, Failure> {
-    let failure = |faults: &[Fault]| Failure::faults(name, faults);
-    let file = read::cl(text, 1).map_err(|faults| failure(&faults))?;
-    let radius = file.cutter.map_or(USUAL_RADIUS, |[diameter, _]| 0.5 * diameter);
-    let options = SmoothOptions {
-        tip: (1.0 - SHARE) * tolerance[0],
-        axis: (1.0 - SHARE) * tolerance[1],
-        reference: Reference::Chords,
-        lever: if radius > 0.0 { radius } else { USUAL_RADIUS },
-        corner: CORNER,
-        step_ratio: STEP_RATIO,
-        largest_blend: LARGEST_BLEND,
-        window: WINDOW_STATIONS,
-    };
-    let chord = tolerance.map(|tolerance| SHARE * tolerance);
-    let mut writer =
-        Writer { sheet: Sheet::default(), feed: None, millimetres: false, length: 0.0 };
-    for passage in read::passages(text) {
-        match passage {
-            Passage::Words(lines) => lines.iter().for_each(|line| writer.line(line)),
-            Passage::Moves(range) => {
-                let mut from = range.start;
-                while from < range.end {
-                    from = writer
-                        .stretch(&file, from..range.end, (&options, chord))
-                        .map_err(|fault| failure(&[fault]))?;
+/// Why a statement was not written.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// The file cannot be smoothed.
+    Fault(Fault),
+    /// The output failed.
+    Output(io::Error),
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+/// Moves with feed between two rapid ones, or between words of other kinds.
+struct Stretch {
+    smoother: Option<Smoother>,
+    /// Feeds, each from a station on.
+    feeds: VecDeque<(usize, f64)>,
+    /// Remarks, each behind so many stations.
+    remarks: VecDeque<(usize, Vec<u8>)>,
+    stations: usize,
+    /// The last span: where it ends is known with the next.
+    held: Option<SmoothSpan>,
+    /// The last record.
+    last: ClRecord,
+}
+
+/// Writes a smoothed file.
+pub(super) struct Rewriter<W> {
+    out: W,
+    /// For the path, and for the moves between the locations written.
+    tolerance: [[f64; 2]; 2],
+    stretch: Option<Stretch>,
+    /// Where the tool is.
+    place: Option<ToolPose>,
+    /// Feed as written \[mm/s\].
+    feed: Option<f64>,
+    /// Millimetres in the unit of the file.
+    unit: f64,
+    /// Whether a location had a tool axis that is not z: from there on all are written with it.
+    tilted: bool,
+    sheet: Sheet,
+}
+
+impl<W: Write> Rewriter<W> {
+    pub(super) fn new(out: W, [tip, axis]: [f64; 2]) -> Self {
+        let path =
+            [(1.0 - SHARE - ARC_SHARE) * tip - WRITTEN[0], (1.0 - SHARE) * axis - WRITTEN[1]];
+        Self {
+            out,
+            tolerance: [path, [SHARE * tip, SHARE * axis]],
+            stretch: None,
+            place: None,
+            feed: None,
+            unit: 1.0,
+            tilted: false,
+            sheet: Sheet::default(),
+        }
+    }
+
+    /// Takes in a statement, as read and as it stands.
+    pub(super) fn item(
+        &mut self,
+        item: &ClItem,
+        raw: &[u8],
+        reader: &ClReader,
+    ) -> Result<(), Stop> {
+        match item {
+            ClItem::Remark => match &mut self.stretch {
+                Some(stretch) => stretch.remarks.push_back((stretch.stations, raw.to_vec())),
+                None => self.out.write_all(raw)?,
+            },
+            ClItem::Manner => {}
+            ClItem::Words => {
+                self.end_stretch()?;
+                self.out.write_all(raw)?;
+                self.unit = reader.unit();
+                self.place = reader.place();
+            }
+            ClItem::Location(record) => self.location(record, raw, reader)?,
+        }
+        Ok(())
+    }
+
+    /// Ends the file.
+    pub(super) fn finish(mut self) -> Result<Sheet, Stop> {
+        self.end_stretch()?;
+        self.out.flush()?;
+        Ok(self.sheet)
+    }
+
+    fn location(&mut self, record: &ClRecord, raw: &[u8], reader: &ClReader) -> Result<(), Stop> {
+        self.sheet.locations[0] += 1;
+        let arc = ARC_SHARE * self.tolerance[1][0] / SHARE;
+        match (record.way, record.motion, self.place) {
+            // Holes stay holes.
+            (ClWay::Hole(_), ..) => {
+                self.end_stretch()?;
+                if let Some(feed) = reader.feed() {
+                    self.feed_is(feed)?;
+                }
+                self.out.write_all(raw)?;
+                self.sheet.locations[1] += 1;
+            }
+            (_, ClMotion::Feed(feed), Some(place)) => {
+                for record in record.straight(Some(&place), arc) {
+                    self.push(&record, &place, feed, reader)?;
+                }
+            }
+            (_, motion, place) => {
+                self.end_stretch()?;
+                for record in record.straight(place.as_ref(), arc) {
+                    self.goto(&record.pose, motion)?;
                 }
             }
         }
-    }
-    writer.sheet.locations[0] = file.records.len();
-    Ok(writer.sheet)
-}
-
-struct Writer {
-    sheet: Sheet,
-    /// Feed that holds \[mm/s\].
-    feed: Option<f64>,
-    millimetres: bool,
-    /// Length of the stretches before \[mm\].
-    length: f64,
-}
-
-impl Writer {
-    fn line(&mut self, line: &str) {
-        self.sheet.text.push_str(line);
-        self.sheet.text.push('\n');
+        self.place = Some(record.end());
+        Ok(())
     }
 
-    /// Writes a rapid move, or everything up to the next; where to go on.
-    fn stretch(
+    fn push(
         &mut self,
-        file: &ClFile,
-        range: std::ops::Range<usize>,
-        (options, chord): (&SmoothOptions, [f64; 2]),
-    ) -> Result<usize, Fault> {
-        if !self.millimetres {
-            self.line("UNITS/MM");
-            self.millimetres = true;
+        record: &ClRecord,
+        from: &ToolPose,
+        feed: f64,
+        reader: &ClReader,
+    ) -> Result<(), Stop> {
+        let mut stretch = match self.stretch.take() {
+            Some(stretch) => stretch,
+            // The stretch starts where the tool stands.
+            None => self.start(record, from, reader)?,
+        };
+        let Some(smoother) = &mut stretch.smoother else { return Ok(()) };
+        let pushed = smoother.push(&station(&record.pose));
+        pushed.map_err(|error| refused(&error, stretch.last.line))?;
+        let spans = smoother.take();
+        if stretch.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
+            stretch.feeds.push_back((stretch.stations, feed));
         }
-        let first = range.start;
-        let records = &file.records;
-        if records[first].motion == ClMotion::Rapid || first == 0 {
-            self.goto(&records[first].pose, records[first].motion);
-            return Ok(first + 1);
+        stretch.stations += 1;
+        stretch.last = *record;
+        for span in spans {
+            self.span(&mut stretch, span)?;
         }
-        let rapid = |at: &usize| records[*at].motion == ClMotion::Rapid;
-        let end = range.clone().find(rapid).unwrap_or(range.end);
-        // The stretch starts where the tool stands.
-        let stations = &records[first - 1..end];
-        match spans(stations, options) {
+        self.stretch = Some(stretch);
+        Ok(())
+    }
+
+    fn start(
+        &self,
+        record: &ClRecord,
+        from: &ToolPose,
+        reader: &ClReader,
+    ) -> Result<Stretch, Stop> {
+        let radius = reader.cutter().map_or(USUAL_RADIUS, |[diameter, _]| 0.5 * diameter);
+        let options = SmoothOptions {
+            tip: self.tolerance[0][0],
+            axis: self.tolerance[0][1],
+            reference: Reference::Chords,
+            lever: if radius > 0.0 { radius } else { USUAL_RADIUS },
+            corner: CORNER,
+            step_ratio: STEP_RATIO,
+            largest_blend: LARGEST_BLEND,
+            window: WINDOW_STATIONS,
+        };
+        let mut smoother = Smoother::new(&options).map_err(|error| refused(&error, 0))?;
+        smoother.push(&station(from)).map_err(|error| refused(&error, record.line))?;
+        Ok(Stretch {
+            smoother: Some(smoother),
+            feeds: VecDeque::new(),
+            remarks: VecDeque::new(),
+            stations: 1,
+            held: None,
+            last: *record,
+        })
+    }
+
+    fn end_stretch(&mut self) -> Result<(), Stop> {
+        let Some(mut stretch) = self.stretch.take() else { return Ok(()) };
+        let Some(smoother) = stretch.smoother.take() else { return Ok(()) };
+        match smoother.finish() {
             Ok((spans, report)) => {
                 self.sheet.report.add(&report);
-                for (at, span) in spans.iter().enumerate() {
-                    let to = spans.get(at + 1).map_or(stations.len() - 1, |next| next.station);
-                    self.span(span, &stations[span.station..=to.max(span.station + 1)], chord);
+                for span in spans {
+                    self.span(&mut stretch, span)?;
                 }
-                self.length += spans.last().map_or(0.0, |last| last.range[1]);
+                if let Some(held) = stretch.held.take() {
+                    let end = stretch.stations - 1;
+                    self.write(&mut stretch, &held, end)?;
+                }
             }
-            // Nothing that could be smoothed.
+            // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
             Err(SmoothError::Stations(_)) => {
-                for record in &records[first..end] {
-                    self.goto(&record.pose, record.motion);
-                }
+                let ClRecord { pose, motion, .. } = stretch.last;
+                self.goto(&pose, motion)?;
             }
-            Err(SmoothError::AxisReversal { station, .. }) => {
-                let message = "the tool axis turns by more than a right angle to the next location: \
-                               the way is not defined";
-                let line = stations[station].line;
-                let fault =
-                    Fault { line, column: 0, message: message.to_owned(), help: String::new() };
-                return Err(fault.with_help("insert locations between, or make the move rapid"));
-            }
-            Err(error) => return Err(Fault::whole(error.to_string())),
+            Err(error) => return Err(refused(&error, stretch.last.line)),
         }
-        Ok(end)
+        for (_, raw) in stretch.remarks {
+            self.out.write_all(&raw)?;
+        }
+        Ok(())
     }
 
-    /// The locations of a span, at the least feed of the records it stands for.
-    fn span(&mut self, span: &SmoothSpan, records: &[ClRecord], [tip, axis]: [f64; 2]) {
-        let feed = records.iter().skip(1).filter_map(|record| match record.motion {
-            ClMotion::Feed(feed) => Some(feed),
-            ClMotion::Rapid => None,
-        });
-        let motion = feed.reduce(f64::min).map_or(ClMotion::Rapid, ClMotion::Feed);
+    /// Holds a span back, and writes the one before.
+    fn span(&mut self, stretch: &mut Stretch, span: SmoothSpan) -> Result<(), Stop> {
+        match stretch.held.replace(span) {
+            Some(before) => self.write(stretch, &before, span.station),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the locations of a span up to a station, at the least feed of the records it stands for.
+    fn write(&mut self, stretch: &mut Stretch, span: &SmoothSpan, to: usize) -> Result<(), Stop> {
+        let to = to.max(span.station + 1);
+        while stretch.remarks.front().is_some_and(|(behind, _)| *behind <= to) {
+            if let Some((_, raw)) = stretch.remarks.pop_front() {
+                self.out.write_all(&raw)?;
+            }
+        }
+        while stretch.feeds.get(1).is_some_and(|(from, _)| *from <= span.station + 1) {
+            stretch.feeds.pop_front();
+        }
+        let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
+        let feed = feeds.map(|(_, feed)| *feed).reduce(f64::min);
+        let motion = feed.map_or(ClMotion::Rapid, ClMotion::Feed);
+        let [tip, axis] = self.tolerance[1];
         let parts = span.chords(tip, axis);
         for part in 1..=parts {
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
-                self.goto(&pose, motion);
+                self.goto(&pose, motion)?;
             }
         }
-        self.sheet.deviations.push((self.length + span.range[1], span.deviated));
+        let length = self.sheet.profile.length() + span.range[1] - span.range[0];
+        self.sheet.profile.push(length, &span.deviated);
+        Ok(())
     }
 
-    fn goto(&mut self, pose: &ToolPose, motion: ClMotion) {
+    fn feed_is(&mut self, feed: f64) -> Result<(), Stop> {
+        if self.feed.is_none_or(|last| last.total_cmp(&feed).is_ne()) {
+            if self.unit > 1.0 {
+                writeln!(self.out, "FEDRAT/{:.4},IPM", feed * 60.0 / 25.4)?;
+            } else {
+                writeln!(self.out, "FEDRAT/{:.3},MMPM", feed * 60.0)?;
+            }
+            self.feed = Some(feed);
+        }
+        Ok(())
+    }
+
+    fn goto(&mut self, pose: &ToolPose, motion: ClMotion) -> Result<(), Stop> {
         match motion {
             ClMotion::Rapid => {
-                self.line("RAPID");
+                writeln!(self.out, "RAPID")?;
                 self.feed = None;
             }
-            ClMotion::Feed(feed) => {
-                if self.feed != Some(feed) {
-                    self.line(&format!("FEDRAT/{:.3},MMPM", feed * 60.0));
-                    self.feed = Some(feed);
-                }
-            }
+            ClMotion::Feed(feed) => self.feed_is(feed)?,
         }
-        let [p, a] = [pose.tip.coords, pose.axis.into_inner()];
-        let text = &mut self.sheet.text;
-        // Writing to a string does not fail.
-        let _ = writeln!(
-            text,
-            "GOTO/{:.6},{:.6},{:.6},{:.9},{:.9},{:.9}",
-            p.x, p.y, p.z, a.x, a.y, a.z
-        );
+        let [p, a] = [pose.tip.coords / self.unit, pose.axis.into_inner()];
+        self.tilted |= a.x != 0.0 || a.y != 0.0 || a.z < 0.0;
+        let decimals = if self.unit > 1.0 { 8 } else { 6 };
+        write!(self.out, "GOTO/{:.decimals$},{:.decimals$},{:.decimals$}", p.x, p.y, p.z)?;
+        if self.tilted {
+            write!(self.out, ",{:.9},{:.9},{:.9}", a.x, a.y, a.z)?;
+        }
+        writeln!(self.out)?;
         self.sheet.locations[1] += 1;
+        Ok(())
     }
 }
 
-fn spans(
-    records: &[ClRecord],
-    options: &SmoothOptions,
-) -> Result<(Vec<SmoothSpan>, SmoothReport), SmoothError> {
-    let mut smoother = Smoother::new(options)?;
-    for record in records {
-        smoother.push(&Station { pose: record.pose, contact: record.pose.tip })?;
-    }
-    smoother.finish()
+fn station(pose: &ToolPose) -> Station {
+    Station { pose: *pose, contact: pose.tip }
+}
+
+fn refused(error: &SmoothError, line: u32) -> Stop {
+    let fault = |message: String| Fault { line, column: 0, message, help: String::new() };
+    Stop::Fault(match error {
+        SmoothError::AxisReversal { .. } => {
+            let message = "the tool axis turns by more than a right angle to the next location: \
+                           the way is not defined";
+            fault(message.to_owned()).with_help("insert locations between, or make the move rapid")
+        }
+        error => fault(error.to_string()),
+    })
 }

@@ -5,13 +5,16 @@
 //!
 //! [`Fault`]: crate::types::Fault
 
-mod apt;
+mod cl;
 mod gcode;
 mod lexer;
 mod modal;
 
 pub use super::words::{AxisWord, AxisWords};
-pub use apt::{ClFile, ClMotion, ClRecord, Passage, cl, passages};
+pub use cl::{
+    ClArc, ClFile, ClHole, ClItem, ClMotion, ClReader, ClRecord, ClRecords, ClTally, ClWay, cl,
+    cl_records,
+};
 pub use gcode::gcode;
 
 use crate::types::AXES;

@@ -1,7 +1,7 @@
 //! How far a curve strays from the path it stands for, bounded by control points.
 
 use super::Deviated;
-use super::bezier::{Bezier, middle};
+use super::bezier::{Bezier, DEGREE, middle};
 use crate::types::PoseCoordinates;
 use nalgebra::Vector3;
 
@@ -82,10 +82,96 @@ impl Frame {
     }
 }
 
+/// What rounding can add to a deviation, by the size of what is computed with.
+///
+/// With `u = 2^-53` and `A` the largest distance from the origin of any control point of span and path, in
+/// each of tip, axis and contact, to first order in `u`:
+///
+/// | step | at most |
+/// |---|---|
+/// | moving the span's Bernstein form to the origin, its Horner form to its place | `2 u A` |
+/// | one split (de Casteljau, five levels of `a + (b - a) t`, convex, so that errors only add) | `5 * 6 u A` |
+/// | the share at which it splits: three roundings, times the rate of a quintic, `5 * 2 A` | `31 u A` |
+/// | width of the span: one rounding, times the same rate | `10 u A` |
+/// | control points of the path: a line, or a cubic raised by two degrees | `20 u A` |
+/// | their difference | `2 u A` |
+/// | differences of order `k` (`k 2^k u A`), binomials and powers of the width, summed: `sum C(5,k) 2^k (2k+3)` | `2349 u A` |
+/// | the span cut at its start for a blend: a shift by Horner's scheme, `10 u 3^5 A` | `2440 u A` |
+/// | its value by Horner's scheme wherever it is asked for, `10 u (3^5 + 1) A`, and the distance from its start | `2470 u A` |
+/// | norms | `8 u A` |
+///
+/// A span over `n` steps of the path has been split `n` times at most, a part of a blend four times: together
+/// `(7301 + 61 n) u A`, rounded up for the terms of second order.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rounding {
+    /// Largest control points \[mm, 1, mm\].
+    size: [f64; 3],
+    /// In units of the size.
+    share: f64,
+}
+
+/// Rounding in units of `u A`: once, and for every split.
+const ROUNDED: [f64; 2] = [7400.0, 64.0];
+
+/// The angle from its tangents: twenty operations on numbers of the order of 1.
+const ANGLE: f64 = 16.0 * f64::EPSILON;
+
+impl Rounding {
+    /// Of a span over so many steps, given from `origin` on.
+    pub(super) fn new(curve: &Bezier, origin: &PoseCoordinates, splits: usize) -> Self {
+        let far = |part: fn(&PoseCoordinates) -> Vector3<f64>| {
+            let most = curve.iter().map(|point| part(point).norm_squared()).fold(0.0, f64::max);
+            most.sqrt() + part(origin).norm()
+        };
+        let share = (ROUNDED[0] + ROUNDED[1] * splits as f64) * 0.5 * f64::EPSILON;
+        Self { size: [far(tip), far(axis), far(contact)], share }
+    }
+
+    /// With differences of such a size between span and path, which is how much larger the path's control
+    /// points can be.
+    fn of(&self, part: usize, difference: f64) -> f64 {
+        self.share * (self.size[part] + difference)
+    }
+}
+
+/// Rounding of second derivatives, see [`bend`].
+const BENT: f64 = 1000.0 * 0.5 * f64::EPSILON;
+
+/// Largest second derivatives of tip and axis vector by the share of a span \[mm, 1\], rounding included: they lie
+/// in the convex hull of twenty times the second differences of its Bernstein form.
+///
+/// With `S` the sum of the sizes of its coefficients over the width, the Bernstein form has an error of `10 u S`
+/// (five sums, a quotient and four products each), its second differences `4 * 10 u S + 6 u S`, twenty times of
+/// that are below `1000 u S`.
+pub(super) fn bend(coefficients: &Bezier, width: f64) -> [f64; 2] {
+    let mut powers = *coefficients;
+    powers[0] = PoseCoordinates::zeros();
+    let curve = super::bezier::from_powers(&powers, width);
+    let [mut place, mut turn] = [0.0_f64; 2];
+    for w in curve.windows(3) {
+        let bend = (w[0] + w[2] - w[1] * 2.0) * 20.0;
+        place = place.max(tip(&bend).norm());
+        turn = turn.max(axis(&bend).norm());
+    }
+    let mut scale = 1.0;
+    let mut sums = [0.0_f64; 2];
+    for row in powers.iter().take(DEGREE + 1) {
+        sums = [sums[0] + tip(row).norm() * scale, sums[1] + axis(row).norm() * scale];
+        scale *= width;
+    }
+    [place + BENT * sums[0], turn + BENT * sums[1]]
+}
+
 /// Deviation of `curve` from `path` over one interval, at equal parameters.
 ///
-/// The bounds hold everywhere in between: the difference lies in the convex hull of its control points.
-pub(super) fn deviation(curve: &Bezier, path: &Bezier, frame: &Frame) -> Deviated {
+/// The bounds hold everywhere in between: the difference lies in the convex hull of its control points. They hold
+/// for the polynomial as it is handed out and evaluated, in the numbers it is made of.
+pub(super) fn deviation(
+    curve: &Bezier,
+    path: &Bezier,
+    frame: &Frame,
+    rounding: &Rounding,
+) -> Deviated {
     let difference: Bezier = std::array::from_fn(|k| curve[k] - path[k]);
     let [mut place, mut touch, mut across, mut along] = [0.0_f64; 4];
     for d in &difference {
@@ -103,11 +189,13 @@ pub(super) fn deviation(curve: &Bezier, path: &Bezier, frame: &Frame) -> Deviate
         [tip(d).norm_squared(), (turn - frame.middle * lift).norm_squared()]
     });
     let seen = |part: usize| off.iter().map(|of| of[part]).fold(0.0, f64::max).sqrt();
+    let [place, touch, across] = [place, touch, across].map(f64::sqrt);
+    let turned = rounding.of(1, across + along);
     Deviated {
         tip: seen(0),
-        tip_bound: place.sqrt(),
+        tip_bound: place + rounding.of(0, place),
         axis: seen(1),
-        axis_bound: frame.angle(across.sqrt(), along),
-        contact_bound: touch.sqrt(),
+        axis_bound: frame.angle(across + turned, along + turned) + ANGLE,
+        contact_bound: touch + rounding.of(2, touch),
     }
 }

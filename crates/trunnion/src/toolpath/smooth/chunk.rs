@@ -1,7 +1,7 @@
 //! Finished stretches of a smoothed path, and the blends between them.
 
 use super::bezier::{Bezier, moved, part, powers};
-use super::bound::{deviation, tip};
+use super::bound::{Rounding, deviation, tip};
 use super::fit::{Fit, Node, Path};
 use super::knots::{Around, from_end, from_start};
 use super::{Deviated, Limits, SmoothSpan};
@@ -28,6 +28,9 @@ const MOST: f64 = 0.45;
 /// A blend of lines with rates that differ by `d` passes their corner at a distance of 0.122 `d`
 /// times its half length: it may be this much longer than the tolerance over `d`.
 const LONGEST: f64 = 8.0;
+
+/// Splits of blend and path until they are compared: twice each.
+const BLEND_SPLITS: usize = 4;
 
 /// Halvings of a blend until the corner becomes a stop.
 const HALVINGS: u32 = 8;
@@ -129,7 +132,9 @@ pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) 
         let spans: Option<Vec<SmoothSpan>> = over
             .iter()
             .map(|(range, curve)| {
-                let deviated = strays(*range, &moved(curve, &origin), [left, right]);
+                let rounding = Rounding::new(curve, &origin, BLEND_SPLITS);
+                let at = moved(curve, &origin);
+                let deviated = strays(*range, (&at, &rounding), [left, right]);
                 let station = before.station;
                 deviated
                     .within(limits, 1.0)
@@ -159,7 +164,11 @@ fn over(
 }
 
 /// Deviation of a curve from the path on either side of a corner.
-fn strays(range: [f64; 2], curve: &Bezier, sides: [&Chunk; 2]) -> Deviated {
+fn strays(
+    range: [f64; 2],
+    (curve, rounding): (&Bezier, &Rounding),
+    sides: [&Chunk; 2],
+) -> Deviated {
     let width = range[1] - range[0];
     let mut worst = Deviated::default();
     for side in sides {
@@ -169,7 +178,8 @@ fn strays(range: [f64; 2], curve: &Bezier, sides: [&Chunk; 2]) -> Deviated {
             let mine = part(curve, [from, to].map(|u| (u - range[0]) / width));
             let length = path.range[1] - path.range[0];
             let its = part(&path.curve, [from, to].map(|u| (u - path.range[0]) / length));
-            worst = worst.worst(&deviation(&mine, &its, &path.frame).with_slack(path.slack));
+            let here = deviation(&mine, &its, &path.frame, rounding);
+            worst = worst.worst(&here.with_slack(path.slack));
         }
     }
     worst

@@ -20,6 +20,9 @@ pub enum SmoothError {
     /// A coordinate is NaN or infinite.
     #[error("station {0}: a coordinate is not a finite number")]
     NotFinite(usize),
+    /// Two neighbouring stations of a pass are the same.
+    #[error("stations {0} and the one after are the same; drop one of them")]
+    Repeated(usize),
     /// Neighbouring axes are too far apart for the way between them to be defined.
     #[error(
         "the tool axis turns {angle:.4} rad from station {station} to the next; above {limit:.4} rad \
@@ -33,4 +36,17 @@ pub enum SmoothError {
         /// Largest angle for which the path is laid \[rad\].
         limit: f64,
     },
+}
+
+impl SmoothError {
+    /// The same at another station.
+    pub(super) fn at(mut self, index: usize) -> Self {
+        match &mut self {
+            Self::NotFinite(station)
+            | Self::Repeated(station)
+            | Self::AxisReversal { station, .. } => *station = index,
+            Self::BadOption { .. } | Self::Stations(_) => {}
+        }
+        self
+    }
 }

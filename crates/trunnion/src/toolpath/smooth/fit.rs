@@ -2,7 +2,7 @@
 
 use super::band::Normal;
 use super::bezier::{Bezier, DEGREE, cubic, from_powers, line, moved, split};
-use super::bound::{Frame, deviation};
+use super::bound::{Frame, Rounding, deviation};
 use super::knots::{Around, JET, from_start};
 use super::{Deviated, Limits, Reference};
 use crate::types::PoseCoordinates;
@@ -44,6 +44,8 @@ pub(super) struct Path {
 pub(super) struct Task<'a> {
     /// The stations; for tangents those around the run as well.
     pub(super) nodes: &'a [Node],
+    /// Rates of the path at the stations, where they are given.
+    pub(super) rates: &'a [PoseCoordinates],
     /// First and last of the run.
     pub(super) first: usize,
     pub(super) last: usize,
@@ -185,8 +187,11 @@ impl Task<'_> {
             .collect()
     }
 
-    /// Tangent of the local cubic, from the stations of the run alone.
+    /// Tangent of the path as given, else of the local cubic, from the stations of the run alone.
     fn tangent(&self, at: usize) -> PoseCoordinates {
+        if let Some(rate) = self.rates.get(at) {
+            return *rate;
+        }
         let from = match self.start {
             Start::Place(_) => self.first,
             Start::Jet(_) => 0,
@@ -255,6 +260,7 @@ impl Task<'_> {
     fn see(&self, part: &Part, curve: &Bezier, paths: &[Path]) -> Seen {
         let [start, end] = [self.nodes[part.from].u, self.nodes[part.to].u];
         let mut seen = Seen { deviated: Deviated::default(), residual: 0.0, kept: true };
+        let rounding = Rounding::new(curve, &self.origin(), part.to - part.from);
         let (mut rest, mut from) = (moved(curve, &self.origin()), start);
         for at in part.from..part.to {
             let path = &paths[at - self.first];
@@ -265,7 +271,8 @@ impl Task<'_> {
                 (rest, from) = (right, path.range[1]);
                 left
             };
-            let here = deviation(&piece, &path.curve, &path.frame).with_slack(path.slack);
+            let here = deviation(&piece, &path.curve, &path.frame, &rounding);
+            let here = here.with_slack(path.slack);
             seen.kept &= here.within(&self.limits, USABLE);
             seen.deviated = seen.deviated.worst(&here);
             seen.residual += self.limits.square(&(piece[0] - path.curve[0]));
@@ -335,10 +342,14 @@ impl Task<'_> {
             }
             powers[0] = table[k] - powers[0] * at(k);
         }
-        let curve = from_powers(&powers, end - start);
+        let mut curve = from_powers(&powers, end - start);
+        if let (Reference::Curve, [path]) = (self.limits.reference, &paths[..]) {
+            // A cubic between two stations is a quintic, too.
+            curve = moved(&path.curve, &-self.origin());
+        }
         let part = Part { from: self.first, to: self.last, before: f64::INFINITY };
         let seen = self.see(&part, &curve, &paths);
-        // A line between two stations is the path itself.
+        // Between two stations the curve is the path itself.
         if seen.kept || count == 2 {
             let breaks = vec![self.first, self.last];
             let (curves, deviated) = (vec![curve], vec![seen.deviated]);

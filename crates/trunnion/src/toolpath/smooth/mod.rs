@@ -12,6 +12,7 @@ mod run;
 pub use error::SmoothError;
 pub use run::Smoother;
 
+use crate::math::angle::angle_between;
 use crate::types::{PoseCoordinates, PoseCurve, Span, Station, ToolPose};
 
 /// What a smoothed path stands for, and is compared with, between stations.
@@ -20,7 +21,8 @@ pub enum Reference {
     /// Straight moves of tip and contact, great circles of the tool axis at the same share: a file
     /// of cutter locations, taken by its word.
     Chords,
-    /// The local cubic ([`super::local_cubic`]): stations of a smooth pass that lie on it exactly.
+    /// The curve through the stations that is the pass: the C2 cubic of [`super::through`]. A [`Smoother`] is told
+    /// it by [`Smoother::push_along`]; it takes the local cubic ([`super::local_cubic`]) if it is not.
     Curve,
 }
 
@@ -83,13 +85,7 @@ impl SmoothSpan {
     /// the largest second derivative, which lies in the convex hull of its Bernstein coefficients.
     pub fn chords(&self, tip: f64, axis: f64) -> u32 {
         let width = self.range[1] - self.range[0];
-        let curve = bezier::from_powers(&self.span.coefficients, width);
-        let bends = curve.windows(3).map(|w| (w[0] + w[2] - w[1] * 2.0) * 20.0);
-        let [mut place, mut turn] = [0.0_f64; 2];
-        for bend in bends {
-            place = place.max(bound::tip(&bend).norm());
-            turn = turn.max(bound::axis(&bend).norm());
-        }
+        let [place, turn] = bound::bend(&self.span.coefficients, width);
         // Axis vectors are unit to within the tolerance of the axis; chords of up to a right angle
         // come no closer than cos 45 degrees to the centre.
         let parts = (0.125 * (place / tip).max(std::f64::consts::SQRT_2 * turn / axis)).sqrt();
@@ -227,10 +223,12 @@ impl Deviated {
 /// ```
 pub fn smooth(stations: &[Station], options: &SmoothOptions) -> Result<Smoothed, SmoothError> {
     let mut smoother = Smoother::new(options)?;
-    for station in stations {
-        smoother.push(station)?;
+    match options.reference {
+        Reference::Chords => stations.iter().try_for_each(|station| smoother.push(station))?,
+        Reference::Curve => along(stations, &mut smoother)?,
     }
-    let (spans, report) = smoother.finish()?;
+    let (spans, mut report) = smoother.finish()?;
+    report.stations = stations.len();
     let (mut curves, mut deviated) = (Vec::<PoseCurve>::new(), Vec::<Vec<Deviated>>::new());
     for of in spans {
         if of.after_stop || curves.is_empty() {
@@ -244,4 +242,40 @@ pub fn smooth(stations: &[Station], options: &SmoothOptions) -> Result<Smoothed,
         }
     }
     Ok(Smoothed { curves, deviated, report })
+}
+
+/// Places on the pass for each of its stations: the spline meets its own knots with jumps of the third
+/// derivative, which a C3 path can only follow with spans that are shorter.
+const PLACES: usize = 4;
+
+/// Takes in the C2 cubic through the stations.
+fn along(stations: &[Station], smoother: &mut Smoother) -> Result<(), SmoothError> {
+    let finite = |station: &Station| station.coordinates().iter().all(|x| x.is_finite());
+    if let Some(station) = stations.iter().position(|station| !finite(station)) {
+        return Err(SmoothError::NotFinite(station));
+    }
+    if stations.len() < 2 {
+        return Err(SmoothError::Stations(stations.len()));
+    }
+    for (station, pair) in stations.windows(2).enumerate() {
+        let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
+        if angle > run::LARGEST_TURN {
+            let limit = run::LARGEST_TURN;
+            return Err(SmoothError::AxisReversal { station, angle, limit });
+        }
+        // No cubic passes through one place twice without leaving it.
+        if pair[0].advance(&pair[1], smoother.lever()) <= 0.0 {
+            return Err(SmoothError::Repeated(station));
+        }
+    }
+    let curve = PoseCurve::through(stations, smoother.lever());
+    let last = curve.spans.len() - 1;
+    for (index, (span, ends)) in curve.spans.iter().zip(curve.knots.windows(2)).enumerate() {
+        for place in 0..PLACES + usize::from(index == last) {
+            let x = (ends[1] - ends[0]) * place as f64 / PLACES as f64;
+            let [value, rate, ..] = span.derivatives(x);
+            smoother.push_along(ends[0] + x, &value, &rate).map_err(|error| error.at(index))?;
+        }
+    }
+    Ok(())
 }

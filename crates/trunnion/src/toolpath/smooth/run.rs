@@ -5,10 +5,11 @@ use super::chunk::{Chunk, blend};
 use super::fit::{Fit, Node, Start, Task};
 use super::{Limits, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
 use crate::math::angle::angle_between;
-use crate::types::{PoseCoordinates, Station};
+use crate::types::{PoseCoordinates, Station, ToolPose};
+use nalgebra::Point3;
 
 /// Beyond a right angle the chord of two axes passes closer than cos(45°) to zero.
-const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
+pub(super) const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Share of the tolerances within which stations are taken for one.
 const SAME: f64 = 1.0 / 64.0;
@@ -48,6 +49,8 @@ pub struct Smoother {
     limits: Limits,
     /// Stations of the window, with up to [`HISTORY`] before it.
     nodes: Vec<Node>,
+    /// Rates of the path at them, where they are given.
+    rates: Vec<PoseCoordinates>,
     /// Where the window starts.
     first: usize,
     start: Start,
@@ -97,6 +100,7 @@ impl Smoother {
             options: *options,
             limits,
             nodes: Vec::with_capacity(2 * options.window),
+            rates: Vec::new(),
             first: 0,
             start: Start::Place(PoseCoordinates::zeros()),
             prior: None,
@@ -117,15 +121,47 @@ impl Smoother {
     ///
     /// [`SmoothError`] with its index.
     pub fn push(&mut self, station: &Station) -> Result<(), SmoothError> {
-        let x = station.coordinates();
+        self.take_in((station, station.coordinates()), None)
+    }
+
+    /// The next place of a curve that is cubic between such places, by its parameter `u`, which increases from 0,
+    /// value and rate. The path is compared with that curve, if [`SmoothOptions::reference`] is
+    /// [`Reference::Curve`]. All places of a path are given so, or none; none is merged.
+    ///
+    /// # Errors
+    ///
+    /// [`SmoothError`] with its index.
+    pub fn push_along(
+        &mut self,
+        u: f64,
+        x: &PoseCoordinates,
+        rate: &PoseCoordinates,
+    ) -> Result<(), SmoothError> {
+        let index = self.report.stations;
+        let pose = ToolPose::new(tip(x).into(), axis(x).into());
+        let Some(pose) = pose.filter(|_| u.is_finite() && rate.iter().all(|x| x.is_finite()))
+        else {
+            return Err(SmoothError::NotFinite(index));
+        };
+        let station = Station { pose, contact: Point3::new(x[6], x[7], x[8]) };
+        self.take_in((&station, *x), Some((u, rate)))
+    }
+
+    fn take_in(
+        &mut self,
+        (station, x): (&Station, PoseCoordinates),
+        along: Option<(f64, &PoseCoordinates)>,
+    ) -> Result<(), SmoothError> {
         let index = self.report.stations;
         self.report.stations += 1;
         if !x.iter().all(|x| x.is_finite()) {
             return Err(SmoothError::NotFinite(index));
         }
+        let rate = along.map(|(_, rate)| rate);
         let (Some(last), Some(end)) = (self.last, self.nodes.last_mut()) else {
             self.start = Start::Place(x);
-            self.add(station, 0.0, x);
+            self.rates.extend(rate);
+            self.add(station, along.map_or(0.0, |(u, _)| u), x);
             return Ok(());
         };
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
@@ -135,13 +171,18 @@ impl Smoother {
         }
         let moved = (station.pose.tip - last.pose.tip).norm();
         let moved = moved.max((station.contact - last.contact).norm());
-        let u = end.u + last.advance(station, self.options.lever);
-        if (moved <= SAME * self.limits.tip && angle <= SAME * self.limits.axis) || u <= end.u {
+        let u = along.map_or(end.u + last.advance(station, self.options.lever), |(u, _)| u);
+        let same = moved <= SAME * self.limits.tip && angle <= SAME * self.limits.axis;
+        if rate.is_some() && u <= end.u {
+            return Err(SmoothError::Repeated(index.saturating_sub(1)));
+        }
+        if rate.is_none() && (same || u <= end.u) {
             end.slack = [end.slack[0].max(moved), end.slack[1].max(angle)];
             self.merged = Some(x);
             self.report.merged += 1;
             return Ok(());
         }
+        self.rates.extend(rate);
         self.add(station, u, x);
         let at = self.nodes.len() - 2;
         if at > self.first && self.judge(at) {
@@ -179,6 +220,11 @@ impl Smoother {
         Ok((self.ready, self.report))
     }
 
+    /// See [`SmoothOptions::lever`].
+    pub(super) fn lever(&self) -> f64 {
+        self.options.lever
+    }
+
     fn add(&mut self, station: &Station, u: f64, x: PoseCoordinates) {
         let index = self.report.stations - 1;
         self.nodes.push(Node { u, x, index, slack: [0.0; 2], height: 0.0, corner: false });
@@ -211,6 +257,7 @@ impl Smoother {
     fn task(&self, last: usize, closed: bool) -> Task<'_> {
         Task {
             nodes: &self.nodes,
+            rates: &self.rates,
             first: self.first,
             last,
             start: self.start,
@@ -298,6 +345,7 @@ impl Smoother {
     fn forget(&mut self) -> usize {
         let gone = self.first.saturating_sub(HISTORY);
         self.nodes.drain(..gone);
+        self.rates.drain(..gone.min(self.rates.len()));
         self.first -= gone;
         if let Some((_, end)) = &mut self.prior {
             *end -= gone;

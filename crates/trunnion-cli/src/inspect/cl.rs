@@ -1,0 +1,127 @@
+//! What a CL file comes to.
+
+use crate::outcome::{Done, Failure};
+use crate::path::MOST_FAULTS;
+use crate::path::lines::{self, Lines};
+use crate::text;
+use anyhow::Context;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use trunnion::nc::read::{ClItem, ClReader, ClTally};
+
+/// How files of cutter locations are called.
+const ENDINGS: [&str; 7] = ["cls", "clsf", "apt", "aptsource", "ncl", "cl", "clt"];
+
+/// Arcs are looked at in chords this close to them \[mm\].
+const ARC_TOLERANCE: f64 = 1e-3;
+
+pub(super) fn is_one(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// What `--json` says; mm, degrees, s.
+#[derive(Debug, serde::Serialize)]
+struct Told {
+    schema: &'static str,
+    lines: u64,
+    locations: usize,
+    arcs: usize,
+    holes: usize,
+    /// With rapid speed, and with feed.
+    length: [f64; 2],
+    /// At the feeds written, rapid moves left out.
+    seconds: f64,
+    /// Least and largest, in the coordinates of the first operation.
+    x: [f64; 2],
+    y: [f64; 2],
+    z: [f64; 2],
+    i: [f64; 2],
+    j: [f64; 2],
+    k: [f64; 2],
+    /// All turns of the tool axis.
+    turn: f64,
+    tool: Option<u32>,
+    cutter: Option<[f64; 2]>,
+    warnings: Vec<String>,
+}
+
+pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
+    let told = read(path)?;
+    for warning in &told.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if told.locations == 0 {
+        return Err(Failure::input(format!("{}: no cutter locations", path.display())));
+    }
+    if json { text::print_json(&told) } else { text::print(&words(&told)) }
+}
+
+fn read(path: &Path) -> Result<Told, Failure> {
+    let file =
+        File::open(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let mut lines = Lines::new(BufReader::new(file));
+    let mut reader = ClReader::new(MOST_FAULTS);
+    let mut tally = ClTally::new(ARC_TOLERANCE);
+    let mut count = 0;
+    let unread = || format!("reading {}", path.display());
+    while let Some(line) = lines.next().with_context(unread)? {
+        count += 1;
+        if let Some(ClItem::Location(record)) = reader.line(&lines::text(line)) {
+            tally.push(&record.moved(&reader.first_from_written()));
+        }
+        if reader.is_full() {
+            break;
+        }
+    }
+    let (tool, cutter) = (reader.tool(), reader.cutter());
+    let warnings = reader.finish().map_err(|faults| Failure::faults(path, &faults))?;
+    let warnings = warnings.iter().map(|warning| format!("{}:{warning}", path.display()));
+    let tip = |at: usize| tally.tip.map(|end| end[at]);
+    let axis = |at: usize| tally.axis.map(|end| end[at]);
+    Ok(Told {
+        schema: "trunnion-inspect-cl/1",
+        lines: count,
+        locations: tally.locations,
+        arcs: tally.arcs,
+        holes: tally.holes,
+        length: tally.length,
+        seconds: tally.seconds,
+        x: tip(0),
+        y: tip(1),
+        z: tip(2),
+        i: axis(0),
+        j: axis(1),
+        k: axis(2),
+        turn: tally.turn.to_degrees(),
+        tool,
+        cutter,
+        warnings: warnings.collect(),
+    })
+}
+
+fn words(told: &Told) -> String {
+    let row = |name: &str, value: String| format!("{name:<12}{value}");
+    let range = |name: &str, [low, high]: [f64; 2], decimals: usize| {
+        row(name, format!("{low:.decimals$} .. {high:.decimals$}"))
+    };
+    let Told { lines, locations, arcs, holes, length: [rapid, feed], seconds, .. } = told;
+    let mut rows = vec![
+        row("lines", lines.to_string()),
+        row("locations", format!("{locations}, {arcs} reached on arcs, {holes} of them holes")),
+        row("length", format!("{feed:.3} mm with feed, {rapid:.3} mm rapid")),
+        row("time", format!("{seconds:.1} s at the feeds written, without rapid moves")),
+    ];
+    rows.extend([("x", told.x), ("y", told.y), ("z", told.z)].map(|(name, of)| range(name, of, 4)));
+    rows.extend([("i", told.i), ("j", told.j), ("k", told.k)].map(|(name, of)| range(name, of, 6)));
+    rows.push(row("turns", format!("{:.2} deg of the tool axis in all", told.turn)));
+    if let Some([diameter, corner]) = told.cutter {
+        let tool = told.tool.map_or(String::new(), |tool| format!(", tool {tool}"));
+        rows.push(row(
+            "cutter",
+            format!("D {diameter} mm, corner radius {corner} mm{tool}: the last"),
+        ));
+    }
+    rows.join("\n") + "\n"
+}

@@ -1,0 +1,147 @@
+//! Drilling cycles.
+
+use super::reader::{ClReader, Read, no_number, shortened};
+use super::setting::INCH;
+use super::statement::{Statement, Word};
+use super::way::ClHole;
+
+/// A cycle that holds for the locations that follow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cycle {
+    pub(super) hole: ClHole,
+    /// Feed in the hole \[mm/s\]; that of `FEDRAT` if there is none.
+    pub(super) feed: Option<f64>,
+}
+
+/// What a number in a cycle is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Depth,
+    Clear,
+    Retract,
+    Step,
+    Further,
+    Dwell,
+    Feed,
+    FeedInch,
+    /// One that is not needed.
+    Other,
+    /// Behind a number, without a word of its own.
+    Bare,
+}
+
+/// Numbers of a cycle, in the unit of the file.
+#[derive(Debug, Default)]
+struct Numbers {
+    depth: Option<f64>,
+    clear: Option<f64>,
+    retract: Option<f64>,
+    steps: [Option<f64>; 2],
+    dwell: Option<f64>,
+    feed: Option<(f64, Role)>,
+}
+
+fn role(word: &str) -> Option<Role> {
+    Some(match word {
+        "DEPTH" | "FEDTO" => Role::Depth,
+        "CLEAR" | "RAPTO" => Role::Clear,
+        "RTRCTO" | "RETURN" | "RETRCT" => Role::Retract,
+        "STEP" | "INCR" | "1STPECK" | "STEP1" => Role::Step,
+        "SUBPECK" | "STEP2" => Role::Further,
+        "DWELL" => Role::Dwell,
+        "MMPM" => Role::Feed,
+        "IPM" => Role::FeedInch,
+        _ => return None,
+    })
+}
+
+/// Kinds that come out of the hole with rapid speed.
+const RAPID_OUT: [&str; 8] = ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "PECK"];
+
+impl Numbers {
+    fn set(&mut self, role: Role, value: f64) {
+        match role {
+            Role::Depth => self.depth = Some(value.abs()),
+            Role::Clear => self.clear = Some(value),
+            Role::Retract => self.retract = Some(value),
+            Role::Step => self.steps[0] = Some(value.abs()),
+            Role::Further => self.steps[1] = Some(value.abs()),
+            Role::Dwell => self.dwell = Some(value),
+            Role::Feed | Role::FeedInch => self.feed = Some((value, role)),
+            // The order of ISO 4343: depth, feed, clearance.
+            Role::Bare if self.depth.is_none() => self.depth = Some(value.abs()),
+            Role::Bare if self.clear.is_none() => self.clear = Some(value),
+            Role::Bare | Role::Other => {}
+        }
+    }
+}
+
+impl ClReader {
+    /// `CYCLE/OFF` and `CYCLE/INIT` end a cycle; any other makes holes of the locations that follow.
+    pub(super) fn cycle(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+        let mut words = rest.items();
+        let kind = words.next().unwrap_or(rest);
+        let name = kind.text.to_ascii_uppercase();
+        self.state.cycle = None;
+        match name.as_str() {
+            "OFF" | "NOMORE" | "INIT" | "START" => return Ok(()),
+            "ON" | "" => {
+                let message = "CYCLE without a kind".to_owned();
+                return Err(Box::new(of.fault(
+                    rest.at,
+                    message,
+                    "write CYCLE/DRILL,FEDTO,5,RAPTO,2",
+                )));
+            }
+            _ => {}
+        }
+        let numbers = numbers(of, words)?;
+        let Some(depth) = numbers.depth else {
+            let message = format!("CYCLE/{}: no depth is known", shortened(kind.text));
+            return Err(Box::new(of.fault(kind.at, message, "write it behind FEDTO or DEPTH")));
+        };
+        let scale = self.state.scale;
+        let clear = numbers.clear.unwrap_or(0.0).max(0.0);
+        let steps = match numbers.steps {
+            [Some(first), further] => Some([first, further.unwrap_or(first)]),
+            [None, Some(further)] => Some([further, further]),
+            [None, None] => None,
+        };
+        let steps = steps.filter(|steps| steps.iter().all(|step| *step > 0.0));
+        let hole = ClHole {
+            clear: clear * scale,
+            depth: depth * scale,
+            retract: numbers.retract.unwrap_or(clear).max(0.0) * scale,
+            steps: steps.map(|steps| steps.map(|step| step * scale)),
+            dwell: numbers.dwell.unwrap_or(0.0).max(0.0),
+            feed_out: !RAPID_OUT.contains(&name.as_str()),
+        };
+        let feed = numbers.feed.filter(|(feed, _)| *feed > 0.0).map(|(feed, unit)| {
+            let scale = if unit == Role::FeedInch { INCH } else { 1.0 };
+            feed * scale / 60.0
+        });
+        self.state.cycle = Some(Cycle { hole, feed });
+        Ok(())
+    }
+}
+
+fn numbers<'a>(of: &Statement<'_>, words: impl Iterator<Item = Word<'a>>) -> Read<Numbers> {
+    let mut numbers = Numbers::default();
+    let mut next = Role::Bare;
+    for word in words {
+        if let Some(value) = word.number() {
+            numbers.set(next, value);
+            next = Role::Bare;
+            continue;
+        }
+        let name = word.text.to_ascii_uppercase();
+        let begins_as_number =
+            name.starts_with(|c: char| c == '.' || c == '-' || c.is_ascii_digit());
+        next = match role(&name) {
+            Some(role) => role,
+            None if begins_as_number => return Err(no_number(of, word)),
+            None => Role::Other,
+        };
+    }
+    Ok(numbers)
+}

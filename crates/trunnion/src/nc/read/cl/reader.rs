@@ -1,0 +1,355 @@
+//! The state of a CL file from line to line.
+
+use super::ClItem;
+use super::cycle::Cycle;
+use super::known::{Meaning, meaning};
+use super::motion::Shape;
+use super::statement::{Joined, LARGEST, Line, Statement, Word, classify, single};
+use crate::types::{Fault, ToolPose};
+use nalgebra::{Isometry3, UnitVector3, Vector3};
+
+/// Reads a CL file line by line; in memory at a time is one statement.
+///
+/// Understood, in capitals or not, with or without `/` and blanks round it, `$` joining lines and `$$`
+/// beginning comments:
+///
+/// * `GOTO` with or without `i,j,k`: left out, the tool axis stays (under `MULTAX/OFF` and after a new
+///   frame it is that frame's z). `GODLTA`, `FROM`.
+/// * `RAPID` for the next location; `FEDRAT` per minute or per revolution, unit first or last.
+/// * Arcs: `CIRCLE` with centre and axis (right-hand rule), of which one with a radius and nothing behind
+///   it holds for all locations on it (Creo), others for the next (NX and others); `MOVARC`;
+///   `TLON,GOFWD/(CIRCLE/..),ON,(LINE/..)` behind `INDIRV` (CATIA).
+/// * `CYCLE`: every location up to `CYCLE/OFF` is a hole. Depth behind `FEDTO` or `DEPTH`, or the first
+///   number.
+/// * `UNITS`; `MSYS` (locations are in it); `CSYS` (locations are not in it, its z is the tool axis);
+///   `CUTTER`, `TLDATA`, `LOADTL`, `LOAD/TOOL`, `$$-> CUTTER`.
+///
+/// Words that say nothing about motion are passed over. Unknown ones, cutter compensation and text for the
+/// post-processor are kept with a warning; what moves the tool or shifts coordinates in a way that is not understood
+/// (`NURBS`, `TRANS`, `ROTABL` ..) is a fault.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::nc::read::{ClItem, ClReader};
+///
+/// let mut reader = ClReader::new(10);
+/// for line in ["RAPID", "GOTO/1.,2.,.5,0,0,1", "FEDRAT/MMPM,600.", "GOTO/2.,2.,.5", "FINI"] {
+///     if let Some(ClItem::Location(record)) = reader.line(line) {
+///         assert_eq!(record.pose.tip.z, 0.5);
+///     }
+/// }
+/// assert!(reader.finish()?.is_empty());
+/// # Ok::<(), Vec<trunnion::types::Fault>>(())
+/// ```
+#[derive(Debug)]
+pub struct ClReader {
+    pub(super) state: State,
+    joined: Joined,
+    faults: Vec<Fault>,
+    warnings: Vec<Fault>,
+    /// Words that were warned of.
+    warned: Vec<String>,
+    most: usize,
+    line: u32,
+}
+
+/// What holds for the next statement.
+#[derive(Debug)]
+pub(super) struct State {
+    pub(super) scale: f64,
+    pub(super) axis: UnitVector3<f64>,
+    /// Tool axis of the frame.
+    pub(super) frame_axis: UnitVector3<f64>,
+    /// Speed \[mm/s\].
+    pub(super) feed: Option<f64>,
+    /// Spindle speed \[1/s\].
+    pub(super) spindle: Option<f64>,
+    pub(super) rapid: bool,
+    pub(super) shape: Shape,
+    /// `INDIRV`: direction in which a curve starts.
+    pub(super) direction: Option<Vector3<f64>>,
+    pub(super) cycle: Option<Cycle>,
+    /// Where the tool is.
+    pub(super) place: Option<ToolPose>,
+    pub(super) frame: Isometry3<f64>,
+    pub(super) first_frame: Option<Isometry3<f64>>,
+    pub(super) world: bool,
+    pub(super) directive: Option<String>,
+    /// In the unit of the file, which may be told after it.
+    pub(super) cutter: Option<[f64; 2]>,
+    pub(super) tool: Option<u32>,
+    end: Option<End>,
+}
+
+/// How the file ends, up to now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    File,
+    Path,
+}
+
+/// What a statement comes to: a fault stands where it was found.
+pub(super) type Read<T> = Result<T, Box<Fault>>;
+
+impl ClReader {
+    /// Starts a file; `most_faults`: after so many nothing is read any more.
+    pub fn new(most_faults: usize) -> Self {
+        let axis = Vector3::z_axis();
+        let state = State {
+            scale: 1.0,
+            axis,
+            frame_axis: axis,
+            feed: None,
+            spindle: None,
+            rapid: false,
+            shape: Shape::Straight,
+            direction: None,
+            cycle: None,
+            place: None,
+            frame: Isometry3::identity(),
+            first_frame: None,
+            world: true,
+            directive: None,
+            cutter: None,
+            tool: None,
+            end: None,
+        };
+        Self {
+            state,
+            joined: Joined::default(),
+            faults: Vec::new(),
+            warnings: Vec::new(),
+            warned: Vec::new(),
+            most: most_faults.max(1),
+            line: 0,
+        }
+    }
+
+    /// Takes in a line, without its line break. `None`: the statement goes on in the next line, or is faulty.
+    pub fn line(&mut self, line: &str) -> Option<ClItem> {
+        self.line = self.line.saturating_add(1);
+        if self.is_full() {
+            return None;
+        }
+        let read = match classify(line, self.joined.is_open()) {
+            Line::Comment => return Some(ClItem::Remark),
+            Line::Open(words) => return self.join(words),
+            Line::Whole(words) if self.joined.is_open() => {
+                self.join(words);
+                let joined = std::mem::take(&mut self.joined);
+                let read = self.statement(&joined.statement());
+                self.joined = joined;
+                self.joined.clear();
+                read
+            }
+            Line::Whole(words) => single(self.line, words, |statement| self.statement(statement)),
+        };
+        match read {
+            Ok(item) => Some(item),
+            Err(fault) => {
+                self.faults.push(*fault);
+                None
+            }
+        }
+    }
+
+    fn join(&mut self, words: &str) -> Option<ClItem> {
+        if !self.joined.add(self.line, words) {
+            let fault = self.joined.statement().fault(0, "the statement does not end".into(), "");
+            self.faults
+                .push(fault.with_help("end the lines of one statement with $, but not the last"));
+            self.joined.clear();
+        }
+        None
+    }
+
+    /// Faults up to now.
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
+    }
+
+    /// Whether so many faults were found that nothing is read any more.
+    pub fn is_full(&self) -> bool {
+        self.faults.len() >= self.most
+    }
+
+    /// What was kept but not understood up to now.
+    pub fn warnings(&self) -> &[Fault] {
+        &self.warnings
+    }
+
+    /// Diameter and corner radius of the tool that holds \[mm\].
+    pub fn cutter(&self) -> Option<[f64; 2]> {
+        self.state.cutter.map(|cutter| cutter.map(|value| value * self.state.scale))
+    }
+
+    /// Number of the tool that holds.
+    pub fn tool(&self) -> Option<u32> {
+        self.state.tool
+    }
+
+    /// Length of the unit of the file \[mm\].
+    pub fn unit(&self) -> f64 {
+        self.state.scale
+    }
+
+    /// Feed that holds \[mm/s\].
+    pub fn feed(&self) -> Option<f64> {
+        self.state.feed
+    }
+
+    /// Where the tool is, in the coordinates that hold; `None` before the first location, and after a change of
+    /// coordinates.
+    pub fn place(&self) -> Option<ToolPose> {
+        self.state.place
+    }
+
+    /// From the coordinates that hold to those of the first `MSYS`.
+    pub fn first_from_written(&self) -> Isometry3<f64> {
+        match self.state.first_frame {
+            Some(first) if first != self.state.frame => first.inverse() * self.state.frame,
+            _ => Isometry3::identity(),
+        }
+    }
+
+    /// Ends the file; what was kept but not understood.
+    ///
+    /// # Errors
+    ///
+    /// All faults; a file that was cut has one.
+    pub fn finish(self) -> Result<Vec<Fault>, Vec<Fault>> {
+        let faults = self.faults_at_end();
+        if faults.is_empty() { Ok(self.warnings) } else { Err(faults) }
+    }
+
+    pub(super) fn faults_at_end(&self) -> Vec<Fault> {
+        let mut faults = self.faults.clone();
+        if faults.is_empty() && (self.state.end.is_none() || self.joined.is_open()) {
+            let message = "the file has no FINI: a line is missing, or the file was cut";
+            faults.push(Fault::whole(message).with_help("end it with FINI"));
+        }
+        faults
+    }
+
+    fn statement(&mut self, statement: &Statement<'_>) -> Read<ClItem> {
+        if statement.text.trim_start().starts_with("$$->") {
+            return self.directive(statement);
+        }
+        let (word, rest) = statement.split();
+        if word == "GOTO" && self.state.end != Some(End::File) {
+            self.state.end = None;
+            return self.goto(statement, rest);
+        }
+        let means = meaning(&word);
+        if self.state.end == Some(End::File) {
+            return Self::after_the_end(statement, means);
+        }
+        if means != Meaning::Remark {
+            self.state.end = None;
+        }
+        match means {
+            Meaning::Doubtful(why) => {
+                self.warn(statement, &word, format!("{word} is kept: {why}"), "");
+            }
+            Meaning::Unknown if word.is_empty() => {
+                let text = statement.text.trim();
+                let message = format!("{:?} does not begin with a word", shortened(text));
+                return Err(Box::new(statement.fault(0, message, "a line before may lack its $")));
+            }
+            Meaning::Unknown => {
+                let message = format!("{word} is not known; it is kept as it stands");
+                let help =
+                    "should it move the tool or change the coordinates, the path read is wrong";
+                self.warn(statement, &word, message, help);
+            }
+            Meaning::Refused(help) => {
+                let message = format!("{word} moves the tool in a way that is not understood");
+                return Err(Box::new(statement.fault(0, message, help)));
+            }
+            _ => return self.understood(means, statement, rest),
+        }
+        Ok(ClItem::Words)
+    }
+
+    fn understood(&mut self, means: Meaning, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+        match means {
+            Meaning::Goto => return self.goto(of, rest),
+            Meaning::Delta => return self.delta(of, rest),
+            Meaning::Curve => return self.curve(of, rest),
+            Meaning::Rapid => {
+                self.state.rapid = true;
+                self.state.shape.leave();
+                return Ok(ClItem::Manner);
+            }
+            Meaning::Feed => return self.feed_rate(of, rest),
+            Meaning::Circle => return self.circle(of, rest),
+            Meaning::Arc => return self.arc(of, rest),
+            Meaning::Direction => return self.direction(of, rest),
+            Meaning::Remark => return Ok(ClItem::Remark),
+            Meaning::From => self.from(of, rest)?,
+            Meaning::Units => self.units(of, rest)?,
+            Meaning::Cutter => self.set_cutter(rest),
+            Meaning::ToolData => self.tool_data(rest),
+            Meaning::Tool => self.set_tool(rest),
+            Meaning::Spindle => self.spindle(rest),
+            Meaning::MultiAxis if rest.is("OFF") => self.state.axis = self.state.frame_axis,
+            Meaning::ToolAxis => self.tool_axis(of, rest)?,
+            Meaning::Frame => self.frame(of, rest)?,
+            Meaning::World => self.world(of, rest)?,
+            Meaning::Transform => self.transform(of, rest)?,
+            Meaning::Cycle => self.cycle(of, rest)?,
+            Meaning::End => self.state.end = Some(End::File),
+            Meaning::PathEnd => {
+                self.state.end = Some(End::Path);
+                self.state.cycle = None;
+            }
+            _ => {}
+        }
+        Ok(ClItem::Words)
+    }
+
+    /// Nothing moves after `FINI`.
+    fn after_the_end(statement: &Statement<'_>, means: Meaning) -> Read<ClItem> {
+        match means {
+            Meaning::Remark | Meaning::End => Ok(ClItem::Remark),
+            Meaning::Nothing if statement.text.trim_start().get(..6) != Some("PARTNO") => {
+                Ok(ClItem::Words)
+            }
+            _ => {
+                let message = "there is more behind FINI".to_owned();
+                Err(Box::new(statement.fault(
+                    0,
+                    message,
+                    "split the file: one program ends with FINI",
+                )))
+            }
+        }
+    }
+
+    /// Warns of a word, once.
+    pub(super) fn warn(&mut self, of: &Statement<'_>, word: &str, message: String, help: &str) {
+        let known = self.warned.iter().any(|warned| warned == word);
+        if !known && self.warned.len() < self.most {
+            self.warned.push(word.to_owned());
+            let at = of.text.len() - of.text.trim_start().len();
+            self.warnings.push(of.fault(at, message, help));
+        }
+    }
+}
+
+#[expect(clippy::unnecessary_box_returns, reason = "errors of statements are boxed")]
+pub(super) fn no_number(of: &Statement<'_>, word: Word<'_>) -> Box<Fault> {
+    let message = format!("{:?} is not a number up to {LARGEST}", shortened(word.text));
+    Box::new(of.fault(word.at, message, "write numbers between commas, as in GOTO/1.5,.2,-3"))
+}
+
+/// The start of a text, for messages.
+pub(super) fn shortened(text: &str) -> String {
+    const SHOWN: usize = 24;
+    let mut shown: String = text.trim().chars().take(SHOWN).collect();
+    if text.trim().chars().count() > SHOWN {
+        shown.push_str("..");
+    }
+    shown
+}
