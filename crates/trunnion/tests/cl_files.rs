@@ -92,7 +92,7 @@ fn meant(steps: &[Step]) -> Vec<Meant> {
     all
 }
 
-/// A number as SolidWorks CAM writes it: `.5`, `16.`, `0`.
+/// A number as `SolidWorks` CAM writes it: `.5`, `16.`, `0`.
 fn short(x: f64) -> String {
     let text = format!("{x:.6}");
     let text = text.trim_end_matches('0');
@@ -141,13 +141,14 @@ impl Writer {
                 None => text += if self == Self::SolidWorks { "RAPID/\n" } else { "RAPID\n" },
                 Some(value) if feed != Some(value) => {
                     feed = Some(value);
-                    text += &match self {
-                        Self::Nx => format!("PAINT/COLOR,42\nFEDRAT/MMPM,{value:.6}\n"),
-                        Self::Creo => format!("FEDRAT / {value:.6},  MMPM\n"),
-                        Self::SolidWorks => format!("FEDRAT/{},MMPM\n", short(value)),
-                        Self::Catia => format!("FEDRAT/ {value:.4},MMPM\n"),
-                        Self::Autodesk => format!("fedrat/{value:.6}, mmpm\n"),
-                    };
+                    match self {
+                        Self::Nx => writeln!(text, "PAINT/COLOR,42\nFEDRAT/MMPM,{value:.6}"),
+                        Self::Creo => writeln!(text, "FEDRAT / {value:.6},  MMPM"),
+                        Self::SolidWorks => writeln!(text, "FEDRAT/{},MMPM", short(value)),
+                        Self::Catia => writeln!(text, "FEDRAT/ {value:.4},MMPM"),
+                        Self::Autodesk => writeln!(text, "fedrat/{value:.6}, mmpm"),
+                    }
+                    .unwrap();
                 }
                 Some(_) => {}
             }
@@ -462,7 +463,8 @@ fn cycles_are_holes() {
         let ClWay::Hole(hole) = file.records[1].way else {
             panic!("{cycle}: {:?}", file.records[1])
         };
-        assert_eq!([hole.clear, hole.depth, hole.retract], [3.0, 5.0, 10.0], "{cycle}");
+        let heights = Vector3::new(hole.clear, hole.depth, hole.retract);
+        assert_eq!(heights, Vector3::new(3.0, 5.0, 10.0), "{cycle}");
         assert_eq!(hole.steps, Some([2.0, 1.0]), "{cycle}");
         assert_eq!(file.records[1].motion, ClMotion::Feed(5.0));
         assert!(matches!(file.records[2].way, ClWay::Hole(_)));
@@ -507,7 +509,7 @@ fn real_files_are_read_without_a_false_fault() {
         Pinned {
             name: "solidworkscam_tilt-support1.apt",
             counts: [184, 0, 4],
-            sums: [2145.906_976, 2462.716_469, 176.043_462, 0.0],
+            sums: [2_145.906_976, 2_462.716_469, 176.043_462, 0.0],
             tip: [[-38.6372, 38.8682], [-8.8, 48.8], [-16.1029, 252.786]],
             axis: [[-0.173_648; 2], [0.0; 2], [0.984_808; 2]],
             warned: &["INSERT"],
@@ -515,7 +517,7 @@ fn real_files_are_read_without_a_false_fault() {
         Pinned {
             name: "solidworkscam_wall-holes.apt",
             counts: [1864, 336, 6],
-            sums: [10_073.834_820, 30_797.262_409, 1550.410_009, 90.0],
+            sums: [10_073.834_820, 30_797.262_409, 1_550.410_009, 90.0],
             tip: [[-25.0, 60.0], [-10.0, 110.0], [-65.3819, 25.0]],
             axis: [[-1.0, 0.0], [0.0; 2], [0.0, 1.0]],
             warned: &["INSERT", "CUTCOM"],

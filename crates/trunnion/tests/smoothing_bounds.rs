@@ -78,7 +78,9 @@ fn exact(coefficients: &[PoseCoordinates; 6], row: usize, x: f64) -> Double {
 /// bound of the span; and the largest bound.
 fn worst(stations: &[Station], options: &SmoothOptions) -> [f64; 2] {
     let mut smoother = Smoother::new(options).unwrap();
-    stations.iter().for_each(|station| smoother.push(station).unwrap());
+    for station in stations {
+        smoother.push(station).unwrap();
+    }
     let (spans, report) = smoother.finish().unwrap();
     assert_eq!((report.merged, report.blended, report.stops), (0, 0, 0), "{report:?}");
     let mut u = vec![0.0];
