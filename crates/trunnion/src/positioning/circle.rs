@@ -4,6 +4,7 @@ use super::PositioningError;
 use super::placement::Ring;
 use super::probe::Probe;
 use super::probe::Reading;
+use nalgebra::Point3;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -12,6 +13,10 @@ use std::f64::consts::PI;
 pub(super) struct Sample {
     /// Angle from the middle of the arc, towards the second end point \[rad\].
     pub(super) psi: f64,
+    /// The point of the circle.
+    pub(super) at: Point3<f64>,
+    /// Its derivative by the angle.
+    pub(super) tangent: Vector3<f64>,
     /// Error \[mm\].
     pub(super) error: f64,
     /// Its derivative by the angle \[mm/rad\].
@@ -73,24 +78,32 @@ impl Circle {
         guess: [f64; 2],
         probe: &mut Probe,
     ) -> Result<Sample, PositioningError> {
-        let reading = probe.read(&self.ring.at(psi), guess)?;
-        Ok(self.sample(psi, &reading))
+        let mark = self.ring.mark(psi);
+        Ok(self.marked(psi, mark, probe.read(&mark.0, guess)?))
     }
 
     /// The sample that a reading at `psi` makes.
     pub(super) fn sample(&self, psi: f64, reading: &Reading) -> Sample {
-        let q = self.ring.at(psi);
+        self.marked(psi, self.ring.mark(psi), *reading)
+    }
+
+    fn marked(
+        &self,
+        psi: f64,
+        (at, tangent): (Point3<f64>, Vector3<f64>),
+        reading: Reading,
+    ) -> Sample {
         let n = reading.normal();
-        let tangent = self.ring.tangent(psi);
-        let inward: Vector3<f64> = self.ring.center - q;
-        let plane_bend = n.dot(&inward);
+        let plane_bend = n.dot(&(self.ring.center - at));
         Sample {
             psi,
+            at,
+            tangent,
             error: reading.distance - self.minor,
             slope: n.dot(&tangent),
             bend: plane_bend + reading.hessian(&tangent),
             plane_bend,
-            reading: *reading,
+            reading,
         }
     }
 
@@ -101,8 +114,9 @@ impl Circle {
         from: &Sample,
         probe: &mut Probe,
     ) -> Result<Sample, PositioningError> {
-        let step = self.ring.at(psi) - self.ring.at(from.psi);
-        self.read(psi, from.reading.ahead(&step), probe)
+        let mark = self.ring.mark(psi);
+        let guess = from.reading.ahead(&(mark.0 - from.at));
+        Ok(self.marked(psi, mark, probe.read(&mark.0, guess)?))
     }
 
     /// Samples at the angles given, in order, from a first one nearby.

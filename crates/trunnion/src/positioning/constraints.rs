@@ -157,7 +157,7 @@ impl Problem {
         }
         let inside = share * (1.0 - END_STEP);
         let sample = circle.read_from(inside * half, end, probe)?;
-        let gradient = placement.arc_gradient(inside, &sample.reading).map(|g| -g / END_STEP);
+        let gradient = placement.arc_gradient(inside, &sample).map(|g| -g / END_STEP);
         Ok(Some(Condition { kind, value, gradient, psi: end.psi, sample: None, contact: None }))
     }
 
@@ -188,7 +188,7 @@ impl Problem {
         let sample = extremum.sample;
         let psi = sample.psi;
         let share = psi / placement.half_arc;
-        let gradient = placement.arc_gradient(share, &sample.reading);
+        let gradient = placement.arc_gradient(share, &sample);
         let (kind, value, gradient) = if extremum.maximum {
             let scale = (1.0 - AT_END) / (1.0 - share.abs()).clamp(END_STEP, 1.0 - AT_END);
             let value = scale * (self.band.upper - extremum.value);
@@ -202,17 +202,12 @@ impl Problem {
     }
 
     /// The condition of a minimum of the rest of the circle.
-    pub(super) fn outside(
-        &self,
-        (placement, circle): (&Placement, &Circle),
-        extremum: &Extremum,
-    ) -> Condition {
+    pub(super) fn outside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
         let sample = extremum.sample;
-        let q = circle.ring.at(sample.psi);
         Condition {
             kind: Active::Rear,
             value: extremum.value - self.band.lower,
-            gradient: placement.gradient(&q, &sample.reading.normal()),
+            gradient: placement.gradient(&sample.at, &sample.reading.normal()),
             psi: sample.psi,
             sample: Some(sample),
             contact: Some((sample.reading.foot.uv, sample.reading.foot.point)),
@@ -238,7 +233,7 @@ impl Problem {
             Sample { psi: sample.psi - turn, ..*sample }
         }));
         let minima = extrema.iter().filter(|extremum| !extremum.maximum);
-        conditions.extend(minima.map(|extremum| self.outside((placement, circle), extremum)));
+        conditions.extend(minima.map(|extremum| self.outside(placement, extremum)));
         Ok(())
     }
 

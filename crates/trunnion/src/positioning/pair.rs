@@ -197,7 +197,7 @@ impl Search<'_> {
         let mut rates = Matrix3::zeros();
         for (row, (point, aim)) in points.iter().zip(aims).enumerate() {
             let share = point.sample.psi / placement.half_arc;
-            let gradient = placement.arc_gradient(share, &point.sample.reading);
+            let gradient = placement.arc_gradient(share, &point.sample);
             off[row] = point.value - aim;
             rates.set_row(row, &Vector3::from(gradient).transpose());
         }

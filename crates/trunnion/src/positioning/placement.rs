@@ -6,6 +6,7 @@
 use super::ContactSide;
 use super::PositioningError;
 use super::Request;
+use super::circle::Sample;
 use super::probe::Probe;
 use super::probe::Reading;
 use crate::types::ToolPose;
@@ -56,10 +57,11 @@ impl Ring {
         self.e2.dot(&out).atan2(self.f.dot(&out))
     }
 
-    /// Derivative of [`Ring::at`] by `psi`.
-    pub(super) fn tangent(&self, psi: f64) -> Vector3<f64> {
+    /// The same with its derivative by `psi`.
+    pub(super) fn mark(&self, psi: f64) -> (Point3<f64>, Vector3<f64>) {
         let (sin, cos) = psi.sin_cos();
-        self.e2 * (self.radius * cos) - self.f * (self.radius * sin)
+        let (sin, cos) = (self.radius * sin, self.radius * cos);
+        (self.center + self.f * cos + self.e2 * sin, self.e2 * cos - self.f * sin)
     }
 }
 
@@ -215,13 +217,10 @@ impl Placement {
 
     /// As [`Placement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
     /// the arc is kept: at the end points the distance is constant.
-    pub(super) fn arc_gradient(&self, share: f64, reading: &Reading) -> [f64; 3] {
-        let psi = share * self.half_arc;
-        let (q, normal) = (self.ring.at(psi), reading.normal().into_inner());
-        let slope = normal.dot(&self.ring.tangent(psi));
-        let mut gradient = self.gradient(&q, &normal);
+    pub(super) fn arc_gradient(&self, share: f64, sample: &Sample) -> [f64; 3] {
+        let mut gradient = self.gradient(&sample.at, &sample.reading.normal());
         for (entry, rate) in gradient.iter_mut().zip(&self.rates) {
-            *entry += slope * share * rate.half_arc;
+            *entry += sample.slope * share * rate.half_arc;
         }
         gradient
     }

@@ -243,7 +243,12 @@ impl Reading {
 
     /// Second derivative of the distance along `step`: `-k/(1 - k d)` per principal direction.
     pub(super) fn hessian(&self, step: &Vector3<f64>) -> f64 {
-        self.hessian_between(step, step)
+        // As `hessian_between`, by the components along `S_u` and `S_v` alone.
+        let along = self.covector(step);
+        let Some([du, dv]) = solve(&self.matrix(), along) else { return 0.0 };
+        let [l, m, n] = self.forms.second;
+        let turned = solve(&self.forms.first, [l * du + m * dv, m * du + n * dv]);
+        turned.map_or(0.0, |[a, b]| -(along[0] * a + along[1] * b))
     }
 
     /// Second derivative of the distance along two directions.

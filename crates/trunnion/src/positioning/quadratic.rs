@@ -111,20 +111,23 @@ fn directions(
     for (slot, (index, _)) in normals.iter_mut().zip(active) {
         *slot = constraints.get(*index)?.normal;
     }
+    let count = active.len().min(4);
     let mut gram = Matrix4::identity();
     let mut right = Vector4::zeros();
-    let raised = inverse * normal;
-    for row in 0..active.len().min(4) {
-        for column in 0..active.len().min(4) {
-            gram[(row, column)] = normals[row].dot(&(inverse * normals[column]));
+    let entering = inverse * normal;
+    let raised = normals.map(|held| inverse * held);
+    for row in 0..count {
+        for column in 0..count {
+            gram[(row, column)] = normals[row].dot(&raised[column]);
         }
-        right[row] = normals[row].dot(&raised);
+        right[row] = normals[row].dot(&entering);
     }
-    let r = gram.full_piv_lu().solve(&right)?;
-    let mut z = raised;
-    for row in 0..active.len().min(4) {
-        z -= inverse * normals[row] * r[row];
-    }
+    // Positive but for rounding, where the normals are all but dependent.
+    let r = match gram.cholesky() {
+        Some(factor) => factor.solve(&right),
+        None => gram.full_piv_lu().solve(&right)?,
+    };
+    let z = (0..count).fold(entering, |z, row| z - raised[row] * r[row]);
     Some((z, r))
 }
 

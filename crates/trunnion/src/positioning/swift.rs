@@ -43,7 +43,7 @@ impl Problem {
                 return Ok(None);
             };
             conditions.push(if condition.kind == Active::Rear {
-                self.outside(at, &found)
+                self.outside(&placement, &found)
             } else {
                 self.inside(&placement, &found)
             });
@@ -64,8 +64,7 @@ fn follow(
     let rear = condition.kind == Active::Rear;
     let maximum = condition.kind == Active::Middle;
     let mut psi = if rear { before.psi } else { before.psi * (half / from.placement.half_arc) };
-    let was = from.placement.ring.at(before.psi);
-    let mut guess = before.reading.ahead(&(circle.ring.at(psi) - was));
+    let mut guess = before.reading.ahead(&(circle.ring.at(psi) - before.at));
     for _ in 0..STEPS {
         let sample = circle.read(psi, guess, probe)?;
         if (sample.bend < 0.0) != maximum || sample.bend.abs() <= 0.0 {
@@ -79,7 +78,7 @@ fn follow(
         if rear != (next.abs() > half) {
             return Ok(None);
         }
-        guess = sample.reading.ahead(&(circle.ring.at(next) - circle.ring.at(psi)));
+        guess = sample.reading.ahead(&(circle.ring.at(next) - sample.at));
         psi = next;
     }
     Ok(None)

@@ -27,6 +27,8 @@ pub(super) struct Cell {
     /// Curvatures of mean derivatives, and what others may differ from them in the cell.
     range: [f64; 2],
     spread: f64,
+    /// What no normal curvature changes by faster \[1/mm^2\].
+    rate: f64,
 }
 
 /// Homogeneous control points, v running fastest, over the unit square.
@@ -42,8 +44,9 @@ impl Cell {
     }
 
     fn new(net: Net, bounds: Rectangle) -> Self {
-        let (range, spread) = net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY));
-        Self { net, bounds, range, spread }
+        let (range, spread, rate) =
+            net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY, f64::INFINITY));
+        Self { net, bounds, range, spread, rate }
     }
 
     /// Halves across the direction in which the derivatives vary more.
@@ -66,6 +69,12 @@ impl Cell {
     /// What no normal curvature in the cell leaves; at most 0, at least 0.
     pub(super) fn bound(&self) -> [f64; 2] {
         [self.range[0] - self.spread, self.range[1] + self.spread]
+    }
+
+    /// The largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the covariant derivative of the
+    /// second fundamental form \[1/mm^2\]. Infinite where weights differ.
+    pub(super) fn rate(&self) -> f64 {
+        self.rate
     }
 
     /// Curvatures in the middle, likewise.
@@ -195,9 +204,9 @@ impl Net {
         Self { points, columns }
     }
 
-    /// Curvatures `[min or 0, max or 0]` of the shape operator made from the balls' centres, and
-    /// a bound of its distance from the shape operator anywhere in the cell.
-    fn curvatures(&self) -> Option<([f64; 2], f64)> {
+    /// Curvatures `[min or 0, max or 0]` of the shape operator made from the balls' centres, a bound
+    /// of its distance from the shape operator anywhere in the cell, and [`Cell::rate`].
+    fn curvatures(&self) -> Option<([f64; 2], f64, f64)> {
         let d = self.derivatives()?;
         let [su, sv, suu, suv, svv] = d;
         let jet = SurfaceJet2 {
@@ -209,8 +218,25 @@ impl Net {
             svv: svv.centre,
         };
         let curvature = jet.curvature()?;
-        let spread = spread(&d)?;
-        Some(([curvature.min.min(0.0), curvature.max.max(0.0)], spread))
+        let tangents = Tangents::new(&d)?;
+        let spread = tangents.spread(&d);
+        let range = [curvature.min.min(0.0), curvature.max.max(0.0)];
+        let most = range[1].max(-range[0]) + spread;
+        let rate = self.thirds(&tangents.unit).map(|thirds| tangents.rate(&d, &thirds, most));
+        Some((range, spread, rate.unwrap_or(f64::INFINITY)))
+    }
+
+    /// Balls round `S_uuu, S_uuv, S_uvv, S_vvv`; `None` where weights differ.
+    fn thirds(&self, normal: &Vector3<f64>) -> Option<[Ball; 4]> {
+        let mut weights = self.points.iter().map(|p| p.w);
+        let weight = weights.next()?;
+        if weights.any(|w| w != weight) {
+            return None;
+        }
+        let [u, v] = [0, 1].map(|k| self.differences(k));
+        let (uu, vv) = (u.differences(0), v.differences(1));
+        let all = [uu.differences(0), uu.differences(1), vv.differences(0), vv.differences(1)];
+        Some(all.map(|net| divide(net.ball(normal), normal, [weight; 2])))
     }
 
     /// Balls round `S_u, S_v, S_uu, S_uv, S_vv`.
@@ -266,34 +292,81 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// Bound of the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, `J` the
-/// tangents as columns, of the centres and of any vectors of the balls. By Weyl's inequality no
-/// curvature differs by more. `None` where the tangents may become parallel.
-///
-/// Columns are scaled to unit length at the centres, so that `|J+| = 1 / sqrt(1 - |cos|)`. Bounds
-/// of other pseudo-inverses: `|J+| <= m / (1 - m d)`, `|dJ+| <= sqrt 2 m |J+| d` (Wedin,
-/// *Perturbation theory for pseudo-inverses*, 1973) for `|dJ| <= d`, `m = |J+|` at the centres.
-fn spread(d: &[Ball; 5]) -> Option<f64> {
-    let [su, sv, suu, suv, svv] = d;
-    let (a, b) = (su.centre.norm(), sv.centre.norm());
-    let cosine = su.centre.dot(&sv.centre) / (a * b);
-    let at_centre = (1.0 - cosine.abs()).sqrt().recip();
-    let change = (su.radius / a).hypot(sv.radius / b);
-    let room = 1.0 - at_centre * change;
-    let unit = su.centre.cross(&sv.centre).try_normalize(f64::MIN_POSITIVE)?;
-    let anywhere = at_centre / room;
-    // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of the
-    // normal's turn, and chord = sine / cos(turn/2).
-    let sine = anywhere * (su.height / a).hypot(sv.height / b);
-    if !(room > 0.0 && sine < 1.0) {
-        return None;
+/// The tangents of a cell, as columns `J` scaled to unit length at the centres of their balls, so that
+/// `|J+| = 1 / sqrt(1 - |cos|)` there.
+struct Tangents {
+    /// Lengths at the centres.
+    lengths: [f64; 2],
+    /// Normal of the centres.
+    unit: Vector3<f64>,
+    /// `|J+|` at the centres, and what it is at most anywhere.
+    at_centre: f64,
+    anywhere: f64,
+    /// What `J` changes by at most.
+    change: f64,
+    /// Length of the normal's change at most.
+    chord: f64,
+}
+
+impl Tangents {
+    /// `None` where the tangents may become parallel. `|J+| <= m / (1 - m d)` for `|dJ| <= d`, `m = |J+|` at the
+    /// centres (Wedin, *Perturbation theory for pseudo-inverses*, 1973).
+    fn new([su, sv, ..]: &[Ball; 5]) -> Option<Self> {
+        let (a, b) = (su.centre.norm(), sv.centre.norm());
+        let cosine = su.centre.dot(&sv.centre) / (a * b);
+        let at_centre = (1.0 - cosine.abs()).sqrt().recip();
+        let change = (su.radius / a).hypot(sv.radius / b);
+        let room = 1.0 - at_centre * change;
+        let unit = su.centre.cross(&sv.centre).try_normalize(f64::MIN_POSITIVE)?;
+        let anywhere = at_centre / room;
+        // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of the
+        // normal's turn, and chord = sine / cos(turn/2).
+        let sine = anywhere * (su.height / a).hypot(sv.height / b);
+        if !(room > 0.0 && sine < 1.0) {
+            return None;
+        }
+        let chord = sine / (0.5 + 0.5 * (1.0 - sine * sine).sqrt()).sqrt();
+        Some(Self { lengths: [a, b], unit, at_centre, anywhere, change, chord })
     }
-    let chord = sine / (0.5 + 0.5 * (1.0 - sine * sine).sqrt()).sqrt();
-    let entry = |s: &Ball, scale: f64| {
-        [unit.dot(&s.centre) / scale, (chord * s.reach() + s.height) / scale]
-    };
-    let all = [entry(suu, a * a), entry(suv, a * b), entry(suv, a * b), entry(svv, b * b)];
-    let norm = |k: usize| all.iter().map(|entry| entry[k] * entry[k]).sum::<f64>().sqrt();
-    let turned = std::f64::consts::SQRT_2 * at_centre * anywhere * change;
-    Some(norm(1) * anywhere * anywhere + norm(0) * turned * (anywhere + at_centre))
+
+    /// Bound of the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, of the centres and
+    /// of any vectors of the balls. By Weyl's inequality no curvature differs by more. Of other
+    /// pseudo-inverses, `|dJ+| <= sqrt 2 m |J+| d` (Wedin).
+    fn spread(&self, [_, _, suu, suv, svv]: &[Ball; 5]) -> f64 {
+        let Self { lengths: [a, b], at_centre, anywhere, .. } = *self;
+        let entry = |s: &Ball, scale: f64| {
+            [self.unit.dot(&s.centre) / scale, (self.chord * s.reach() + s.height) / scale]
+        };
+        let all = [entry(suu, a * a), entry(suv, a * b), entry(suv, a * b), entry(svv, b * b)];
+        let norm = |k: usize| all.iter().map(|entry| entry[k] * entry[k]).sum::<f64>().sqrt();
+        let turned = std::f64::consts::SQRT_2 * at_centre * anywhere * self.change;
+        norm(1) * anywhere * anywhere + norm(0) * turned * (anywhere + at_centre)
+    }
+
+    /// Bound of the rate of curvature: `(d II)(t, t, t) = n . S_xxx - 3 II(P S_xx, t)` for the unit tangent `t = J x`,
+    /// `P` the projection on the tangent plane; curvatures are at most `most`. Norms of the tensors over `x`
+    /// are at most Frobenius'.
+    fn rate(&self, [_, _, suu, suv, svv]: &[Ball; 5], thirds: &[Ball; 4], most: f64) -> f64 {
+        let [a, b] = self.lengths;
+        let up = |s: &Ball| self.unit.dot(&s.centre).abs() + self.chord * s.reach() + s.height;
+        let along = |s: &Ball| {
+            let flat = s.centre - self.unit * self.unit.dot(&s.centre);
+            flat.norm() + s.radius + self.chord * s.reach()
+        };
+        let sum = |terms: &[f64]| terms.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let [uuu, uuv, uvv, vvv] = thirds;
+        // Mixed entries stand three times, or twice, in the whole tensor.
+        let root = 3.0_f64.sqrt();
+        let third = sum(&[
+            up(uuu) / (a * a * a),
+            root * up(uuv) / (a * a * b),
+            root * up(uvv) / (a * b * b),
+            up(vvv) / (b * b * b),
+        ]);
+        let root = std::f64::consts::SQRT_2;
+        let second =
+            sum(&[along(suu) / (a * a), root * along(suv) / (a * b), along(svv) / (b * b)]);
+        let m = self.anywhere;
+        m * m * (m * third + 3.0 * most * second)
+    }
 }

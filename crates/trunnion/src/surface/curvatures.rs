@@ -2,6 +2,7 @@
 
 use super::bounds::Cell;
 use super::bounds::Rectangle;
+use super::creases::Creases;
 use super::nurbs::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -30,6 +31,8 @@ pub(super) struct CurvatureTree {
     breaks: [Vec<f64>; 2],
     /// Box of each column of patches.
     columns: Vec<[Vector3<f64>; 2]>,
+    /// Where curvature may jump.
+    creases: Creases,
 }
 
 #[derive(Debug, Clone)]
@@ -37,6 +40,8 @@ struct Node {
     bounds: Rectangle,
     /// At most 0, at least 0 \[1/mm\].
     range: [f64; 2],
+    /// Largest rate of curvature \[1/mm^2\].
+    rate: f64,
     /// Low and high corner of a box that holds the piece.
     hull: [Vector3<f64>; 2],
     /// First of the two halves.
@@ -58,8 +63,12 @@ impl CurvatureTree {
     pub(super) fn new(surface: &NurbsSurface) -> Self {
         let [columns, rows] = surface.patch_count();
         let breaks = [0, 1].map(|k| surface.knots()[k].breaks().to_vec());
-        let mut tree =
-            Self { nodes: Vec::with_capacity(columns * rows), breaks, columns: Vec::new() };
+        let mut tree = Self {
+            nodes: Vec::with_capacity(columns * rows),
+            breaks,
+            columns: Vec::new(),
+            creases: Creases::new(surface),
+        };
         let mut queue = BinaryHeap::new();
         let patches = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
         for patch in patches.filter_map(|(i, j)| surface.patch(i, j)) {
@@ -115,7 +124,7 @@ impl CurvatureTree {
         let (range, attained) = (cell.bound(), cell.attained(surface));
         let node = self.nodes.len();
         let hull = cell.hull();
-        self.nodes.push(Node { bounds: cell.bounds, range, hull, halves: None });
+        self.nodes.push(Node { bounds: cell.bounds, range, rate: cell.rate(), hull, halves: None });
         Piece { cell, node, depth, bound: size(range), attained }
     }
 
@@ -126,6 +135,8 @@ impl CurvatureTree {
                 let both = widen(self.nodes[first].range, self.nodes[first + 1].range);
                 let own = self.nodes[k].range;
                 self.nodes[k].range = [own[0].max(both[0]), own[1].min(both[1])];
+                let both = self.nodes[first].rate.max(self.nodes[first + 1].rate);
+                self.nodes[k].rate = self.nodes[k].rate.min(both);
             }
         }
     }
@@ -154,6 +165,33 @@ impl CurvatureTree {
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
             .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
+    }
+
+    /// What no normal curvature changes by faster \[1/mm^2\] on the surface within `radius` of `p`; infinite where it
+    /// may jump, or where the surface ends.
+    pub(super) fn rate_near(&self, p: &Point3<f64>, radius: f64) -> f64 {
+        if self.creases.any_near(p, radius) {
+            return f64::INFINITY;
+        }
+        let rows = self.breaks[1].len() - 1;
+        let columns = self.columns.iter().enumerate();
+        let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
+        met.flat_map(|first| first..first + rows)
+            .fold(0.0, |rate, node| self.raised_near(rate, node, (p, radius)))
+    }
+
+    fn raised_near(&self, rate: f64, node: usize, (p, radius): (&Point3<f64>, f64)) -> f64 {
+        let node = &self.nodes[node];
+        if node.rate <= rate || !meets(&node.hull, p, radius) {
+            return rate;
+        }
+        match node.halves {
+            Some(first) => {
+                let rate = self.raised_near(rate, first, (p, radius));
+                self.raised_near(rate, first + 1, (p, radius))
+            }
+            None => node.rate,
+        }
     }
 
     fn widened_near(
@@ -204,7 +242,7 @@ fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
 }
 
 /// Whether a box comes closer to `p` than `radius`; said of anything that is not a number, too.
-fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
+pub(super) fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
     let gap = (low - p.coords).sup(&(p.coords - high)).sup(&Vector3::zeros());
     let apart = gap.norm_squared() > radius * radius;
     !apart

@@ -214,11 +214,7 @@ impl FaceIndex {
     ) -> [f64; 2] {
         let empty = [f64::INFINITY, f64::NEG_INFINITY];
         if let Curvatures::Own(tree) = &self.curvatures {
-            let corners = feet.clone().fold(empty.map(Vector3::repeat), |[low, high], foot| {
-                [low.inf(&foot.point.coords), high.sup(&foot.point.coords)]
-            });
-            let middle = Point3::from(0.5 * (corners[0] + corners[1]));
-            let far = feet.map(|foot| (foot.point - middle).norm()).fold(0.0, f64::max);
+            let (middle, far) = ball_round(feet);
             let [low, high] = tree.near(&middle, far + reach);
             return if self.face.flip { [-high, -low] } else { [low, high] };
         }
@@ -232,6 +228,33 @@ impl FaceIndex {
             })
         });
         self.curvature_range(cell)
+    }
+
+    /// Bound of the rate \[1/mm^2\] at which the normal curvature along a geodesic changes, over all the surface
+    /// reaches from `feet` by ways of `reach` mm along it: of `|(d II)(t, t, t)|` for unit tangents `t`.
+    ///
+    /// Guaranteed; infinite where the curvature may jump (across knots of low continuity), where the surface ends
+    /// within reach, and for rational and swept surfaces, of which no bound is kept.
+    pub fn curvature_rate_around<'a>(
+        &self,
+        feet: impl Iterator<Item = &'a Foot> + Clone,
+        reach: f64,
+    ) -> f64 {
+        match (&self.curvatures, &self.face.surface) {
+            (Curvatures::Own(tree), _) => {
+                let domain = self.face.surface.domain();
+                let inside = |foot: &Foot| {
+                    (0..2).all(|k| domain[k][0] <= foot.uv[k] && foot.uv[k] <= domain[k][1])
+                };
+                if !feet.clone().all(inside) {
+                    return f64::INFINITY;
+                }
+                let (middle, far) = ball_round(feet);
+                tree.rate_near(&middle, far + reach)
+            }
+            (_, Surface::Plane(_) | Surface::Cylinder(_) | Surface::Sphere(_)) => 0.0,
+            _ => f64::INFINITY,
+        }
     }
 
     /// Upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see
@@ -274,6 +297,17 @@ impl Curvatures {
         let tree = CurvatureTree::new(&strip.surface);
         Self::Thin { across, strip: Box::new(strip), tree }
     }
+}
+
+/// Middle and radius of a ball that holds all feet.
+fn ball_round<'a>(feet: impl Iterator<Item = &'a Foot> + Clone) -> (Point3<f64>, f64) {
+    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+    let [low, high] = feet.clone().fold(empty, |[low, high], foot| {
+        [low.inf(&foot.point.coords), high.sup(&foot.point.coords)]
+    });
+    let middle = Point3::from(0.5 * (low + high));
+    let far = feet.map(|foot| (foot.point - middle).norm()).fold(0.0, f64::max);
+    (middle, far)
 }
 
 /// Parameters moved by whole periods next to a guess.

@@ -7,6 +7,7 @@
 mod analytic;
 mod beyond;
 mod bounds;
+mod creases;
 mod crossing;
 mod curvatures;
 mod curve;
