@@ -447,10 +447,9 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
     if let Some(wrong) = warm.as_ref().and_then(|warm| breach(task, warm)) {
         return Some(format!("{task:?}: warm: {wrong}"));
     }
-    // Next to an end point where the error is level, a search may leave some nanometres above the band:
-    // the strip ends before it, by less than a hundredth.
+    // An error above the band next to an end point ends the strip before it.
     let kept = found.chord_width * (1.0 - shortfall(task, &found) / found.offset);
-    (found.chord_width < 0.995 * best || kept < 0.985 * best).then(|| {
+    (found.chord_width < 0.995 * best || kept < 0.995 * best.max(found.chord_width)).then(|| {
         let Location { chord_width, offset, offset_direction, rotation, active, .. } = &found;
         let own = [*offset, *offset_direction, *rotation];
         let shares = [chord_width / best, kept / best];

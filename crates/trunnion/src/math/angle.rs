@@ -5,10 +5,12 @@ use std::f64::consts::{PI, TAU};
 
 /// Angle between two directions \[rad\], in `[0, π]`.
 ///
-/// `atan2(|u × v|, u · v)`: full relative accuracy near 0 and π, where `acos` loses half of the
-/// digits (Kahan, *Miscalculating Area and Angles of a Needle-like Triangle*, §13).
+/// `2 atan2(|u - v|, |u + v|)`: full relative accuracy near 0 and π, where `acos` loses half of the
+/// digits and the cross product all those below 1e-16 rad (Kahan, *Miscalculating Area and Angles of a
+/// Needle-like Triangle*, §13).
 pub fn angle_between(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
-    u.cross(v).norm().atan2(u.dot(v))
+    let (u, v) = (u.as_ref(), v.as_ref());
+    2.0 * (u - v).norm().atan2((u + v).norm())
 }
 
 /// Great circle from `u` (`t` = 0) to `v` (`t` = 1) with constant angular speed; `None` for
@@ -53,6 +55,18 @@ mod tests {
         assert!((angle_between(&u, &v) - 1e-9).abs() < 1e-24);
         let back = UnitVector3::new_normalize(Vector3::new(1e-9, 0.0, -1.0));
         assert!((angle_between(&u, &back) - (PI - 1e-9)).abs() < 1e-15);
+    }
+
+    /// A difference of whole units in the last place is exact; the products of a cross product are rounded to
+    /// as much as is left of them.
+    #[test]
+    fn angles_next_to_rounding_keep_their_digits() {
+        let u = Vector3::new(0.6, 0.0, 0.8);
+        let small = 2.0_f64.powi(-45);
+        let v = u + Vector3::new(-4.0, 0.0, 3.0) * small;
+        let [u, v] = [u, v].map(UnitVector3::new_unchecked);
+        assert!((angle_between(&u, &v) / (5.0 * small) - 1.0).abs() < 1e-12);
+        assert!((PI - angle_between(&u, &-v) - 5.0 * small).abs() < 1e-15);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::Request;
 use super::check::Setting;
 use super::check::Strip;
 use super::check::across;
+use super::location::Found;
 use super::placement::Frame;
 use super::probe::Probe;
 use super::probe::Reading;
@@ -76,31 +77,20 @@ pub(super) fn location(
     let strip = strip(&setting, center, (&frame.v, &touch), probe)?;
     super::widest::cuts_there(&setting, &pose, &strip)?;
     let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
-    Ok(Location {
-        strip_width: strip.width,
-        chord_width: strip.width,
-        offset: strip.width,
-        offset_direction: 0.0,
-        rotation: lead,
-        center,
+    let half = (0.5 * chord / minor).min(1.0).asin();
+    let found = Found {
         pose,
         side,
-        strip: request.strip,
-        arc: 2.0 * (0.5 * chord / minor).min(1.0).asin(),
-        contact_angles: vec![(0.5 * chord / minor).min(1.0).asin()],
+        x: [strip.width, 0.0, lead],
+        widths: [strip.width; 2],
+        arc: 2.0 * half,
+        contact_angles: vec![half],
         active: vec![Active::Touch, Active::GivenLead],
-        front_max: strip.front_max,
-        front_max_bound: strip.front_max_bound,
-        front_min: strip.front_min,
-        rear_min: strip.rear_min,
-        rear_min_bound: strip.rear_min_bound,
-        queries: strip.queries,
-        contact: strip.contact.1,
-        contact_uv: strip.contact.0,
         end: strip.far.0,
-        near: strip.near.0,
-        far: strip.far.0,
-    })
+        queries: strip.queries,
+        marks: Vec::new(),
+    };
+    Ok(Location::new(request, &strip, found))
 }
 
 /// The contact from which the end point is at the upper end of the band.

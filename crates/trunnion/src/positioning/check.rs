@@ -7,6 +7,8 @@ use super::circle::Circle;
 use super::circle::Sample;
 use super::disc::Disc;
 use super::gaps::Gaps;
+use super::gaps::Known;
+use super::gaps::Under;
 use super::gaps::curvatures_under;
 use super::probe::Probe;
 use super::probe::Reading;
@@ -72,6 +74,9 @@ pub struct Strip {
 /// Samples round the circle. 5 degrees apart on a cutter of 10 mm they are 0.9 mm apart.
 const SAMPLES: u32 = 72;
 
+/// Largest angle between points that bounds start from \[rad\].
+const SPACING: f64 = 0.7;
+
 /// Share of the band to which bounds between samples are refined.
 const SHARE: f64 = 0.05;
 
@@ -104,8 +109,9 @@ pub fn strip_of_pose(
         return super::ball::strip(setting, ring.center, (&v, &middle), probe);
     }
     let circle = Circle { ring, minor };
-    Survey { setting, circle, axis: pose.axis, v: v.into_inner(), half_arc: 0.0, seen: &[] }
-        .strip(middle.foot.uv, &mut probe)
+    let (axis, v) = (pose.axis, v.into_inner());
+    let survey = Survey { setting, circle, axis, v, half_arc: 0.0, seen: &[], thorough: true };
+    survey.strip(middle.foot.uv, &mut probe)
 }
 
 /// Distance across the feed between two ends of a strip, in the tangent plane of the first: the
@@ -130,6 +136,8 @@ pub(super) struct Survey<'a> {
     pub(super) half_arc: f64,
     /// What was read of the circle before, over `[-pi, pi]` in any order.
     pub(super) seen: &'a [Sample],
+    /// Whether gaps are looked into until no extremum can hide there, even where bounds take many points.
+    pub(super) thorough: bool,
 }
 
 /// One side of the strip: its end, and what was seen on the way.
@@ -164,7 +172,7 @@ impl Survey<'_> {
         };
         let [low, high] = [near.end.psi, far.end.psi];
         let outside = points.iter().filter(|point| point.psi < low || point.psi > high);
-        let rear_min = outside.map(|point| point.error).fold(f64::INFINITY, f64::min);
+        let rear_min = outside.map(Sample::low).fold(f64::INFINITY, f64::min);
         let middle = self.circle.read_from(0.5 * (low + high), &seed, probe)?;
         let mut inside: Vec<Sample> = near.inside.iter().rev().copied().collect();
         inside.push(seed);
@@ -172,7 +180,7 @@ impl Survey<'_> {
         let disc = self.disc(&seed, probe)?;
         let front_max = near.max.max(far.max);
         let highest = inside.windows(2).map(|pair| match pair {
-            [a, b] => gaps.range(a, b)[1],
+            [a, b] => gaps.known(a, b).range[1],
             _ => f64::NEG_INFINITY,
         });
         let front_max_bound = highest.fold(front_max, f64::max);
@@ -193,7 +201,8 @@ impl Survey<'_> {
 
     /// Samples over `[-pi, pi]`, both ends included, in order.
     fn sample(&self, guess: [f64; 2], probe: &mut Probe) -> Result<Vec<Sample>, PositioningError> {
-        let mut points = self.seen.to_vec();
+        let mut points = Vec::with_capacity(self.seen.len() + 24);
+        points.extend_from_slice(self.seen);
         let sort = |points: &mut Vec<Sample>| points.sort_by(|a, b| a.psi.total_cmp(&b.psi));
         if points.is_empty() {
             let half = SAMPLES / 2;
@@ -216,7 +225,35 @@ impl Survey<'_> {
             points.push(rear);
             points.insert(0, Sample { psi: -PI, ..rear });
         }
-        Ok(points)
+        self.filled(points, probe)
+    }
+
+    /// The points with more of them, evenly spaced, where they are far apart.
+    fn filled(
+        &self,
+        points: Vec<Sample>,
+        probe: &mut Probe,
+    ) -> Result<Vec<Sample>, PositioningError> {
+        let wide = |pair: &[Sample]| pair[1].psi - pair[0].psi > SPACING;
+        if !points.windows(2).any(wide) {
+            return Ok(points);
+        }
+        let mut filled: Vec<Sample> = Vec::with_capacity(2 * points.len());
+        for next in points {
+            if let Some(last) = filled.last().copied() {
+                let gap = next.psi - last.psi;
+                let pieces = (gap / SPACING).ceil();
+                let mut piece = 1.0;
+                while piece < pieces {
+                    let from = filled.last().unwrap_or(&last);
+                    let psi = last.psi + gap * (piece / pieces);
+                    filled.push(self.circle.read_from(psi, from, probe)?);
+                    piece += 1.0;
+                }
+            }
+            filled.push(next);
+        }
+        Ok(filled)
     }
 
     /// The points with the local extrema between them, and more of them where their gaps could
@@ -229,7 +266,8 @@ impl Survey<'_> {
         probe: &mut Probe,
     ) -> Result<(Vec<Sample>, f64), PositioningError> {
         self.add_extrema(&mut points, probe)?;
-        let least = points.iter().map(|p| p.error).fold(self.setting.band.lower, f64::min);
+        let least = points.iter().map(Sample::low).fold(self.setting.band.lower, f64::min);
+        let thorough = self.thorough || gaps.under.rate.is_finite();
         let mut found = Vec::with_capacity(2 * points.len());
         let mut lowest = f64::INFINITY;
         let mut ahead: Vec<(Sample, u32)> = Vec::with_capacity(DEPTH as usize + 1);
@@ -240,8 +278,10 @@ impl Survey<'_> {
             };
             ahead.push((*point, 0));
             while let Some((next, depth)) = ahead.last().copied() {
-                let [low, high] = gaps.range(&last, &next);
-                if depth < DEPTH && self.hides([&last, &next], [low, high], least) {
+                let known = gaps.known(&last, &next);
+                let hides = self.hides([&last, &next], &known, least)
+                    || (thorough && self.may_gouge([&last, &next], &known));
+                if depth < DEPTH && hides {
                     let middle =
                         self.circle.read_from(0.5 * (last.psi + next.psi), &last, probe)?;
                     if let Some((_, depth)) = ahead.last_mut() {
@@ -249,7 +289,7 @@ impl Survey<'_> {
                     }
                     ahead.push((middle, depth + 1));
                 } else {
-                    lowest = lowest.min(low);
+                    lowest = lowest.min(known.range[0]);
                     found.push(next);
                     last = next;
                     ahead.pop();
@@ -262,13 +302,20 @@ impl Survey<'_> {
         Ok((found, lowest))
     }
 
-    /// Whether errors between two points, within the range, could matter: below the least one
-    /// found, or above the band on the strip.
-    fn hides(&self, [a, b]: [&Sample; 2], [low, high]: [f64; 2], least: f64) -> bool {
+    /// Whether errors between two points could matter: below the least one found, or above the band on
+    /// the strip, by a share of the band.
+    fn hides(&self, [a, b]: [&Sample; 2], known: &Known, least: f64) -> bool {
         let Band { lower, upper } = self.setting.band;
-        let slack = SHARE * (upper - lower);
+        let ([low, high], slack) = (known.range, SHARE * (upper - lower));
         let strip = a.error <= upper && b.error <= upper;
         low < least - slack || (strip && high > upper + slack)
+    }
+
+    /// Whether an extremum that the ends' slopes say nothing of may lie outside the band.
+    fn may_gouge(&self, [a, b]: [&Sample; 2], known: &Known) -> bool {
+        let (Band { lower, upper }, [low, high]) = (self.setting.band, known.range);
+        let strip = a.error <= upper && b.error <= upper;
+        !known.plain && (low < lower || (strip && high > upper))
     }
 
     /// Inserts the local extrema between the points.
@@ -327,11 +374,10 @@ impl Survey<'_> {
         let between = seen.iter().take_while(|sample| sample.psi.abs() <= self.half_arc).count();
         let count = count.max(between);
         seen.truncate(count);
-        let errors = || seen.iter().map(|sample| sample.error);
         Ok(Side {
             end: seen.last().copied().unwrap_or(*seed),
-            max: errors().fold(seed.error, f64::max),
-            min: errors().fold(seed.error, f64::min),
+            max: seen.iter().map(Sample::high).fold(seed.error, f64::max),
+            min: seen.iter().map(Sample::low).fold(seed.error, f64::min),
             inside: seen.get(1..).unwrap_or_default().to_vec(),
         })
     }
@@ -376,10 +422,11 @@ impl Survey<'_> {
             axis: self.axis,
             radius: self.circle.ring.radius,
         };
-        let lowest = disc.lowest(&[&seed.reading], probe)?;
+        let centre = disc.middle(&seed.reading, probe)?;
+        let lowest = disc.lowest(&centre, &[&seed.reading], probe)?;
         let lowest = lowest.map_or(f64::INFINITY, |(_, reading)| reading.distance);
         let enough = lowest.min(lower) - SHARE * (upper - lower);
-        let [least, bound] = disc.floor((enough, self.setting.face), &seed.reading, probe)?;
+        let [least, bound] = disc.floor((enough, self.setting.face), &centre, probe)?;
         Ok([lowest.min(least), lowest.min(bound)])
     }
 
@@ -389,12 +436,12 @@ impl Survey<'_> {
             radius: self.circle.ring.radius,
             minor: self.circle.minor,
             axis: self.axis,
-            curvatures: self.curvatures(points),
+            under: self.under(points),
         }
     }
 
     /// Bounds of the curvatures below the circle.
-    fn curvatures(&self, points: &[Sample]) -> [f64; 2] {
+    fn under(&self, points: &[Sample]) -> Under {
         let steps = points.windows(2).map(|pair| match pair {
             [a, b] => b.psi - a.psi,
             _ => 0.0,

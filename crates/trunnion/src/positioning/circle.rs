@@ -15,8 +15,6 @@ pub(super) struct Sample {
     pub(super) psi: f64,
     /// The point of the circle.
     pub(super) at: Point3<f64>,
-    /// Its derivative by the angle.
-    pub(super) tangent: Vector3<f64>,
     /// Error \[mm\].
     pub(super) error: f64,
     /// Its derivative by the angle \[mm/rad\].
@@ -25,6 +23,11 @@ pub(super) struct Sample {
     pub(super) bend: f64,
     /// The part of it that the circle has on a plane \[mm/rad^2\].
     pub(super) plane_bend: f64,
+    /// The part of its third derivative that does not come from a change of the surface's curvature
+    /// \[mm/rad^3\].
+    pub(super) twist: f64,
+    /// Whether it stands for an extremum next to it that was followed.
+    pub(super) followed: bool,
     pub(super) reading: Reading,
 }
 
@@ -53,7 +56,7 @@ const LEVEL: f64 = 1e-4;
 impl Sample {
     /// Whether it is an extremum already.
     fn level(&self) -> bool {
-        self.bend.abs() > 0.0 && self.slope.abs() <= LEVEL * self.bend.abs()
+        self.followed || (self.bend.abs() > 0.0 && self.slope.abs() <= LEVEL * self.bend.abs())
     }
 
     /// Value of the parabola's extremum.
@@ -61,6 +64,16 @@ impl Sample {
         let fall =
             if self.bend.abs() > 0.0 { 0.5 * self.slope * self.slope / self.bend } else { 0.0 };
         self.error - fall
+    }
+
+    /// The error, or that of the minimum next to it.
+    pub(super) fn low(&self) -> f64 {
+        if self.bend > 0.0 && self.level() { self.vertex() } else { self.error }
+    }
+
+    /// The error, or that of the maximum next to it.
+    pub(super) fn high(&self) -> f64 {
+        if self.bend < 0.0 && self.level() { self.vertex() } else { self.error }
     }
 
     /// Whether the error falls with the angle just beside the sample: where it is level, on the
@@ -79,31 +92,34 @@ impl Circle {
         probe: &mut Probe,
     ) -> Result<Sample, PositioningError> {
         let mark = self.ring.mark(psi);
-        Ok(self.marked(psi, mark, probe.read(&mark.0, guess)?))
+        Ok(self.marked(psi, mark, &probe.read(&mark.0, guess)?))
     }
 
     /// The sample that a reading at `psi` makes.
     pub(super) fn sample(&self, psi: f64, reading: &Reading) -> Sample {
-        self.marked(psi, self.ring.mark(psi), *reading)
+        self.marked(psi, self.ring.mark(psi), reading)
     }
 
     fn marked(
         &self,
         psi: f64,
         (at, tangent): (Point3<f64>, Vector3<f64>),
-        reading: Reading,
+        reading: &Reading,
     ) -> Sample {
         let n = reading.normal();
-        let plane_bend = n.dot(&(self.ring.center - at));
+        let inward = self.ring.center - at;
+        let (plane_bend, slope) = (n.dot(&inward), n.dot(&tangent));
+        let [along, across] = reading.hessians(&tangent, &inward);
         Sample {
             psi,
             at,
-            tangent,
             error: reading.distance - self.minor,
-            slope: n.dot(&tangent),
-            bend: plane_bend + reading.hessian(&tangent),
+            slope,
+            bend: plane_bend + along,
             plane_bend,
-            reading,
+            twist: 3.0 * across - slope,
+            followed: false,
+            reading: *reading,
         }
     }
 
@@ -115,8 +131,8 @@ impl Circle {
         probe: &mut Probe,
     ) -> Result<Sample, PositioningError> {
         let mark = self.ring.mark(psi);
-        let guess = from.reading.ahead(&(mark.0 - from.at));
-        Ok(self.marked(psi, mark, probe.read(&mark.0, guess)?))
+        let reading = probe.read_from(&mark.0, &from.reading, &(mark.0 - from.at))?;
+        Ok(self.marked(psi, mark, &reading))
     }
 
     /// Samples at the angles given, in order, from a first one nearby.

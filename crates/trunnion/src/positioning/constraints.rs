@@ -86,7 +86,17 @@ impl State {
     }
 }
 
+/// Share of the band kept free on both sides while searching: what the search stops short of,
+/// it may break by as much, and the result still lies in the band.
+pub(super) const MARGIN: f64 = 1e-6;
+
 impl Problem {
+    /// By how much conditions may be broken \[mm\].
+    pub(super) fn margin(&self) -> f64 {
+        let Band { lower, upper } = self.band;
+        MARGIN * (upper - lower)
+    }
+
     /// Evaluates everything at `x`; `None` where the cutter cannot be placed.
     pub(super) fn state(
         &self,
@@ -250,7 +260,8 @@ impl Problem {
             radius: self.frame.major,
         };
         let ends = [&self.frame.first, &placement.second];
-        if let Some((point, reading)) = disc.lowest(&ends, probe)? {
+        let centre = disc.middle(ends[0], probe)?;
+        if let Some((point, reading)) = disc.lowest(&centre, &ends, probe)? {
             conditions.push(Condition {
                 kind: Active::Disc,
                 value: reading.distance - self.band.lower,

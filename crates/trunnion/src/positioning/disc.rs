@@ -35,18 +35,26 @@ const SQUARES: u32 = 400;
 type Plane = [Vector3<f64>; 2];
 
 impl Disc {
+    /// Reading of the centre, from one under the rim.
+    pub(super) fn middle(
+        &self,
+        rim: &Reading,
+        probe: &mut Probe,
+    ) -> Result<Reading, PositioningError> {
+        probe.read(&self.center, rim.ahead_to(&self.center))
+    }
+
     /// Lowest point strictly inside the disc, if the distance has a minimum there that is found
-    /// from its centre or from near the end points `nearby`.
+    /// from its centre, whose reading is given, or from near the end points `nearby`.
     pub(super) fn lowest(
         &self,
+        centre: &Reading,
         nearby: &[&Reading],
         probe: &mut Probe,
     ) -> Result<Option<(Point3<f64>, Reading)>, PositioningError> {
         let convex = |reading: &Reading| reading.curvatures()[1] < 0.0;
-        let Some(end) = nearby.first() else { return Ok(None) };
-        let middle = probe.read(&self.center, end.foot.uv)?;
-        if convex(&middle) {
-            return self.descend((self.center, middle), probe);
+        if convex(centre) {
+            return self.descend((self.center, *centre), probe);
         }
         for end in nearby.iter().filter(|end| convex(end)) {
             let out = end.foot.point - self.center;
@@ -103,19 +111,19 @@ impl Disc {
     pub(super) fn floor(
         &self,
         (enough, face): (f64, &FaceIndex),
-        from: &Reading,
+        centre: &Reading,
         probe: &mut Probe,
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
-        let centre = probe.read(&self.center, from.foot.uv)?;
         let far = centre.distance + self.radius;
-        let [low, high] = curvatures_under(face, &std::iter::once(&centre), (self.radius, far));
+        let under = curvatures_under(face, &std::iter::once(centre), (self.radius, far));
+        let [low, high] = under.curvatures;
         if low >= 0.0 {
             return Ok([least, bound]);
         }
         let plane = self.plane();
         let side = 2.0 * self.radius;
-        let mut squares = vec![(self.center, side, centre)];
+        let mut squares = vec![(self.center, side, *centre)];
         let mut left = SQUARES;
         while let Some((middle, side, reading)) = squares.pop() {
             let half = side * std::f64::consts::FRAC_1_SQRT_2;

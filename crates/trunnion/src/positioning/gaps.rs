@@ -5,13 +5,18 @@ use super::probe::Reading;
 use crate::surface::FaceIndex;
 use nalgebra::UnitVector3;
 
-/// Bounds of the second derivative of the error along the circle.
+/// Bounds of the derivatives of the error along the circle.
 ///
-/// `E'' = n . (C - q) + R^2 H(t, t)`: the circle's own part and the surface's, `H` the second
-/// derivative of the distance, whose eigenvalues are `-k / (1 - k d)` for the principal curvatures
-/// `k` at the foot and 0 along the normal. Axis, radius and tangent are orthogonal, so that `n . (C - q)`
-/// and `E' = n . t` are at most `R sin(beta)`, `beta` the angle between tool axis and normal, whose
-/// sine grows by at most `R max |H|` per rad.
+/// `E'' = n . a + H(t, t)`, `t` the tangent of length `R` and `a` the way to the centre: the circle's own
+/// part and the surface's, `H` the second derivative of the distance, whose eigenvalues are
+/// `-k / (1 - k d)` for the principal curvatures `k` at the foot and 0 along the normal. Axis, radius and
+/// tangent are orthogonal, so that `n . a` and `E' = n . t` are at most `R sin(beta)`, `beta` the angle
+/// between tool axis and normal, whose sine grows by at most `R max |H|` per rad.
+///
+/// `E''' = 3 H(t, a) - n . t + D(t, t, t)`: all but the third derivative `D` of the distance is known where
+/// the surface was read. For tangents `D = -(d II)(t', t', t')`, their feet moving `1 / (1 - k d)` times as
+/// fast; along the normal `H` changes by `-H^2`, which adds `-3 E' H^2(t, t)`. What is known changes by
+/// `3 (H(a, a) - H(t, t) + D(t, t, a)) - E''` per rad.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gaps {
     /// Radius of the circle \[mm\].
@@ -20,41 +25,170 @@ pub(super) struct Gaps {
     pub(super) minor: f64,
     /// Tool axis.
     pub(super) axis: UnitVector3<f64>,
-    /// No normal curvature of the surface below leaves this range \[1/mm\].
+    /// What curvatures below the circle keep.
+    pub(super) under: Under,
+}
+
+/// What the curvatures under the circle keep.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Under {
+    /// No normal curvature leaves this range \[1/mm\].
     pub(super) curvatures: [f64; 2],
+    /// None changes faster than this \[1/mm^2\]; infinite where that is not known.
+    pub(super) rate: f64,
+}
+
+/// What is known of a gap.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known {
+    /// What the error does not fall below and does not exceed.
+    pub(super) range: [f64; 2],
+    /// Whether there is one extremum at most between the ends, which the signs of their slopes tell of.
+    pub(super) plain: bool,
+}
+
+/// Bounds over a gap.
+struct Bounds {
+    /// Range of `E''`.
+    second: [f64; 2],
+    /// At a distance `s` from an end, `E'''` differs from what is known of it there by at most
+    /// `third + fourth s`.
+    third: f64,
+    fourth: f64,
 }
 
 impl Gaps {
-    /// What the error does not fall below and does not exceed between two points.
-    pub(super) fn range(&self, a: &Sample, b: &Sample) -> [f64; 2] {
-        let bends = self.bends([a, b], b.psi - a.psi);
-        [-peak([a, b], -1.0, -bends[0]), peak([a, b], 1.0, bends[1])]
+    /// What is known of the error between two points.
+    pub(super) fn known(&self, a: &Sample, b: &Sample) -> Known {
+        let h = b.psi - a.psi;
+        let Some(bounds) = self.bounds([a, b], h) else {
+            return Known { range: [f64::NEG_INFINITY, f64::INFINITY], plain: false };
+        };
+        let [low, high] = bounds.second;
+        let range = [-peak([a, b], -1.0, -low), peak([a, b], 1.0, high)];
+        let plain = low > 0.0 || high < 0.0;
+        if !bounds.third.is_finite() {
+            return Known { range, plain };
+        }
+        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| Half::new(end, sign, (h, &bounds)));
+        let [one, two] = halves.each_ref().map(Half::range);
+        let range = [range[0].max(one[0].min(two[0])), range[1].min(one[1].max(two[1]))];
+        let agree = |of: fn(&Half) -> Option<bool>| {
+            let [one, two] = halves.each_ref().map(of);
+            one.is_some() && one == two
+        };
+        Known { range, plain: plain || agree(Half::bends_up) || agree(Half::rises) }
     }
 
-    /// Range of `E''` over a gap of `h` \[rad\].
-    fn bends(&self, [a, b]: [&Sample; 2], h: f64) -> [f64; 2] {
+    /// Bounds over a gap of `h` \[rad\]; `None` where there are none.
+    fn bounds(&self, [a, b]: [&Sample; 2], h: f64) -> Option<Bounds> {
         let radius = self.radius;
         let way = 0.5 * radius * h;
         let far = self.minor + a.error.max(b.error) + way;
         let near = self.minor + a.error.min(b.error) - way;
-        let Some([low, high]) = self.second(near, far) else {
-            return [f64::NEG_INFINITY, f64::INFINITY];
-        };
+        let ([low, high], pace) = self.second(near, far)?;
         let sine = |s: &Sample| self.axis.cross(&s.reading.normal()).norm();
-        let lean = sine(a).max(sine(b)) + way * high.max(-low);
-        // Rate of n . (C - q): the normal's turn across, at most half the spread of H, and E'.
+        let most = high.max(-low);
+        let lean = sine(a).max(sine(b)) + way * most;
+        // Rate of n . a: the normal's turn across, at most half the spread of H, and E'.
         let rate = radius * (0.5 * radius * (high - low) + lean);
         let own = 0.5 * (a.plane_bend + b.plane_bend);
         let spread = (0.5 * h * rate).min(radius * lean + own.abs());
-        [(own - spread) + radius * radius * low, (own + spread) + radius * radius * high]
+        let square = radius * radius;
+        let second = [(own - spread) + square * low, (own + spread) + square * high];
+        let turn = self.under.rate * pace * pace * pace + 3.0 * lean * most * most;
+        let third = radius * square * turn;
+        let fourth = radius * lean + square * most + 3.0 * (square * (high - low) + third);
+        Some(Bounds { second, third, fourth })
     }
 
-    /// Range of the eigenvalues of `H`, 0 included; `None` where there is no bound.
-    fn second(&self, near: f64, far: f64) -> Option<[f64; 2]> {
-        let [least, most] = [self.curvatures[0].min(0.0), self.curvatures[1].max(0.0)];
+    /// Range of the eigenvalues of `H`, 0 included, and how many times as fast as their points feet move
+    /// at most; `None` where there is no bound.
+    fn second(&self, near: f64, far: f64) -> Option<([f64; 2], f64)> {
+        let [least, most] = self.under.curvatures;
+        let [least, most] = [least.min(0.0), most.max(0.0)];
         let (falling, rising) = (1.0 - most * far.max(0.0), 1.0 - least * near);
         let bounded = falling > 0.0 && rising > 0.0 && least.is_finite() && most.is_finite();
-        bounded.then(|| [-most / falling, -least / rising])
+        let pace = falling.min(rising).min(1.0).recip();
+        bounded.then(|| ([-most / falling, -least / rising], pace))
+    }
+}
+
+/// Half of a gap, seen from its end: Taylor's formula with bounds of what is left.
+struct Half {
+    /// Length \[rad\].
+    length: f64,
+    /// 1 where the angle grows inwards, -1 where it falls.
+    sign: f64,
+    /// Value, slope, bend and the known part of the third derivative at the end, going inwards.
+    known: [f64; 4],
+    /// Summed up one to three times from the end, `third + fourth s` comes to no more than this constant
+    /// does: `third + fourth L / 2`, `third + fourth L / 3`, `third + fourth L / 4`.
+    off: [f64; 3],
+}
+
+impl Half {
+    fn new(end: &Sample, sign: f64, (h, bounds): (f64, &Bounds)) -> Self {
+        let length = 0.5 * h;
+        let known = [end.error, sign * end.slope, end.bend, sign * end.twist];
+        let off = [2.0, 3.0, 4.0].map(|n| bounds.third + bounds.fourth * length / n);
+        Self { length, sign, known, off }
+    }
+
+    /// Range of the error.
+    fn range(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|sign| sign * self.most(sign))
+    }
+
+    /// What `sign E` does not exceed.
+    fn most(&self, sign: f64) -> f64 {
+        let [value, slope, bend, twist] = self.known.map(|x| sign * x);
+        let twist = twist + self.off[2];
+        let at = |s: f64| value + s * (slope + s * (bend / 2.0 + s * twist / 6.0));
+        let mut most = value.max(at(self.length));
+        // Where the slope `slope + bend s + twist s^2 / 2` vanishes.
+        let square = bend * bend - 2.0 * slope * twist;
+        if square > 0.0 {
+            let sum = -(bend + square.sqrt().copysign(bend));
+            for s in [sum / twist, 2.0 * slope / sum] {
+                if s > 0.0 && s < self.length {
+                    most = most.max(at(s));
+                }
+            }
+        }
+        most
+    }
+
+    /// Whether the error bends upwards all over, or downwards.
+    fn bends_up(&self) -> Option<bool> {
+        let [_, _, bend, twist] = self.known;
+        let inner = bend + twist * self.length;
+        let off = self.off[0] * self.length;
+        sign([bend.min(inner - off), bend.max(inner + off)])
+    }
+
+    /// Whether the error rises all over with the angle, or falls.
+    fn rises(&self) -> Option<bool> {
+        let [_, slope, bend, twist] = self.known;
+        let most = |sign: f64| {
+            let [slope, bend, twist] = [sign * slope, sign * bend, sign * twist + self.off[1]];
+            let at = |s: f64| slope + s * (bend + 0.5 * s * twist);
+            let ends = slope.max(at(self.length));
+            let top = -bend / twist;
+            if twist < 0.0 && top > 0.0 && top < self.length { ends.max(at(top)) } else { ends }
+        };
+        sign([-most(-1.0), most(1.0)]).map(|inwards| inwards == (self.sign > 0.0))
+    }
+}
+
+/// Whether a range is positive, or negative.
+fn sign([low, high]: [f64; 2]) -> Option<bool> {
+    if low > 0.0 {
+        Some(true)
+    } else if high < 0.0 {
+        Some(false)
+    } else {
+        None
     }
 }
 
@@ -80,8 +214,8 @@ fn peak([a, b]: [&Sample; 2], sign: f64, bend: f64) -> f64 {
     ends.max(left.min(right))
 }
 
-/// Range of the curvatures under all points within `way` of those read, whose distances from the
-/// surface stay below `far`; infinite where there is no bound.
+/// Curvatures under all points within `way` of those read, whose distances from the surface stay below
+/// `far`; infinite where there is no bound.
 ///
 /// A foot moves at most `1 / (1 - k d)` times as fast as its point, `k` bounded over all there is
 /// within the reach of such feet: as it starts inside, it never leaves.
@@ -89,7 +223,7 @@ pub(super) fn curvatures_under<'a>(
     face: &FaceIndex,
     readings: &(impl Iterator<Item = &'a Reading> + Clone),
     (way, far): (f64, f64),
-) -> [f64; 2] {
+) -> Under {
     /// Each widens the reach to what the last one asked for; more than twice is rare.
     const WIDENINGS: u32 = 8;
     let mut reach = 1.25 * way;
@@ -102,12 +236,14 @@ pub(super) fn curvatures_under<'a>(
         });
         let left = 1.0 - high * far.max(0.0);
         if left > 0.0 && way <= reach * left {
-            return [low, high];
+            let feet = readings.clone().map(|reading| &reading.foot);
+            let rate = face.curvature_rate_around(feet, reach);
+            return Under { curvatures: [low, high], rate };
         }
         if left <= 0.0 {
             break;
         }
         reach = 1.25 * way / left;
     }
-    [f64::NEG_INFINITY, f64::INFINITY]
+    Under { curvatures: [f64::NEG_INFINITY, f64::INFINITY], rate: f64::INFINITY }
 }

@@ -16,6 +16,7 @@ use super::circle::Circle;
 use super::circle::Extremum;
 use super::curve::ring;
 use super::disc::Disc;
+use super::location::Found;
 use super::placement::Frame;
 use super::placement::Placement;
 use super::probe::Probe;
@@ -131,32 +132,20 @@ pub(super) fn accept(
     within_cutting(&setting, pose, findings.touching.into_iter())?;
     body::clear(&setting, pose, request.at, probe)?;
     let width = findings.width;
-    let [offset, alpha, rotation] = proposal.ends.unwrap_or([width, 0.0, proposal.lead]);
-    Ok(Location {
-        strip_width: width,
-        chord_width: offset * alpha.cos(),
-        offset,
-        offset_direction: alpha,
-        rotation,
-        center: pose.tip + pose.axis.scale(setting.cutter.minor()),
+    let x = proposal.ends.unwrap_or([width, 0.0, proposal.lead]);
+    let found = Found {
         pose: *pose,
         side: proposal.side,
-        strip: request.strip,
+        x,
+        widths: [width, Frame::width(x)],
         arc: findings.arc,
         contact_angles: findings.contacts,
         active: findings.active,
-        front_max: strip.front_max,
-        front_max_bound: strip.front_max_bound,
-        front_min: strip.front_min,
-        rear_min: strip.rear_min,
-        rear_min_bound: strip.rear_min_bound,
-        queries: probe.queries,
-        contact: strip.contact.1,
-        contact_uv: strip.contact.0,
         end: strip.far.0,
-        near: strip.near.0,
-        far: strip.far.0,
-    })
+        queries: probe.queries,
+        marks: Vec::new(),
+    };
+    Ok(Location::new(request, strip, found))
 }
 
 /// Nowhere does the cutter come as close as the upper end of the band.
@@ -278,7 +267,9 @@ impl Findings {
     ) -> Result<(), PositioningError> {
         let Band { lower, upper } = request.band;
         let disc = Disc { center: pose.tip, axis: pose.axis, radius: request.cutter.major() };
-        if let Some((_, reading)) = disc.lowest(nearby, probe)? {
+        let Some(near) = nearby.first() else { return Ok(()) };
+        let centre = disc.middle(near, probe)?;
+        if let Some((_, reading)) = disc.lowest(&centre, nearby, probe)? {
             let over = reading.distance - lower;
             if over <= REACHED * (upper - lower) {
                 self.add(Active::Disc);

@@ -21,6 +21,7 @@ mod disc;
 mod error;
 mod gaps;
 mod judge;
+mod location;
 mod method;
 mod nested;
 mod pair;

@@ -35,6 +35,8 @@ pub(super) struct Reading {
     forms: Forms,
     /// See [`Probe`].
     poleless: bool,
+    /// How far the foot lies from where the surface was evaluated \[mm\].
+    strayed: f64,
 }
 
 /// First and second fundamental form; the second is positive where the surface is concave seen
@@ -49,6 +51,10 @@ impl<'a> Probe<'a> {
     pub(super) fn new(face: &'a FaceIndex) -> Self {
         let poleless = face.face().surface.is_regular();
         Self { face, queries: 0, poleless }
+    }
+
+    pub(super) fn face(&self) -> &'a FaceIndex {
+        self.face
     }
 
     /// Another one that goes on counting.
@@ -72,6 +78,24 @@ impl<'a> Probe<'a> {
         }
     }
 
+    /// As [`Probe::read`] for a point a `step` from one that was read: right next to it the surface need
+    /// not be evaluated again.
+    pub(super) fn read_from(
+        &mut self,
+        p: &Point3<f64>,
+        from: &Reading,
+        step: &Vector3<f64>,
+    ) -> Result<Reading, PositioningError> {
+        let near = step.norm_squared() <= FOOT;
+        match if near { from.beside(p) } else { None } {
+            Some(reading) => {
+                self.queries += 1;
+                Ok(reading)
+            }
+            None => self.read(p, from.ahead(step)),
+        }
+    }
+
     /// Newton's steps to the foot, the last of them by Taylor's formula alone; `None` where they do
     /// not lead straight to a minimum of the distance.
     fn glide(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<Reading> {
@@ -89,11 +113,11 @@ impl<'a> Probe<'a> {
             let normal = if face.flip { -normal } else { normal };
             let offset = p - jet.s;
             let distance = normal.dot(&offset);
-            let here = Reading::new(p, Foot { uv, point: jet.s, normal, distance, jet });
-            let way = here.try_follow(&offset)?;
+            let forms = Forms::new(&jet, &normal);
+            let way = solve(&forms.offset(distance), [jet.su.dot(&offset), jet.sv.dot(&offset)])?;
             let left = (jet.su * way[0] + jet.sv * way[1]).norm();
             if left <= FOOT
-                && let Some(reading) = here.moved(p, way)
+                && let Some(reading) = moved(p, (uv, &jet, &normal, &forms), way, left)
             {
                 return Some(reading);
             }
@@ -143,13 +167,12 @@ impl<'a> Probe<'a> {
 }
 
 impl Reading {
+    #[inline]
     fn new(p: &Point3<f64>, foot: Foot) -> Self {
-        let (n, jet) = (foot.normal, &foot.jet);
-        let first = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
-        let second = [n.dot(&jet.suu), n.dot(&jet.suv), n.dot(&jet.svv)];
+        let forms = Forms::new(&foot.jet, &foot.normal);
         // Along the normal: an error of the foot's place enters only squared.
-        let distance = n.dot(&(p - foot.point));
-        Self { foot, distance, forms: Forms { first, second }, poleless: true }
+        let distance = foot.normal.dot(&(p - foot.point));
+        Self { foot, distance, forms, poleless: true, strayed: 0.0 }
     }
 
     /// The reading of the point at `distance` over the same foot.
@@ -174,8 +197,7 @@ impl Reading {
 
     /// `I - d II`.
     fn matrix(&self) -> [f64; 3] {
-        let Forms { first, second } = &self.forms;
-        [0, 1, 2].map(|k| first[k] - self.distance * second[k])
+        self.forms.offset(self.distance)
     }
 
     /// Guess for the foot of `p + step`: right to second order where there are no poles.
@@ -185,7 +207,7 @@ impl Reading {
         if !self.poleless {
             return [u + first[0], v + first[1]];
         }
-        let (out, [su, sv]) = self.taylor(first);
+        let (out, [su, sv]) = taylor(&self.foot.jet, first);
         // What a step of Newton leaves to be gone from there; the foot lies along the normal.
         let left = self.normal().scale(self.distance) + step - out;
         let matrix = self.matrix();
@@ -198,28 +220,25 @@ impl Reading {
         [u + du, v + dv]
     }
 
-    /// Way from the foot to the place `[du, dv]` further, and the first derivatives there, from
-    /// the derivatives at the foot.
-    fn taylor(&self, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
-        let jet = &self.foot.jet;
-        let (bent_u, bent_v) = (jet.suu * du + jet.suv * dv, jet.suv * du + jet.svv * dv);
-        let out = (jet.su + bent_u * 0.5) * du + (jet.sv + bent_v * 0.5) * dv;
-        (out, [jet.su + bent_u, jet.sv + bent_v])
+    /// The same for a point, wherever the one read lies over its foot.
+    pub(super) fn ahead_to(&self, p: &Point3<f64>) -> [f64; 2] {
+        let from = self.foot.point + self.normal().scale(self.distance);
+        self.ahead(&(p - from))
     }
 
-    /// The reading at the place `way` further, next to the foot.
-    fn moved(&self, p: &Point3<f64>, way: [f64; 2]) -> Option<Self> {
-        let (out, [su, sv]) = self.taylor(way);
-        let uv = [self.foot.uv[0] + way[0], self.foot.uv[1] + way[1]];
-        let point = self.foot.point + out;
-        let (_, turned) = self.turned(way);
-        if turned.norm_squared() > TURN * TURN {
+    /// The reading of a point whose foot is right next to this one.
+    fn beside(&self, p: &Point3<f64>) -> Option<Self> {
+        if !self.poleless {
             return None;
         }
-        let normal = UnitVector3::new_normalize(self.normal().into_inner() + turned);
-        let jet = SurfaceJet2 { s: point, su, sv, ..self.foot.jet };
-        let distance = normal.dot(&(p - point));
-        Some(Self::new(p, Foot { uv, point, normal, distance, jet }))
+        let way = self.try_follow(&(p - self.foot.point))?;
+        let left = (self.foot.jet.su * way[0] + self.foot.jet.sv * way[1]).norm();
+        let strayed = self.strayed + left;
+        let Foot { uv, normal, jet, .. } = &self.foot;
+        if strayed > FOOT {
+            return None;
+        }
+        moved(p, (*uv, jet, normal, &self.forms), way, strayed)
     }
 
     fn covector(&self, step: &Vector3<f64>) -> [f64; 2] {
@@ -234,21 +253,23 @@ impl Reading {
     /// The same for a change of the foot's parameters.
     fn turned(&self, [du, dv]: [f64; 2]) -> (Vector3<f64>, Vector3<f64>) {
         let jet = &self.foot.jet;
-        let moved = jet.su * du + jet.sv * dv;
-        let [l, m, n] = self.forms.second;
-        let turned = solve(&self.forms.first, [l * du + m * dv, m * du + n * dv])
-            .map_or_else(Vector3::zeros, |[a, b]| -(jet.su * a + jet.sv * b));
-        (moved, turned)
+        (jet.su * du + jet.sv * dv, self.forms.turned(jet, [du, dv]))
     }
 
     /// Second derivative of the distance along `step`: `-k/(1 - k d)` per principal direction.
     pub(super) fn hessian(&self, step: &Vector3<f64>) -> f64 {
-        // As `hessian_between`, by the components along `S_u` and `S_v` alone.
+        self.hessians(step, step)[0]
+    }
+
+    /// Second derivatives of the distance along `step`, and along it and `other`: as
+    /// [`Reading::hessian_between`], by the components along `S_u` and `S_v` alone.
+    pub(super) fn hessians(&self, step: &Vector3<f64>, other: &Vector3<f64>) -> [f64; 2] {
         let along = self.covector(step);
-        let Some([du, dv]) = solve(&self.matrix(), along) else { return 0.0 };
+        let Some([du, dv]) = solve(&self.matrix(), along) else { return [0.0; 2] };
         let [l, m, n] = self.forms.second;
         let turned = solve(&self.forms.first, [l * du + m * dv, m * du + n * dv]);
-        turned.map_or(0.0, |[a, b]| -(along[0] * a + along[1] * b))
+        let [a, b] = turned.unwrap_or([0.0; 2]);
+        [along, self.covector(other)].map(|[p, q]| -(p * a + q * b))
     }
 
     /// Second derivative of the distance along two directions.
@@ -280,7 +301,63 @@ impl Reading {
     }
 }
 
+impl Forms {
+    #[inline]
+    fn new(jet: &SurfaceJet2, n: &UnitVector3<f64>) -> Self {
+        Self {
+            first: [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()],
+            second: [n.dot(&jet.suu), n.dot(&jet.suv), n.dot(&jet.svv)],
+        }
+    }
+
+    /// `I - d II`.
+    #[inline]
+    fn offset(&self, d: f64) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.first[k] - d * self.second[k])
+    }
+
+    /// Change of the normal for a change of the foot's parameters.
+    #[inline]
+    fn turned(&self, jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> Vector3<f64> {
+        let [l, m, n] = self.second;
+        solve(&self.first, [l * du + m * dv, m * du + n * dv])
+            .map_or_else(Vector3::zeros, |[a, b]| -(jet.su * a + jet.sv * b))
+    }
+}
+
+/// Way from a place of the surface to that `[du, dv]` further, and the first derivatives there, from
+/// the derivatives here.
+#[inline]
+fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    let (bent_u, bent_v) = (jet.suu * du + jet.suv * dv, jet.suv * du + jet.svv * dv);
+    let out = (jet.su + bent_u * 0.5) * du + (jet.sv + bent_v * 0.5) * dv;
+    (out, [jet.su + bent_u, jet.sv + bent_v])
+}
+
+/// The reading at the place `way` further than one with these derivatives, next to the foot of `p` and
+/// `strayed` from the evaluation.
+#[inline]
+fn moved(
+    p: &Point3<f64>,
+    (uv, jet, normal, forms): ([f64; 2], &SurfaceJet2, &UnitVector3<f64>, &Forms),
+    way: [f64; 2],
+    strayed: f64,
+) -> Option<Reading> {
+    let turned = forms.turned(jet, way);
+    if turned.norm_squared() > TURN * TURN {
+        return None;
+    }
+    let (out, [su, sv]) = taylor(jet, way);
+    let point = jet.s + out;
+    let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
+    let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
+    let distance = normal.dot(&(p - point));
+    let foot = Foot { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
+    Some(Reading { strayed, ..Reading::new(p, foot) })
+}
+
 /// Solves `[[a, b], [b, c]] x = y`; `None` where the matrix is not positive.
+#[inline]
 fn solve(&[a, b, c]: &[f64; 3], [p, q]: [f64; 2]) -> Option<[f64; 2]> {
     let determinant = a * c - b * b;
     (a > 0.0 && determinant > 0.0)

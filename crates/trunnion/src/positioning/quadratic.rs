@@ -112,23 +112,46 @@ fn directions(
         *slot = constraints.get(*index)?.normal;
     }
     let count = active.len().min(4);
-    let mut gram = Matrix4::identity();
-    let mut right = Vector4::zeros();
+    let mut gram = [[0.0; 4]; 4];
+    let mut right = [0.0; 4];
     let entering = inverse * normal;
-    let raised = normals.map(|held| inverse * held);
+    let mut raised = [Vector4::zeros(); 4];
     for row in 0..count {
-        for column in 0..count {
-            gram[(row, column)] = normals[row].dot(&raised[column]);
+        raised[row] = inverse * normals[row];
+        for column in 0..=row {
+            gram[row][column] = normals[row].dot(&raised[column]);
         }
         right[row] = normals[row].dot(&entering);
     }
-    // Positive but for rounding, where the normals are all but dependent.
-    let r = match gram.cholesky() {
-        Some(factor) => factor.solve(&right),
-        None => gram.full_piv_lu().solve(&right)?,
-    };
+    let r = positive(gram, right, count)?;
     let z = (0..count).fold(entering, |z, row| z - raised[row] * r[row]);
-    Some((z, r))
+    Some((z, Vector4::from(r)))
+}
+
+/// Solves `a r = b` of the order `count`, `a` symmetric and positive, by `L D L'` in its lower triangle;
+/// `None` where rounding has left it singular.
+fn positive(mut a: [[f64; 4]; 4], mut b: [f64; 4], count: usize) -> Option<[f64; 4]> {
+    for k in 0..count {
+        let pivot = a[k][k];
+        if pivot <= 0.0 {
+            return None;
+        }
+        for row in k + 1..count {
+            let share = a[row][k] / pivot;
+            let lead = a.map(|line| line[k]);
+            for (entry, x) in a[row].iter_mut().zip(lead).take(row + 1).skip(k + 1) {
+                *entry -= share * x;
+            }
+            b[row] -= share * b[k];
+        }
+    }
+    for k in (0..count).rev() {
+        b[k] /= a[k][k];
+        for row in 0..k {
+            b[row] -= a[k][row] * b[k];
+        }
+    }
+    Some(b)
 }
 
 /// The active constraint whose multiplier reaches zero first, and after which step.

@@ -1,5 +1,6 @@
 //! What is asked of a cutter location, and what is answered.
 
+use super::location::Mark;
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
@@ -164,4 +165,6 @@ pub struct Location {
     pub near: [f64; 2],
     /// Parameters of the strip's other end; `end` or beyond it.
     pub far: [f64; 2],
+    /// Where a neighbour looks for the extrema of its error.
+    pub(super) marks: Vec<Mark>,
 }

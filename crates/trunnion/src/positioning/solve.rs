@@ -11,6 +11,8 @@ use super::PositioningError;
 use super::constraints::Condition;
 use super::constraints::Problem;
 use super::constraints::State;
+use super::gaps::curvatures_under;
+use super::location::Mark;
 use super::placement::Frame;
 use super::probe::Probe;
 use super::quadratic;
@@ -80,20 +82,44 @@ struct Step {
 }
 
 impl Problem {
-    /// As [`Problem::climb`] from a neighbour's optimum, its extrema followed; at the end all is
-    /// sampled again. Also says whether that showed nothing worse than what was followed.
+    /// As [`Problem::climb`] from a neighbour's optimum, whose extrema are followed: the `marks` it
+    /// left, where they lead into the band, else those that sampling shows. What is new on the way goes
+    /// unnoticed.
     pub(super) fn glide(
         &self,
-        start: &Start,
+        (start, marks): (&Start, &[Mark]),
         arrived: f64,
+        probe: &mut Probe,
+    ) -> Result<Option<Optimum>, PositioningError> {
+        let swift = Self { swift: true, ..*self };
+        if !marks.is_empty()
+            && let Some(state) = swift.recalled(start.x, marks, probe)?
+        {
+            let optimum = swift.ascend(state, start, arrived, probe)?;
+            if optimum.state.breach() <= self.margin() {
+                return Ok(Some(optimum));
+            }
+        }
+        swift.climb(start, arrived, probe)
+    }
+
+    /// The end of a glide where bounds can tell whether anything was overlooked, with what was read there.
+    pub(super) fn known(&self, optimum: &Optimum, probe: &Probe) -> Option<Optimum> {
+        let known = optimum.state.breach() <= self.margin() && self.is_known(&optimum.state, probe);
+        known.then(|| {
+            let state = State { samples: self.seen(&optimum.state), ..optimum.state.clone() };
+            Optimum { state, ..optimum.clone() }
+        })
+    }
+
+    /// The end of a glide sampled all round, and whether that shows nothing worse than what was followed;
+    /// `None` where the cutter cannot be placed.
+    pub(super) fn sampled(
+        &self,
+        Optimum { state, multipliers, at_range_end }: Optimum,
         probe: &mut Probe,
     ) -> Result<Option<(Optimum, bool)>, PositioningError> {
         let swift = Self { swift: true, ..*self };
-        let Some(Optimum { state, multipliers, at_range_end }) =
-            swift.climb(start, arrived, probe)?
-        else {
-            return Ok(None);
-        };
         let Some(last) = swift.state(state.placement.x, probe, Some(&state))? else {
             return Ok(None);
         };
@@ -122,7 +148,18 @@ impl Problem {
         arrived: f64,
         probe: &mut Probe,
     ) -> Result<Option<Optimum>, PositioningError> {
-        let Some(mut state) = self.state(start.x, probe, None)? else { return Ok(None) };
+        let Some(state) = self.state(start.x, probe, None)? else { return Ok(None) };
+        self.ascend(state, start, arrived, probe).map(Some)
+    }
+
+    /// Climbs from a state.
+    fn ascend(
+        &self,
+        mut state: State,
+        start: &Start,
+        arrived: f64,
+        probe: &mut Probe,
+    ) -> Result<Optimum, PositioningError> {
         let mut model = Model::new(self, start);
         let mut trust = start.trust;
         let mut multipliers = Vec::new();
@@ -157,7 +194,17 @@ impl Problem {
         let alpha = state.placement.x[1];
         let at_range_end = alpha <= low || alpha >= high;
         multipliers.resize(state.conditions.len(), 0.0);
-        Ok(Some(Optimum { state, multipliers, at_range_end }))
+        Ok(Optimum { state, multipliers, at_range_end })
+    }
+
+    /// Whether the curvatures around a state change at a bounded rate, so that a few readings of the circle tell
+    /// as much as sampling it.
+    fn is_known(&self, state: &State, probe: &Probe) -> bool {
+        let samples = state.conditions.iter().filter_map(|condition| condition.sample.as_ref());
+        let ends = [&self.frame.first, &state.placement.second];
+        let readings = ends.into_iter().chain(samples.map(|sample| &sample.reading));
+        let way = self.frame.major;
+        curvatures_under(probe.face(), &readings, (way, self.frame.lift + way)).rate.is_finite()
     }
 
     /// Whether conditions stay broken as they are, however bold the step: to first order nothing

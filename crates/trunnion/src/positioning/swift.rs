@@ -5,11 +5,13 @@ use super::PositioningError;
 use super::circle::Circle;
 use super::circle::Extremum;
 use super::circle::Sample;
-use super::constraints::Condition;
 use super::constraints::Problem;
 use super::constraints::State;
+use super::location::Mark;
 use super::placement::Placement;
 use super::probe::Probe;
+use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 /// Angle \[rad\] within which an extremum is followed: its value, corrected by the parabola, is then
 /// right to `E''' STRAY^3 / 3`, some 1e-9 mm.
@@ -17,6 +19,9 @@ const STRAY: f64 = 2e-3;
 
 /// Newton steps to an extremum before it counts as lost.
 const STEPS: u32 = 5;
+
+/// Where an extremum is sought: what it is, angle, and parameters of the foot.
+type Sought = (Active, f64, [f64; 2]);
 
 impl Problem {
     /// The state at `x` by a quarter of the readings that sampling takes; `None` where an extremum
@@ -28,58 +33,107 @@ impl Problem {
         from: &State,
     ) -> Result<Option<State>, PositioningError> {
         let Some(placement) = self.placement(x, probe, Some(from))? else { return Ok(None) };
+        let stretch = placement.half_arc / from.placement.half_arc;
+        let extrema = from.conditions.iter().filter_map(|condition| {
+            let before = condition.sample.as_ref()?;
+            let rear = condition.kind == Active::Rear;
+            let psi = if rear { before.psi } else { before.psi * stretch };
+            let guess = before.reading.ahead(&(placement.ring.at(psi) - before.at));
+            Some((condition.kind, psi, guess))
+        });
+        self.gathered(&placement, extrema, probe)
+    }
+
+    /// The same from the extrema of a neighbouring location.
+    pub(super) fn recalled(
+        &self,
+        x: [f64; 3],
+        marks: &[Mark],
+        probe: &mut Probe,
+    ) -> Result<Option<State>, PositioningError> {
+        let Some(placement) = self.placement(x, probe, None)? else { return Ok(None) };
+        let at = self.frame.first.foot.uv;
+        let extrema = marks.iter().map(|mark| {
+            let rear = mark.kind == Active::Rear;
+            let psi = if rear { mark.place } else { mark.place * placement.half_arc };
+            (mark.kind, psi, [0, 1].map(|k| at[k] + mark.out[k]))
+        });
+        self.gathered(&placement, extrema, probe)
+    }
+
+    fn gathered(
+        &self,
+        placement: &Placement,
+        extrema: impl Iterator<Item = Sought>,
+        probe: &mut Probe,
+    ) -> Result<Option<State>, PositioningError> {
         let circle = Circle { ring: placement.ring, minor: self.frame.minor };
-        let at = (&placement, &circle);
-        let mut conditions = vec![self.chord(&placement)];
-        let lifted = [&self.frame.first, &placement.second].map(|r| r.lifted(self.frame.lift));
-        let ends = [(-1.0, Active::FirstSlope), (1.0, Active::SecondSlope)];
-        for ((share, kind), reading) in ends.into_iter().zip(lifted) {
-            let end = circle.sample(share * placement.half_arc, &reading);
-            conditions.extend(self.end_slope(at, (&end, share, kind), probe)?);
+        let at = (placement, &circle);
+        let mut conditions = Vec::with_capacity(10);
+        conditions.push(self.chord(placement));
+        let kinds = [Active::FirstSlope, Active::SecondSlope];
+        for ((end, share), kind) in self.ends(placement).iter().zip([-1.0, 1.0]).zip(kinds) {
+            conditions.extend(self.end_slope(at, (end, share, kind), probe)?);
         }
-        for condition in &from.conditions {
-            let Some(before) = &condition.sample else { continue };
-            let Some(found) = follow(at, (condition, before, from), probe)? else {
-                return Ok(None);
-            };
-            conditions.push(if condition.kind == Active::Rear {
-                self.outside(&placement, &found)
+        for sought in extrema {
+            let Some(found) = follow(at, sought, probe)? else { return Ok(None) };
+            conditions.push(if sought.0 == Active::Rear {
+                self.outside(placement, &found)
             } else {
-                self.inside(&placement, &found)
+                self.inside(placement, &found)
             });
         }
-        self.disc(&placement, &mut conditions, probe)?;
-        self.axis(&placement, &mut conditions);
-        Ok(Some(State { placement, conditions, samples: Vec::new() }))
+        self.disc(placement, &mut conditions, probe)?;
+        self.axis(placement, &mut conditions);
+        Ok(Some(State { placement: *placement, conditions, samples: Vec::new() }))
+    }
+
+    /// The circle's points over the end points, where the error is given.
+    fn ends(&self, placement: &Placement) -> [Sample; 2] {
+        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        let end = |sign: f64, reading: &super::probe::Reading| {
+            circle.sample(sign * placement.half_arc, &reading.lifted(self.frame.lift))
+        };
+        [end(-1.0, &self.frame.first), end(1.0, &placement.second)]
+    }
+
+    /// What was read round the circle of a state that was followed, over `[-pi, pi]`.
+    pub(super) fn seen(&self, state: &State) -> Vec<Sample> {
+        let mut samples = Vec::with_capacity(8);
+        samples.extend(self.ends(&state.placement));
+        samples.extend(state.conditions.iter().filter_map(|condition| condition.sample));
+        for sample in &mut samples {
+            if sample.psi > PI {
+                sample.psi -= TAU;
+            }
+        }
+        samples
     }
 }
 
-/// The extremum of one condition.
+/// The extremum next to an angle.
 fn follow(
     (placement, circle): (&Placement, &Circle),
-    (condition, before, from): (&Condition, &Sample, &State),
+    (kind, psi, guess): Sought,
     probe: &mut Probe,
 ) -> Result<Option<Extremum>, PositioningError> {
     let half = placement.half_arc;
-    let rear = condition.kind == Active::Rear;
-    let maximum = condition.kind == Active::Middle;
-    let mut psi = if rear { before.psi } else { before.psi * (half / from.placement.half_arc) };
-    let mut guess = before.reading.ahead(&(circle.ring.at(psi) - before.at));
+    let (rear, maximum) = (kind == Active::Rear, kind == Active::Middle);
+    let mut sample = circle.read(psi, guess, probe)?;
     for _ in 0..STEPS {
-        let sample = circle.read(psi, guess, probe)?;
         if (sample.bend < 0.0) != maximum || sample.bend.abs() <= 0.0 {
             return Ok(None);
         }
         let step = -sample.slope / sample.bend;
         if step.abs() <= STRAY {
+            sample.followed = true;
             return Ok(Some(Extremum { sample, value: sample.vertex(), maximum }));
         }
-        let next = psi + step;
+        let next = sample.psi + step;
         if rear != (next.abs() > half) {
             return Ok(None);
         }
-        guess = sample.reading.ahead(&(circle.ring.at(next) - sample.at));
-        psi = next;
+        sample = circle.read_from(next, &sample, probe)?;
     }
     Ok(None)
 }

@@ -14,8 +14,11 @@ use super::check::Survey;
 use super::circle::Circle;
 use super::constraints::COARSE;
 use super::constraints::FINE;
+use super::constraints::MARGIN;
 use super::constraints::Problem;
 use super::constraints::offset_curvature;
+use super::location::Found;
+use super::location::marks;
 use super::placement::Frame;
 use super::probe::Probe;
 use super::solve::ARRIVED;
@@ -27,10 +30,6 @@ use super::solve::Start;
 use crate::types::ToolPose;
 use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_2;
-
-/// Share of the band kept free on both sides while searching: what the search stops short of,
-/// it may break by as much, and the result still lies in the band.
-const MARGIN: f64 = 1e-6;
 
 /// Largest distance between two starts of the offset direction \[rad\].
 const START_SPACING: f64 = 0.27;
@@ -201,7 +200,17 @@ impl Hunt<'_> {
         probe: &mut Probe,
     ) -> Result<Option<Location>, PositioningError> {
         let start = warm_start(warm, self.ranges);
-        let climbed = match self.problem.glide(&start, ARRIVED, probe)? {
+        let glided = self.problem.glide((&start, &warm.marks), ARRIVED, probe)?;
+        if let Some(optimum) = &glided
+            && let Some(location) = self.proven(warm, optimum, probe)?
+        {
+            return Ok(Some(location));
+        }
+        let sampled = match glided {
+            Some(optimum) => self.problem.sampled(optimum, probe)?,
+            None => None,
+        };
+        let climbed = match sampled {
             Some((optimum, _)) if self.fits(&optimum) => Some(optimum),
             // Nothing was overlooked: what is broken there cannot be mended nearby.
             Some((optimum, true)) if self.is_held() && self.is_bad(&optimum) => Some(optimum),
@@ -227,6 +236,28 @@ impl Hunt<'_> {
         Ok(None)
     }
 
+    /// The location at the end of a glide if bounds between its few readings prove it.
+    fn proven(
+        &self,
+        warm: &Location,
+        optimum: &Optimum,
+        probe: &mut Probe,
+    ) -> Result<Option<Location>, PositioningError> {
+        let width = Frame::width(optimum.state.placement.x);
+        let wide = width >= SLIVER * smallest(self.request)
+            && (self.is_held() || width >= NARROWED * warm.chord_width);
+        if !wide {
+            return Ok(None);
+        }
+        let Some(optimum) = self.problem.known(optimum, probe) else { return Ok(None) };
+        let strip = look(self.request, self.problem, &optimum, probe)?;
+        if !keeps(self.request.band, &strip, &optimum) {
+            return Ok(None);
+        }
+        let described = (self.side, self.problem);
+        Ok(finish(self.request, described, &optimum, &strip, probe.again()).ok())
+    }
+
     /// Climbs from the one other start worth it next to a neighbour.
     fn leaning(
         &self,
@@ -236,8 +267,12 @@ impl Hunt<'_> {
     ) -> Result<(), PositioningError> {
         if !found.iter().any(|optimum| self.fits(optimum)) {
             let start = leaning_start(self.problem, warm, self.ranges);
-            let glided = self.problem.glide(&start, ROUGHLY, probe)?;
-            found.extend(match glided {
+            let glided = self.problem.glide((&start, &[]), ROUGHLY, probe)?;
+            let sampled = match glided {
+                Some(optimum) => self.problem.sampled(optimum, probe)?,
+                None => None,
+            };
+            found.extend(match sampled {
                 Some((optimum, true)) => Some(optimum),
                 _ => self.problem.climb(&start, ROUGHLY, probe)?,
             });
@@ -479,6 +514,7 @@ fn look(
         v: frame.v,
         half_arc: placement.half_arc,
         seen: &optimum.state.samples,
+        thorough: false,
     };
     let [u1, v1] = frame.first.foot.uv;
     let [u2, v2] = placement.second.foot.uv;
@@ -501,32 +537,19 @@ fn finish(
     touches_where_it_cuts(&setting, &pose, optimum)?;
     body::clear(&setting, &pose, request.at, &mut probe)?;
     let (contact_angles, active) = binding(request, optimum);
-    let [w, alpha, theta] = placement.x;
-    Ok(Location {
-        strip_width: strip.width,
-        chord_width: Frame::width(placement.x),
-        offset: w,
-        offset_direction: alpha,
-        rotation: theta,
-        center: placement.ring.center,
+    let found = Found {
         pose,
         side,
-        strip: request.strip,
+        x: placement.x,
+        widths: [strip.width, Frame::width(placement.x)],
         arc: 2.0 * placement.half_arc,
         contact_angles,
         active,
-        front_max: strip.front_max,
-        front_max_bound: strip.front_max_bound,
-        front_min: strip.front_min,
-        rear_min: strip.rear_min,
-        rear_min_bound: strip.rear_min_bound,
-        queries: probe.queries,
-        contact: strip.contact.1,
-        contact_uv: strip.contact.0,
         end: placement.second.foot.uv,
-        near: strip.near.0,
-        far: strip.far.0,
-    })
+        queries: probe.queries,
+        marks: marks(&optimum.state, frame.first.foot.uv),
+    };
+    Ok(Location::new(request, strip, found))
 }
 
 /// Share of the band within which a condition counts as reached.

@@ -230,7 +230,7 @@ impl Net {
     fn thirds(&self, normal: &Vector3<f64>) -> Option<[Ball; 4]> {
         let mut weights = self.points.iter().map(|p| p.w);
         let weight = weights.next()?;
-        if weights.any(|w| w != weight) {
+        if weights.any(|w| (w - weight).abs() > 0.0) {
             return None;
         }
         let [u, v] = [0, 1].map(|k| self.differences(k));

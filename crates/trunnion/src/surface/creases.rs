@@ -33,7 +33,8 @@ impl Creases {
             let breaks = knots.breaks();
             for (index, value) in breaks.iter().enumerate() {
                 let rim = index == 0 || index + 1 == breaks.len();
-                let times = knots.knots().iter().filter(|knot| *knot == value).count();
+                let times =
+                    knots.knots().iter().filter(|knot| (*knot - value).abs() <= 0.0).count();
                 // Derivatives to the order degree - multiplicity are continuous.
                 if rim || times + 2 > knots.degree() {
                     lines.push(Line::new(surface, direction, index));
@@ -86,9 +87,10 @@ fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<Hull>) {
         return;
     }
     let mut low = high.clone();
-    for level in 0..high.len() {
-        low[level] = high[0];
-        for i in 0..high.len() - 1 - level {
+    let last = high.len() - 1;
+    for (level, point) in low.iter_mut().enumerate() {
+        *point = high[0];
+        for i in 0..last - level {
             high[i] = (high[i] + high[i + 1]) * 0.5;
         }
     }
