@@ -75,7 +75,7 @@ pub struct Strip {
 const SAMPLES: u32 = 72;
 
 /// Largest angle between points that bounds start from \[rad\].
-const SPACING: f64 = 0.7;
+pub(super) const SPACING: f64 = 0.7;
 
 /// Share of the band to which bounds between samples are refined.
 const SHARE: f64 = 0.05;

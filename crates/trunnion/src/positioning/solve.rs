@@ -8,6 +8,7 @@
 //! that break the band find back into it.
 
 use super::PositioningError;
+use super::check::SPACING;
 use super::constraints::Condition;
 use super::constraints::Problem;
 use super::constraints::State;
@@ -203,7 +204,7 @@ impl Problem {
         let samples = state.conditions.iter().filter_map(|condition| condition.sample.as_ref());
         let ends = [&self.frame.first, &state.placement.second];
         let readings = ends.into_iter().chain(samples.map(|sample| &sample.reading));
-        let way = self.frame.major;
+        let way = 0.5 * SPACING * self.frame.major;
         curvatures_under(probe.face(), &readings, (way, self.frame.lift + way)).rate.is_finite()
     }
 

@@ -250,7 +250,7 @@ impl Hunt<'_> {
             return Ok(None);
         }
         let Some(optimum) = self.problem.known(optimum, probe) else { return Ok(None) };
-        let strip = look(self.request, self.problem, &optimum, probe)?;
+        let strip = look((self.request, true), self.problem, &optimum, probe)?;
         if !keeps(self.request.band, &strip, &optimum) {
             return Ok(None);
         }
@@ -335,7 +335,7 @@ fn settle(
 ) -> Result<Location, PositioningError> {
     let mut problem = Problem { ..*problem };
     for _ in 0..NARROWINGS {
-        let strip = look(request, &problem, &optimum, &mut probe)?;
+        let strip = look((request, false), &problem, &optimum, &mut probe)?;
         if keeps(request.band, &strip, &optimum) {
             return finish(request, (side, &problem), &optimum, &strip, probe);
         }
@@ -349,7 +349,7 @@ fn settle(
             None => break,
         }
     }
-    let strip = look(request, &problem, &optimum, &mut probe)?;
+    let strip = look((request, false), &problem, &optimum, &mut probe)?;
     if clear(request.band, &strip) && strip.width > 0.0 {
         return finish(request, (side, &problem), &optimum, &strip, probe);
     }
@@ -498,7 +498,7 @@ fn spread(low: f64, high: f64) -> impl Iterator<Item = f64> {
 
 /// A dense look at the optimum.
 fn look(
-    request: &Request,
+    (request, thorough): (&Request, bool),
     problem: &Problem,
     optimum: &Optimum,
     probe: &mut Probe,
@@ -514,7 +514,7 @@ fn look(
         v: frame.v,
         half_arc: placement.half_arc,
         seen: &optimum.state.samples,
-        thorough: false,
+        thorough,
     };
     let [u1, v1] = frame.first.foot.uv;
     let [u2, v2] = placement.second.foot.uv;

@@ -167,12 +167,14 @@ impl CurvatureTree {
             .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
     }
 
-    /// What no normal curvature changes by faster \[1/mm^2\] on the surface within `radius` of `p`; infinite where it
-    /// may jump, or where the surface ends.
+    /// Whether curvature may jump, or the surface end, within `radius` of `p`.
+    pub(super) fn jumps_near(&self, p: &Point3<f64>, radius: f64) -> bool {
+        self.creases.any_near(p, radius)
+    }
+
+    /// What no normal curvature changes by faster \[1/mm^2\] on the surface within `radius` of `p`, but where it
+    /// jumps.
     pub(super) fn rate_near(&self, p: &Point3<f64>, radius: f64) -> f64 {
-        if self.creases.any_near(p, radius) {
-            return f64::INFINITY;
-        }
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);

@@ -246,7 +246,8 @@ impl FaceIndex {
                 let inside = |foot: &Foot| {
                     (0..2).all(|k| domain[k][0] <= foot.uv[k] && foot.uv[k] <= domain[k][1])
                 };
-                if !feet.clone().all(inside) {
+                let smooth = |foot: &Foot| inside(foot) && !tree.jumps_near(&foot.point, reach);
+                if !feet.clone().all(smooth) {
                     return f64::INFINITY;
                 }
                 let (middle, far) = ball_round(feet);
