@@ -6,7 +6,7 @@ use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::ProfilePiece;
 use trunnion::files::job::MotionMethod;
-use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, Summary};
+use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
@@ -83,7 +83,11 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         let check = program.check.iter();
         check.flat_map(move |check| checked(summary, program, check, index == 0))
     });
-    checks.chain(planned(summary)).chain(summary.motion.axes.iter().map(axis_number)).collect()
+    checks
+        .chain(planned(summary))
+        .chain(summary.cover.rest.iter().map(left))
+        .chain(summary.motion.axes.iter().map(axis_number))
+        .collect()
 }
 
 fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
@@ -148,6 +152,17 @@ fn planned(summary: &Summary) -> Vec<Number> {
         large(plain("cutting length", length, "mm", "along the contact".to_owned())),
         plain("mean strip width", format!("{mean:.2}"), "mm", range),
     ]
+}
+
+/// A part that the tool does not finish.
+fn left(rest: &RestSummary) -> Number {
+    let [x, y, z] = rest.deepest;
+    let ball =
+        rest.ball.map_or_else(String::new, |radius| format!("; largest ball r {radius:.3} mm"));
+    let note =
+        format!("up to {:.3} mm at X {x:.3} Y {y:.3} Z {z:.3}: {}{ball}", rest.depth, rest.why);
+    let label = format!("rest on face {}", rest.face);
+    Number { state: State::Bad, ..plain(&label, format!("{:.3}", rest.area), "mm2", note) }
 }
 
 fn axis_number(axis: &AxisSummary) -> Number {
@@ -225,7 +240,11 @@ fn surface(program: &Program) -> Surface {
         let points: Vec<_> = map
             .samples
             .iter()
-            .map(|sample| sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], s.height)))
+            .map(|sample| {
+                // What is known to be left is drawn as not cut, however near the tool comes.
+                let height = |s: &trunnion::verify::Sample| s.height.filter(|_| !s.rest);
+                sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], height(s)))
+            })
             .collect();
         surface.add_grid(columns(map), &points);
     }

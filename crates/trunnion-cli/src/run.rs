@@ -160,6 +160,16 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     row("cutting length", format!("{:.0} mm", cover.cutting_length));
     let [least, mean, most] = cover.strip_width;
     row("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}"));
+    if !cover.fixed.is_empty() {
+        let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
+        let count = cover.fixed.len();
+        row("at a fixed lean", format!("{:.1} % of the faces, regions: {count}", 100.0 * share));
+    }
+    if !cover.rest.is_empty() {
+        let area: f64 = cover.rest.iter().map(|rest| rest.area).sum();
+        let count = cover.rest.len();
+        row("not finished", format!("{area:.2} of {:.1} mm2, parts: {count}", cover.area));
+    }
     row(
         "time",
         format!(
@@ -195,8 +205,15 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
         row(
             &program.dialect,
             format!(
-                "{} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}",
-                program.blocks, check.points, check.grid, check.excess, check.gouge, check.uncut
+                "{} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}",
+                program.blocks,
+                check.points,
+                check.grid,
+                check.excess,
+                check.gouge,
+                check.uncut,
+                also(check.rest, "in the rest"),
+                also(check.others, "on faces not cut, for gouges"),
             ),
         );
     }
@@ -204,6 +221,11 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
     lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
     lines.join("\n") + "\n"
+}
+
+/// `; 3 points in the rest`, or nothing.
+fn also(points: usize, what: &str) -> String {
+    if points == 0 { String::new() } else { format!("; {points} points {what}") }
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cover::{Along, CoverOptions, Covering, Direction, Method, cover};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::pipeline::{Job, run};
-use trunnion::positioning::{Band, ContactSide};
+use trunnion::positioning::{Band, ContactSide, Lean};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::Silent;
 
@@ -61,11 +61,11 @@ fn lengths() {
             spacing: [0.003 * radius, 0.125 * radius],
             max_axis_turn: 10.0,
             offset_range: [-FRAC_PI_6, FRAC_PI_6],
-            lead: 0.087,
+            lean: Lean { angle: 0.087, towards: None },
             effort: 3.0,
         };
         let Covering { passes, report } = cover(&[patch()], cutter, &options, &Silent).unwrap();
-        assert_eq!(report.missed, 0);
+        assert!(report.rest.is_empty());
         println!("  {name:<24} {:>3} passes {:>7.0} mm", passes.len(), report.length);
         report.length
     };
@@ -199,7 +199,7 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         spacing: [0.021, 0.875],
         max_axis_turn: 0.05,
         offset_range: [-0.5, 0.5],
-        lead: 0.087,
+        lean: Lean { angle: 0.087, towards: None },
         effort: 3.0,
     };
     let faces = [face()];

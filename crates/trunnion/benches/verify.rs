@@ -97,6 +97,7 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
         real: &kinematics,
         faces: std::slice::from_ref(&face),
         cutter: &cutter,
+        rest: &[],
     };
     let options = Options {
         grid,

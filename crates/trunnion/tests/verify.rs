@@ -168,6 +168,7 @@ proptest! {
         let input = Input {
             program: &program, believed: &kinematics, real: &kinematics,
             faces: std::slice::from_ref(&face), cutter: &cutter,
+           rest: &[],
         };
         let options = Options { grid: 2.0, ..OPTIONS };
         let report = verify::check(&input, &options, &Silent).unwrap();
@@ -263,6 +264,7 @@ impl Job {
             real: &real,
             faces: std::slice::from_ref(&self.face),
             cutter: &self.cutter,
+            rest: &[],
         };
         verify::check(&input, &Options { grid: 0.1, ..OPTIONS }, &Silent).unwrap()
     }
@@ -490,7 +492,7 @@ fn a_stop_on_request_stops() {
     let kinematics = Kinematics::new(&job.machine, &job.setup);
     let faces = std::slice::from_ref(&job.face);
     let (believed, real, cutter) = (&kinematics, &kinematics, &job.cutter);
-    let input = Input { program: &program, believed, real, faces, cutter };
+    let input = Input { program: &program, believed, real, faces, cutter, rest: &[] };
     let stopped = verify::check(&input, &OPTIONS, &Stop);
     assert!(matches!(stopped, Err(verify::VerifyError::Cancelled(_))));
 }

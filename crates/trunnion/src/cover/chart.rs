@@ -60,6 +60,11 @@ impl Chart {
         Self { shape: Shape::Bent(Arc::new(bent)), crossed: false }
     }
 
+    /// Across becomes along, and along across.
+    pub(super) fn crossed(&self) -> Self {
+        Self { shape: self.shape.clone(), crossed: !self.crossed }
+    }
+
     /// Whether local parameters are those of the face, in some order.
     pub(super) fn is_straight(&self) -> bool {
         self.shape == Shape::Straight

@@ -3,22 +3,25 @@
 use super::chart::Chart;
 use super::clock::Clock;
 use super::guide;
-use super::options::{CoverError, CoverOptions, Covering};
+use super::options::{Along, CoverError, CoverOptions, Covering, Method};
 use super::region::{Local, Region};
-use super::site::{Report, Site};
+use super::site::{Report, Site, Tooling};
 use super::state::State;
 use super::task::{Job, Task};
-use crate::cutter::Cutter;
 use crate::positioning::ContactSide;
 use crate::surface::FaceIndex;
+use crate::types::Rest;
 
 /// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
 /// radius beyond, and their strips begin at a border and end beyond it.
 const LOOP_SHARE: f64 = 1e-4;
 
-/// Work, over that of passes at the fixed lead, after which these are given up as well: three times what they
-/// should take.
-const REST: f64 = 3.0;
+/// Work, over that of passes at the fixed lean, after which these are given up as well: several times what they
+/// should take, as where the tool has to keep off something many leans are tried.
+const REST: f64 = 10.0;
+
+/// What passes across leave of what passes along do, for which they are worth while.
+const WORTH_FILLING: f64 = 0.9;
 
 /// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
 /// bend leaves an arc by less than [`LOOP_SHARE`].
@@ -28,16 +31,16 @@ const BENT_SHARE: f64 = 1.0 / 256.0;
 /// the whole face: passes that change sides from place to place would have to turn the tool over.
 pub(super) fn cover(
     face: &FaceIndex,
-    cutter: &Cutter,
+    tool: Tooling<'_>,
     options: &CoverOptions,
     (clock, report): (&dyn Clock, Report<'_>),
 ) -> Result<Covering, CoverError> {
     if options.side != ContactSide::Either {
-        return Ok(on_side(face, cutter, options, (clock, report))?.covering());
+        return Ok(on_side(face, tool, options, (clock, report))?.covering());
     }
     let half = |side: ContactSide, from: f64| {
         let sided = CoverOptions { side, ..*options };
-        on_side(face, cutter, &sided, (clock, &|share| report(from + 0.5 * share)))
+        on_side(face, tool, &sided, (clock, &|share| report(from + 0.5 * share)))
     };
     let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
     let best = match (ahead, behind) {
@@ -52,18 +55,18 @@ pub(super) fn cover(
 /// The best of the ways that promise most.
 fn on_side(
     face: &FaceIndex,
-    cutter: &Cutter,
+    tool: Tooling<'_>,
     options: &CoverOptions,
     (clock, report): (&dyn Clock, Report<'_>),
 ) -> Result<State, CoverError> {
-    let (ways, mut work) = guide::ways(face, cutter, options);
+    let (ways, mut work) = guide::ways(face, tool.0, options);
     let share = 1.0 / ways.len().max(1) as f64;
-    let mut best: Option<State> = None;
+    let mut best: Option<(State, Chart)> = None;
     let mut refused = None;
     for (i, chart) in ways.into_iter().enumerate() {
         let report = |done: f64| report(share * (i as f64 + done));
         let region = region(face, &chart);
-        let site = Site::new((face, cutter, options), (chart, &region), (clock, &report));
+        let site = Site::new((face, tool, options), (chart.clone(), &region), (clock, &report));
         let [wide, all] = limits(&site);
         if best.is_some() && work > wide {
             break;
@@ -71,8 +74,8 @@ fn on_side(
         match on_site(&site, [wide, all]) {
             Ok(state) => {
                 work += state.report.work;
-                if best.as_ref().is_none_or(|best| state.better(best)) {
-                    best = Some(state);
+                if best.as_ref().is_none_or(|(best, _)| state.better(best)) {
+                    best = Some((state, chart));
                 }
             }
             Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -80,14 +83,56 @@ fn on_side(
         }
     }
     report(1.0)?;
-    match (best, refused) {
-        (Some(mut best), _) => {
-            best.report.work = work;
-            Ok(best)
+    let Some((mut best, chart)) = best else { return refused.map_or(Ok(State::new()), Err) };
+    if !best.report.rest.is_empty() {
+        let (chart, report) = (chart.crossed(), |_: f64| report(1.0));
+        let region = region(face, &chart);
+        let cross = Site::new((face, tool, options), (chart, &region), (clock, &report));
+        let filled = fill(&cross, &best)?;
+        work += filled.report.work;
+        if filled.left() < WORTH_FILLING * best.left() {
+            best = filled;
         }
-        (None, Some(error)) => Err(error),
-        (None, None) => Ok(State::new()),
     }
+    best.report.work = work;
+    Ok(best)
+}
+
+/// Passes across at the fixed lean over what passes along left: these end in steps at what the tool keeps off, where
+/// those follow it.
+fn fill<Inside: Fn(Local) -> bool + Sync>(
+    cross: &Site<'_, Inside>,
+    before: &State,
+) -> Result<State, CoverError> {
+    let mut state = before.clone();
+    // A count of locations is far below 2^53.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let limit = (REST * cross.usual_work()) as u64;
+    let mut work = 0;
+    for part in &before.report.rest {
+        let bounds = cross.local_range(part.uv);
+        let task = Task { bounds, method: Method::Inclined, depth: 0, worth: f64::INFINITY };
+        let mut job = Job { site: cross, state, work, limits: [0, limit], share: 0.0 };
+        job.whole(&task)?;
+        (state, work) = (job.state, job.work);
+    }
+    state.report.work = work;
+    // What was left before is looked at again, and no more than that.
+    state.missed.clone_from(&before.missed);
+    state.report.rest = rest(cross, &state);
+    Ok(state)
+}
+
+/// What is left, looked at on lines of constant parameters: its cells are ranges of u and v.
+fn rest<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>, state: &State) -> Vec<Rest> {
+    if site.chart.is_straight() || state.missed.is_empty() {
+        return site.rest(state);
+    }
+    let chart = Chart::straight(Along::V);
+    let region = region(site.face, &chart);
+    let tool = (site.cutter, site.guards);
+    let given = (site.face, tool, site.options);
+    Site::new(given, (chart, &region), (site.clock, site.report)).rest(state)
 }
 
 /// Work after which wide strips are given up, and after which everything is.
@@ -110,7 +155,8 @@ fn on_site<Inside: Fn(Local) -> bool + Sync>(
     job.whole(&task)?;
     let mut state = job.state;
     state.report.work = job.work;
-    site.audit(&mut state);
+    state.report.rest = rest(site, &state);
+    state.report.area = site.area();
     Ok(state)
 }
 

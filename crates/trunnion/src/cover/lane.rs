@@ -1,6 +1,7 @@
 //! One pass before it is trimmed: cutter locations along an iso-parametric end-point track.
 
 use super::chart::Chart;
+use super::guard::Around;
 use super::options::{CoverOptions, Method};
 use super::region::Local;
 use super::split::{self, Costs, Part};
@@ -9,7 +10,7 @@ use super::work::Work;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
-    Active, AxisNear, Band, Location, PositioningError, Request, StripSide, inclined, widest,
+    Active, AxisNear, Band, Lean, Location, PositioningError, Request, StripSide, leaning, widest,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
@@ -43,6 +44,8 @@ pub(super) struct Lane<'a> {
     pub(super) forward: bool,
     /// How the tool is placed along this lane.
     pub(super) method: Method,
+    /// The other faces.
+    pub(super) around: Around<'a>,
     pub(super) work: Work,
 }
 
@@ -51,9 +54,11 @@ pub(super) struct Lane<'a> {
 pub(super) struct Placed {
     /// Arc length along the track \[mm\].
     pub(super) way: f64,
-    /// Parameters across and along.
+    /// Parameters across and along: across before the lane where the tool had to keep off something.
     pub(super) across: f64,
     pub(super) along: f64,
+    /// How it leans, where that is given.
+    pub(super) lean: Lean,
     pub(super) location: Location,
     pub(super) station: Station,
     /// Parameters of the station's contact.
@@ -69,7 +74,7 @@ impl Placed {
 
 /// What keeps a location near its neighbours.
 #[derive(Debug, Clone, Copy)]
-struct Hold {
+pub(super) struct Hold {
     offset_range: [f64; 2],
     axis_near: Option<AxisNear>,
 }
@@ -113,8 +118,7 @@ impl Lane<'_> {
         if right == self.face.face().flip { StripSide::Left } else { StripSide::Right }
     }
 
-    fn request(&self, along: f64, hold: &Hold) -> Request<'_> {
-        let at = [self.across, along];
+    fn request(&self, at: Local, hold: &Hold) -> Request<'_> {
         let [_, step] = self.chart.steps(at);
         Request {
             face: self.face,
@@ -133,24 +137,40 @@ impl Lane<'_> {
         Hold { offset_range: self.options.offset_range, axis_near: None }
     }
 
-    fn place(&self, way: f64, hold: &Hold, warm: Option<&Location>) -> Place {
+    fn place(&self, way: f64, hold: &Hold, (warm, lean): (Option<&Location>, Lean)) -> Place {
         if self.turned_over(way) {
             return Err(self.apart(way));
         }
-        let place = self.search(way, hold, warm);
+        let fixed = self.method == Method::Inclined;
+        if fixed {
+            // Where not even the corner fits a strip before the lane nothing does, and that is soon seen.
+            let back = self.costs().narrow / self.rate_across();
+            self.corner_fits([self.across - back, self.track.at(way)])?;
+        }
+        let place = self.search([self.across, way], hold, (warm, lean));
         self.work.location(place.is_ok());
-        place
+        let barred = matches!(place, Err(PositioningError::Neighbour { .. }));
+        match place {
+            Err(error) if fixed || barred => self.pulled(way, hold, (warm, lean)).ok_or(error),
+            place => place,
+        }
     }
 
-    fn search(&self, way: f64, hold: &Hold, warm: Option<&Location>) -> Place {
+    pub(super) fn search(
+        &self,
+        [across, way]: [f64; 2],
+        hold: &Hold,
+        (warm, lean): (Option<&Location>, Lean),
+    ) -> Place {
         let along = self.track.at(way);
-        let request = self.request(along, hold);
+        let request = self.request([across, along], hold);
         let location = match self.method {
             Method::Widest => widest(&request, warm)?,
-            Method::Inclined => inclined(&request, self.options.lead, warm)?,
+            Method::Inclined => leaning(&request, lean, warm)?,
         };
+        self.around.clear(&location.pose, request.at)?;
         let (station, contact_uv) = self.station(request.at, &location)?;
-        Ok(Placed { way, across: self.across, along, location, station, contact_uv })
+        Ok(Placed { way, across, along, lean, location, station, contact_uv })
     }
 
     /// Whether the continued surface has turned over, as it does beyond a pole: steps across then lead the other way,
@@ -209,7 +229,7 @@ impl Lane<'_> {
     /// it outwards on both sides: width beyond that reach is of no use, so each stays as near to its
     /// neighbour as it can while it reaches as far.
     pub(super) fn settle(&self, ways: &[f64], reach: Reach<'_>) -> Vec<Place> {
-        let free = self.free_places(ways);
+        let free = self.free_places(ways, self.options.lean);
         if self.method == Method::Inclined {
             return free;
         }
@@ -283,7 +303,7 @@ impl Lane<'_> {
         let [start, end] = self.track.face();
         let hold = self.free();
         let of = |way: f64| {
-            let placed = self.place(way, &hold, None).ok()?;
+            let placed = self.place(way, &hold, (None, self.options.lean)).ok()?;
             let [u, v] = self.chart.uv([self.across, placed.along]);
             let from = self.face.face().point(u, v);
             let [_, feed] = self.steps(way);
@@ -304,7 +324,28 @@ impl Lane<'_> {
         costs(self.cutter, self.options)
     }
 
-    fn free_places(&self, ways: &[f64]) -> Vec<Place> {
+    /// A location for itself.
+    pub(super) fn free_place(&self, way: f64, lean: Lean) -> Place {
+        self.place(way, &self.free(), (None, lean))
+    }
+
+    /// The same, on the lane itself.
+    pub(super) fn here(&self, way: f64, lean: Lean) -> Place {
+        if self.turned_over(way) {
+            return Err(self.apart(way));
+        }
+        // Of many leans few are expected to serve: one that does not counts as one that does.
+        self.work.location(true);
+        self.search([self.across, way], &self.free(), (None, lean))
+    }
+
+    /// Whether a lean serves at a place of the lane.
+    pub(super) fn serves(&self, way: f64, lean: Lean) -> bool {
+        self.here(way, lean).is_ok()
+    }
+
+    /// Locations at `ways`, each for itself.
+    pub(super) fn free_places(&self, ways: &[f64], lean: Lean) -> Vec<Place> {
         let hold = self.free();
         ways.par_chunks(ROW)
             .flat_map_iter(|row| {
@@ -312,7 +353,7 @@ impl Lane<'_> {
                 let places: Vec<Place> = row
                     .iter()
                     .map(|&way| {
-                        let place = self.place(way, &hold, warm.as_ref());
+                        let place = self.place(way, &hold, (warm.as_ref(), lean));
                         warm = place.as_ref().ok().map(|p| p.location.clone());
                         place
                     })
@@ -335,7 +376,12 @@ impl Lane<'_> {
                 let least = own.map_or(0.0, width) * LEARN;
                 let taught =
                     before.as_ref().filter(|teacher| width(teacher) > least).and_then(|teacher| {
-                        self.place(ways[index], &self.free(), Some(&teacher.location)).ok()
+                        self.place(
+                            ways[index],
+                            &self.free(),
+                            (Some(&teacher.location), teacher.lean),
+                        )
+                        .ok()
                     });
                 before = wider(own.cloned(), taught);
                 learnt[index].clone_from(&before);
@@ -439,11 +485,11 @@ impl Lane<'_> {
         let least = reach(a).min(reach(b));
         let goal = Goal { reach, least };
         self.near(way, None, &[(a, limit), (b, limit)], &goal)
-            .or_else(|_| self.place(way, &self.free(), Some(&a.location)))
+            .or_else(|_| self.place(way, &self.free(), (Some(&a.location), a.lean)))
     }
 
     fn held(&self, way: f64, hold: &Hold, warm: &Placed) -> Place {
-        self.place(way, hold, Some(&warm.location))
+        self.place(way, hold, (Some(&warm.location), warm.lean))
     }
 
     /// Ranges within `limit` of each neighbour; where these do not meet, halfway.

@@ -28,6 +28,9 @@ const COLUMNS: f64 = 400.0;
 /// What a pass may finish across, in widths of the cutter.
 const WINDOW: f64 = 1.0;
 
+/// Tiles a way that are looked at independently.
+const TILES: u32 = 8;
+
 /// Poses that are not sorted out any further.
 const FEW: usize = 8;
 
@@ -104,6 +107,92 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             Column { along, finished, part: Part { length, width } }
         };
         edges.into_par_iter().zip(near).map(column).collect()
+    }
+
+    /// Cells of some boxes that are not finished: as large as none of a tool's comes near, or of the first size \[mm\].
+    /// A cell whose middle is finished is looked at down to the second size.
+    pub(super) fn open(&self, boxes: &[[[f64; 2]; 2]], sizes: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
+        let counts = [0, 1].map(|k| {
+            let low = boxes.iter().map(|range| range[k][0]).fold(f64::INFINITY, f64::min);
+            let high = boxes.iter().map(|range| range[k][1]).fold(f64::NEG_INFINITY, f64::max);
+            [low, high]
+        });
+        let part = |k: usize, i: u32| {
+            let [low, high] = counts[k];
+            [i, i + 1].map(|i| low + (high - low) * f64::from(i) / f64::from(TILES))
+        };
+        let all = self.poses();
+        let tiles: Vec<[u32; 2]> =
+            (0..TILES).flat_map(|i| (0..TILES).map(move |j| [i, j])).collect();
+        let open = |[i, j]: [u32; 2]| {
+            let range = [part(0, i), part(1, j)];
+            self.open_in(range, boxes, (&all, sizes))
+        };
+        tiles.into_par_iter().flat_map_iter(open).collect()
+    }
+
+    fn open_in(
+        &self,
+        range: [[f64; 2]; 2],
+        boxes: &[[[f64; 2]; 2]],
+        (near, [size, finest]): (&Rows, [f64; 2]),
+    ) -> Vec<[[f64; 2]; 2]> {
+        let at = self.at();
+        let overlap = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
+            (0..2).all(|k| a[k][0] < b[k][1] && a[k][1] > b[k][0])
+        };
+        let mine: Vec<_> = boxes.iter().filter(|other| overlap(other, &range)).copied().collect();
+        let edges = self.region.edges(range);
+        let (mut open, mut waiting) = (Vec::new(), Vec::new());
+        waiting.push((Cell::new(range, &at), false, near.clone()));
+        while let Some((cell, whole, near)) = waiting.pop() {
+            if !mine.iter().any(|other| overlap(other, &cell.range)) {
+                continue;
+            }
+            let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
+            if whole && !self.region.holds(cell.middle()) {
+                continue;
+            }
+            let near = if near.len() > FEW { self.near(&cell, &near) } else { near };
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            if a <= self.end.width() && !near.is_empty() && self.finished(&cell, &near) {
+                continue;
+            }
+            let least = a.max(b);
+            let small = least <= size && !(least > finest && self.cuts(&cell.centre(), &near));
+            if small && (whole || self.region.holds(cell.middle()) || least <= 0.5 * size) {
+                open.push(cell.range);
+                continue;
+            }
+            for cell in cell.halves(usize::from(b > a), &at) {
+                waiting.push((cell, whole, near.clone()));
+            }
+        }
+        open
+    }
+
+    /// Whether a place was inside the cutter near some poses.
+    fn cuts(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> bool {
+        self.nearest(place, near) <= 0.0
+    }
+
+    /// Least distance of a place from the cutter, near some poses \[mm\].
+    fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
+        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
+        let of = |poses: &[[usize; 2]]| {
+            let sweep = self.sweeps[poses.first().map_or(0, |place| place[0])];
+            let starts = self.passings(place, sweep, poses).into_iter().flatten();
+            let times = starts.filter_map(|start| settle(sweep, &self.end, place, start));
+            let distance =
+                |(_, here): (f64, super::sweep::Instant)| self.end.distance(place, &here.pose);
+            times.map(distance).fold(f64::INFINITY, f64::min)
+        };
+        near.chunk_by(same).map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Least distance of any place from the cutter \[mm\].
+    pub(super) fn height(&self, place: &Point3<f64>) -> f64 {
+        self.nearest(place, &self.poses())
     }
 
     /// All poses of all sweeps.

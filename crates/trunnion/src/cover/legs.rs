@@ -357,7 +357,8 @@ impl Leads<'_> {
 /// A face as cells for looking at leads.
 fn sheet(face: &FaceIndex, chart: &Chart, cutter: &Cutter) -> Sheet {
     let region = super::face::region(face, chart);
-    Sheet::new(face, chart, &region, super::site::SHEET_SHARE * cutter.radius())
+    let sizes = super::guard::SIZES.map(|share| share * cutter.radius());
+    Sheet::adaptive(face, chart, &region, sizes)
 }
 
 /// A station moved, attitude and all.

@@ -9,6 +9,10 @@
 //! has to be lifted, get passes of their own. Passes begin and end where their strips are off
 //! what they cut, on the continued surface.
 //!
+//! Where no wide strip fits the tool is placed at the fixed lean, and where it would touch another face then (`guard`), at
+//! one of other leans (`leans`) or as near as it may come. What it still does not finish is told (`rest`), with the
+//! largest ball that fits there (`fit`).
+//!
 //! What the curves through the stations do to the face is not sampled but bounded: how near the tool
 //! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
 //! (`solid`).
@@ -20,13 +24,18 @@ mod clear;
 mod clock;
 mod face;
 mod field;
+mod fit;
+mod guard;
 mod guide;
 mod hop;
 mod lane;
+mod leans;
 mod left;
 mod legs;
 mod options;
+mod pulled;
 mod region;
+mod rest;
 mod runout;
 mod settle;
 mod sheet;
@@ -52,6 +61,7 @@ pub use options::{
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Progress, Stage};
+use guard::Guards;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -90,15 +100,33 @@ pub fn cover_by(
     faces: &[FaceIndex],
     cutter: &Cutter,
     options: &CoverOptions,
+    by: (&dyn Clock, &dyn Progress),
+) -> Result<Covering, CoverError> {
+    cover_beside((faces, &[]), cutter, options, by)
+}
+
+/// As [`cover_by`], on a part with `others`: faces that are not cut. The tool keeps off them, and off each face while
+/// another is cut, as it does off the face itself: the lower end of the band at the stations, and `options.path_share`
+/// less between them, proven for all of the tool up to the gauge point.
+///
+/// # Errors
+///
+/// [`CoverError`] with face and place; [`CoverError::Cancelled`] on request.
+pub fn cover_beside(
+    (faces, others): (&[FaceIndex], &[FaceIndex]),
+    cutter: &Cutter,
+    options: &CoverOptions,
     (clock, progress): (&dyn Clock, &dyn Progress),
 ) -> Result<Covering, CoverError> {
     options.check()?;
+    let guards = Guards::new(faces.iter().chain(others), cutter);
     let done: Vec<AtomicU64> = faces.iter().map(|_| AtomicU64::new(0)).collect();
     let total = STEPS * faces.len() as u64;
     let covered: Vec<_> = faces
         .par_iter()
         .zip(&done)
-        .map(|(face, mine)| {
+        .enumerate()
+        .map(|(own, (face, mine))| {
             let report = |share: f64| -> Result<(), Cancelled> {
                 // A share of 0..=1: the product is a small non-negative number.
                 #[expect(
@@ -111,14 +139,23 @@ pub fn cover_by(
                 let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
                 progress.step(Stage::Cover, sum, total)
             };
-            face::cover(face, cutter, options, (clock, &report))
+            face::cover(face, (cutter, (&guards, own)), options, (clock, &report))
         })
         .collect();
     let mut all = Covering::default();
+    let mut refused = None;
     for of_face in covered {
         let Covering { passes, report } = of_face?;
         all.passes.extend(passes);
+        refused = refused.or_else(|| report.refused.clone());
         all.report.add(report);
     }
-    Ok(all)
+    match refused {
+        Some((number, at, error)) if all.passes.is_empty() => {
+            let face = faces.iter().find(|face| face.face().number == number);
+            let at = face.map(|face| Box::new(Place::new(face, at)));
+            at.map_or(Ok(all), |at| Err(CoverError::NoPose { face: number, at, error }))
+        }
+        _ => Ok(all),
+    }
 }

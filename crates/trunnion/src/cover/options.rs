@@ -1,10 +1,11 @@
 //! What a user decides about passes, and what can go wrong with them.
 
 use crate::cutter::Cutter;
-use crate::positioning::{Band, ContactSide, PositioningError};
+use crate::positioning::{Band, ContactSide, Lean, PositioningError};
 use crate::surface::{Curvature, FaceIndex};
-use crate::types::{Cancelled, Pass};
+use crate::types::{Cancelled, Pass, Rest};
 use nalgebra::Point3;
+use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
 /// What a pass follows.
@@ -64,8 +65,8 @@ pub struct CoverOptions {
     pub max_axis_turn: f64,
     /// Offset directions to search, from the strip side towards the feed \[rad\].
     pub offset_range: [f64; 2],
-    /// Least lead of [`Method::Inclined`] \[rad\].
-    pub lead: f64,
+    /// How the tool leans with [`Method::Inclined`]; where it would touch something then, another lean is taken.
+    pub lean: Lean,
     /// Work that a face may take before wide strips are given up and its rest is finished at the fixed
     /// lead, over the work of finishing all of it at the fixed lead (an estimate from its area).
     /// Counted in locations tried, not timed: the same on every machine.
@@ -95,8 +96,8 @@ impl CoverOptions {
         if self.effort.is_nan() || self.effort <= 0.0 {
             return bad("effort", self.effort, "positive");
         }
-        if !self.lead.is_finite() {
-            return bad("lead", self.lead, "finite (rad)");
+        if !(0.0..FRAC_PI_2).contains(&self.lean.angle) {
+            return bad("lean", self.lean.angle, "from 0 to below a right angle (rad)");
         }
         Ok(())
     }
@@ -133,11 +134,10 @@ pub struct CoverReport {
     pub coarse_spans: usize,
     /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
     pub worst_gouge: f64,
-    /// Columns across the passes, a few hundredths of the cutter's radius wide, that no pass could finish
-    /// (mostly at corners of the face that the cutter cannot reach); 0 if the whole face is finished.
-    pub missed: usize,
-    /// Number of the face and parameters `[u, v]` of the first of them.
-    pub missed_at: Option<(usize, [f64; 2])>,
+    /// What no pass finishes, face after face, the largest first; empty if all is finished.
+    pub rest: Vec<Rest>,
+    /// Area of the faces \[mm²\].
+    pub area: f64,
     /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
     pub axis_turn: f64,
     /// Pairs of stations between which the axis turns by more than the limit.
@@ -145,6 +145,9 @@ pub struct CoverReport {
     /// Where wide strips were given up because they had taken all the work of [`CoverOptions::effort`]:
     /// number of the face, parameters `[u, v]`, and the share of the face before that place. The first of them.
     pub given_up: Option<(usize, [f64; 2], f64)>,
+    /// The first place that no location was found for, however the tool leans: number of the face, parameters
+    /// `[u, v]`, and why.
+    pub refused: Option<(usize, [f64; 2], PositioningError)>,
     /// Work it took, in cutter locations tried; what is looked at besides is counted in them.
     pub work: u64,
 }
@@ -158,11 +161,12 @@ impl CoverReport {
         self.shortened += other.shortened;
         self.coarse_spans += other.coarse_spans;
         self.worst_gouge = self.worst_gouge.max(other.worst_gouge);
-        self.missed += other.missed;
-        self.missed_at = self.missed_at.or(other.missed_at);
+        self.rest.extend(other.rest);
+        self.area += other.area;
         self.axis_turn = self.axis_turn.max(other.axis_turn);
         self.fast_turns += other.fast_turns;
         self.given_up = self.given_up.or(other.given_up);
+        self.refused = self.refused.take().or(other.refused);
         self.work += other.work;
     }
 }
@@ -174,6 +178,10 @@ pub struct Fallback {
     pub face: usize,
     /// Parameters `[u, v]` of the place.
     pub at: [f64; 2],
+    /// Ranges of u and v that it was for.
+    pub uv: [[f64; 2]; 2],
+    /// Their area \[mm²\].
+    pub area: f64,
     /// Why no wide strips were taken.
     pub reason: FallbackReason,
 }
@@ -267,8 +275,8 @@ pub enum CoverError {
         /// Value of the other parameter.
         across: f64,
     },
-    /// Neither a strip nor a location at the least lead.
-    #[error("face {face}: the cutter cannot be placed, not even at the least lead: {error}; {at}")]
+    /// There is not one place of any face that the tool can finish.
+    #[error("face {face}: the cutter cannot be placed anywhere, however it leans: {error}; {at}")]
     NoPose {
         /// Number of the face.
         face: usize,
@@ -276,38 +284,6 @@ pub enum CoverError {
         at: Box<Place>,
         /// Why not.
         error: PositioningError,
-    },
-    /// The next pass would lie (almost) on the one before.
-    #[error(
-        "face {face}: a strip brings the next pass only {advance:.4} mm further, less than the \
-         {least:.4} mm that are worth a pass; use a smaller cutter, passes along the other parameter, or a wider \
-         tolerance; {at}"
-    )]
-    TooNarrow {
-        /// Number of the face.
-        face: usize,
-        /// The place.
-        at: Box<Place>,
-        /// Advance of the pass there \[mm\].
-        advance: f64,
-        /// What it has to be at least \[mm\].
-        least: f64,
-    },
-    /// Passes at the fixed lead do not come to an end either.
-    #[error(
-        "face {face}: after the work of {work} cutter locations, wide strips being given up on the way, {:.0} % \
-         of the face is finished; use a smaller cutter, passes along the other parameter, or a wider tolerance; {at}",
-        100.0 * share
-    )]
-    TooMuchWork {
-        /// Number of the face.
-        face: usize,
-        /// The place.
-        at: Box<Place>,
-        /// Share of the face that is finished.
-        share: f64,
-        /// Work done, in locations.
-        work: u64,
     },
     /// No way down to a pass or up from it.
     #[error(

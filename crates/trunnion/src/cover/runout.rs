@@ -72,7 +72,8 @@ pub(super) fn run_out(
         let way = last.way + if forward { way } else { -way };
         // Over the face the pass has to leave a strip, beside it only not to gouge.
         let useless = lane.track.over_face(way) && strip.far.is_none_or(|f| f[0] <= lane.across);
-        if strip.least < between.band.lower || useless {
+        let barred = lane.around.clear(&station.pose, foot.uv).is_err();
+        if strip.least < between.band.lower || useless || barred {
             return added;
         }
         guess = foot.uv;

@@ -1,7 +1,7 @@
 //! A face as cells that are halved as finely as a proof needs.
 
 use super::chart::Chart;
-use super::region::{Local, Region};
+use super::region::{Local, Region, meets};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -71,6 +71,12 @@ impl Cell {
             ((a - b) + (c - b)).norm()
         };
         bow(0).max(bow(1)).max(bow(2))
+    }
+
+    /// Area, of half the parallelogram of its diagonals \[mm²\].
+    pub(super) fn area(&self) -> f64 {
+        let [a, b, c, d] = self.corners();
+        0.5 * (d - a).cross(&(c - b)).norm()
     }
 
     /// Radius of the ball about the centre that holds the image.
@@ -212,13 +218,47 @@ impl Sheet {
         sheet
     }
 
+    /// Cells of about the coarse size inside the region, and of the fine size \[mm\] where its edges cross them.
+    pub(super) fn adaptive<Inside: Fn(Local) -> bool + Sync>(
+        face: &FaceIndex,
+        chart: &Chart,
+        region: &Region<Inside>,
+        [coarse, fine]: [f64; 2],
+    ) -> Self {
+        let at = |local: Local| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        let mut waiting = vec![(Cell::new(region.bounds, &at), region.edges(region.bounds))];
+        let mut sheet = Self { cells: Vec::new(), nodes: Vec::new() };
+        while let Some((cell, edges)) = waiting.pop() {
+            let size = if edges.is_empty() { coarse } else { fine };
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            if a.max(b) > size {
+                for half in cell.halves(usize::from(b > a), &at) {
+                    let near = edges.iter().filter(|edge| meets(**edge, half.range));
+                    let near = near.copied().collect();
+                    waiting.push((half, near));
+                }
+            } else if !edges.is_empty() || region.holds(cell.middle()) {
+                sheet.cells.push(cell);
+            }
+        }
+        let mut indices: Vec<(usize, [usize; 2])> = sheet
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(index, cell)| (index, place(cell.middle(), region.bounds)))
+            .collect();
+        if !indices.is_empty() {
+            sheet.build(&mut indices);
+        }
+        sheet
+    }
+
     /// Area of the cells \[mm²\].
     pub(super) fn area(&self) -> f64 {
-        let area = |cell: &Cell| {
-            let [a, b, c, d] = cell.corners();
-            0.5 * (d - a).cross(&(c - b)).norm()
-        };
-        self.cells.iter().map(area).sum()
+        self.cells.iter().map(Cell::area).sum()
     }
 
     /// Adds the tree over some cells; its root.
@@ -240,4 +280,17 @@ impl Sheet {
         self.nodes.push(node);
         self.nodes.len() - 1
     }
+}
+
+/// A place of a rectangle in steps of a millionth of it.
+fn place(local: Local, bounds: [[f64; 2]; 2]) -> [usize; 2] {
+    const STEPS: f64 = 1e6;
+    [0, 1].map(|k| {
+        let [low, high] = bounds[k];
+        let share = (local[k] - low) / (high - low).max(f64::MIN_POSITIVE);
+        // Clamped: small and positive.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        let step = (STEPS * share).clamp(0.0, STEPS) as usize;
+        step
+    })
 }

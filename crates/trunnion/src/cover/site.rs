@@ -3,7 +3,8 @@
 use super::chart::Chart;
 use super::clear::Clearing;
 use super::clock::Clock;
-use super::lane::Lane;
+use super::guard::{Around, Guards};
+use super::lane::{Lane, Placed};
 use super::left::{Column, Swept};
 use super::options::{CoverError, CoverOptions, Method};
 use super::region::{Local, Region};
@@ -28,9 +29,6 @@ const PRECISION: f64 = 0.05;
 /// How often stations are added where a pass finishes nothing at its track.
 const DENSER: usize = 3;
 
-/// Size of the cells of the last look, as a share of those before.
-const FINER: f64 = 0.25;
-
 /// Width that is worth a pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
@@ -40,6 +38,9 @@ const WINDOW: f64 = 4.0;
 
 /// Tells how much of the face is covered, 0 to 1.
 pub(super) type Report<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
+
+/// A cutter; all faces of the part, and which of them is cut.
+pub(super) type Tooling<'a> = (&'a Cutter, (&'a Guards<'a>, usize));
 
 /// A face with cutter and options, ready for passes.
 pub(super) struct Site<'a, Inside> {
@@ -51,19 +52,22 @@ pub(super) struct Site<'a, Inside> {
     pub(super) whole: &'a Region<Inside>,
     pub(super) clock: &'a dyn Clock,
     pub(super) report: Report<'a>,
+    /// All faces of the part, and which of them this is.
+    pub(super) guards: (&'a Guards<'a>, usize),
     sheet: Sheet,
-    tool: Tool,
+    pub(super) tool: Tool,
 }
 
 impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     pub(super) fn new(
-        (face, cutter, options): (&'a FaceIndex, &'a Cutter, &'a CoverOptions),
+        (face, tool, options): (&'a FaceIndex, Tooling<'a>, &'a CoverOptions),
         (chart, whole): (Chart, &'a Region<Inside>),
         (clock, report): (&'a dyn Clock, Report<'a>),
     ) -> Self {
+        let (cutter, guards) = tool;
         let sheet = Sheet::new(face, &chart, whole, SHEET_SHARE * cutter.radius());
         let tool = Tool::new(cutter);
-        Self { face, cutter, options, chart, whole, clock, report, sheet, tool }
+        Self { face, cutter, options, chart, whole, clock, report, guards, sheet, tool }
     }
 
     /// Work that passes at the fixed lead take about: as many stations as strips as narrow as a ball's need.
@@ -82,9 +86,14 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         Cell::new(self.whole.bounds, &at).extent(k)
     }
 
+    /// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
+    pub(super) fn narrow(&self) -> f64 {
+        super::lane::narrow(self.cutter, self.options)
+    }
+
     /// Least width a pass has to finish \[mm\].
     pub(super) fn least(&self) -> f64 {
-        self.options.spacing[0].max(WORTH * super::lane::narrow(self.cutter, self.options))
+        self.options.spacing[0].max(WORTH * self.narrow())
     }
 
     /// Lays a lane at `across` on what `state` has finished.
@@ -95,6 +104,9 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         method: Method,
         state: &State,
     ) -> Result<Lot, CoverError> {
+        let CoverOptions { band, path_share, .. } = *self.options;
+        let around = self.around();
+        let precision = around.precision;
         let lane = Lane {
             face: self.face,
             cutter: self.cutter,
@@ -105,10 +117,9 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
             track: self.track(region, across)?,
             forward: state.forward,
             method,
+            around,
             work: Work::default(),
         };
-        let CoverOptions { band, path_share, .. } = *self.options;
-        let precision = PRECISION * path_share;
         let clearing = Clearing {
             face: self.face,
             chart: &self.chart,
@@ -134,9 +145,35 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
             lane.work.columns(columns.len());
         }
         let parts = columns.iter().map(|c| c.part).collect();
+        let ended = match method {
+            Method::Widest => vec![false; columns.len()],
+            Method::Inclined => self.ended(&columns, &stretches, across),
+        };
         let refused = refused.map(|(way, error)| ([across, lane.track.at(way)], error));
         let (costs, work) = (lane.costs(), lane.work.done());
-        Ok(Lot { rate, stretches, columns, parts, costs, refused, work })
+        Ok(Lot { rate, stretches, columns, parts, ended, costs, refused, work })
+    }
+
+    /// Columns that no other pass at the fixed lean would finish farther: what does not lie between two stations, and where one
+    /// of them lies before the lane because the tool has to keep off something.
+    fn ended(&self, columns: &[Column], stretches: &[Stretch], across: f64) -> Vec<bool> {
+        let range = |pair: &[Placed]| {
+            let along = |placed: &Placed| [placed.along, self.chart.local(placed.contact_uv)[1]];
+            let all = pair.iter().flat_map(along);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            ([low, all.fold(f64::NEG_INFINITY, f64::max)], pair.iter().any(|p| p.across < across))
+        };
+        let pairs: Vec<([f64; 2], bool)> =
+            stretches.iter().flat_map(|stretch| stretch.placed.windows(2)).map(range).collect();
+        let ends = |column: &Column| {
+            let [low, high] = column.along;
+            let near = || pairs.iter().filter(|([a, b], _)| *a < high && *b > low);
+            column.part.width < self.least()
+                || near().any(|(_, barred)| *barred)
+                || near().map(|([_, b], _)| *b).fold(f64::NEG_INFINITY, f64::max) < high
+                || near().map(|([a, _], _)| *a).fold(f64::INFINITY, f64::min) > low
+        };
+        columns.iter().map(ends).collect()
     }
 
     /// How far across the region is finished by the stretches and what was before.
@@ -182,7 +219,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     }
 
     /// What sweeps have finished of a region.
-    fn over<'b>(
+    pub(super) fn over<'b>(
         &'b self,
         region: &'b Region<&'b Inside>,
         sweeps: &'b [&'b Sweep],
@@ -198,24 +235,15 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         }
     }
 
-    /// Reports what is unfinished in the end of what was missed: passes further on may have swept over it.
-    pub(super) fn audit(&self, state: &mut State) {
-        let boxes = std::mem::take(&mut state.missed);
-        let sweeps: Vec<&Sweep> =
-            state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
-        let open = |ranges: &[[f64; 2]; 2]| {
-            let bounds = *ranges;
-            let region = self.whole.within(bounds);
-            let mut swept = self.over(&region, &sweeps);
-            // The borders of passes lie anywhere in these cells: finer ones find their overlap.
-            swept.smallest *= FINER;
-            let columns = swept.columns(bounds[0], 1.0);
-            let open = columns.iter().find(|column| column.finished < bounds[0][1]);
-            open.map(|c| [c.finished, 0.5 * (c.along[0] + c.along[1])])
-        };
-        let places: Vec<Local> = boxes.iter().filter_map(open).collect();
-        let number = self.face.face().number;
-        state.report.missed = places.len();
-        state.report.missed_at = places.first().map(|&at| (number, self.chart.uv(at)));
+    /// Area of the face \[mm²\], of its cells.
+    pub(super) fn area(&self) -> f64 {
+        self.sheet.area()
+    }
+
+    /// What keeps the tool off the other faces.
+    pub(super) fn around(&self) -> Around<'_> {
+        let CoverOptions { band, path_share, .. } = *self.options;
+        let ((guards, own), tool) = (self.guards, &self.tool);
+        Around { guards, own, tool, least: band.lower, precision: PRECISION * path_share }
     }
 }

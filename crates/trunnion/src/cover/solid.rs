@@ -54,6 +54,11 @@ impl Tool {
 }
 
 impl Solid {
+    /// A ball about the tip of a pose.
+    pub(super) fn ball(radius: f64) -> Self {
+        Self { low: [0.0; 2], high: [0.0; 2], rounding: radius }
+    }
+
     /// Signed distance of `point` from the solid at `pose` \[mm\].
     pub(super) fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
         let from_tip = point - pose.tip;

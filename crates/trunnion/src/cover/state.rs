@@ -34,6 +34,8 @@ pub(super) struct Lot {
     pub(super) stretches: Vec<Stretch>,
     pub(super) columns: Vec<Column>,
     pub(super) parts: Vec<Part>,
+    /// Columns that no other pass at the fixed lean would finish farther: it has nothing there, or keeps off something.
+    pub(super) ended: Vec<bool>,
     pub(super) costs: Costs,
     /// Where no location was found, and why.
     pub(super) refused: Option<(Local, PositioningError)>,
@@ -45,6 +47,12 @@ impl Lot {
     /// Length along \[mm\].
     pub(super) fn length(&self) -> f64 {
         self.parts.iter().map(|part| part.length).sum()
+    }
+
+    /// Parts that further passes would finish.
+    pub(super) fn open(&self) -> Vec<Part> {
+        let open = self.parts.iter().zip(&self.ended).filter(|(_, ended)| !**ended);
+        open.map(|(part, _)| *part).collect()
     }
 
     /// How far across all columns that count for `width` \[mm\] are finished.
@@ -71,7 +79,7 @@ impl Lot {
             || ([a.finished, a.along[0]], FallbackReason::Missed(last + 1 - first)),
             |(at, error)| (at, FallbackReason::NoStrip(error)),
         );
-        Some(Fallback { face, at: chart.uv(at), reason })
+        Some(Fallback { face, at: chart.uv(at), uv: [[0.0; 2]; 2], area: 0.0, reason })
     }
 }
 
@@ -88,7 +96,7 @@ pub(super) struct State {
     pub(super) recent: Vec<Arc<Sweep>>,
     /// Curves of all passes before these.
     pub(super) swept: Vec<Arc<Sweep>>,
-    /// Ranges across and along in which something was left unfinished when it should have been finished.
+    /// Ranges of u and v in which something was left unfinished when it should have been finished.
     pub(super) missed: Vec<[[f64; 2]; 2]>,
 }
 
@@ -105,11 +113,12 @@ impl State {
 
     /// Order of merit: what is left unfinished first.
     pub(super) fn better(&self, other: &Self) -> bool {
-        self.report
-            .missed
-            .cmp(&other.report.missed)
-            .then(self.price.total_cmp(&other.price))
-            .is_lt()
+        self.left().total_cmp(&other.left()).then(self.price.total_cmp(&other.price)).is_lt()
+    }
+
+    /// Area of what is left unfinished \[mm²\].
+    pub(super) fn left(&self) -> f64 {
+        self.report.rest.iter().map(|part| part.area).sum()
     }
 
     /// The result.

@@ -3,6 +3,8 @@
 use super::between::Between;
 use super::clear::Clearing;
 use super::lane::{Lane, Place, Placed};
+use super::leans::Leant;
+use super::options::Method;
 use super::region::{Local, Region};
 use super::runout::run_out;
 use super::sweep::Sweep;
@@ -71,18 +73,31 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     pub(super) fn stretches(&self) -> (Vec<Stretch>, Option<Refused>) {
         let extension = self.lane.extension();
         let ways = self.ways(extension);
-        let spots = self.spots(&ways, self.lane.settle(&ways, &|placed| self.reach(placed)));
+        let places = self.lane.settle(&ways, &|placed| self.reach(placed));
+        let spots = self.spots(&ways, places.clone());
         let mut stretches = Vec::new();
-        for [first, last] in kept(&spots, extension) {
-            let spots = &spots[first..=last];
-            for run in runs(spots) {
-                if spots[run[0]..=run[1]].iter().any(|spot| spot.touched) {
-                    self.run(spots, run, &mut stretches);
-                }
+        if self.lane.method == Method::Widest {
+            self.laid(&spots, extension, &mut stretches);
+        } else {
+            let wanted: Vec<bool> = spots.iter().map(|spot| spot.touched).collect();
+            for Leant { places } in self.lane.leant(&ways, places, &wanted) {
+                self.laid(&self.spots(&ways, places), extension, &mut stretches);
             }
         }
         let refused = spots.iter().filter(|spot| spot.touched).find_map(Spot::refused);
         (stretches, refused)
+    }
+
+    /// Makes stretches of all places with locations that have something to cut.
+    fn laid(&self, spots: &[Spot], extension: f64, stretches: &mut Vec<Stretch>) {
+        for [first, last] in kept(spots, extension) {
+            let spots = &spots[first..=last];
+            for run in runs(spots) {
+                if spots[run[0]..=run[1]].iter().any(|spot| spot.touched) {
+                    self.run(spots, run, stretches);
+                }
+            }
+        }
     }
 
     /// Makes stretches of a run of places with locations; at the ends of `spots` it is run out.
@@ -350,7 +365,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
         // Small and positive.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
         let slabs = (length / (SLAB * self.lane.cutter.radius())).ceil().max(1.0) as u32;
-        let least = self.clearing.least(sweep, span, slabs);
+        let target = self.clearing.target;
+        let others = self.lane.around.kept(sweep, (span, slabs), target);
+        let least = self.clearing.least(sweep, span, slabs).min(others);
         self.clearing.target - self.clearing.precision - least
     }
 

@@ -1,11 +1,15 @@
 //! A rectangle of a face, and the passes that finish it.
 
 use super::left::Column;
-use super::options::{CoverError, Method, Place};
+use super::options::{CoverError, Fallback, Method};
 use super::region::{Local, Region};
 use super::site::Site;
 use super::split;
 use super::state::{Lot, State, Step};
+
+/// Step across over what the tool cannot finish, in widths of a narrow strip: what it can finish again begins at most
+/// that far from where it is found to.
+const STEP: f64 = 0.25;
 
 /// Tasks within tasks.
 const DEPTH: u32 = 2;
@@ -69,14 +73,20 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         task: &Task,
     ) -> Result<Option<Step>, CoverError> {
         (self.site.report)(self.share)?;
-        let task = &self.within_limits(across, task)?;
+        if self.work > self.limits[1] {
+            let [_, end] = region.bounds[0];
+            self.state.missed.push(self.site.uv_range([[across, end], region.bounds[1]]));
+            return Ok(None);
+        }
+        let task = &self.within_limits(across, task);
         let lot = self.lay(region, across, task)?;
+        let parts = lot.open();
         let mut advances = if task.depth == 0 {
-            split::advances(&lot.parts, &lot.costs)
+            split::advances(&parts, &lot.costs)
         } else if task.depth < DEPTH {
-            vec![split::advance(&lot.parts, &lot.costs)]
+            vec![split::advance(&parts, &lot.costs)]
         } else {
-            let widths = lot.parts.iter().map(|part| part.width);
+            let widths = parts.iter().map(|part| part.width);
             vec![widths.filter(|width| *width >= self.least()).fold(f64::INFINITY, f64::min)]
         };
         advances.retain(|advance| advance.is_finite() && *advance >= self.least());
@@ -102,22 +112,16 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     }
 
     /// The task, at the fixed lead once wide strips have taken all work that they may.
-    fn within_limits(&mut self, across: f64, task: &Task) -> Result<Task, CoverError> {
-        let [wide, all] = self.limits;
+    fn within_limits(&mut self, across: f64, task: &Task) -> Task {
         let face = self.site.face.face().number;
-        let at = || self.site.chart.uv([across, task.bounds[1][0]]);
-        if self.work > all {
-            let at = Box::new(Place::new(self.site.face, at()));
-            let share = self.share;
-            return Err(CoverError::TooMuchWork { face, at, share, work: self.work });
+        if self.work <= self.limits[0] || task.method == Method::Inclined {
+            return *task;
         }
-        if self.work <= wide || task.method == Method::Inclined {
-            return Ok(*task);
-        }
+        let at = self.site.chart.uv([across, task.bounds[1][0]]);
         if self.state.report.given_up.is_none() {
-            self.state.report.given_up = Some((face, at(), self.share));
+            self.state.report.given_up = Some((face, at, self.share));
         }
-        Ok(Task { method: Method::Inclined, ..*task })
+        Task { method: Method::Inclined, ..*task }
     }
 
     /// Adds the pass and those that finish what it leaves narrower than `advance` \[mm\].
@@ -129,15 +133,29 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         task: &Task,
     ) -> Result<f64, CoverError> {
         let mut next = lot.reach(advance).min(across + advance / lot.rate);
-        let sweeps = lot.stretches.iter().map(|stretch| self.site.sweep(stretch));
-        let face = self.site.face.face().number;
-        let site = self.site;
-        let given = (face, &site.chart, site.options);
-        self.state.add(lot.stretches.clone(), sweeps, given, site.clock);
-        for run in split::narrower(&lot.parts, advance) {
+        self.add(lot);
+        for run in self.served(lot, advance, next) {
             next = self.again(lot, run, [across, next], task)?.min(next);
         }
         Ok(next)
+    }
+
+    /// Runs of columns that are narrower than `advance` \[mm\] and take passes of their own. Those that none would finish
+    /// farther are left.
+    fn served(&mut self, lot: &Lot, advance: f64, next: f64) -> Vec<[usize; 2]> {
+        let mut served = Vec::new();
+        for [first, last] in split::narrower(&lot.parts, advance) {
+            let ended = |i: &usize| lot.ended[*i];
+            for part in (first..=last).collect::<Vec<_>>().chunk_by(|a, b| ended(a) == ended(b)) {
+                let run = [part[0], part[part.len() - 1]];
+                if ended(&run[0]) {
+                    self.miss(&lot.columns[run[0]..=run[1]], next);
+                } else {
+                    served.push(run);
+                }
+            }
+        }
+        served
     }
 
     /// As [`Job::go_on`] by each of several widths; keeps what costs least for what it brings.
@@ -165,7 +183,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         Ok(next)
     }
 
-    /// A pass that would finish nothing: placed otherwise, given up, or an error if it is the whole face's.
+    /// A pass that would finish too little: placed otherwise, or what it cuts is taken and the rest of a narrow
+    /// step left.
     fn stuck(
         &mut self,
         region: &Region<&Inside>,
@@ -174,24 +193,21 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         lot: &Lot,
     ) -> Result<Option<Step>, CoverError> {
         if task.method == Method::Widest {
-            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)]);
+            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)], region.bounds);
             return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
         }
-        if task.depth > 0 {
-            self.miss(&lot.columns, region.bounds[0][1]);
-            return Ok(None);
+        let [_, end] = region.bounds[0];
+        let next = (across + STEP * lot.costs.narrow / lot.rate).min(end);
+        if lot.parts.iter().any(|part| part.width > self.site.options.spacing[0]) {
+            self.add(lot);
         }
-        let (site, chart) = (self.site, &self.site.chart);
-        let face = site.face.face().number;
-        if let Some((at, error)) = lot.refused.clone() {
-            let at = Box::new(Place::new(site.face, chart.uv(at)));
-            return Err(CoverError::NoPose { face, at, error });
+        if let (None, Some((at, error))) = (&self.state.report.refused, lot.refused.clone()) {
+            let face = self.site.face.face().number;
+            self.state.report.refused = Some((face, self.site.chart.uv(at), error));
         }
-        let widest = lot.parts.iter().enumerate().max_by(|a, b| a.1.width.total_cmp(&b.1.width));
-        let (index, advance) = widest.map_or((0, 0.0), |(index, part)| (index, part.width));
-        let along = lot.columns.get(index).map_or(region.bounds[1][0], |c| c.along[0]);
-        let at = Box::new(Place::new(site.face, chart.uv([across, along])));
-        Err(CoverError::TooNarrow { face, at, advance, least: self.least() })
+        self.miss(&lot.columns, next);
+        let (again, rate) = (lot.length() + lot.costs.pass, lot.rate);
+        Ok((next < end).then_some(Step { next, rate, again }))
     }
 
     /// Passes of their own over columns that the pass leaves narrower than the others; how far across these
@@ -208,7 +224,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let narrowest = widths().fold(f64::INFINITY, f64::min);
         let wide = narrowest >= lot.costs.narrow;
         let same = wide || task.method == Method::Inclined;
-        if task.depth > DEPTH || (task.method == Method::Inclined && narrowest < self.least()) {
+        if task.depth > DEPTH {
             let missed = columns.iter().filter(|c| c.part.width < self.least());
             self.miss(&missed.copied().collect::<Vec<_>>(), next);
             if narrowest < self.least() {
@@ -216,7 +232,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             }
         }
         if !same {
-            self.fall_back(lot, [first, last]);
+            let along = lot.along([first, last]);
+            self.fall_back(lot, [first, last], [[across, next], along]);
         }
         let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
         let along = lot.along([first, last]);
@@ -235,14 +252,26 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
 
     /// Remembers columns that stay unfinished so far, up to `end`.
     fn miss(&mut self, columns: &[Column], end: f64) {
-        let open = columns.iter().filter(|c| c.finished < end);
-        self.state.missed.extend(open.map(|c| [[c.finished, end], c.along]));
+        let (site, open) = (self.site, columns.iter().filter(|c| c.finished < end));
+        self.state.missed.extend(open.map(|c| site.uv_range([[c.finished, end], c.along])));
+    }
+
+    /// Adds the passes of a lane.
+    fn add(&mut self, lot: &Lot) {
+        let site = self.site;
+        let sweeps = lot.stretches.iter().map(|stretch| site.sweep(stretch));
+        let given = (site.face.face().number, &site.chart, site.options);
+        self.state.add(lot.stretches.clone(), sweeps, given, site.clock);
     }
 
     /// Notes why wide strips are not taken on some columns.
-    fn fall_back(&mut self, lot: &Lot, range: [usize; 2]) {
-        let place = (self.site.face.face().number, &self.site.chart);
-        self.state.report.fallbacks.extend(lot.fallback(range, place));
+    fn fall_back(&mut self, lot: &Lot, range: [usize; 2], bounds: [[f64; 2]; 2]) {
+        let site = self.site;
+        let fallback = lot.fallback(range, (site.face.face().number, &site.chart));
+        let uv = site.uv_range(bounds);
+        let length = lot.parts[range[0]..=range[1]].iter().map(|part| part.length).sum::<f64>();
+        let area = length * (bounds[0][1] - bounds[0][0]) * lot.rate;
+        self.state.report.fallbacks.extend(fallback.map(|one| Fallback { uv, area, ..one }));
     }
 
     fn least(&self) -> f64 {

@@ -72,6 +72,53 @@ pub struct CoverSummary {
     pub cutting_length: f64,
     /// Least, mean and largest strip width, in mm.
     pub strip_width: [f64; 3],
+    /// Area of the faces, in mm2.
+    pub area: f64,
+    /// Where wide strips did not fit and the tool was placed at a fixed lean instead, the largest first.
+    pub fixed: Vec<RegionSummary>,
+    /// Parts of the faces that the tool does not finish, the largest first.
+    pub rest: Vec<RestSummary>,
+}
+
+/// Part of a face where wide strips did not fit.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RegionSummary {
+    /// Number of the face.
+    pub face: usize,
+    /// Ranges of u and v.
+    pub uv: [[f64; 2]; 2],
+    /// Its area, about, in mm2.
+    pub area: f64,
+    /// Share of the area of all faces, 0 to 1.
+    pub share: f64,
+    /// Why.
+    pub why: String,
+}
+
+/// Part of a face that stays unfinished.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RestSummary {
+    /// Number of the face.
+    pub face: usize,
+    /// Area, in mm2.
+    pub area: f64,
+    /// Ranges of u and v.
+    pub uv: [[f64; 2]; 2],
+    /// Lowest and highest corner of the box around it, in mm.
+    pub bounds: [[f64; 3]; 2],
+    /// What stands there at most over the face, in mm, as far as the tool comes near.
+    pub depth: f64,
+    /// That place, in mm.
+    pub deepest: [f64; 3],
+    /// Radius of the largest ball that touches the face at that place and goes into no face of the part, in mm; left out where
+    /// one many times the cutter fits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball: Option<f64>,
+    /// The least such radius of all places looked at, in mm; left out as before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_ball: Option<f64>,
+    /// Why the tool does not get there.
+    pub why: String,
 }
 
 /// Motion of the machine.
@@ -164,12 +211,16 @@ pub struct CheckSummary {
     pub grid: f64,
     /// Points measured.
     pub points: usize,
-    /// Of these, not cut.
+    /// Of these, in the rest that the tool does not finish.
+    pub rest: usize,
+    /// Not cut, outside that rest.
     pub uncut: usize,
-    /// Deepest gouge, in mm; 0 for none.
+    /// Deepest gouge on any face of the part that is kept off or cut, in mm; 0 for none.
     pub gouge: f64,
-    /// Most material left, in mm, at points that were cut.
+    /// Most material left, in mm, at points that were cut, outside that rest.
     pub excess: f64,
+    /// Points measured on faces that are not cut: for gouges alone.
+    pub others: usize,
     /// Time the program takes, in s.
     pub duration: f64,
     /// Largest axis velocity as a fraction of its limit.

@@ -18,6 +18,10 @@ pub struct Job {
     pub file: JobFile,
     /// Faces to machine, in the order of the job, ready for closest-point queries.
     pub faces: Vec<FaceIndex>,
+    /// The other faces of the part, that the tool keeps off.
+    pub others: Vec<FaceIndex>,
+    /// Numbers of other faces that nothing can be kept off, and why.
+    pub unguarded: Vec<(usize, SurfaceError)>,
     /// The cutter.
     pub cutter: Cutter,
     /// Machine, setup and tool as one chain.
@@ -37,6 +41,8 @@ pub enum JobError {
         number: usize,
         /// Numbers there are, in words.
         available: String,
+        /// Key of the job file that names it.
+        key: &'static str,
     },
     /// A part without a face.
     #[error("the part has no face to machine")]
@@ -61,7 +67,8 @@ impl JobError {
     /// Key of the job file this is about.
     fn key(&self) -> &'static str {
         match self {
-            Self::NoFace { .. } | Self::EmptyPart => "part.faces",
+            Self::NoFace { key, .. } => key,
+            Self::EmptyPart => "part.faces",
             Self::Face { .. } => "part.file",
             Self::Cutter(_) => "tool",
             Self::Budget(_) => "tolerance",
@@ -80,6 +87,10 @@ impl Job {
         let cutter = Cutter::new(cutter_spec(&file.tool))
             .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
             .ok();
+        let (others, unguarded) = others(&file.part, faces).unwrap_or_else(|error| {
+            faults.push(error);
+            Default::default()
+        });
         let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
         let kinematics = Kinematics::new(machine, &setup(&file));
         let needed = programs::expected_rounding(
@@ -91,7 +102,7 @@ impl Job {
         let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
         match (cutter, faces, budget) {
             (Some(cutter), Some(faces), Some(budget)) => {
-                Ok(Self { file, faces, cutter, kinematics, budget })
+                Ok(Self { file, faces, others, unguarded, cutter, kinematics, budget })
             }
             _ => Err(faults
                 .into_iter()
@@ -122,7 +133,8 @@ impl Job {
     /// Boxes that hold part and stock, but for [`Job::thickness`]. The stock of an STL file counts as the part
     /// alone: its mesh is not read.
     pub(super) fn boxes(&self) -> Vec<[Point3<f64>; 2]> {
-        let faces = self.faces.iter().map(|face| inspect::summary(face.face()).bounds);
+        let all = self.faces.iter().chain(&self.others);
+        let faces = all.map(|face| inspect::summary(face.face()).bounds);
         let stock = match &self.file.stock {
             Some(job::Stock::Box { min, max }) => Some([*min, *max]),
             Some(job::Stock::Cylinder { base, radius, height }) => {
@@ -195,24 +207,58 @@ fn setup(file: &JobFile) -> Setup {
     Setup::new(origin, angles, file.tool.length)
 }
 
-/// Faces of the job in its order, turned over if it says so.
-fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
-    let numbers: Vec<usize> = match &part.faces {
+fn numbers(wanted: &job::Faces, faces: &[Face]) -> Vec<usize> {
+    match wanted {
         job::Faces::All => faces.iter().map(|face| face.number).collect(),
         job::Faces::Numbers(numbers) => numbers.clone(),
-    };
+    }
+}
+
+/// Numbers of the faces there are, in words.
+fn available(faces: &[Face]) -> String {
+    match (faces.first(), faces.last()) {
+        (Some(first), Some(last)) => format!("faces {} to {}", first.number, last.number),
+        _ => "none".to_owned(),
+    }
+}
+
+/// Faces that cannot be kept off, by number.
+type Unguarded = Vec<(usize, SurfaceError)>;
+
+/// Faces that are not cut but kept off, and those of them that nothing can be kept off.
+fn others(part: &job::Part, faces: &[Face]) -> Result<(Vec<FaceIndex>, Unguarded), JobError> {
+    let cut = numbers(&part.faces, faces);
+    let (mut others, mut unguarded) = (Vec::new(), Vec::new());
+    for number in numbers(&part.avoid, faces) {
+        let Some(face) = faces.iter().find(|face| face.number == number) else {
+            let (available, key) = (available(faces), "part.avoid");
+            return Err(JobError::NoFace { number, available, key });
+        };
+        if !cut.contains(&number) {
+            match FaceIndex::new(face.clone()) {
+                Ok(index) => others.push(index),
+                Err(error) => unguarded.push((number, error)),
+            }
+        }
+    }
+    Ok((others, unguarded))
+}
+
+/// Faces of the job in its order, turned over if it says so.
+fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+    let numbers = numbers(&part.faces, faces);
     if numbers.is_empty() {
         return Err(vec![JobError::EmptyPart]);
     }
-    let available = || match (faces.first(), faces.last()) {
-        (Some(first), Some(last)) => format!("faces {} to {}", first.number, last.number),
-        _ => "none".to_owned(),
-    };
     let mut errors = Vec::new();
     let mut chosen = Vec::new();
     for number in numbers {
         let Some(face) = faces.iter().find(|face| face.number == number) else {
-            errors.push(JobError::NoFace { number, available: available() });
+            errors.push(JobError::NoFace {
+                number,
+                available: available(faces),
+                key: "part.faces",
+            });
             continue;
         };
         let mut face = face.clone();

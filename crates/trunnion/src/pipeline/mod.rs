@@ -10,6 +10,7 @@ mod job;
 mod pace;
 mod programs;
 mod reach;
+mod regions;
 mod retracts;
 mod stages;
 mod summary;
@@ -73,7 +74,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let retracts = retracts::summaries(job, &followed, &plan.schedule);
     let singular = stages::singular_gain(job, &tool_path, (&followed, &plan), progress)?;
     let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };
-    let programs = programs::write(job, &moved, progress)?;
+    let programs = programs::write(job, (&moved, &covering.report.rest), progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
     let summary = summary::of(job, &covering, &moved, &programs)?;
     Ok(Outcome {

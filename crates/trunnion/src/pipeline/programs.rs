@@ -16,7 +16,7 @@ use crate::machine::Kinematics;
 use crate::nc::read;
 use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, Remark, ToolNote};
 use crate::surface::FaceIndex;
-use crate::types::{Block, Leg, Motion, Progress, ToolPose};
+use crate::types::{Block, Leg, Motion, Progress, Rest, ToolPose};
 use crate::verify;
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -44,6 +44,9 @@ const REACH: f64 = 1.0;
 /// Share of the total tolerance by which a ray may miss the swept cutter in the check.
 const RAY_SHARE: f64 = 0.005;
 
+/// Grid on the faces that are not cut, over that on those that are.
+const OTHERS_GRID: f64 = 3.0;
+
 /// Most grid points on one face in the check.
 const MOST_POINTS: usize = 20_000_000;
 
@@ -65,6 +68,9 @@ pub struct Program {
     pub rounding: f64,
     /// What replaying the text found.
     pub check: verify::Report,
+    /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
+    /// is among those of the check.
+    pub others: (usize, f64),
 }
 
 /// What tells the dialects apart here.
@@ -104,7 +110,7 @@ pub(super) struct Moved<'a> {
 /// Writes every program of the job and checks what was written.
 pub(super) fn write(
     job: &Job,
-    moved: &Moved<'_>,
+    (moved, rest): (&Moved<'_>, &[Rest]),
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;
@@ -122,9 +128,11 @@ pub(super) fn write(
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
         let text = text(job, &form, &blocks, words, (moved, &remarks))?;
-        let check = check(job, form.file, &text, words, progress)?;
+        let program = read_back(&text, form.file, words)?;
+        let mut check = check(job, &program, rest, progress)?;
+        let others = others(job, &program, &mut check, progress)?;
         let Form { dialect, file, .. } = form;
-        programs.push(Program { dialect, file, text, blocks, rounding, check });
+        programs.push(Program { dialect, file, text, blocks, rounding, check, others });
     }
     Ok(programs)
 }
@@ -212,34 +220,67 @@ fn text(
     Ok(text)
 }
 
-/// Reads the text back and replays it.
+fn read_back(
+    text: &str,
+    file: &'static str,
+    axes: AxisWords,
+) -> Result<read::Program, PipelineError> {
+    let options = read::ReadOptions { axes, most_faults: MOST_FAULTS };
+    read::gcode(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })
+}
+
+/// Replays a program over the faces that are cut.
 fn check(
     job: &Job,
-    file: &'static str,
-    text: &str,
-    axes: AxisWords,
+    program: &read::Program,
+    rest: &[Rest],
     progress: &dyn Progress,
 ) -> Result<verify::Report, PipelineError> {
-    let options = read::ReadOptions { axes, most_faults: MOST_FAULTS };
-    let program =
-        read::gcode(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })?;
     let faces: Vec<_> = job.faces.iter().map(|face| face.face().clone()).collect();
     let input = verify::Input {
-        program: &program,
+        program,
         believed: &job.kinematics,
         real: &job.kinematics,
         faces: &faces,
         cutter: &job.cutter,
+        rest,
     };
-    let options = verify::Options {
-        grid: job.file.verify_grid,
+    Ok(verify::check(&input, &looks(job, job.file.verify_grid), progress)?)
+}
+
+fn looks(job: &Job, grid: f64) -> verify::Options {
+    verify::Options {
+        grid,
         reach: REACH.max(2.0 * job.budget.total),
         ray_tolerance: RAY_SHARE * job.budget.total,
         total: job.budget.total,
         gouge: job.budget.gouge,
         most_points: MOST_POINTS,
-    };
-    Ok(verify::check(&input, &options, progress)?)
+    }
+}
+
+/// Replays a program over the faces that are not cut, and adds what it gouges of them to the findings.
+fn others(
+    job: &Job,
+    program: &read::Program,
+    check: &mut verify::Report,
+    progress: &dyn Progress,
+) -> Result<(usize, f64), PipelineError> {
+    let faces: Vec<_> = job.others.iter().map(|face| face.face().clone()).collect();
+    if faces.is_empty() {
+        return Ok((0, 0.0));
+    }
+    let (believed, real) = (&job.kinematics, &job.kinematics);
+    let cutter = &job.cutter;
+    let input = verify::Input { program, believed, real, faces: &faces, cutter, rest: &[] };
+    // Behind a thin wall stands the tool that cuts its other side: no farther down than a gouge can be told is looked.
+    let reach = 2.0 * job.budget.total;
+    let options = verify::Options { reach, ..looks(job, OTHERS_GRID * job.file.verify_grid) };
+    let report = verify::check(&input, &options, progress)?;
+    let gouges = report.findings.into_iter().filter(|f| matches!(f, verify::Finding::Gouge(_)));
+    check.findings.extend(gouges);
+    let deepest = report.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
+    Ok((report.deviation.points, deepest))
 }
 
 /// Cutter locations and setup sheet.

@@ -14,7 +14,8 @@ use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::Singular;
-use crate::positioning::{Band, ContactSide};
+use crate::positioning::{Band, ContactSide, Lean};
+use crate::surface::FaceIndex;
 use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
 use std::f64::consts::TAU;
@@ -74,9 +75,11 @@ pub(super) fn rows(job: &Job, plan: &Plan) -> Result<(), PipelineError> {
 
 pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
     let strategy = &job.file.strategy;
-    let (method, lead) = match strategy.method {
-        file::Method::Widest => (cover::Method::Widest, FALLBACK_LEAD),
-        file::Method::FixedTilt { tilt } => (cover::Method::Inclined, tilt),
+    let (method, lean) = match strategy.method {
+        file::Method::Widest => {
+            (cover::Method::Widest, Lean { angle: FALLBACK_LEAD, towards: None })
+        }
+        file::Method::Fixed { lead, tilt } => (cover::Method::Inclined, Lean::of(lead, tilt)),
     };
     let options = CoverOptions {
         along: match strategy.along {
@@ -101,11 +104,12 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),
         max_axis_turn: strategy.max_axis_turn,
         offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
-        lead,
+        lean,
         effort: EFFORT,
     };
     let clock = Pace::new(job, options.link);
-    Ok(cover::cover_by(&job.faces, &job.cutter, &options, (&clock, progress))?)
+    let faces = (job.faces.as_slice(), job.others.as_slice());
+    Ok(cover::cover_beside(faces, &job.cutter, &options, (&clock, progress))?)
 }
 
 /// Whether the tool may hop: where stock may stand anywhere it goes over all of it.
@@ -153,7 +157,8 @@ pub(super) fn legs(
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
     let hops = Hops { height: approach, clear: 0.5 * approach, seconds: &seconds };
     let hops = Some(&hops).filter(|_| hop(job));
-    Ok(cover::legs(passes, &job.faces, &job.cutter, (&options, hops), progress)?)
+    let faces: Vec<FaceIndex> = job.faces.iter().chain(&job.others).cloned().collect();
+    Ok(cover::legs(passes, &faces, &job.cutter, (&options, hops), progress)?)
 }
 
 pub(super) fn tool_path(

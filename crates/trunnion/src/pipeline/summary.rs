@@ -3,6 +3,7 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::programs::{Moved, Program};
+use super::regions;
 use super::retracts;
 use crate::cover::{Covering, FallbackReason};
 use crate::feed::Plan;
@@ -32,6 +33,7 @@ pub(super) fn of(
             program.check.findings.iter().map(move |finding| format!("{name}: {finding}"))
         })
         .chain(broken(job, moved.plan))
+        .chain(regions::unfinished(job, covering))
         .collect();
     Ok(Summary {
         schema: LAYOUT.to_owned(),
@@ -41,6 +43,7 @@ pub(super) fn of(
         failures,
         warnings: warnings(covering)
             .into_iter()
+            .chain(regions::unguarded(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
             .collect(),
@@ -74,16 +77,7 @@ fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> 
 fn warnings(covering: &Covering) -> Vec<String> {
     let report = &covering.report;
     let mut warnings = Vec::new();
-    if let Some(first) = report.fallbacks.first() {
-        let [u, v] = first.at;
-        warnings.push(format!(
-            "wide strips fail at {}, finished at a fixed lead; the first on face {} at \
-             u {u:.4}, v {v:.4}: {}",
-            counted(report.fallbacks.len(), "place"),
-            first.face,
-            reason(&first.reason)
-        ));
-    }
+    warnings.extend(regions::fixed(covering));
     if let Some((face, [u, v], share)) = report.given_up {
         warnings.push(format!(
             "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
@@ -98,16 +92,6 @@ fn warnings(covering: &Covering) -> Vec<String> {
             count => format!("{count} passes"),
         };
         warnings.push(format!("{passes} could not be run out in full beyond the face"));
-    }
-    if report.missed > 0 {
-        let count = report.missed;
-        let at = report.missed_at.map_or_else(String::new, |(face, [u, v])| {
-            format!("; the first on face {face} at u {u:.4}, v {v:.4}")
-        });
-        warnings.push(format!(
-            "{count} columns across the passes are left unfinished{at}: the cutter does not get there; \
-             use a smaller one, another direction of passes, or another setup"
-        ));
     }
     if report.worst_gouge > 0.0 {
         warnings.push(format!(
@@ -127,11 +111,11 @@ fn warnings(covering: &Covering) -> Vec<String> {
 }
 
 /// `1 place`, `2 places`.
-fn counted(count: usize, what: &str) -> String {
+pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-fn reason(reason: &FallbackReason) -> String {
+pub(super) fn reason(reason: &FallbackReason) -> String {
     match reason {
         FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
             format!("no wide strip fits, held back by {binding}")
@@ -163,6 +147,9 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         stations: covering.report.stations,
         cutting_length: covering.report.length,
         strip_width,
+        area: covering.report.area,
+        fixed: regions::summaries(covering),
+        rest: covering.report.rest.iter().map(regions::rest).collect(),
     }
 }
 
@@ -261,9 +248,11 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
         check: Some(CheckSummary {
             grid: job.file.verify_grid,
             points: check.deviation.points,
+            rest: check.deviation.rest,
             uncut: check.deviation.uncut,
-            gouge: (-height(&check.deviation.lowest)).max(0.0),
+            gouge: (-height(&check.deviation.lowest)).max(program.others.1),
             excess: height(&check.deviation.highest).max(0.0),
+            others: program.others.0,
             duration: check.audit.duration,
             velocity_ratio: worst(|axis| axis.velocity.worst),
             acceleration_ratio: Some(worst(|axis| axis.acceleration.worst)),

@@ -3,6 +3,7 @@
 use super::Active;
 use super::Band;
 use super::ContactSide;
+use super::Lean;
 use super::Location;
 use super::PositioningError;
 use super::Request;
@@ -50,11 +51,11 @@ pub(super) fn strip(
 }
 
 /// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
-/// where the end point lies at the upper end. The tool axis leans by `lead` along the feed.
+/// where the end point lies at the upper end. The tool axis leans along the feed unless told otherwise.
 pub(super) fn location(
     request: &Request,
     side: ContactSide,
-    lead: f64,
+    lean: Lean,
 ) -> Result<Location, PositioningError> {
     let mut probe = Probe::new(request.face);
     let frame = Frame::new(request, side, &mut probe)?;
@@ -67,9 +68,12 @@ pub(super) fn location(
     let touch = touching(&frame, request.band, &mut probe)?;
     let n = touch.normal();
     let center = touch.foot.point + n.scale(minor + request.band.lower);
-    let along = frame.a - n.scale(n.dot(&frame.a));
-    let lean = if side == ContactSide::Behind { -lead } else { lead };
-    let leaning = n.scale(lean.cos()) + along.normalize() * lean.sin();
+    let along = (frame.a - n.scale(n.dot(&frame.a))).normalize();
+    let ahead = if side == ContactSide::Behind { -along } else { along };
+    // The strip's side, square to the feed.
+    let beside = along.cross(&n).scale(request.strip.sign());
+    let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+    let leaning = n.scale(lean.angle.cos()) + (ahead * cos + beside * sin) * lean.angle.sin();
     let axis = UnitVector3::new_normalize(leaning);
     let pose = ToolPose { tip: center - axis.scale(minor), axis };
     let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
@@ -81,7 +85,7 @@ pub(super) fn location(
     let found = Found {
         pose,
         side,
-        x: [strip.width, 0.0, lead],
+        x: [strip.width, 0.0, lean.angle],
         widths: [strip.width; 2],
         arc: 2.0 * half,
         contact_angles: vec![half],

@@ -160,6 +160,20 @@ pub enum PositioningError {
         /// Clearance that could be proven there \[mm\].
         clearance: f64,
     },
+    /// The tool comes too close to another face of the part.
+    #[error(
+        "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more; use a smaller, slimmer or \
+         longer cutter, or another lean",
+        .uv[0], .uv[1]
+    )]
+    Neighbour {
+        /// Place of the strip.
+        uv: [f64; 2],
+        /// Number of the face.
+        face: usize,
+        /// A depth below what has to be kept from it \[mm\].
+        depth: f64,
+    },
     /// The surface gave no closest point.
     #[error("near (u, v) = ({:.6}, {:.6}): {error}", .uv[0], .uv[1])]
     Closest {

@@ -2,6 +2,7 @@
 
 use super::ContactSide;
 use super::Grid;
+use super::Lean;
 use super::Location;
 use super::PositioningError;
 use super::Request;
@@ -107,7 +108,10 @@ pub fn place(request: &Request, method: &Method) -> Result<Location, Positioning
         Method::CurvatureMatched => on_sides(&|side| contact::curvature_matched(request, side)),
         Method::Sturz { lead } => on_sides(&|side| contact::sturz(request, side, lead)),
         Method::FixedAxis { axis } => contact::fixed_axis(request, axis),
-        Method::Ball { lead } => on_sides(&|side| ball::location(request, side, lead)),
+        Method::Ball { lead } => {
+            let lean = Lean { angle: lead, towards: None };
+            on_sides(&|side| ball::location(request, side, lean))
+        }
     }
 }
 

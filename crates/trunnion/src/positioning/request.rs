@@ -67,6 +67,25 @@ pub struct AxisNear {
     pub max_turn: f64,
 }
 
+/// How the tool axis leans from the surface normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// Angle between them \[rad\]; for cutters that are not balls at least this.
+    pub angle: f64,
+    /// To which side: 0 is along the feed, a quarter turn on the strip's side \[rad\]. `None`: along the feed for a
+    /// ball, and as the offset range allows for other cutters.
+    pub towards: Option<f64>,
+}
+
+impl Lean {
+    /// The tool axis leans by `lead` along the feed, and by `tilt` to the strip's side, both seen square to the
+    /// other \[rad\], below 90 degrees.
+    pub fn of(lead: f64, tilt: f64) -> Self {
+        let [ahead, beside] = [lead.tan(), tilt.tan()];
+        Self { angle: ahead.hypot(beside).atan(), towards: Some(beside.atan2(ahead)) }
+    }
+}
+
 /// One cutter location to be found.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {

@@ -3,6 +3,7 @@
 use super::Active;
 use super::Band;
 use super::ContactSide;
+use super::Lean;
 use super::Location;
 use super::PositioningError;
 use super::Request;
@@ -57,7 +58,7 @@ pub fn widest(request: &Request, warm: Option<&Location>) -> Result<Location, Po
         if request.cutter.major() > 0.0 {
             search(request, side, warm, rotation)
         } else {
-            ball::location(request, side, 0.0)
+            ball::location(request, side, Lean { angle: 0.0, towards: None })
         }
     })
 }
@@ -76,13 +77,32 @@ pub fn inclined(
     lead: f64,
     warm: Option<&Location>,
 ) -> Result<Location, PositioningError> {
+    leaning(request, Lean { angle: lead, towards: None }, warm)
+}
+
+/// As [`inclined`], leaning to a given side: for a ball any, for other cutters less than 90 degrees from the feed,
+/// which turns the chord by as much.
+///
+/// # Errors
+///
+/// See [`PositioningError`].
+pub fn leaning(
+    request: &Request,
+    lean: Lean,
+    warm: Option<&Location>,
+) -> Result<Location, PositioningError> {
+    let turned = lean.towards.filter(|_| request.cutter.major() > 0.0);
+    // The chord lies square to the lean: alpha turns it from the strip side towards the feed.
+    let offset_range = turned.map_or(request.offset_range, |towards| [-towards, -towards]);
+    let request = &Request { offset_range, ..*request };
     check(request)?;
     on_sides(request, |side| {
         if request.cutter.major() <= 0.0 {
-            return ball::location(request, side, lead);
+            return ball::location(request, side, lean);
         }
-        let mut location = search(request, side, warm, [lead, MOST_ROTATION])?;
-        if location.rotation <= lead {
+        let least = lean.angle.min(MOST_ROTATION);
+        let mut location = search(request, side, warm, [least, MOST_ROTATION])?;
+        if location.rotation <= lean.angle {
             location.active.push(Active::GivenLead);
         }
         Ok(location)

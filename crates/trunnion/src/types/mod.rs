@@ -15,6 +15,7 @@ mod motion;
 mod path;
 mod progress;
 mod ramp;
+mod rest;
 mod timing;
 
 pub use fault::Fault;
@@ -25,6 +26,7 @@ pub use path::{
 };
 pub use progress::{Cancelled, Progress, Silent, Stage};
 pub(crate) use ramp::Stretch;
+pub use rest::{Rest, RestReason};
 pub use timing::Moment;
 
 /// Number of machine axes: three linear and two rotary.

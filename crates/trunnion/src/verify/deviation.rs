@@ -187,7 +187,7 @@ fn tile(sweep: &Sweep, face: &Face, grid: &Grid, [row, column]: [usize; 2]) -> T
     unmeasured += lowest.iter().filter(|lowest| lowest.unresolved).count();
     let samples = rays.iter().zip(places).zip(lowest).map(|((ray, (place, uv, area)), lowest)| {
         let height = lowest.line.map(|_| lowest.s);
-        (place, Sample { uv, point: ray.origin, height, line: lowest.line, area })
+        (place, Sample { uv, point: ray.origin, height, line: lowest.line, area, rest: false })
     });
     Tile { samples: samples.collect(), unmeasured }
 }

@@ -28,7 +28,7 @@ use crate::cutter::Cutter;
 use crate::machine::Kinematics;
 use crate::nc::read::Program;
 use crate::surface::Face;
-use crate::types::{Cancelled, Progress, Stage};
+use crate::types::{Cancelled, Progress, Rest, Stage};
 use deviation::Sweep;
 use grid::Grid;
 use replay::Control;
@@ -46,6 +46,8 @@ pub struct Input<'a> {
     pub faces: &'a [Face],
     /// The tool, from tip to gauge point.
     pub cutter: &'a Cutter,
+    /// What is known not to be finished: it may be uncut, or more than the tolerance may stand there.
+    pub rest: &'a [Rest],
 }
 
 /// How finely to look, and what to allow.
@@ -159,7 +161,9 @@ pub fn check(
     };
     let mut maps = Vec::with_capacity(grids.len());
     for (face, grid) in input.faces.iter().zip(grids) {
-        maps.push(deviation::map(&sweep, face, grid, &mut advance)?);
+        let mut map = deviation::map(&sweep, face, grid, &mut advance)?;
+        map.note(input.rest);
+        maps.push(map);
     }
     let deviation = Deviation::of(&maps);
     let findings = findings(&maps, &deviation, &audit, options);
@@ -204,7 +208,7 @@ fn findings(
         findings.push(Finding::Excess(high));
     }
     let mut uncut = maps.iter().flat_map(|map| &map.samples).flatten();
-    if let Some(sample) = uncut.find(|sample| sample.height.is_none()) {
+    if let Some(sample) = uncut.find(|sample| sample.height.is_none() && !sample.rest) {
         let (points, area) = (deviation.uncut, deviation.uncut_area);
         findings.push(Finding::Uncut { points, area, place: sample.point });
     }

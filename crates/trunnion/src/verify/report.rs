@@ -2,6 +2,7 @@
 
 use crate::machine::AxisKind;
 use crate::types::AXES;
+use crate::types::Rest;
 use nalgebra::Point3;
 use std::fmt;
 
@@ -54,6 +55,18 @@ pub struct Sample {
     pub line: Option<u32>,
     /// Area of the face that the point stands for \[mm²\].
     pub area: f64,
+    /// Whether it lies in what is known not to be finished.
+    pub rest: bool,
+}
+
+impl FaceMap {
+    /// Notes which samples lie in what is known not to be finished.
+    pub(super) fn note(&mut self, rest: &[Rest]) {
+        let here: Vec<&Rest> = rest.iter().filter(|part| part.face == self.face).collect();
+        for sample in self.samples.iter_mut().flatten() {
+            sample.rest = here.iter().any(|part| part.holds(sample.uv));
+        }
+    }
 }
 
 /// A sample that stands out.
@@ -78,9 +91,11 @@ pub struct Deviation {
     pub points: usize,
     /// The lowest sample: the worst gouge, if below 0.
     pub lowest: Option<Extreme>,
-    /// The highest sample: the worst excess, if above 0.
+    /// The highest sample outside what is known not to be finished: the worst excess, if above 0.
     pub highest: Option<Extreme>,
-    /// Points that no tool came near.
+    /// Points in what is known not to be finished.
+    pub rest: usize,
+    /// Points elsewhere that no tool came near.
     pub uncut: usize,
     /// Area of the faces \[mm²\].
     pub area: f64,
@@ -109,26 +124,28 @@ impl Deviation {
     pub(super) fn of(maps: &[FaceMap]) -> Self {
         let samples =
             || maps.iter().flat_map(|map| map.samples.iter().flatten().map(|s| (map.face, s)));
-        let extremes = || {
-            samples().filter_map(|(face, s)| {
-                let (height, line) = (s.height?, s.line?);
-                Some(Extreme { face, uv: s.uv, point: s.point, height, line })
-            })
+        let extreme = |(face, s): (usize, &Sample)| {
+            let (height, line) = (s.height?, s.line?);
+            Some(Extreme { face, uv: s.uv, point: s.point, height, line })
         };
+        let extremes = || samples().filter_map(extreme);
         let by_height = |a: &Extreme, b: &Extreme| a.height.total_cmp(&b.height);
-        let uncut = || samples().filter(|(_, s)| s.height.is_none());
-        let (lowest, highest) = (extremes().min_by(by_height), extremes().max_by(by_height));
+        let uncut = || samples().filter(|(_, s)| s.height.is_none() && !s.rest);
+        let finished = samples().filter(|(_, s)| !s.rest).filter_map(extreme);
+        let (lowest, highest) = (extremes().min_by(by_height), finished.max_by(by_height));
         Self {
             points: samples().count(),
             lowest,
             highest,
+            rest: samples().filter(|(_, s)| s.rest).count(),
             uncut: uncut().count(),
             area: samples().map(|(_, s)| s.area).sum(),
             uncut_area: uncut().map(|(_, s)| s.area).sum(),
             unmeasured: maps.iter().map(|map| map.unmeasured).sum(),
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {
-                    let heights = samples().filter_map(|(_, s)| Some((s.height?, s.area)));
+                    let finished = samples().filter(|(_, s)| !s.rest);
+                    let heights = finished.filter_map(|(_, s)| Some((s.height?, s.area)));
                     histogram(heights, [low.height, high.height])
                 }
                 _ => Vec::new(),

@@ -43,6 +43,8 @@ pub struct Part {
     pub faces: Faces,
     /// Whether the cutter works on the other side of the faces.
     pub flip: bool,
+    /// Which of the other faces the tool keeps off.
+    pub avoid: Faces,
 }
 
 /// Faces of a part.
@@ -200,9 +202,11 @@ pub struct Strategy {
 pub enum Method {
     /// Every cutter location with the widest strip.
     Widest,
-    /// Tilted back by a fixed angle against the feed.
-    FixedTilt {
-        /// Angle between tool axis and surface normal \[rad\].
+    /// Leaning by fixed angles.
+    Fixed {
+        /// Along the feed, from the surface normal \[rad\].
+        lead: f64,
+        /// Sideways, towards the next pass \[rad\].
         tilt: f64,
     },
 }

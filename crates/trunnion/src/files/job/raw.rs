@@ -56,6 +56,9 @@ pub(super) struct RawPart {
     /// Whether the cutter works on the other side of the faces.
     #[serde(default)]
     pub(super) flip: bool,
+    /// Other faces of the part, that the tool keeps off: "all", or a list of face numbers, which may be empty.
+    #[serde(default = "all")]
+    pub(super) avoid: RawFaces,
 }
 
 fn all() -> RawFaces {
@@ -223,11 +226,16 @@ pub(super) struct RawSplit {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawStrategy {
-    /// How the tool is placed; fixed-tilt needs tilt.
+    /// How the tool is placed: "widest" strips; "fixed-tilt", any tool, leaning by `lead_angle` and `tilt_angle`; "ball", the same
+    /// for a ball.
     pub(super) method: RawMethod,
-    /// Angle between tool axis and surface normal for fixed-tilt, in degrees.
-    #[schemars(extend("minimum" = 0.0, "exclusiveMaximum" = 90.0))]
-    pub(super) tilt: Option<f64>,
+    /// How far the tool leans forward along the feed for fixed-tilt and ball, from the surface normal, in degrees;
+    /// for a ball left out: 10.
+    #[schemars(extend("minimum" = -80.0, "maximum" = 80.0))]
+    pub(super) lead_angle: Option<f64>,
+    /// How far it leans sideways, towards the next pass, in degrees. Left out: 0.
+    #[schemars(extend("minimum" = -80.0, "maximum" = 80.0))]
+    pub(super) tilt_angle: Option<f64>,
     /// What the passes follow: the parameter u or v; "curvature", the direction in which the face is bent least
     /// towards the cutter; or "adaptive", which looks for the passes that take the machine least time, straight, bent or
     /// turned at the rims of the face, and takes a few times as long to plan.

@@ -42,7 +42,9 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let stock = doc.section::<RawStock>("stock").map(|raw| stock(&raw, doc));
     let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
-    let strategy = doc.section::<RawStrategy>("strategy").and_then(|raw| strategy(&raw, doc));
+    let strategy = doc
+        .section::<RawStrategy>("strategy")
+        .and_then(|raw| strategy(&raw, tool.as_ref().map(|tool| tool.kind), doc));
     let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
     let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
@@ -73,25 +75,31 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
 }
 
 fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<Part> {
-    let faces = match raw.faces {
-        RawFaces::Word(_) => Faces::All,
-        RawFaces::Numbers(numbers) => {
-            if numbers.is_empty() {
-                let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
-                doc.fault("part.faces", "no face is named", help);
-                return None;
-            }
-            for (at, number) in numbers.iter().enumerate() {
-                if numbers.iter().take(at).any(|other| other == number) {
-                    let path = format!("part.faces.{at}");
-                    doc.fault(&path, format!("face {number} is named twice"), "name it once");
-                    return None;
-                }
-            }
-            Faces::Numbers(numbers)
+    let faces = faces(raw.faces, "part.faces", doc);
+    let avoid = faces_of(raw.avoid, "part.avoid", doc);
+    Some(Part { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
+}
+
+/// Faces, one at least.
+fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> {
+    if matches!(&raw, RawFaces::Numbers(numbers) if numbers.is_empty()) {
+        let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
+        doc.fault(path, "no face is named", help);
+        return None;
+    }
+    faces_of(raw, path, doc)
+}
+
+fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> {
+    let RawFaces::Numbers(numbers) = raw else { return Some(Faces::All) };
+    for (at, number) in numbers.iter().enumerate() {
+        if numbers.iter().take(at).any(|other| other == number) {
+            let path = format!("{path}.{at}");
+            doc.fault(&path, format!("face {number} is named twice"), "name it once");
+            return None;
         }
-    };
-    Some(Part { file: raw.file, faces, flip: raw.flip })
+    }
+    Some(Faces::Numbers(numbers))
 }
 
 fn setup(raw: &RawSetup) -> Setup {
@@ -327,8 +335,8 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
     (gouge <= total && sum <= total).then_some(Tolerance { total, gouge, split })
 }
 
-fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
-    let method = method(raw, doc);
+fn strategy(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Strategy> {
+    let method = method(raw, tool, doc);
     let along = match raw.along {
         RawAlong::U => Along::U,
         RawAlong::V => Along::V,
@@ -366,26 +374,66 @@ fn strategy(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Strategy> {
     })
 }
 
-fn method(raw: &RawStrategy, doc: &mut Document<'_>) -> Option<Method> {
-    match (raw.method, raw.tilt) {
-        (RawMethod::Widest, None) => Some(Method::Widest),
-        (RawMethod::Widest, Some(_)) => {
-            let message = "method \"widest\" finds the tilt itself";
-            doc.fault("strategy.tilt", message, "remove tilt, or write `method = \"fixed-tilt\"`");
-            None
+/// Lead of a ball unless the job says otherwise \[deg\]: at its tip it cuts with no speed.
+const BALL_LEAD: f64 = 10.0;
+
+/// Largest lean of cutters other than balls \[deg\]: farther, the flank comes down to the part.
+const MOST_LEAN: f64 = 34.0;
+
+/// A strip's chord may turn by this much \[deg\] from across the feed.
+const MOST_TURN: f64 = 60.0;
+
+fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Method> {
+    let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
+    if raw.method == RawMethod::Widest {
+        for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
+            let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
+            let message = "method \"widest\" finds how the tool leans itself";
+            doc.fault(&format!("strategy.{key}"), message, &help);
         }
-        (RawMethod::FixedTilt, Some(tilt)) => Some(Method::FixedTilt { tilt: tilt.to_radians() }),
-        (RawMethod::FixedTilt, None) => {
-            let message = "method \"fixed-tilt\" needs tilt";
-            doc.fault("strategy.method", message, "add `tilt = ...`, in degrees");
-            None
-        }
-        (RawMethod::Ball, _) => {
-            let message = "method \"ball\" is not there yet";
-            doc.fault("strategy.method", message, "write `method = \"widest\"`");
-            None
-        }
+        return angles.iter().all(|(_, angle)| angle.is_none()).then_some(Method::Widest);
     }
+    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
+    if raw.method == RawMethod::Ball && !ball {
+        let message = "method \"ball\" is for ball cutters";
+        let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
+        doc.fault("strategy.method", message, help);
+        return None;
+    }
+    let usual = (raw.method == RawMethod::Ball).then_some(BALL_LEAD);
+    let Some(lead) = raw.lead_angle.or(usual) else {
+        let message = "method \"fixed-tilt\" needs lead_angle";
+        doc.fault("strategy.method", message, "add `lead_angle = 5`, in degrees, for instance");
+        return None;
+    };
+    let tilt = raw.tilt_angle.unwrap_or(0.0);
+    let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
+    if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
+        let message = format!(
+            "only a ball can lean by {tilt} deg to the side and {lead} deg forward: other cutters cut with their front"
+        );
+        let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
+        let help = match lead {
+            lead if lead > 0.0 => {
+                format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")
+            }
+            lead if lead < 0.0 => {
+                "write a lead_angle above 0; `side = \"behind\"` cuts with the rear".to_owned()
+            }
+            _ => "write a lead_angle above 0".to_owned(),
+        };
+        doc.fault("strategy.tilt_angle", message, &help);
+        return None;
+    }
+    let angle = ahead.hypot(beside).atan().to_degrees();
+    if !ball && angle > MOST_LEAN {
+        let message = format!(
+            "the tool would lean by {angle:.1} deg: only a ball may by more than {MOST_LEAN}"
+        );
+        doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
+        return None;
+    }
+    Some(Method::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
 }
 
 /// What cuts behind the centre must cut at the centre.
@@ -524,6 +572,32 @@ mod tests {
                 "49:13: `output.dialects.0` cannot be \"g94\"",
             ),
             ("clearance = 50", "clearance", "14:27: key with no value"),
+            (
+                "method = \"widest\"",
+                "method = \"ball\"",
+                "29:10: method \"ball\" is for ball cutters",
+            ),
+            (
+                "method = \"widest\"",
+                "method = \"fixed-tilt\"",
+                "29:10: method \"fixed-tilt\" needs",
+            ),
+            (
+                "method = \"widest\"",
+                "method = \"widest\"\nlead_angle = 5",
+                "30:14: method \"widest\" finds how the tool leans itself",
+            ),
+            (
+                "method = \"widest\"",
+                "method = \"fixed-tilt\"\nlead_angle = 5\ntilt_angle = 20",
+                "31:14: only a ball can lean by 20 deg to the side",
+            ),
+            (
+                "method = \"widest\"",
+                "method = \"fixed-tilt\"\nlead_angle = 40",
+                "30:14: the tool would lean by 40.0 deg",
+            ),
+            ("faces = \"all\"", "faces = \"all\"\navoid = [2, 2]", "9:13: face 2 is named twice"),
         ] {
             let found = faults(&with(line, by));
             assert!(found[0].starts_with(expected), "{by}: {found:#?}");
@@ -545,6 +619,18 @@ mod tests {
             let found = faults(text);
             assert!(found.len() == 1 && found[0].starts_with(expected), "{found:#?}");
         }
+    }
+
+    #[test]
+    fn leads_and_tilts_are_read() {
+        let text = |by: &str| parse(&with("method = \"widest\"", by)).unwrap().strategy.method;
+        let fixed = |lead: f64, tilt: f64| Method::Fixed {
+            lead: lead.to_radians(),
+            tilt: tilt.to_radians(),
+        };
+        assert_eq!(text("method = \"fixed-tilt\"\nlead_angle = 5"), fixed(5.0, 0.0));
+        let both = "method = \"fixed-tilt\"\nlead_angle = 5\ntilt_angle = -8";
+        assert_eq!(text(both), fixed(5.0, -8.0));
     }
 
     #[test]

@@ -1,0 +1,121 @@
+//! What fits at a place of a face: the largest ball, and the cutter.
+
+use super::guard::{Around, Guards, Look};
+use super::solid::Solid;
+use crate::cutter::Cutter;
+use crate::surface::FaceIndex;
+use crate::types::{RestReason, ToolPose};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use std::f64::consts::TAU;
+
+/// Largest balls that are told apart, in radii of the cutter.
+const LARGEST: f64 = 20.0;
+
+/// Steps of the shrinking ball: each at least halves what the ball goes in too deep where it touches a flat face, and
+/// squares it where it touches at an angle.
+const STEPS: u32 = 60;
+
+/// Directions and angles of lean in which the tool is tried at a place.
+const DIRECTIONS: u32 = 12;
+const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
+
+/// Largest lean of cutters that are not balls.
+const MOST: f64 = 0.6;
+
+/// A place of a face with its normal on the cutter's side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    pub(super) point: Point3<f64>,
+    pub(super) normal: UnitVector3<f64>,
+}
+
+impl Spot {
+    pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Option<Self> {
+        let (point, normal) = (face.face().point(u, v), face.face().normal(u, v)?);
+        Some(Self { point, normal })
+    }
+}
+
+/// Radius of the largest ball that touches a face at a place and goes into none of the faces by more than
+/// `precision` \[mm\]; infinite where one of [`LARGEST`] cutter radii fits.
+///
+/// A ball that holds another place `q` of a face shrinks to the one through both, `|q - p|² / (2 n.(q - p))`: no larger one
+/// that touches at `p` is free of `q`. So the radius is never too small, and too large by no more than lets it go in by the
+/// precision.
+pub(super) fn largest_ball(
+    guards: &Guards<'_>,
+    spot: &Spot,
+    cutter: &Cutter,
+    precision: f64,
+) -> f64 {
+    let mut radius = LARGEST * cutter.radius();
+    let mut free = true;
+    for _ in 0..STEPS {
+        let pose = ToolPose { tip: spot.point + spot.normal.scale(radius), axis: spot.normal };
+        let look = Look {
+            within: -precision,
+            precision: precision.max(0.01 * radius),
+            enough: f64::NEG_INFINITY,
+        };
+        let Some(near) = guards.nearest((&Solid::ball(radius), &pose), None, look) else { break };
+        let way = near.point - spot.point;
+        let rise = spot.normal.dot(&way);
+        let smaller = way.norm_squared() / (2.0 * rise);
+        // Rounding at the place itself.
+        if !(rise > 0.0 && smaller < radius) {
+            break;
+        }
+        (radius, free) = (smaller, false);
+    }
+    if free { f64::INFINITY } else { radius }
+}
+
+/// Why the tool does not finish a place.
+pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestReason {
+    let (guards, least) = (around.guards, around.least);
+    let within = least - around.precision;
+    // All faces count, the nearest one most.
+    let look = Look { within, precision: around.precision, enough: f64::NEG_INFINITY };
+    let minor = cutter.minor();
+    let corner = spot.point + spot.normal.scale(minor + least);
+    let pose = ToolPose { tip: corner, axis: spot.normal };
+    if let Some(near) = guards.nearest((&Solid::ball(minor), &pose), None, look) {
+        return if near.face == around.own {
+            RestReason::Hollow
+        } else {
+            RestReason::Neighbour(guards.number(near.face))
+        };
+    }
+    let mut barred = None;
+    for pose in poses(spot, corner, cutter) {
+        let hit = around.tool.solids().find_map(|solid| {
+            let enough = Look { enough: within, ..look };
+            guards.nearest((solid, &pose), None, enough)
+        });
+        match hit {
+            Some(near) => barred = barred.or(Some(near.face)),
+            None => return RestReason::Passes,
+        }
+    }
+    barred.map_or(RestReason::Passes, |face| RestReason::Tool(guards.number(face)))
+}
+
+/// Poses whose corner touches at a place, leaning more and more, all round.
+fn poses(spot: &Spot, corner: Point3<f64>, cutter: &Cutter) -> impl Iterator<Item = ToolPose> {
+    let (major, minor) = (cutter.major(), cutter.minor());
+    let normal = spot.normal;
+    let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
+    let beside = normal.cross(&across);
+    let angles = ANGLES.into_iter().filter(move |angle| major <= 0.0 || *angle <= MOST);
+    angles.flat_map(move |angle| {
+        (0..DIRECTIONS).map(move |i| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
+            let ahead = across.scale(cos) + beside.scale(sin);
+            let (sin, cos) = angle.sin_cos();
+            let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
+            // The corner touches in front of the cutter's centre.
+            let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(major);
+            ToolPose { tip: centre - axis.scale(minor), axis }
+        })
+    })
+}

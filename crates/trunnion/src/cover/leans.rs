@@ -1,0 +1,191 @@
+//! Which way the tool leans along a lane where it cannot lean as asked: to one side here, to another there.
+//!
+//! Every lean keeps to the face's normal and the feed, so that a stretch of one lean turns as the face does. Where no
+//! lean serves a whole lane, the tool is lifted between stretches of different leans: as few as possible.
+
+use super::lane::{Lane, Place};
+use crate::positioning::Lean;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Stations of a lane on which all leans are tried, about.
+const TRIED: usize = 16;
+
+/// Leans that are tried on all stations at most.
+const CHOSEN: usize = 5;
+
+/// Angles from the normal that are tried, and directions: of a ball all round, of other cutters on either side of
+/// the feed \[rad\].
+const BALL_ANGLES: [f64; 5] = [0.2, 0.45, 0.7, 1.0, 1.3];
+const BALL_DIRECTIONS: u32 = 8;
+const ANGLES: [f64; 5] = [0.0, 0.01, 0.09, 0.25, 0.5];
+const DIRECTIONS: [f64; 5] = [0.0, 0.8, -0.8, 1.4, -1.4];
+
+/// What a lean that is not the one asked for costs a station, per radian of difference; what a place before the
+/// lane costs; what it costs to lift the tool; what it costs a station to be left out.
+const DIFFERENT: f64 = 0.1;
+const BACK: f64 = 1.0;
+const LIFT: f64 = 10.0;
+const LEFT_OUT: f64 = 100.0;
+
+/// One lean, and the places where it is taken.
+pub(super) struct Leant {
+    pub(super) places: Vec<Place>,
+}
+
+impl Lane<'_> {
+    /// Leans to be tried, without the one asked for.
+    fn leans(&self) -> Vec<Lean> {
+        if self.cutter.major() > 0.0 {
+            let upright = |lean: &Lean| lean.angle <= 0.0 && lean.towards != Some(0.0);
+            let of =
+                |angle: f64| DIRECTIONS.map(move |towards| Lean { angle, towards: Some(towards) });
+            let leans = ANGLES.into_iter().flat_map(of);
+            return leans.filter(|lean| !upright(lean)).collect();
+        }
+        let of = |angle: f64| {
+            (0..BALL_DIRECTIONS).map(move |i| {
+                let towards = TAU * f64::from(i) / f64::from(BALL_DIRECTIONS);
+                Lean { angle, towards: Some(towards) }
+            })
+        };
+        BALL_ANGLES.into_iter().flat_map(of).collect()
+    }
+
+    /// Whether another lean may do better at a place.
+    fn may_lean(&self, way: f64, place: &Place) -> bool {
+        let whole = |place: &Place| place.as_ref().is_ok_and(|p| p.across >= self.across);
+        let ahead = 0.5 * self.costs().narrow / self.rate_across();
+        let along = self.track.at(way);
+        !whole(place)
+            && [0.0, ahead].iter().all(|by| self.corner_fits([self.across + by, along]).is_ok())
+    }
+
+    /// The places of a lane by lean, where `wanted` stations have none, or none as far across, that leans as asked.
+    pub(super) fn leant(&self, ways: &[f64], places: Vec<Place>, wanted: &[bool]) -> Vec<Leant> {
+        let bad: Vec<usize> = (0..ways.len())
+            .into_par_iter()
+            .filter(|&i| wanted[i] && self.may_lean(ways[i], &places[i]))
+            .collect();
+        if bad.is_empty() {
+            return vec![Leant { places }];
+        }
+        let chosen = self.chosen(ways, &bad);
+        let others = chosen.into_iter().map(|lean| (lean, self.leaning(ways, lean, &bad)));
+        let mut all = vec![(self.options.lean, places)];
+        all.extend(others);
+        let way = self.best(&all, wanted);
+        all.into_iter()
+            .enumerate()
+            .filter(|(which, _)| way.contains(&Some(*which)))
+            .map(|(which, (_, places))| Leant { places: taken(places, which, &way) })
+            .collect()
+    }
+
+    /// Places of one lean; before the lane only where it leans badly as asked.
+    fn leaning(&self, ways: &[f64], lean: Lean, bad: &[usize]) -> Vec<Place> {
+        let place = |(i, way): (usize, &f64)| {
+            if bad.binary_search(&i).is_ok() {
+                self.free_place(*way, lean)
+            } else {
+                self.here(*way, lean)
+            }
+        };
+        ways.par_iter().enumerate().map(place).collect()
+    }
+
+    /// Leans of which, together, some serve as many stations as any do: one after the other, that which serves most.
+    fn chosen(&self, ways: &[f64], bad: &[usize]) -> Vec<Lean> {
+        let step = bad.len().div_ceil(TRIED);
+        let tried: Vec<f64> = bad.iter().step_by(step).map(|&i| ways[i]).collect();
+        let serves: Vec<(Lean, Vec<bool>)> = self
+            .leans()
+            .into_par_iter()
+            .map(|lean| (lean, tried.iter().map(|way| self.serves(*way, lean)).collect()))
+            .collect();
+        let mut open = vec![true; tried.len()];
+        let mut chosen = Vec::new();
+        while chosen.len() < CHOSEN {
+            let gain = |(_, serves): &&(Lean, Vec<bool>)| {
+                serves.iter().zip(&open).filter(|(a, b)| **a && **b).count()
+            };
+            // Of equal ones the last: the search goes from the last to the first.
+            let best = serves.iter().rev().max_by_key(gain);
+            let Some((lean, serves)) = best.filter(|one| gain(one) > 0) else { break };
+            open.iter_mut().zip(serves).for_each(|(open, serves)| *open &= !serves);
+            chosen.push(*lean);
+        }
+        chosen
+    }
+
+    /// Which lean is taken at each station, `None` for none: the cheapest way through.
+    fn best(&self, all: &[(Lean, Vec<Place>)], wanted: &[bool]) -> Vec<Option<usize>> {
+        let none = all.len();
+        let cost = |which: usize, i: usize| {
+            let Some((lean, places)) = all.get(which) else {
+                return if wanted[i] { LEFT_OUT } else { 0.0 };
+            };
+            let different = DIFFERENT * angle(*lean, self.options.lean);
+            match &places[i] {
+                Err(_) => f64::INFINITY,
+                Ok(placed) if placed.across < self.across => different + BACK,
+                Ok(_) => different,
+            }
+        };
+        let mut sums: Vec<f64> = (0..=none).map(|which| cost(which, 0)).collect();
+        let mut before: Vec<Vec<usize>> = Vec::new();
+        for i in 1..wanted.len() {
+            let from = |which: usize| {
+                let price = |old: usize| {
+                    let lift = if old == which { 0.0 } else { LIFT };
+                    sums[old] + lift
+                };
+                (0..=none)
+                    .min_by(|a, b| price(*a).total_cmp(&price(*b)))
+                    .map(|old| (old, price(old)))
+            };
+            let steps: Vec<(usize, f64)> =
+                (0..=none).map(|which| from(which).unwrap_or((which, f64::INFINITY))).collect();
+            sums = steps.iter().enumerate().map(|(w, (_, sum))| sum + cost(w, i)).collect();
+            before.push(steps.into_iter().map(|(old, _)| old).collect());
+        }
+        let last = (0..=none).min_by(|a, b| sums[*a].total_cmp(&sums[*b])).unwrap_or(none);
+        let mut way = vec![last];
+        for step in before.iter().rev() {
+            way.push(way.last().and_then(|which| step.get(*which)).copied().unwrap_or(none));
+        }
+        way.reverse();
+        way.into_iter().map(|which| (which < none).then_some(which)).collect()
+    }
+}
+
+/// Angle between two leans, about \[rad\].
+fn angle(a: Lean, b: Lean) -> f64 {
+    let place = |lean: Lean| {
+        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        [lean.angle * cos, lean.angle * sin]
+    };
+    let ([x, y], [z, w]) = (place(a), place(b));
+    (x - z).hypot(y - w)
+}
+
+/// The places where a lean is taken, with one more at either end, so that nothing is left between two leans.
+fn taken(places: Vec<Place>, which: usize, way: &[Option<usize>]) -> Vec<Place> {
+    let is = |i: usize| way.get(i) == Some(&Some(which));
+    let near = |i: usize| is(i) || is(i + 1) || i.checked_sub(1).is_some_and(is);
+    let keep = |(i, place): (usize, Place)| match place {
+        Ok(placed) if !near(i) => Err(other_lean(&placed)),
+        place => place,
+    };
+    places.into_iter().enumerate().map(keep).collect()
+}
+
+/// Why a place is not taken that could be.
+fn other_lean(placed: &super::lane::Placed) -> crate::positioning::PositioningError {
+    crate::positioning::PositioningError::NoStrip {
+        uv: placed.location.end,
+        smallest: placed.location.strip_width,
+        excess: 0.0,
+        binding: crate::positioning::Active::GivenLead,
+    }
+}

@@ -1,0 +1,253 @@
+//! What passes leave: connected parts of the face, how much stands on them, and why.
+
+use super::fit::{self, Spot};
+use super::left::Swept;
+use super::region::{Local, Region};
+use super::sheet::Cell;
+use super::site::Site;
+use super::state::State;
+use super::sweep::Sweep;
+use crate::types::{Rest, RestReason};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+/// Size of the cells at the edges of what is left, as a share of a narrow strip.
+const CELL: f64 = 1.0 / 16.0;
+
+/// Size of the cells of a closer look, where a cell is finished at its middle, as a share of the least spacing.
+const FINEST: f64 = 0.125;
+
+/// Places of one part at which is looked how much stands there and what fits, about.
+const LOOKS: usize = 48;
+
+/// Places a way across a cell at the face's edge, by which its area is told; parts a way of a range on a bent chart.
+const PARTS: u32 = 4;
+
+/// To what share of the path's tolerance a ball keeps off the faces.
+const PRECISION: f64 = 0.05;
+
+/// Ranges across and along of a cell.
+type Range = [[f64; 2]; 2];
+
+impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
+    /// What is unfinished in the end of what was missed, the largest part first: passes further on may have swept
+    /// over it.
+    pub(super) fn rest(&self, state: &State) -> Vec<Rest> {
+        let boxes: Vec<Range> = state.missed.iter().map(|uv| self.local_range(*uv)).collect();
+        if boxes.is_empty() {
+            return Vec::new();
+        }
+        let sweeps: Vec<&Sweep> =
+            state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
+        let region = self.whole.within(self.whole.bounds);
+        let swept = self.over(&region, &sweeps);
+        let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
+        let open = swept.open(&boxes, sizes);
+        let mut rest: Vec<Rest> = parts(&open)
+            .into_par_iter()
+            .filter_map(|cells| self.part(&region, &swept, &cells))
+            .collect();
+        rest.sort_by(|a, b| b.area.total_cmp(&a.area));
+        rest
+    }
+
+    /// Ranges of u and v that hold a range across and along.
+    pub(super) fn uv_range(&self, range: Range) -> Range {
+        image(range, self.chart.is_straight(), &|local| self.chart.uv(local))
+    }
+
+    /// Ranges across and along that hold a range of u and v.
+    pub(super) fn local_range(&self, range: Range) -> Range {
+        image(range, self.chart.is_straight(), &|uv| self.chart.local(uv))
+    }
+
+    /// One connected part.
+    fn part(
+        &self,
+        region: &Region<&Inside>,
+        swept: &Swept<'_, &Inside>,
+        cells: &[Range],
+    ) -> Option<Rest> {
+        let chart = &self.chart;
+        let at = |local: Local| {
+            let [u, v] = chart.uv(local);
+            self.face.face().point(u, v)
+        };
+        let mut area = 0.0;
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &range in cells {
+            let cell = Cell::new(range, &at);
+            area += cell.area() * inside(region, range);
+            for corner in cell.corners() {
+                low = [0, 1, 2].map(|k: usize| low[k].min(corner[k]));
+                high = [0, 1, 2].map(|k: usize| high[k].max(corner[k]));
+            }
+        }
+        let looks = self.looks(region, swept, cells);
+        let ball = |look: &LookedAt| look.ball;
+        let deepest = looks.iter().max_by(|a, b| a.depth.total_cmp(&b.depth))?;
+        let balls = looks.iter().map(ball);
+        let uv: Vec<Range> = cells.iter().map(|range| self.uv_range(*range)).collect();
+        Some(Rest {
+            face: self.face.face().number,
+            area,
+            uv: hull(&uv),
+            cells: uv,
+            bounds: [Point3::from(low), Point3::from(high)],
+            depth: deepest.depth,
+            deepest: chart.uv(deepest.place),
+            point: at(deepest.place),
+            ball: deepest.ball,
+            balls: [balls.clone().fold(f64::INFINITY, f64::min), balls.fold(0.0, f64::max)],
+            reason: self.reason(deepest.place),
+        })
+    }
+
+    /// Places of some cells, spread over them.
+    fn looks(
+        &self,
+        region: &Region<&Inside>,
+        swept: &Swept<'_, &Inside>,
+        cells: &[Range],
+    ) -> Vec<LookedAt> {
+        let middle = |range: &Range| range.map(|[low, high]| 0.5 * (low + high));
+        let inside: Vec<Local> = cells.iter().map(middle).filter(|p| region.holds(*p)).collect();
+        // Where no middle of a cell is inside, the first is as good as any.
+        let places = if inside.is_empty() {
+            vec![middle(cells.first().unwrap_or(&[[0.0; 2]; 2]))]
+        } else {
+            inside
+        };
+        let step = places.len().div_ceil(LOOKS);
+        let precision = PRECISION * self.options.path_share;
+        let look = |&place: &Local| {
+            let spot = Spot::new(self.face, self.chart.uv(place))?;
+            let ball = fit::largest_ball(self.guards.0, &spot, self.cutter, precision);
+            Some(LookedAt { place, depth: swept.height(&spot.point), ball })
+        };
+        places.par_iter().step_by(step).filter_map(look).collect()
+    }
+
+    fn reason(&self, place: Local) -> RestReason {
+        let spot = Spot::new(self.face, self.chart.uv(place));
+        let reason = |spot: Spot| fit::reason(&self.around(), &spot, self.cutter);
+        spot.map_or(RestReason::Passes, reason)
+    }
+}
+
+/// A place, what stands there, and the largest ball that fits.
+struct LookedAt {
+    place: Local,
+    depth: f64,
+    ball: f64,
+}
+
+/// Share of a cell that lies inside the region.
+fn inside<Inside: Fn(Local) -> bool>(region: &Region<Inside>, range: Range) -> f64 {
+    if region.edges(range).is_empty() {
+        return 1.0;
+    }
+    let at = |k: usize, i: u32| {
+        let [low, high] = range[k];
+        low + (high - low) * (f64::from(i) + 0.5) / f64::from(PARTS)
+    };
+    let all = PARTS * PARTS;
+    let held = (0..all).filter(|i| region.holds([at(0, i / PARTS), at(1, i % PARTS)])).count();
+    held as f64 / f64::from(all)
+}
+
+/// The box around the image of a range: by its corners where the map exchanges parameters at most, else by parts
+/// of it, each with what it bows.
+fn image(range: Range, exchanged: bool, map: &dyn Fn([f64; 2]) -> [f64; 2]) -> Range {
+    if exchanged {
+        let [[a, b], [c, d]] = range;
+        let [low, high] = [map([a, c]), map([b, d])];
+        return [0, 1].map(|k| [low[k], high[k]]);
+    }
+    let at = |local: Local| {
+        let [a, b] = map(local);
+        Point3::new(a, b, 0.0)
+    };
+    let part = |k: usize, i: u32| {
+        let [low, high] = range[k];
+        [i, i + 1].map(|i| low + (high - low) * f64::from(i) / f64::from(PARTS))
+    };
+    let of = |i: u32| {
+        let cell = Cell::new([part(0, i / PARTS), part(1, i % PARTS)], &at);
+        let corners = cell.corners().map(|p| [[p.x, p.x], [p.y, p.y]]);
+        let bow = cell.sag(0) + cell.sag(1);
+        hull(&corners).map(|[low, high]| [low - bow, high + bow])
+    };
+    hull(&(0..PARTS * PARTS).map(of).collect::<Vec<_>>())
+}
+
+/// The box around some ranges.
+fn hull(ranges: &[Range]) -> Range {
+    let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for range in ranges {
+        for k in 0..2 {
+            hull[k] = [hull[k][0].min(range[k][0]), hull[k][1].max(range[k][1])];
+        }
+    }
+    hull
+}
+
+/// Cells by connected parts, those that touch at an edge or a corner being connected.
+fn parts(cells: &[Range]) -> Vec<Vec<Range>> {
+    let mut order: Vec<usize> = (0..cells.len()).collect();
+    order.sort_by(|&i, &j| cells[i][0][0].total_cmp(&cells[j][0][0]).then(i.cmp(&j)));
+    let mut parent: Vec<usize> = (0..cells.len()).collect();
+    let mut active: Vec<usize> = Vec::new();
+    for &i in &order {
+        // Halves of one range share their ends exactly.
+        active.retain(|&j| cells[j][0][1] >= cells[i][0][0]);
+        for &j in &active {
+            if cells[j][1][0] <= cells[i][1][1] && cells[j][1][1] >= cells[i][1][0] {
+                let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+                parent[a.max(b)] = a.min(b);
+            }
+        }
+        active.push(i);
+    }
+    let mut parts: Vec<(usize, Vec<Range>)> = Vec::new();
+    let mut known = std::collections::HashMap::new();
+    for (i, cell) in cells.iter().enumerate() {
+        let first = root(&mut parent, i);
+        let part = *known.entry(first).or_insert_with(|| {
+            parts.push((first, Vec::new()));
+            parts.len() - 1
+        });
+        parts[part].1.push(*cell);
+    }
+    parts.into_iter().map(|(_, cells)| cells).collect()
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_that_touch_are_one_part() {
+        let cell = |a: f64, b: f64| [[a, a + 1.0], [b, b + 1.0]];
+        let found = parts(&[cell(0.0, 0.0), cell(5.0, 0.0), cell(1.0, 1.0), cell(0.0, 3.0)]);
+        let sizes: Vec<usize> = found.iter().map(Vec::len).collect();
+        assert_eq!(sizes, [2, 1, 1]);
+        assert_eq!(hull(&found[0]), [[0.0, 2.0], [0.0, 2.0]]);
+    }
+
+    #[test]
+    fn the_share_of_a_cell_inside_by_pencil() {
+        let half = vec![[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]];
+        let region = Region::new([[0.0, 1.0]; 2], vec![half], |[x, _]: Local| x < 0.5);
+        assert!((inside(&region, [[0.0, 1.0]; 2]) - 0.5).abs() < 1e-12);
+        assert!((inside(&region, [[0.1, 0.2], [0.1, 0.2]]) - 1.0).abs() < 1e-12);
+    }
+}

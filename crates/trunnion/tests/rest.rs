@@ -1,0 +1,238 @@
+//! What the tool cannot reach is left and told, and nothing of the part is cut on the way.
+//!
+//! The oracle takes the curves that the tool path follows, and for points of all faces the least signed distance to
+//! the cutter, in closed form.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Vector3};
+use trunnion::cover::{
+    Along, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside, lever,
+};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Plane, Surface, TrimCurve, TrimLoop};
+use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::{Geometry, Leg, Motion, Pass, Rest, RestReason, Silent, ToolPose};
+
+const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const SHARE: f64 = 0.002;
+
+/// Distance between the poses that are tried \[mm\], and what that may miss over a corner of 1 mm.
+const SPACING: f64 = 0.1;
+const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING);
+
+fn cutter([major, minor]: [f64; 2]) -> Cutter {
+    let kind = match (major > 0.0, minor > 0.0) {
+        (false, _) => Kind::Ball,
+        (_, false) => Kind::Flat,
+        _ => Kind::Bull,
+    };
+    let construction = Construction::Solid;
+    let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: Vec::new() };
+    Cutter::new(spec).unwrap()
+}
+
+fn options(method: Method) -> CoverOptions {
+    CoverOptions {
+        along: Along::V,
+        direction: Direction::ZigZag,
+        method,
+        side: ContactSide::Ahead,
+        band: BAND,
+        link: 25.0,
+        path_share: SHARE,
+        spacing: [0.02, 1.0],
+        max_axis_turn: 0.1,
+        offset_range: [-0.5, 0.5],
+        lean: Lean { angle: 0.087, towards: None },
+        effort: 3.0,
+    }
+}
+
+fn face(number: usize, surface: Surface, corners: &[[f64; 2]], flip: bool) -> FaceIndex {
+    let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
+    let curve = TrimCurve::polyline(&closed).unwrap();
+    let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
+    FaceIndex::new(Face::new(number, surface, vec![trim], flip).unwrap()).unwrap()
+}
+
+fn plane(origin: Point3<f64>, z: Vector3<f64>, x: Vector3<f64>) -> Surface {
+    Surface::Plane(Plane { frame: Frame::new(origin, z, x).unwrap() })
+}
+
+/// The floor z = 0 between x = 0 and a wall through (20, 0) that leans by `slope` in x over y, y in 0..12.
+fn floor(slope: f64) -> FaceIndex {
+    let floor = plane(Point3::origin(), Vector3::z(), Vector3::x());
+    let end = 20.0 + 12.0 * slope;
+    face(1, floor, &[[0.0, 0.0], [20.0, 0.0], [end, 12.0], [0.0, 12.0]], false)
+}
+
+/// The wall on its far side, 12 mm high, and on both sides 4 mm longer.
+fn wall(slope: f64) -> FaceIndex {
+    let along = Vector3::new(slope, 1.0, 0.0).normalize();
+    let surface = plane(Point3::new(20.0, 0.0, 0.0), along.cross(&Vector3::z()), along);
+    face(2, surface, &[[-4.0, 0.0], [20.0, 0.0], [20.0, 12.0], [-4.0, 12.0]], true)
+}
+
+fn distance(p: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
+    let from_tip = p - pose.tip;
+    let up = from_tip.dot(&pose.axis) - cutter.minor();
+    let out = (from_tip.norm_squared() - from_tip.dot(&pose.axis).powi(2)).max(0.0).sqrt()
+        - cutter.major();
+    let outside = out.max(0.0).hypot((-up).max(0.0));
+    let inside = out.max(-up).min(0.0);
+    outside + inside - cutter.minor()
+}
+
+fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
+    let mut poses = Vec::new();
+    for pass in passes {
+        let legs = [Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
+        let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
+        let Geometry::Curve(curve) = &path.pieces[0].geometry else { continue };
+        let [start, end] = curve.range();
+        let steps = ((end - start) / SPACING).ceil();
+        let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);
+        poses.extend(ways.map(|i| curve.pose(start + (end - start) * i / steps).unwrap()));
+    }
+    poses
+}
+
+/// Points of a face, `n` ways across its box, with the distance that any pose comes near.
+fn measured(face: &FaceIndex, poses: &[ToolPose], cutter: &Cutter, n: u32) -> Vec<([f64; 2], f64)> {
+    let bounds = face.face().bounds();
+    let at = |k: usize, i: u32| {
+        let [low, high] = bounds[k];
+        low + (high - low) * (f64::from(i) + 0.5) / f64::from(n)
+    };
+    let places = (0..n * n).map(|i| [at(0, i / n), at(1, i % n)]);
+    places
+        .filter(|[u, v]| face.face().contains(*u, *v))
+        .map(|[u, v]| {
+            let p = face.face().point(u, v);
+            let left = poses.iter().map(|q| distance(&p, q, cutter)).fold(f64::INFINITY, f64::min);
+            ([u, v], left)
+        })
+        .collect()
+}
+
+/// Everything beyond the tolerance lies in a part that is told, nothing is cut too deep, and what is told is hardly
+/// larger than what is left.
+fn agrees(
+    covering: &Covering,
+    (face, others): (&FaceIndex, &[FaceIndex]),
+    cutter: &Cutter,
+) -> Vec<Rest> {
+    const N: u32 = 90;
+    let poses = poses(&covering.passes, cutter);
+    let rest = &covering.report.rest;
+    let (mut left, mut told, mut both) = (0, 0, 0);
+    for (uv, height) in measured(face, &poses, cutter, N) {
+        assert!(height >= BAND.lower - SHARE, "gouge of {height} at {uv:?}");
+        let held = rest.iter().any(|rest| rest.holds(uv));
+        let over = height > BAND.upper + SHARE + SAMPLING;
+        assert!(held || !over, "{height} left at {uv:?}, in no part that is told");
+        told += u32::from(held);
+        left += u32::from(height > BAND.upper + SHARE);
+        both += u32::from(held && height > BAND.upper + SHARE);
+    }
+    assert!(both <= left && f64::from(told) <= 1.05 * f64::from(left) + 12.0, "{told} of {left}");
+    for other in others {
+        for (uv, height) in measured(other, &poses, cutter, N) {
+            let number = other.face().number;
+            assert!(height >= BAND.lower - SHARE, "gouge of {height} on face {number} at {uv:?}");
+        }
+    }
+    rest.clone()
+}
+
+fn beside_all(
+    faces: (&[FaceIndex], &[FaceIndex]),
+    cutter: &Cutter,
+    options: &CoverOptions,
+) -> Result<Covering, CoverError> {
+    cover_beside(faces, cutter, options, (&Length { link: options.link }, &Silent))
+}
+
+fn cut(
+    (face, others): (&FaceIndex, &[FaceIndex]),
+    cutter: &Cutter,
+    options: &CoverOptions,
+) -> (Covering, Vec<Rest>) {
+    let covering = beside_all((std::slice::from_ref(face), others), cutter, options).unwrap();
+    let rest = agrees(&covering, (face, others), cutter);
+    (covering, rest)
+}
+
+/// Width that stays beside a wall for a corner of radius `r`: from where its flank is `r` off the wall, the corner
+/// still finishes `sqrt(2 r e)`.
+fn beside(minor: f64) -> f64 {
+    let e = BAND.upper + SHARE;
+    minor - (2.0 * minor * e - e * e).sqrt()
+}
+
+#[test]
+fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
+    for (radii, method) in [
+        ([0.0, 3.0], Method::Inclined),
+        ([0.0, 3.0], Method::Widest),
+        ([4.0, 1.0], Method::Inclined),
+        ([4.0, 1.0], Method::Widest),
+    ] {
+        let cutter = cutter(radii);
+        let (floor, walls) = (floor(0.0), [wall(0.0)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(method) };
+            let (_, rest) = cut((&floor, &walls), &cutter, &options);
+            let expected = 12.0 * beside(radii[1]);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            // A cutter that leans a little touches that much farther inside.
+            let most = 1.04 * expected + 12.0 * 0.1 * radii[0];
+            assert!(area >= 0.999 * expected && area <= most, "{area} {expected}");
+            let ball = radii[0] <= 0.0;
+            assert!(!ball || rest.len() == 1, "{} parts", rest.len());
+            let part = &rest[0];
+            // In the edge the corner's circle is (sqrt 2 - 1) r away; a little less where it is looked at.
+            let deepest = (2f64.sqrt() - 1.0) * radii[1];
+            assert!(part.depth <= deepest + 0.02 || !ball, "{}", part.depth);
+            assert!(part.depth > 0.8 * deepest, "{}", part.depth);
+            assert_eq!(part.reason, RestReason::Neighbour(2));
+            // A ball on the floor that touches the wall is as far from it as it is large.
+            let [u, _] = part.deepest;
+            assert!((part.ball - (20.0 - u)).abs() < 1e-3, "{} {u}", part.ball);
+            assert!(part.balls[1] <= beside(radii[1]) + 0.3 * radii[0] + 0.25, "{:?}", part.balls);
+        }
+    }
+}
+
+#[test]
+fn beside_a_wall_across_the_passes_no_more_stays() {
+    let slope = 0.6;
+    for radii in [[0.0, 3.0], [4.0, 1.0]] {
+        let cutter = cutter(radii);
+        let (floor, walls) = (floor(slope), [wall(slope)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(Method::Inclined) };
+            let (_, rest) = cut((&floor, &walls), &cutter, &options);
+            let expected = 12.0 * slope.hypot(1.0) * beside(radii[1]);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            let most = 1.05 * expected + 14.0 * 0.16 * radii[0];
+            assert!(area >= 0.999 * expected && area <= most, "{area} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished() {
+    // A tube of 4 mm, a third of its round.
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(Cylinder::new(frame, 4.0).unwrap());
+    let below = [[2.1, 0.0], [4.2, 0.0], [4.2, 10.0], [2.1, 10.0]];
+    let tube = face(1, tube, &below, true);
+    let faces = (std::slice::from_ref(&tube), &[][..]);
+    let refused = beside_all(faces, &cutter([0.0, 5.0]), &options(Method::Inclined));
+    assert!(matches!(refused, Err(CoverError::NoPose { .. })), "{refused:?}");
+    let (_, rest) = cut((&tube, &[]), &cutter([0.0, 2.5]), &options(Method::Inclined));
+    assert!(rest.is_empty(), "{rest:?}");
+}
