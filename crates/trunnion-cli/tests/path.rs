@@ -143,7 +143,7 @@ gouge = 0.002
 split = { smoothing = 0.002 }
 [strategy]
 method = "fixed-tilt"
-tilt = 5
+lead_angle = 5
 along = "v"
 direction = "zigzag"
 side = "ahead"

@@ -109,7 +109,10 @@ fn first_inside(cutter: &Cutter, pose: &ToolPose, p: Point3<f64>, n: Vector3<f64
     const STEPS: u32 = 120;
     let step = 2.0 * OPTIONS.reach / f64::from(STEPS);
     let at = |s: f64| inside(cutter, pose, &(p + n * s), -2e-5);
-    let hit = (0..=STEPS).map(|k| -OPTIONS.reach + step * f64::from(k)).find(|&s| at(s))?;
+    // What leaves the ray below the surface is another's gouge: the tool is convex.
+    let low = if at(0.0) { -OPTIONS.reach } else { 0.0 };
+    let hits = (0..=STEPS).map(|k| -OPTIONS.reach + step * f64::from(k));
+    let hit = hits.filter(|&s| s >= low).find(|&s| at(s))?;
     let (mut out, mut in_) = (hit - step, hit);
     for _ in 0..30 {
         let middle = 0.5 * (out + in_);
@@ -168,7 +171,7 @@ proptest! {
         let input = Input {
             program: &program, believed: &kinematics, real: &kinematics,
             faces: std::slice::from_ref(&face), cutter: &cutter,
-           rest: &[],
+            rest: &[],
         };
         let options = Options { grid: 2.0, ..OPTIONS };
         let report = verify::check(&input, &options, &Silent).unwrap();
@@ -467,6 +470,31 @@ fn what_no_tool_reaches_is_uncut() {
     });
     // 40 mm square less the rows, less what lies within the reach beside them.
     assert!(area.is_some_and(|area| area > 1200.0 && area < 1520.0), "{area:?}");
+}
+
+/// The other side of a wall, 0.8 mm below what is cut: the tool stands within reach of it and does not touch it. Where it
+/// lies 0.05 mm higher than what is cut, the tool comes through.
+#[test]
+fn a_tool_behind_a_thin_wall_is_no_gouge_and_one_through_it_is() {
+    let job = Job::new();
+    let kinematics = Kinematics::new(&job.machine, &job.setup);
+    let program = parse(&job.text, &job.machine);
+    let gouge_at = |z: f64| {
+        let front = patch(Point3::new(0.0, 0.0, z), Rotation3::identity(), 6.0, [0.1, -0.1, 0.0]);
+        let back = Face::new(2, front.surface, Vec::new(), true).unwrap();
+        let input = Input {
+            program: &program,
+            believed: &kinematics,
+            real: &kinematics,
+            faces: std::slice::from_ref(&back),
+            cutter: &job.cutter,
+            rest: &[],
+        };
+        gouge(&verify::check(&input, &Options { grid: 0.2, ..OPTIONS }, &Silent).unwrap())
+    };
+    assert_eq!(gouge_at(-0.8), None);
+    assert_eq!(gouge_at(-0.05), None);
+    assert!(gouge_at(0.05).is_some());
 }
 
 #[test]

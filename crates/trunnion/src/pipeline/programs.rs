@@ -273,9 +273,7 @@ fn others(
     let (believed, real) = (&job.kinematics, &job.kinematics);
     let cutter = &job.cutter;
     let input = verify::Input { program, believed, real, faces: &faces, cutter, rest: &[] };
-    // Behind a thin wall stands the tool that cuts its other side: no farther down than a gouge can be told is looked.
-    let reach = 2.0 * job.budget.total;
-    let options = verify::Options { reach, ..looks(job, OTHERS_GRID * job.file.verify_grid) };
+    let options = looks(job, OTHERS_GRID * job.file.verify_grid);
     let report = verify::check(&input, &options, progress)?;
     let gouges = report.findings.into_iter().filter(|f| matches!(f, verify::Finding::Gouge(_)));
     check.findings.extend(gouges);

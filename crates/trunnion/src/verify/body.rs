@@ -144,6 +144,11 @@ impl Body {
         (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
     }
 
+    /// Whether a point is inside the body.
+    pub(super) fn holds(self, stand: &Stand, point: &Point3<f64>) -> bool {
+        self.probe(&(point - stand.tip), &stand.axis).distance <= 0.0
+    }
+
     /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, until a
     /// linear bound from there loses at most a tenth of the distance; near a sharp edge, where the
     /// slope turns round within about the distance, that takes more steps than elsewhere.

@@ -6,8 +6,9 @@
 //! [`check`] runs a [`Program`] from the machine's home position: without TCP all axes are linear in
 //! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
 //! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
-//! in any pose of any move, links and rapids included: below 0 a gouge, above 0 excess. That is a
-//! minimum over continuous time to a stated tolerance, not over sampled poses
+//! in any pose of any move, links and rapids included: below 0 a gouge, above 0 excess. A tool that is on the
+//! normal only below `p` is behind a wall thinner than the check looks, and gouges, if anything, the face
+//! on its other side. That is a minimum over continuous time to a stated tolerance, not over sampled poses
 //! (`docs/sources.md`, verification).
 
 mod audit;

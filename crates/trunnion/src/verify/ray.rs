@@ -3,7 +3,10 @@
 use super::body::{Body, Ray};
 use super::sweep::{Instant, Piece, Target};
 
-/// The lowest entry found so far.
+/// The lowest entry found so far, of tools that come out again at the surface or above it.
+///
+/// A tool that leaves the ray below the surface stands behind a thin wall, and cuts its other side: were it to cut
+/// this one, the point of this surface over it would be inside the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lowest {
     /// Where the ray enters the tool \[mm\]; the end of the search if nothing is `hit`.
@@ -36,7 +39,9 @@ impl Lowest {
             return;
         }
         // Most pieces end here: one distance and its derivatives.
-        let target = Target { body, ray, s: limit, limit };
+        let upper = Ray { below: 0.0, ..*ray };
+        let end = limit.max(0.0);
+        let target = Target { body, ray: &upper, s: end, limit: end };
         if piece.bound(piece.middle(), 1.0, &target).low <= GRAZE * tolerance {
             self.refine(piece, body, ray, tolerance);
         }
@@ -60,18 +65,29 @@ impl Lowest {
             }
             let half = 0.5f64.powi(depth.cast_signed());
             let instant = piece.instant(u);
-            let target = Target { body, ray, s: limit, limit };
-            let Some(drift) = open_drift(piece, &instant, half, &target, tolerance) else {
+            let drift = |ray: &Ray, limit: f64| {
+                let target = Target { body, ray, s: limit, limit };
+                open_drift(piece, &instant, half, &target, tolerance)
+            };
+            // The ray is inside a convex body in one stretch: up to the surface and below the limit, if this is
+            // lower, or in between.
+            let Some(mut towards) = drift(&Ray { below: 0.0, ..*ray }, limit.max(0.0)) else {
                 continue;
             };
-            if let Some(s) = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance) {
+            if limit < 0.0 {
+                let Some(lower) = drift(ray, limit) else { continue };
+                towards = lower;
+            }
+            let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
+            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
+            {
                 (self.s, self.line) = (s, Some(piece.line));
             }
             if depth + 1 >= DEEPEST {
                 continue;
             }
             // The half towards which the tool comes down is searched first: last in, first out.
-            let step = if drift > 0.0 { 0.5 * half } else { -0.5 * half };
+            let step = if towards > 0.0 { 0.5 * half } else { -0.5 * half };
             for next in [u + step, u - step] {
                 if let Some(place) = open.get_mut(count) {
                     *place = (next, depth + 1);
