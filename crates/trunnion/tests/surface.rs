@@ -604,6 +604,33 @@ proptest! {
     }
 }
 
+proptest! {
+    /// Part of a tube against a grid of its points, seen from anywhere, across the seam too.
+    #[test]
+    fn the_distance_from_part_of_a_tube_agrees_with_brute_force(
+        p in prop::array::uniform3(-9.0..9.0f64),
+        start in -7.0..7.0f64,
+        width in 0.1..6.2f64,
+    ) {
+        const N: u32 = 120;
+        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::new(1.0, 1.0, 0.3), Vector3::x()).unwrap();
+        let tube = Surface::Cylinder(Cylinder::new(frame, 4.0).unwrap());
+        let corners = [[0.0, -2.0], [1.0, -2.0], [1.0, 3.0], [0.0, 3.0], [0.0, -2.0]];
+        let border = TrimCurve::polyline(&corners.map(|[u, v]| [start + width * u, v])).unwrap();
+        let trim = TrimLoop::new(vec![border], [None, None], 1e-9).unwrap();
+        let index = FaceIndex::new(Face::new(1, tube, vec![trim], false).unwrap()).unwrap();
+        let p = Point3::from(p);
+        let share = |i: u32| f64::from(i) / f64::from(N);
+        let point = |i, j| index.face().point(start + width * share(i), -2.0 + 5.0 * share(j));
+        let places = (0..=N).flat_map(|i| (0..=N).map(move |j| (i, j)));
+        let brute = places.map(|(i, j)| (point(i, j) - p).norm()).fold(f64::INFINITY, f64::min);
+        let found = index.distance_over_box(&p).unwrap();
+        // No place is farther from the grid than half a cell's diagonal.
+        let cell = 0.5 * (4.0 * width / f64::from(N)).hypot(5.0 / f64::from(N));
+        prop_assert!(found <= brute + 1e-9 && brute <= found + cell, "{found} {brute}");
+    }
+}
+
 #[test]
 fn the_patch_file_is_the_papers_patch() {
     let bytes = include_bytes!("../../../fixtures/bezier-patch/patch.json");

@@ -144,7 +144,7 @@ impl<'a> Probe<'a> {
         Ok(Reading { poleless: self.poleless, ..Reading::new(p, foot) })
     }
 
-    /// Distance of `p` from the whole face, unsigned; never too large, and where it is `enough`
+    /// Distance of `p` from the face, unsigned, trims disregarded where they have to be; never too large, and where it is `enough`
     /// not more than that.
     pub(super) fn nearest(
         &mut self,
@@ -153,6 +153,9 @@ impl<'a> Probe<'a> {
         uv: [f64; 2],
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
+        if let Some(distance) = self.face.distance_over_box(p) {
+            return Ok(distance);
+        }
         if self.face.clear_of(p, enough) {
             return Ok(enough);
         }

@@ -232,6 +232,20 @@ impl Elementary for Cylinder {
     }
 }
 
+impl Cylinder {
+    /// Distance of `p` from the part within ranges of u and v: an arc, drawn out.
+    pub(crate) fn distance_over(&self, p: &Point3<f64>, [u, v]: [[f64; 2]; 2]) -> f64 {
+        let local = self.frame.local(p);
+        let rho = local.x.hypot(local.y);
+        let width = u[1] - u[0];
+        let after = (turn(&local) - u[0]).rem_euclid(TAU);
+        let aside = if after <= width { 0.0 } else { (after - width).min(TAU - after) };
+        let (sin, cos) = aside.sin_cos();
+        let across = (rho * sin).hypot(rho * cos - self.radius);
+        across.hypot((v[0] - local.z).max(local.z - v[1]).max(0.0))
+    }
+}
+
 impl Elementary for Cone {
     fn domain(&self) -> [[f64; 2]; 2] {
         [[0.0, TAU], [self.apex(), f64::INFINITY]]

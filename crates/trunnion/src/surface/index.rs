@@ -150,6 +150,13 @@ impl FaceIndex {
         }
     }
 
+    /// Unsigned distance of `p` from the surface over the box of the face's trims, where this is known in closed
+    /// form: of cylinders. Across a trimmed tube there is nothing, where the whole one has its other side.
+    pub fn distance_over_box(&self, p: &Point3<f64>) -> Option<f64> {
+        let Surface::Cylinder(cylinder) = &self.face.surface else { return None };
+        Some(cylinder.distance_over(p, self.face.bounds()))
+    }
+
     /// Foot of the perpendicular from `p` near `guess`, by Newton's method on the surface and its
     /// continuation beyond the domain; in closed form on elementary surfaces. Parameters stay on the
     /// turn of `guess` on a periodic surface. Where the method finds no minimum, or one at a rim that
