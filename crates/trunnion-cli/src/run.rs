@@ -6,7 +6,9 @@ use crate::progress::Bars;
 use crate::{machine, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
-use trunnion::files::summary::{SingularSummary, Summary, ToleranceSummary};
+use trunnion::files::summary::{
+    CheckSummary, CoverSummary, SingularSummary, Summary, ToleranceSummary,
+};
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 
 #[derive(Debug, clap::Args)]
@@ -155,21 +157,10 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
         if summary.passed { "every tolerance and limit is kept" } else { "NOT KEPT" }
     )];
     let mut row = |name: &str, value: String| lines.push(format!("  {name:<22}{value}"));
-    let (cover, motion, tolerance) = (&summary.cover, &summary.motion, &summary.tolerance);
-    row("passes", format!("{} with {} cutter locations", cover.passes, cover.stations));
-    row("cutting length", format!("{:.0} mm", cover.cutting_length));
-    let [least, mean, most] = cover.strip_width;
-    row("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}"));
-    if !cover.fixed.is_empty() {
-        let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
-        let count = cover.fixed.len();
-        row("at a fixed lean", format!("{:.1} % of the faces, regions: {count}", 100.0 * share));
+    for (name, value) in covered(&summary.cover) {
+        row(name, value);
     }
-    if !cover.rest.is_empty() {
-        let area: f64 = cover.rest.iter().map(|rest| rest.area).sum();
-        let count = cover.rest.len();
-        row("not finished", format!("{area:.2} of {:.1} mm2, parts: {count}", cover.area));
-    }
+    let (motion, tolerance) = (&summary.motion, &summary.tolerance);
     row(
         "time",
         format!(
@@ -202,25 +193,47 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     }
     for program in &summary.programs {
         let Some(check) = &program.check else { continue };
-        row(
-            &program.dialect,
-            format!(
-                "{} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}",
-                program.blocks,
-                check.points,
-                check.grid,
-                check.excess,
-                check.gouge,
-                check.uncut,
-                also(check.rest, "in the rest"),
-                also(check.others, "on faces not cut, for gouges"),
-            ),
-        );
+        row(&program.dialect, checked(program.blocks, check));
     }
     lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
     lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
     lines.join("\n") + "\n"
+}
+
+/// What the passes cover, row by row.
+fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
+    let [least, mean, most] = cover.strip_width;
+    let mut rows = vec![
+        ("passes", format!("{} with {} cutter locations", cover.passes, cover.stations)),
+        ("cutting length", format!("{:.0} mm", cover.cutting_length)),
+        ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
+    ];
+    if !cover.fixed.is_empty() {
+        let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
+        let told = format!("{:.1} % of the faces, regions: {}", 100.0 * share, cover.fixed.len());
+        rows.push(("at a fixed lean", told));
+    }
+    if !cover.rest.is_empty() {
+        let area: f64 = cover.rest.iter().map(|rest| rest.area).sum();
+        let told = format!("{area:.2} of {:.1} mm2, parts: {}", cover.area, cover.rest.len());
+        rows.push(("not finished", told));
+    }
+    rows
+}
+
+/// What the check of a program found.
+fn checked(blocks: usize, check: &CheckSummary) -> String {
+    format!(
+        "{blocks} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}",
+        check.points,
+        check.grid,
+        check.excess,
+        check.gouge,
+        check.uncut,
+        also(check.rest, "in the rest"),
+        also(check.others, "on faces not cut, for gouges"),
+    )
 }
 
 /// `; 3 points in the rest`, or nothing.
