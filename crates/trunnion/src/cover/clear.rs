@@ -3,8 +3,8 @@
 use super::chart::Chart;
 use super::region::Local;
 use super::sheet::{Below, Cell, Sheet};
-use super::solid::{Gap, Solid, Tool};
 use super::sweep::{Instant, Sweep};
+use crate::cutter::solid::{Gap, Solid, Tool};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;

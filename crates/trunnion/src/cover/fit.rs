@@ -1,8 +1,8 @@
 //! What fits at a place of a face: the largest ball, and the cutter.
 
 use super::guard::{Around, Guards, Look};
-use super::solid::Solid;
 use crate::cutter::Cutter;
+use crate::cutter::solid::Solid;
 use crate::surface::FaceIndex;
 use crate::types::{RestReason, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -102,7 +102,7 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
 
 /// Poses whose corner touches at a place, leaning more and more, all round.
 fn poses(spot: &Spot, corner: Point3<f64>, cutter: &Cutter) -> impl Iterator<Item = ToolPose> {
-    let (major, minor) = (cutter.major(), cutter.minor());
+    let major = cutter.major();
     let normal = spot.normal;
     let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
     let beside = normal.cross(&across);
@@ -111,11 +111,21 @@ fn poses(spot: &Spot, corner: Point3<f64>, cutter: &Cutter) -> impl Iterator<Ite
         (0..DIRECTIONS).map(move |i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
             let ahead = across.scale(cos) + beside.scale(sin);
-            let (sin, cos) = angle.sin_cos();
-            let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
-            // The corner touches in front of the cutter's centre.
-            let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(major);
-            ToolPose { tip: centre - axis.scale(minor), axis }
+            pose((corner, &normal), &ahead, angle, cutter)
         })
     })
+}
+
+/// The pose that leans by `angle` towards `ahead`, a unit vector square to the normal, and whose corner, in front of
+/// the cutter's centre, is a ball around `corner`.
+pub(super) fn pose(
+    (corner, normal): (Point3<f64>, &UnitVector3<f64>),
+    ahead: &Vector3<f64>,
+    angle: f64,
+    cutter: &Cutter,
+) -> ToolPose {
+    let (sin, cos) = angle.sin_cos();
+    let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
+    let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(cutter.major());
+    ToolPose { tip: centre - axis.scale(cutter.minor()), axis }
 }

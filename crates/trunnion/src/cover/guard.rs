@@ -4,9 +4,9 @@ use super::chart::Chart;
 use super::clear::Clearing;
 use super::options::Along;
 use super::sheet::{Below, Cell, Sheet};
-use super::solid::{Solid, Tool};
 use super::sweep::Sweep;
 use crate::cutter::Cutter;
+use crate::cutter::solid::{Solid, Tool};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
@@ -143,7 +143,7 @@ impl Search<'_> {
                 *found = Some(Near { distance: gap.distance, face, point });
             }
             let sags = [cell.sag(0), cell.sag(1)];
-            let lowest = |plane: &super::solid::Gap| {
+            let lowest = |plane: &crate::cutter::solid::Gap| {
                 let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
                 plane.distance + cell.corners().iter().map(over).fold(f64::INFINITY, f64::min)
             };

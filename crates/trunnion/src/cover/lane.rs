@@ -1,6 +1,7 @@
 //! One pass before it is trimmed: cutter locations along an iso-parametric end-point track.
 
 use super::chart::Chart;
+use super::fit::{self, Spot};
 use super::guard::Around;
 use super::options::{CoverOptions, Method};
 use super::region::Local;
@@ -10,7 +11,8 @@ use super::work::Work;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
-    Active, AxisNear, Band, Lean, Location, PositioningError, Request, StripSide, leaning, widest,
+    Active, AxisNear, Band, ContactSide, Lean, Location, PositioningError, Request, StripSide,
+    leaning, widest,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
@@ -341,7 +343,28 @@ impl Lane<'_> {
 
     /// Whether a lean serves at a place of the lane.
     pub(super) fn serves(&self, way: f64, lean: Lean) -> bool {
-        self.here(way, lean).is_ok()
+        !self.barred(way, lean) && self.here(way, lean).is_ok()
+    }
+
+    /// Whether a tool whose corner touches on the lane goes into another face by more than the width of a narrow
+    /// strip: then one that touches beside it does so as well.
+    fn barred(&self, way: f64, lean: Lean) -> bool {
+        let uv = self.chart.uv([self.across, self.track.at(way)]);
+        let [_, feed] = self.steps(way);
+        let Some(spot) = Spot::new(self.face, uv) else { return false };
+        let normal = spot.normal;
+        let along = feed - normal.scale(normal.dot(&feed));
+        let Some(along) = Unit::try_new(along, f64::MIN_POSITIVE) else { return false };
+        let forward = along.scale(if self.forward { 1.0 } else { -1.0 });
+        let behind = self.options.side == ContactSide::Behind;
+        let ahead = if behind { -forward } else { forward };
+        let beside = forward.cross(&normal).scale(self.strip().sign());
+        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        let towards = ahead.scale(cos) + beside.scale(sin);
+        let corner = spot.point + normal.scale(self.cutter.minor());
+        let pose = fit::pose((corner, &normal), &towards, lean.angle, self.cutter);
+        let deep = Around { least: self.around.least - self.costs().narrow, ..self.around };
+        deep.clear(&pose, uv).is_err()
     }
 
     /// Locations at `ways`, each for itself.

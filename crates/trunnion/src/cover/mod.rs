@@ -15,7 +15,7 @@
 //!
 //! What the curves through the stations do to the face is not sampled but bounded: how near the tool
 //! comes (`clear`) and which cells are finished (`left`), both from the convexity of the tool
-//! (`solid`).
+//! (`cutter::solid`).
 
 mod around;
 mod between;
@@ -40,7 +40,6 @@ mod runout;
 mod settle;
 mod sheet;
 mod site;
-mod solid;
 mod split;
 mod state;
 mod stretch;

@@ -4,7 +4,7 @@ use super::fit::Spot;
 use super::guard::{Around, Look};
 use super::lane::{Hold, Lane, Placed};
 use super::region::Local;
-use super::solid::Solid;
+use crate::cutter::solid::Solid;
 use crate::positioning::{Lean, Location, PositioningError};
 use crate::types::ToolPose;
 

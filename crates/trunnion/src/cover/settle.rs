@@ -1,7 +1,7 @@
 //! When a place is deepest in a moving cutter.
 
-use super::solid::Solid;
 use super::sweep::{Instant, Sweep};
+use crate::cutter::solid::Solid;
 use nalgebra::Point3;
 
 /// Steps to the time at which a place is deepest in the cutter: each squares the relative error of

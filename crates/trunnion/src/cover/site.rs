@@ -9,13 +9,13 @@ use super::left::{Column, Swept};
 use super::options::{CoverError, CoverOptions, Method};
 use super::region::{Local, Region};
 use super::sheet::{Cell, Sheet};
-use super::solid::Tool;
 use super::state::{Lot, State};
 use super::stretch::{Stretch, Trimmer};
 use super::sweep::Sweep;
 use super::track::Track;
 use super::work::Work;
 use crate::cutter::Cutter;
+use crate::cutter::solid::Tool;
 use crate::surface::FaceIndex;
 use crate::types::Cancelled;
 

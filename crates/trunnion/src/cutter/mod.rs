@@ -5,6 +5,7 @@
 //! Coordinates of the profile are `[rho, z]`: distance from the axis, height above the tip \[mm\].
 
 mod profile;
+pub(crate) mod solid;
 
 pub use profile::ProfilePiece;
 

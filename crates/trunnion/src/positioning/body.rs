@@ -3,6 +3,8 @@
 use super::PositioningError;
 use super::check::Setting;
 use super::probe::Probe;
+use crate::cutter::solid::Solid;
+use crate::surface::Meeting;
 use crate::types::ToolPose;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -50,6 +52,7 @@ pub(super) fn clear(
     let bottom = cutter.cutting_height().max(EDGE * cutter.radius());
     let body = Body { setting, pose, uv, limit: probe.queries + QUERIES };
     let mut stretches = vec![[bottom, cutter.length()]];
+    let mut told = false;
     while let Some(stretch) = stretches.pop() {
         let [low, high] = stretch;
         if high <= low {
@@ -61,6 +64,13 @@ pub(super) fn clear(
         let free = body.free(pose.tip + pose.axis.scale(middle), (middle, needed), probe)?;
         if free >= needed {
             continue;
+        }
+        // Spheres are soonest where all is clear; what is not is soonest seen on the surface.
+        if !told {
+            told = true;
+            if body.met(bottom)? {
+                return Ok(());
+            }
         }
         if high - low > radius {
             stretches.extend([[low, middle], [middle, high]]);
@@ -79,6 +89,27 @@ struct Body<'a> {
 }
 
 impl Body<'_> {
+    /// Proof that all of the tool above `bottom` is clear, or that it is not; `false` where neither is found.
+    fn met(&self, bottom: f64) -> Result<bool, PositioningError> {
+        let Setting { face, cutter, band } = self.setting;
+        for solid in Solid::above(cutter, bottom) {
+            let gap = |p: &Point3<f64>| {
+                let gap = solid.gap(p, self.pose);
+                (gap.distance, gap.gradient)
+            };
+            match face.meets(&gap, band.lower) {
+                Meeting::Clear => {}
+                Meeting::Undecided => return Ok(false),
+                Meeting::Nearer(p) => {
+                    let height = (p - self.pose.tip).dot(&self.pose.axis);
+                    let clearance = gap(&p).0 - band.lower;
+                    return Err(PositioningError::Body { uv: self.uv, height, clearance });
+                }
+            }
+        }
+        Ok(true)
+    }
+
     /// Largest radius of the profile over a stretch of heights.
     fn widest(&self, [low, high]: [f64; 2]) -> f64 {
         let mut radius = 0.0_f64;

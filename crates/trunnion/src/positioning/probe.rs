@@ -144,8 +144,8 @@ impl<'a> Probe<'a> {
         Ok(Reading { poleless: self.poleless, ..Reading::new(p, foot) })
     }
 
-    /// Distance of `p` from the face, unsigned, trims disregarded where they have to be; never too large, and where it is `enough`
-    /// not more than that.
+    /// Unsigned distance of `p` from a place of the face that is nearer than `enough`, mostly the nearest one; at least
+    /// `enough` where none is. Trims are disregarded where they have to be.
     pub(super) fn nearest(
         &mut self,
         p: &Point3<f64>,
@@ -156,13 +156,8 @@ impl<'a> Probe<'a> {
         if let Some(distance) = self.face.distance_over_box(p) {
             return Ok(distance);
         }
-        if self.face.clear_of(p, enough) {
-            return Ok(enough);
-        }
-        match self.face.closest(p) {
-            Ok(foot) => Ok((p - foot.point).norm()),
-            // Where the surface is equally far in many places, its distance is known all the same.
-            Err(ClosestError::NoNormal { distance, .. }) => Ok(distance),
+        match self.face.nearer(p, enough) {
+            Ok(nearer) => Ok(nearer.unwrap_or(enough)),
             Err(ClosestError::Undecided { bound, .. }) => Ok(bound),
             Err(error) => Err(PositioningError::Closest { uv, error }),
         }

@@ -22,6 +22,22 @@ struct Node {
     high: Vector3<f64>,
     /// The two halves; 0, which is nobody's half, at a single piece.
     halves: [usize; 2],
+    /// A corner of the surface inside.
+    corner: Point3<f64>,
+}
+
+/// Signed distance of a place from a convex solid and its gradient, of unit length.
+pub type Gap<'a> = &'a dyn Fn(&Point3<f64>) -> (f64, Vector3<f64>);
+
+/// What is known of the distance of a surface from a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Meeting {
+    /// This place of the surface is nearer than asked.
+    Nearer(Point3<f64>),
+    /// No place is.
+    Clear,
+    /// The surface is too near to tell in a bounded number of steps.
+    Undecided,
 }
 
 impl HullTree {
@@ -59,7 +75,10 @@ impl HullTree {
         let index = self.reserve();
         if depth == 0 {
             let (low, high) = hull_box(&piece.points);
-            self.nodes[index] = Node { low, high, halves: [0; 2] };
+            // A Bezier piece passes through the corners of its net.
+            let corner = piece.points.first().map(|point| point.xyz() / point.w);
+            let corner = Point3::from(corner.unwrap_or(low));
+            self.nodes[index] = Node { low, high, halves: [0; 2], corner };
             return index;
         }
         let halves = piece.halves().map(|half| self.piece(&half, depth - 1));
@@ -68,14 +87,48 @@ impl HullTree {
 
     fn reserve(&mut self) -> usize {
         let nothing = Vector3::zeros();
-        self.nodes.push(Node { low: nothing, high: nothing, halves: [0; 2] });
+        let corner = Point3::origin();
+        self.nodes.push(Node { low: nothing, high: nothing, halves: [0; 2], corner });
         self.nodes.len() - 1
     }
 
     fn join(&mut self, index: usize, halves: [usize; 2]) -> usize {
         let [a, b] = halves.map(|half| self.nodes[half]);
-        self.nodes[index] = Node { low: a.low.inf(&b.low), high: a.high.sup(&b.high), halves };
+        let (low, high) = (a.low.inf(&b.low), a.high.sup(&b.high));
+        self.nodes[index] = Node { low, high, halves, corner: a.corner };
         index
+    }
+
+    /// Whether the surface comes nearer than `limit` to a solid.
+    pub(super) fn meets(&self, gap: Gap<'_>, limit: f64) -> Meeting {
+        if self.nodes.is_empty() { Meeting::Undecided } else { self.node_meets(0, gap, limit) }
+    }
+
+    fn node_meets(&self, index: usize, gap: Gap<'_>, limit: f64) -> Meeting {
+        let node = &self.nodes[index];
+        let least = |node: &Node| {
+            let centre = Point3::from(0.5 * (node.low + node.high));
+            gap(&centre).0 - 0.5 * (node.high - node.low).norm()
+        };
+        if least(node) >= limit {
+            return Meeting::Clear;
+        }
+        if node.halves[0] == 0 {
+            let nearer = gap(&node.corner).0 < limit;
+            return if nearer { Meeting::Nearer(node.corner) } else { Meeting::Undecided };
+        }
+        let [a, b] = node.halves;
+        // What comes nearer is mostly in the nearer half.
+        let order = if least(&self.nodes[a]) <= least(&self.nodes[b]) { [a, b] } else { [b, a] };
+        let mut found = Meeting::Clear;
+        for half in order {
+            match self.node_meets(half, gap, limit) {
+                Meeting::Clear => {}
+                Meeting::Undecided => found = Meeting::Undecided,
+                nearer @ Meeting::Nearer(_) => return nearer,
+            }
+        }
+        found
     }
 
     /// Whether all boxes are at least `radius` away from `p`: proof that the surface is.
@@ -127,5 +180,34 @@ mod tests {
             assert!(tree.clear_of(&p, distance - 2.0), "{p} {distance}");
         }
         assert!(!tree.clear_of(&Point3::new(f64::NAN, 0.0, 0.0), 1.0));
+    }
+
+    #[test]
+    fn a_ball_is_met_where_the_closest_point_is_nearer() {
+        let surface = sea();
+        let tree = HullTree::new(&surface);
+        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = FaceIndex::new(face).unwrap();
+        for k in 0..40 {
+            let t = f64::from(k);
+            let p = Point3::new(2.0 * t - 5.0, 40.0 * (0.7 * t).sin().abs(), 3.0 + 0.5 * t);
+            let exact = (p - face.closest(&p).unwrap().point).norm();
+            let ball =
+                |radius: f64| move |q: &Point3<f64>| ((q - p).norm() - radius, (q - p).normalize());
+            let Meeting::Nearer(q) = tree.meets(&ball(exact + 2.0), 0.0) else {
+                panic!("a ball that goes in by 2 mm, {p}")
+            };
+            assert!((q - p).norm() < exact + 2.0 && (q - p).norm() > exact - 1e-9, "{p}");
+            assert_eq!(tree.meets(&ball(exact - 4.0), 0.0), Meeting::Clear, "{p}");
+            assert_ne!(tree.meets(&ball(exact + 1e-9), 0.0), Meeting::Clear, "{p}");
+            let fine = face.meets(&ball(exact + 1e-6), 0.0);
+            assert!(matches!(fine, Meeting::Nearer(q) if (q - p).norm() < exact + 1e-6), "{p}");
+            assert_eq!(face.meets(&ball(exact - 1e-6), 0.0), Meeting::Clear, "{p}");
+            assert_eq!(face.nearer(&p, exact * (1.0 - 1e-9)).unwrap(), None, "{p}");
+            let nearer = face.nearer(&p, exact * (1.0 + 1e-9)).unwrap().unwrap();
+            assert!((nearer - exact).abs() <= 1e-9 * exact, "{p}");
+            let other = face.nearer(&p, exact + 2.0).unwrap().unwrap();
+            assert!(other >= exact * (1.0 - 1e-9) && other < exact + 2.0, "{p}");
+        }
     }
 }

@@ -6,7 +6,9 @@ use super::curvatures::CurvatureTree;
 use super::error::ClosestError;
 use super::error::SurfaceError;
 use super::face::Face;
+use super::hull::Gap;
 use super::hull::HullTree;
+use super::hull::Meeting;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::patches::PatchTree;
@@ -147,6 +149,46 @@ impl FaceIndex {
                 Err(ClosestError::NoNormal { distance, .. }) => distance >= radius,
                 Err(_) => false,
             },
+        }
+    }
+
+    /// Distance \[mm\] from `p` of a place of the domain, trims disregarded, that is nearer than `enough`: mostly of the
+    /// nearest one; `None` proves that there is none. Faster than [`FaceIndex::closest`], which looks for the nearest
+    /// among places that are about equally near.
+    ///
+    /// # Errors
+    ///
+    /// As [`FaceIndex::closest`], but for the missing normal.
+    pub fn nearer(&self, p: &Point3<f64>, enough: f64) -> Result<Option<f64>, ClosestError> {
+        if self.hulls.as_ref().is_some_and(|hulls| hulls.clear_of(p, enough)) {
+            return Ok(None);
+        }
+        if !p.iter().all(|x| x.is_finite()) {
+            return Err(ClosestError::NotFinite);
+        }
+        match (&self.search, &self.face.surface) {
+            (Search::Patches(tree), Surface::Nurbs(surface)) => tree.nearer(surface, p, enough),
+            (Search::Converted(converted, tree), _) => tree.nearer(&converted.surface, p, enough),
+            (_, surface) => {
+                let uv = surface.elementary().map_or([f64::NAN; 2], |surface| surface.closest(p));
+                let distance = (surface.point(uv[0], uv[1]) - p).norm();
+                Ok(Some(distance).filter(|distance| *distance < enough))
+            }
+        }
+    }
+
+    /// Whether the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex solid. Undecided on surfaces
+    /// whose closest point is known in closed form.
+    pub fn meets(&self, gap: Gap<'_>, limit: f64) -> Meeting {
+        let roughly = self.hulls.as_ref().map(|hulls| hulls.meets(gap, limit));
+        match (roughly, &self.search, &self.face.surface) {
+            (Some(Meeting::Undecided), Search::Patches(tree), Surface::Nurbs(surface)) => {
+                tree.meets(surface, gap, limit)
+            }
+            (Some(Meeting::Undecided), Search::Converted(converted, tree), _) => {
+                tree.meets(&converted.surface, gap, limit)
+            }
+            (roughly, ..) => roughly.unwrap_or(Meeting::Undecided),
         }
     }
 

@@ -37,6 +37,8 @@ pub use error::ClosestError;
 pub use error::SurfaceError;
 pub use face::Face;
 pub use grid::Sample;
+pub use hull::Gap;
+pub use hull::Meeting;
 pub use index::FaceIndex;
 pub use index::Foot;
 pub use jet::Curvature;

@@ -1,6 +1,8 @@
 //! Bound-and-prune search over the Bezier patches of a NURBS surface.
 
 use super::error::ClosestError;
+use super::hull::Gap;
+use super::hull::Meeting;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::nurbs::NurbsSurface;
@@ -17,6 +19,9 @@ const EQUAL: f64 = 1e-10;
 
 /// Patches looked at before giving up; an ordinary query looks at tens.
 const LOOKS: usize = 20_000;
+
+/// Pieces halved in the search for one near a solid.
+const MEETINGS: usize = 2_000;
 
 /// Boxes over rectangles of patches, halved down to single patches.
 #[derive(Debug, Clone)]
@@ -98,16 +103,44 @@ impl PatchTree {
         surface: &NurbsSurface,
         p: &Point3<f64>,
     ) -> Result<[f64; 2], ClosestError> {
+        let best = Best { uv: [f64::NAN; 2], distance: f64::INFINITY };
+        self.search(surface, p, (best, 0.0)).map(|best| best.uv)
+    }
+
+    /// Distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
+    pub(crate) fn nearer(
+        &self,
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
+        enough: f64,
+    ) -> Result<Option<f64>, ClosestError> {
+        // So that what the search leaves out is no nearer than `enough`.
+        let none = Best { uv: [f64::NAN; 2], distance: enough + self.slack(p) };
+        let best = self.search(surface, p, (none, enough))?;
+        Ok(Some(best.distance).filter(|distance| *distance < enough))
+    }
+
+    /// Distances that differ by less count as equal \[mm\].
+    fn slack(&self, p: &Point3<f64>) -> f64 {
+        let size = |root: &Node| (root.high - root.low).norm() + root.high.norm();
+        EQUAL * (self.nodes.first().map_or(0.0, size) + p.coords.norm())
+    }
+
+    /// The closest point over the domain if it is nearer than `best`, or the first one nearer than `enough`.
+    fn search(
+        &self,
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
+        (mut best, enough): (Best, f64),
+    ) -> Result<Best, ClosestError> {
         let Some(root) = self.nodes.first() else { return Err(ClosestError::NotFinite) };
-        let size = (root.high - root.low).norm() + p.coords.norm() + root.high.norm();
-        let slack = EQUAL * size;
-        let mut best = Best { uv: [f64::NAN; 2], distance: f64::INFINITY };
+        let slack = self.slack(p);
         let mut queue = BinaryHeap::new();
         queue.push(Look { bound: box_distance(p, root), kind: Kind::Node(0) });
         for _ in 0..LOOKS {
-            let Some(look) = queue.pop() else { return Ok(best.uv) };
-            if look.bound >= best.distance - slack {
-                return Ok(best.uv);
+            let Some(look) = queue.pop() else { return Ok(best) };
+            if look.bound >= best.distance - slack || best.distance < enough {
+                return Ok(best);
             }
             match look.kind {
                 Kind::Node(index) => self.open((surface, p), index, &best, &mut queue),
@@ -116,6 +149,33 @@ impl PatchTree {
         }
         let bound = queue.peek().map_or(best.distance, |look| look.bound);
         Err(ClosestError::Undecided { uv: best.uv, distance: best.distance, bound })
+    }
+
+    /// Whether the surface comes nearer than `limit` to a convex solid.
+    ///
+    /// The distance from it is convex: over the hull of a piece's control points it lies above its tangent plane at
+    /// their middle.
+    pub(crate) fn meets(&self, surface: &NurbsSurface, gap: Gap<'_>, limit: f64) -> Meeting {
+        let mut nodes: Vec<usize> = (0..self.nodes.len().min(1)).collect();
+        let mut looks = 0;
+        while let Some(index) = nodes.pop() {
+            let node = &self.nodes[index];
+            let centre = Point3::from(0.5 * (node.low + node.high));
+            if gap(&centre).0 - 0.5 * (node.high - node.low).norm() >= limit {
+                continue;
+            }
+            if node.halves[0] != index {
+                nodes.extend(node.halves);
+                continue;
+            }
+            let [[i, _], [j, _]] = node.cells;
+            let Some(patch) = surface.patch(i, j) else { continue };
+            let found = Piece::of(&patch, surface.degree()[1]).meets(gap, limit, &mut looks);
+            if found != Meeting::Clear {
+                return found;
+            }
+        }
+        Meeting::Clear
     }
 
     /// Replaces a node by its halves, or by the control points of its patch.
@@ -174,6 +234,37 @@ fn split(
 }
 
 impl Piece {
+    /// As [`PatchTree::meets`], for a piece; `looks` counts them.
+    fn meets(self, gap: Gap<'_>, limit: f64, looks: &mut usize) -> Meeting {
+        let mut waiting = vec![self];
+        while let Some(piece) = waiting.pop() {
+            let points = || piece.points.iter().map(|point| point.xyz() / point.w);
+            let middle = points().sum::<Vector3<f64>>() / piece.points.len() as f64;
+            let (distance, gradient) = gap(&Point3::from(middle));
+            let rise = points().map(|p| gradient.dot(&(p - middle)));
+            if distance + rise.fold(f64::INFINITY, f64::min) >= limit {
+                continue;
+            }
+            let near = |corner: &Point3<f64>| gap(corner).0 < limit;
+            if let Some(corner) = piece.corners().into_iter().find(near) {
+                return Meeting::Nearer(corner);
+            }
+            *looks += 1;
+            if *looks > MEETINGS {
+                return Meeting::Undecided;
+            }
+            waiting.extend(piece.halves());
+        }
+        Meeting::Clear
+    }
+
+    /// Where the piece meets its control points.
+    fn corners(&self) -> [Point3<f64>; 4] {
+        let last = self.points.len() - 1;
+        let side = self.columns - 1;
+        [0, side, last - side, last].map(|i| Point3::from(self.points[i].xyz() / self.points[i].w))
+    }
+
     /// A whole patch of a surface of `degree` by v.
     pub(super) fn of(patch: &Patch<'_>, degree: usize) -> Self {
         Self { points: patch.points.to_vec(), columns: degree + 1, bounds: patch.bounds }

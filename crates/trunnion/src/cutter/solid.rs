@@ -2,15 +2,15 @@
 //!
 //! The signed distance from a convex solid is a convex function of the place, inside and outside:
 //! over a hull it is largest at a corner, and nowhere below its tangent plane. All bounds of what a
-//! moving cutter does to a face ([`super::clear`], [`super::left`]) rest on these two facts.
+//! moving cutter does to a face (`cover`) rest on these two facts.
 
-use crate::cutter::{Cutter, ProfilePiece};
+use super::{Cutter, ProfilePiece};
 use crate::types::ToolPose;
 use nalgebra::{Point3, Vector3};
 
 /// A truncated cone about the tool axis, grown by a ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Solid {
+pub(crate) struct Solid {
     /// `[rho, z]` of the rim below and above, before growing \[mm\].
     low: [f64; 2],
     high: [f64; 2],
@@ -20,21 +20,21 @@ pub(super) struct Solid {
 
 /// Signed distance of a place from a solid and its gradient, a unit vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gap {
-    pub(super) distance: f64,
-    pub(super) gradient: Vector3<f64>,
+pub(crate) struct Gap {
+    pub(crate) distance: f64,
+    pub(crate) gradient: Vector3<f64>,
 }
 
 /// The cutting end with its flank, and the shank and holder above. The upper end of the flank, which is
 /// flat, is rounded up too: the tool is taken to be larger there than it is.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tool {
-    pub(super) end: Solid,
-    pub(super) body: Vec<Solid>,
+pub(crate) struct Tool {
+    pub(crate) end: Solid,
+    pub(crate) body: Vec<Solid>,
 }
 
 impl Tool {
-    pub(super) fn new(cutter: &Cutter) -> Self {
+    pub(crate) fn new(cutter: &Cutter) -> Self {
         let [major, minor] = [cutter.major(), cutter.minor()];
         let shank = cutter.spec().shank.first();
         let top = shank.map_or(cutter.length(), |&[height, _]| height).max(minor);
@@ -48,19 +48,31 @@ impl Tool {
         Self { end, body: above.collect() }
     }
 
-    pub(super) fn solids(&self) -> impl Iterator<Item = &Solid> {
+    pub(crate) fn solids(&self) -> impl Iterator<Item = &Solid> {
         std::iter::once(&self.end).chain(&self.body)
     }
 }
 
 impl Solid {
+    /// What is above a height: the flank, which is straight there, shank and holder.
+    pub(crate) fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
+        cutter.profile().iter().filter_map(move |piece| match *piece {
+            ProfilePiece::Line { from, to } if to[1] > from[1].max(bottom) => {
+                let up = ((bottom - from[1]) / (to[1] - from[1])).max(0.0);
+                let low = [from[0] + up * (to[0] - from[0]), from[1].max(bottom)];
+                Some(Self { low, high: to, rounding: 0.0 })
+            }
+            _ => None,
+        })
+    }
+
     /// A ball about the tip of a pose.
-    pub(super) fn ball(radius: f64) -> Self {
+    pub(crate) fn ball(radius: f64) -> Self {
         Self { low: [0.0; 2], high: [0.0; 2], rounding: radius }
     }
 
     /// Signed distance of `point` from the solid at `pose` \[mm\].
-    pub(super) fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
+    pub(crate) fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
         let rho = (from_tip.norm_squared() - z * z).max(0.0).sqrt();
@@ -68,22 +80,22 @@ impl Solid {
     }
 
     /// Diameter where it is widest \[mm\].
-    pub(super) fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         2.0 * (self.low[0].max(self.high[0]) + self.rounding)
     }
 
     /// About the radius at which a place passes under the cutter: how fast its distance changes its change.
-    pub(super) fn bending_radius(&self) -> f64 {
+    pub(crate) fn bending_radius(&self) -> f64 {
         // A sharp edge has none; then anything well below the width of the cutter serves.
         self.rounding.max(0.05 * self.low[0])
     }
 
     /// Whether its rims have no rounding.
-    pub(super) fn is_sharp(&self) -> bool {
+    pub(crate) fn is_sharp(&self) -> bool {
         self.rounding <= 0.0
     }
 
-    pub(super) fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
+    pub(crate) fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
         let out = from_tip - pose.axis.scale(z);
@@ -97,7 +109,7 @@ impl Solid {
     /// How far `point` lies beyond the plane square to `normal` that the solid touches from below:
     /// nowhere more than its distance, whatever unit vector is taken. Along a sharp edge, where the
     /// gradient turns within no length, the face's own normal gives the better plane.
-    pub(super) fn plane(&self, point: &Point3<f64>, pose: &ToolPose, normal: Vector3<f64>) -> Gap {
+    pub(crate) fn plane(&self, point: &Point3<f64>, pose: &ToolPose, normal: Vector3<f64>) -> Gap {
         let up = normal.dot(&pose.axis);
         let out = (1.0 - up * up).max(0.0).sqrt();
         let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
