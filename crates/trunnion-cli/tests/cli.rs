@@ -258,16 +258,22 @@ fn a_face_that_looks_away_from_the_spindle_is_refused_before_the_work() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// A ball of the parabola's radius of curvature, 2 mm, fits at its bottom; the cutter's corner, 3 mm, only near the rims.
 #[test]
-fn a_cutter_larger_than_the_hollow_is_refused_or_replaced_by_a_reason() {
+fn a_hollow_too_narrow_for_the_cutter_is_told_as_rest_with_the_ball_that_fits() {
     let folder = folder();
-    // A trough of about 4 mm radius along v.
     let trough = r#"{"degree":[2,2],"knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
-        "points":[[[-6,-15,9],[-6,0,9],[-6,15,9]],[[0,-15,-9],[0,0,-9],[0,15,-9]],
-        [[6,-15,9],[6,0,9],[6,15,9]]]}"#;
+        "points":[[[-6,-3,9],[-6,0,9],[-6,3,9]],[[0,-3,-9],[0,0,-9],[0,3,-9]],
+        [[6,-3,9],[6,0,9],[6,3,9]]]}"#;
     fs::write(folder.path().join("patch.json"), trough).unwrap();
-    let message = refused(folder.path(), "placing strips");
-    assert!(message.contains("radius") || message.contains("cutter"), "{message}");
+    let output = trunnion(folder.path(), &["run", "job.toml"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let text = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rest = summary["cover"]["rest"].as_array().unwrap();
+    let hollow = rest.iter().find(|part| part["why"].as_str().unwrap().contains("hollow"));
+    let ball = hollow.unwrap()["least_ball"].as_f64().unwrap();
+    assert!((2.0..2.2).contains(&ball), "{ball}");
 }
 
 #[test]
