@@ -70,11 +70,11 @@ fn tool(job: &Job) -> String {
     )
 }
 
-fn verdict(summary: &Summary) -> String {
+fn verdict(summary: &Summary) -> Vec<String> {
     if summary.passed {
-        "every tolerance and limit is kept by the programs as written".to_owned()
+        vec!["every tolerance and limit is kept by the programs as written".to_owned()]
     } else {
-        summary.failures.join("; ")
+        summary.failures.clone()
     }
 }
 

@@ -1,4 +1,4 @@
-/*! Built from viewer/, sources b98edaec8f462a10. It contains three.js:
+/*! Built from viewer/, sources 1314cadb9c6790aa. It contains three.js:
 The MIT License
 
 Copyright © 2010-2026 three.js authors

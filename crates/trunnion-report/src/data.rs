@@ -17,8 +17,8 @@ pub struct ReportData {
     pub generator: String,
     /// Whether the result keeps every tolerance and limit.
     pub passed: bool,
-    /// The verdict in one sentence; the reasons where it failed.
-    pub verdict: String,
+    /// The verdict, a sentence each: the reasons where it failed.
+    pub verdict: Vec<String>,
     /// What to know before using the program.
     pub warnings: Vec<String>,
     /// The numbers, most important first.

@@ -35,7 +35,7 @@ struct Page<'a> {
     tool: &'a str,
     generator: &'a str,
     passed: bool,
-    verdict: &'a str,
+    verdict: &'a [String],
     warnings: &'a [String],
     numbers: &'a [Number],
     headline: Vec<&'a Number>,

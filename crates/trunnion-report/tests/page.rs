@@ -41,7 +41,7 @@ fn hostile() -> ReportData {
         machine: HOSTILE.into(),
         tool: HOSTILE.into(),
         generator: HOSTILE.into(),
-        verdict: HOSTILE.into(),
+        verdict: vec![HOSTILE.into()],
         warnings: vec![HOSTILE.into()],
         numbers: vec![Number {
             label: HOSTILE.into(),
