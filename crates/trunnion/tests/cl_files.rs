@@ -387,6 +387,8 @@ fn faults_name_line_column_word_and_remedy() {
         assert!(fault.message.contains(part) && !fault.help.is_empty(), "{fault}");
     }
     assert_eq!(read::cl(text, 3).unwrap_err().len(), 3);
+    let unit = read::cl("RAPID\nGOTO/1,2,3\nFEDRAT/IPM,12\nGOTO/1,2,4\nFINI\n", 3).unwrap_err();
+    assert!(unit[0].message.contains("no UNITS") && unit[0].line == 3, "{unit:?}");
     let cut = read::cl("RAPID\nGOTO/1,2,3\n", 3).unwrap_err();
     assert!(cut[0].message.contains("no FINI"));
     let behind = read::cl("RAPID\nGOTO/1,2,3\nFINI\nGOTO/4,5,6\n", 3).unwrap_err();
@@ -447,7 +449,7 @@ fn inches_turns_and_deltas() {
     assert!((feeds[0] - 0.01 * 25.4 * 20.0).abs() < 1e-12 && (feeds[2] - 5.08).abs() < 1e-12);
 }
 
-/// Cycles of four writers: the same hole.
+/// Cycles of five writers: the same hole.
 #[test]
 fn cycles_are_holes() {
     for cycle in [
@@ -455,6 +457,7 @@ fn cycles_are_holes() {
         "CYCLE/DRILL,DEEP,RAPTO,3.,FEDTO,-5.,RTRCTO,10.,MMPM,300.,STEP1,2.,STEP2,1.",
         "CYCLE / DEEP, DEPTH, 5.0, STEP, 2.0, SUBPECK, 1.0, MMPM, 300.0, RTRCTO, 10., CLEAR,$\n 3.0",
         "CYCLE/DEEP, 5., INCR, 2., STEP2, 1., MMPM, 300., 3., RTRCTO, 10.",
+        "CYCLE/DEEPHL,   5.000000,  300.000000,MMPM,   3.000000,INCR,2.,STEP2,1.,RTRCTO,10.",
     ] {
         let text = format!(
             "RAPID\nGOTO/0,0,50\n{cycle}\nGOTO/7,0,0\nGOTO/9,0,0\nCYCLE/OFF\nRAPID\nGOTO/0,0,50\nFINI\n"

@@ -128,8 +128,11 @@ impl ClReader {
 fn numbers<'a>(of: &Statement<'_>, words: impl Iterator<Item = Word<'a>>) -> Read<Numbers> {
     let mut numbers = Numbers::default();
     let mut next = Role::Bare;
+    // CATIA writes the feed before its unit, between depth and clearance; others behind it.
+    let mut second = false;
     for word in words {
         if let Some(value) = word.number() {
+            second = next == Role::Bare && numbers.depth.is_some() && numbers.clear.is_none();
             numbers.set(next, value);
             next = Role::Bare;
             continue;
@@ -138,10 +141,15 @@ fn numbers<'a>(of: &Statement<'_>, words: impl Iterator<Item = Word<'a>>) -> Rea
         let begins_as_number =
             name.starts_with(|c: char| c == '.' || c == '-' || c.is_ascii_digit());
         next = match role(&name) {
+            Some(unit @ (Role::Feed | Role::FeedInch)) if second => {
+                numbers.feed = numbers.clear.take().map(|feed| (feed, unit));
+                Role::Bare
+            }
             Some(role) => role,
             None if begins_as_number => return Err(no_number(of, word)),
             None => Role::Other,
         };
+        second = false;
     }
     Ok(numbers)
 }

@@ -58,6 +58,8 @@ pub struct ClReader {
 #[derive(Debug)]
 pub(super) struct State {
     pub(super) scale: f64,
+    /// Whether the file has said so.
+    pub(super) units: bool,
     pub(super) axis: UnitVector3<f64>,
     /// Tool axis of the frame.
     pub(super) frame_axis: UnitVector3<f64>,
@@ -98,6 +100,7 @@ impl ClReader {
         let axis = Vector3::z_axis();
         let state = State {
             scale: 1.0,
+            units: false,
             axis,
             frame_axis: axis,
             feed: None,

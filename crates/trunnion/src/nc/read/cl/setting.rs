@@ -47,6 +47,7 @@ impl ClReader {
                 return Err(Box::new(of.fault(unit.at, message, "write UNITS/MM or UNITS/INCHES")));
             }
         };
+        self.state.units = true;
         Ok(())
     }
 
@@ -73,6 +74,11 @@ impl ClReader {
                 format!("{:?} is no feed above 0 and up to {LARGEST}", shortened(word.text));
             return Err(Box::new(of.fault(word.at, message, "write FEDRAT/800.0,MMPM")));
         };
+        if !self.state.units && scale > 1.0 {
+            let message = "a feed in inches, and no UNITS before it".to_owned();
+            let help = "write UNITS/INCHES, or UNITS/MM, before the first location";
+            return Err(Box::new(of.fault(word.at, message, help)));
+        }
         let turns = match (turns, self.state.spindle) {
             (false, _) => 1.0 / 60.0,
             (true, Some(spindle)) => spindle,
@@ -92,6 +98,10 @@ impl ClReader {
     }
 
     pub(super) fn spindle(&mut self, rest: Word<'_>) {
+        if rest.items().any(|word| word.is("SFM") || word.is("SMM")) {
+            self.state.spindle = None;
+            return;
+        }
         let turns = rest.items().find_map(|word| word.number());
         if let Some(turns) = turns.filter(|turns| *turns > 0.0) {
             self.state.spindle = Some(turns / 60.0);
