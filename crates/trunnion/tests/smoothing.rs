@@ -275,6 +275,21 @@ fn corners_are_blended_or_kept_and_reversed_axes_refused() {
     assert_eq!(error, Err(SmoothError::Stations(1)));
 }
 
+/// The axis turns far in one move, alone and between short ones: straight moves of its vector would be out of step
+/// with the great circle by 0.6 of the tolerance and more.
+#[test]
+fn long_turns_keep_step_with_the_great_circle() {
+    let tilted = |x: f64, tilt: f64| station([x, 0.0, 0.0], [tilt.sin(), 0.0, tilt.cos()]);
+    for turn in [0.25, 0.4, 1.2, 1.5] {
+        let alone = [tilted(0.0, 0.0), tilted(47.0, turn)];
+        assert!(check(&alone).report.deviated.axis_bound > 0.0);
+        let mut many: Vec<_> = (0..40).map(|k| tilted(0.3 * f64::from(k), 0.0)).collect();
+        many.extend((0..40).map(|k| tilted(50.0 + 0.3 * f64::from(k), turn)));
+        let report = check(&many).report;
+        assert_eq!(report.stations, 80);
+    }
+}
+
 /// Noise within a part of the tolerance is not followed: spans stay long.
 #[test]
 fn noise_is_smoothed() {
@@ -338,7 +353,7 @@ fn jerks(inverse: &Inverse, curve: &PoseCurve, u: f64, h: f64) -> [AxisVector; 3
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(3))]
 
     /// Random paths, leant so far that no axis is free: over a join the third difference of every axis is no larger
     /// than beside it. Were the second derivative to jump there, it would grow with the inverse of the step.

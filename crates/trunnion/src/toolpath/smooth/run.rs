@@ -4,7 +4,7 @@ use super::bound::{axis, tip};
 use super::chunk::{Chunk, blend};
 use super::fit::{Fit, Node, Start, Task};
 use super::{Limits, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
-use crate::math::angle::angle_between;
+use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCoordinates, Station, ToolPose};
 use nalgebra::Point3;
 
@@ -20,6 +20,13 @@ const SHARP: f64 = 4.0;
 
 /// Steps shorter than so many tolerances change as noise has it.
 const TINY: f64 = 16.0;
+
+/// Part of the tolerance of the axis by which a straight move of its vector may be out of step with the great
+/// circle.
+const OUT_OF_STEP: f64 = 1.0 / 16.0;
+
+/// Most places a move is divided into: a right angle at a tolerance of 1e-10 rad takes some 2000.
+const MOST_PARTS: f64 = 4096.0;
 
 /// Spans at the end of a window that are laid again with what follows: what is unknown beyond an
 /// end fades by 0.43 a span, the largest root of the quintic spline.
@@ -121,7 +128,36 @@ impl Smoother {
     ///
     /// [`SmoothError`] with its index.
     pub fn push(&mut self, station: &Station) -> Result<(), SmoothError> {
+        for place in self.between(station) {
+            // Places on the way are no stations: they have the number of the last.
+            self.report.stations -= 1;
+            self.take_in((&place, place.coordinates()), None)?;
+        }
         self.take_in((station, station.coordinates()), None)
+    }
+
+    /// Places on the way to a station that the axis turns so far to that its vector, moved straight, would be
+    /// out of step with the great circle by more than a part of the tolerance.
+    fn between(&self, station: &Station) -> Vec<Station> {
+        let Some(last) = self.last.filter(|_| self.limits.reference == Reference::Chords) else {
+            return Vec::new();
+        };
+        let angle = angle_between(&last.pose.axis, &station.pose.axis);
+        // As in `bound::Frame::chord`; up to a right angle the factor is 0.147 at most.
+        let shift = 0.16 * (0.5 * angle).powi(3);
+        if angle.is_nan() || angle > LARGEST_TURN || shift <= OUT_OF_STEP * self.limits.axis {
+            return Vec::new();
+        }
+        let parts = (shift / (OUT_OF_STEP * self.limits.axis)).cbrt().ceil().min(MOST_PARTS);
+        let at = |part: f64| {
+            let share = part / parts;
+            let axis = great_circle(&last.pose.axis, &station.pose.axis, share)?;
+            let tip = last.pose.tip + (station.pose.tip - last.pose.tip) * share;
+            let contact = last.contact + (station.contact - last.contact) * share;
+            Some(Station { pose: ToolPose { tip, axis }, contact })
+        };
+        let places = std::iter::successors(Some(1.0), |part| Some(part + 1.0));
+        places.take_while(|part| *part < parts).filter_map(at).collect()
     }
 
     /// The next place of a curve that is cubic between such places, by its parameter `u`, which increases from 0,

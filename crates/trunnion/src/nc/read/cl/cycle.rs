@@ -56,7 +56,8 @@ fn role(word: &str) -> Option<Role> {
 }
 
 /// Kinds that come out of the hole with rapid speed.
-const RAPID_OUT: [&str; 8] = ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "PECK"];
+const RAPID_OUT: [&str; 8] =
+    ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "DEEPHL"];
 
 impl Numbers {
     fn set(&mut self, role: Role, value: f64) {
