@@ -187,7 +187,8 @@ fn a_ball_on_a_plane_leaves_its_chord() {
     let face = quadric(0.0, 0.0);
     let ball = cutter(0.0, 8.0);
     let found = inclined(&request(&face, &ball, heading(0.0)), 0.1, None).unwrap();
-    let half = (8.01_f64.powi(2) - 8.0_f64.powi(2)).sqrt();
+    // Where the cusp is 0.01 mm high: 0.01 mm above the plane the ball is that wide.
+    let half = (8.0_f64.powi(2) - 7.99_f64.powi(2)).sqrt();
     close("width", found.strip_width, 2.0 * half, 1e-6);
     close("start", found.near[0], 0.5, 1e-9);
     // Strip on the right of +x: towards -y, the ball half way.
@@ -195,6 +196,25 @@ fn a_ball_on_a_plane_leaves_its_chord() {
     close("height", found.center.z, 8.0, 1e-9);
     // Contact ahead: the tool leans forward.
     close("lean", found.pose.axis.x, 0.1_f64.sin(), 1e-12);
+}
+
+/// A ball of 0.9 mm under 0.08 mm of excess: across its strip the normals turn by tens of degrees.
+#[test]
+fn the_strip_of_a_small_ball_ends_where_it_leaves_the_excess_allowed() {
+    let band = Band { lower: 0.0, upper: 0.08 };
+    let ball = cutter(0.0, 0.9);
+    for (k1, k2) in [(0.0, 0.0), (0.3, -0.2), (-0.4, -0.1), (0.5, 0.4)] {
+        let face = quadric(k1, k2);
+        for degrees in [0.0, 70.0, 200.0] {
+            let request = Request { band, ..request(&face, &ball, heading(degrees)) };
+            let found = inclined(&request, 0.1, None).unwrap();
+            for [u, v] in [found.near, found.far] {
+                let normal = face.face().normal(u, v).unwrap();
+                let raised = face.face().point(u, v) + normal.scale(band.upper);
+                close("reach", (raised - found.center).norm(), 0.9, 1e-8);
+            }
+        }
+    }
 }
 
 #[test]

@@ -19,8 +19,8 @@ use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 
-/// Ends of the strip of a ball around `center`: the error of a surface point is its distance from
-/// the sphere.
+/// Ends of the strip of a ball around `center`: the error of a surface point is the height along its normal at which it
+/// meets the sphere. The distance is smaller, at the strip's ends by the cosine of the angle to the contact's normal.
 pub(super) fn strip(
     setting: &Setting,
     center: Point3<f64>,
@@ -30,7 +30,7 @@ pub(super) fn strip(
     let minor = setting.cutter.minor();
     let touch = probe.read(&center, near.foot.uv)?;
     let error = touch.distance - minor;
-    let sphere = Sphere { center, radius: minor + setting.band.upper };
+    let sphere = Sphere { center, minor, upper: setting.band.upper };
     let (before, after) = if error <= setting.band.upper {
         (sphere.end(&touch, &-v, &mut probe)?, sphere.end(&touch, v, &mut probe)?)
     } else {
@@ -105,12 +105,13 @@ fn touching(frame: &Frame, band: Band, probe: &mut Probe) -> Result<Reading, Pos
     let gap = band.upper - band.lower;
     let curvature = 1.0 / frame.lift - first.normal_curvature(&frame.v);
     let mut t = (2.0 * gap / curvature.max(f64::EPSILON)).sqrt().min(frame.lift);
+    let raised = first.foot.point + first.normal().scale(band.upper);
     let mut touch = *first;
     for _ in 0..STEPS {
         let step = frame.v * t;
         touch = probe.read(&(first.foot.point + step), first.ahead(&step))?;
         let center = touch.foot.point + touch.normal().scale(frame.minor + band.lower);
-        let outside = (first.foot.point - center).norm() - frame.lift;
+        let outside = (raised - center).norm() - frame.minor;
         let rise = outside + gap;
         if rise <= 0.0 {
             t *= 2.0;
@@ -125,14 +126,16 @@ fn touching(frame: &Frame, band: Band, probe: &mut Probe) -> Result<Reading, Pos
     Ok(touch)
 }
 
-/// The ball, thicker by the upper end of the band.
+/// The ball, and the excess that surface points under it may have \[mm\].
 struct Sphere {
     center: Point3<f64>,
-    radius: f64,
+    minor: f64,
+    upper: f64,
 }
 
 impl Sphere {
-    /// The surface point where the surface leaves the sphere, going from `touch` along `way`.
+    /// The surface point where the surface leaves the sphere, raised by the upper end of the band, going from `touch`
+    /// along `way`.
     fn end(
         &self,
         touch: &Reading,
@@ -143,10 +146,14 @@ impl Sphere {
         // a plane, from where eight steps reach rounding.
         const STEPS: u32 = 12;
         let origin = touch.foot.point;
-        let outside = |reading: &Reading| (reading.foot.point - self.center).norm() - self.radius;
+        let radius = self.minor + self.upper;
+        let outside = |reading: &Reading| {
+            let raised = reading.foot.point + reading.normal().scale(self.upper);
+            (raised - self.center).norm() - self.minor
+        };
         let gap = -outside(touch);
-        let curvature = (1.0 / self.radius - touch.normal_curvature(way)).max(f64::EPSILON);
-        let mut t = (2.0 * gap.max(0.0) / curvature).sqrt().min(self.radius);
+        let curvature = (1.0 / radius - touch.normal_curvature(way)).max(f64::EPSILON);
+        let mut t = (2.0 * gap.max(0.0) / curvature).sqrt().min(radius);
         let mut reading = *touch;
         for _ in 0..STEPS {
             let p = origin + way * t;
@@ -160,7 +167,7 @@ impl Sphere {
             }
             let step = 0.5 * t * g / rise;
             t -= step;
-            if step.abs() <= 1e-9 * self.radius {
+            if step.abs() <= 1e-9 * radius {
                 break;
             }
         }
