@@ -30,7 +30,7 @@ const LINES_A_STEP: u64 = 4096;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Job file (TOML), or a CL file (APT/CL as NX, CATIA, Creo, SolidWorks CAM and Autodesk write it); - is stdin.
+    /// Job file (TOML), or a CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it); - is stdin.
     input: PathBuf,
     /// CL file to write [default: stdout].
     #[arg(short, long, value_name = "FILE")]

@@ -174,7 +174,7 @@ impl<W: Write> Rewriter<W> {
         }
         stretch.stations += 1;
         stretch.last = *record;
-        for span in spans {
+        for span in &spans {
             self.span(&mut stretch, span)?;
         }
         self.stretch = Some(stretch);
@@ -216,7 +216,7 @@ impl<W: Write> Rewriter<W> {
         match smoother.finish() {
             Ok((spans, report)) => {
                 self.sheet.report.add(&report);
-                for span in spans {
+                for span in &spans {
                     self.span(&mut stretch, span)?;
                 }
                 if let Some(held) = stretch.held.take() {
@@ -238,8 +238,8 @@ impl<W: Write> Rewriter<W> {
     }
 
     /// Holds a span back, and writes the one before.
-    fn span(&mut self, stretch: &mut Stretch, span: SmoothSpan) -> Result<(), Stop> {
-        match stretch.held.replace(span) {
+    fn span(&mut self, stretch: &mut Stretch, span: &SmoothSpan) -> Result<(), Stop> {
+        match stretch.held.replace(*span) {
             Some(before) => self.write(stretch, &before, span.station),
             None => Ok(()),
         }
