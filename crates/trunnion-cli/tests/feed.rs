@@ -125,9 +125,20 @@ fn limits_along_the_path_and_speeds_at_its_ends() {
     let schedule = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap());
     assert!((schedule[0][2] - 10.0).abs() < 1e-9);
     assert!((schedule.last().unwrap()[2] - 5.0).abs() < 1e-9);
+    // With jerk limits as well, in hardly more time.
+    let found = summary(folder.path(), &[]);
+    let jerk = found["duration"].as_f64().unwrap();
+    assert!(jerk > want && jerk < 1.05 * want, "{jerk} {want}");
+    let schedule = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap());
+    assert!((schedule[0][2] - 10.0).abs() < 1e-9);
+    assert!((schedule.last().unwrap()[2] - 5.0).abs() < 1e-9);
+    // 100 mm are not enough to stop from 20 mm/s with 1 mm/s².
+    let path = "[path]\nacc = 1\nstart = 20\n";
+    fs::write(folder.path().join("limits.toml"), format!("{LIMITS}{path}")).unwrap();
     let output = feed(folder.path(), &[]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("start speed is 10, but jerk-limited"), "{}", stderr(&output));
+    let told = stderr(&output);
+    assert!(told.contains("start speed 20 is above what the path allows"), "{told}");
 }
 
 #[test]

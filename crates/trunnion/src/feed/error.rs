@@ -76,7 +76,8 @@ pub enum FeedError {
     StartTooFast {
         /// Speed asked for.
         speed: f64,
-        /// Largest speed at the start from which the limits can be kept.
+        /// Largest speed at the start from which the limits can be kept; with jerk limits a speed for
+        /// which a schedule was found.
         most: f64,
     },
     /// The speed asked for at the end cannot be reached, or is not allowed there.
@@ -87,17 +88,42 @@ pub enum FeedError {
     EndTooFast {
         /// Speed asked for.
         speed: f64,
-        /// Largest speed within the limits.
+        /// Largest speed within the limits; with jerk limits one for which a schedule was found.
         most: f64,
     },
-    /// Jerk-limited schedules go from rest to rest.
+    /// An acceleration at the ends of the path is not a number, or there without a speed.
     #[error(
-        "{name} speed is {value}, but jerk-limited schedules start and end at rest; \
-         use 0, or plan without jerk limits"
+        "{name} acceleration is {value} at speed {speed}; it must be finite, and 0 at rest \
+         (s per second squared)"
     )]
-    NotAtRest {
+    BadEndAcceleration {
         /// `start` or `end`.
         name: &'static str,
+        /// Value given.
+        value: f64,
+        /// Speed there.
+        speed: f64,
+    },
+    /// A chord error or the servo period it is meant for is not positive.
+    #[error(
+        "chord error of axis {axis} is {value} at a period of {period} s; both must be positive, and \
+         the error infinite for no limit"
+    )]
+    BadChord {
+        /// Index of the axis.
+        axis: usize,
+        /// Error given.
+        value: f64,
+        /// Period given.
+        period: f64,
+    },
+    /// A speed limit of a node is zero, negative or not a number.
+    #[error("piece {piece}, node {node}: speed limit {value}; it must be positive (s per second)")]
+    BadSpeedLimit {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the node.
+        node: usize,
         /// Value given.
         value: f64,
     },

@@ -12,6 +12,7 @@
 //! lower    certified lower bound of the time
 //! check    what the schedule does, measured with another discretisation
 //! jerk     the same for schedules with jerk limits
+//! limit    accelerations from chord errors, speeds point by point
 //! blocks   the classical planner: straight blocks with look-ahead
 //! stream   a path that arrives bit by bit, with feed hold and override
 //! given    the user's own speed: what the axes do, which limits break
@@ -23,6 +24,7 @@ mod check;
 mod error;
 mod given;
 mod jerk;
+mod limit;
 mod lower;
 mod profile;
 mod refine;
@@ -32,8 +34,9 @@ mod strip;
 pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
 pub use error::{FeedError, LimitKind};
 pub use given::{Breach, GivenSpeed, given};
-pub use jerk::jerk;
-pub use stream::{Step, Stream, StreamOptions};
+pub use jerk::{jerk, jerk_between};
+pub use limit::limit_speeds;
+pub use stream::{JerkStream, Step, Stream, StreamOptions};
 
 use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
 use nalgebra::SVector;
@@ -68,7 +71,7 @@ pub struct FeedOptions {
     /// is fine, 1 never goes on for speed.
     pub time_tolerance: f64,
     /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
-    /// meet. [`jerk`] takes zeros only.
+    /// meet.
     pub ends: [f64; 2],
     /// Whether [`optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
     /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;

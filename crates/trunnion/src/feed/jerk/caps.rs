@@ -1,17 +1,24 @@
 //! Upper bounds of the squared speed that do not depend on its slope.
 
 use super::rows::rest_cap;
-use super::spline::Spline;
+use super::spline::{Border, Spline};
 use crate::feed::Reciprocals;
 use crate::feed::profile::Grid;
+
+/// A given speed up to this share of a limit is at the limit: squares, rates and caps are right to a few
+/// roundings each.
+const AT_LIMIT: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Velocity, feed and tip limits, and everything that limits a rest cell.
 #[derive(Debug, Clone)]
 pub(super) struct Caps {
     /// Of the control of each cell.
     pub(super) control: Vec<f64>,
-    /// Of `x` at each row; unlimited at the borders of rest cells, whose controls have it all.
+    /// Of `x` at each row; unlimited at the borders of rest cells, whose controls have it all, and where
+    /// an end gives it.
     pub(super) row: Vec<f64>,
+    /// Largest share of its cap that the motion at an end uses.
+    pub(super) given: f64,
 }
 
 impl Caps {
@@ -31,17 +38,25 @@ impl Caps {
         // Where nothing moves, x is at most what it is at most elsewhere.
         let control = lines.iter().map(|[a, b]| (0.5 * (a + b)).min(fastest)).collect();
         let mut row = vec![f64::INFINITY; grid.s.len()];
-        for cell in 1..last {
+        for cell in spline.cells() {
             let [start, end] = lines[cell].map(|cap| cap.min(fastest));
             row[cell] = row[cell].min(start);
             row[cell + 1] = row[cell + 1].min(end);
         }
-        let mut caps = Self { control, row };
-        let borders = [(1, 0, 1, false), (last - 1, last, last, true)];
-        for (cell, rest, border, to_rest) in borders {
+        let mut caps = Self { control, row, given: 0.0 };
+        let borders = [[1, 0, 1, 0], [last - 1, last, last, last + 1]];
+        for ([cell, end, border, outer], motion) in borders.into_iter().zip(spline.ends) {
+            let to_rest = end > 0;
+            if let Border::Moving([x, _]) = motion {
+                let shares = [x / caps.row[outer], spline.controls[end] / caps.control[end]];
+                let most = shares[0].max(shares[1]);
+                caps.given = caps.given.max(if most <= AT_LIMIT { most.min(1.0) } else { most });
+                (caps.row[outer], caps.control[end]) = (f64::INFINITY, f64::INFINITY);
+                continue;
+            }
             let weights = spline.weights(cell);
             let share = if to_rest { weights.end[0] } else { weights.start[1] };
-            let cap = rest_cap(&grid.cells[rest], limits, to_rest).min(caps.row[border]) / share;
+            let cap = rest_cap(&grid.cells[end], limits, to_rest).min(caps.row[border]) / share;
             caps.control[cell] = caps.control[cell].min(cap);
             caps.row[border] = f64::INFINITY;
         }

@@ -1,5 +1,6 @@
 //! Cells for a jerk-limited profile.
 
+use super::spline::Border;
 use crate::feed::Reciprocals;
 use crate::feed::cell::Cell;
 use crate::feed::profile::Grid;
@@ -26,22 +27,30 @@ const LARGEST_SHARE: f64 = 0.0163;
 /// simple fraction either.
 const GROWTH: f64 = 0.26;
 
-/// The path's nodes, with cells halved until they resolve rest at both ends.
-pub(super) fn graded<const N: usize>(piece: &AxisPiece<N>, limits: &Reciprocals<N>) -> Grid<N> {
+/// The path's nodes, with cells halved until they resolve rest at ends that do not move.
+pub(super) fn graded<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    ends: &[Border; 2],
+) -> Grid<N> {
+    let moving = ends.each_ref().map(Border::moves);
     let mut grid = Grid { s: Vec::with_capacity(piece.nodes.len() + 64), cells: Vec::new() };
     let (Some(first), Some(last)) = (piece.nodes.first(), piece.nodes.last()) else { return grid };
-    let ends = [first.s, last.s];
-    let length = ends[1] - ends[0];
+    let range = [first.s, last.s];
+    let length = range[1] - range[0];
     let last_interval = piece.nodes.len().saturating_sub(2);
     let rest = [(0, first.s), (last_interval, last.s)].map(|(interval, s)| {
         let quintic = piece.quintic(interval);
         quintic.map_or(0.0, |(origin, quintic)| rest_length(quintic.at(s - origin), limits, length))
     });
     let allowed = |from: f64, to: f64| {
-        let [before, after] = [from - ends[0], ends[1] - to];
-        let by_end =
-            |distance: f64, rest: f64| if distance > 0.0 { GROWTH * distance } else { rest };
-        (LARGEST_SHARE * length).min(by_end(before, rest[0])).min(by_end(after, rest[1]))
+        let [before, after] = [from - range[0], range[1] - to];
+        let by_end = |end: usize, distance: f64| match (moving[end], distance > 0.0) {
+            (true, _) => f64::INFINITY,
+            (false, true) => GROWTH * distance,
+            (false, false) => rest[end],
+        };
+        (LARGEST_SHARE * length).min(by_end(0, before)).min(by_end(1, after))
     };
     for pair in piece.nodes.windows(2) {
         let mut stack = vec![(pair[0].s, pair[1].s, Cell::between(&pair[0], &pair[1]))];
@@ -57,7 +66,7 @@ pub(super) fn graded<const N: usize>(piece: &AxisPiece<N>, limits: &Reciprocals<
             }
         }
     }
-    grid.s.push(ends[1]);
+    grid.s.push(range[1]);
     grid
 }
 

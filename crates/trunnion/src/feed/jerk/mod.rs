@@ -2,14 +2,18 @@
 //!
 //! The squared speed is a spline (`spline`) whose rows (`rows`) bound velocities, accelerations and
 //! jerks everywhere; an interior-point method (`newton`, `local`, `band`) makes it as fast as they
-//! allow, from a slow profile (`start`) on a grid that resolves rest at both ends (`grid`).
+//! allow, from a slow profile (`start`, brought inside the limits by `restore` where an end moves) on a
+//! grid that resolves rest (`grid`).
 
 mod band;
 mod caps;
 mod check;
+mod course;
+mod ends;
 mod grid;
 mod local;
 mod newton;
+mod restore;
 mod rows;
 mod spline;
 mod start;
@@ -20,9 +24,11 @@ use super::{
     plan_all,
 };
 use crate::types::{AxisPath, AxisPiece, Law, Progress, SchedulePiece, Stretch};
+pub(super) use course::{Ahead, Course};
+
 use caps::Caps;
 use newton::Solver;
-use spline::Spline;
+use spline::{Border, Spline};
 
 /// Barrier weights as shares of each cell's time: the first about balances the time against the 110
 /// sides of rows a cell has, the last leaves 2e-4 of it.
@@ -39,19 +45,21 @@ const SHIFT: f64 = 0.618_033_988_749_895;
 /// Most sweeps at the last weight.
 const EXTRA: usize = 4;
 
-/// Plans a schedule within velocity, acceleration, jerk and feed limits, from rest to rest on each
-/// piece, with continuous acceleration.
+/// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous acceleration.
+/// Pieces rest where they meet; the first starts and the last ends with the speeds of `options.ends`
+/// and no `d²s/dt²`.
 ///
 /// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well: [`Plan::bounds`]
 /// are guaranteed. Not convex, so not certainly the fastest; [`Plan::lower_bound`] disregards jerk and
-/// tells how much it can be at most. Every slow enough profile is allowed, so valid data always has a
-/// schedule, whatever its units; every step of the search keeps all limits.
+/// tells how much it can be at most. From rest to rest every slow enough profile is allowed, so valid
+/// data always has a schedule, whatever its units; every step of the search keeps all limits.
 ///
 /// The search ends when a sweep gains less than `time_tolerance`.
 ///
 /// # Errors
 ///
-/// As [`super::optimal`], [`FeedError::NoJerkLimit`] and [`FeedError::NotAtRest`].
+/// As [`super::optimal`], and [`FeedError::NoJerkLimit`]. A speed at an end for which no schedule is
+/// found is [`FeedError::StartTooFast`] or [`FeedError::EndTooFast`].
 ///
 /// # Source
 ///
@@ -62,17 +70,30 @@ pub fn jerk<const N: usize>(
     options: &FeedOptions,
     progress: &dyn Progress,
 ) -> Result<Plan, FeedError> {
+    jerk_between(path, limits, (options, [0.0; 2]), progress)
+}
+
+/// As [`jerk`], with `d²s/dt²` at the start and at the end as well.
+///
+/// # Errors
+///
+/// As [`jerk`]; [`FeedError::BadEndAcceleration`] for one that is not finite, or not 0 at rest.
+pub fn jerk_between<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    (options, accelerations): (&FeedOptions, [f64; 2]),
+    progress: &dyn Progress,
+) -> Result<Plan, FeedError> {
     super::error::validate(path, limits, options)?;
     if limits.jerk.is_none() {
         return Err(FeedError::NoJerkLimit);
     }
-    for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
-        if value > 0.0 {
-            return Err(FeedError::NotAtRest { name, value });
-        }
-    }
-    let planned = plan_all(path, progress, |_, piece| {
-        Ok(plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options))
+    let ends = ends::borders(options.ends, accelerations)?;
+    let count = path.pieces.len();
+    let planned = plan_all(path, progress, |index, piece| {
+        let at = |here: bool, end: Border| if here { end } else { Border::Rest };
+        let ends = [at(index == 0, ends[0]), at(index + 1 == count, ends[1])];
+        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options, ends)
     })?;
     Ok(assemble(planned))
 }
@@ -81,24 +102,49 @@ fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Reciprocals<N>,
     options: &FeedOptions,
-) -> PlannedPiece {
-    let grid = grid::graded(piece, limits);
-    let lengths: Vec<f64> = grid.cells.iter().map(|cell| cell.h).collect();
-    let mut spline = Spline { controls: vec![0.0; lengths.len()], lengths };
+    ends: [Border; 2],
+) -> Result<PlannedPiece, FeedError> {
+    let grid = grid::graded(piece, limits, &ends);
+    let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     let mut bounds = Ratios { jerk: Some(0.0), ..Ratios::default() };
-    if let Some(caps) = Caps::new(&grid, &spline, limits) {
-        start::feasible(&grid, limits, &caps, &mut spline);
-        (spline, bounds) = fastest(&grid, limits, caps, (spline, options.time_tolerance));
+    if let Some((caps, start)) = feasible(&grid, limits, ends) {
+        let start = start.ok_or_else(|| ends::refused(piece, limits, ends))?;
+        (spline, bounds) = fastest(&grid, limits, caps, (start, options.time_tolerance));
     }
     let schedule = schedule(&grid, &spline);
-    PlannedPiece {
-        lower_bound: lower::bound(&grid, limits, &Ends { start: 0.0, end: 0.0 }),
+    let [start, end] = ends.map(|end| end.square());
+    Ok(PlannedPiece {
+        lower_bound: lower::bound(&grid, limits, &Ends { start, end }),
         measured: check::measure(piece, &schedule, limits),
         bounds,
         binding: check::binding(piece, &schedule, limits),
         inserted: schedule.s.len() - piece.nodes.len(),
         schedule,
-    }
+    })
+}
+
+fn lengths<const N: usize>(grid: &Grid<N>) -> Vec<f64> {
+    grid.cells.iter().map(|cell| cell.h).collect()
+}
+
+/// A spline inside all limits, with the references that show it.
+type Feasible = (Spline, Vec<f64>);
+
+/// Something to start from, if there is; nothing at all where nothing is limited, so nothing moves.
+fn feasible<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    ends: [Border; 2],
+) -> Option<(Caps, Option<Feasible>)> {
+    let mut spline = Spline::new(lengths(grid), vec![0.0; grid.cells.len()], ends);
+    let caps = Caps::new(grid, &spline, limits)?;
+    start::feasible(grid, limits, &caps, &mut spline);
+    let start = if ends.iter().any(Border::moves) {
+        restore::restore(grid, limits, &caps, (spline, Vec::new()))
+    } else {
+        Some((spline, Vec::new()))
+    };
+    Some((caps, start))
 }
 
 /// The spline made fast, and the bounds it keeps.
@@ -106,11 +152,13 @@ fn fastest<const N: usize>(
     grid: &Grid<N>,
     limits: &Reciprocals<N>,
     caps: Caps,
-    (start, tolerance): (Spline, f64),
+    (start, tolerance): (Feasible, f64),
 ) -> (Spline, Ratios) {
     let slow = start.clone();
     let mut weight = FIRST_WEIGHT;
-    let mut solver = Solver::new(grid, limits, caps, start, weight);
+    let mut solver = Solver::new(grid, limits, (caps, Vec::new()), start.0);
+    solver.keep_references(&start.1);
+    solver.centre(weight, solver.spline.cells());
     let mut border = 0.5;
     let mut time = f64::INFINITY;
     for sweep in 0..LEVELS + EXTRA {
@@ -127,14 +175,18 @@ fn fastest<const N: usize>(
         }
     }
     let bounds = solver.bounds();
-    let kept = |bound: f64| bound <= 1.0;
-    if kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept) {
+    if kept(&bounds) {
         return (solver.spline, bounds);
     }
     // Steps stay off the limits by far more than rounding, so this is not expected to be reached.
     solver.restart(slow);
     let bounds = solver.bounds();
     (solver.spline, bounds)
+}
+
+fn kept(bounds: &Ratios) -> bool {
+    let kept = |bound: f64| bound <= 1.0;
+    kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept)
 }
 
 #[expect(

@@ -32,6 +32,10 @@ pub(super) struct Solver<'a, const N: usize> {
     pub(super) references: Vec<f64>,
     multipliers: Vec<PerRow<N>>,
     cap_multipliers: Vec<[f64; 2]>,
+    /// Factors of the limits on accelerations and on jerks, cell by cell; none if empty.
+    loose: Vec<[f64; 2]>,
+    /// Factor of the barrier's weight for caps.
+    pub(super) caution: f64,
     work: Work<N>,
 }
 
@@ -46,13 +50,12 @@ struct Work<const N: usize> {
 }
 
 impl<'a, const N: usize> Solver<'a, N> {
-    /// From a spline within all limits. `weight` is the barrier's, as a share of each cell's time.
+    /// From a spline within all limits, where `loose` times those.
     pub(super) fn new(
         grid: &'a Grid<N>,
         limits: &'a Reciprocals<N>,
-        caps: Caps,
+        (caps, loose): (Caps, Vec<[f64; 2]>),
         spline: Spline,
-        weight: f64,
     ) -> Self {
         let cells = spline.len();
         let mut solver = Self {
@@ -62,38 +65,70 @@ impl<'a, const N: usize> Solver<'a, N> {
             references: vec![0.0; cells],
             multipliers: vec![[[0.0; N]; ROWS]; cells],
             cap_multipliers: vec![[0.0; 2]; cells],
+            loose,
+            caution: 1.0,
             work: Work::default(),
             spline,
         };
-        for cell in 1..cells - 1 {
-            let x = solver.spline.coefficients(cell);
-            solver.references[cell] = reference(x);
-            let state = solver.state(cell, weight * solver.time(cell));
-            let rows = Rows::new(&grid.cells[cell], limits);
-            let mut inverses = [[0.0; N]; ROWS];
-            let none = [[0.0; N]; ROWS];
-            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut inverses);
-            solver.multipliers[cell] =
-                inverses.map(|row| row.map(|inverse| state.weight * inverse.abs()));
-            solver.cap_multipliers[cell] =
-                solver.cap_slacks(cell, x).map(|slack| state.weight / slack);
+        for cell in solver.spline.cells() {
+            solver.references[cell] = reference(solver.spline.coefficients(cell));
         }
         solver
     }
 
+    /// Rows of a cell.
+    fn rows(&self, cell: usize) -> Rows<N> {
+        let mut rows = Rows::new(&self.grid.cells[cell], self.limits);
+        if let Some(loose) = self.loose.get(cell) {
+            rows.loosen(*loose);
+        }
+        rows
+    }
+
+    /// Keeps references of an earlier solution where they leave more room.
+    pub(super) fn keep_references(&mut self, earlier: &[f64]) {
+        for cell in self.spline.cells() {
+            let x = self.spline.coefficients(cell);
+            let rows = self.rows(cell);
+            let jerk = |reference: f64| rows.shares(x, reference)[1];
+            let kept = earlier.get(cell).copied().unwrap_or_default();
+            if kept > 0.0 && jerk(kept) < jerk(self.references[cell]) {
+                self.references[cell] = kept;
+            }
+        }
+    }
+
+    /// Multipliers of the central path: `weight` is the barrier's, as a share of each cell's time.
+    pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
+        for cell in range {
+            let x = self.spline.coefficients(cell);
+            let state = self.state(cell, weight * self.time(cell));
+            let rows = self.rows(cell);
+            let mut inverses = [[0.0; N]; ROWS];
+            let none = [[0.0; N]; ROWS];
+            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut inverses);
+            self.multipliers[cell] =
+                inverses.map(|row| row.map(|inverse| state.weight * inverse.abs()));
+            let weight = self.caution * state.weight;
+            self.cap_multipliers[cell] = self.cap_slacks(cell, x).map(|slack| weight / slack);
+        }
+    }
+
     /// Takes another spline, with the references that suit it.
-    pub(super) fn restart(&mut self, spline: Spline) {
+    pub(super) fn restart(&mut self, (spline, references): (Spline, Vec<f64>)) {
         self.spline = spline;
-        for cell in 1..self.spline.len() - 1 {
+        for cell in self.spline.cells() {
             self.references[cell] = reference(self.spline.coefficients(cell));
         }
+        self.keep_references(&references);
     }
 
     /// Upper bounds of all ratios, everywhere on the piece.
     pub(super) fn bounds(&self) -> Ratios {
         let last = self.spline.len() - 1;
-        let [mut square, mut acceleration, mut jerk] = [0.0_f64; 3];
-        for cell in 1..last {
+        let rests = self.spline.ends.map(|end| !end.moves());
+        let [mut square, mut acceleration, mut jerk] = [self.caps.given, 0.0, 0.0];
+        for cell in self.spline.cells() {
             let x = self.spline.coefficients(cell);
             let rows = Rows::new(&self.grid.cells[cell], self.limits);
             let [a, j] = rows.shares(x, self.references[cell]);
@@ -101,7 +136,7 @@ impl<'a, const N: usize> Solver<'a, N> {
             jerk = jerk.max(j);
             let control = x[1] / self.caps.control[cell];
             square = square.max(control).max(x[2] / self.caps.row[cell + 1]);
-            if cell == 1 || cell + 1 == last {
+            if (cell == 1 && rests[0]) || (cell + 1 == last && rests[1]) {
                 // The rest cell next to it: its accelerations go with x, its jerks with x^(3/2).
                 acceleration = acceleration.max(control);
                 jerk = jerk.max(control.powf(1.5));
@@ -128,8 +163,19 @@ impl<'a, const N: usize> Solver<'a, N> {
     /// Newton steps on each with the barrier's `weight`.
     pub(super) fn sweep(&mut self, weight: f64, steps: usize, [first, size]: [usize; 2]) {
         let last = self.spline.len() - 1;
-        let mut from = 1;
-        let mut to = (1 + first).min(last);
+        self.sweep_over(1..last, (weight, steps), [first, size]);
+    }
+
+    /// The same over a range of controls.
+    pub(super) fn sweep_over(
+        &mut self,
+        range: Range<usize>,
+        (weight, steps): (f64, usize),
+        [first, size]: [usize; 2],
+    ) {
+        let last = range.end;
+        let mut from = range.start;
+        let mut to = (from + first).min(last);
         while from < last {
             self.stretch(from..to, weight, steps);
             (from, to) = (to, (to + size).min(last));
@@ -138,14 +184,14 @@ impl<'a, const N: usize> Solver<'a, N> {
 
     /// Newton steps on the controls of a range.
     fn stretch(&mut self, range: Range<usize>, weight: f64, steps: usize) {
-        let last = self.spline.len() - 1;
         // Cells that the controls of the range have a part in.
-        let cells = range.start.saturating_sub(1).max(1)..(range.end + 1).min(last);
+        let all = self.spline.cells();
+        let cells = (range.start - 1).max(all.start)..(range.end + 1).min(all.end);
         let mut work = std::mem::take(&mut self.work);
         work.rows.clear();
         work.weights.clear();
         for cell in cells.clone() {
-            work.rows.push(Rows::new(&self.grid.cells[cell], self.limits));
+            work.rows.push(self.rows(cell));
             work.weights.push(weight * self.time(cell));
         }
         work.inverses.resize(cells.len(), [[0.0; N]; ROWS]);
@@ -190,7 +236,7 @@ impl<'a, const N: usize> Solver<'a, N> {
         for side in 0..2 {
             let mut d = [0.0; 3];
             d[1 + side] = 1.0 / caps[side];
-            out.add_gradient(state.weight / slacks[side], d);
+            out.add_gradient(self.caution * state.weight / slacks[side], d);
             out.add_square(self.cap_multipliers[cell][side] / slacks[side], d);
         }
     }
@@ -226,6 +272,9 @@ impl<'a, const N: usize> Solver<'a, N> {
             let Some(row) = cell.checked_sub(range.start).filter(|row| *row < range.len()) else {
                 continue;
             };
+            if self.spline.ends[usize::from(rest > 0)].moves() {
+                continue;
+            }
             let x = self.spline.coefficients(cell);
             let border = if rest == 0 { x[0] } else { x[2] };
             let time = 3.0 * self.spline.lengths[rest] / border.sqrt();
@@ -240,7 +289,7 @@ impl<'a, const N: usize> Solver<'a, N> {
         let at = |control: usize| {
             if range.contains(&control) { band.right[control - range.start] } else { 0.0 }
         };
-        self.spline.weights(cell).apply([at(cell - 1), at(cell), at(cell + 1)])
+        self.spline.weights(cell).apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)])
     }
 
     /// Longest step that keeps all rows, at most 1.
@@ -273,11 +322,12 @@ impl<'a, const N: usize> Solver<'a, N> {
             let x = self.spline.coefficients(cell);
             let slacks = self.cap_slacks(cell, x);
             let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
+            let caution = self.caution;
             for side in 0..2 {
                 let inverse = 1.0 / slacks[side];
                 let turn = d[1 + side] / caps[side] * inverse;
                 let multiplier = &mut self.cap_multipliers[cell][side];
-                *multiplier = bring_along(*multiplier, weight, length, inverse, turn);
+                *multiplier = bring_along(*multiplier, caution * weight, length, inverse, turn);
             }
         }
         for (control, change) in range.clone().zip(&work.band.right) {

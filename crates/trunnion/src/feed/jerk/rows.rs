@@ -64,6 +64,14 @@ impl<const N: usize> Rows<N> {
         rows
     }
 
+    /// Multiplies the limits on accelerations and on jerks.
+    pub(super) fn loosen(&mut self, [accelerations, jerks]: [f64; 2]) {
+        for (row, factors) in self.factors.iter_mut().enumerate() {
+            let by = if row < JERKS { 1.0 / jerks } else { 1.0 / accelerations };
+            factors.iter_mut().flatten().for_each(|factor| *factor *= by);
+        }
+    }
+
     /// Values of a row on all axes for coefficients of `x`.
     #[inline]
     pub(super) fn values(&self, row: usize, x: [f64; 3]) -> [f64; N] {
@@ -71,13 +79,16 @@ impl<const N: usize> Rows<N> {
         std::array::from_fn(|axis| a[axis] * x[0] + b[axis] * x[1] + c[axis] * x[2])
     }
 
-    /// Largest accelerations, and jerks over what the reference leaves them: 1 is at the limit.
+    /// Largest accelerations, and jerks over what the reference leaves them: 1 is at the limit, infinite
+    /// where it leaves nothing.
     pub(super) fn shares(&self, x: [f64; 3], reference: f64) -> [f64; 2] {
         let scale = reference.sqrt();
         let largest = |row: usize| self.values(row, x).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let mut shares = [0.0_f64; 2];
         for row in 0..JERKS {
-            shares[1] = shares[1].max(scale * largest(row) / room(row, x, reference));
+            let room = room(row, x, reference);
+            let share = if room > 0.0 { scale * largest(row) / room } else { f64::INFINITY };
+            shares[1] = shares[1].max(share);
         }
         for row in JERKS..ROWS {
             shares[0] = shares[0].max(largest(row));

@@ -3,16 +3,37 @@
 //! Over a cell `x` is the quadratic with Bernstein coefficients `(x at the start, control, x at the
 //! end)`. The controls are the unknowns: that slopes agree at rows makes each `x` at a row the mean
 //! of the controls on both sides, weighted by the opposite lengths. Then `d²s/dt² = x'/2` is
-//! continuous and linear in `s`. In the first and the last cell `x = k σ^(4/3)` with `σ` the distance
-//! from rest, the only power with bounded jerk there: `s` goes with `t³`, and `x' = 4 x / 3 σ`.
+//! continuous and linear in `s`. Next to rest, in the first or the last cell, `x = k σ^(4/3)` with `σ` the
+//! distance from rest, the only power with bounded jerk there: `s` goes with `t³`, and `x' = 4 x / 3 σ`.
+//! At an end that moves, `x` and the control next to it are given by speed and acceleration.
 
-/// Squared speed along a piece. Controls of the first and the last cell are not used.
+use std::ops::Range;
+
+/// An end of a piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Border {
+    /// No speed, no acceleration.
+    Rest,
+    /// Squared speed and `d²s/dt²`.
+    Moving([f64; 2]),
+}
+
+impl Border {
+    pub(super) fn moves(&self) -> bool {
+        matches!(self, Self::Moving(_))
+    }
+}
+
+/// Squared speed along a piece. The control of a cell next to an end is given: by the motion there, or
+/// not used if that is rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spline {
     /// Lengths of the cells, at least four.
     pub(super) lengths: Vec<f64>,
     /// Middle Bernstein coefficient of each cell.
     pub(super) controls: Vec<f64>,
+    /// Start and end.
+    pub(super) ends: [Border; 2],
 }
 
 /// Weights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
@@ -39,50 +60,85 @@ impl Spline {
         1.0 / (1.0 + 0.5 * REST_SLOPE * neighbour / rest)
     }
 
-    /// Weights of cell `cell`, which is neither the first nor the last.
+    /// With the controls that the ends give.
+    pub(super) fn new(lengths: Vec<f64>, mut controls: Vec<f64>, ends: [Border; 2]) -> Self {
+        let last = lengths.len().saturating_sub(1);
+        for (end, cell, sign) in [(ends[0], 0, 1.0), (ends[1], last, -1.0)] {
+            if let (Border::Moving([x, u]), Some(control)) = (end, controls.get_mut(cell)) {
+                *control = x + sign * u * lengths[cell];
+            }
+        }
+        Self { lengths, controls, ends }
+    }
+
+    /// Cells in which `x` is a parabola: all but those next to rest.
+    pub(super) fn cells(&self) -> Range<usize> {
+        let [first, last] = self.ends.map(|end| usize::from(!end.moves()));
+        first..self.len() - last
+    }
+
+    /// Weights of a cell of [`Self::cells`]; what ends give has none.
     pub(super) fn weights(&self, cell: usize) -> Weights {
-        let [before, own, after] =
-            [self.lengths[cell - 1], self.lengths[cell], self.lengths[cell + 1]];
-        let start = if cell == 1 {
-            [0.0, Self::rest_share(before, own)]
-        } else {
-            [own / (before + own), before / (before + own)]
+        let own = self.lengths[cell];
+        let start = match cell {
+            0 => [0.0; 2],
+            1 if !self.ends[0].moves() => [0.0, Self::rest_share(self.lengths[0], own)],
+            _ => {
+                let before = self.lengths[cell - 1];
+                [own / (before + own), before / (before + own)]
+            }
         };
-        let end = if cell + 2 == self.len() {
-            [Self::rest_share(after, own), 0.0]
-        } else {
-            [after / (own + after), own / (own + after)]
+        let end = match self.len() - cell {
+            1 => [0.0; 2],
+            2 if !self.ends[1].moves() => [Self::rest_share(self.lengths[cell + 1], own), 0.0],
+            _ => {
+                let after = self.lengths[cell + 1];
+                [after / (own + after), own / (own + after)]
+            }
         };
         Weights { start, end }
     }
 
-    /// Bernstein coefficients of a cell that is neither the first nor the last.
+    /// Bernstein coefficients of a cell of [`Self::cells`].
     pub(super) fn coefficients(&self, cell: usize) -> [f64; 3] {
-        self.weights(cell).apply([
-            self.controls[cell - 1],
-            self.controls[cell],
-            self.controls[cell + 1],
-        ])
+        let at = |cell: usize| self.controls.get(cell).copied().unwrap_or(0.0);
+        let neighbours = [at(cell.wrapping_sub(1)), at(cell), at(cell + 1)];
+        let mut x = self.weights(cell).apply(neighbours);
+        if let (0, Border::Moving([start, _])) = (cell, self.ends[0]) {
+            x[0] = start;
+        }
+        if let (true, Border::Moving([end, _])) = (cell + 1 == self.len(), self.ends[1]) {
+            x[2] = end;
+        }
+        x
     }
 
     /// `ds/dt` and `d²s/dt²` at every row.
     pub(super) fn motion(&self) -> [Vec<f64>; 2] {
-        let [mut speed, mut acceleration] = [vec![0.0], vec![0.0]];
-        let last = self.len() - 1;
-        for cell in 1..last {
+        let [mut speed, mut acceleration] = [0, 1].map(|_| Vec::with_capacity(self.len() + 1));
+        let cells = self.cells();
+        if cells.start > 0 {
+            speed.push(0.0);
+            acceleration.push(0.0);
+        }
+        for cell in cells.clone() {
             let [x, control, _] = self.coefficients(cell);
             speed.push(x.sqrt());
             acceleration.push((control - x) / self.lengths[cell]);
         }
-        let [_, control, x] = self.coefficients(last - 1);
-        speed.extend([x.sqrt(), 0.0]);
-        acceleration.extend([(x - control) / self.lengths[last - 1], 0.0]);
+        let [_, control, x] = self.coefficients(cells.end - 1);
+        speed.push(x.sqrt());
+        acceleration.push((x - control) / self.lengths[cells.end - 1]);
+        if cells.end < self.len() {
+            speed.push(0.0);
+            acceleration.push(0.0);
+        }
         [speed, acceleration]
     }
 
-    /// Time from rest to rest, near enough to see whether it still falls.
+    /// Time from end to end, near enough to see whether it still falls.
     pub(super) fn time(&self) -> f64 {
-        let cells = 1..self.len() - 1;
+        let cells = self.cells();
         cells.map(|cell| self.lengths[cell] / middle(self.coefficients(cell)).sqrt()).sum()
     }
 }
@@ -110,6 +166,7 @@ mod tests {
         let spline = Spline {
             lengths: vec![0.5, 1.0, 2.0, 0.25, 1.5],
             controls: vec![0.0, 3.0, 5.0, 4.0, 0.0],
+            ends: [Border::Rest; 2],
         };
         let slopes = |cell: usize| {
             let [a, b, c] = spline.coefficients(cell);

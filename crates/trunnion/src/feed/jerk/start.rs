@@ -8,13 +8,15 @@
 
 use super::caps::Caps;
 use super::rows::{Rows, reference};
-use super::spline::Spline;
+use super::spline::{Border, Spline};
 use crate::feed::Reciprocals;
 use crate::feed::profile::Grid;
 use nalgebra::SVector;
 
 /// Share of each limit that the start aims at.
 const SHARE: f64 = 0.5;
+/// Share of speed limits where an end moves: it may well do so at its limit.
+const CAP_SHARE: f64 = 0.97;
 /// Share of the limits after the last resort.
 const AT_MOST: f64 = 0.9;
 /// Slopes are this much below that of constant jerk at the limit: half is for rounding off kinks.
@@ -42,22 +44,24 @@ impl Bound {
     }
 }
 
-/// Controls of a feasible spline.
+/// Controls of a feasible spline from rest to rest; near one where an end moves.
 pub(super) fn feasible<const N: usize>(
     grid: &Grid<N>,
     limits: &Reciprocals<N>,
     caps: &Caps,
     spline: &mut Spline,
 ) {
+    let moving = spline.ends.iter().any(Border::moves);
     let mut bounds: Vec<Bound> =
-        (0..grid.cells.len()).map(|cell| bound(grid, limits, caps, cell)).collect();
+        (0..grid.cells.len()).map(|cell| bound(grid, limits, (caps, moving), cell)).collect();
     for round in 0..=ROUNDS {
-        let y = envelope(grid, &bounds);
+        let y = envelope(grid, &bounds, &spline.ends);
         let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
-        spline.controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
+        let controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
+        *spline = Spline::new(std::mem::take(&mut spline.lengths), controls, spline.ends);
         let excess = excess(grid, limits, caps, spline);
         let worst = excess.iter().copied().fold(0.0, f64::max);
-        if worst <= AT_MOST {
+        if worst <= AT_MOST || moving {
             return;
         }
         if round == ROUNDS {
@@ -81,7 +85,7 @@ pub(super) fn feasible<const N: usize>(
 fn bound<const N: usize>(
     grid: &Grid<N>,
     limits: &Reciprocals<N>,
-    caps: &Caps,
+    (caps, moving): (&Caps, bool),
     index: usize,
 ) -> Bound {
     let cell = &grid.cells[index];
@@ -97,7 +101,8 @@ fn bound<const N: usize>(
     }
     let [accelerations, jerks] = Rows::new(cell, limits).shares([1.0; 3], 1.0);
     let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
-    let steady = (SHARE * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
+    let of_cap = if moving { CAP_SHARE } else { SHARE };
+    let steady = (of_cap * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
     Bound {
         steady: steady.powf(0.75),
         slope: GENTLE * (4.5 / brisk).sqrt(),
@@ -107,12 +112,16 @@ fn bound<const N: usize>(
     }
 }
 
-/// Largest `y` per cell below its own bound and all lines from others.
-fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound]) -> Vec<f64> {
+/// Largest `y` per cell below its own bound and all lines from others; above it where an end that moves
+/// is, down along such a line.
+fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound], ends: &[Border; 2]) -> Vec<f64> {
     let mut y: Vec<f64> = bounds.iter().map(|bound| bound.steady).collect();
     let last = y.len() - 1;
-    for end in [0, last] {
-        y[end] = y[end].min(0.5 * grid.cells[end].h * bounds[end].slope);
+    for (end, motion) in [0, last].into_iter().zip(ends) {
+        y[end] = match motion {
+            Border::Rest => y[end].min(0.5 * grid.cells[end].h * bounds[end].slope),
+            Border::Moving([x, _]) => x.powf(0.75),
+        };
     }
     let mut pass = |from: usize, to: usize| {
         let distance = 0.5 * (grid.cells[from].h + grid.cells[to].h);
@@ -121,6 +130,23 @@ fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound]) -> Vec<f64> {
     };
     (0..last).for_each(|cell| pass(cell, cell + 1));
     (0..last).rev().for_each(|cell| pass(cell + 1, cell));
+    let mut down = |cells: &mut dyn Iterator<Item = usize>, motion: &Border| {
+        let Border::Moving([x, _]) = motion else { return };
+        let mut line = x.powf(0.75);
+        let mut left = grid.s[last + 1] - grid.s[0];
+        for cell in cells {
+            if line <= y[cell] {
+                break;
+            }
+            y[cell] = line;
+            // Steeper where the path would end before.
+            let h = grid.cells[cell].h;
+            line -= h * bounds[cell].growth(line).max(line / left);
+            left -= h;
+        }
+    };
+    down(&mut (0..=last), &ends[0]);
+    down(&mut (0..=last).rev(), &ends[1]);
     y
 }
 
@@ -166,13 +192,15 @@ fn excess<const N: usize>(
     caps: &Caps,
     spline: &Spline,
 ) -> Vec<f64> {
-    let inner = 1..grid.cells.len() - 1;
-    let excess = inner.map(|cell| {
+    let inner = spline.cells();
+    let excess = inner.clone().map(|cell| {
         let x = spline.coefficients(cell);
         let [acceleration, jerk] = Rows::new(&grid.cells[cell], limits).shares(x, reference(x));
         let speed = (x[1] / caps.control[cell]).max(x[2] / caps.row[cell + 1]);
         acceleration.max(jerk.cbrt().powi(2)).max(speed)
     });
     // Rest cells are limited by the controls next to them.
-    std::iter::once(0.0).chain(excess).chain([0.0]).collect()
+    let [before, after] = [inner.start, grid.cells.len() - inner.end];
+    let none = |count: usize| std::iter::repeat_n(0.0, count);
+    none(before).chain(excess).chain(none(after)).collect()
 }

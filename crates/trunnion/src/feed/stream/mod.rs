@@ -2,13 +2,17 @@
 //!
 //! ```text
 //! window   rows ahead, and the backward pass over them
+//! jerk     the same with jerk limits, plan by plan
 //! ```
 
+mod jerk;
 mod window;
+
+pub use jerk::JerkStream;
 
 use super::cell::{Accelerations, Cell};
 use super::{FeedError, FeedOptions, Limits, Reciprocals, error, strip};
-use crate::types::{AXES, AxisNode, Moment, Motion};
+use crate::types::{AXES, AxisNode, Moment, Motion, Stretch};
 use window::{Row, Window, pieces, still};
 
 /// Largest override: twice the programmed feed.
@@ -36,6 +40,25 @@ pub struct StreamOptions {
 }
 
 impl StreamOptions {
+    /// The options as those of a plan, if they and the limits make sense.
+    fn validated<const N: usize>(&self, limits: &Limits<N>) -> Result<FeedOptions, FeedError> {
+        error::validate_limits(limits)?;
+        let feeds = FeedOptions {
+            feed: self.feed,
+            link_feed: self.link_feed,
+            tip: self.tip,
+            time_tolerance: 1.0,
+            ends: [0.0; 2],
+            guarantee: true,
+        };
+        error::validate_options(&feeds)?;
+        let Self { window, step, .. } = *self;
+        if window < 4 || !(step > 0.0 && step.is_finite()) {
+            return Err(FeedError::BadWindow { window, step });
+        }
+        Ok(feeds)
+    }
+
     /// How many parts a stretch between nodes is cut into: no more than fill a window.
     fn parts(&self, length: f64) -> usize {
         let most = self.window;
@@ -43,7 +66,8 @@ impl StreamOptions {
     }
 }
 
-/// A stretch of committed schedule: `d²s/dt²` is constant from its start to its end.
+/// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
+/// limits constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Piece of the path, counted from 0.
@@ -58,14 +82,24 @@ pub struct Step {
     pub duration: f64,
     /// `ds/dt` at both ends.
     pub speed: [f64; 2],
-    /// `d²s/dt²`.
+    /// `d²s/dt²` at the start.
     pub acceleration: f64,
+    /// `d²s/dt²` at the end.
+    pub end_acceleration: f64,
 }
 
 impl Step {
     /// Place and speed a time after the start, clamped to the step.
     pub fn at(&self, dt: f64) -> Moment {
         let dt = dt.clamp(0.0, self.duration);
+        let accelerations = [self.acceleration, self.end_acceleration];
+        if accelerations[0].to_bits() != accelerations[1].to_bits() {
+            let length = self.s[1] - self.s[0];
+            let stretch = Stretch { length, speed: self.speed, acceleration: accelerations };
+            let [advance, speed, acceleration, jerk] = stretch.at(dt);
+            let s = (self.s[0] + advance).clamp(self.s[0], self.s[1]);
+            return Moment { s, speed: speed.max(0.0), acceleration, jerk };
+        }
         let s = self.s[0] + dt * (self.speed[0] + 0.5 * self.acceleration * dt);
         let speed = (self.speed[0] + self.acceleration * dt).max(0.0);
         let s = s.clamp(self.s[0], self.s[1]);
@@ -154,20 +188,7 @@ impl<const N: usize> Stream<N> {
     ///
     /// [`FeedError::BadLimit`], [`FeedError::BadFeed`], [`FeedError::BadWindow`].
     pub fn new(limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
-        error::validate_limits(&limits)?;
-        let feeds = FeedOptions {
-            feed: options.feed,
-            link_feed: options.link_feed,
-            tip: options.tip,
-            time_tolerance: 1.0,
-            ends: [0.0; 2],
-            guarantee: true,
-        };
-        error::validate_options(&feeds)?;
-        let StreamOptions { window, step, .. } = options;
-        if window < 4 || !(step > 0.0 && step.is_finite()) {
-            return Err(FeedError::BadWindow { window, step });
-        }
+        let feeds = options.validated(&limits)?;
         Ok(Self {
             limits: [Motion::Cut, Motion::Link]
                 .map(|motion| Reciprocals::new(motion, &limits, &feeds)),
@@ -318,6 +339,7 @@ impl<const N: usize> Stream<N> {
             duration,
             speed,
             acceleration: 0.5 * (y - self.x) / h,
+            end_acceleration: 0.5 * (y - self.x) / h,
         };
         self.x = y;
         self.time += duration;

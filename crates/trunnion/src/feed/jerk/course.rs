@@ -1,0 +1,248 @@
+//! A plan that is under way, ends at rest, and is led on when more of the path is known.
+//!
+//! Led on, it would first come to rest where it ended and start again: both cells of rest there become
+//! one parabola, whose jerk is three times theirs; at such ends they are kept that much below their
+//! limits. From there the search goes on, and what was a stop becomes what the path allows.
+
+use super::caps::Caps;
+use super::newton::Solver;
+use super::rows::{Rows, reference};
+use super::spline::{Border, Spline};
+use super::{FIRST_WEIGHT, Feasible, LEVELS, LOWER, STEPS, grid, kept, lengths, start};
+use crate::feed::Reciprocals;
+use crate::feed::profile::Grid;
+use crate::types::AxisPiece;
+
+/// Share of their cap that cells of rest keep which become one: three times the jerk, a tenth to spare.
+const RESERVE: f64 = 0.45;
+
+/// What is expected at the end of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::feed) enum Ahead {
+    /// More path: the stop there is not meant to happen.
+    More,
+    /// Nothing; should more come after all, the axes may have to stop here.
+    Nothing,
+}
+
+impl Ahead {
+    fn reserve(self) -> f64 {
+        if self == Self::More { RESERVE } else { 1.0 }
+    }
+}
+
+/// Controls before the last way down to rest that are set free with it.
+const BEFORE: usize = 128;
+/// Most sweeps in which the stop dissolves, and the gain in time by which it goes on.
+const DISSOLVE: usize = 8;
+const GAIN: f64 = 0.001;
+/// Controls around the stop that are searched first.
+const AROUND: [usize; 4] = [24, 64, 160, usize::MAX / 2];
+/// Fewest cells that a plan is led on from.
+const FEWEST: usize = 8;
+
+/// A plan to rest at its end.
+#[derive(Debug, Clone)]
+pub(in crate::feed) struct Course<const N: usize> {
+    grid: Grid<N>,
+    spline: Spline,
+    references: Vec<f64>,
+    /// `ds/dt` and `d²s/dt²` at the rows.
+    motion: [Vec<f64>; 2],
+    /// Cells that were run.
+    done: usize,
+    ahead: Ahead,
+}
+
+/// A cell that is run: `s`, `ds/dt` and `d²s/dt²` at both ends.
+pub(in crate::feed) type Run = [[f64; 2]; 3];
+
+impl<const N: usize> Course<N> {
+    /// From rest to rest.
+    pub(in crate::feed) fn new(
+        piece: &AxisPiece<N>,
+        limits: &Reciprocals<N>,
+        ahead: Ahead,
+    ) -> Self {
+        let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
+        let motion = spline.motion();
+        let mut course = Self { grid, spline, references, motion, done: 0, ahead };
+        course.search((1, 1), limits);
+        course
+    }
+
+    /// The next cell.
+    pub(in crate::feed) fn run(&mut self) -> Option<Run> {
+        let cell = self.done;
+        let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
+        let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
+        self.done += 1;
+        Some(run)
+    }
+
+    /// Goes on over a piece that begins where this ends; `false` if it cannot, and stays as it is.
+    pub(in crate::feed) fn lead_on(
+        &mut self,
+        piece: &AxisPiece<N>,
+        limits: &Reciprocals<N>,
+        ahead: Ahead,
+    ) -> bool {
+        if self.done + FEWEST > self.spline.len() || self.motion[0].iter().all(|v| *v <= 0.0) {
+            return false;
+        }
+        self.forget();
+        let (onward, (mut other, _)) = slow(piece, limits, [RESERVE, ahead.reserve()]);
+        let stop = self.spline.len();
+        let mut grid = self.grid.clone();
+        grid.s.extend(onward.s.iter().skip(1));
+        grid.cells.extend(&onward.cells);
+        for _ in 0..FEWEST {
+            let joined = self.joined(&other);
+            let worst = strain(&grid, &joined, limits, stop - 1..stop + 1);
+            if worst < 1.0 {
+                self.references.resize(joined.len(), 0.0);
+                (self.grid, self.spline, self.ahead) = (grid, joined, ahead);
+                self.search((self.way_down(stop), stop), limits);
+                return true;
+            }
+            let less = (0.8 / worst).cbrt().powi(2);
+            other.controls.iter_mut().for_each(|control| *control *= less);
+        }
+        false
+    }
+
+    /// Drops what was run.
+    fn forget(&mut self) {
+        let cell = std::mem::take(&mut self.done);
+        if cell == 0 {
+            return;
+        }
+        let [speed, acceleration] = [self.motion[0][cell], self.motion[1][cell]];
+        let x = if cell < self.spline.cells().end {
+            self.spline.coefficients(cell)[0]
+        } else {
+            speed * speed
+        };
+        self.grid.s.drain(..cell);
+        for list in &mut self.motion {
+            list.drain(..cell);
+        }
+        self.grid.cells.drain(..cell);
+        for list in [&mut self.spline.lengths, &mut self.spline.controls, &mut self.references] {
+            list.drain(..cell);
+        }
+        self.spline.ends[0] = Border::Moving([x, acceleration]);
+    }
+
+    /// This, and another from rest to rest after it, with one parabola where both rest.
+    fn joined(&self, other: &Spline) -> Spline {
+        let mut spline = self.spline.clone();
+        let stop = spline.len();
+        let [before, after] = [self.spline.coefficients(stop - 2)[2], other.coefficients(1)[0]];
+        spline.lengths.extend(&other.lengths);
+        spline.controls.extend(&other.controls);
+        // The slopes at both borders, 4/3 x / h, over half a cell.
+        spline.controls[stop - 1] = before / 3.0;
+        spline.controls[stop] = after / 3.0;
+        spline
+    }
+
+    /// Control from which the speed only falls up to the stop, and some before.
+    fn way_down(&self, stop: usize) -> usize {
+        let mut from = stop - 1;
+        while from > 1 && self.spline.controls[from - 1] > self.spline.controls[from] {
+            from -= 1;
+        }
+        from.saturating_sub(BEFORE).max(1)
+    }
+
+    /// Makes the plan fast from control `from` on, and then all of it.
+    fn search(&mut self, (from, stop): (usize, usize), limits: &Reciprocals<N>) {
+        let reserves = [1.0, self.ahead.reserve()];
+        let Some(caps) = caps(&self.grid, &self.spline, limits, reserves) else { return };
+        let slow = (self.spline.clone(), self.references.clone());
+        let last = self.spline.len() - 1;
+        let mut solver = Solver::new(&self.grid, limits, (caps, Vec::new()), slow.0.clone());
+        solver.keep_references(&slow.1);
+        let tail = from..last;
+        let mut weight = FIRST_WEIGHT;
+        let final_weight = FIRST_WEIGHT * (1..LEVELS).fold(1.0, |weight, _| weight * LOWER);
+        solver.centre(final_weight, solver.spline.cells());
+        solver.centre(weight, from.max(solver.spline.cells().start)..solver.spline.cells().end);
+        // From near the stop outwards: one step for all would be as short as the shortest of any place.
+        for around in AROUND {
+            let near = stop.saturating_sub(around).max(from)..(stop + around).min(last);
+            let near = if stop > from { near } else { tail.clone() };
+            let mut time = solver.spline.time();
+            for _ in 0..DISSOLVE {
+                solver.sweep_over(near.clone(), (weight, STEPS), [near.len(); 2]);
+                let now = solver.spline.time();
+                if now > (1.0 - GAIN) * time {
+                    break;
+                }
+                time = now;
+            }
+        }
+        for _ in 1..LEVELS {
+            weight *= LOWER;
+            solver.sweep_over(tail.clone(), (weight, STEPS), [tail.len(); 2]);
+        }
+        for weight in [final_weight / LOWER, final_weight] {
+            solver.sweep(weight, STEPS, [last; 2]);
+        }
+        if !kept(&solver.bounds()) {
+            // Steps stay off the limits by far more than rounding: not expected.
+            solver.restart(slow);
+        }
+        (self.spline, self.references) = (solver.spline, solver.references);
+        self.motion = self.spline.motion();
+    }
+}
+
+/// Caps with the reserve of cells of rest.
+fn caps<const N: usize>(
+    grid: &Grid<N>,
+    spline: &Spline,
+    limits: &Reciprocals<N>,
+    reserves: [f64; 2],
+) -> Option<Caps> {
+    let mut caps = Caps::new(grid, spline, limits)?;
+    let ends = [1, spline.len() - 2].into_iter().zip(spline.ends).zip(reserves);
+    for ((cell, end), reserve) in ends {
+        if !end.moves() {
+            caps.control[cell] *= reserve;
+        }
+    }
+    Some(caps)
+}
+
+/// A slow plan from rest to rest.
+fn slow<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    reserves: [f64; 2],
+) -> (Grid<N>, Feasible) {
+    let ends = [Border::Rest; 2];
+    let grid = grid::graded(piece, limits, &ends);
+    let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+    if let Some(caps) = caps(&grid, &spline, limits, reserves) {
+        start::feasible(&grid, limits, &caps, &mut spline);
+    }
+    let references = vec![0.0; spline.len()];
+    (grid, (spline, references))
+}
+
+/// Largest share of accelerations and jerks in these cells.
+fn strain<const N: usize>(
+    grid: &Grid<N>,
+    spline: &Spline,
+    limits: &Reciprocals<N>,
+    cells: std::ops::Range<usize>,
+) -> f64 {
+    let share = |cell: usize| {
+        let x = spline.coefficients(cell);
+        let [a, j] = Rows::new(&grid.cells[cell], limits).shares(x, reference(x));
+        a.max(j)
+    };
+    cells.map(share).fold(0.0, f64::max)
+}

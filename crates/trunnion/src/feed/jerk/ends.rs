@@ -1,0 +1,64 @@
+//! What a path may start and end with.
+
+use super::spline::Border;
+use super::{feasible, grid};
+use crate::feed::{FeedError, Reciprocals};
+use crate::types::AxisPiece;
+
+/// Halvings of the range in which the largest possible speed lies: to a thousandth of it.
+const HALVINGS: usize = 10;
+
+impl Border {
+    /// Squared speed.
+    pub(super) fn square(&self) -> f64 {
+        match self {
+            Self::Rest => 0.0,
+            Self::Moving([x, _]) => *x,
+        }
+    }
+}
+
+/// The ends of a path with these speeds and `d²s/dt²`.
+pub(super) fn borders(speeds: [f64; 2], accelerations: [f64; 2]) -> Result<[Border; 2], FeedError> {
+    let mut ends = [Border::Rest; 2];
+    for (end, name) in ["start", "end"].into_iter().enumerate() {
+        let [speed, value] = [speeds[end], accelerations[end]];
+        if !value.is_finite() || (speed <= 0.0 && value.abs() > 0.0) {
+            return Err(FeedError::BadEndAcceleration { name, value, speed });
+        }
+        if speed > 0.0 {
+            ends[end] = Border::Moving([speed * speed, value]);
+        }
+    }
+    Ok(ends)
+}
+
+/// Which end asks for too much, and how much could be had.
+pub(super) fn refused<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    ends: [Border; 2],
+) -> FeedError {
+    let possible = |ends: [Border; 2]| {
+        let grid = grid::graded(piece, limits, &ends);
+        feasible(&grid, limits, ends).is_some_and(|(_, start)| start.is_some())
+    };
+    // The start alone, to rest; if that can be had, the end is what is too much.
+    let end = usize::from(possible([ends[0], Border::Rest]));
+    let with = |speed: f64| {
+        let mut ends = if end == 0 { [ends[0], Border::Rest] } else { ends };
+        let Border::Moving([_, u]) = ends[end] else { return ends };
+        ends[end] = Border::Moving([speed * speed, u]);
+        ends
+    };
+    let speed = ends[end].square().sqrt();
+    let [mut most, mut above] = [0.0, speed];
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (most + above);
+        if possible(with(middle)) { most = middle } else { above = middle }
+    }
+    match end {
+        0 => FeedError::StartTooFast { speed, most },
+        _ => FeedError::EndTooFast { speed, most },
+    }
+}

@@ -1,0 +1,110 @@
+//! A profile outside its limits brought inside.
+//!
+//! Limits are loosened until the profile keeps them; the barrier then drives it off the loosened limits,
+//! which are tightened after it, round by round. Convex but for the references of the
+//! jerk rows, so that what can be had is found, or very nearly.
+
+use super::caps::Caps;
+use super::newton::Solver;
+use super::rows::{Rows, reference};
+use super::spline::Spline;
+use crate::feed::Reciprocals;
+use crate::feed::profile::Grid;
+use std::ops::Range;
+
+/// Barrier weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
+/// bring the path to a stand, a third of it would run on along the loosened limits.
+const WEIGHT: f64 = 0.018;
+/// That of caps as a part of it, or a path that starts at one would be driven off it.
+const CAUTION: f64 = 0.01;
+const STEPS: usize = 3;
+/// Limits are loosened to what is used and this much more.
+const ROOM: f64 = 1.03;
+/// Shares of limits that are inside: a solution found earlier comes close to 1, and is not to be moved.
+const INSIDE: f64 = 1.0 - 1e-9;
+/// Most rounds; each takes a good part of what is too much.
+const ROUNDS: usize = 60;
+/// A share above its limit has to fall to this part of itself in [`PATIENCE`] rounds.
+const FALL: f64 = 0.97;
+const PATIENCE: usize = 6;
+/// Cells around those outside that move with them.
+const AROUND: usize = 96;
+
+/// What a cell uses of its limits: accelerations, jerks, the caps of its control and of its end.
+type Strain = [f64; 4];
+
+/// A spline inside all limits near the given one, with the references that show it; `None` if none is
+/// found.
+pub(super) fn restore<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: &Caps,
+    (mut spline, mut references): (Spline, Vec<f64>),
+) -> Option<(Spline, Vec<f64>)> {
+    let (mut before, mut waited) = (f64::INFINITY, 0);
+    for _ in 0..ROUNDS {
+        let strains = strains(grid, limits, caps, (&spline, &references));
+        let worst = strains.iter().flatten().copied().fold(0.0, f64::max);
+        if worst <= INSIDE {
+            return (caps.given <= 1.0).then_some((spline, references));
+        }
+        if worst < FALL * before {
+            (before, waited) = (worst, 0);
+        } else {
+            waited += 1;
+            if waited > PATIENCE {
+                return None;
+            }
+        }
+        let range = around(&strains, spline.len());
+        // One factor for all: cells with factors of their own would rest against one another.
+        let used = strains.iter().fold(0.0_f64, |most, strain| most.max(strain[0]).max(strain[1]));
+        let loose = vec![[(ROOM * used).max(1.0); 2]; spline.len()];
+        let mut wide = caps.clone();
+        for cell in spline.cells() {
+            let x = spline.coefficients(cell);
+            for (cap, x) in [(&mut wide.control[cell], x[1]), (&mut wide.row[cell + 1], x[2])] {
+                if x > INSIDE * *cap {
+                    *cap = ROOM * x;
+                }
+            }
+        }
+        let mut solver = Solver::new(grid, limits, (wide, loose), spline);
+        solver.keep_references(&references);
+        solver.caution = CAUTION;
+        let all = solver.spline.cells();
+        solver.centre(WEIGHT, (range.start - 1).max(all.start)..(range.end + 1).min(all.end));
+        let size = range.len();
+        solver.sweep_over(range, (WEIGHT, STEPS), [size, size]);
+        (spline, references) = (solver.spline, solver.references);
+    }
+    None
+}
+
+/// Controls near cells outside their limits.
+fn around(strains: &[Strain], cells: usize) -> Range<usize> {
+    let outside = |strain: &Strain| strain.iter().any(|used| *used > INSIDE);
+    let first = strains.iter().position(outside).unwrap_or(0);
+    let last = strains.iter().rposition(outside).unwrap_or(cells);
+    let from = first.saturating_sub(AROUND).max(1);
+    from..(last + AROUND).min(cells - 1).max(from)
+}
+
+fn strains<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: &Caps,
+    (spline, references): (&Spline, &[f64]),
+) -> Vec<Strain> {
+    let mut strains = vec![[0.0; 4]; spline.len()];
+    for cell in spline.cells() {
+        let x = spline.coefficients(cell);
+        let rows = Rows::new(&grid.cells[cell], limits);
+        let [acceleration, mut jerk] = rows.shares(x, reference(x));
+        if let Some(kept) = references.get(cell).filter(|kept| **kept > 0.0) {
+            jerk = jerk.min(rows.shares(x, *kept)[1]);
+        }
+        strains[cell] = [acceleration, jerk, x[1] / caps.control[cell], x[2] / caps.row[cell + 1]];
+    }
+    strains
+}

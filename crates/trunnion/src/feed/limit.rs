@@ -1,0 +1,144 @@
+//! Limits that follow from others: what a servo's straight lines may cut off, speeds point by point.
+
+use super::{FeedError, Limits};
+use crate::types::{AxisNode, AxisPath};
+use nalgebra::SVector;
+
+impl<const N: usize> Limits<N> {
+    /// The same, with accelerations so low that between two setpoints `period` \[s\] apart a straight
+    /// line leaves the motion of no axis by more than `error` \[axis unit\]; infinite for any.
+    ///
+    /// A chord over `T` of a motion whose acceleration is at most `a` is off by at most `a T² / 8`, so
+    /// `a <= 8 e / T²` is enough; on a circle that is `v <= sqrt(8 e / curvature) / T`.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::BadChord`] for an error or a period that is not positive.
+    ///
+    /// # Source
+    ///
+    /// `docs/sources.md#001`: chord error of a sampled curve.
+    pub fn with_chord_error(
+        mut self,
+        error: &SVector<f64, N>,
+        period: f64,
+    ) -> Result<Self, FeedError> {
+        for axis in 0..N {
+            let value = error[axis];
+            if !(value > 0.0 && period > 0.0 && period.is_finite()) {
+                return Err(FeedError::BadChord { axis, value, period });
+            }
+            let most = 8.0 * value / (period * period);
+            self.acceleration[axis] = self.acceleration[axis].min(most);
+        }
+        Ok(self)
+    }
+}
+
+/// The path with its feed rates raised where `ds/dt` is to stay below `most` of piece and node, planned
+/// with the feed `feed` \[mm/s\]; `None` for no limit of its own. Between nodes the limit is harmonic.
+///
+/// # Errors
+///
+/// [`FeedError::BadSpeedLimit`] for one that is not positive.
+pub fn limit_speeds<const N: usize>(
+    mut path: AxisPath<N>,
+    feed: f64,
+    most: impl Fn(usize, &AxisNode<N>) -> Option<f64>,
+) -> Result<AxisPath<N>, FeedError> {
+    for (index, piece) in path.pieces.iter_mut().enumerate() {
+        for (place, node) in piece.nodes.iter_mut().enumerate() {
+            let Some(value) = most(index, node) else { continue };
+            if value.is_nan() || value <= 0.0 {
+                return Err(FeedError::BadSpeedLimit { piece: index, node: place, value });
+            }
+            node.feed_rate = node.feed_rate.max(feed / value);
+        }
+    }
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feed::{FeedOptions, jerk, optimal};
+    use crate::setpoint::sample;
+    use crate::types::{AxisPiece, Motion, Silent};
+    use nalgebra::Vector2;
+
+    const FREE: FeedOptions = FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: 1e-3,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
+
+    fn limits(acceleration: f64) -> Limits<2> {
+        Limits {
+            velocity: Vector2::repeat(1e4),
+            rapid: Vector2::repeat(1e4),
+            acceleration: Vector2::repeat(acceleration),
+            jerk: Some(Vector2::repeat(1e6)),
+        }
+    }
+
+    /// Half a turn of radius 10.
+    fn circle() -> AxisPath<2> {
+        let r = 10.0;
+        let nodes = (0..=100).map(|k| {
+            let s = f64::from(k) / 100.0 * r * std::f64::consts::PI;
+            let (sin, cos) = (s / r).sin_cos();
+            let q = [
+                Vector2::new(cos, sin) * r,
+                Vector2::new(-sin, cos),
+                Vector2::new(-cos, -sin) / r,
+                Vector2::new(sin, -cos) / (r * r),
+            ];
+            AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+        });
+        let nodes = nodes.collect();
+        AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] }
+    }
+
+    /// 1 um at 10 ms: 80 mm/s², on a circle of 10 mm 28.3 mm/s.
+    #[test]
+    fn chords_between_setpoints_stay_within_their_error() {
+        let (error, period) = (1e-3, 0.01);
+        let tight = limits(5000.0).with_chord_error(&Vector2::repeat(error), period).unwrap();
+        assert!((tight.acceleration[0] - 80.0).abs() < 1e-12);
+        let plans = [optimal, jerk].map(|plan| plan(&circle(), &tight, &FREE, &Silent).unwrap());
+        for plan in plans {
+            let path = circle();
+            let fine = sample(&path, &plan.schedule, 0.1 * period).unwrap();
+            let points: Vec<_> = fine.map(|point| point.position).collect();
+            let mut worst = 0.0_f64;
+            for chord in points.windows(11) {
+                for (step, point) in chord.iter().enumerate() {
+                    let line = chord[0].lerp(&chord[10], 0.1 * step as f64);
+                    worst = worst.max((point - line).amax());
+                }
+            }
+            assert!(worst <= error * (1.0 + 1e-6) && worst > 0.9 * error, "{worst}");
+        }
+        let bad = limits(1.0).with_chord_error(&Vector2::new(1.0, 0.0), period).unwrap_err();
+        assert!(bad.to_string().contains("axis 1"), "{bad}");
+    }
+
+    #[test]
+    fn speeds_stay_below_their_own_limits() {
+        let most = |s: f64| 20.0 + s;
+        let path = limit_speeds(circle(), 40.0, |_, node| Some(most(node.s))).unwrap();
+        let options = FeedOptions { feed: Some(40.0), ..FREE };
+        for plan in [optimal, jerk] {
+            let plan = plan(&path, &limits(5000.0), &options, &Silent).unwrap();
+            let piece = &plan.schedule.pieces[0];
+            let shares = piece.s.iter().zip(&piece.speed).map(|(s, v)| v / most(*s).min(40.0));
+            let worst = shares.fold(0.0, f64::max);
+            assert!(worst <= 1.0 + 1e-9 && worst > 0.99, "{worst}");
+        }
+        let bad = limit_speeds(circle(), 40.0, |_, _| Some(0.0)).unwrap_err();
+        assert!(bad.to_string().contains("node 0"), "{bad}");
+    }
+}
