@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 use std::error::Error;
 use trunnion::feed::{
-    FeedOptions, Limits, Ratios, Stream, StreamOptions, jerk, optimal, optimal_schedule,
+    FeedOptions, JerkStream, Limits, Ratios, Stream, StreamOptions, jerk, optimal, optimal_schedule,
 };
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
@@ -32,10 +32,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         guarantee,
     };
     if method == "jerk" {
-        return run.time("jerk", || {
+        run.time("jerk", || {
             let plan = jerk(&path, &limits(true), &options(true), &Silent)?;
             Ok((plan.schedule.duration(), Some(plan.ratios)))
-        });
+        })?;
+        return run.time("jerk, stream of 512", || Ok((streamed_with_jerk(&path)?, None)));
     }
     for (name, guarantee) in [("schedule at rows", false), ("schedule", true)] {
         run.time(name, || {
@@ -110,6 +111,23 @@ fn limits(with_jerk: bool) -> Limits<5> {
         rapid: velocity,
         acceleration: SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]),
         jerk: with_jerk.then(|| SVector::from([1e5, 1e5, 1e5, 1200.0, 2000.0])),
+    }
+}
+
+fn streamed_with_jerk(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
+    let options =
+        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+    let mut stream = JerkStream::new(limits(true), options)?;
+    let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
+    stream.begin(Motion::Cut);
+    loop {
+        while stream.wants() {
+            let Some(node) = nodes.next() else { break };
+            stream.push(*node)?;
+        }
+        if stream.next().is_none() {
+            return Ok(stream.time());
+        }
     }
 }
 
