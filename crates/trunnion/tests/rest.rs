@@ -165,11 +165,37 @@ fn cut(
     (covering, rest)
 }
 
+/// The side of the part below the far end of the floor, in a frame that is turned in its plane: its upper edge, which
+/// it has in common with the floor, is no line of its parameters.
+fn cliff(slope: f64) -> FaceIndex {
+    let along = Vector3::new(slope, 1.0, 0.0).normalize();
+    let out = along.cross(&Vector3::z());
+    let (sin, cos) = 0.5_f64.sin_cos();
+    let surface = plane(Point3::new(20.0, 0.0, 0.0), out, along * cos + Vector3::z() * sin);
+    let turned = [[-4.0, 0.0], [20.0, 0.0], [20.0, -12.0], [-4.0, -12.0]]
+        .map(|[x, z]: [f64; 2]| [x * cos + z * sin, z * cos - x * sin]);
+    face(2, surface, &turned, false)
+}
+
 /// Width that stays beside a wall for a corner of radius `r`: from where its flank is `r` off the wall, the corner
 /// still finishes `sqrt(2 r e)`.
 fn beside(minor: f64) -> f64 {
     let e = BAND.upper + SHARE;
     minor - (2.0 * minor * e - e * e).sqrt()
+}
+
+#[test]
+fn a_convex_edge_keeps_nothing_back() {
+    for (radii, method) in [([0.0, 3.0], Method::Inclined), ([4.0, 1.0], Method::Widest)] {
+        let cutter = cutter(radii);
+        let (floor, sides) = (floor(0.2), [cliff(0.2)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(method) };
+            let (_, rest) = cut((&floor, &sides), &cutter, &options);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            assert!(rest.is_empty(), "{radii:?} {along:?}: {area} mm2 in {} parts", rest.len());
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::chart::Chart;
 use super::region::Local;
-use super::sheet::{Below, Cell, Sheet};
+use super::sheet::{Below, Cell, Share, Sheet};
 use super::sweep::{Instant, Sweep};
 use crate::cutter::solid::{Gap, Solid, Tool};
 use crate::surface::FaceIndex;
@@ -41,6 +41,9 @@ struct Slab {
 #[derive(Debug, Clone, Copy)]
 struct Tile {
     cell: Cell,
+    /// Which cell of the sheet it is a part of, and how much of it the face has.
+    of: usize,
+    share: Share,
     sags: [f64; 2],
     halves: [Option<[usize; 2]>; 2],
 }
@@ -88,6 +91,19 @@ impl Clearing<'_> {
             least = search.bound.min(search.found - self.precision);
         }
         least
+    }
+
+    /// Part of a cell of the sheet, by what is known of the part it is a half of.
+    fn tile(&self, (cell, of): (Cell, usize), before: Share) -> Tile {
+        let holds = |local: Local| {
+            let [u, v] = self.chart.uv(local);
+            self.face.face().contains(u, v)
+        };
+        let share = match before {
+            Share::Cut(_) => self.sheet.share((of, &cell), holds),
+            known => known,
+        };
+        Tile { cell, of, share, sags: [cell.sag(0), cell.sag(1)], halves: [None; 2] }
     }
 
     fn at(&self) -> impl Fn(Local) -> Point3<f64> {
@@ -202,9 +218,9 @@ impl Search<'_> {
     }
 
     fn tile(&mut self, cell: usize) -> usize {
-        let (tiles, sheet) = (&mut self.tiles, self.clearing.sheet);
+        let (tiles, clearing) = (&mut self.tiles, self.clearing);
         *self.known.entry(cell).or_insert_with(|| {
-            tiles.push(Tile::new(sheet.cells[cell]));
+            tiles.push(clearing.tile((clearing.sheet.cells[cell], cell), Share::Cut(false)));
             tiles.len() - 1
         })
     }
@@ -214,9 +230,11 @@ impl Search<'_> {
             return halves;
         }
         let at = self.clearing.at();
-        let halves = self.tiles[tile].cell.halves(k, &at);
+        let Tile { cell, of, share, .. } = self.tiles[tile];
+        let halves = cell.halves(k, &at);
         let first = self.tiles.len();
-        self.tiles.extend(halves.map(Tile::new));
+        let clearing = self.clearing;
+        self.tiles.extend(halves.map(|half| clearing.tile((half, of), share)));
         self.tiles[tile].halves[k] = Some([first, first + 1]);
         [first, first + 1]
     }
@@ -225,8 +243,11 @@ impl Search<'_> {
     /// that the solid touches from below; over the cell and the slab a plane is least at a corner,
     /// but for the bows of the cell and of the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
-        let (slab, Tile { cell, sags, .. }) = (self.slabs[time], &self.tiles[tile]);
-        let sags = *sags;
+        let (slab, Tile { cell, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
+        let (sags, share) = (*sags, *share);
+        if share == Share::None {
+            return;
+        }
         let pose = &slab.middle.pose;
         let centre = cell.centre();
         let corners = cell.corners();
@@ -241,7 +262,9 @@ impl Search<'_> {
             least = least.max(over(&slab, &centre, &corners, plane).least);
         }
         let ways = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.way(k)).abs());
-        self.found = self.found.min(gap.distance);
+        if share.has_middle() {
+            self.found = self.found.min(gap.distance);
+        }
         let bound = least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;
@@ -281,12 +304,6 @@ fn over(slab: &Slab, centre: &Point3<f64>, corners: &[Point3<f64>; 4], plane: Ga
         moving = moving.max(moved);
     }
     Over { least, moving }
-}
-
-impl Tile {
-    fn new(cell: Cell) -> Self {
-        Self { cell, sags: [cell.sag(0), cell.sag(1)], halves: [None; 2] }
-    }
 }
 
 #[cfg(test)]

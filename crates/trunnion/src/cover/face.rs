@@ -16,6 +16,9 @@ use crate::types::Rest;
 /// radius beyond, and their strips begin at a border and end beyond it.
 const LOOP_SHARE: f64 = 1e-4;
 
+/// The same of faces that are not cut: well below a micrometre of faces of some hundred millimetres.
+const GUARDED_SHARE: f64 = 1e-7;
+
 /// Work, over that of passes at the fixed lean, after which these are given up as well: several times what they
 /// should take, as where the tool has to keep off something many leans are tried.
 const REST: f64 = 10.0;
@@ -160,15 +163,32 @@ fn on_site<Inside: Fn(Local) -> bool + Sync>(
     Ok(state)
 }
 
+/// The trimmed region of a face that is not cut, on lines of constant parameters. What is beyond its edges is free,
+/// and a tool that cuts the next face comes as near to them as it does to that.
+pub(super) fn guarded<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+) -> Region<impl Fn(Local) -> bool + Sync + use<'a>> {
+    region_within(face, chart, GUARDED_SHARE)
+}
+
 /// The trimmed region in local parameters; loops on periodic surfaces also a period further on
 /// either side, so that every line across the face meets them.
 pub(super) fn region<'a>(
     face: &'a FaceIndex,
     chart: &Chart,
 ) -> Region<impl Fn(Local) -> bool + Sync + use<'a>> {
+    region_within(face, chart, LOOP_SHARE)
+}
+
+fn region_within<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+    share: f64,
+) -> Region<impl Fn(Local) -> bool + Sync + use<'a>> {
     let face = face.face();
     let [u, v] = face.bounds();
-    let tolerance = [u, v].map(|range| LOOP_SHARE * (range[1] - range[0]));
+    let tolerance = [u, v].map(|range| share * (range[1] - range[0]));
     let shifts = |period: Option<f64>| match period {
         Some(period) if chart.is_straight() => vec![-period, 0.0, period],
         _ => vec![0.0],

@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::clear::Clearing;
 use super::options::Along;
-use super::sheet::{Below, Cell, Sheet};
+use super::sheet::{Below, Share, Sheet};
 use super::sweep::Sweep;
 use crate::cutter::Cutter;
 use crate::cutter::solid::{Solid, Tool};
@@ -13,8 +13,8 @@ use crate::types::ToolPose;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// Size of cells inside a face and at its trims, as shares of the cutter's radius: a face counts as that much
-/// larger than its trims at most.
+/// Size of cells inside a face and at its trims, as shares of the cutter's radius. Those at its trims are halved
+/// further where it matters what of them the face has.
 pub(super) const SIZES: [f64; 2] = [1.0, 1.0 / 16.0];
 
 /// Halvings of a cell before its bound is taken as it is: from millimetres to nanometres both ways.
@@ -54,7 +54,7 @@ impl<'a> Guards<'a> {
         let sizes = SIZES.map(|share| share * cutter.radius());
         let chart = Chart::straight(Along::V);
         let ready = |face: &'a FaceIndex| {
-            let region = super::face::region(face, &chart);
+            let region = super::face::guarded(face, &chart);
             (face, Sheet::adaptive(face, &chart, &region, sizes))
         };
         let faces = faces.into_par_iter().map(ready).collect();
@@ -122,7 +122,7 @@ impl Search<'_> {
                     // The nearer half is looked at first.
                     waiting.extend(if near(&a) < near(&b) { [b, a] } else { [a, b] });
                 }
-                Below::Cell(cell) => self.cell(self.sheet.cells[cell], found),
+                Below::Cell(cell) => self.cell(cell, found),
             }
             if found.is_some_and(|near| near.distance < self.look.enough) {
                 return;
@@ -132,13 +132,23 @@ impl Search<'_> {
 
     /// Over a cell the distance lies above its tangent plane at the middle, which is least at a corner, but for
     /// the bows of the cell.
-    fn cell(&self, cell: Cell, found: &mut Option<Near>) {
+    fn cell(&self, index: usize, found: &mut Option<Near>) {
         let at = |[u, v]: [f64; 2]| self.face.face().point(u, v);
-        let mut waiting = vec![(cell, 0)];
-        while let Some((cell, depth)) = waiting.pop() {
+        let holds = |[u, v]: [f64; 2]| self.face.face().contains(u, v);
+        let mut waiting = vec![(self.sheet.cells[index], Share::Cut(false), 0)];
+        while let Some((cell, before, depth)) = waiting.pop() {
+            let share = match before {
+                Share::Cut(_) => self.sheet.share((index, &cell), holds),
+                known => known,
+            };
+            if share == Share::None {
+                continue;
+            }
             let point = cell.centre();
             let gap = self.solid.gap(&point, self.pose);
-            if gap.distance < found.map_or(self.look.within, |near| near.distance) {
+            if share.has_middle()
+                && gap.distance < found.map_or(self.look.within, |near| near.distance)
+            {
                 let face = self.index;
                 *found = Some(Near { distance: gap.distance, face, point });
             }
@@ -156,7 +166,7 @@ impl Search<'_> {
             }
             let ways = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.way(k)).abs() + sags[k]);
             let halves = cell.halves(usize::from(ways[1] > ways[0]), &at);
-            waiting.extend(halves.map(|half| (half, depth + 1)));
+            waiting.extend(halves.map(|half| (half, share, depth + 1)));
         }
     }
 }

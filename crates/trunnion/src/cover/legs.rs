@@ -356,7 +356,7 @@ impl Leads<'_> {
 
 /// A face as cells for looking at leads.
 fn sheet(face: &FaceIndex, chart: &Chart, cutter: &Cutter) -> Sheet {
-    let region = super::face::region(face, chart);
+    let region = super::face::guarded(face, chart);
     let sizes = super::guard::SIZES.map(|share| share * cutter.radius());
     Sheet::adaptive(face, chart, &region, sizes)
 }

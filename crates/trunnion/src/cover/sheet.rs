@@ -163,10 +163,28 @@ pub(super) enum Below {
     Cell(usize),
 }
 
+/// How much of a cell a trimmed face has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Share {
+    Whole,
+    /// Some, and whether its middle.
+    Cut(bool),
+    None,
+}
+
+impl Share {
+    /// Whether the middle of the cell is on the face.
+    pub(super) fn has_middle(self) -> bool {
+        matches!(self, Self::Whole | Self::Cut(true))
+    }
+}
+
 /// The cells that hold some of the face, in a tree of balls.
 #[derive(Debug, Clone)]
 pub(super) struct Sheet {
     pub(super) cells: Vec<Cell>,
+    /// Edges of the face's trims that cross a cell; no entry where cells count whole.
+    edges: Vec<Vec<[Local; 2]>>,
     /// The root is the last one.
     pub(super) nodes: Vec<Node>,
 }
@@ -211,7 +229,7 @@ impl Sheet {
         let cells = kept.iter().map(|(_, cell)| *cell).collect();
         let mut indices: Vec<(usize, [usize; 2])> =
             kept.iter().enumerate().map(|(index, (place, _))| (index, *place)).collect();
-        let mut sheet = Self { cells, nodes: Vec::new() };
+        let mut sheet = Self { cells, edges: Vec::new(), nodes: Vec::new() };
         if !indices.is_empty() {
             sheet.build(&mut indices);
         }
@@ -230,7 +248,7 @@ impl Sheet {
             face.face().point(u, v)
         };
         let mut waiting = vec![(Cell::new(region.bounds, &at), region.edges(region.bounds))];
-        let mut sheet = Self { cells: Vec::new(), nodes: Vec::new() };
+        let mut sheet = Self { cells: Vec::new(), edges: Vec::new(), nodes: Vec::new() };
         while let Some((cell, edges)) = waiting.pop() {
             let size = if edges.is_empty() { coarse } else { fine };
             let [a, b] = [0, 1].map(|k| cell.extent(k));
@@ -242,6 +260,7 @@ impl Sheet {
                 }
             } else if !edges.is_empty() || region.holds(cell.middle()) {
                 sheet.cells.push(cell);
+                sheet.edges.push(edges);
             }
         }
         let mut indices: Vec<(usize, [usize; 2])> = sheet
@@ -254,6 +273,23 @@ impl Sheet {
             sheet.build(&mut indices);
         }
         sheet
+    }
+
+    /// How much of a part of a cell the face has.
+    pub(super) fn share(
+        &self,
+        (index, part): (usize, &Cell),
+        holds: impl Fn(Local) -> bool,
+    ) -> Share {
+        let edges = self.edges.get(index).map_or(&[][..], Vec::as_slice);
+        if edges.is_empty() {
+            return Share::Whole;
+        }
+        let holds = holds(part.middle());
+        if edges.iter().any(|edge| meets(*edge, part.range)) {
+            return Share::Cut(holds);
+        }
+        if holds { Share::Whole } else { Share::None }
     }
 
     /// Area of the cells \[mm²\].
