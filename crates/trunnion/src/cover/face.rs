@@ -23,9 +23,6 @@ const GUARDED_SHARE: f64 = 1e-7;
 /// should take, as where the tool has to keep off something many leans are tried.
 const REST: f64 = 10.0;
 
-/// What passes across leave of what passes along do, for which they are worth while.
-const WORTH_FILLING: f64 = 0.9;
-
 /// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
 /// bend leaves an arc by less than [`LOOP_SHARE`].
 const BENT_SHARE: f64 = 1.0 / 256.0;
@@ -47,7 +44,10 @@ pub(super) fn cover(
     };
     let (ahead, behind) = (half(ContactSide::Ahead, 0.0), half(ContactSide::Behind, 0.5));
     let best = match (ahead, behind) {
-        (Ok(ahead), Ok(behind)) => Ok(if behind.better(&ahead) { behind } else { ahead }),
+        (Ok(ahead), Ok(behind)) => {
+            let tried = [(ahead, ()), (behind, ())];
+            Ok(State::best(&tried).map_or_else(State::new, |(best, ())| best.clone()))
+        }
         (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
         (Err(_), Ok(behind)) => Ok(behind),
         (ahead, _) => ahead,
@@ -64,36 +64,36 @@ fn on_side(
 ) -> Result<State, CoverError> {
     let (ways, mut work) = guide::ways(face, tool.0, options);
     let share = 1.0 / ways.len().max(1) as f64;
-    let mut best: Option<(State, Chart)> = None;
+    let mut tried: Vec<(State, Chart)> = Vec::new();
     let mut refused = None;
     for (i, chart) in ways.into_iter().enumerate() {
         let report = |done: f64| report(share * (i as f64 + done));
         let region = region(face, &chart);
         let site = Site::new((face, tool, options), (chart.clone(), &region), (clock, &report));
         let [wide, all] = limits(&site);
-        if best.is_some() && work > wide {
+        if !tried.is_empty() && work > wide {
             break;
         }
         match on_site(&site, [wide, all]) {
             Ok(state) => {
                 work += state.report.work;
-                if best.as_ref().is_none_or(|(best, _)| state.better(best)) {
-                    best = Some((state, chart));
-                }
+                tried.push((state, chart));
             }
             Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(error) => refused = refused.or(Some(error)),
         }
     }
     report(1.0)?;
-    let Some((mut best, chart)) = best else { return refused.map_or(Ok(State::new()), Err) };
+    let Some((mut best, chart)) = State::best(&tried).cloned() else {
+        return refused.map_or(Ok(State::new()), Err);
+    };
     if !best.report.rest.is_empty() {
         let (chart, report) = (chart.crossed(), |_: f64| report(1.0));
         let region = region(face, &chart);
         let cross = Site::new((face, tool, options), (chart, &region), (clock, &report));
         let filled = fill(&cross, &best)?;
         work += filled.report.work;
-        if filled.left() < WORTH_FILLING * best.left() {
+        if best.leaves_more(&filled) {
             best = filled;
         }
     }
@@ -122,8 +122,14 @@ fn fill<Inside: Fn(Local) -> bool + Sync>(
     state.report.work = work;
     // What was left before is looked at again, and no more than that.
     state.missed.clone_from(&before.missed);
-    state.report.rest = rest(cross, &state);
+    take_rest(cross, &mut state);
     Ok(state)
+}
+
+/// Looks at what is left.
+fn take_rest<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>, state: &mut State) {
+    state.report.rest = rest(site, state);
+    state.resolved = site.resolved(&state.report.rest);
 }
 
 /// What is left, looked at on lines of constant parameters: its cells are ranges of u and v.
@@ -158,7 +164,7 @@ fn on_site<Inside: Fn(Local) -> bool + Sync>(
     job.whole(&task)?;
     let mut state = job.state;
     state.report.work = job.work;
-    state.report.rest = rest(site, &state);
+    take_rest(site, &mut state);
     state.report.area = site.area();
     Ok(state)
 }

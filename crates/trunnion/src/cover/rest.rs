@@ -51,6 +51,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         rest
     }
 
+    /// To what the area of what is left is told \[mm²\]: cells on its rim count in full, and the rim of each part
+    /// is about as long as that of its box.
+    pub(super) fn resolved(&self, rest: &[Rest]) -> f64 {
+        let rim = |[low, high]: &[Point3<f64>; 2]| 2.0 * (high - low).sum();
+        CELL * self.narrow() * rest.iter().map(|part| rim(&part.bounds)).sum::<f64>()
+    }
+
     /// Ranges of u and v that hold a range across and along.
     pub(super) fn uv_range(&self, range: Range) -> Range {
         image(range, self.chart.is_straight(), &|local| self.chart.uv(local))

@@ -98,6 +98,8 @@ pub(super) struct State {
     pub(super) swept: Vec<Arc<Sweep>>,
     /// Ranges of u and v in which something was left unfinished when it should have been finished.
     pub(super) missed: Vec<[[f64; 2]; 2]>,
+    /// To what the area of what is left is told \[mm²\].
+    pub(super) resolved: f64,
 }
 
 impl State {
@@ -111,9 +113,21 @@ impl State {
         self.price
     }
 
-    /// Order of merit: what is left unfinished first.
-    pub(super) fn better(&self, other: &Self) -> bool {
-        self.left().total_cmp(&other.left()).then(self.price.total_cmp(&other.price)).is_lt()
+    /// The best of some, the first of equals: what finishes all comes before what does not; of what leaves something, the
+    /// cheapest that leaves no more than the least, as far as areas are told.
+    pub(super) fn best<'a, T>(tried: &'a [(Self, T)]) -> Option<&'a (Self, T)> {
+        let states = || tried.iter().map(|(state, _)| state);
+        let least = states().min_by(|a, b| a.left().total_cmp(&b.left()))?;
+        let price = |tried: &&'a (Self, T)| tried.0.price;
+        let as_good = tried.iter().filter(|(state, _)| !state.leaves_more(least));
+        as_good.min_by(|a, b| price(a).total_cmp(&price(b)))
+    }
+
+    /// Whether this leaves more unfinished than another one, and not only by what its area is told to.
+    pub(super) fn leaves_more(&self, other: &Self) -> bool {
+        let more = self.left() - other.left();
+        let finished = other.report.rest.is_empty();
+        if finished { more > 0.0 } else { more > self.resolved.max(other.resolved) }
     }
 
     /// Area of what is left unfinished \[mm²\].
@@ -190,5 +204,48 @@ impl State {
         let widths = placed.iter().map(|p| p.location.strip_width).collect();
         let stations = placed.into_iter().map(|p| p.station).collect();
         Pass { face, stations, widths, track }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::{Rest, RestReason};
+    use nalgebra::Point3;
+
+    fn state(area: f64, price: f64) -> (State, ()) {
+        let rest = Rest {
+            face: 1,
+            cells: Vec::new(),
+            area,
+            uv: [[0.0; 2]; 2],
+            bounds: [Point3::origin(); 2],
+            depth: 0.0,
+            deepest: [0.0; 2],
+            point: Point3::origin(),
+            ball: 1.0,
+            balls: [1.0; 2],
+            reason: RestReason::Hollow,
+        };
+        let rest = if area > 0.0 { vec![rest] } else { Vec::new() };
+        let report = CoverReport { rest, ..CoverReport::default() };
+        (State { price, report, resolved: 0.1, ..State::new() }, ())
+    }
+
+    fn best(tried: &[(f64, f64)]) -> f64 {
+        let tried: Vec<_> = tried.iter().map(|(area, price)| state(*area, *price)).collect();
+        State::best(&tried).unwrap().0.price
+    }
+
+    #[test]
+    fn an_area_that_is_not_told_from_another_does_not_outvote_the_price() {
+        assert!((best(&[(2.0, 900.0), (2.001, 500.0)]) - 500.0).abs() < 1e-12);
+        assert!((best(&[(2.001, 500.0), (2.0, 900.0)]) - 500.0).abs() < 1e-12);
+        assert!((best(&[(2.0, 900.0), (2.2, 500.0)]) - 900.0).abs() < 1e-12);
+        // Each is as good as the next, but the last is not as good as the first.
+        assert!((best(&[(2.0, 900.0), (2.08, 700.0), (2.16, 500.0)]) - 700.0).abs() < 1e-12);
+        // A face that is finished is, whatever it takes.
+        assert!((best(&[(0.0, 900.0), (0.001, 500.0)]) - 900.0).abs() < 1e-12);
+        assert!((best(&[(0.0, 900.0), (0.0, 500.0)]) - 500.0).abs() < 1e-12);
     }
 }
