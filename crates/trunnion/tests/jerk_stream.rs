@@ -105,11 +105,6 @@ fn a_window_of_512_loses_a_thousandth() {
         let last = steps.last().unwrap();
         let got = last.t + last.duration;
         let [velocity, acceleration, jerk, jump] = worst(&waves, &steps);
-        println!(
-            "{} steps, {got} s, {:+e} of the whole; {velocity} {acceleration} {jerk}",
-            steps.len(),
-            got / whole - 1.0
-        );
         assert!(last.s[1].to_bits() == path.pieces[0].nodes[2600].s.to_bits());
         assert!(got <= 1.001 * whole, "{got} s through a window, {whole} s as a whole");
         // The quintics between nodes are not quite the waves: 1e-4 of their third derivatives.
