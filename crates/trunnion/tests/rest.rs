@@ -7,13 +7,14 @@
 
 use nalgebra::{Point3, Vector3};
 use trunnion::cover::{
-    Along, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside, lever,
+    Along, Clock, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside,
+    lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide, Lean};
 use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Plane, Surface, TrimCurve, TrimLoop};
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Leg, Motion, Pass, Rest, RestReason, Silent, ToolPose};
+use trunnion::types::{Geometry, Leg, Motion, Pass, Rest, RestReason, Silent, Station, ToolPose};
 
 const BAND: Band = Band { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -182,6 +183,51 @@ fn cliff(slope: f64) -> FaceIndex {
 fn beside(minor: f64) -> f64 {
     let e = BAND.upper + SHARE;
     minor - (2.0 * minor * e - e * e).sqrt()
+}
+
+/// A machine that gets to some poses only.
+struct Fenced(fn(&ToolPose) -> bool);
+
+impl Clock for Fenced {
+    fn feed(&self) -> f64 {
+        1.0
+    }
+
+    fn pass(&self, stations: &[Station]) -> f64 {
+        Length { link: 25.0 }.pass(stations)
+    }
+
+    fn link(&self, _: &Station, _: &Station) -> f64 {
+        25.0
+    }
+
+    fn reaches(&self, pose: &ToolPose) -> bool {
+        (self.0)(pose)
+    }
+}
+
+/// The ball leans otherwise than asked where the machine needs that, and what it gets to in no way is told.
+#[test]
+fn where_the_machine_does_not_get_to_nothing_is_cut() {
+    let (floor, cutter) = (floor(0.2), cutter([0.0, 3.0]));
+    let fenced = |clock: &Fenced| {
+        let faces = std::slice::from_ref(&floor);
+        let options = options(Method::Inclined);
+        let covering = cover_beside((faces, &[]), &cutter, &options, (clock, &Silent)).unwrap();
+        let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
+        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        let rest = agrees(&covering, (&floor, &[]), &cutter);
+        rest.iter().map(|rest| (rest.area, rest.reason)).collect::<Vec<_>>()
+    };
+    assert_eq!(fenced(&Fenced(|pose| pose.axis.x < -0.3)), []);
+    let beyond = fenced(&Fenced(|pose| pose.tip.x < 14.0));
+    assert!(beyond.iter().all(|(_, reason)| *reason == RestReason::Machine), "{beyond:?}");
+    // The floor is 12 mm wide and ends at x = 20 .. 22.4. The ball leans by up to 1.3 rad, touches that far from its tip,
+    // and half its strip is beyond that.
+    let reached = 14.0 + 3.0 * 1.3_f64.sin() + (2.0 * 3.0 * (BAND.upper + SHARE)).sqrt();
+    let least = 12.0 * (21.2 - reached);
+    let area: f64 = beyond.iter().map(|(area, _)| area).sum();
+    assert!(area >= least && area < 1.2 * least, "{area} {least}");
 }
 
 #[test]

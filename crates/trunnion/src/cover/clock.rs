@@ -1,9 +1,9 @@
 //! What passes cost.
 
-use crate::types::Station;
+use crate::types::{Station, ToolPose};
 
-/// What passes and the ways between them take on a machine: passes are chosen by it. [`super::cover`] itself
-/// knows no machine.
+/// What passes and the ways between them take on a machine, and where it gets to: passes are chosen by it.
+/// [`super::cover`] itself knows no machine.
 pub trait Clock: Sync {
     /// Speed of the contact where nothing but the feed holds the tool back \[mm/s\].
     fn feed(&self) -> f64;
@@ -13,6 +13,11 @@ pub trait Clock: Sync {
 
     /// Time from the end of one pass to the beginning of the next, leads and link \[s\].
     fn link(&self, from: &Station, to: &Station) -> f64;
+
+    /// Whether the machine gets to a pose, inside the travel of its axes.
+    fn reaches(&self, _pose: &ToolPose) -> bool {
+        true
+    }
 }
 
 /// Length of the contact track at 1 mm/s, and as much for every link.

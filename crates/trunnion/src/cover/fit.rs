@@ -86,7 +86,7 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
             RestReason::Neighbour(guards.number(near.face))
         };
     }
-    let mut barred = None;
+    let (mut barred, mut far) = (None, false);
     for pose in poses(spot, corner, cutter) {
         let hit = around.tool.solids().find_map(|solid| {
             let enough = Look { enough: within, ..look };
@@ -94,8 +94,12 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
         });
         match hit {
             Some(near) => barred = barred.or(Some(near.face)),
-            None => return RestReason::Passes,
+            None if around.clock.reaches(&pose) => return RestReason::Passes,
+            None => far = true,
         }
+    }
+    if far {
+        return RestReason::Machine;
     }
     barred.map_or(RestReason::Passes, |face| RestReason::Tool(guards.number(face)))
 }

@@ -2,6 +2,7 @@
 
 use super::chart::Chart;
 use super::clear::Clearing;
+use super::clock::Clock;
 use super::options::Along;
 use super::sheet::{Below, Share, Sheet};
 use super::sweep::Sweep;
@@ -171,9 +172,10 @@ impl Search<'_> {
     }
 }
 
-/// All faces but the one that is cut, and the tool that has to keep off them.
+/// All faces but the one that is cut, the tool that has to keep off them, and the machine that has to get there.
 #[derive(Clone, Copy)]
 pub(super) struct Around<'a> {
+    pub(super) clock: &'a dyn Clock,
     pub(super) guards: &'a Guards<'a>,
     /// The face that is cut.
     pub(super) own: usize,
@@ -184,8 +186,11 @@ pub(super) struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Whether a pose keeps off all other faces.
+    /// Whether the machine gets to a pose, and it keeps off all other faces.
     pub(super) fn clear(&self, pose: &ToolPose, uv: [f64; 2]) -> Result<(), PositioningError> {
+        if !self.clock.reaches(pose) {
+            return Err(PositioningError::OutOfReach { uv });
+        }
         let within = self.least - self.precision;
         let look = Look { within, precision: self.precision, enough: within };
         for solid in self.tool.solids() {

@@ -244,6 +244,7 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
     pub(super) fn around(&self) -> Around<'_> {
         let CoverOptions { band, path_share, .. } = *self.options;
         let ((guards, own), tool) = (self.guards, &self.tool);
-        Around { guards, own, tool, least: band.lower, precision: PRECISION * path_share }
+        let clock = self.clock;
+        Around { clock, guards, own, tool, least: band.lower, precision: PRECISION * path_share }
     }
 }

@@ -6,7 +6,13 @@ use crate::cover::Clock;
 use crate::files::job::Reference;
 use crate::inverse::Inverse;
 use crate::machine::FIRST_ROTARY;
-use crate::types::{AXES, AxisVector, Station};
+use crate::types::{AXES, AxisVector, Station, ToolPose};
+
+/// What poses keep from the ends of rotary travel \[rad\]: the curve between stations bows beyond them by less.
+const MARGIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// The same at most, of a short travel.
+const SHARE: f64 = 0.01;
 
 /// Times of passes and links: feed and axis velocities, without accelerations along a pass.
 #[derive(Debug)]
@@ -73,6 +79,19 @@ impl Clock for Pace {
             before = Some((station, axes));
         }
         sum
+    }
+
+    fn reaches(&self, pose: &ToolPose) -> bool {
+        let Some(inverse) = &self.inverse else { return true };
+        let axes = &inverse.kinematics().machine().axes;
+        let inside = |q: &AxisVector| {
+            (FIRST_ROTARY..AXES).all(|axis| {
+                let [low, high] = axes[axis].limits;
+                let margin = MARGIN.min(SHARE * (high - low));
+                (low + margin..=high - margin).contains(&q[axis])
+            })
+        };
+        inverse.continued(pose, &self.home).is_ok_and(|found| inside(&found.q))
     }
 
     /// Rotaries turn from rest to rest while the tool goes over.

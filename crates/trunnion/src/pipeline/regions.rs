@@ -85,6 +85,9 @@ fn why(reason: RestReason) -> String {
                 "however it leans, the tool beside or above its corner would go into face {face}"
             )
         }
+        RestReason::Machine => {
+            "the tool fits there only where the machine does not get to: turn the setup".to_owned()
+        }
         RestReason::Passes => "the tool fits there, but no pass gets to it".to_owned(),
     }
 }

@@ -160,6 +160,16 @@ pub enum PositioningError {
         /// Clearance that could be proven there \[mm\].
         clearance: f64,
     },
+    /// The machine does not get to the pose.
+    #[error(
+        "at (u, v) = ({:.6}, {:.6}) the machine does not get to where the tool would stand; turn the setup, or lean the \
+         tool otherwise",
+        .uv[0], .uv[1]
+    )]
+    OutOfReach {
+        /// Place of the strip.
+        uv: [f64; 2],
+    },
     /// The tool comes too close to another face of the part.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more; use a smaller, slimmer or \

@@ -42,6 +42,8 @@ pub enum RestReason {
     /// However the tool leans, its flank, shank or holder, or the underside within the corner, would go into this
     /// face.
     Tool(usize),
+    /// The tool fits there, but only where the machine does not get to.
+    Machine,
     /// The tool fits there, but no pass gets to it.
     Passes,
 }
