@@ -5,7 +5,7 @@ use super::job::Job;
 use crate::cover::Clock;
 use crate::files::job::Reference;
 use crate::inverse::Inverse;
-use crate::machine::FIRST_ROTARY;
+use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{AXES, AxisVector, Station, ToolPose};
 
 /// What poses keep from the ends of rotary travel \[rad\]: the curve between stations bows beyond them by less.
@@ -19,6 +19,8 @@ const SHARE: f64 = 0.01;
 pub(super) struct Pace {
     /// `None` for a setup without numbers, which is refused where the axes are solved.
     inverse: Option<Inverse>,
+    /// The same with less rotary travel.
+    inside: Option<Inverse>,
     home: AxisVector,
     /// mm/s, of the contact or the tip.
     feed: f64,
@@ -36,6 +38,7 @@ impl Pace {
         let feed = job.file.cutting.feed;
         Self {
             inverse: Inverse::new(&job.kinematics).ok(),
+            inside: Inverse::new(&inset(&job.kinematics)).ok(),
             home: machine.home(),
             feed,
             at_contact: job.file.cutting.reference == Reference::Contact,
@@ -61,6 +64,17 @@ impl Pace {
     }
 }
 
+/// The machine with the ends of its rotary travel drawn in.
+fn inset(kinematics: &Kinematics) -> Kinematics {
+    let mut machine = kinematics.machine().clone();
+    for axis in &mut machine.axes[FIRST_ROTARY..] {
+        let [low, high] = axis.limits;
+        let margin = MARGIN.min(SHARE * (high - low));
+        axis.limits = [low + margin, high - margin];
+    }
+    Kinematics::new(&machine, kinematics.setup())
+}
+
 impl Clock for Pace {
     fn feed(&self) -> f64 {
         self.feed
@@ -82,16 +96,7 @@ impl Clock for Pace {
     }
 
     fn reaches(&self, pose: &ToolPose) -> bool {
-        let Some(inverse) = &self.inverse else { return true };
-        let axes = &inverse.kinematics().machine().axes;
-        let inside = |q: &AxisVector| {
-            (FIRST_ROTARY..AXES).all(|axis| {
-                let [low, high] = axes[axis].limits;
-                let margin = MARGIN.min(SHARE * (high - low));
-                (low + margin..=high - margin).contains(&q[axis])
-            })
-        };
-        inverse.continued(pose, &self.home).is_ok_and(|found| inside(&found.q))
+        self.inside.as_ref().is_none_or(|inverse| inverse.continued(pose, &self.home).is_ok())
     }
 
     /// Rotaries turn from rest to rest while the tool goes over.
