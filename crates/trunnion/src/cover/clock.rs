@@ -14,7 +14,7 @@ pub trait Clock: Sync {
     /// Time from the end of one pass to the beginning of the next, leads and link \[s\].
     fn link(&self, from: &Station, to: &Station) -> f64;
 
-    /// Whether the machine gets to a pose, inside the travel of its axes.
+    /// Whether the machine can stand in a pose, inside the travel of its rotary axes.
     fn reaches(&self, _pose: &ToolPose) -> bool {
         true
     }

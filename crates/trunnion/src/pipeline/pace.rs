@@ -19,7 +19,7 @@ const SHARE: f64 = 0.01;
 pub(super) struct Pace {
     /// `None` for a setup without numbers, which is refused where the axes are solved.
     inverse: Option<Inverse>,
-    /// The same with less rotary travel.
+    /// The same with less rotary and without ends of linear travel.
     inside: Option<Inverse>,
     home: AxisVector,
     /// mm/s, of the contact or the tip.
@@ -64,9 +64,13 @@ impl Pace {
     }
 }
 
-/// The machine with the ends of its rotary travel drawn in.
+/// The machine with the ends of its rotary travel drawn in, and none of its linear travel: what is too far for that is so
+/// whichever way the tool leans, and is told of the setup.
 fn inset(kinematics: &Kinematics) -> Kinematics {
     let mut machine = kinematics.machine().clone();
+    for axis in &mut machine.axes[..FIRST_ROTARY] {
+        axis.limits = [f64::NEG_INFINITY, f64::INFINITY];
+    }
     for axis in &mut machine.axes[FIRST_ROTARY..] {
         let [low, high] = axis.limits;
         let margin = MARGIN.min(SHARE * (high - low));
