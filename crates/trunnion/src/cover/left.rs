@@ -31,6 +31,10 @@ const WINDOW: f64 = 1.0;
 /// Tiles a way that are looked at independently.
 const TILES: u32 = 8;
 
+/// Size of open cells that no tool comes near, in sizes of those at the edges of what is open: on them their area is told
+/// as well.
+const LARGEST: f64 = 16.0;
+
 /// Poses that are not sorted out any further.
 const FEW: usize = 8;
 
@@ -109,7 +113,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         edges.into_par_iter().zip(near).map(column).collect()
     }
 
-    /// Cells of some boxes that are not finished: as large as none of a tool's comes near, or of the first size \[mm\].
+    /// Cells of some boxes that are not finished: of the first size \[mm\], larger where no tool comes near.
     /// A cell whose middle is finished is looked at down to the second size.
     pub(super) fn open(&self, boxes: &[[[f64; 2]; 2]], sizes: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
         let counts = [0, 1].map(|k| {
@@ -141,6 +145,9 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
         let overlap = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
             (0..2).all(|k| a[k][0] < b[k][1] && a[k][1] > b[k][0])
         };
+        let holds = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
+            (0..2).all(|k| a[k][0] <= b[k][0] && a[k][1] >= b[k][1])
+        };
         let mine: Vec<_> = boxes.iter().filter(|other| overlap(other, &range)).copied().collect();
         let edges = self.region.edges(range);
         let (mut open, mut waiting) = (Vec::new(), Vec::new());
@@ -153,12 +160,18 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             if whole && !self.region.holds(cell.middle()) {
                 continue;
             }
-            let near = if near.len() > FEW { self.near(&cell, &near) } else { near };
+            let near = self.near(&cell, &near);
             let [a, b] = [0, 1].map(|k| cell.extent(k));
             if a <= self.end.width() && !near.is_empty() && self.finished(&cell, &near) {
                 continue;
             }
             let least = a.max(b);
+            // No tool comes near: nothing smaller tells more.
+            let inside = || mine.iter().any(|other| holds(other, &cell.range));
+            if whole && near.is_empty() && least <= LARGEST * size && inside() {
+                open.push(cell.range);
+                continue;
+            }
             let small = least <= size && !(least > finest && self.cuts(&cell.centre(), &near));
             if small && (whole || self.region.holds(cell.middle()) || least <= 0.5 * size) {
                 open.push(cell.range);

@@ -118,21 +118,21 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         cells: &[Range],
     ) -> Vec<LookedAt> {
         let middle = |range: &Range| range.map(|[low, high]| 0.5 * (low + high));
-        let inside: Vec<Local> = cells.iter().map(middle).filter(|p| region.holds(*p)).collect();
+        let held = |range: &&Range| region.holds(middle(range));
+        let inside: Vec<&Range> = cells.iter().filter(held).collect();
         // Where no middle of a cell is inside, the first is as good as any.
         let places = if inside.is_empty() {
             vec![middle(cells.first().unwrap_or(&[[0.0; 2]; 2]))]
         } else {
-            inside
+            spread(&inside).into_iter().map(middle).collect()
         };
-        let step = places.len().div_ceil(LOOKS);
         let precision = PRECISION * self.options.path_share;
         let look = |&place: &Local| {
             let spot = Spot::new(self.face, self.chart.uv(place))?;
             let ball = fit::largest_ball(self.guards.0, &spot, self.cutter, precision);
             Some(LookedAt { place, depth: swept.height(&spot.point), ball })
         };
-        places.par_iter().step_by(step).filter_map(look).collect()
+        places.par_iter().filter_map(look).collect()
     }
 
     fn reason(&self, place: Local) -> RestReason {
@@ -147,6 +147,22 @@ struct LookedAt {
     place: Local,
     depth: f64,
     ball: f64,
+}
+
+/// About [`LOOKS`] of some cells, as many from each stretch of the list as it has of their area by parameters.
+fn spread<'a>(cells: &[&'a Range]) -> Vec<&'a Range> {
+    let area = |range: &Range| range.iter().map(|[low, high]| high - low).product::<f64>();
+    let step = cells.iter().map(|range| area(range)).sum::<f64>() / LOOKS as f64;
+    let (mut sum, mut next) = (0.0, 0.0);
+    let mut chosen = Vec::new();
+    for range in cells {
+        sum += area(range);
+        if sum > next {
+            chosen.push(*range);
+            next = (next + step).max(sum);
+        }
+    }
+    chosen
 }
 
 /// Share of a cell that lies inside the region.
