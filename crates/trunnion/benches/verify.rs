@@ -11,7 +11,7 @@ use shop::Layout;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{self, Program, ReadOptions};
+use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
 use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
@@ -79,7 +79,7 @@ fn program(kinematics: &Kinematics, face: &Face) -> Program {
     };
     let mut text = String::new();
     write::linuxcnc(&mut text, kinematics, &blocks, &note, &options).unwrap();
-    read::gcode(&text, &ReadOptions { axes, most_faults: 5 }).unwrap()
+    read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap()
 }
 
 #[divan::bench(args = [1.0, 0.2], sample_count = 1, sample_size = 1)]

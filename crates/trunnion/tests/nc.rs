@@ -8,7 +8,7 @@ use nalgebra::{Point3, UnitVector3, Vector3};
 use proptest::prelude::*;
 use shop::Layout;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{self, ClMotion, Frame, Move, Pace, Program, ReadOptions, Step};
+use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, ReadOptions, Step};
 use trunnion::nc::write::{
     self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote, WriteError,
 };
@@ -20,7 +20,7 @@ fn words(layout: Layout, reversed: bool) -> AxisWords {
 
 fn read(text: &str) -> Result<Program, Vec<Fault>> {
     let axes = words(Layout::TableTable, false);
-    read::gcode(text, &ReadOptions { axes, most_faults: 50 })
+    read::read(text, &ReadOptions::new(Dialect::LinuxCnc, axes, 50))
 }
 
 fn note(budget: &[(String, f64)]) -> Note<'_> {
@@ -44,7 +44,7 @@ fn block(kinematics: &Kinematics, q: AxisVector, duration: f64) -> Block {
 fn moves(program: &Program) -> Vec<Move> {
     let step = |step: &Step| match step {
         Step::Move(found) => Some(*found),
-        Step::Dwell { .. } => None,
+        _ => None,
     };
     program.steps.iter().filter_map(step).collect()
 }
@@ -230,7 +230,7 @@ proptest! {
         } else {
             write::g93(&mut text, &kinematics, &blocks, &note(&[]), &options).unwrap();
         }
-        let program = read::gcode(&text, &ReadOptions { axes, most_faults: 5 }).unwrap();
+        let program = read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
         let shift = write::work_offset(&kinematics).unwrap()
             + Vector3::z() * kinematics.setup().tool_length;
         let mut found = [0.0; 5];
@@ -334,7 +334,7 @@ proptest! {
             if remove { letters.remove(at); } else { letters[at] = letter; }
         }
         let text: String = letters.into_iter().collect();
-        let _ = read::gcode(&text, &ReadOptions { axes, most_faults: 5 });
+        let _ = read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5));
         let _ = read::cl(&text.replace("G1 ", "GOTO/"), 5);
     }
 }

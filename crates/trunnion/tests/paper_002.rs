@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, Frame, Pace, ReadOptions, Step};
+use trunnion::nc::read::{self, Dialect, Frame, Pace, ReadOptions, Step};
 use trunnion::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote};
 use trunnion::types::{AxisVector, Block, Motion, ToolPose};
 
@@ -58,7 +58,7 @@ fn there_and_back_through_the_program() {
         let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
         let mut program = String::new();
         write::g93(&mut program, &kinematics, &blocks, &note, &options).unwrap();
-        let read = read::gcode(&program, &ReadOptions { axes, most_faults: 5 }).unwrap();
+        let read = read::read(&program, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
         let shift = write::work_offset(&kinematics).unwrap() + Vector3::z() * setup.tool_length;
         let mut q = [0.0; 5];
         let mut cut = Vec::new();

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
-use trunnion::nc::read::{self, Program, ReadOptions};
+use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
 use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Block, Motion, Silent, ToolPose};
@@ -80,7 +80,7 @@ fn words(machine: &Machine) -> AxisWords {
 }
 
 fn parse(text: &str, machine: &Machine) -> Program {
-    read::gcode(text, &ReadOptions { axes: words(machine), most_faults: 5 }).unwrap()
+    read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words(machine), 5)).unwrap()
 }
 
 /// Whether a point is inside the tool grown by `grow`: by its outline, height for height.

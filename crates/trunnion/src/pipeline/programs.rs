@@ -225,8 +225,8 @@ fn read_back(
     file: &'static str,
     axes: AxisWords,
 ) -> Result<read::Program, PipelineError> {
-    let options = read::ReadOptions { axes, most_faults: MOST_FAULTS };
-    read::gcode(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })
+    let options = read::ReadOptions::new(read::Dialect::LinuxCnc, axes, MOST_FAULTS);
+    read::read(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })
 }
 
 /// Replays a program over the faces that are cut.

@@ -103,6 +103,16 @@ pub enum VerifyError {
         /// G code without its decimals.
         number: u8,
     },
+    /// A step that is read, but not replayed.
+    #[error(
+        "line {line}: {what} is not replayed; post the program with straight moves of five axes"
+    )]
+    Special {
+        /// Line of the program.
+        line: u32,
+        /// What it is.
+        what: &'static str,
+    },
     /// X, Y and Z do not span space.
     #[error("the linear axes do not reach every position")]
     LinearAxes,

@@ -179,7 +179,18 @@ pub(super) fn replay(
                 duration: *seconds,
                 rapid: false,
             },
+            // The plane is refused where a move names it.
+            Step::Tool { .. } | Step::Spindle { .. } | Step::Plane(_) | Step::Words { .. } => {
+                continue;
+            }
+            Step::Offset(offset) => {
+                let (line, what) = (offset.line, "a work offset written by the program");
+                return Err(VerifyError::Special { line, what });
+            }
             Step::Move(step) => {
+                if let Some(what) = step.special() {
+                    return Err(VerifyError::Special { line: step.line, what });
+                }
                 let (to, course) = control.target(&q, step)?;
                 if !to.iter().all(|value| value.is_finite()) {
                     return Err(VerifyError::LinearAxes);

@@ -2,51 +2,76 @@
 
 use super::lexer::{Lexer, Word};
 use super::modal::{LineFault, Modal};
-use super::{Program, ReadOptions, Step};
+use super::{Dialect, ReadOptions, Step};
 use crate::types::AxisVector;
 use crate::types::Fault;
-
-/// Reads a five-axis G-code program.
-///
-/// Understood: `G0 G1 G4 G17-G19 G20 G21 G40 G43 G43.4 G49 G53 G54-G59.3 G61 G61.1 G64 G80 G90 G91
-/// G90.1 G91.1 G93 G94 G234`, `M0-M9 M30 M48 M49`, `M428`/`M429` (TCP on/off), `F H N P Q S T`,
-/// comments, a lone `%` and a lone `O` number. Reading ends at `M2` or `M30`: a control stops there.
-///
-/// # Errors
-///
-/// Every fault found, up to `options.most_faults`: what is not a word or not understood (arcs,
-/// cycles, expressions and the rest among them), codes of one modal group twice on a line, axis
-/// words without a motion code, a feed move without a feed, no end of program.
-pub fn gcode(text: &str, options: &ReadOptions) -> Result<Program, Vec<Fault>> {
-    let mut reader = Reader::new(options);
-    for (index, line) in text.lines().enumerate() {
-        reader.line(u32::try_from(index + 1).unwrap_or(u32::MAX), line);
-        if reader.modal.ended || reader.faults.len() >= options.most_faults {
-            break;
-        }
-    }
-    if reader.faults.is_empty() && !reader.modal.ended {
-        let fault = Fault::whole("the program has no end: a line is missing, or the file was cut");
-        reader.faults.push(fault.with_help("end it with M2 or M30"));
-    }
-    if reader.faults.is_empty() { Ok(reader.program()) } else { Err(reader.faults) }
-}
+use std::collections::VecDeque;
 
 /// State while reading.
-struct Reader<'a> {
-    options: &'a ReadOptions,
+#[derive(Debug)]
+pub(super) struct Reader {
+    options: ReadOptions,
     modal: Modal,
-    steps: Vec<Step>,
+    lines: u32,
+    steps: VecDeque<Step>,
     faults: Vec<Fault>,
+    warnings: Vec<Fault>,
 }
 
-impl<'a> Reader<'a> {
-    fn new(options: &'a ReadOptions) -> Self {
-        Self { options, modal: Modal::new(), steps: Vec::new(), faults: Vec::new() }
+impl Reader {
+    pub(super) fn new(options: ReadOptions) -> Self {
+        let mut reader = Self {
+            options,
+            modal: Modal::new(),
+            lines: 0,
+            steps: VecDeque::new(),
+            faults: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let dialect = reader.options.dialect;
+        if matches!(dialect, Dialect::Siemens | Dialect::Heidenhain | Dialect::Apt) {
+            let message = format!("{dialect} programs are not read as G-code");
+            reader.faults.push(Fault::whole(message));
+        }
+        reader
+    }
+
+    /// The next step, once lines made one; none after a fault.
+    pub(super) fn pop(&mut self) -> Option<Step> {
+        if self.faults.is_empty() { self.steps.pop_front() } else { None }
+    }
+
+    /// No further line is wanted.
+    pub(super) fn is_over(&self) -> bool {
+        self.modal.ended || self.faults.len() >= self.options.most_faults
+    }
+
+    /// Every fault, once the program is over.
+    pub(super) fn finish(&mut self) -> Vec<Fault> {
+        if self.faults.is_empty() && !self.modal.ended {
+            let fault =
+                Fault::whole("the program has no end: a line is missing, or the file was cut");
+            self.faults.push(fault.with_help("end it with M2 or M30"));
+        }
+        self.faults.clone()
+    }
+
+    pub(super) fn warnings(&self) -> &[Fault] {
+        &self.warnings
+    }
+
+    pub(super) fn tools(&self) -> &[u32] {
+        &self.modal.tools
+    }
+
+    pub(super) fn feed_rounding(&self) -> f64 {
+        0.5 * self.modal.finest_feed
     }
 
     /// Reads one line.
-    fn line(&mut self, number: u32, line: &str) {
+    pub(super) fn line(&mut self, line: &str) {
+        self.lines = self.lines.saturating_add(1);
+        let number = self.lines;
         if line.trim() == "%" {
             return;
         }
@@ -82,18 +107,13 @@ impl<'a> Reader<'a> {
         self.faults.push(Fault { line: number, column, message, help });
     }
 
-    /// What was read.
-    fn program(self) -> Program {
+    /// Half of the last digit of each axis word \[mm, rad\].
+    pub(super) fn rounding(&self) -> AxisVector {
         let mut rounding = AxisVector::zeros();
         let units = self.modal.finest_units;
         for ((half, unit), word) in rounding.iter_mut().zip(units).zip(&self.options.axes.0) {
             *half = 0.5 * if word.rotary { unit.to_radians() } else { unit };
         }
-        Program {
-            steps: self.steps,
-            rounding,
-            feed_rounding: 0.5 * self.modal.finest_feed,
-            tools: self.modal.tools,
-        }
+        rounding
     }
 }

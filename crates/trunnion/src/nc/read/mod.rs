@@ -1,106 +1,80 @@
 //! Programs and CL files from text: every word with its place, all faults at once.
 //!
-//! [`gcode`] reads five-axis G-code, [`cl`] APT/CL files. What is not understood is a [`Fault`],
-//! never skipped motion. Kinematics is not applied here, only units, signs and modal state.
+//! [`read`] takes a program whole, [`steps`] line by line with memory for its longest loop or
+//! subprogram; both give [`Step`]s, whatever the [`Dialect`]. [`cl`](cl()) reads APT/CL files. What is
+//! not understood is a [`Fault`], never skipped motion; words that cannot move anything are kept
+//! ([`Step::Words`]). Kinematics is not applied here, only units, signs, modal state and arithmetic.
+//!
+//! # From steps to joints
+//!
+//! A consumer remembers where the control stands, starting from the machine's home, and takes step by step:
+//!
+//! * [`Move::words`] say what changes, [`Move::frame`] what they count from: axis positions
+//!   ([`Frame::Machine`]), axis positions less work offset and tool length (no TCP), or the tip in the table
+//!   frame (TCP; see [`nc`](super)). Axes without a word keep their value *in that frame*.
+//! * [`Move::axis`] stands in place of the rotary words: the consumer's inverse finds them.
+//! * [`Move::plane`]: X Y Z are the tip in that plane's coordinates; [`Step::Plane`] came before and has its frame.
+//! * [`Move::way`]: a straight line, or an arc that [`Arc::at`] and [`Arc::parts`] chop up.
+//! * [`Move::turning`] and the frame say what is linear: without TCP all axes; with TCP the tip, and the rotary
+//!   axes ([`Turning::Rotary`]) or the tool axis on its great circle.
+//! * [`Step::Offset`] moves a work offset. A consumer that keeps none has to refuse it, not skip it.
+//!
+//! [`Move::special`] names what a consumer of plain five-axis words has to refuse.
 //!
 //! [`Fault`]: crate::types::Fault
 
 mod cl;
+mod dialect;
 mod gcode;
 mod lexer;
 mod modal;
+mod step;
+mod steps;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
     ClArc, ClFile, ClHole, ClItem, ClMotion, ClReader, ClRecord, ClRecords, ClTally, ClWay, cl,
     cl_records,
 };
-pub use gcode::gcode;
+pub use dialect::Dialect;
+pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
+pub use steps::{Steps, read, steps};
 
 use crate::types::AXES;
-use crate::types::AxisVector;
 
-/// How a G-code program is to be understood.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How a program is to be understood.
+#[derive(Debug, Clone, PartialEq)]
 pub struct ReadOptions {
+    /// The control's language.
+    pub dialect: Dialect,
     /// Letters, units and signs of the axes. The decimals are not used: the text shows them.
     pub axes: AxisWords,
+    /// One axis beyond those five may move, too: [`Move::sixth`].
+    pub sixth: bool,
     /// Faults after which reading stops.
     pub most_faults: usize,
+    /// Lines that loops, subprograms and repeated cycles may run in all.
+    pub most_repeated: u64,
+    /// Run lines that begin with `/`; `None`: such a line is a fault, as nobody knows.
+    pub block_delete: Option<bool>,
+    /// Values of parameters that the program does not set itself: `5`, `_hal[x]`, `R1`, `Q5`.
+    pub parameters: Vec<(String, f64)>,
+    /// Axis positions of `G28` \[mm, rad\].
+    pub reference: [f64; AXES],
 }
 
-/// What the control is told to do, in order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Program {
-    /// Moves and dwells in order.
-    pub steps: Vec<Step>,
-    /// Largest rounding error of each axis word \[mm, rad\]: half of the last digit that the text
-    /// uses anywhere on that axis.
-    pub rounding: AxisVector,
-    /// Half of the last digit of the feed words, in their own unit (mm/min or 1/min).
-    pub feed_rounding: f64,
-    /// Numbers of the tools called, in order.
-    pub tools: Vec<u32>,
-}
-
-/// One thing a program does that takes time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Step {
-    /// A block with axis words.
-    Move(Move),
-    /// `G4`.
-    Dwell {
-        /// Line, counted from 1.
-        line: u32,
-        /// How long \[s\].
-        seconds: f64,
-    },
-}
-
-/// One block with axis words.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Move {
-    /// Line, counted from 1.
-    pub line: u32,
-    /// What the block says about each axis \[mm, rad\]; `None`: nothing.
-    pub words: [Option<f64>; AXES],
-    /// The words are distances from where the axes stand (`G91`).
-    pub incremental: bool,
-    /// What the words refer to.
-    pub frame: Frame,
-    /// How fast.
-    pub pace: Pace,
-}
-
-/// What axis words refer to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Frame {
-    /// `G53`: axis positions.
-    Machine,
-    /// A work offset.
-    Work {
-        /// 0 for `G54`, 1 for `G55` and so on.
-        offset: u8,
-        /// `G43`: the tool length counts.
-        length: bool,
-        /// Tool-centre-point control: X Y Z are the tip.
-        tcp: bool,
-    },
-}
-
-/// How fast a block is run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Pace {
-    /// `G0`.
-    Rapid,
-    /// `G93 G1 F`: the block takes this long \[s\].
-    Inverse {
-        /// Time of the block \[s\].
-        seconds: f64,
-    },
-    /// `G94 G1 F`: speed \[mm/s\] of X Y Z; of the rotaries \[deg/s\] if X Y Z stand still.
-    PerMinute {
-        /// mm/s, or deg/s.
-        speed: f64,
-    },
+impl ReadOptions {
+    /// Five axes, a million repeated lines, no parameters given, the reference position at machine zero.
+    pub fn new(dialect: Dialect, axes: AxisWords, most_faults: usize) -> Self {
+        Self {
+            dialect,
+            axes,
+            sixth: false,
+            most_faults,
+            most_repeated: 1_000_000,
+            block_delete: None,
+            parameters: Vec::new(),
+            reference: [0.0; AXES],
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The control's modal state, and what one line makes of it.
 
 use super::lexer::Word;
-use super::{AxisWords, Frame, Move, Pace, Step};
+use super::{AxisWords, Frame, Move, Pace, Step, Turning, Way};
 use crate::types::AXES;
 
 /// A fault on a line: byte offset, what is wrong, what to do.
@@ -24,6 +24,7 @@ enum Course {
 }
 
 /// Everything a control remembers from line to line.
+#[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct Modal {
     course: Option<Course>,
@@ -269,7 +270,19 @@ impl Modal {
             Frame::Work { offset: self.offset, length: self.length, tcp: self.tcp }
         };
         let incremental = self.incremental;
-        Some(Step::Move(Move { line: number, words: line.axes, incremental, frame, pace }))
+        Some(Step::Move(Move {
+            line: number,
+            column: u32::try_from(line.first_axis + 1).unwrap_or(u32::MAX),
+            words: line.axes,
+            sixth: None,
+            incremental,
+            frame,
+            plane: 0,
+            axis: None,
+            pace,
+            way: Way::Line,
+            turning: Turning::Rotary,
+        }))
     }
 
     /// How fast a block with axis words is run; faults if no feed is known.

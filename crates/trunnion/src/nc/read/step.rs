@@ -1,0 +1,246 @@
+//! What a program says, one step at a time, whatever the dialect.
+
+use crate::types::{AXES, AxisVector};
+use nalgebra::{Isometry3, UnitVector3};
+
+/// What the control is told to do, in order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    /// Everything in order.
+    pub steps: Vec<Step>,
+    /// Largest rounding error of each axis word \[mm, rad\]: half of the last digit that the text
+    /// uses anywhere on that axis.
+    pub rounding: AxisVector,
+    /// Half of the last digit of the feed words, in their own unit (mm/min or 1/min).
+    pub feed_rounding: f64,
+    /// Numbers of the tools called, in order.
+    pub tools: Vec<u32>,
+    /// What was kept but not understood, or looks like a slip.
+    pub warnings: Vec<crate::types::Fault>,
+}
+
+/// One thing a program does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// A block that moves axes.
+    Move(Move),
+    /// `G4`.
+    Dwell {
+        /// Line, counted from 1.
+        line: u32,
+        /// How long \[s\].
+        seconds: f64,
+    },
+    /// A tool goes into the spindle: `M6`, `TOOL CALL`.
+    Tool {
+        /// Line, counted from 1.
+        line: u32,
+        /// Its number.
+        number: u32,
+    },
+    /// The spindle turns, or stops.
+    Spindle {
+        /// Line, counted from 1.
+        line: u32,
+        /// Speed \[1/min\]; clockwise positive, 0: it stops.
+        speed: f64,
+    },
+    /// A work offset is written: `G10 L2`, `G10 L20`.
+    Offset(Offset),
+    /// A tilted plane that later moves name by its number.
+    Plane(Plane),
+    /// Words without motion, kept as they stand: coolant, smoothing, stops, messages.
+    Words {
+        /// Line, counted from 1.
+        line: u32,
+        /// As written.
+        text: Box<str>,
+    },
+}
+
+/// One block that moves axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Move {
+    /// Line, counted from 1.
+    pub line: u32,
+    /// Column of the first axis word in characters, counted from 1.
+    pub column: u32,
+    /// What the block says about each axis \[mm, rad\]; `None`: nothing.
+    pub words: [Option<f64>; AXES],
+    /// An axis beyond the machine's five, if [`ReadOptions::sixth`](super::ReadOptions::sixth)
+    /// allows one: its letter, and its word \[mm, rad\].
+    pub sixth: Option<(char, f64)>,
+    /// The words are distances from where the axes stand (`G91`); `axis` never is.
+    pub incremental: bool,
+    /// What the words refer to.
+    pub frame: Frame,
+    /// Number of the tilted plane ([`Step::Plane`]) whose coordinates X Y Z are; 0: none.
+    pub plane: u16,
+    /// Where the tool axis (tip to spindle) is to point, in the coordinates without tilted plane, instead
+    /// of rotary words: `A3= B3= C3=`, `TX TY TZ`, `I J K` of `G43.5`, the normal of a plane at `G53.1`.
+    pub axis: Option<UnitVector3<f64>>,
+    /// How fast.
+    pub pace: Pace,
+    /// On which way the linear axes, or the tip, get there.
+    pub way: Way,
+    /// How the tool turns meanwhile.
+    pub turning: Turning,
+}
+
+/// What axis words refer to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// `G53`: axis positions.
+    Machine,
+    /// A work offset.
+    Work {
+        /// 0 for `G54`, 1 for `G55` and so on.
+        offset: u8,
+        /// `G43`: the tool length counts.
+        length: bool,
+        /// Tool-centre-point control: X Y Z are the tip.
+        tcp: bool,
+    },
+}
+
+/// How fast a block is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// `G0`.
+    Rapid,
+    /// `G93 G1 F`: the block takes this long \[s\].
+    Inverse {
+        /// Time of the block \[s\].
+        seconds: f64,
+    },
+    /// `G94 G1 F`: speed \[mm/s\] of X Y Z; of the rotaries \[deg/s\] if X Y Z stand still.
+    PerMinute {
+        /// mm/s, or deg/s.
+        speed: f64,
+    },
+}
+
+/// The way of the three linear words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// Straight.
+    Line,
+    /// A circle or helix: the words of [`Move`] are its end.
+    Arc(Arc),
+}
+
+/// An arc about an axis parallel to a coordinate axis; along that axis, and of the rotaries, the way is
+/// linear in the angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arc {
+    /// Which of X Y Z are the plane, so that the positive sense turns the first into the second.
+    pub plane: [usize; 2],
+    /// From where the arc begins to its centre \[mm\], in the two words of the plane.
+    pub center: [f64; 2],
+    /// Angle run through \[rad\]: positive is `G3`, whole turns included.
+    pub sweep: f64,
+}
+
+/// How the tool turns within a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turning {
+    /// Rotary axes linear: without TCP together with the linear axes, with TCP together with the tip.
+    Rotary,
+    /// The tool axis stays in the plane of its two ends and turns at an even rate: `ORIVECT`,
+    /// `PATHCTRL VECTOR`, `G43.4 P1`.
+    GreatCircle,
+}
+
+/// A work offset that the program writes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Offset {
+    /// Line, counted from 1.
+    pub line: u32,
+    /// 0 for `G54`, 1 for `G55` and so on.
+    pub offset: u8,
+    /// Values \[mm, rad\]; `None`: this axis stays.
+    pub words: [Option<f64>; AXES],
+    /// What the values are.
+    pub kind: OffsetKind,
+}
+
+/// What the values of an [`Offset`] are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OffsetKind {
+    /// Axis positions of the origin (`G10 L2`).
+    Origin,
+    /// What the present position is to read as (`G10 L20`).
+    Reading,
+}
+
+/// A plane tilted about the work offset: `G68.2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Line, counted from 1.
+    pub line: u32,
+    /// What [`Move::plane`] calls it, counted from 1.
+    pub number: u16,
+    /// From its coordinates to those without it \[mm\].
+    pub work_from_plane: Isometry3<f64>,
+}
+
+impl Move {
+    /// What a consumer cannot ignore beyond five straight axis words, if there is any.
+    pub fn special(&self) -> Option<&'static str> {
+        match self {
+            Self { sixth: Some(_), .. } => Some("a sixth axis"),
+            Self { plane: 1.., .. } => Some("a tilted plane"),
+            Self { axis: Some(_), .. } => Some("a tool-axis vector"),
+            Self { way: Way::Arc(_), .. } => Some("an arc"),
+            Self { turning: Turning::GreatCircle, .. } => Some("tool axes turned on great circles"),
+            _ => None,
+        }
+    }
+}
+
+impl Arc {
+    /// Radius \[mm\].
+    pub fn radius(&self) -> f64 {
+        self.center[0].hypot(self.center[1])
+    }
+
+    /// Place after the share `t` of the sweep, from where the arc begins \[mm\].
+    pub fn at(&self, t: f64) -> [f64; 2] {
+        let (sin, cos) = (t * self.sweep).sin_cos();
+        let [u, v] = self.center;
+        [u - (u * cos - v * sin), v - (u * sin + v * cos)]
+    }
+
+    /// Equal parts whose chords stay within `tolerance` \[mm\] of the arc; at least one.
+    ///
+    /// A chord over the angle `a` is off by `r (1 - cos(a / 2)) <= r a^2 / 8`.
+    pub fn parts(&self, tolerance: f64) -> u32 {
+        let parts = self.sweep.abs() * (self.radius() / (8.0 * tolerance)).sqrt();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let parts = parts.ceil() as u32;
+        parts.max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn an_arc_runs_about_its_centre() {
+        let arc = Arc { plane: [0, 1], center: [-2.0, 0.0], sweep: FRAC_PI_2 };
+        let [x, y] = arc.at(1.0);
+        assert!((x + 2.0).abs() < 1e-15 && (y - 2.0).abs() < 1e-15);
+        assert!((arc.radius() - 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn chords_stay_within_the_tolerance() {
+        let arc = Arc { plane: [0, 1], center: [30.0, 40.0], sweep: -3.0 * PI };
+        let parts = arc.parts(0.01);
+        let half = 0.5 * arc.sweep.abs() / f64::from(parts);
+        assert!(50.0 * (1.0 - half.cos()) <= 0.01);
+        assert!(50.0 * (1.0 - (1.1 * half).cos()) > 0.01, "not finer than needed");
+    }
+}

@@ -1,0 +1,96 @@
+//! A program as a stream of steps.
+
+use super::gcode::Reader;
+use super::{Program, ReadOptions, Step};
+use crate::types::AxisVector;
+use crate::types::Fault;
+
+/// Reads a program whole; see [`steps`].
+///
+/// # Errors
+///
+/// Every fault found, up to `options.most_faults`.
+pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Vec<Fault>> {
+    let mut stream = steps(text.lines(), options);
+    let mut steps = Vec::new();
+    for step in &mut stream {
+        steps.push(step?);
+    }
+    Ok(Program {
+        steps,
+        rounding: stream.rounding(),
+        feed_rounding: stream.feed_rounding(),
+        tools: stream.tools().to_vec(),
+        warnings: stream.warnings().to_vec(),
+    })
+}
+
+/// Steps of a program whose lines come one by one. In memory is the longest loop or subprogram; the rest
+/// of the program, too, once a subprogram is called that stands behind its call.
+///
+/// Reading ends at `M2` or `M30`: a control stops there. The iterator ends after the first error, which
+/// has every fault of the program, up to `options.most_faults`.
+pub fn steps<I>(lines: I, options: &ReadOptions) -> Steps<I>
+where
+    I: Iterator<Item: AsRef<str>>,
+{
+    Steps { lines, reader: Reader::new(options.clone()), done: false }
+}
+
+/// See [`steps`].
+#[derive(Debug)]
+pub struct Steps<I> {
+    lines: I,
+    reader: Reader,
+    done: bool,
+}
+
+impl<I> Steps<I> {
+    /// Half of the last digit of each axis word so far \[mm, rad\].
+    pub fn rounding(&self) -> AxisVector {
+        self.reader.rounding()
+    }
+
+    /// Half of the last digit of the feed words so far, in their own unit.
+    pub fn feed_rounding(&self) -> f64 {
+        self.reader.feed_rounding()
+    }
+
+    /// Numbers of the tools called so far.
+    pub fn tools(&self) -> &[u32] {
+        self.reader.tools()
+    }
+
+    /// What was kept but not understood, or looks like a slip, so far.
+    pub fn warnings(&self) -> &[Fault] {
+        self.reader.warnings()
+    }
+}
+
+impl<I> Iterator for Steps<I>
+where
+    I: Iterator<Item: AsRef<str>>,
+{
+    type Item = Result<Step, Vec<Fault>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(step) = self.reader.pop() {
+                return Some(Ok(step));
+            }
+            if self.done {
+                return None;
+            }
+            let line = if self.reader.is_over() { None } else { self.lines.next() };
+            if let Some(line) = line {
+                self.reader.line(line.as_ref());
+            } else {
+                self.done = true;
+                let faults = self.reader.finish();
+                if !faults.is_empty() {
+                    return Some(Err(faults));
+                }
+            }
+        }
+    }
+}
