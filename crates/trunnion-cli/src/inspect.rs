@@ -17,6 +17,11 @@ pub(crate) struct Args {
     output: Option<PathBuf>,
 }
 
+/// Whether a file is called as cutter locations are.
+pub(crate) fn is_cl(path: &std::path::Path) -> bool {
+    cl::is_one(path)
+}
+
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
         if args.output.is_some() {

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 done, but a tolerance or limit is broken; 2 bad input or usage, nothing
 //! written; 3 internal.
 
+mod check;
 mod feed;
 mod inspect;
 mod machine;
@@ -40,6 +41,8 @@ struct Arguments {
 enum Verb {
     /// The whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
+    /// An NC program or CL file, simulated and measured against the part and the machine.
+    Check(check::Args),
     /// The rotation of the workpiece that keeps a job's path off the singular directions.
     ///
     /// Next to a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must
@@ -100,6 +103,7 @@ fn main() -> ExitCode {
 fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     match &arguments.verb {
         Verb::Run(args) => run::run(args, arguments.json),
+        Verb::Check(args) => check::run(args, arguments.json),
         Verb::Setup(args) => setup::run(args, arguments.json),
         Verb::Path(args) => path::run(args, arguments.json),
         Verb::Inspect(args) => inspect::run(args, arguments.json),

@@ -4,14 +4,14 @@ use crate::path::chart;
 use crate::path::profile::Profile;
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
-use trunnion::cutter::ProfilePiece;
+use trunnion::cutter::{Cutter, ProfilePiece};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
 use trunnion::types::{Geometry, Motion, PoseRates, ToolPiece};
-use trunnion::verify::{Extreme, FaceMap, Finding};
+use trunnion::verify::{self, Extreme, FaceMap, Finding};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
     Recorder, ReportData, Sample, Share, State, Surface, WorstPlace,
@@ -44,7 +44,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         warnings: summary.warnings.clone(),
         numbers: numbers(summary),
         budget: budget(job, outcome),
-        tool_outline: outline(job),
+        tool_outline: outline(&job.cutter),
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
@@ -217,9 +217,9 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
 }
 
 /// The cutter's outline as a chain of points.
-fn outline(job: &Job) -> Vec<[f64; 2]> {
+pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
-    for piece in job.cutter.profile() {
+    for piece in cutter.profile() {
         match *piece {
             ProfilePiece::Line { from, to } => points.extend([from, to]),
             ProfilePiece::Arc { center: [rho, z], radius } => {
@@ -386,12 +386,12 @@ fn check(job: &Job, program: &Program) -> Check {
         points: deviation.points as u64,
         uncut: deviation.uncut as u64,
         histogram: Histogram::of(heights(), [-reach, reach], BINS),
-        places: places(program),
+        places: places(&program.check),
     }
 }
 
-fn places(program: &Program) -> Vec<WorstPlace> {
-    let deviation = &program.check.deviation;
+pub(crate) fn places(check: &verify::Report) -> Vec<WorstPlace> {
+    let deviation = &check.deviation;
     let place = |name: &str, extreme: &Extreme| WorstPlace {
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
         point: extreme.point.coords.into(),
@@ -403,7 +403,7 @@ fn places(program: &Program) -> Vec<WorstPlace> {
             .iter()
             .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
             .collect();
-    for finding in &program.check.findings {
+    for finding in &check.findings {
         if let Finding::Uncut { place, .. } = finding {
             let point = place.coords.into();
             let note = finding.to_string();

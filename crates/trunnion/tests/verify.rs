@@ -405,7 +405,7 @@ fn an_axis_one_percent_too_fast_is_found() {
     let job = Job::new();
     let clean = job.check_text(&job.text);
     let mut machine = job.machine.clone();
-    let fastest = |index: usize| clean.audit.axes[index].velocity;
+    let fastest = |index: usize| clean.audit.as_ref().unwrap().axes[index].velocity;
     for index in 0..5 {
         machine.axes[index].vel *= fastest(index).raw * 1.0001;
     }
@@ -429,7 +429,7 @@ fn an_axis_that_accelerates_too_much_is_found() {
     let job = Job::new();
     let clean = job.check_text(&job.text);
     let mut machine = job.machine.clone();
-    let hardest = clean.audit.axes[4].acceleration;
+    let hardest = clean.audit.as_ref().unwrap().axes[4].acceleration;
     machine.axes[4].acc *= hardest.worst / 1.01;
     let report = job.check_with(&job.text, &machine, &job.setup);
     let acceleration = |finding: &Finding| match finding {
@@ -445,7 +445,7 @@ fn leaving_the_travel_is_found() {
     let job = Job::new();
     let clean = job.check_text(&job.text);
     let mut machine = job.machine.clone();
-    for (axis, audit) in machine.axes.iter_mut().zip(&clean.audit.axes) {
+    for (axis, audit) in machine.axes.iter_mut().zip(&clean.audit.as_ref().unwrap().axes) {
         axis.limits = [audit.range[0] - 0.01, audit.range[1] + 0.01];
     }
     assert!(job.check_with(&job.text, &machine, &job.setup).passed());

@@ -239,7 +239,7 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
         extreme.as_ref().map_or(0.0, |extreme| extreme.height)
     };
     let worst = |pick: fn(&crate::verify::AxisAudit) -> f64| {
-        check.audit.axes.iter().map(pick).fold(0.0, f64::max)
+        check.audit.iter().flat_map(|audit| &audit.axes).map(pick).fold(0.0, f64::max)
     };
     ProgramSummary {
         dialect: program.dialect.to_owned(),
@@ -253,7 +253,7 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
             gouge: (-height(&check.deviation.lowest)).max(program.others.1),
             excess: height(&check.deviation.highest).max(0.0),
             others: program.others.0,
-            duration: check.audit.duration,
+            duration: check.audit.as_ref().map_or(0.0, |audit| audit.duration),
             velocity_ratio: worst(|axis| axis.velocity.worst),
             acceleration_ratio: Some(worst(|axis| axis.acceleration.worst)),
         }),

@@ -4,10 +4,11 @@ use super::body::{self, Body, Ray};
 use super::grid::Grid;
 use super::index::{Bounds, Item, Tree};
 use super::ray::Lowest;
-use super::replay::{Control, Segment};
+use super::replay::{Mover, Segment};
 use super::report::{FaceMap, Sample};
 use super::sweep::{self, Piece};
-use super::{Input, Options, VerifyError};
+use super::{Options, VerifyError};
+use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::types::Cancelled;
 use nalgebra::{Point3, Vector3};
@@ -30,17 +31,17 @@ pub(super) struct Sweep {
 impl Sweep {
     /// Cuts all moves into pieces and sorts them by place.
     pub(super) fn new(
-        control: &Control<'_>,
+        mover: &Mover<'_>,
         segments: &[Segment],
-        input: &Input<'_>,
+        cutter: &Cutter,
         options: &Options,
     ) -> Result<Self, VerifyError> {
-        let bodies = body::bodies(input.cutter);
-        let size = input.cutter.length().hypot(widest(&bodies));
+        let bodies = body::bodies(cutter);
+        let size = cutter.length().hypot(widest(&bodies));
         let error = 0.1 * options.ray_tolerance;
         let mut pieces = Vec::with_capacity(segments.len());
         for segment in segments {
-            sweep::pieces(control, segment, size + options.reach, error, &mut pieces)?;
+            sweep::pieces(mover, segment, size + options.reach, error, &mut pieces)?;
         }
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {

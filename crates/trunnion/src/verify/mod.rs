@@ -20,19 +20,21 @@ mod ray;
 mod replay;
 mod report;
 mod sweep;
+mod track;
 
 pub use report::{
     Audit, AxisAudit, Bin, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report, Sample,
 };
+pub use track::{Track, track, track_cl};
 
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
-use crate::nc::read::Program;
+use crate::nc::read::{ClFile, Program};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest, Stage};
 use deviation::Sweep;
 use grid::Grid;
-use replay::Control;
+use replay::{Control, Mover, Segment};
 
 /// What is checked, and against what.
 #[derive(Debug, Clone, Copy)]
@@ -152,17 +154,78 @@ pub fn check(
     progress: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
-    let mut tools = input.program.tools.clone();
-    tools.dedup();
-    if tools.len() > 1 {
-        return Err(VerifyError::Tools { count: tools.len() });
-    }
+    one_tool(&input.program.tools)?;
     let control = Control::new(input)?;
     let segments = replay::replay(&control, input)?;
     let audit = audit::audit(&control, &segments, input)?;
-    let sweep = Sweep::new(&control, &segments, input, options)?;
+    let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
+    let (maps, deviation) =
+        measure(&Mover::Machine(control), &segments, &subject, options, progress)?;
+    let mut findings = left(&maps, &deviation, options);
+    findings.extend(broken(&audit));
+    Ok(Report { maps, deviation, audit: Some(audit), findings })
+}
+
+/// Cutter locations, and against what they are checked.
+#[derive(Debug, Clone, Copy)]
+pub struct ClInput<'a> {
+    /// The file, as read from its text.
+    pub file: &'a ClFile,
+    /// Faces to be cut, in the frame of the locations.
+    pub faces: &'a [Face],
+    /// The tool, from tip to gauge point.
+    pub cutter: &'a Cutter,
+    /// What is known not to be finished: it may be uncut, or more than the tolerance may stand there.
+    pub rest: &'a [Rest],
+}
+
+/// Checks cutter locations against a surface: the tip runs straight, the tool axis on a great circle
+/// from one to the next. Axes are not audited: a CL file has none.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+pub fn check_cl(
+    input: &ClInput<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Report, VerifyError> {
+    check_options(options)?;
+    let segments = replay::locations(input.file, CHORD_SHARE * options.ray_tolerance)?;
+    let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
+    let (maps, deviation) = measure(&Mover::Locations, &segments, &subject, options, progress)?;
+    let findings = left(&maps, &deviation, options);
+    Ok(Report { maps, deviation, audit: None, findings })
+}
+
+/// Share of the ray tolerance by which the chords of an arc may be off.
+const CHORD_SHARE: f64 = 0.1;
+
+fn one_tool(tools: &[u32]) -> Result<(), VerifyError> {
+    let mut tools = tools.to_vec();
+    tools.dedup();
+    if tools.len() > 1 { Err(VerifyError::Tools { count: tools.len() }) } else { Ok(()) }
+}
+
+/// What a motion is measured against.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
+    faces: &'a [Face],
+    cutter: &'a Cutter,
+    rest: &'a [Rest],
+}
+
+/// Heights over all faces.
+fn measure(
+    mover: &Mover<'_>,
+    segments: &[Segment],
+    subject: &Subject<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+    let sweep = Sweep::new(mover, segments, subject.cutter, options)?;
     let grids: Result<Vec<Grid>, _> =
-        input.faces.iter().map(|face| Grid::over(face, options)).collect();
+        subject.faces.iter().map(|face| Grid::over(face, options)).collect();
     let grids = grids?;
     let total: u64 = grids.iter().map(|grid| grid.size().iter().product::<usize>() as u64).sum();
     let mut done = 0u64;
@@ -171,14 +234,13 @@ pub fn check(
         progress.step(Stage::Verify, done, total)
     };
     let mut maps = Vec::with_capacity(grids.len());
-    for (face, grid) in input.faces.iter().zip(grids) {
+    for (face, grid) in subject.faces.iter().zip(grids) {
         let mut map = deviation::map(&sweep, face, grid, &mut advance)?;
-        map.note(input.rest);
+        map.note(subject.rest);
         maps.push(map);
     }
     let deviation = Deviation::of(&maps);
-    let findings = findings(&maps, &deviation, &audit, options);
-    Ok(Report { maps, deviation, audit, findings })
+    Ok((maps, deviation))
 }
 
 fn check_options(options: &Options) -> Result<(), VerifyError> {
@@ -200,13 +262,8 @@ fn check_options(options: &Options) -> Result<(), VerifyError> {
     Ok(())
 }
 
-/// What breaks a tolerance or a limit. A gouge is judged with the ray tolerance against it.
-fn findings(
-    maps: &[FaceMap],
-    deviation: &Deviation,
-    audit: &Audit,
-    options: &Options,
-) -> Vec<Finding> {
+/// What breaks a tolerance. A gouge is judged with the ray tolerance against it.
+fn left(maps: &[FaceMap], deviation: &Deviation, options: &Options) -> Vec<Finding> {
     let mut findings = Vec::new();
     if let Some(low) = deviation.lowest
         && low.height - options.ray_tolerance < -options.gouge
@@ -226,6 +283,12 @@ fn findings(
     if deviation.unmeasured > 0 {
         findings.push(Finding::Unmeasured { points: deviation.unmeasured });
     }
+    findings
+}
+
+/// What breaks a limit of an axis.
+fn broken(audit: &Audit) -> Vec<Finding> {
+    let mut findings = Vec::new();
     for axis in &audit.axes {
         let name = || axis.name.clone();
         if let Some(worst) = axis.travel {

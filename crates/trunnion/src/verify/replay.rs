@@ -2,9 +2,11 @@
 
 use super::{Input, VerifyError};
 use crate::machine::{Kinematics, Setup};
-use crate::nc::read::{Frame, Move, Pace, Step};
+use crate::math::angle::{angle_between, great_circle};
+use crate::nc::read::{ClFile, ClMotion, Frame, Move, Pace, Step};
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Matrix3, Point3, Vector3};
+use std::f64::consts::PI;
 
 /// One move of the machine.
 #[derive(Debug, Clone, Copy)]
@@ -33,8 +35,70 @@ pub(super) enum Course {
         /// The tool length counts.
         length: bool,
     },
+    /// The tip, and the tool axis on the great circle, in the workpiece frame.
+    Circle {
+        /// The tool at both ends.
+        ends: [ToolPose; 2],
+    },
     /// Nothing moves.
     Rest,
+}
+
+/// What carries the tool out: a machine under its control, or the cutter locations themselves.
+pub(super) enum Mover<'a> {
+    /// A machine.
+    Machine(Control<'a>),
+    /// Tip straight, tool axis on the great circle from location to location.
+    Locations,
+}
+
+/// What bounds how far a move is from a quadratic.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Swing {
+    /// Sum of all turns \[rad\].
+    pub(super) turn: f64,
+    /// Largest distance of the tip from what turns it \[mm\].
+    pub(super) lever: f64,
+    /// Travel of the linear axes while it is turned \[mm\].
+    pub(super) travel: f64,
+}
+
+impl Mover<'_> {
+    /// The tool as it really stands at `t` in 0..=1.
+    pub(super) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
+        match (self, &segment.course) {
+            (_, Course::Circle { ends }) => on_circle(ends, t, segment.line),
+            (Self::Machine(control), _) => control.pose(segment, t),
+            (Self::Locations, _) => Err(VerifyError::NoMotion),
+        }
+    }
+
+    /// What bounds a segment's third derivatives; `None` if nothing moves.
+    pub(super) fn swing(&self, segment: &Segment) -> Option<Swing> {
+        let change = segment.joints[1] - segment.joints[0];
+        let turn = change[3].abs() + change[4].abs();
+        match (self, &segment.course) {
+            (_, Course::Rest) => None,
+            (_, Course::Circle { ends: [from, to] }) => {
+                let turn = angle_between(&from.axis, &to.axis);
+                Some(Swing { turn, lever: 0.0, travel: 0.0 })
+            }
+            (Self::Machine(control), Course::Tip { length, .. }) => {
+                Some(Swing { turn, lever: control.error_lever(*length), travel: 0.0 })
+            }
+            (Self::Machine(control), Course::Joints) => {
+                let travel = change.fixed_rows::<3>(0).lp_norm(1);
+                Some(Swing { turn, lever: control.lever(segment) + travel, travel })
+            }
+            (Self::Locations, _) => None,
+        }
+    }
+}
+
+/// Between two poses.
+fn on_circle([from, to]: &[ToolPose; 2], t: f64, line: u32) -> Result<ToolPose, VerifyError> {
+    let axis = great_circle(&from.axis, &to.axis, t).ok_or(VerifyError::TurnsTooFar { line })?;
+    Ok(ToolPose { tip: from.tip + (to.tip - from.tip) * t, axis })
 }
 
 /// A control's belief about the machine, and the machine.
@@ -89,6 +153,21 @@ impl<'a> Control<'a> {
         let [believed, real] = [self.reckons(length).setup(), self.real.setup()];
         (believed.tool_length - real.tool_length).abs()
             + 2.0 * (believed.origin - real.origin).norm()
+    }
+
+    /// Largest distance of the tip from a rotary axis at either end: half the way to where it is
+    /// half a turn further.
+    fn lever(&self, segment: &Segment) -> f64 {
+        let forward = |q: &AxisVector| self.real.forward(q).tip;
+        let mut largest = 0.0f64;
+        for q in &segment.joints {
+            for axis in [3, 4] {
+                let mut opposite = *q;
+                opposite[axis] += PI;
+                largest = largest.max(0.5 * (forward(&opposite) - forward(q)).norm());
+            }
+        }
+        largest
     }
 
     /// The real machine.
@@ -216,10 +295,33 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
         Pace::PerMinute { speed } => {
             let length = match course {
                 Course::Tip { ends: [from, to], .. } => (to - from).norm(),
+                Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
                 _ => change.fixed_rows::<3>(0).norm(),
             };
             let degrees = change.fixed_rows::<2>(3).norm().to_degrees();
             if length > 0.0 { length / speed } else { degrees / speed }
         }
     }
+}
+
+/// Runs through cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\].
+/// Rapid moves take no time: nothing is known of a machine.
+pub(super) fn locations(file: &ClFile, tolerance: f64) -> Result<Vec<Segment>, VerifyError> {
+    let mut segments = Vec::with_capacity(file.records.len());
+    let mut before: Option<ToolPose> = None;
+    for record in &file.records {
+        for part in record.straight(before.as_ref(), tolerance) {
+            let from = before.replace(part.pose);
+            let Some(from) = from else { continue };
+            let ends = [from, part.pose];
+            let (duration, rapid) = match part.motion {
+                ClMotion::Rapid => (0.0, true),
+                ClMotion::Feed(speed) => ((ends[1].tip - ends[0].tip).norm() / speed, false),
+            };
+            let joints = [AxisVector::zeros(); 2];
+            let course = Course::Circle { ends };
+            segments.push(Segment { line: part.line, joints, course, duration, rapid });
+        }
+    }
+    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
 }

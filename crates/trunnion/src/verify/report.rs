@@ -13,8 +13,8 @@ pub struct Report {
     pub maps: Vec<FaceMap>,
     /// The same in a few numbers.
     pub deviation: Deviation,
-    /// Axes against their limits.
-    pub audit: Audit,
+    /// Axes against their limits; `None` where there is no machine.
+    pub audit: Option<Audit>,
     /// Everything that breaks a tolerance or a limit; the worst of its kind each.
     pub findings: Vec<Finding>,
 }

@@ -2,10 +2,8 @@
 
 use super::VerifyError;
 use super::body::{Body, Probe, Ray, Stand};
-use super::replay::{Control, Course, Segment};
-use crate::types::AxisVector;
+use super::replay::{Mover, Segment, Swing};
 use nalgebra::{Point3, Vector3};
-use std::f64::consts::PI;
 
 /// A piece of a move, over `u` in -1..=1.
 #[derive(Debug, Clone, Copy)]
@@ -38,31 +36,23 @@ const MOST_PIECES: f64 = 1e6;
 /// \[mm\] of the tip.
 ///
 /// With the rotaries linear in time the axis is a product of two rotations, whose third derivative
-/// is at most `theta³`, theta the sum of both turns. A tip carried along at distance `r` from the
-/// rotary axes while the linear axes travel `v` has at most `theta³ r + 3 theta² v`. Under TCP the
-/// tip is linear but for the error a wrong belief makes, which turns with the tool.
+/// is at most `theta³`, theta the sum of both turns; on a great circle it is that. A tip carried along
+/// at distance `r` from the rotary axes while the linear axes travel `v` has at most
+/// `theta³ r + 3 theta² v`. Under TCP the tip is linear but for the error a wrong belief makes, which
+/// turns with the tool.
 pub(super) fn pieces(
-    control: &Control<'_>,
+    mover: &Mover<'_>,
     segment: &Segment,
     reach: f64,
     tolerance: f64,
     out: &mut Vec<Piece>,
 ) -> Result<(), VerifyError> {
-    let change = segment.joints[1] - segment.joints[0];
-    let theta = change[3].abs() + change[4].abs();
-    let (lever, travel) = match segment.course {
-        Course::Rest => return Ok(()),
-        Course::Tip { length, .. } => (control.error_lever(length), 0.0),
-        Course::Joints => {
-            let travel = change.fixed_rows::<3>(0).lp_norm(1);
-            (lever(control, segment) + travel, travel)
-        }
-    };
+    let Some(Swing { turn, lever, travel }) = mover.swing(segment) else { return Ok(()) };
     let error = |theta: f64, travel: f64| {
         INTERPOLATION * theta.powi(2) * (theta * (lever + reach) + 3.0 * travel)
     };
-    let mut count = (theta / LARGEST_TURN).ceil().max(1.0);
-    while error(theta / count, travel / count) > tolerance {
+    let mut count = (turn / LARGEST_TURN).ceil().max(1.0);
+    while error(turn / count, travel / count) > tolerance {
         count *= 2.0;
         if count > MOST_PIECES {
             return Err(VerifyError::TurnsTooFar { line: segment.line });
@@ -71,25 +61,10 @@ pub(super) fn pieces(
     let mut index = 0.0;
     while index < count {
         let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
-        out.push(Piece::through(control, segment, [a, b, c])?);
+        out.push(Piece::through(mover, segment, [a, b, c])?);
         index += 1.0;
     }
     Ok(())
-}
-
-/// Largest distance of the tip from a rotary axis at either end: half the way to where it is half a
-/// turn further.
-fn lever(control: &Control<'_>, segment: &Segment) -> f64 {
-    let forward = |q: &AxisVector| control.real().forward(q).tip;
-    let mut largest = 0.0f64;
-    for q in &segment.joints {
-        for axis in [3, 4] {
-            let mut opposite = *q;
-            opposite[axis] += PI;
-            largest = largest.max(0.5 * (forward(&opposite) - forward(q)).norm());
-        }
-    }
-    largest
 }
 
 /// Quadratic through values at -1, 0, 1.
@@ -140,11 +115,11 @@ pub(super) struct Bound {
 impl Piece {
     /// The piece of a segment through three times.
     fn through(
-        control: &Control<'_>,
+        mover: &Mover<'_>,
         segment: &Segment,
         [a, b, c]: [f64; 3],
     ) -> Result<Self, VerifyError> {
-        let pose = |t| control.pose(segment, t);
+        let pose = |t| mover.pose(segment, t);
         let [low, mid, high] = [pose(a)?, pose(b)?, pose(c)?];
         let tip = quadratic([low.tip.coords, mid.tip.coords, high.tip.coords]);
         let axis = quadratic([low, mid, high].map(|pose| pose.axis.into_inner()));

@@ -1,0 +1,127 @@
+//! `trunnion check`: a program against the part, and against the machine.
+
+mod export;
+mod page;
+mod subject;
+mod told;
+mod tool;
+
+use crate::outcome::{Done, Failure};
+use crate::output::Outputs;
+use crate::progress::Bars;
+use crate::text;
+use std::path::PathBuf;
+use subject::Subject;
+use told::Told;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Program (G-code), or a CL file.
+    program: PathBuf,
+    /// Take machine, part, setup, tool, tolerance and grid from a job file.
+    #[arg(long, value_name = "JOB.toml", conflicts_with_all = ["machine", "part", "faces", "flip",
+        "cutter", "shank", "holder", "tool_length", "origin", "rotation"])]
+    job: Option<PathBuf>,
+    /// Machine file, or name of a built-in machine; a CL file needs none.
+    #[arg(long, value_name = "M")]
+    machine: Option<String>,
+    /// Surface JSON or STEP file.
+    #[arg(long, value_name = "FILE", required_unless_present = "job")]
+    part: Option<PathBuf>,
+    /// Numbers of the faces that are cut, see `trunnion inspect`; all if left out. On all others the
+    /// tool must not gouge.
+    #[arg(long, value_name = "N,N..", value_delimiter = ',')]
+    faces: Vec<usize>,
+    /// The cutter is on the other side of the faces.
+    #[arg(long)]
+    flip: bool,
+    /// Radii in mm: R of the centre circle, r of the corner; L, gauge point to tip, if it is not
+    /// --tool-length.
+    #[arg(long, value_name = "R=10,r=6", required_unless_present = "job")]
+    cutter: Option<String>,
+    /// Profile above the cutting part: height above the tip and radius in mm, from below up.
+    #[arg(long, value_name = "H:R,H:R..")]
+    shank: Option<String>,
+    /// Holder, likewise.
+    #[arg(long, value_name = "H:R,H:R..")]
+    holder: Option<String>,
+    /// What the program is written in; told by the name of the file if left out.
+    #[arg(long)]
+    dialect: Option<Dialect>,
+    /// Length of the tool, gauge point to tip, in mm.
+    #[arg(long, value_name = "L", value_parser = tool::finite)]
+    tool_length: Option<f64>,
+    /// Workpiece origin in machine coordinates with all axes at zero, in mm.
+    #[arg(long, value_name = "X,Y,Z", value_parser = tool::three, default_value = "0,0,0", allow_hyphen_values = true)]
+    origin: [f64; 3],
+    /// Rotation of the workpiece about the fixed x, then y, then z, in degrees.
+    #[arg(long, value_name = "A,B,C", value_parser = tool::three, default_value = "0,0,0", allow_hyphen_values = true)]
+    rotation: [f64; 3],
+    /// Most material left and deepest gouge in mm.
+    #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::two, required_unless_present = "job")]
+    tolerance: Option<[f64; 2]>,
+    /// Largest distance between measured points in mm [default: 0.2, or the job's].
+    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    grid: Option<f64>,
+    /// Folder for summary.json, report.html and deviation.vtp; none are written if left out.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+/// What a program is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Dialect {
+    /// G-code of LinuxCNC and its like; G93 or G94, TCP or not.
+    Gcode,
+    /// APT/CL file.
+    Cl,
+}
+
+const EXAMPLES: &str = "\
+The program is run as the control would run it, from the machine's home position, and what it leaves is
+measured along the normals of the faces: below 0 a gouge, above 0 excess. Axes are held against travel,
+velocity and acceleration. The workpiece is taken to stand where --origin and --rotation say, and the work
+offset and tool length at the control to be right; see the setup sheet of a run.
+Exit codes: 0 everything is kept; 1 something is broken, and where; 2 malformed input, nothing written.
+
+  trunnion check out/program.linuxcnc.ngc --job job.toml -o checked
+  trunnion check part.ngc --machine bc-trunnion --part part.step --faces 2,3 --cutter R=10,r=6 \\
+      --tool-length 120 --origin -381,-254,-505 --rotation 0,20,0 --tolerance 0.02,0.002 -o checked
+  trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    let bars = Bars::new();
+    let subject = Subject::load(args, &bars)?;
+    if let Some(folder) = &args.output {
+        Outputs::probe(folder)?;
+    }
+    let found = subject.check(&bars)?;
+    bars.finish();
+    let mut told = Told::new(&subject, &found);
+    let places = match &args.output {
+        Some(folder) => write(&subject, &found, &mut told, folder)?,
+        None => Vec::new(),
+    };
+    if json {
+        text::print_json(&told)?;
+    } else {
+        text::print(&told.table(&places))?;
+    }
+    Ok(if told.passed { Done::Kept } else { Done::Broken })
+}
+
+fn write(
+    subject: &Subject,
+    found: &subject::Found,
+    told: &mut Told,
+    folder: &std::path::Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut outputs = Outputs::open(folder)?;
+    told.files = ["report.html", "deviation.vtp"].map(str::to_owned).into();
+    outputs.text("report.html", &page::page(subject, found, told)?)?;
+    outputs.add("deviation.vtp", |out| export::vtp(out, &found.report.maps))?;
+    let summary = serde_json::to_string_pretty(told).map_err(anyhow::Error::from)?;
+    outputs.text("summary.json", &(summary + "\n"))?;
+    Ok(outputs.commit()?)
+}

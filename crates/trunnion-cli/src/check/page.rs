@@ -1,0 +1,116 @@
+//! The report of a check.
+
+use super::subject::{Found, Subject};
+use super::told::{Fraction, Told};
+use crate::outcome::Failure;
+use crate::report;
+use trunnion::verify::{Sample, Track};
+use trunnion_report::{
+    Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
+};
+
+/// Bins of the histogram of deviations.
+const BINS: usize = 60;
+
+/// The page of a check.
+pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<String, Failure> {
+    let cutter = &subject.cutter;
+    let data = ReportData {
+        job: subject.program.clone(),
+        part: subject.part.clone(),
+        machine: subject.machine.clone().unwrap_or_default(),
+        tool: format!(
+            "{:?} D{} r{}, length {} mm",
+            cutter.kind(),
+            2.0 * cutter.radius(),
+            cutter.minor(),
+            cutter.length()
+        ),
+        generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
+        passed: told.passed,
+        verdict: if told.passed {
+            vec!["every tolerance and limit is kept by the program as it stands".to_owned()]
+        } else {
+            told.failures.clone()
+        },
+        warnings: told.warnings.clone(),
+        numbers: numbers(subject, told),
+        budget: Budget {
+            total: subject.options.total,
+            gouge: subject.options.gouge,
+            shares: Vec::new(),
+        },
+        tool_outline: report::outline(cutter),
+        surface: surface(found),
+        path: subject.track()?.iter().map(piece).collect(),
+        motion: trunnion_report::Motion::default(),
+        check: check(subject, found),
+        smoothing: String::new(),
+    };
+    Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
+}
+
+fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
+    let number = |label: &str, value: String, unit: &str, good: bool, headline: bool| Number {
+        label: label.to_owned(),
+        value,
+        unit: unit.to_owned(),
+        note: String::new(),
+        state: if good { State::Good } else { State::Bad },
+        headline,
+    };
+    let (options, left) = (&subject.options, &told.deviation);
+    let fits = left.excess <= options.total;
+    let mut numbers = vec![
+        number("most left", format!("{:.4}", left.excess), "mm", fits, true),
+        number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
+        number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true),
+    ];
+    let percent = |label: String, of: Fraction| Number {
+        note: format!("of its limit, at line {}", of.line),
+        ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)
+    };
+    for axis in &told.axes {
+        numbers.push(percent(format!("{} velocity", axis.name), axis.velocity));
+        numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
+    }
+    numbers
+}
+
+fn surface(found: &Found) -> Surface {
+    let mut surface = Surface::default();
+    for map in &found.report.maps {
+        let drawn = |s: &Sample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
+        let points: Vec<_> = map.samples.iter().map(|s| s.as_ref().map(drawn)).collect();
+        surface.add_grid(map.v.len(), &points);
+    }
+    surface
+}
+
+fn piece(track: &Track) -> PathPiece {
+    let point = |&(t, pose): &(f64, trunnion::types::ToolPose)| {
+        let tip: [f64; 3] = pose.tip.coords.into();
+        PathPoint { t, tip, axis: pose.axis.into_inner().into(), contact: tip }
+    };
+    PathPiece {
+        motion: if track.rapid { MotionKind::Link } else { MotionKind::Cut },
+        points: track.poses.iter().map(point).collect(),
+    }
+}
+
+fn check(subject: &Subject, found: &Found) -> Check {
+    let report = &found.report;
+    let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
+    let reach = 2.0 * subject.options.total;
+    Check {
+        method: format!(
+            "{} replayed as the control would, and measured along the surface normal",
+            subject.program
+        ),
+        grid: subject.options.grid,
+        points: report.deviation.points as u64,
+        uncut: report.deviation.uncut as u64,
+        histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
+        places: report::places(report),
+    }
+}

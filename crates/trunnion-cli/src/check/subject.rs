@@ -1,0 +1,275 @@
+//! What is checked, against what.
+
+use super::tool::Said;
+use super::{Args, Dialect};
+use crate::outcome::Failure;
+use crate::path::MOST_FAULTS;
+use crate::progress::Bars;
+use crate::{inspect, machine, part, run, text};
+use nalgebra::Vector3;
+use std::path::Path;
+use trunnion::cutter::Cutter;
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::nc::read::{self, AxisWords, ClFile, Program, ReadOptions};
+use trunnion::surface::Face;
+use trunnion::types::Progress;
+use trunnion::verify::{self, ClInput, Finding, Input, Options, Report, Track, VerifyError};
+
+/// Distance between measured points where nothing is said \[mm\].
+const GRID: f64 = 0.2;
+/// Grid on the faces that are not cut, over that on those that are.
+const OTHERS_GRID: f64 = 3.0;
+/// Material higher than this counts as uncut \[mm\].
+const REACH: f64 = 1.0;
+/// Share of the total tolerance by which a ray may miss the swept cutter.
+const RAY_SHARE: f64 = 0.005;
+/// Most measured points on one face.
+const MOST_POINTS: usize = 20_000_000;
+/// Longest stretch between two drawn tool positions \[mm\].
+const DRAWN_STEP: f64 = 1.0;
+
+/// What moves the tool.
+pub(super) enum Motion {
+    Program(Box<Program>, Box<Kinematics>),
+    Locations(ClFile),
+}
+
+/// A program with all that it is checked against.
+pub(super) struct Subject {
+    pub(super) motion: Motion,
+    /// Names of program, part and machine.
+    pub(super) program: String,
+    pub(super) part: String,
+    pub(super) machine: Option<String>,
+    pub(super) faces: Vec<Face>,
+    pub(super) others: Vec<Face>,
+    pub(super) cutter: Cutter,
+    pub(super) options: Options,
+    pub(super) warnings: Vec<String>,
+}
+
+/// What was found.
+pub(super) struct Found {
+    pub(super) report: Report,
+    /// On faces that are not cut: points, and the deepest gouge \[mm\].
+    pub(super) others: (usize, f64),
+}
+
+/// All but the program.
+struct Setting {
+    part: String,
+    kinematics: Option<Kinematics>,
+    faces: Vec<Face>,
+    others: Vec<Face>,
+    cutter: Cutter,
+    tolerance: [f64; 2],
+    grid: f64,
+    warnings: Vec<String>,
+}
+
+impl Subject {
+    /// Reads everything the arguments name.
+    pub(super) fn load(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+        let setting = match &args.job {
+            Some(job) => Setting::of_job(job, bars)?,
+            None => Setting::of_arguments(args, bars)?,
+        };
+        let motion = motion(args, setting.kinematics)?;
+        let mut warnings = setting.warnings;
+        if let Motion::Locations(file) = &motion {
+            let place = args.program.display();
+            warnings.extend(file.warnings.iter().map(|warning| format!("{place}:{warning}")));
+        }
+        let machine = match &motion {
+            Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
+            Motion::Locations(_) => None,
+        };
+        let [total, gouge] = args.tolerance.unwrap_or(setting.tolerance);
+        let options = Options {
+            grid: args.grid.unwrap_or(setting.grid),
+            reach: REACH.max(2.0 * total),
+            ray_tolerance: RAY_SHARE * total,
+            total,
+            gouge,
+            most_points: MOST_POINTS,
+        };
+        Ok(Self {
+            motion,
+            program: args.program.display().to_string(),
+            part: setting.part,
+            machine,
+            faces: setting.faces,
+            others: setting.others,
+            cutter: setting.cutter,
+            options,
+            warnings,
+        })
+    }
+
+    /// Runs the program and measures what it leaves.
+    pub(super) fn check(&self, bars: &dyn Progress) -> Result<Found, Failure> {
+        let mut report = self.measure(&self.faces, &self.options, bars)?;
+        let mut others = (0, 0.0);
+        if !self.others.is_empty() {
+            let grid = OTHERS_GRID * self.options.grid;
+            let other = self.measure(&self.others, &Options { grid, ..self.options }, bars)?;
+            let gouges = other.findings.into_iter().filter(|f| matches!(f, Finding::Gouge(_)));
+            report.findings.extend(gouges);
+            let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
+            others = (other.deviation.points, depth);
+        }
+        Ok(Found { report, others })
+    }
+
+    fn measure(
+        &self,
+        faces: &[Face],
+        options: &Options,
+        bars: &dyn Progress,
+    ) -> Result<Report, Failure> {
+        let cutter = &self.cutter;
+        let found = match &self.motion {
+            Motion::Program(program, kinematics) => {
+                let input = self.input(program, kinematics, faces);
+                verify::check(&input, options, bars)
+            }
+            Motion::Locations(file) => {
+                verify::check_cl(&ClInput { file, faces, cutter, rest: &[] }, options, bars)
+            }
+        };
+        found.map_err(|error| self.failure(&error))
+    }
+
+    fn input<'a>(
+        &'a self,
+        program: &'a Program,
+        kinematics: &'a Kinematics,
+        faces: &'a [Face],
+    ) -> Input<'a> {
+        let (believed, real, cutter) = (kinematics, kinematics, &self.cutter);
+        Input { program, believed, real, faces, cutter, rest: &[] }
+    }
+
+    /// Where the tool goes.
+    pub(super) fn track(&self) -> Result<Vec<Track>, Failure> {
+        let (faces, cutter) = (&self.faces[..], &self.cutter);
+        let tracks = match &self.motion {
+            Motion::Program(program, kinematics) => {
+                verify::track(&self.input(program, kinematics, faces), DRAWN_STEP)
+            }
+            Motion::Locations(file) => {
+                let input = ClInput { file, faces, cutter, rest: &[] };
+                verify::track_cl(&input, self.options.ray_tolerance, DRAWN_STEP)
+            }
+        };
+        tracks.map_err(|error| self.failure(&error))
+    }
+
+    fn failure(&self, error: &VerifyError) -> Failure {
+        match error {
+            VerifyError::Cancelled(_) => Failure::Stopped,
+            error => Failure::input(format!("{}: {error}", self.program)),
+        }
+    }
+}
+
+impl Setting {
+    fn of_job(path: &Path, bars: &Bars) -> Result<Self, Failure> {
+        let (job, warnings) = run::load(path, bars)?;
+        let plain = |faces: &[trunnion::surface::FaceIndex]| -> Vec<Face> {
+            faces.iter().map(|face| face.face().clone()).collect()
+        };
+        Ok(Self {
+            part: job.file.part.file.clone(),
+            faces: plain(&job.faces),
+            others: plain(&job.others),
+            tolerance: [job.budget.total, job.budget.gouge],
+            grid: job.file.verify_grid,
+            cutter: job.cutter,
+            kinematics: Some(job.kinematics),
+            warnings,
+        })
+    }
+
+    /// The arguments are there: clap sees to that where there is no job.
+    fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+        let missing = |name: &str| Failure::input(format!("{name} is missing"));
+        let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
+        let said = Said {
+            cutter: args.cutter.as_deref().ok_or_else(|| missing("--cutter"))?,
+            shank: args.shank.as_deref(),
+            holder: args.holder.as_deref(),
+            length: args.tool_length,
+        };
+        let cutter = said.cutter();
+        let length = args.tool_length.unwrap_or(cutter.as_ref().map_or(0.0, Cutter::length));
+        let setup =
+            Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
+        let machine = args.machine.as_deref().map(machine::load).transpose();
+        let part = part::read(file, bars);
+        // Whatever is wrong is told at once.
+        let (cutter, (machine, part)) = both(cutter, both(machine, part))?;
+        let kinematics = machine.map(|file| Kinematics::new(&file.machine, &setup));
+        let (faces, others) = choose(part.faces, args)?;
+        Ok(Self {
+            part: file.display().to_string(),
+            kinematics,
+            faces,
+            others,
+            cutter,
+            tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
+            grid: GRID,
+            warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
+        })
+    }
+}
+
+/// Both, or all that is wrong with either.
+fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result<(A, B), Failure> {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok((a, b)),
+        (Err(a), Err(b)) => Err(a.and(b)),
+        (Err(fault), _) | (_, Err(fault)) => Err(fault),
+    }
+}
+
+/// Faces that are cut, turned over if asked for, and the others.
+fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failure> {
+    let known = |number: &usize| faces.iter().any(|face| face.number == *number);
+    if let Some(number) = args.faces.iter().find(|number| !known(number)) {
+        let count = faces.len();
+        return Err(Failure::input(format!(
+            "the part has no face {number}; it has {count}\n  help: trunnion inspect lists them"
+        )));
+    }
+    let cut = |face: &Face| args.faces.is_empty() || args.faces.contains(&face.number);
+    let (mut chosen, others): (Vec<Face>, Vec<Face>) = faces.into_iter().partition(cut);
+    for face in &mut chosen {
+        face.flip ^= args.flip;
+    }
+    Ok((chosen, others))
+}
+
+/// Reads the program.
+fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
+    let path = &args.program;
+    let told = if inspect::is_cl(path) { Dialect::Cl } else { Dialect::Gcode };
+    let text = text::read(path)?;
+    let faults = |faults: Vec<trunnion::types::Fault>| Failure::faults(path, &faults);
+    match (args.dialect.unwrap_or(told), kinematics) {
+        (Dialect::Cl, _) => Ok(Motion::Locations(read::cl(&text, MOST_FAULTS).map_err(faults)?)),
+        (Dialect::Gcode, None) => {
+            let help = "add --machine M; for cutter locations --dialect cl";
+            Err(Failure::input(format!(
+                "{}: G-code needs a machine\n  help: {help}",
+                path.display()
+            )))
+        }
+        (Dialect::Gcode, Some(kinematics)) => {
+            let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
+            let options = ReadOptions { axes, most_faults: MOST_FAULTS };
+            let program = read::gcode(&text, &options).map_err(faults)?;
+            Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
+        }
+    }
+}

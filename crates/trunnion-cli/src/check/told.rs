@@ -1,0 +1,209 @@
+//! What a check says: for scripts and for people.
+
+use super::subject::{Found, Motion, Subject};
+use std::path::PathBuf;
+use trunnion::machine::AxisKind;
+use trunnion::verify::{AxisAudit, Extreme, Ratio};
+
+/// `summary.json`, and what `--json` prints; mm, degrees, s.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Told {
+    schema: &'static str,
+    generator: String,
+    program: String,
+    part: String,
+    machine: Option<String>,
+    pub(super) passed: bool,
+    tolerance: Tolerance,
+    pub(super) deviation: Heights,
+    /// Time of all blocks, rapids at rapid speed; of it rapid. Null without a machine.
+    duration: Option<f64>,
+    rapid: Option<f64>,
+    moves: Option<usize>,
+    pub(super) axes: Vec<AxisTold>,
+    pub(super) warnings: Vec<String>,
+    pub(super) failures: Vec<String>,
+    /// Files beside this one.
+    pub(super) files: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+struct Tolerance {
+    total: f64,
+    gouge: f64,
+}
+
+/// What is left on the faces.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Heights {
+    pub(super) grid: f64,
+    pub(super) points: usize,
+    pub(super) uncut: usize,
+    pub(super) uncut_area: f64,
+    pub(super) area: f64,
+    pub(super) unmeasured: usize,
+    /// Deepest and highest place measured.
+    pub(super) gouge: f64,
+    pub(super) excess: f64,
+    lowest: Option<Place>,
+    highest: Option<Place>,
+    /// Points on faces that are not cut, and the deepest gouge there.
+    pub(super) others: usize,
+    pub(super) others_gouge: f64,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct Place {
+    face: usize,
+    uv: [f64; 2],
+    point: [f64; 3],
+    height: f64,
+    line: u32,
+}
+
+impl Place {
+    fn of(extreme: &Extreme) -> Self {
+        let Extreme { face, uv, point, height, line } = *extreme;
+        Self { face, uv, point: point.coords.into(), height, line }
+    }
+}
+
+/// One axis against its limits.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct AxisTold {
+    pub(super) name: String,
+    unit: &'static str,
+    range: [f64; 2],
+    pub(super) velocity: Fraction,
+    pub(super) acceleration: Fraction,
+}
+
+/// Of a limit.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub(super) struct Fraction {
+    pub(super) ratio: f64,
+    pub(super) line: u32,
+    broken: usize,
+}
+
+impl Fraction {
+    fn of(ratio: &Ratio) -> Self {
+        Self { ratio: ratio.worst, line: ratio.line, broken: ratio.broken }
+    }
+}
+
+impl Told {
+    pub(super) fn new(subject: &Subject, found: &Found) -> Self {
+        let report = &found.report;
+        let audit = report.audit.as_ref();
+        let deviation = &report.deviation;
+        let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
+        Self {
+            schema: "trunnion-check/1",
+            generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
+            program: subject.program.clone(),
+            part: subject.part.clone(),
+            machine: subject.machine.clone(),
+            passed: report.passed(),
+            tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
+            deviation: Heights {
+                grid: subject.options.grid,
+                points: deviation.points,
+                uncut: deviation.uncut,
+                uncut_area: deviation.uncut_area,
+                area: deviation.area,
+                unmeasured: deviation.unmeasured,
+                gouge: (-height(&deviation.lowest)).max(0.0),
+                excess: height(&deviation.highest).max(0.0),
+                lowest: deviation.lowest.as_ref().map(Place::of),
+                highest: deviation.highest.as_ref().map(Place::of),
+                others: found.others.0,
+                others_gouge: found.others.1,
+            },
+            duration: audit.map(|audit| audit.duration),
+            rapid: audit.map(|audit| audit.rapid),
+            moves: audit.map(|audit| audit.moves),
+            axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
+            warnings: subject.warnings.clone(),
+            failures: report.findings.iter().map(ToString::to_string).collect(),
+            files: Vec::new(),
+        }
+    }
+
+    /// The short table for people.
+    pub(super) fn table(&self, places: &[PathBuf]) -> String {
+        let kept = if self.passed { "every tolerance and limit is kept" } else { "NOT KEPT" };
+        let mut lines = vec![format!("{}: {kept}", self.program)];
+        let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));
+        let Tolerance { total, gouge } = self.tolerance;
+        row("tolerance", format!("excess {total} mm, gouge {gouge} mm"));
+        for (name, value) in self.deviation.rows() {
+            row(name, value);
+        }
+        if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
+        {
+            row("time", format!("{duration:.1} s, of it rapid {rapid:.1} s, for {moves} moves"));
+        }
+        for axis in &self.axes {
+            row(&format!("axis {}", axis.name), axis.words());
+        }
+        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
+        lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
+        lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
+        lines.join("\n") + "\n"
+    }
+}
+
+impl Heights {
+    fn rows(&self) -> Vec<(&'static str, String)> {
+        let place = |place: &Option<Place>| {
+            place.as_ref().map_or_else(String::new, |place| {
+                let [x, y, z] = place.point;
+                format!(" at X {x:.3} Y {y:.3} Z {z:.3} (face {}, line {})", place.face, place.line)
+            })
+        };
+        let lowest = self.lowest.as_ref().map_or(0.0, |place| place.height);
+        let mut rows = vec![
+            ("points", format!("{}, {} mm apart, on {:.1} mm2", self.points, self.grid, self.area)),
+            ("least left", format!("{lowest:.4} mm{}", place(&self.lowest))),
+            ("most left", format!("{:.4} mm{}", self.excess, place(&self.highest))),
+            ("uncut", format!("{} points, {:.2} mm2", self.uncut, self.uncut_area)),
+        ];
+        if self.others > 0 {
+            let told = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
+            rows.push(("other faces", told));
+        }
+        rows
+    }
+}
+
+fn axis(subject: &Subject, audit: &AxisAudit) -> AxisTold {
+    let machine = match &subject.motion {
+        Motion::Program(_, kinematics) => Some(kinematics.machine()),
+        Motion::Locations(_) => None,
+    };
+    let mut axes = machine.iter().flat_map(|machine| &machine.axes);
+    let rotary = axes.any(|axis| axis.name == audit.name && axis.kind == AxisKind::Rotary);
+    AxisTold {
+        name: audit.name.clone(),
+        unit: if rotary { "deg" } else { "mm" },
+        range: if rotary { audit.range.map(f64::to_degrees) } else { audit.range },
+        velocity: Fraction::of(&audit.velocity),
+        acceleration: Fraction::of(&audit.acceleration),
+    }
+}
+
+impl AxisTold {
+    fn words(&self) -> String {
+        let [low, high] = self.range;
+        let percent = |of: Fraction| 100.0 * of.ratio;
+        format!(
+            "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {})",
+            self.unit,
+            percent(self.velocity),
+            self.velocity.line,
+            percent(self.acceleration),
+            self.acceleration.line
+        )
+    }
+}

@@ -1,0 +1,132 @@
+//! Tools and numbers as arguments.
+
+use crate::outcome::Failure;
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a finite number is wanted".into()),
+    }
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|value| *value > 0.0).ok_or("a number above 0 is wanted".into())
+}
+
+fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
+    numbers?.try_into().map_err(|_| format!("{wanted} numbers separated by commas are wanted"))
+}
+
+pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, "three")
+}
+
+pub(super) fn two(text: &str) -> Result<[f64; 2], String> {
+    numbers(text, "two")
+}
+
+/// What the command line says about the tool.
+pub(super) struct Said<'a> {
+    pub(super) cutter: &'a str,
+    pub(super) shank: Option<&'a str>,
+    pub(super) holder: Option<&'a str>,
+    pub(super) length: Option<f64>,
+}
+
+impl Said<'_> {
+    /// The tool; without a length it is taken to end where its profile does, or twice its diameter up.
+    pub(super) fn cutter(&self) -> Result<Cutter, Failure> {
+        let Radii { major, minor, length, inner } = self.radii()?;
+        let mut shank = profile("--shank", self.shank)?;
+        let holder = profile("--holder", self.holder)?;
+        if let Some(&[height, _]) = holder.first() {
+            let radius = shank.last().map_or(major + minor, |&[_, radius]| radius);
+            shank.push([height, radius]);
+        }
+        shank.extend(holder);
+        let top = shank.last().map_or(4.0 * (major + minor), |&[height, _]| height);
+        let length = self.length.or(length).unwrap_or(top);
+        let kind = match (major > 0.0, minor > 0.0) {
+            (true, true) => Kind::Bull,
+            (true, false) => Kind::Flat,
+            (false, _) => Kind::Ball,
+        };
+        let construction = inner.map_or(Construction::Solid, |inner_cutting_radius| {
+            Construction::Insert { inner_cutting_radius }
+        });
+        Cutter::new(CutterSpec { kind, major, minor, length, construction, shank })
+            .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
+    }
+
+    fn radii(&self) -> Result<Radii, Failure> {
+        let wrong = |what: &str| {
+            let help = "for instance --cutter R=10,r=6 or R=0,r=3,L=80";
+            Failure::input(format!("--cutter {}: {what}\n  help: {help}", self.cutter))
+        };
+        let (mut major, mut minor, mut length, mut inner) = (None, None, None, None);
+        for entry in self.cutter.split(',') {
+            let (name, value) =
+                entry.split_once('=').ok_or_else(|| wrong("name=value is wanted"))?;
+            let value = finite(value).map_err(|_| wrong(&format!("{entry} is no number")))?;
+            let place = match name.trim() {
+                "R" => &mut major,
+                "r" => &mut minor,
+                "L" => &mut length,
+                "inner" => &mut inner,
+                other => return Err(wrong(&format!("{other} is none of R, r, L, inner"))),
+            };
+            if place.replace(value).is_some() {
+                return Err(wrong(&format!("{name} stands there twice")));
+            }
+        }
+        let (Some(major), Some(minor)) = (major, minor) else {
+            return Err(wrong("both R and r are needed"));
+        };
+        Ok(Radii { major, minor, length, inner })
+    }
+}
+
+struct Radii {
+    major: f64,
+    minor: f64,
+    length: Option<f64>,
+    inner: Option<f64>,
+}
+
+/// `30:12.5,60:25`.
+fn profile(option: &str, text: Option<&str>) -> Result<Vec<[f64; 2]>, Failure> {
+    let Some(text) = text else { return Ok(Vec::new()) };
+    let wrong = || {
+        let help = "height above the tip and radius, from below up: 30:12.5,60:25";
+        Failure::input(format!("{option} {text}: no profile\n  help: {help}"))
+    };
+    let entry = |entry: &str| {
+        let (height, radius) = entry.split_once(':')?;
+        Some([finite(height).ok()?, finite(radius).ok()?])
+    };
+    text.split(',').map(|part| entry(part).ok_or_else(wrong)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tool_is_put_together_from_its_parts() {
+        let said = |length| Said {
+            cutter: "R=10,r=6",
+            shank: Some("30:12.5"),
+            holder: Some("60:25,90:30"),
+            length,
+        };
+        let cutter = said(Some(120.0)).cutter().ok().unwrap();
+        let shank = vec![[30.0, 12.5], [60.0, 12.5], [60.0, 25.0], [90.0, 30.0]];
+        assert_eq!((cutter.length(), &cutter.spec().shank), (120.0, &shank));
+        assert_eq!(said(None).cutter().ok().unwrap().length(), 90.0);
+        assert!(Said { cutter: "R=10,r=six", ..said(None) }.cutter().is_err());
+        assert!(Said { cutter: "R=10,R=9,r=1", ..said(None) }.cutter().is_err());
+        assert!(Said { shank: Some("30"), ..said(None) }.cutter().is_err());
+    }
+}

@@ -1,0 +1,175 @@
+//! `trunnion check` as a user meets it: an edited program is found out, a clean one is not.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const PATCH: &str = r#"{"degree":[2,2],
+ "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
+ "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
+           [[0,-15,2],[0,0,3],[0,15,2]],
+           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
+
+const JOB: &str = r#"schema = "trunnion-job/1"
+name = "small patch"
+[part]
+file = "patch.json"
+[setup]
+origin = [-381, -254, -505]
+rotation = [0, 20, 0]
+clearance = 20
+[tool]
+number = 1
+kind = "bull"
+major_radius = 5
+minor_radius = 3
+length = 100
+construction = "solid"
+[tolerance]
+total = 0.02
+gouge = 0.002
+[strategy]
+method = "widest"
+along = "v"
+direction = "zigzag"
+side = "ahead"
+max_axis_turn = 3
+[cutting]
+feed = 3000
+reference = "contact"
+spindle = 8000
+coolant = true
+[machine]
+file = "machine.toml"
+[motion]
+method = "jerk"
+servo_period = 0.002
+[output]
+dialects = ["linuxcnc", "g93"]
+[verify]
+grid = 0.5
+"#;
+
+/// What stands for the job where the parts of it are named one by one.
+const SAID: [&str; 16] = [
+    "--machine",
+    "machine.toml",
+    "--part",
+    "patch.json",
+    "--cutter",
+    "R=5,r=3",
+    "--tool-length",
+    "100",
+    "--origin",
+    "-381,-254,-505",
+    "--rotation",
+    "0,20,0",
+    "--tolerance",
+    "0.02,0.002",
+    "--grid",
+    "0.5",
+];
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("job.toml", JOB);
+    write("patch.json", PATCH);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    write("machine.toml", &fs::read_to_string(root.join("machines/bc-trunnion.toml")).unwrap());
+    folder
+}
+
+fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn told(output: &Output) -> (Option<i32>, String, String) {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A run's folder, and in it `edited.ngc`: one line in the middle goes 30 micrometres deeper.
+fn planted() -> (tempfile::TempDir, PathBuf, usize) {
+    let folder = folder();
+    let (code, _, errors) = told(&trunnion(folder.path(), &["run", "job.toml", "-o", "out"]));
+    assert_eq!(code, Some(0), "{errors}");
+    let program = folder.path().join("out/program.linuxcnc.ngc");
+    let text = fs::read_to_string(&program).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let cuts = |line: &String| line.starts_with("G1") && line.contains(" B") && line.contains(" Z");
+    let at = (lines.len() / 2..lines.len()).find(|&at| cuts(&lines[at])).unwrap();
+    let deeper = |word: &str| match word.strip_prefix('Z') {
+        Some(z) => format!("Z{:.4}", z.parse::<f64>().unwrap() - 0.03),
+        None => word.to_owned(),
+    };
+    lines[at] = lines[at].split(' ').map(deeper).collect::<Vec<_>>().join(" ");
+    fs::write(folder.path().join("edited.ngc"), lines.join("\n")).unwrap();
+    (folder, program, at + 1)
+}
+
+#[test]
+fn an_edited_program_is_found_out_and_a_clean_one_is_not() {
+    let (folder, _, number) = planted();
+    let folder = folder.path();
+    let clean = ["check", "out/program.linuxcnc.ngc", "--job", "job.toml", "-o", "clean"];
+    let (code, table, errors) = told(&trunnion(folder, &clean));
+    assert_eq!(code, Some(0), "{table}{errors}");
+    assert!(table.contains("every tolerance and limit is kept"), "{table}");
+    let mut files: Vec<String> = fs::read_dir(folder.join("clean"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(files, ["deviation.vtp", "report.html", "summary.json"]);
+
+    let edited = ["--json", "check", "edited.ngc", "--job", "job.toml"];
+    let output = trunnion(folder, &edited);
+    let summary = json(&output);
+    assert_eq!(output.status.code(), Some(1), "{summary:#}");
+    let lowest = &summary["deviation"]["lowest"];
+    let line = usize::try_from(lowest["line"].as_u64().unwrap()).unwrap();
+    assert!(line == number || line == number + 1, "{lowest}, planted in {number}");
+    assert!((-0.032..-0.02).contains(&lowest["height"].as_f64().unwrap()), "{lowest}");
+
+    // The same said without the job, for the other dialect and for the locations.
+    let mut whole = vec!["--json", "check", "edited.ngc"];
+    whole.extend(SAID);
+    let said = json(&trunnion(folder, &whole));
+    assert_eq!(said["deviation"]["lowest"], *lowest);
+    for program in ["out/program.g93.nc", "out/toolpath.cls"] {
+        whole[2] = program;
+        let output = trunnion(folder, &whole);
+        let summary = json(&output);
+        assert_eq!(output.status.code(), Some(0), "{program}: {summary:#}");
+        assert_eq!(summary["axes"].as_array().unwrap().is_empty(), program.ends_with("cls"));
+    }
+}
+
+#[test]
+fn bad_input_writes_nothing_and_tells_all() {
+    let folder = folder();
+    let folder = folder.path();
+    fs::write(folder.join("arc.ngc"), "G21 G90 G94 G54\nG2 X1 I1 F100\nG1 Q\nM2\n").unwrap();
+    let mut arguments = vec!["check", "arc.ngc", "-o", "out"];
+    arguments.extend(SAID);
+    let (code, stdout, errors) = told(&trunnion(folder, &arguments));
+    assert_eq!((code, stdout.as_str()), (Some(2), ""), "{errors}");
+    assert!(errors.contains("arc.ngc:2:") && errors.contains("arc.ngc:3:"), "{errors}");
+    assert!(!folder.join("out").exists());
+    let missing =
+        ["check", "arc.ngc", "--part", "none.json", "--cutter", "R=5,r=-3", "--tolerance", "1,1"];
+    let (code, _, errors) = told(&trunnion(folder, &missing));
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("none.json") && errors.contains("minor radius"), "{errors}");
+}
