@@ -160,7 +160,7 @@ pub fn check(
     let audit = audit::audit(&control, &segments, input)?;
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
     let (maps, deviation) =
-        measure(&Mover::Machine(control), &segments, &subject, options, progress)?;
+        measure(&Mover::Machine(&control), &segments, &subject, options, progress)?;
     let mut findings = left(&maps, &deviation, options);
     findings.extend(broken(&audit));
     Ok(Report { maps, deviation, audit: Some(audit), findings })

@@ -47,7 +47,7 @@ pub(super) enum Course {
 /// What carries the tool out: a machine under its control, or the cutter locations themselves.
 pub(super) enum Mover<'a> {
     /// A machine.
-    Machine(Control<'a>),
+    Machine(&'a Control<'a>),
     /// Tip straight, tool axis on the great circle from location to location.
     Locations,
 }
@@ -78,7 +78,6 @@ impl Mover<'_> {
         let change = segment.joints[1] - segment.joints[0];
         let turn = change[3].abs() + change[4].abs();
         match (self, &segment.course) {
-            (_, Course::Rest) => None,
             (_, Course::Circle { ends: [from, to] }) => {
                 let turn = angle_between(&from.axis, &to.axis);
                 Some(Swing { turn, lever: 0.0, travel: 0.0 })
@@ -90,7 +89,7 @@ impl Mover<'_> {
                 let travel = change.fixed_rows::<3>(0).lp_norm(1);
                 Some(Swing { turn, lever: control.lever(segment) + travel, travel })
             }
-            (Self::Locations, _) => None,
+            (_, Course::Rest) | (Self::Locations, _) => None,
         }
     }
 }

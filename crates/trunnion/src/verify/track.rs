@@ -29,7 +29,7 @@ const MOST: f64 = 1000.0;
 pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
     let control = Control::new(input)?;
     let segments = replay::replay(&control, input)?;
-    tracks(&Mover::Machine(control), &segments, step)
+    tracks(&Mover::Machine(&control), &segments, step)
 }
 
 /// Tool positions of a CL file, at most `step` \[mm\] apart.
