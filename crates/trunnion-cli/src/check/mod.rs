@@ -13,6 +13,7 @@ use crate::text;
 use std::path::PathBuf;
 use subject::Subject;
 use told::Told;
+use trunnion::nc::read::Dialect;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -46,8 +47,9 @@ pub(crate) struct Args {
     /// Holder, likewise.
     #[arg(long, value_name = "H:R,H:R..")]
     holder: Option<String>,
-    /// What the program is written in; told by the name of the file if left out.
-    #[arg(long)]
+    /// What the program is written in: linuxcnc, fanuc, haas, siemens, heidenhain, apt; told by the
+    /// file's name and first lines if left out.
+    #[arg(long, value_parser = dialect)]
     dialect: Option<Dialect>,
     /// Length of the tool, gauge point to tip, in mm.
     #[arg(long, value_name = "L", value_parser = tool::finite)]
@@ -69,13 +71,11 @@ pub(crate) struct Args {
     output: Option<PathBuf>,
 }
 
-/// What a program is written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Dialect {
-    /// G-code of LinuxCNC and its like; G93 or G94, TCP or not.
-    Gcode,
-    /// APT/CL file.
-    Cl,
+fn dialect(text: &str) -> Result<Dialect, String> {
+    Dialect::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Dialect::ALL.iter().map(|dialect| dialect.name()).collect();
+        format!("one of {} is wanted", names.join(", "))
+    })
 }
 
 const EXAMPLES: &str = "\

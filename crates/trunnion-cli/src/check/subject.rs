@@ -1,7 +1,7 @@
 //! What is checked, against what.
 
+use super::Args;
 use super::tool::Said;
-use super::{Args, Dialect};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, AxisWords, ClFile, Program, ReadOptions};
+use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, Program, ReadOptions};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{self, ClInput, Finding, Input, Options, Report, Track, VerifyError};
@@ -76,10 +76,12 @@ impl Subject {
         };
         let motion = motion(args, setting.kinematics)?;
         let mut warnings = setting.warnings;
-        if let Motion::Locations(file) = &motion {
-            let place = args.program.display();
-            warnings.extend(file.warnings.iter().map(|warning| format!("{place}:{warning}")));
-        }
+        let said = match &motion {
+            Motion::Program(program, _) => &program.warnings,
+            Motion::Locations(file) => &file.warnings,
+        };
+        let place = args.program.display();
+        warnings.extend(said.iter().map(|warning| format!("{place}:{warning}")));
         let machine = match &motion {
             Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
             Motion::Locations(_) => None,
@@ -253,23 +255,20 @@ fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failu
 /// Reads the program.
 fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
     let path = &args.program;
-    let told = if inspect::is_cl(path) { Dialect::Cl } else { Dialect::Gcode };
     let text = text::read(path)?;
     let faults = |faults: Vec<trunnion::types::Fault>| Failure::faults(path, &faults);
-    match (args.dialect.unwrap_or(told), kinematics) {
-        (Dialect::Cl, _) => Ok(Motion::Locations(read::cl(&text, MOST_FAULTS).map_err(faults)?)),
-        (Dialect::Gcode, None) => {
-            let help = "add --machine M; for cutter locations --dialect cl";
-            Err(Failure::input(format!(
-                "{}: G-code needs a machine\n  help: {help}",
-                path.display()
-            )))
-        }
-        (Dialect::Gcode, Some(kinematics)) => {
-            let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
-            let options = ReadOptions { axes, most_faults: MOST_FAULTS };
-            let program = read::gcode(&text, &options).map_err(faults)?;
-            Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
-        }
+    let told = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
+    let dialect = args.dialect.unwrap_or_else(told);
+    if dialect == Dialect::Apt {
+        return Ok(Motion::Locations(read::cl(&text, MOST_FAULTS).map_err(faults)?));
     }
+    let Some(kinematics) = kinematics else {
+        let help = "add --machine M; for cutter locations --dialect apt";
+        let message = format!("{}: a {} program needs a machine", path.display(), dialect.name());
+        return Err(Failure::input(format!("{message}\n  help: {help}")));
+    };
+    let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
+    let options = ReadOptions::new(dialect, axes, MOST_FAULTS);
+    let program = read::read(&text, &options).map_err(faults)?;
+    Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
 }
