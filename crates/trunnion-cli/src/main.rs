@@ -14,6 +14,7 @@ mod part;
 mod path;
 mod pose;
 mod position;
+mod post;
 mod progress;
 mod report;
 mod run;
@@ -66,6 +67,12 @@ enum Verb {
     Pose(pose::Args),
     /// One cutter location: the widest strip from a point of a face, explained.
     Position(position::Args),
+    /// A CL file to a program for a machine, with feeds that its axes can follow.
+    ///
+    /// Poses become axis positions, moves are cut as finely as the control needs to stay within tolerance, and every
+    /// block gets a feed at which no axis exceeds its velocity or acceleration. Memory stays the same however long
+    /// the file is.
+    Post(Box<post::Args>),
     /// Speed along a table of axis positions: as fast as the axes allow, with or without jerk limits.
     Feed(feed::Args),
     /// JSON schema of a file format, for editors and scripts.
@@ -110,6 +117,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Machine { action } => machine::run(action, arguments.json),
         Verb::Pose(args) => pose::run(args, arguments.json),
         Verb::Position(args) => position::run(args, arguments.json),
+        Verb::Post(args) => post::run(args, arguments.json),
         Verb::Feed(args) => feed::run(args, arguments.json),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),

@@ -199,9 +199,9 @@ impl<T: Trail> Course<'_, T> {
     }
 }
 
-/// Where a control is at a share of the way between two positions; `None` where a great circle is
-/// not defined.
-pub(super) fn moved(
+/// Where a control is at a share of the way between two positions (axes, and the pose they stand for);
+/// `None` where a great circle is not defined.
+pub fn moved(
     kinematics: &Kinematics,
     control: Control,
     [(q0, from), (q1, to)]: [(&AxisVector, &ToolPose); 2],
@@ -217,18 +217,41 @@ pub(super) fn moved(
     Some(ToolPose { tip, axis })
 }
 
+/// Bounds on the second derivatives of tip \[mm\] and tool axis, by the share of a block, that a control
+/// runs between two positions: no pose in it strays from the chord of its ends by more than an eighth.
+pub fn bend(
+    kinematics: &Kinematics,
+    control: Control,
+    ends: [(&AxisVector, &ToolPose); 2],
+) -> [f64; 2] {
+    let Bend { tip, axis } = bend_of(kinematics, control, ends);
+    [tip, axis]
+}
+
 /// How a control bends over a whole block.
 pub(super) fn block_bend(kinematics: &Kinematics, control: Control, ends: [&Block; 2]) -> Bend {
-    let chain = kinematics.chain();
-    let travel = ends[1].q - ends[0].q;
-    let both = ends.map(|end| arms(chain, &end.q));
-    let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
-    let whole = Bend::of(chain, &Rates::straight(&travel), arms);
+    bend_of(kinematics, control, ends.map(|end| (&end.q, &end.pose)))
+}
+
+fn bend_of(
+    kinematics: &Kinematics,
+    control: Control,
+    [(q0, from), (q1, to)]: [(&AxisVector, &ToolPose); 2],
+) -> Bend {
+    let travel = q1 - q0;
     match control {
-        Control::Axes => whole,
-        Control::RotaryLinear => Bend { tip: 0.0, axis: whole.axis },
+        Control::Axes => {
+            let chain = kinematics.chain();
+            let both = [q0, q1].map(|q| arms(chain, q));
+            let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
+            Bend::of(chain, &Rates::straight(&travel), arms)
+        }
+        Control::RotaryLinear => {
+            let turn = travel[3].abs() + travel[4].abs();
+            Bend { tip: 0.0, axis: turn * turn }
+        }
         Control::GreatCircle => {
-            let turn = angle_between(&ends[0].pose.axis, &ends[1].pose.axis);
+            let turn = angle_between(&from.axis, &to.axis);
             Bend { tip: 0.0, axis: turn * turn }
         }
     }

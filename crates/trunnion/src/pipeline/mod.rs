@@ -8,6 +8,7 @@ mod error;
 mod estimate;
 mod job;
 mod pace;
+mod post;
 mod programs;
 mod reach;
 mod regions;
@@ -18,6 +19,10 @@ mod summary;
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
+pub use post::{
+    POST_WINDOW, PostError, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
+    Poster, control_of,
+};
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
 pub use stages::{

@@ -6,16 +6,22 @@
 //! planned.
 
 mod apt;
+mod dialect;
 mod error_bound;
 mod gcode;
 mod number;
+mod program;
 mod sheet;
+mod template;
 
 pub use super::words::{AxisWord, AxisWords, WordsError};
 pub use apt::apt;
+pub use dialect::{DIALECTS, Dialect};
 pub use error_bound::{Coordinates, rounding};
 pub use gcode::{g93, linuxcnc};
-pub use sheet::{setup_sheet, work_offset};
+pub use program::{BlockPace, ProgramWriter, Style};
+pub use sheet::{program_sheet, setup_sheet, work_offset};
+pub use template::{Template, TemplateError};
 
 use std::fmt;
 
@@ -100,6 +106,9 @@ pub enum WriteError {
         /// Its time \[s\].
         duration: f64,
     },
+    /// A template that cannot be filled.
+    #[error(transparent)]
+    Template(#[from] TemplateError),
     /// X, Y and Z do not span space.
     #[error("the linear axes do not reach every position, so there is no work offset")]
     WorkOffset,

@@ -1,7 +1,8 @@
 //! The setup sheet: what has to be entered at the control for the programs to be true.
 
-use super::{AxisWords, Note, WriteError};
-use crate::machine::{AxisKind, Kinematics};
+use super::error_bound::Coordinates;
+use super::{AxisWords, Dialect, Note, Style, WriteError};
+use crate::machine::{AxisKind, Kinematics, Modulo};
 use crate::types::AxisVector;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
@@ -61,6 +62,61 @@ pub fn setup_sheet(
     Ok(())
 }
 
+/// Writes the setup sheet of one program; `file` is its name.
+///
+/// # Errors
+///
+/// [`WriteError::Store`], [`WriteError::WorkOffset`].
+pub fn program_sheet(
+    out: &mut impl Write,
+    kinematics: &Kinematics,
+    note: &Note<'_>,
+    (file, style): (&str, &Style),
+) -> Result<(), WriteError> {
+    writeln!(out, "Setup sheet of {file}")?;
+    writeln!(out)?;
+    for line in facts(kinematics, note, style.axes) {
+        writeln!(out, "{line}")?;
+    }
+    writeln!(out)?;
+    entries(out, kinematics, note)?;
+    writeln!(out)?;
+    let [roll, pitch, yaw] = turns(kinematics);
+    let turned = format!("{roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z");
+    writeln!(out, "Coordinates")?;
+    let points = match (style.dialect, style.dialect.coordinates()) {
+        (Dialect::Apt, _) => "tool tip in the workpiece frame".to_owned(),
+        (_, Coordinates::Axes) => "axis positions less the work offset and, along Z, less the tool length;\n                        \
+             true only for the pivots, origin and tool length above".to_owned(),
+        (_, Coordinates::Tip) => format!(
+            "tool tip in the table frame: origin at the workpiece origin, axes parallel to\n                        \
+             the machine's while all axes stand at zero; that is the workpiece frame turned by\n                        \
+             {turned}"
+        ),
+    };
+    writeln!(out, "  X Y Z                 {points}")?;
+    let feed = if style.inverse_time {
+        "one over the time of the block, in minutes (G93)"
+    } else {
+        "speed of the tip in mm/min, of the rotaries in deg/min where the tip stands: a cap"
+    };
+    writeln!(out, "  F                     {feed}")?;
+    writeln!(
+        out,
+        "  tip reference         the lowest point of the cutter on its axis, not the ball centre"
+    )?;
+    for (word, axis) in style.axes.0.iter().zip(&kinematics.machine().axes) {
+        let values = match axis.output.modulo {
+            _ if !word.rotary => continue,
+            Modulo::Unwound => "unwound: 370 is not 10",
+            Modulo::Positive => "0 to 360; the control must take the shorter way",
+            Modulo::Signed => "-180 to 180; the control must take the shorter way",
+        };
+        writeln!(out, "  {:<22}degrees, {values}", word.letter)?;
+    }
+    Ok(())
+}
+
 /// What has to be entered at the control.
 fn entries(
     out: &mut impl Write,
@@ -71,7 +127,7 @@ fn entries(
     writeln!(out, "Enter at the control")?;
     writeln!(
         out,
-        "  G54 (both programs)   X {:.4}  Y {:.4}  Z {:.4}",
+        "  G54 (every program)   X {:.4}  Y {:.4}  Z {:.4}",
         offset.x, offset.y, offset.z
     )?;
     writeln!(out, "  G54 of the rotaries   0, and no rotation of the work offset")?;
@@ -130,7 +186,7 @@ pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -
     let budget: Vec<String> =
         note.budget.iter().map(|(what, share)| format!("{what} {share:.6}")).collect();
     let reversed = axes.0.iter().any(|word| word.reversed);
-    vec![
+    let mut lines = vec![
         format!("job      {}", note.name),
         format!("machine  {}, chain {}, words {axes}", machine.name, machine.chain.join(" ")),
         format!("rotaries {}", if reversed { "written reversed" } else { "as the machine counts" }),
@@ -140,8 +196,17 @@ pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -
             "tool     T{} R {:.4} r {:.4} mm, gauge length {:.4} mm, reference: tip",
             tool.number, tool.major, tool.minor, setup.tool_length
         ),
-        format!("cutting  feed {:.1} mm/min, spindle {:.0} 1/min", note.feed * 60.0, note.spindle),
-        format!("budget   {} mm", if budget.is_empty() { "-".into() } else { budget.join(", ") }),
-        format!("time     {:.1} s planned", note.duration),
-    ]
+    ];
+    // A program that is written while its input is read knows neither yet.
+    if note.feed > 0.0 {
+        let feed = note.feed * 60.0;
+        lines.push(format!("cutting  feed {feed:.1} mm/min, spindle {:.0} 1/min", note.spindle));
+    }
+    if !budget.is_empty() {
+        lines.push(format!("budget   {} mm", budget.join(", ")));
+    }
+    if note.duration > 0.0 {
+        lines.push(format!("time     {:.1} s planned", note.duration));
+    }
+    lines
 }

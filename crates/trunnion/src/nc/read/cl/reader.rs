@@ -192,6 +192,11 @@ impl ClReader {
         self.state.tool
     }
 
+    /// Spindle speed that holds \[1/s\].
+    pub fn spindle_speed(&self) -> Option<f64> {
+        self.state.spindle
+    }
+
     /// Length of the unit of the file \[mm\].
     pub fn unit(&self) -> f64 {
         self.state.scale

@@ -1,0 +1,275 @@
+//! `trunnion post`: cutter locations or a program to a program for a machine, with new feeds.
+
+mod input;
+mod told;
+
+use crate::outcome::{Done, Failure};
+use crate::output::Outputs;
+use crate::progress::Bars;
+use crate::{machine, text};
+use input::Input;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use told::Told;
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::nc::write::{
+    AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, program_sheet,
+};
+use trunnion::pipeline::{
+    POST_WINDOW, PostMethod, PostOptions, PostReport, PostSource, Poster, control_of,
+};
+
+/// Bytes of text that are kept before they are written.
+const CHUNK: usize = 1 << 16;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it).
+    #[arg(required_unless_present = "print_template")]
+    input: Option<PathBuf>,
+    /// Machine file, or name of a built-in machine (see `trunnion machine list`).
+    #[arg(short, long, required_unless_present = "print_template")]
+    machine: Option<String>,
+    /// Program to write; its setup sheet comes beside it, OUT.setup.txt.
+    #[arg(short, long, value_name = "OUT", required_unless_present = "print_template")]
+    output: Option<PathBuf>,
+    /// Format of the program [default: what the machine file says].
+    #[arg(short, long, value_parser = dialect)]
+    dialect: Option<Dialect>,
+    /// How far the program may stray from the input: mm at the tip, degrees of the tool axis.
+    #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, default_value = "0.01,0.05", allow_hyphen_values = true)]
+    tolerance: [f64; 2],
+    /// Feed in mm/min to which feeds may be raised where the axes allow; without it those of the input stay the most.
+    #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
+    max_feed: Option<f64>,
+    /// Which limits of the axes times keep.
+    #[arg(long, value_enum, default_value_t = Method::Optimal)]
+    feed: Method,
+    /// Workpiece origin in machine coordinates with all axes at zero, in mm.
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = three, allow_hyphen_values = true)]
+    origin: [f64; 3],
+    /// Rotation of the workpiece about the fixed x, then y, then z, in degrees.
+    #[arg(long, value_name = "RX,RY,RZ", default_value = "0,0,0", value_parser = three, allow_hyphen_values = true)]
+    rotation: [f64; 3],
+    /// Length of the tool, gauge point to tip, in mm.
+    #[arg(long, value_name = "L", default_value = "0", value_parser = finite, allow_hyphen_values = true)]
+    tool_length: f64,
+    /// Rotaries are written against ISO 841, as LinuxCNC's trunnion kinematics count them by default.
+    #[arg(long)]
+    reversed_rotaries: bool,
+    /// Spindle speed in 1/min [default: that of the input].
+    #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
+    spindle: Option<f64>,
+    /// Template for what stands around the blocks; print one to start from with --print-template.
+    #[arg(long, value_name = "FILE")]
+    template: Option<PathBuf>,
+    /// Print the template of a dialect, and do nothing else.
+    #[arg(long, value_name = "DIALECT", value_parser = dialect, exclusive = true)]
+    print_template: Option<Dialect>,
+}
+
+const EXAMPLES: &str = "\
+Feeds never exceed those of the input unless --max-feed says so; rapid moves stay rapid. With tool-centre-point
+control F is a cap: the control plans its own speed below it. Without (g93) each block has its time.
+Dialects: linuxcnc g93 fanuc fanuc-vector haas siemens siemens-axes heidenhain heidenhain-axes apt.
+Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out of reach: nothing written.
+
+  trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 -d fanuc -o part.nc
+  trunnion post --print-template fanuc > shop.j2
+  trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Method {
+    /// Velocities and accelerations.
+    Optimal,
+    /// Jerks as well.
+    Jerk,
+}
+
+fn dialect(name: &str) -> Result<Dialect, String> {
+    Dialect::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = DIALECTS.iter().map(|(name, _)| *name).collect();
+        format!("write one of {}", names.join(", "))
+    })
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a finite number is wanted".into()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| {
+        if value > 0.0 { Ok(value) } else { Err("a number above 0 is wanted".into()) }
+    })
+}
+
+fn three(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
+    numbers?.try_into().map_err(|_| "three numbers separated by commas are wanted".to_owned())
+}
+
+/// Two positive numbers; the angle as radians.
+fn tolerances(text: &str) -> Result<[f64; 2], String> {
+    match text.split_once(',').map(|(tip, axis)| (positive(tip), positive(axis))) {
+        Some((Ok(tip), Ok(axis))) => Ok([tip, axis.to_radians()]),
+        _ => Err("write two numbers above 0, mm and degrees, such as 0.01,0.05".to_owned()),
+    }
+}
+
+pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    if let Some(dialect) = args.print_template {
+        return text::print(dialect.template());
+    }
+    let (Some(input), Some(machine), Some(output)) = (&args.input, &args.machine, &args.output)
+    else {
+        return Err(Failure::input("an input, a machine (-m) and an output (-o) are needed"));
+    };
+    let plan = Plan::new(args, machine)?;
+    let name = output.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = name
+        .filter(|_| !output.is_dir())
+        .ok_or_else(|| Failure::input(format!("{}: not a file", output.display())))?;
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+    let bars = Bars::new();
+    let mut posted = None;
+    let written = outputs.add(&name, |out| match plan.post(input, &bars, out) {
+        Ok(done) => {
+            posted = Some(Ok(done));
+            Ok(())
+        }
+        Err(failure) => {
+            posted = Some(Err(failure));
+            Err(std::io::Error::other("refused"))
+        }
+    });
+    let posted = posted.transpose()?;
+    written?;
+    let Some((report, note)) = posted else { return Ok(Done::Kept) };
+    let sheet = plan.sheet(&name, &note)?;
+    outputs.text(&sheet_name(&name), &sheet)?;
+    outputs.commit()?;
+    bars.finish();
+    let told = Told::new(&plan, &report, output);
+    if json {
+        text::print_json(&told)?
+    } else {
+        text::print(&told.words())?
+    };
+    Ok(if told.kept() { Done::Kept } else { Done::Broken })
+}
+
+/// `part.nc` has `part.setup.txt` beside it.
+fn sheet_name(name: &str) -> String {
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    format!("{stem}.setup.txt")
+}
+
+/// Everything that is known before the input is read.
+struct Plan {
+    kinematics: Kinematics,
+    options: PostOptions,
+    style: Style,
+    template: Template,
+    spindle: Option<f64>,
+}
+
+/// What the program's head says, owned.
+#[derive(Debug, Default)]
+struct Head {
+    name: String,
+    tool: Option<u32>,
+    cutter: Option<[f64; 2]>,
+    spindle: f64,
+    feed: f64,
+    duration: f64,
+}
+
+impl Head {
+    fn note(&self) -> Note<'_> {
+        let [diameter, minor] = self.cutter.unwrap_or([0.0; 2]);
+        Note {
+            name: &self.name,
+            tool: ToolNote {
+                number: self.tool.unwrap_or(1),
+                major: (0.5 * diameter - minor).max(0.0),
+                minor,
+            },
+            spindle: self.spindle,
+            coolant: false,
+            feed: self.feed,
+            budget: &[],
+            duration: self.duration,
+            remarks: &[],
+        }
+    }
+}
+
+impl Plan {
+    fn new(args: &Args, name: &str) -> Result<Self, Failure> {
+        let machine = machine::load(name)?.machine;
+        let rotation = args.rotation.map(f64::to_radians);
+        let setup = Setup::new(args.origin.into(), rotation, args.tool_length);
+        let kinematics = Kinematics::new(&machine, &setup);
+        let dialect = args.dialect.unwrap_or_else(|| Dialect::of(&machine));
+        let axes = AxisWords::of(&machine, args.reversed_rotaries).map_err(Failure::input)?;
+        let style = Style { blend: Some(args.tolerance), ..Style::of(&kinematics, dialect, axes) };
+        let template = match &args.template {
+            None => Template::of(dialect).map_err(|error| Failure::input(error.to_string())),
+            Some(path) => Template::new(&text::read(path)?)
+                .map_err(|error| Failure::input(format!("{}: {error}", path.display()))),
+        };
+        let options = PostOptions {
+            control: control_of(&kinematics, dialect),
+            tolerance: args.tolerance,
+            max_feed: args.max_feed.map(|feed| feed / 60.0),
+            method: match args.feed {
+                Method::Optimal => PostMethod::Optimal,
+                Method::Jerk => PostMethod::Jerk,
+            },
+            window: POST_WINDOW,
+        };
+        Ok(Self { kinematics, options, style, template: template?, spindle: args.spindle })
+    }
+
+    /// Reads the input to its end while the program is written.
+    fn post(
+        &self,
+        path: &Path,
+        bars: &Bars,
+        out: &mut dyn Write,
+    ) -> Result<(PostReport, Head), Failure> {
+        let mut input = Input::open(path)?;
+        let source = PostSource::Locations;
+        let poster = Poster::new(&self.kinematics, source, &self.options, &self.style);
+        let mut poster = poster.map_err(|error| input.failure(&error))?;
+        let mut text = String::with_capacity(2 * CHUNK);
+        let mut head = Head::default();
+        let unwritten = |error| anyhow::Error::new(error).context("writing the program");
+        while let Some(one) = input.next(bars)? {
+            input.head(&mut head);
+            head.spindle = self.spindle.unwrap_or(head.spindle);
+            let told = (&head.note(), &self.template);
+            poster.push(&mut text, &one, told).map_err(|error| input.failure(&error))?;
+            if text.len() > CHUNK {
+                out.write_all(text.as_bytes()).map_err(unwritten)?;
+                text.clear();
+            }
+        }
+        let report = poster.finish(&mut text).map_err(|error| input.failure(&error))?;
+        out.write_all(text.as_bytes()).map_err(unwritten)?;
+        head.duration = report.seconds[1] + report.rapid_seconds;
+        Ok((report, head))
+    }
+
+    fn sheet(&self, file: &str, head: &Head) -> Result<String, Failure> {
+        let mut sheet = String::new();
+        program_sheet(&mut sheet, &self.kinematics, &head.note(), (file, &self.style))
+            .map_err(|error| Failure::input(error.to_string()))?;
+        Ok(sheet)
+    }
+}

@@ -1,0 +1,108 @@
+//! What posting did, for people and for scripts.
+
+use super::Plan;
+use serde::Serialize;
+use std::path::Path;
+use trunnion::nc::write::Dialect;
+use trunnion::pipeline::PostReport;
+
+/// A limit is kept if it is to within this: times are sums of rounded ones.
+const KEPT: f64 = 1.0 + 1e-6;
+
+/// What `--json` says; mm, degrees, s.
+#[derive(Debug, Serialize)]
+pub(super) struct Told {
+    schema: &'static str,
+    output: String,
+    machine: String,
+    dialect: &'static str,
+    /// Whether F is a cap under the control's own planning, or the time of the block.
+    feed_word: &'static str,
+    /// Of the input and of the output, here and below.
+    blocks: [usize; 2],
+    /// Way of the tip with feed.
+    length: f64,
+    /// Time with feed: as programmed, and with the limits of the axes kept.
+    seconds: [f64; 2],
+    rapid_seconds: f64,
+    control_model: &'static str,
+    model_seconds: [f64; 2],
+    /// Largest axis velocity and acceleration over their limits.
+    ratios_before: [f64; 2],
+    ratios_after: [f64; 2],
+    tip_tolerance: f64,
+    axis_tolerance: f64,
+    /// Bounds on how far the program strays from the input, and on what rounding adds at the tip.
+    tip_bound: f64,
+    axis_bound: f64,
+    rounding: f64,
+    kept: bool,
+}
+
+impl Told {
+    pub(super) fn new(plan: &Plan, report: &PostReport, output: &Path) -> Self {
+        let style = &plan.style;
+        let [tip, axis] = plan.options.tolerance;
+        Self {
+            schema: "trunnion-post/1",
+            output: output.display().to_string(),
+            machine: plan.kinematics.machine().name.clone(),
+            dialect: style.dialect.name(),
+            feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
+            blocks: report.blocks,
+            length: report.length,
+            seconds: report.seconds,
+            rapid_seconds: report.rapid_seconds,
+            control_model: "linuxcnc",
+            model_seconds: report.model_seconds,
+            ratios_before: report.ratios_before,
+            ratios_after: report.ratios_after,
+            tip_tolerance: tip,
+            axis_tolerance: axis.to_degrees(),
+            tip_bound: report.strayed[0],
+            axis_bound: report.strayed[1].to_degrees(),
+            rounding: report.rounding,
+            kept: report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
+        }
+    }
+
+    pub(super) fn kept(&self) -> bool {
+        self.kept
+    }
+
+    pub(super) fn words(&self) -> String {
+        let row = |name: &str, value: String| format!("  {name:<22}{value}");
+        let pair = |[a, b]: [f64; 2], unit: &str| format!("{a:>12.2} -> {b:<12.2}{unit}");
+        let ratio = |which: usize| {
+            pair([self.ratios_before[which], self.ratios_after[which]], "times the limit")
+        };
+        let mut lines = vec![
+            format!("{}: {} for {}", self.output, self.dialect, self.machine),
+            row("blocks", format!("{:>12} -> {}", self.blocks[0], self.blocks[1])),
+            row("time with feed", pair(self.seconds, "s, as programmed -> limits kept")),
+            row(
+                "on the control model",
+                pair(self.model_seconds, "s, linuxcnc: no look-ahead over rotary moves"),
+            ),
+            row("axis velocity", ratio(0)),
+            row("axis acceleration", ratio(1)),
+            row("rapid moves", format!("{:>12.2} s by the limits of the axes", self.rapid_seconds)),
+            row(
+                "off the input",
+                format!(
+                    "at most {:.6} mm, {:.6} deg; rounding at most {:.6} mm",
+                    self.tip_bound, self.axis_bound, self.rounding
+                ),
+            ),
+        ];
+        let capped =
+            self.feed_word == "tip feed" && Dialect::from_name(self.dialect) != Some(Dialect::Apt);
+        if capped {
+            lines.push(row(
+                "F",
+                "mm/min of the tip, a cap: the control plans its own speed below it".to_owned(),
+            ));
+        }
+        lines.join("\n") + "\n"
+    }
+}

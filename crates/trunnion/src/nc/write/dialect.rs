@@ -1,0 +1,189 @@
+//! What tells dialects apart: what X Y Z and F mean, how numbers look, what a move is called.
+
+use super::error_bound::Coordinates;
+use super::number::Form;
+use crate::machine::Machine;
+
+/// A program format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dialect {
+    /// `LinuxCNC` with TCP kinematics: tip and rotary angles.
+    LinuxCnc,
+    /// Any control without TCP: axis positions in inverse time.
+    G93,
+    /// Fanuc `G43.4`: tip and rotary angles.
+    Fanuc,
+    /// Fanuc `G43.5`: tip and tool vector I J K.
+    FanucVector,
+    /// Haas `G234`: tip and rotary angles.
+    Haas,
+    /// Siemens `TRAORI`: tip and tool vector A3 B3 C3.
+    Siemens,
+    /// Siemens `TRAORI` with rotary angles.
+    SiemensAxes,
+    /// Heidenhain `LN` with TX TY TZ under `FUNCTION TCPM`.
+    Heidenhain,
+    /// Heidenhain `L` with rotary angles under `FUNCTION TCPM`.
+    HeidenhainAxes,
+    /// APT/CL file, ISO 4343 style: cutter locations in the workpiece frame.
+    Apt,
+}
+
+/// How a block says where the tool points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pointing {
+    /// Rotary axis words.
+    Angles,
+    /// Components of the tool vector, with what stands before each number.
+    Vector([&'static str; 3]),
+}
+
+/// How moves are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Syntax {
+    pub(super) form: Form,
+    pub(super) pointing: Pointing,
+    /// Word of a rapid move, and of one with feed.
+    pub(super) moves: [&'static str; 2],
+    /// That word stands in every block.
+    pub(super) every_block: bool,
+    /// X Y Z stand in every block with feed.
+    pub(super) whole_tip: bool,
+    /// Stands at the end of a rapid block.
+    pub(super) rapid_tail: &'static str,
+}
+
+/// Every dialect with its name.
+pub const DIALECTS: [(&str, Dialect); 10] = [
+    ("linuxcnc", Dialect::LinuxCnc),
+    ("g93", Dialect::G93),
+    ("fanuc", Dialect::Fanuc),
+    ("fanuc-vector", Dialect::FanucVector),
+    ("haas", Dialect::Haas),
+    ("siemens", Dialect::Siemens),
+    ("siemens-axes", Dialect::SiemensAxes),
+    ("heidenhain", Dialect::Heidenhain),
+    ("heidenhain-axes", Dialect::HeidenhainAxes),
+    ("apt", Dialect::Apt),
+];
+
+/// What machine files call some of them.
+const ALIASES: [(&str, Dialect); 6] = [
+    ("haas-ngc", Dialect::Haas),
+    ("siemens-840d", Dialect::Siemens),
+    ("siemens-one", Dialect::Siemens),
+    ("heidenhain-klartext", Dialect::Heidenhain),
+    ("fanuc-30i", Dialect::Fanuc),
+    ("iso", Dialect::G93),
+];
+
+impl Dialect {
+    /// From its name, or what machine files call it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let known = DIALECTS.iter().chain(&ALIASES);
+        known.into_iter().find(|(of, _)| name.eq_ignore_ascii_case(of)).map(|&(_, one)| one)
+    }
+
+    /// What the machine file says, `G93` where it names none that is known.
+    pub fn of(machine: &Machine) -> Self {
+        Self::from_name(&machine.dialect.name).unwrap_or(Self::G93)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        DIALECTS.iter().find(|(_, one)| *one == self).map_or("", |(name, _)| name)
+    }
+
+    /// How its files end.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::LinuxCnc => "ngc",
+            Self::Siemens | Self::SiemensAxes => "mpf",
+            Self::Heidenhain | Self::HeidenhainAxes => "h",
+            Self::Apt => "cls",
+            Self::G93 | Self::Fanuc | Self::FanucVector | Self::Haas => "nc",
+        }
+    }
+
+    /// What X Y Z mean.
+    pub fn coordinates(self) -> Coordinates {
+        if self == Self::G93 { Coordinates::Axes } else { Coordinates::Tip }
+    }
+
+    /// Whether blocks have the tool vector, not rotary angles.
+    pub fn is_vector(self) -> bool {
+        matches!(self.syntax().pointing, Pointing::Vector(_))
+    }
+
+    /// Whether F is one over the time of the block unless the machine file says otherwise.
+    pub(super) fn by_time(self) -> bool {
+        matches!(self, Self::LinuxCnc | Self::G93)
+    }
+
+    pub(super) fn syntax(self) -> Syntax {
+        let iso = Syntax {
+            form: Form::Point,
+            pointing: Pointing::Angles,
+            moves: ["G0", "G1"],
+            every_block: false,
+            whole_tip: false,
+            rapid_tail: "",
+        };
+        let siemens = Syntax { form: Form::Plain, ..iso };
+        let klartext = Syntax {
+            form: Form::Signed,
+            moves: ["L", "L"],
+            every_block: true,
+            rapid_tail: " FMAX",
+            ..iso
+        };
+        match self {
+            Self::LinuxCnc | Self::G93 => Syntax { every_block: true, ..iso },
+            Self::Fanuc | Self::Haas => iso,
+            Self::FanucVector => Syntax { pointing: Pointing::Vector(["I", "J", "K"]), ..iso },
+            Self::SiemensAxes => siemens,
+            Self::Siemens => {
+                Syntax { pointing: Pointing::Vector(["A3=", "B3=", "C3="]), ..siemens }
+            }
+            Self::HeidenhainAxes => klartext,
+            Self::Heidenhain => Syntax {
+                pointing: Pointing::Vector(["TX", "TY", "TZ"]),
+                moves: ["LN", "LN"],
+                whole_tip: true,
+                ..klartext
+            },
+            Self::Apt => Syntax { pointing: Pointing::Vector(["", "", ""]), ..iso },
+        }
+    }
+
+    /// The template as it comes.
+    pub fn template(self) -> &'static str {
+        match self {
+            Self::LinuxCnc => include_str!("templates/linuxcnc.j2"),
+            Self::G93 => include_str!("templates/g93.j2"),
+            Self::Fanuc => include_str!("templates/fanuc.j2"),
+            Self::FanucVector => include_str!("templates/fanuc-vector.j2"),
+            Self::Haas => include_str!("templates/haas.j2"),
+            Self::Siemens => include_str!("templates/siemens.j2"),
+            Self::SiemensAxes => include_str!("templates/siemens-axes.j2"),
+            Self::Heidenhain => include_str!("templates/heidenhain.j2"),
+            Self::HeidenhainAxes => include_str!("templates/heidenhain-axes.j2"),
+            Self::Apt => include_str!("templates/apt.j2"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_dialect_comes_back_from_its_name() {
+        for (name, dialect) in DIALECTS {
+            assert_eq!(Dialect::from_name(name), Some(dialect));
+            assert_eq!(dialect.name(), name);
+        }
+        assert_eq!(Dialect::from_name("Siemens-840D"), Some(Dialect::Siemens));
+        assert_eq!(Dialect::from_name("fnauc"), None);
+    }
+}

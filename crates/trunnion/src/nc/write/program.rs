@@ -1,0 +1,514 @@
+//! A program in any dialect, written block by block: memory is that of the modal state.
+
+use super::dialect::{Pointing, Syntax};
+use super::error_bound::Coordinates;
+use super::number::{Fixed, Form};
+use super::template::{Context, First, Frame, Offset, Template};
+use super::{AxisWords, Dialect, Note, WriteError, comment, work_offset};
+use crate::machine::{FeedMode, Kinematics, Modulo, RetractFrame};
+use crate::types::{AXES, AxisVector, ToolPose};
+use nalgebra::Vector3;
+
+/// Largest inverse-time word; a quicker block is written with it, and takes longer.
+const LARGEST_FEED: f64 = 99_999.999;
+
+/// Decimals of tolerances.
+const SETTING_DECIMALS: u8 = 6;
+
+/// Decimals of feed words.
+const FEED_DECIMALS: u8 = 3;
+
+/// Significant digits of tip feeds: they change where that matters, by up to a hundredth.
+const FEED_DIGITS: i64 = 1000;
+
+/// A time is a sum of some thousand rounded ones: a feed that falls short of a round number by less than this share
+/// is that number.
+const ROUNDED: f64 = 1e-9;
+
+/// How a program is written. No `Default`: the caller knows the machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Style {
+    /// Format.
+    pub dialect: Dialect,
+    /// Letters, decimals and signs of the axes.
+    pub axes: AxisWords,
+    /// F is one over the time of the block, not the speed of the tip.
+    pub inverse_time: bool,
+    /// Step of block numbers; 0 for none where they can be left out.
+    pub numbers: u32,
+    /// Number of the program.
+    pub program: u32,
+    /// How far the control may leave the path to keep its speed: tip \[mm\], tool axis \[rad\].
+    pub blend: Option<[f64; 2]>,
+}
+
+impl Style {
+    /// What a machine file asks for.
+    ///
+    /// Further strings of `[dialect]` are taken in: `numbers` (step of block numbers), `program` (its number),
+    /// `tcp_on` and `tcp_off`.
+    pub fn of(kinematics: &Kinematics, dialect: Dialect, axes: AxisWords) -> Self {
+        let machine = kinematics.machine();
+        let told = &machine.dialect;
+        let own = Dialect::from_name(&told.name) == Some(dialect);
+        let inverse_time = if own { told.feed == FeedMode::InverseTime } else { dialect.by_time() };
+        let number = |key: &str| told.strings.get(key).and_then(|text| text.trim().parse().ok());
+        Self {
+            dialect,
+            axes,
+            inverse_time: inverse_time || dialect == Dialect::G93,
+            numbers: number("numbers").unwrap_or(0),
+            program: number("program").unwrap_or(1),
+            blend: None,
+        }
+    }
+}
+
+/// How a block is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BlockPace {
+    /// As fast as the machine can.
+    Rapid,
+    /// In a time.
+    Timed {
+        /// Time \[s\].
+        seconds: f64,
+        /// Way of the tip in the workpiece frame \[mm\].
+        length: f64,
+        /// Way of both rotaries together \[rad\]; where the tip stands, F is theirs.
+        turn: f64,
+    },
+}
+
+/// What waits for the next block: blocks whose words all round to those before.
+#[derive(Debug, Clone, Copy, Default)]
+struct Waiting {
+    seconds: f64,
+    length: f64,
+    turn: f64,
+}
+
+/// Writes a program block by block.
+#[derive(Debug)]
+pub struct ProgramWriter {
+    kinematics: Kinematics,
+    style: Style,
+    syntax: Syntax,
+    frame: Frame,
+    shift: Vector3<f64>,
+    /// Axes in the order of their words: X Y Z, rotaries by letter.
+    order: [usize; AXES],
+    last: [Option<Fixed>; AXES],
+    vector: Option<[Fixed; 3]>,
+    rapid: Option<bool>,
+    feed: Option<Fixed>,
+    waiting: Waiting,
+    line: u64,
+    blocks: usize,
+}
+
+impl ProgramWriter {
+    /// Writes the start of a program, up to the starting position.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`].
+    pub fn new(
+        out: &mut String,
+        kinematics: &Kinematics,
+        (note, style, template): (&Note<'_>, &Style, &Template),
+        (q, pose): (&AxisVector, &ToolPose),
+    ) -> Result<Self, WriteError> {
+        let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
+        let empty = Frame {
+            start: String::new(),
+            end: String::new(),
+            comment: [const { String::new() }; 2],
+            number: [const { String::new() }; 2],
+        };
+        let mut writer = Self {
+            kinematics: kinematics.clone(),
+            style: *style,
+            syntax: style.dialect.syntax(),
+            frame: empty,
+            shift: offset + Vector3::z() * kinematics.setup().tool_length,
+            order: order(&style.axes),
+            last: [None; AXES],
+            vector: None,
+            rapid: None,
+            feed: None,
+            waiting: Waiting::default(),
+            line: 0,
+            blocks: 0,
+        };
+        let first = writer.first(q, pose)?;
+        let context = writer.context(note, offset, first)?;
+        let strings = &kinematics.machine().dialect.strings;
+        writer.frame = template.fill(&context, strings)?;
+        let start = std::mem::take(&mut writer.frame.start);
+        writer.lines(out, &start);
+        writer.rapid = None;
+        Ok(writer)
+    }
+
+    /// Writes the end of the program; how many blocks it has.
+    pub fn finish(mut self, out: &mut String) -> usize {
+        let end = std::mem::take(&mut self.frame.end);
+        self.lines(out, &end);
+        self.blocks
+    }
+
+    /// Blocks written so far.
+    pub fn blocks(&self) -> usize {
+        self.blocks
+    }
+
+    /// Writes a comment on a line of its own.
+    pub fn comment(&mut self, out: &mut String, text: &str) {
+        let text = comment(text);
+        self.number(out);
+        out.push_str(&self.frame.comment[0]);
+        out.push_str(&text);
+        out.push_str(&self.frame.comment[1]);
+        out.push('\n');
+    }
+
+    /// Writes a block that ends at `q`, which is `pose`. One whose words all round to those before is left out, and
+    /// its time is added to the next.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`].
+    pub fn block(
+        &mut self,
+        out: &mut String,
+        (q, pose): (&AxisVector, &ToolPose),
+        pace: BlockPace,
+    ) -> Result<(), WriteError> {
+        let words = self.rounded(q, pose)?;
+        let vector = match self.syntax.pointing {
+            Pointing::Vector(_) => Some(self.components(pose)?),
+            Pointing::Angles => None,
+        };
+        let rotaries = if vector.is_some() { 0..3 } else { 0..AXES };
+        let same =
+            words[rotaries.clone()].iter().zip(&self.last).all(|(now, last)| Some(*now) == *last)
+                && vector == self.vector;
+        let feed = match pace {
+            BlockPace::Rapid => None,
+            BlockPace::Timed { seconds, length, turn } => {
+                self.waiting.seconds += seconds;
+                self.waiting.length += length;
+                self.waiting.turn += turn;
+                Some(self.waiting)
+            }
+        };
+        if same {
+            return Ok(());
+        }
+        self.waiting = Waiting::default();
+        let feed = feed.map(|of| self.feed_word(&of)).transpose()?;
+        self.blocks += 1;
+        if self.style.dialect == Dialect::Apt {
+            self.location(out, (&words, vector), feed);
+        } else {
+            self.write(out, (&words, rotaries.end, vector), feed);
+        }
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        out: &mut String,
+        (words, count, vector): (&[Fixed; AXES], usize, Option<[Fixed; 3]>),
+        feed: Option<Fixed>,
+    ) {
+        let Syntax { form, pointing, moves, every_block, whole_tip, rapid_tail } = self.syntax;
+        self.number(out);
+        let start = out.len();
+        let rapid = feed.is_none();
+        if every_block || self.rapid != Some(rapid) {
+            out.push_str(moves[usize::from(!rapid)]);
+        }
+        let mut word = |name: &str, value: Fixed| {
+            if out.len() > start {
+                out.push(' ');
+            }
+            out.push_str(name);
+            value.push(out, form);
+        };
+        for ((axis, last), &now) in
+            self.style.axes.0.iter().zip(&mut self.last).zip(words).take(count)
+        {
+            if *last != Some(now) || (whole_tip && !axis.rotary) {
+                word(axis.letter.encode_utf8(&mut [0; 4]), now);
+                *last = Some(now);
+            }
+        }
+        if let (Pointing::Vector(names), Some(now)) = (pointing, vector)
+            && (self.vector != vector || (whole_tip && !rapid))
+        {
+            names.iter().zip(now).for_each(|(name, value)| word(name, value));
+            self.vector = vector;
+        }
+        match feed {
+            None => {
+                out.push_str(rapid_tail);
+                self.feed = None;
+            }
+            Some(feed) if self.style.inverse_time || self.feed != Some(feed) => {
+                out.push_str(" F");
+                feed.push(out, form_of_feed(form));
+                self.feed = Some(feed);
+            }
+            Some(_) => {}
+        }
+        self.rapid = Some(rapid);
+        out.push('\n');
+    }
+
+    /// A block as a cutter location.
+    fn location(
+        &mut self,
+        out: &mut String,
+        (words, vector): (&[Fixed; AXES], Option<[Fixed; 3]>),
+        feed: Option<Fixed>,
+    ) {
+        match feed {
+            None => {
+                out.push_str("RAPID\n");
+                self.feed = None;
+            }
+            Some(feed) if self.feed != Some(feed) => {
+                out.push_str("FEDRAT/");
+                feed.push(out, Form::Point);
+                out.push_str(",MMPM\n");
+                self.feed = Some(feed);
+            }
+            Some(_) => {}
+        }
+        out.push_str("GOTO/");
+        out.push_str(&list(words.iter().take(3).chain(vector.iter().flatten())));
+        out.push('\n');
+        self.vector = vector;
+        for (last, &now) in self.last.iter_mut().zip(words) {
+            *last = Some(now);
+        }
+    }
+
+    /// Feed word, rounded down: never faster than planned.
+    fn feed_word(&self, of: &Waiting) -> Result<Fixed, WriteError> {
+        let failed = WriteError::Duration { block: self.blocks, duration: of.seconds };
+        if !(of.seconds > 0.0 && of.seconds.is_finite()) {
+            return Err(failed);
+        }
+        let value = if self.style.inverse_time {
+            (60.0 / of.seconds).min(LARGEST_FEED)
+        } else if of.length > 0.0 {
+            60.0 * of.length / of.seconds
+        } else {
+            60.0 * of.turn.to_degrees() / of.seconds
+        };
+        let feed = Fixed::down(value * (1.0 + ROUNDED), FEED_DECIMALS);
+        let feed = feed.filter(|feed| !feed.is_zero()).ok_or(failed)?;
+        Ok(if self.style.inverse_time { feed } else { feed.coarse(FEED_DIGITS) })
+    }
+
+    /// X Y Z and the rotaries, rounded.
+    fn rounded(&self, q: &AxisVector, pose: &ToolPose) -> Result<[Fixed; AXES], WriteError> {
+        let tip = match self.style.dialect {
+            Dialect::Apt => pose.tip.coords,
+            of if of.coordinates() == Coordinates::Axes => {
+                q.fixed_rows::<3>(0).into_owned() - self.shift
+            }
+            _ => self.kinematics.setup().rotation * pose.tip.coords,
+        };
+        let values = [tip.x, tip.y, tip.z, q[3], q[4]];
+        let mut rounded = [self.fixed(0.0, 0)?; AXES];
+        let axes = &self.kinematics.machine().axes;
+        for (((slot, word), value), axis) in
+            rounded.iter_mut().zip(&self.style.axes.0).zip(values).zip(axes)
+        {
+            let fixed = self.fixed(word.written(value), word.decimals)?;
+            *slot = match axis.output.modulo {
+                Modulo::Positive if word.rotary => fixed.within_turn(0),
+                Modulo::Signed if word.rotary => fixed.within_turn(-180),
+                _ => fixed,
+            };
+        }
+        Ok(rounded)
+    }
+
+    /// Components of the tool vector: in the table frame, in a CL file in the workpiece frame.
+    fn components(&self, pose: &ToolPose) -> Result<[Fixed; 3], WriteError> {
+        let decimals = match self.style.dialect {
+            Dialect::Apt => 9,
+            _ => 7,
+        };
+        let axis = match self.style.dialect {
+            Dialect::Apt => pose.axis.into_inner(),
+            _ => self.kinematics.setup().rotation * pose.axis.into_inner(),
+        };
+        Ok([
+            self.fixed(axis.x, decimals)?,
+            self.fixed(axis.y, decimals)?,
+            self.fixed(axis.z, decimals)?,
+        ])
+    }
+
+    fn fixed(&self, value: f64, decimals: u8) -> Result<Fixed, WriteError> {
+        let block = self.blocks;
+        Fixed::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
+    }
+
+    /// Words of the starting position, which is where the program then is.
+    fn first(&mut self, q: &AxisVector, pose: &ToolPose) -> Result<First, WriteError> {
+        let words = self.rounded(q, pose)?;
+        let form = self.syntax.form;
+        let say = |of: &[usize]| {
+            let pairs = of
+                .iter()
+                .filter_map(|&axis| Some((self.style.axes.0.get(axis)?.letter, *words.get(axis)?)));
+            let mut text = String::new();
+            for (letter, value) in pairs {
+                if !text.is_empty() {
+                    text.push(' ');
+                }
+                text.push(letter);
+                value.push(&mut text, form);
+            }
+            text
+        };
+        let (linear, rotaries) = self.order.split_at(3);
+        let [mut tip, rotary] = [say(linear), say(rotaries)];
+        let axes = tip.clone();
+        let mut vector = String::new();
+        if let Pointing::Vector(names) = self.syntax.pointing {
+            let now = self.components(pose)?;
+            for (name, value) in names.iter().zip(now) {
+                if !vector.is_empty() {
+                    vector.push(' ');
+                }
+                vector.push_str(name);
+                value.push(&mut vector, form);
+            }
+            if self.style.dialect == Dialect::Apt {
+                (tip, vector) = (list(words.iter().take(3)), list(now.iter()));
+            }
+            self.vector = Some(now);
+        }
+        self.last = words.map(Some);
+        Ok(First { rotary, tip, axes, vector })
+    }
+
+    fn context(
+        &self,
+        note: &Note<'_>,
+        offset: Vector3<f64>,
+        first: First,
+    ) -> Result<Context, WriteError> {
+        let told = &self.kinematics.machine().dialect;
+        let own = Dialect::from_name(&told.name) == Some(self.style.dialect);
+        let tool = note.tool.number;
+        let text = |key: &str| {
+            let text = told.strings.get(key).filter(|_| own)?;
+            Some(text.replace("{h}", &tool.to_string()))
+        };
+        let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);
+        let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
+        // Adding 0 takes the sign off a zero.
+        let small = |value: f64| format!("{:.4}", value + 0.0);
+        Ok(Context {
+            name: comment(note.name),
+            facts: facts.iter().map(|line| comment(line)).collect(),
+            program: format!("{:04}", self.style.program),
+            tool,
+            spindle: (note.spindle > 0.0).then(|| format!("{:.0}", note.spindle)),
+            coolant: note.coolant,
+            cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
+            offset: Offset { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
+            blend: self.style.blend.map(|[tip, _]| self.plain(tip)).transpose()?,
+            axis_tolerance: match self.style.blend {
+                Some([_, axis]) => self.plain(axis.to_degrees())?,
+                None => String::new(),
+            },
+            retract: self.retract()?,
+            inverse_time: self.style.inverse_time,
+            numbers: self.style.numbers,
+            tcp_on: text("tcp_on"),
+            tcp_off: text("tcp_off"),
+            first,
+        })
+    }
+
+    /// A number of a setting.
+    fn plain(&self, value: f64) -> Result<String, WriteError> {
+        let mut text = String::new();
+        self.fixed(value, SETTING_DECIMALS)?.push(&mut text, Form::Plain);
+        Ok(text)
+    }
+
+    /// The machine's own way out, where it is an axis position.
+    fn retract(&self) -> Result<Option<String>, WriteError> {
+        let machine = self.kinematics.machine();
+        let retract = &machine.retract;
+        let index = machine.index_of(&retract.axis);
+        let word = index.and_then(|index| self.style.axes.0.get(index));
+        let (RetractFrame::Machine, Some(word)) = (retract.frame, word) else { return Ok(None) };
+        let mut text = word.letter.to_string();
+        self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
+        Ok(Some(text))
+    }
+
+    /// Lines of a template, numbered; empty ones are left out.
+    fn lines(&mut self, out: &mut String, text: &str) {
+        for line in text.lines().map(str::trim_end).filter(|line| !line.is_empty()) {
+            let bare =
+                matches!(self.syntax.form, Form::Signed) || !line.starts_with(['%', 'O', '(', ';']);
+            if bare {
+                self.number(out);
+            }
+            out.push_str(line);
+            out.push('\n');
+        }
+    }
+
+    /// Number of the next line.
+    fn number(&mut self, out: &mut String) {
+        let [before, behind] = &self.frame.number;
+        if before.is_empty() && behind.is_empty() {
+            return;
+        }
+        out.push_str(before);
+        // Klartext counts lines from 0; elsewhere the first number is the step.
+        let klartext = matches!(self.syntax.form, Form::Signed);
+        let step = u64::from(self.style.numbers.max(1));
+        let number = if klartext { self.line } else { (self.line + 1) * step };
+        out.push_str(&number.to_string());
+        out.push_str(behind);
+        self.line += 1;
+    }
+}
+
+/// X Y Z, then the rotaries by letter: `A` before `C` whatever carries what.
+fn order(axes: &AxisWords) -> [usize; AXES] {
+    let letter = |axis: usize| axes.0.get(axis).map(|word| word.letter);
+    if letter(3) <= letter(4) { [0, 1, 2, 3, 4] } else { [0, 1, 2, 4, 3] }
+}
+
+/// Numbers with commas between.
+fn list<'a>(values: impl Iterator<Item = &'a Fixed>) -> String {
+    let mut text = String::new();
+    for value in values {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        value.push(&mut text, Form::Point);
+    }
+    text
+}
+
+/// Feeds have no sign.
+fn form_of_feed(form: Form) -> Form {
+    if form == Form::Point { Form::Point } else { Form::Plain }
+}

@@ -1,0 +1,196 @@
+//! The strings around the blocks of a program: templates that a shop can print, copy and edit.
+
+use super::Dialect;
+use super::dialect::DIALECTS;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
+use serde::Serialize;
+
+/// A template, ready to be filled. Its blocks are `start`, `end`, `comment` (of `text`) and `number` (of
+/// `number`). One that begins with `{% extends "fanuc" %}` changes only the blocks it has.
+#[derive(Debug)]
+pub struct Template {
+    environment: Environment<'static>,
+}
+
+/// Why a template cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("template, line {line}: {message}")]
+pub struct TemplateError {
+    /// Line, counted from 1; 0 if not known.
+    pub line: usize,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl From<minijinja::Error> for TemplateError {
+    fn from(error: minijinja::Error) -> Self {
+        let kind = error.kind();
+        let detail = error.detail().map_or_else(|| kind.to_string(), |of| format!("{kind}: {of}"));
+        Self { line: error.line().unwrap_or(0), message: detail }
+    }
+}
+
+/// Name of the template in use, which may extend one of those that come.
+const OWN: &str = "template";
+
+/// Stands for what is put in later; no template has it.
+const HOLE: &str = "\u{1}";
+
+/// What a template is filled with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Context {
+    pub(super) name: String,
+    pub(super) facts: Vec<String>,
+    /// Program number, four digits.
+    pub(super) program: String,
+    pub(super) tool: u32,
+    pub(super) spindle: Option<String>,
+    pub(super) coolant: bool,
+    pub(super) cutter: Option<String>,
+    pub(super) offset: Offset,
+    pub(super) blend: Option<String>,
+    pub(super) axis_tolerance: String,
+    pub(super) retract: Option<String>,
+    pub(super) inverse_time: bool,
+    pub(super) numbers: u32,
+    pub(super) tcp_on: Option<String>,
+    pub(super) tcp_off: Option<String>,
+    pub(super) first: First,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Offset {
+    pub(super) x: String,
+    pub(super) y: String,
+    pub(super) z: String,
+}
+
+/// Words of the starting position.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(super) struct First {
+    pub(super) rotary: String,
+    /// X Y Z with TCP, and without.
+    pub(super) tip: String,
+    pub(super) axes: String,
+    pub(super) vector: String,
+}
+
+#[derive(Serialize)]
+struct Filled<'a> {
+    #[serde(flatten)]
+    context: &'a Context,
+    strings: &'a std::collections::BTreeMap<String, String>,
+    text: &'static str,
+    number: &'static str,
+}
+
+/// A filled template.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Frame {
+    pub(super) start: String,
+    pub(super) end: String,
+    /// Before and behind the text of a comment, and the number of a line.
+    pub(super) comment: [String; 2],
+    pub(super) number: [String; 2],
+}
+
+impl Template {
+    /// The template of a dialect as it comes.
+    ///
+    /// # Errors
+    ///
+    /// [`TemplateError`].
+    pub fn of(dialect: Dialect) -> Result<Self, TemplateError> {
+        Self::new(dialect.template())
+    }
+
+    /// A template from its text.
+    ///
+    /// # Errors
+    ///
+    /// [`TemplateError`] with the line.
+    pub fn new(text: &str) -> Result<Self, TemplateError> {
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        for (name, dialect) in DIALECTS {
+            environment.add_template(name, dialect.template())?;
+        }
+        environment.add_template_owned(OWN, text.to_owned())?;
+        Ok(Self { environment })
+    }
+
+    /// Fills it; `strings` are those of the machine file.
+    pub(super) fn fill(
+        &self,
+        context: &Context,
+        strings: &std::collections::BTreeMap<String, String>,
+    ) -> Result<Frame, TemplateError> {
+        let filled = Filled { context, strings, text: HOLE, number: HOLE };
+        let template = self.environment.get_template(OWN)?;
+        let mut rendered = template.render_captured(Serde(&filled))?;
+        let mut block = |name: &str| rendered.with_state_mut(|state| state.render_block(name));
+        let [start, end] = [block("start")?, block("end")?];
+        let halves = |text: String| match text.split_once(HOLE) {
+            Some((before, behind)) => [before.to_owned(), behind.to_owned()],
+            None => [text, String::new()],
+        };
+        let comment = halves(block("comment")?);
+        Ok(Frame { start, end, comment, number: halves(block("number")?) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    pub(super) fn context() -> Context {
+        let none = || None;
+        Context {
+            name: "demo".into(),
+            facts: vec!["one".into()],
+            program: "0001".into(),
+            tool: 1,
+            spindle: Some("8000".into()),
+            coolant: false,
+            cutter: none(),
+            offset: Offset { x: "1".into(), y: "2".into(), z: "3".into() },
+            blend: Some("0.01".into()),
+            axis_tolerance: "0.05".into(),
+            retract: none(),
+            inverse_time: false,
+            numbers: 0,
+            tcp_on: none(),
+            tcp_off: none(),
+            first: First { rotary: "A15. C30.".into(), ..First::default() },
+        }
+    }
+
+    #[test]
+    fn every_template_that_comes_can_be_filled() {
+        for (name, dialect) in DIALECTS {
+            let frame = Template::of(dialect).unwrap().fill(&context(), &BTreeMap::new()).unwrap();
+            assert!(!frame.start.is_empty() && !frame.end.is_empty(), "{name}");
+            assert!(!frame.comment[0].is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_template_may_change_one_block_of_another() {
+        let text = "{% extends \"fanuc\" %}{% block end %}M99{% endblock %}";
+        let frame = Template::new(text).unwrap().fill(&context(), &BTreeMap::new()).unwrap();
+        assert_eq!(frame.end, "M99");
+        assert!(frame.start.contains("G54 G0 A15. C30."), "{}", frame.start);
+    }
+
+    #[test]
+    fn faults_have_their_line() {
+        let error = Template::new("{% block start %}\n{{ x \n{% endblock %}").unwrap_err();
+        assert!(error.line >= 2, "{error}");
+        let text = "{% extends \"fanuc\" %}{% block end %}\n{{ nothing }}{% endblock %}";
+        let template = Template::new(text).unwrap();
+        let error = template.fill(&context(), &BTreeMap::new()).unwrap_err();
+        assert_eq!(error.line, 2, "{error}");
+    }
+}

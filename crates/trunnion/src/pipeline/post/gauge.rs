@@ -1,0 +1,127 @@
+//! What a program asks of the axes, and what it takes on a control without look-ahead.
+
+use crate::machine::{FIRST_ROTARY, Machine};
+use crate::types::{AXES, AxisVector};
+
+/// Largest mean velocities of blocks, and changes of them over the time between their middles, over the limits of
+/// the axes. The machine rests before and after.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gauge {
+    velocity: AxisVector,
+    acceleration: AxisVector,
+    /// Mean velocity and time of the block before.
+    before: Option<(AxisVector, f64)>,
+    /// Velocity, acceleration; 1 is the limit.
+    pub(super) worst: [f64; 2],
+}
+
+impl Gauge {
+    pub(super) fn new(machine: &Machine) -> Self {
+        Self {
+            velocity: machine.vector(|axis| axis.vel),
+            acceleration: machine.vector(|axis| axis.acc),
+            before: None,
+            worst: [0.0; 2],
+        }
+    }
+
+    /// A block that moves the axes so far in a time.
+    pub(super) fn push(&mut self, travel: &AxisVector, seconds: f64) {
+        let seconds = if seconds > 0.0 { seconds } else { self.least(travel) };
+        if seconds <= 0.0 {
+            return;
+        }
+        let velocity = travel / seconds;
+        self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+        let (last, time) = self.before.unwrap_or((AxisVector::zeros(), 0.0));
+        self.change(&(velocity - last), 0.5 * (time + seconds));
+        self.before = Some((velocity, seconds));
+    }
+
+    /// The machine rests.
+    pub(super) fn rest(&mut self) {
+        if let Some((velocity, seconds)) = self.before.take() {
+            self.change(&velocity, 0.5 * seconds);
+        }
+    }
+
+    fn change(&mut self, by: &AxisVector, seconds: f64) {
+        let ratio = by.component_div(&self.acceleration).amax() / seconds;
+        self.worst[1] = self.worst[1].max(ratio);
+    }
+
+    /// Least time by the velocities of the axes.
+    pub(super) fn least(&self, travel: &AxisVector) -> f64 {
+        travel.component_div(&self.velocity).amax()
+    }
+}
+
+/// `LinuxCNC` 2.9 as measured: where rotaries move it does not look ahead, and passes a block of length L at no more
+/// than `sqrt(a L / 2)`, whatever comes next.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ControlModel {
+    velocity: AxisVector,
+    acceleration: AxisVector,
+}
+
+impl ControlModel {
+    pub(super) fn new(machine: &Machine) -> Self {
+        Self {
+            velocity: machine.vector(|axis| axis.vel),
+            acceleration: machine.vector(|axis| axis.acc),
+        }
+    }
+
+    /// Time of a block whose words change by `words` \[mm, rad\], and which is programmed to take `seconds`.
+    pub(super) fn seconds(&self, words: &AxisVector, seconds: f64) -> f64 {
+        let tip = words.fixed_rows::<3>(0).norm();
+        let turn = words.fixed_rows::<2>(FIRST_ROTARY).norm();
+        let length = if tip > 0.0 { tip } else { turn };
+        if length <= 0.0 {
+            return seconds;
+        }
+        let along = |limits: &AxisVector| {
+            (0..AXES)
+                .filter(|&axis| words[axis] != 0.0)
+                .map(|axis| limits[axis] * length / words[axis].abs())
+                .fold(f64::INFINITY, f64::min)
+        };
+        let mut speed = along(&self.velocity);
+        if turn > 0.0 {
+            speed = speed.min((0.5 * along(&self.acceleration) * length).sqrt());
+        }
+        seconds.max(length / speed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::samples::ac_trunnion;
+
+    #[test]
+    fn two_blocks_of_one_axis_are_a_pencil_calculation() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let [velocity, acceleration] = [machine.axes[0].vel, machine.axes[0].acc];
+        let mut gauge = Gauge::new(&machine);
+        // 1 mm in 0.1 s, then 3 mm in 0.1 s: 10 and 30 mm/s; 20 mm/s in 0.1 s, and 30 mm/s to rest in 0.05 s.
+        for travel in [1.0, 3.0] {
+            gauge.push(&AxisVector::from([travel, 0.0, 0.0, 0.0, 0.0]), 0.1);
+        }
+        gauge.rest();
+        assert!((gauge.worst[0] - 30.0 / velocity).abs() < 1e-12);
+        assert!((gauge.worst[1] - 600.0 / acceleration).abs() < 1e-12);
+    }
+
+    #[test]
+    fn short_blocks_with_rotaries_are_slow_on_the_model() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let model = ControlModel::new(&machine);
+        let straight = AxisVector::from([0.01, 0.0, 0.0, 0.0, 0.0]);
+        assert!((model.seconds(&straight, 1e-3) - 1e-3).abs() < 1e-15);
+        let turning = AxisVector::from([0.01, 0.0, 0.0, 0.0, 1e-9]);
+        let acceleration = machine.axes[0].acc;
+        let least = 0.01 / (0.5 * acceleration * 0.01).sqrt();
+        assert!((model.seconds(&turning, 0.0) - least).abs() < 1e-12);
+    }
+}

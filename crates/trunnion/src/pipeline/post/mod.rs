@@ -1,0 +1,433 @@
+//! Cutter locations or a program to a program for a machine, move by move, with new feeds.
+//!
+//! ```text
+//! course  moves to places on the machine, close enough for its control
+//! pace    times of places, window by window
+//! gauge   what it asks of the axes, what it takes on a control without look-ahead
+//! ```
+//!
+//! Memory is that of the window, however long the input is.
+
+mod course;
+mod gauge;
+mod pace;
+
+use crate::blocks::Control;
+use crate::feed::FeedError;
+use crate::inverse::InverseError;
+use crate::machine::{Interpolation, Kinematics};
+use crate::nc::write::{
+    BlockPace, Coordinates, Dialect, Note, ProgramWriter, Style, Template, WriteError, rounding,
+};
+use crate::types::{AxisVector, ToolPose};
+use course::{Course, Place};
+use gauge::{ControlModel, Gauge};
+use pace::{Pace, Timed};
+
+/// Where moves come from, and with that what the tool does between them.
+#[derive(Debug, Clone)]
+pub enum PostSource {
+    /// Cutter locations: the tip straight, the tool axis on a great circle.
+    Locations,
+    /// A program: what its control does on its machine.
+    Program {
+        /// The machine it is for, set up as it assumes.
+        kinematics: Box<Kinematics>,
+        /// How its control moves between blocks.
+        control: Control,
+    },
+}
+
+/// How fast a move is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PostPace {
+    /// Rapid.
+    Rapid,
+    /// No faster than this tip speed \[mm/s\]; where the tip stands, as fast as the axes can.
+    Feed(f64),
+    /// No quicker than in this time \[s\].
+    Seconds(f64),
+}
+
+/// One move of the input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PostMove {
+    /// Line of the input, counted from 1.
+    pub line: u32,
+    /// Where it ends, workpiece frame.
+    pub pose: ToolPose,
+    /// Axes there, where the input is a program.
+    pub q: Option<AxisVector>,
+    /// How fast.
+    pub pace: PostPace,
+}
+
+/// Which limits of the axes times keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PostMethod {
+    /// Velocities and accelerations.
+    Optimal,
+    /// Jerks as well.
+    Jerk,
+}
+
+/// How to post. No `Default`: the caller knows part and machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PostOptions {
+    /// How the control moves between blocks.
+    pub control: Control,
+    /// Largest deviation of tip \[mm\] and tool axis \[rad\] from the input, everywhere; rounding the words comes on
+    /// top. Also how far the path that is timed rounds corners.
+    pub tolerance: [f64; 2],
+    /// Tip speed to which feeds may be raised \[mm/s\]; `None`: those of the input stay the most.
+    pub max_feed: Option<f64>,
+    /// Limits that are kept.
+    pub method: PostMethod,
+    /// Rows that the planner looks ahead.
+    pub window: usize,
+}
+
+/// Rows that let a machine stop from full speed in fine programs.
+pub const POST_WINDOW: usize = 4096;
+
+/// Why an input was not posted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PostError {
+    /// A pose is out of reach.
+    #[error("{error}")]
+    Reach {
+        /// Line of the input.
+        line: u32,
+        /// Why.
+        error: Box<InverseError>,
+    },
+    /// The machine cannot follow a move.
+    #[error(
+        "the machine strays from this move by {:.4} mm and {:.4} deg, more than {:.4} mm and {:.4} deg, however \
+         finely it is cut: a rotary axis comes to the end of its travel and goes round",
+        strayed[0], strayed[1].to_degrees(), tolerance[0], tolerance[1].to_degrees()
+    )]
+    Strays {
+        /// Line of the input.
+        line: u32,
+        /// Bounds found: mm, rad.
+        strayed: [f64; 2],
+        /// Bounds allowed: mm, rad.
+        tolerance: [f64; 2],
+    },
+    /// The tool axis turns to its opposite in one move.
+    #[error("the tool axis turns by half a turn in one move: the way is not defined")]
+    Reversal {
+        /// Line of the input.
+        line: u32,
+    },
+    /// No motion.
+    #[error("there is no motion to write")]
+    Empty,
+    /// Planning failed.
+    #[error(transparent)]
+    Feed(#[from] FeedError),
+    /// Writing failed.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+impl PostError {
+    fn reach(line: u32, error: InverseError) -> Self {
+        Self::Reach { line, error: Box::new(error) }
+    }
+
+    /// Line of the input it belongs to; 0 for the input as a whole.
+    pub fn line(&self) -> u32 {
+        match self {
+            Self::Reach { line, .. } | Self::Strays { line, .. } | Self::Reversal { line } => *line,
+            _ => 0,
+        }
+    }
+
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Reach { error, .. } if matches!(**error, InverseError::OutOfTravel(_)) => {
+                "clamp the part elsewhere (--origin), or turn it (--rotation)"
+            }
+            Self::Reach { .. } => "turn the part (--rotation), or post it for another machine",
+            Self::Strays { .. } => {
+                "part the cut by a rapid move off the part before this line, or turn the part (--rotation)"
+            }
+            Self::Reversal { .. } => "insert locations between",
+            _ => "",
+        }
+    }
+}
+
+/// What posting did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PostReport {
+    /// Moves read, blocks written.
+    pub blocks: [usize; 2],
+    /// Way of the tip with feed \[mm\].
+    pub length: f64,
+    /// Time with feed as programmed; and with the limits of the axes kept \[s\].
+    pub seconds: [f64; 2],
+    /// Time of rapid moves with the limits of the axes kept \[s\].
+    pub rapid_seconds: f64,
+    /// Time with feed on the control model, of input and output \[s\].
+    pub model_seconds: [f64; 2],
+    /// Largest axis velocity and acceleration over their limits, as programmed.
+    pub ratios_before: [f64; 2],
+    /// The same of the output.
+    pub ratios_after: [f64; 2],
+    /// Bound on how far tip \[mm\] and tool axis \[rad\] stray from the input, before rounding.
+    pub strayed: [f64; 2],
+    /// Bound on what rounding the words moves the tip by \[mm\].
+    pub rounding: f64,
+}
+
+/// Times and counts of blocks, input or output.
+#[derive(Debug)]
+struct Tally {
+    gauge: Gauge,
+    seconds: f64,
+    model: f64,
+    cutting: bool,
+}
+
+impl Tally {
+    fn new(kinematics: &Kinematics) -> Self {
+        let gauge = Gauge::new(kinematics.machine());
+        Self { gauge, seconds: 0.0, model: 0.0, cutting: false }
+    }
+
+    fn rapid(&mut self) {
+        if self.cutting {
+            self.gauge.rest();
+        }
+        self.cutting = false;
+    }
+}
+
+/// Posts moves one by one.
+#[derive(Debug)]
+pub struct Poster {
+    kinematics: Kinematics,
+    options: PostOptions,
+    style: Style,
+    course: Course,
+    running: Option<Running>,
+    places: Vec<Place>,
+    timed: Vec<Timed>,
+    before: Tally,
+    after: Tally,
+    report: PostReport,
+}
+
+/// What exists from the first move on.
+#[derive(Debug)]
+struct Running {
+    pace: Pace,
+    writer: ProgramWriter,
+    /// The last place whose time is known, and the last block end.
+    at: (AxisVector, ToolPose),
+    block: (AxisVector, ToolPose),
+    /// Time, way and turn since the last block end.
+    waiting: [f64; 3],
+}
+
+impl Poster {
+    /// Starts.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn new(
+        kinematics: &Kinematics,
+        source: PostSource,
+        options: &PostOptions,
+        style: &Style,
+    ) -> Result<Self, PostError> {
+        Ok(Self {
+            kinematics: kinematics.clone(),
+            options: *options,
+            style: *style,
+            course: Course::new(kinematics, source, options)?,
+            running: None,
+            places: Vec::new(),
+            timed: Vec::new(),
+            before: Tally::new(kinematics),
+            after: Tally::new(kinematics),
+            report: PostReport::default(),
+        })
+    }
+
+    /// Takes in a move; what can be written is appended. The first only says where the program starts, and writes
+    /// its head from note and template.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn push(
+        &mut self,
+        out: &mut String,
+        one: &PostMove,
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
+        let one = PostMove { pace: self.capped(one.pace), ..*one };
+        let from = self.course.place();
+        self.places.clear();
+        self.course.go(&one, &mut self.places)?;
+        let Some(to) = self.course.place() else { return Ok(()) };
+        let Some(from) = from else {
+            let writer = ProgramWriter::new(
+                out,
+                &self.kinematics,
+                (head.0, &self.style, head.1),
+                (&to.0, &to.1),
+            )?;
+            let pace = Pace::new(self.kinematics.machine(), &self.options, to.0)?;
+            self.running = Some(Running { pace, writer, at: to, block: to, waiting: [0.0; 3] });
+            return Ok(());
+        };
+        self.tell_before(&from, &to, &one);
+        let Some(running) = &mut self.running else { return Ok(()) };
+        for place in &self.places {
+            running.pace.push(place, &mut self.timed)?;
+        }
+        self.write(out)
+    }
+
+    /// Ends the program.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`]; [`PostError::Empty`] where there was no move.
+    pub fn finish(mut self, out: &mut String) -> Result<PostReport, PostError> {
+        let Some(running) = self.running.take() else { return Err(PostError::Empty) };
+        let Running { pace, writer, at, block, waiting } = running;
+        pace.finish(&mut self.timed)?;
+        // The rest is written by the same code, with a planner that has nothing left.
+        let rest = Pace::new(self.kinematics.machine(), &self.options, at.0)?;
+        self.running = Some(Running { pace: rest, writer, at, block, waiting });
+        self.write(out)?;
+        let Some(running) = self.running.take() else { return Err(PostError::Empty) };
+        self.before.rapid();
+        self.after.rapid();
+        self.report.blocks[1] = running.writer.finish(out);
+        self.report.seconds = [self.before.seconds, self.after.seconds];
+        self.report.model_seconds = [self.before.model, self.after.model];
+        self.report.ratios_before = self.before.gauge.worst;
+        self.report.ratios_after = self.after.gauge.worst;
+        self.report.strayed = self.course.strayed;
+        Ok(self.report)
+    }
+
+    /// Report so far.
+    pub fn moves(&self) -> usize {
+        self.report.blocks[0]
+    }
+
+    fn capped(&self, pace: PostPace) -> PostPace {
+        match (pace, self.options.max_feed) {
+            (PostPace::Rapid, _) | (_, None) => pace,
+            (_, Some(most)) => PostPace::Feed(most),
+        }
+    }
+
+    /// Takes down what the input asks for.
+    fn tell_before(
+        &mut self,
+        from: &(AxisVector, ToolPose),
+        to: &(AxisVector, ToolPose),
+        one: &PostMove,
+    ) {
+        self.report.blocks[0] += 1;
+        if one.pace == PostPace::Rapid {
+            return self.before.rapid();
+        }
+        let travel = to.0 - from.0;
+        let length = (to.1.tip - from.1.tip).norm();
+        let told: f64 = self.places.iter().filter_map(|place| place.least).sum();
+        let seconds = if told > 0.0 { told } else { self.before.gauge.least(&travel) };
+        self.report.length += length;
+        self.before.cutting = true;
+        self.before.gauge.push(&travel, seconds);
+        self.before.seconds += seconds;
+        self.before.model += self.model(from, to, seconds);
+    }
+
+    fn model(
+        &self,
+        from: &(AxisVector, ToolPose),
+        to: &(AxisVector, ToolPose),
+        seconds: f64,
+    ) -> f64 {
+        let mut words = to.0 - from.0;
+        if self.style.dialect.coordinates() == Coordinates::Tip {
+            let tip = self.kinematics.setup().rotation * (to.1.tip - from.1.tip);
+            words.fixed_rows_mut::<3>(0).copy_from(&tip);
+        }
+        ControlModel::new(self.kinematics.machine()).seconds(&words, seconds)
+    }
+
+    /// Writes the blocks whose time is known.
+    fn write(&mut self, out: &mut String) -> Result<(), PostError> {
+        let Some(mut running) = self.running.take() else { return Ok(()) };
+        let timed = std::mem::take(&mut self.timed);
+        for one in &timed {
+            self.tell_after(&running, one);
+            let place = &one.place;
+            running.at = (place.q, place.pose);
+            let [seconds, length, turn] = &mut running.waiting;
+            *seconds += one.seconds;
+            *length += place.tip;
+            *turn += place.turn;
+            if !place.block {
+                continue;
+            }
+            let pace = match place.least {
+                None => BlockPace::Rapid,
+                Some(_) => BlockPace::Timed { seconds: *seconds, length: *length, turn: *turn },
+            };
+            if place.least.is_some() {
+                let time = *seconds;
+                self.after.model += self.model(&running.block, &running.at, time);
+                let words = &self.style.axes;
+                let coordinates = self.style.dialect.coordinates();
+                let off = rounding(&self.kinematics, &place.q, words, coordinates, 0.0);
+                self.report.rounding = self.report.rounding.max(off);
+            }
+            running.writer.block(out, (&place.q, &place.pose), pace)?;
+            running.waiting = [0.0; 3];
+            running.block = running.at;
+        }
+        self.timed = timed;
+        self.timed.clear();
+        self.running = Some(running);
+        Ok(())
+    }
+
+    /// Takes down what the output does.
+    fn tell_after(&mut self, running: &Running, one: &Timed) {
+        if one.place.least.is_none() {
+            self.report.rapid_seconds += one.seconds;
+            return self.after.rapid();
+        }
+        self.after.cutting = true;
+        self.after.gauge.push(&(one.place.q - running.at.0), one.seconds);
+        self.after.seconds += one.seconds;
+    }
+}
+
+/// How a dialect's control moves between blocks, as the machine file says where it speaks of that dialect.
+pub fn control_of(kinematics: &Kinematics, dialect: Dialect) -> Control {
+    let told = &kinematics.machine().dialect;
+    let own = Dialect::from_name(&told.name) == Some(dialect);
+    match dialect {
+        Dialect::G93 => Control::Axes,
+        Dialect::Apt => Control::GreatCircle,
+        of if of.is_vector() => Control::GreatCircle,
+        _ if own && told.interpolation == Interpolation::GreatCircle => Control::GreatCircle,
+        _ => Control::RotaryLinear,
+    }
+}
