@@ -3,6 +3,8 @@
 mod data;
 mod raw;
 mod read;
+mod strategy;
+mod tool;
 
 pub use data::{
     Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,

@@ -4,16 +4,16 @@ use super::super::document::Document;
 use super::super::schema;
 use super::LAYOUT;
 use super::data::{
-    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,
-    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool,
-    ToolKind,
+    Cutting, Dialect, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split, Stock,
+    Tolerance,
 };
 use super::raw::{
-    RawAlong, RawConstruction, RawCutting, RawDialect, RawDirection, RawFaces, RawLead, RawLinks,
-    RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput, RawPart, RawReference,
-    RawSetup, RawSide, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool, RawToolKind,
+    RawCutting, RawDialect, RawFaces, RawMachineRef, RawMotion, RawMotionMethod, RawOutput,
+    RawPart, RawReference, RawSetup, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool,
     RawVerify,
 };
+use super::strategy::{side_of, strategy};
+use super::tool::tool;
 use crate::types::Fault;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -156,153 +156,6 @@ fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
     })
 }
 
-fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
-    let kind = match raw.kind {
-        RawToolKind::Flat => Some(ToolKind::Flat),
-        RawToolKind::Ball => Some(ToolKind::Ball),
-        RawToolKind::Bull => Some(ToolKind::Bull),
-        RawToolKind::Taper | RawToolKind::Barrel => {
-            let message = "tapered and barrel tools cannot be placed yet";
-            doc.fault("tool.kind", message, "use \"bull\" with the radii of the cutting end");
-            None
-        }
-    };
-    let radii = kind.and_then(|kind| radii(&raw, kind, doc));
-    let construction = construction(&raw, radii, doc);
-    profile("tool.shank", &raw.shank, doc);
-    profile("tool.holder", &raw.holder, doc);
-    if let (Some(&[end, _]), Some(&[start, _])) = (raw.shank.last(), raw.holder.first())
-        && start < end
-    {
-        let message = format!("the holder begins at {start} mm, below the shank's end at {end} mm");
-        doc.fault(
-            "tool.holder",
-            message,
-            "heights count from the tip; the holder sits on the shank",
-        );
-    }
-    let (kind, [major, minor]) = (kind?, radii?);
-    if minor >= raw.length {
-        let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);
-        doc.fault("tool.length", message, "length runs from the gauge point to the tip, in mm");
-    }
-    Some(Tool {
-        number: raw.number,
-        kind,
-        major,
-        minor,
-        length: raw.length,
-        construction: construction?,
-        shank: raw.shank,
-        holder: raw.holder,
-    })
-}
-
-/// `[R, r]` from either way to write them.
-fn radii(raw: &RawTool, kind: ToolKind, doc: &mut Document<'_>) -> Option<[f64; 2]> {
-    let by_radii = raw.major_radius.is_some() || raw.minor_radius.is_some();
-    let by_diameter = raw.diameter.is_some() || raw.corner_radius.is_some();
-    if by_radii && by_diameter {
-        let message = "the tool is given twice: by radii and by diameter";
-        doc.fault("tool.diameter", message, "keep major_radius and minor_radius, or diameter");
-        return None;
-    }
-    let mut missing = |key: &str, example: &str| {
-        let message = format!("a {} tool needs {key}", kind_name(kind));
-        doc.fault("tool.kind", message, format!("add `{key} = ...`, in mm, {example}"));
-        None
-    };
-    let (major, minor) = if by_diameter {
-        let Some(diameter) = raw.diameter else { return missing("diameter", "2 (R + r)") };
-        let radius = 0.5 * diameter;
-        let corner = match (kind, raw.corner_radius) {
-            (_, Some(corner)) => corner,
-            (ToolKind::Flat, None) => 0.0,
-            (ToolKind::Ball, None) => radius,
-            (ToolKind::Bull, None) => return missing("corner_radius", "or use minor_radius"),
-        };
-        (radius - corner, corner)
-    } else {
-        match (kind, raw.major_radius, raw.minor_radius) {
-            (ToolKind::Flat | ToolKind::Bull, None, _) => {
-                return missing("major_radius", "or diameter and corner_radius");
-            }
-            (ToolKind::Ball | ToolKind::Bull, _, None) => {
-                return missing("minor_radius", "the radius of the corner arc");
-            }
-            (_, major, minor) => (major.unwrap_or(0.0), minor.unwrap_or(0.0)),
-        }
-    };
-    let fits = match kind {
-        ToolKind::Flat => major > 0.0 && minor <= 0.0,
-        ToolKind::Ball => major.abs() <= 0.0 && minor > 0.0,
-        ToolKind::Bull => major > 0.0 && minor > 0.0,
-    };
-    if fits {
-        return Some([major, minor]);
-    }
-    let message =
-        format!("a {} tool cannot have R = {major} mm and r = {minor} mm", kind_name(kind));
-    let help = "flat: r = 0; ball: R = 0, corner_radius half the diameter; bull: both above 0";
-    doc.fault("tool.kind", message, help);
-    None
-}
-
-fn kind_name(kind: ToolKind) -> &'static str {
-    match kind {
-        ToolKind::Flat => "flat",
-        ToolKind::Ball => "ball",
-        ToolKind::Bull => "bull",
-    }
-}
-
-fn construction(
-    raw: &RawTool,
-    radii: Option<[f64; 2]>,
-    doc: &mut Document<'_>,
-) -> Option<Construction> {
-    let path = "tool.inner_cutting_radius";
-    match (raw.construction, raw.inner_cutting_radius) {
-        (RawConstruction::Solid, None) => Some(Construction::Solid),
-        (RawConstruction::Solid, Some(_)) => {
-            let message = "a solid tool cuts to its centre: it has no inner_cutting_radius";
-            doc.fault(path, message, "remove it, or write construction = \"insert\"");
-            None
-        }
-        (RawConstruction::Insert, None) => {
-            let message = "a tool with inserts needs inner_cutting_radius";
-            let help = "add `inner_cutting_radius = ...`: nothing cuts inside it, in mm";
-            doc.fault("tool.construction", message, help);
-            None
-        }
-        (RawConstruction::Insert, Some(inner_cutting_radius)) => {
-            if let Some([major, minor]) = radii
-                && inner_cutting_radius >= major + minor
-            {
-                let radius = major + minor;
-                let message = format!(
-                    "inner_cutting_radius {inner_cutting_radius} mm leaves nothing of a cutter of radius {radius} mm"
-                );
-                doc.fault(path, message, "it must be below R + r");
-            }
-            Some(Construction::Insert { inner_cutting_radius })
-        }
-    }
-}
-
-fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
-    let mut below = 0.0;
-    for (at, &[height, radius]) in pairs.iter().enumerate() {
-        if height < below || radius < 0.0 {
-            let message = format!("`{path}` does not go up: [{height}, {radius}] after {below} mm");
-            let help = "pairs are [height above the tip, radius] in mm, heights not falling";
-            doc.fault(&format!("{path}.{at}"), message, help);
-            return;
-        }
-        below = height;
-    }
-}
-
 fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
     let RawTolerance { total, gouge, ref split } = *raw;
     if gouge > total {
@@ -333,116 +186,6 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
         doc.fault("tolerance.split", message, "lower a share or raise total");
     }
     (gouge <= total && sum <= total).then_some(Tolerance { total, gouge, split })
-}
-
-fn strategy(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Strategy> {
-    let method = method(raw, tool, doc);
-    let along = match raw.along {
-        RawAlong::U => Along::U,
-        RawAlong::V => Along::V,
-        RawAlong::Curvature => Along::Curvature,
-        RawAlong::Adaptive => Along::Adaptive,
-    };
-    if let Some([low, high]) = raw.offset_range
-        && low >= high
-    {
-        let message = format!("offset_range [{low}, {high}] deg is empty");
-        doc.fault("strategy.offset_range", message, "the smaller angle comes first");
-    }
-    Some(Strategy {
-        method: method?,
-        along,
-        direction: match raw.direction {
-            RawDirection::Zigzag => Direction::Zigzag,
-            RawDirection::OneWay => Direction::OneWay,
-        },
-        side: match raw.side {
-            RawSide::Ahead => Side::Ahead,
-            RawSide::Behind => Side::Behind,
-            RawSide::Either => Side::Either,
-        },
-        max_axis_turn: raw.max_axis_turn.to_radians(),
-        lead: match raw.lead {
-            RawLead::Axis => LeadKind::Axis,
-            RawLead::Tangent => LeadKind::Tangent,
-        },
-        links: match raw.links {
-            RawLinks::Hop => Links::Hop,
-            RawLinks::Retract => Links::Retract,
-        },
-        offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
-    })
-}
-
-/// Lead of a ball unless the job says otherwise \[deg\]: at its tip it cuts with no speed.
-const BALL_LEAD: f64 = 10.0;
-
-/// Largest lean of cutters other than balls \[deg\]: farther, the flank comes down to the part.
-const MOST_LEAN: f64 = 34.0;
-
-/// A strip's chord may turn by this much \[deg\] from across the feed.
-const MOST_TURN: f64 = 60.0;
-
-fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Method> {
-    let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
-    if raw.method == RawMethod::Widest {
-        for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
-            let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
-            let message = "method \"widest\" finds how the tool leans itself";
-            doc.fault(&format!("strategy.{key}"), message, &help);
-        }
-        return angles.iter().all(|(_, angle)| angle.is_none()).then_some(Method::Widest);
-    }
-    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
-    if raw.method == RawMethod::Ball && !ball {
-        let message = "method \"ball\" is for ball cutters";
-        let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
-        doc.fault("strategy.method", message, help);
-        return None;
-    }
-    let usual = (raw.method == RawMethod::Ball).then_some(BALL_LEAD);
-    let Some(lead) = raw.lead_angle.or(usual) else {
-        let message = "method \"fixed-tilt\" needs lead_angle";
-        doc.fault("strategy.method", message, "add `lead_angle = 5`, in degrees, for instance");
-        return None;
-    };
-    let tilt = raw.tilt_angle.unwrap_or(0.0);
-    let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
-    if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
-        let message = format!(
-            "only a ball can lean by {tilt} deg to the side and {lead} deg forward: other cutters cut with their front"
-        );
-        let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
-        let help = match lead {
-            lead if lead > 0.0 => {
-                format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")
-            }
-            lead if lead < 0.0 => {
-                "write a lead_angle above 0; `side = \"behind\"` cuts with the rear".to_owned()
-            }
-            _ => "write a lead_angle above 0".to_owned(),
-        };
-        doc.fault("strategy.tilt_angle", message, &help);
-        return None;
-    }
-    let angle = ahead.hypot(beside).atan().to_degrees();
-    if !ball && angle > MOST_LEAN {
-        let message = format!(
-            "the tool would lean by {angle:.1} deg: only a ball may by more than {MOST_LEAN}"
-        );
-        doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
-        return None;
-    }
-    Some(Method::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
-}
-
-/// What cuts behind the centre must cut at the centre.
-fn side_of(tool: &Tool, strategy: &Strategy, doc: &mut Document<'_>) {
-    if strategy.side != Side::Ahead && tool.construction != Construction::Solid {
-        let message = "a tool with inserts cannot cut behind its centre";
-        let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";
-        doc.fault("strategy.side", message, help);
-    }
 }
 
 fn cutting(raw: &RawCutting) -> Cutting {
@@ -489,6 +232,7 @@ fn dialects(raw: &RawOutput) -> Vec<Dialect> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::Method;
     use super::*;
 
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");

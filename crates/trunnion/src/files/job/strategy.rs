@@ -1,0 +1,122 @@
+//! The job's `[strategy]`.
+
+use super::super::document::Document;
+use super::data::{
+    Along, Construction, Direction, LeadKind, Links, Method, Side, Strategy, Tool, ToolKind,
+};
+use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
+
+/// The strategy, if its entries go together and with the tool.
+pub(super) fn strategy(
+    raw: &RawStrategy,
+    tool: Option<ToolKind>,
+    doc: &mut Document<'_>,
+) -> Option<Strategy> {
+    let method = method(raw, tool, doc);
+    let along = match raw.along {
+        RawAlong::U => Along::U,
+        RawAlong::V => Along::V,
+        RawAlong::Curvature => Along::Curvature,
+        RawAlong::Adaptive => Along::Adaptive,
+    };
+    if let Some([low, high]) = raw.offset_range
+        && low >= high
+    {
+        let message = format!("offset_range [{low}, {high}] deg is empty");
+        doc.fault("strategy.offset_range", message, "the smaller angle comes first");
+    }
+    Some(Strategy {
+        method: method?,
+        along,
+        direction: match raw.direction {
+            RawDirection::Zigzag => Direction::Zigzag,
+            RawDirection::OneWay => Direction::OneWay,
+        },
+        side: match raw.side {
+            RawSide::Ahead => Side::Ahead,
+            RawSide::Behind => Side::Behind,
+            RawSide::Either => Side::Either,
+        },
+        max_axis_turn: raw.max_axis_turn.to_radians(),
+        lead: match raw.lead {
+            RawLead::Axis => LeadKind::Axis,
+            RawLead::Tangent => LeadKind::Tangent,
+        },
+        links: match raw.links {
+            RawLinks::Hop => Links::Hop,
+            RawLinks::Retract => Links::Retract,
+        },
+        offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
+    })
+}
+
+/// Lead of a ball unless the job says otherwise \[deg\]: at its tip it cuts with no speed.
+const BALL_LEAD: f64 = 10.0;
+
+/// Largest lean of cutters other than balls \[deg\]: farther, the flank comes down to the part.
+const MOST_LEAN: f64 = 34.0;
+
+/// A strip's chord may turn by this much \[deg\] from across the feed.
+const MOST_TURN: f64 = 60.0;
+
+fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Method> {
+    let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
+    if raw.method == RawMethod::Widest {
+        for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
+            let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
+            let message = "method \"widest\" finds how the tool leans itself";
+            doc.fault(&format!("strategy.{key}"), message, &help);
+        }
+        return angles.iter().all(|(_, angle)| angle.is_none()).then_some(Method::Widest);
+    }
+    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
+    if raw.method == RawMethod::Ball && !ball {
+        let message = "method \"ball\" is for ball cutters";
+        let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
+        doc.fault("strategy.method", message, help);
+        return None;
+    }
+    let usual = (raw.method == RawMethod::Ball).then_some(BALL_LEAD);
+    let Some(lead) = raw.lead_angle.or(usual) else {
+        let message = "method \"fixed-tilt\" needs lead_angle";
+        doc.fault("strategy.method", message, "add `lead_angle = 5`, in degrees, for instance");
+        return None;
+    };
+    let tilt = raw.tilt_angle.unwrap_or(0.0);
+    let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
+    if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
+        let message = format!(
+            "only a ball can lean by {tilt} deg to the side and {lead} deg forward: other cutters cut with their front"
+        );
+        let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
+        let help = match lead {
+            lead if lead > 0.0 => {
+                format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")
+            }
+            lead if lead < 0.0 => {
+                "write a lead_angle above 0; `side = \"behind\"` cuts with the rear".to_owned()
+            }
+            _ => "write a lead_angle above 0".to_owned(),
+        };
+        doc.fault("strategy.tilt_angle", message, &help);
+        return None;
+    }
+    let angle = ahead.hypot(beside).atan().to_degrees();
+    if !ball && angle > MOST_LEAN {
+        let message = format!(
+            "the tool would lean by {angle:.1} deg: only a ball may by more than {MOST_LEAN}"
+        );
+        doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
+        return None;
+    }
+    Some(Method::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
+}
+
+/// What cuts behind the centre must cut at the centre.
+pub(super) fn side_of(tool: &Tool, strategy: &Strategy, doc: &mut Document<'_>) {
+    if strategy.side != Side::Ahead && tool.construction != Construction::Solid {
+        let message = "a tool with inserts cannot cut behind its centre";
+        let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";
+        doc.fault("strategy.side", message, help);
+    }
+}
