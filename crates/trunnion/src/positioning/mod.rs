@@ -31,6 +31,7 @@ mod probe;
 mod quadratic;
 mod request;
 mod solve;
+mod starts;
 mod swift;
 mod widest;
 

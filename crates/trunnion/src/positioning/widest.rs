@@ -17,7 +17,6 @@ use super::constraints::COARSE;
 use super::constraints::FINE;
 use super::constraints::MARGIN;
 use super::constraints::Problem;
-use super::constraints::offset_curvature;
 use super::location::Found;
 use super::location::marks;
 use super::placement::Frame;
@@ -27,13 +26,15 @@ use super::solve::BADLY;
 use super::solve::MOST_ROTATION;
 use super::solve::Optimum;
 use super::solve::ROUGHLY;
-use super::solve::Start;
+use super::starts::START_SPACING;
+use super::starts::TILTS;
+use super::starts::again;
+use super::starts::cold_starts;
+use super::starts::leaning_start;
+use super::starts::warm_start;
 use crate::types::ToolPose;
 use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_2;
-
-/// Largest distance between two starts of the offset direction \[rad\].
-const START_SPACING: f64 = 0.27;
 
 /// A warm start that ends this much narrower than its neighbour is not trusted alone.
 const NARROWED: f64 = 0.9;
@@ -430,91 +431,6 @@ const SAME: f64 = 1e-4;
 
 /// How many ends of climbs are followed up before the place is given up.
 const PROMISING: usize = 3;
-
-fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
-    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
-    let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
-    Start {
-        x: [warm.offset, alpha, theta],
-        trust: 0.3,
-        scale: scales(warm.offset, theta),
-        offset_range,
-        rotation_range,
-    }
-}
-
-/// A start that leans as far as a neighbour held near to it may, over a short chord: where the rear
-/// or the disc would touch, that is the way out.
-fn leaning_start(
-    problem: &Problem,
-    warm: &Location,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
-) -> Start {
-    let frame = &problem.frame;
-    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
-    let turn = problem.axis_near.map_or(0.0, |near| near.max_turn);
-    let theta = (warm.rotation + turn).clamp(rotation_range[0], rotation_range[1]);
-    let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
-    let bend = theta.sin() / frame.major - across.unwrap_or(0.0);
-    let band = problem.band.upper - problem.band.lower;
-    let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
-    let scale = scales(w, theta);
-    Start { x: [w, alpha, theta], trust: 1.0, scale, offset_range, rotation_range }
-}
-
-fn again(rough: &Optimum, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
-    let x = rough.state.placement.x;
-    Start { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
-}
-
-/// A bold step of `(w, alpha, theta)`: a third of what there is, but not less than a degree.
-fn scales(w: f64, theta: f64) -> [f64; 3] {
-    [0.3 * w, 0.2, (0.3 * theta.abs()).max(0.017)]
-}
-
-/// How much more than the surface a start bends along the chord and rises along the feed, as sine
-/// of the rotation; the next one is tried where none of the starts found a strip.
-const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
-
-/// Starts spread over the offset range. Along the chord the circle, turned by theta, bends like
-/// `sin(theta) / R`, and so does the line from its front to its rear against the surface along
-/// the feed; a start bends clearly more than the surface does both ways, so that it fits at once.
-fn cold_starts(
-    problem: &Problem,
-    tilt: f64,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
-) -> Vec<Start> {
-    let frame = &problem.frame;
-    let [low, high] = offset_range;
-    let band = problem.band.upper - problem.band.lower;
-    let mut starts = Vec::new();
-    for alpha in spread(low, high) {
-        let curvature =
-            |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
-        let (Some(across), Some(along)) = (curvature(0.0), curvature(FRAC_PI_2)) else { continue };
-        let sine = (frame.major * across.max(along).max(0.0) + tilt).min(0.97);
-        let theta = sine.asin().clamp(rotation_range[0], rotation_range[1]);
-        let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);
-        let w = (8.0 * band / bend).sqrt().min(frame.major);
-        starts.push(Start {
-            x: [w, alpha, theta],
-            trust: 1.0,
-            scale: scales(w, theta),
-            offset_range,
-            rotation_range,
-        });
-    }
-    starts
-}
-
-/// Evenly spaced values over `[low, high]`, at most `START_SPACING` apart, ends left out.
-fn spread(low: f64, high: f64) -> impl Iterator<Item = f64> {
-    let count = ((high - low) / START_SPACING).ceil().clamp(1.0, 100.0);
-    (0..100)
-        .map(f64::from)
-        .take_while(move |k| *k < count)
-        .map(move |k| low + (high - low) * (k + 0.5) / count)
-}
 
 /// A dense look at the optimum.
 fn look(
