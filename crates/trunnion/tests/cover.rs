@@ -5,12 +5,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod swept_tool;
+
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
+use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
     Along, Clock, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method,
-    cover, cover_by, legs, lever,
+    Ways, cover, cover_by, legs, lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide, Lean};
@@ -18,13 +21,10 @@ use trunnion::surface::{
     Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
+use trunnion::types::{Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
 
 const BAND: Band = Band { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
-
-/// Distance between the poses that are tried \[mm\].
-const SPACING: f64 = 0.1;
 
 /// What that may miss: a point is at most half of it from the nearest pose, where its distance has a
 /// minimum with a second derivative of at most one over the corner radius of 3 mm.
@@ -96,33 +96,6 @@ fn options() -> CoverOptions {
         lean: Lean { angle: 0.05, towards: None },
         effort: 3.0,
     }
-}
-
-/// Signed distance of `p` from the cutter, the solid of height above `r` within `R`, grown by `r`.
-fn distance(p: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
-    let from_tip = p - pose.tip;
-    let up = from_tip.dot(&pose.axis) - cutter.minor();
-    let out = (from_tip.norm_squared() - from_tip.dot(&pose.axis).powi(2)).max(0.0).sqrt()
-        - cutter.major();
-    let outside = out.max(0.0).hypot((-up).max(0.0));
-    let inside = out.max(-up).min(0.0);
-    outside + inside - cutter.minor()
-}
-
-/// Poses of the cutting curves, [`SPACING`] of contact track apart.
-fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
-    let mut poses = Vec::new();
-    assert!(!passes.is_empty());
-    for pass in passes {
-        let legs = [trunnion::types::Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
-        let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
-        let Geometry::Curve(curve) = &path.pieces[0].geometry else { continue };
-        let [start, end] = curve.range();
-        let steps = ((end - start) / SPACING).ceil();
-        let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);
-        poses.extend(ways.map(|i| curve.pose(start + (end - start) * i / steps).unwrap()));
-    }
-    poses
 }
 
 /// Largest and least distance left over an `n` x `n` grid inside the trims, and where.
@@ -497,7 +470,7 @@ fn legs_join_and_turn_only_above_the_plane() {
             approach: f64::INFINITY,
             gouge: 0.002,
         };
-        let legs = legs(&passes, &face, &cutter, (&link, None), &Silent).unwrap();
+        let legs = legs(&passes, &face, &cutter, (&link, &Ways::default()), &Silent).unwrap();
         assert_eq!(legs.len(), 4 * passes.len() - 1);
         // `through` refuses gaps and leads that turn.
         through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
@@ -540,7 +513,7 @@ fn a_lead_that_would_gouge_takes_another_way() {
     // A longer tool would touch the wall with its flank from the start.
     let short = long(8.0);
     let up = |passes: &[Pass]| {
-        let legs = legs(passes, &faces, &short, (&link, None), &Silent).unwrap();
+        let legs = legs(passes, &faces, &short, (&link, &Ways::default()), &Silent).unwrap();
         let ends = &legs[2].stations;
         (ends[1].pose.tip - ends[0].pose.tip).normalize()
     };
@@ -549,9 +522,9 @@ fn a_lead_that_would_gouge_takes_another_way() {
     assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
     let barred = standing(11.0, 1.5);
     assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
-    let flank = legs(&barred, &faces, &cutter(), (&link, None), &Silent);
+    let flank = legs(&barred, &faces, &cutter(), (&link, &Ways::default()), &Silent);
     assert!(matches!(flank, Err(CoverError::LeadGouges { .. })), "{flank:?}");
     // Inside the wall no way is free.
-    let stuck = legs(&standing(22.0, 0.0), &faces, &short, (&link, None), &Silent);
+    let stuck = legs(&standing(22.0, 0.0), &faces, &short, (&link, &Ways::default()), &Silent);
     assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
 }

@@ -5,22 +5,22 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod swept_tool;
+
 use nalgebra::{Point3, Vector3};
+use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
     Along, Clock, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside,
-    lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide, Lean};
 use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Plane, Surface, TrimCurve, TrimLoop};
-use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Leg, Motion, Pass, Rest, RestReason, Silent, Station, ToolPose};
+use trunnion::types::{Rest, RestReason, Silent, Station, ToolPose};
 
 const BAND: Band = Band { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
 
-/// Distance between the poses that are tried \[mm\], and what that may miss over a corner of 1 mm.
-const SPACING: f64 = 0.1;
+/// What poses [`SPACING`] apart may miss over a corner of 1 mm \[mm\].
 const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING);
 
 fn cutter([major, minor]: [f64; 2]) -> Cutter {
@@ -74,30 +74,6 @@ fn wall(slope: f64) -> FaceIndex {
     let along = Vector3::new(slope, 1.0, 0.0).normalize();
     let surface = plane(Point3::new(20.0, 0.0, 0.0), along.cross(&Vector3::z()), along);
     face(2, surface, &[[-4.0, 0.0], [20.0, 0.0], [20.0, 12.0], [-4.0, 12.0]], true)
-}
-
-fn distance(p: &Point3<f64>, pose: &ToolPose, cutter: &Cutter) -> f64 {
-    let from_tip = p - pose.tip;
-    let up = from_tip.dot(&pose.axis) - cutter.minor();
-    let out = (from_tip.norm_squared() - from_tip.dot(&pose.axis).powi(2)).max(0.0).sqrt()
-        - cutter.major();
-    let outside = out.max(0.0).hypot((-up).max(0.0));
-    let inside = out.max(-up).min(0.0);
-    outside + inside - cutter.minor()
-}
-
-fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
-    let mut poses = Vec::new();
-    for pass in passes {
-        let legs = [Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
-        let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
-        let Geometry::Curve(curve) = &path.pieces[0].geometry else { continue };
-        let [start, end] = curve.range();
-        let steps = ((end - start) / SPACING).ceil();
-        let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);
-        poses.extend(ways.map(|i| curve.pose(start + (end - start) * i / steps).unwrap()));
-    }
-    poses
 }
 
 /// Points of a face, `n` ways across its box, with the distance that any pose comes near.

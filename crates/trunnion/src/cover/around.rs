@@ -8,6 +8,7 @@
 use super::clear::Clearing;
 use super::legs::Leads;
 use super::sweep::Sweep;
+use super::turns::Turns;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCurve, Station, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -47,16 +48,30 @@ impl Leads<'_> {
 
     /// The way from one place over the part, as seen along its axis, to another one: its stations, ends and all.
     /// The axis turns on a great circle, the tip goes straight but for what it is lifted along the axis.
-    pub(super) fn around(&self, from: &Station, to: &Station) -> Option<Vec<Station>> {
-        (0..RAISES)
-            .map(|raise| self.stations(from, to, self.options.clearance * f64::from(raise)))
-            .find(|stations| self.keeps_off(stations))
+    ///
+    /// Where the machine does not get to the axes on the way, it turns over another one, the shortest way.
+    pub(super) fn around(
+        &self,
+        from: &Station,
+        to: &Station,
+        turns: Option<&Turns<'_>>,
+    ) -> Option<Vec<Station>> {
+        let ways = corners([&from.pose.axis, &to.pose.axis], turns);
+        ways.iter().find_map(|axes| {
+            (0..RAISES)
+                .map(|raise| {
+                    self.stations([from, to], axes, self.options.clearance * f64::from(raise))
+                })
+                .find(|stations| self.keeps_off(stations))
+        })
     }
 
-    fn stations(&self, from: &Station, to: &Station, raise: f64) -> Vec<Station> {
-        let corner = corner(&from.pose.axis, &to.pose.axis);
-        let axes = [Some(from.pose.axis), corner, Some(to.pose.axis)];
-        let axes: Vec<UnitVector3<f64>> = axes.into_iter().flatten().collect();
+    fn stations(
+        &self,
+        [from, to]: [&Station; 2],
+        axes: &[UnitVector3<f64>],
+        raise: f64,
+    ) -> Vec<Station> {
         let turns: Vec<f64> = axes.windows(2).map(|a| angle_between(&a[0], &a[1])).collect();
         let all: f64 = turns.iter().sum();
         let tips = [from.pose.tip, to.pose.tip];
@@ -100,6 +115,26 @@ impl Leads<'_> {
             (0..spans).all(|span| clearing.least(&sweep, span, 1) >= kept - precision)
         })
     }
+}
+
+/// Axes over which the tool may turn, ends and all; the shortest way first. All axes between are within reach.
+fn corners(
+    [from, to]: [&UnitVector3<f64>; 2],
+    turns: Option<&Turns<'_>>,
+) -> Vec<Vec<UnitVector3<f64>>> {
+    let direct = match corner(from, to) {
+        Some(corner) => vec![*from, corner, *to],
+        None => vec![*from, *to],
+    };
+    let Some(turns) = turns.filter(|turns| !turns.reach(&direct)) else { return vec![direct] };
+    let over = turns.around_home().map(|corner| vec![*from, corner, *to]);
+    let mut ways: Vec<_> = over.filter(|axes| turns.reach(axes)).collect();
+    let length = |axes: &Vec<UnitVector3<f64>>| -> f64 {
+        axes.windows(2).map(|pair| angle_between(&pair[0], &pair[1])).sum()
+    };
+    ways.sort_by(|a, b| length(a).total_cmp(&length(b)));
+    // Better told by the axes than not at all.
+    if ways.is_empty() { vec![direct] } else { ways }
 }
 
 /// A direction between two opposite ones, which no great circle joins.

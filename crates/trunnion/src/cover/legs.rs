@@ -7,6 +7,7 @@ use super::hop::{Hop, Hops};
 use super::options::Along;
 use super::sheet::Sheet;
 use super::sweep::Sweep;
+use super::turns::Turns;
 use crate::cutter::Cutter;
 use crate::cutter::solid::Tool;
 use crate::surface::FaceIndex;
@@ -47,6 +48,15 @@ pub struct LinkOptions {
     pub gouge: f64,
 }
 
+/// What the machine makes of the ways between passes; by default nothing is known of it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ways<'a> {
+    /// Hops from pass to pass; none: always up to the plane of the links.
+    pub hops: Option<Hops<'a>>,
+    /// What the tool may turn over on links round the part; none: anything.
+    pub turns: Option<Turns<'a>>,
+}
+
 /// A lead climbs at least this much per mm of its length: a flatter one would run over the part
 /// for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
@@ -76,13 +86,13 @@ pub fn legs(
     passes: &[Pass],
     faces: &[FaceIndex],
     cutter: &Cutter,
-    (options, hops): (&LinkOptions, Option<&Hops<'_>>),
+    (options, ways): (&LinkOptions, &Ways<'_>),
     progress: &dyn Progress,
 ) -> Result<Vec<Leg>, CoverError> {
     let (tool, lever) = (Tool::new(cutter), super::lever(cutter));
     let chart = Chart::straight(Along::V);
     let sheets = faces.iter().map(|face| sheet(face, &chart, cutter)).collect();
-    let leads = Leads { faces, sheets, chart, tool, lever, cutter, options };
+    let leads = Leads { faces, sheets, chart, tool, lever, cutter, options, turns: ways.turns };
     let done = AtomicU64::new(0);
     let total = passes.len() as u64;
     let ways: Vec<Vec<Leg>> = (0..=passes.len())
@@ -90,7 +100,7 @@ pub fn legs(
         .map(|next| {
             progress.step(Stage::Cover, done.fetch_add(1, Ordering::Relaxed), total)?;
             let before = next.checked_sub(1).and_then(|before| Some((before, passes.get(before)?)));
-            leads.between(before, passes.get(next).map(|pass| (next, pass)), hops)
+            leads.between(before, passes.get(next).map(|pass| (next, pass)), ways.hops.as_ref())
         })
         .collect::<Result<_, CoverError>>()?;
     let mut legs: Vec<Leg> = Vec::new();
@@ -131,6 +141,7 @@ pub(super) struct Leads<'a> {
     pub(super) lever: f64,
     cutter: &'a Cutter,
     pub(super) options: &'a LinkOptions,
+    turns: Option<Turns<'a>>,
 }
 
 /// An end of a pass.
@@ -170,6 +181,7 @@ impl Leads<'_> {
     ) -> Result<Vec<Leg>, CoverError> {
         if let (Some((_, before)), Some((_, next)), Some(hops)) = (before, next, hops)
             && let (Some(from), Some(to)) = (before.stations.last(), next.stations.first())
+            && self.turns.is_none_or(|turns| turns.reach(&[from.pose.axis, to.pose.axis]))
         {
             let over = [self.least(from), self.least(to)].map(|way| way.map(|s| s.pose));
             let hop = Hop { from, to, over, lever: self.lever };
@@ -254,7 +266,7 @@ impl Leads<'_> {
             (Some(from), Some(to)) if over == Over::Plane => vec![*from, *to],
             (Some(from), Some(to)) if from.pose != to.pose => {
                 let blocked = CoverError::NoWayRound { pass: number, face: next.face };
-                self.around(from, to).ok_or(blocked)?
+                self.around(from, to, self.turns.as_ref()).ok_or(blocked)?
             }
             _ => Vec::new(),
         };

@@ -46,16 +46,18 @@ mod stretch;
 mod sweep;
 mod task;
 mod track;
+mod turns;
 mod work;
 
 pub(crate) use around::height;
 pub use clock::{Clock, Length};
 pub use hop::Hops;
-pub use legs::{LeadKind, LinkOptions, legs};
+pub use legs::{LeadKind, LinkOptions, Ways, legs};
 pub use options::{
     Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, FallbackReason,
     Method, Place, lever,
 };
+pub use turns::Turns;
 
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;

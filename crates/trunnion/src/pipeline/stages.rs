@@ -9,7 +9,7 @@ use crate::axes::{
     self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
     SingularOptions,
 };
-use crate::cover::{self, CoverOptions, Covering, Hops, LinkOptions};
+use crate::cover::{self, Clock, CoverOptions, Covering, Hops, LinkOptions, Turns, Ways};
 use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
@@ -18,6 +18,7 @@ use crate::positioning::{Band, ContactSide, Lean};
 use crate::surface::FaceIndex;
 use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
+use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::TAU;
 
 /// Least and largest distance between stations, as fractions of the cutter's radius.
@@ -156,9 +157,14 @@ pub(super) fn legs(
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
     let hops = Hops { height: approach, clear: 0.5 * approach, seconds: &seconds };
-    let hops = Some(&hops).filter(|_| hop(job));
+    let hops = Some(hops).filter(|_| hop(job));
+    let pace = Pace::new(job, options.clearance);
+    let reaches =
+        |axis: &UnitVector3<f64>| pace.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
+    let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
+    let ways = Ways { hops, turns: Some(Turns { home, reaches: &reaches }) };
     let faces: Vec<FaceIndex> = job.faces.iter().chain(&job.others).cloned().collect();
-    Ok(cover::legs(passes, &faces, &job.cutter, (&options, hops), progress)?)
+    Ok(cover::legs(passes, &faces, &job.cutter, (&options, &ways), progress)?)
 }
 
 pub(super) fn tool_path(

@@ -1,0 +1,75 @@
+//! Tool axes between passes that the machine gets to.
+
+use crate::math::angle::{angle_between, great_circle};
+use nalgebra::{Unit, UnitVector3, Vector3};
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+/// What the machine's rotary travel lets the tool turn over on a link.
+#[derive(Clone, Copy)]
+pub struct Turns<'a> {
+    /// Tool axis with all axes at home, workpiece frame: in the middle of what is within reach.
+    pub home: UnitVector3<f64>,
+    /// Whether the machine gets to a tool axis.
+    pub reaches: &'a (dyn Fn(&UnitVector3<f64>) -> bool + Sync),
+}
+
+impl fmt::Debug for Turns<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Turns").field("home", &self.home).finish_non_exhaustive()
+    }
+}
+
+/// Angles from the home axis of the axes over which a way is tried \[rad\]: at home itself many machines are singular.
+const RINGS: [f64; 3] = [PI / 12.0, PI / 6.0, PI / 3.0];
+
+/// Axes tried on each.
+const SPOKES: u32 = 12;
+
+/// Angle between axes that are asked for \[rad\]: less than travel is drawn in by where it is asked.
+const STEP: f64 = PI / 360.0;
+
+impl Turns<'_> {
+    /// Whether the machine gets to all axes on the great circles from one to the next.
+    pub(super) fn reach(&self, axes: &[UnitVector3<f64>]) -> bool {
+        axes.windows(2).all(|pair| {
+            let turn = angle_between(&pair[0], &pair[1]);
+            let parts = (turn / STEP).ceil().max(1.0);
+            let shares = (0_u32..).map(f64::from).take_while(|k| *k <= parts);
+            shares.map(|k| k / parts).all(|share| {
+                great_circle(&pair[0], &pair[1], share).is_none_or(|axis| (self.reaches)(&axis))
+            })
+        })
+    }
+
+    /// Axes about the home axis.
+    pub(super) fn around_home(&self) -> impl Iterator<Item = UnitVector3<f64>> {
+        let home = self.home;
+        let side = Unit::new_normalize(home.cross(&Vector3::ith(home.iamin(), 1.0)));
+        let other = home.cross(&side);
+        RINGS.into_iter().flat_map(move |angle| {
+            (0..SPOKES).map(move |k| {
+                let (sin, cos) = (TAU * f64::from(k) / f64::from(SPOKES)).sin_cos();
+                let out = side.scale(cos) + other * sin;
+                Unit::new_normalize(home.scale(angle.cos()) + out * angle.sin())
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table that tilts by 100 degrees: opposite sides are joined over the top, not from below.
+    #[test]
+    fn what_lies_below_is_gone_round() {
+        let reaches = |axis: &UnitVector3<f64>| axis.z >= (100.0_f64.to_radians()).cos();
+        let turns = Turns { home: Vector3::z_axis(), reaches: &reaches };
+        let at = |x: f64, z: f64| Unit::new_normalize(Vector3::new(x, 0.0, z));
+        let [left, right] = [at(-1.0, -0.15), at(1.0, -0.15)];
+        assert!(!turns.reach(&[left, right]));
+        let over = turns.around_home().find(|corner| turns.reach(&[left, *corner, right]));
+        assert!(over.is_some_and(|axis| axis.z > 0.4));
+    }
+}
