@@ -1,5 +1,6 @@
 //! All passes over one face.
 
+use super::beyond::Beyond;
 use super::chart::Chart;
 use super::clock::Clock;
 use super::guide;
@@ -11,6 +12,7 @@ use super::task::{Job, Task};
 use crate::positioning::ContactSide;
 use crate::surface::FaceIndex;
 use crate::types::Rest;
+use std::sync::Arc;
 
 /// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
 /// radius beyond, and their strips begin at a border and end beyond it.
@@ -64,17 +66,18 @@ fn on_side(
 ) -> Result<State, CoverError> {
     let (ways, mut work) = guide::ways(face, tool.0, options);
     let share = 1.0 / ways.len().max(1) as f64;
+    let beyond = Beyond::of(face, tool.0, clock).map(Arc::new);
     let mut tried: Vec<(State, Chart)> = Vec::new();
     let mut refused = None;
     for (i, chart) in ways.into_iter().enumerate() {
         let report = |done: f64| report(share * (i as f64 + done));
-        let region = region(face, &chart);
+        let region = within_reach(face, &chart, beyond.as_ref());
         let site = Site::new((face, tool, options), (chart.clone(), &region), (clock, &report));
         let [wide, all] = limits(&site);
         if !tried.is_empty() && work > wide {
             break;
         }
-        match on_site(&site, [wide, all]) {
+        match on_site(&site, beyond.as_deref(), [wide, all]) {
             Ok(state) => {
                 work += state.report.work;
                 tried.push((state, chart));
@@ -89,7 +92,7 @@ fn on_side(
     };
     if !best.report.rest.is_empty() {
         let (chart, report) = (chart.crossed(), |_: f64| report(1.0));
-        let region = region(face, &chart);
+        let region = within_reach(face, &chart, beyond.as_ref());
         let cross = Site::new((face, tool, options), (chart, &region), (clock, &report));
         let filled = fill(&cross, &best)?;
         work += filled.report.work;
@@ -156,11 +159,14 @@ fn limits<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>) -> [u64; 2]
 /// All passes on one chart.
 fn on_site<Inside: Fn(Local) -> bool + Sync>(
     site: &Site<'_, Inside>,
+    beyond: Option<&Beyond>,
     limits: [u64; 2],
 ) -> Result<State, CoverError> {
     let (bounds, method) = (site.whole.bounds, site.options.method);
     let task = Task { bounds, method, depth: 0, worth: f64::INFINITY };
-    let mut job = Job { site, state: State::new(), work: 0, limits, share: 0.0 };
+    let mut state = State::new();
+    state.missed = beyond.map_or_else(Vec::new, Beyond::ranges);
+    let mut job = Job { site, state, work: 0, limits, share: 0.0 };
     job.whole(&task)?;
     let mut state = job.state;
     state.report.work = job.work;
@@ -187,6 +193,30 @@ pub(super) fn region<'a>(
     region_within(face, chart, LOOP_SHARE)
 }
 
+/// The same without what the machine does not get to.
+fn within_reach<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+    beyond: Option<&Arc<Beyond>>,
+) -> Region<impl Fn(Local) -> bool + Sync + use<'a>> {
+    let region = region(face, chart);
+    let Some(beyond) = beyond else { return region };
+    let surface = &face.face().surface;
+    let [pu, pv] = surface.periods().map(|period| shifts(period, chart));
+    let shifts = pu.iter().flat_map(|du| pv.iter().map(|dv| [*du, *dv]));
+    let edges = shifts.flat_map(|shift| beyond.edges(chart, shift)).collect();
+    let (beyond, chart) = (Arc::clone(beyond), chart.clone());
+    region.without(move |local| beyond.holds(chart.uv(local)), edges)
+}
+
+/// Loops on periodic surfaces count a period further on either side as well, where passes may run on there.
+fn shifts(period: Option<f64>, chart: &Chart) -> Vec<f64> {
+    match period {
+        Some(period) if chart.is_straight() => vec![-period, 0.0, period],
+        _ => vec![0.0],
+    }
+}
+
 fn region_within<'a>(
     face: &'a FaceIndex,
     chart: &Chart,
@@ -195,10 +225,6 @@ fn region_within<'a>(
     let face = face.face();
     let [u, v] = face.bounds();
     let tolerance = [u, v].map(|range| share * (range[1] - range[0]));
-    let shifts = |period: Option<f64>| match period {
-        Some(period) if chart.is_straight() => vec![-period, 0.0, period],
-        _ => vec![0.0],
-    };
     let [pu, pv] = face.surface.periods();
     let mut polylines: Vec<Vec<[f64; 2]>> =
         face.loops.iter().map(|trim| trim.polyline(tolerance)).collect();
@@ -211,8 +237,8 @@ fn region_within<'a>(
     }
     let mut loops: Vec<Vec<Local>> = Vec::new();
     for points in polylines {
-        for du in shifts(pu) {
-            for dv in shifts(pv) {
+        for du in shifts(pu, chart) {
+            for dv in shifts(pv, chart) {
                 loops.push(points.iter().map(|p| chart.local([p[0] + du, p[1] + dv])).collect());
             }
         }

@@ -1,5 +1,6 @@
 //! What fits at a place of a face: the largest ball, and the cutter.
 
+use super::clock::Clock;
 use super::guard::{Around, Guards, Look};
 use crate::cutter::Cutter;
 use crate::cutter::solid::Solid;
@@ -102,6 +103,12 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
         return RestReason::Machine;
     }
     barred.map_or(RestReason::Passes, |face| RestReason::Tool(guards.number(face)))
+}
+
+/// Whether the machine gets to a place with any lean.
+pub(super) fn reached(clock: &dyn Clock, spot: &Spot, cutter: &Cutter) -> bool {
+    let corner = spot.point + spot.normal.scale(cutter.minor());
+    poses(spot, corner, cutter).any(|pose| clock.reaches(&pose))
 }
 
 /// Poses whose corner touches at a place, leaning more and more, all round.

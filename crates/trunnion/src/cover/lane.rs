@@ -150,10 +150,14 @@ impl Lane<'_> {
             self.corner_fits([self.across - back, self.track.at(way)])?;
         }
         let place = self.search([self.across, way], hold, (warm, lean));
-        self.work.location(place.is_ok());
+        // What the machine does not get to was found at once; it gets no farther a little way back.
+        let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
+        self.work.location(place.is_ok() || far);
         let barred = matches!(place, Err(PositioningError::Neighbour { .. }));
         match place {
-            Err(error) if fixed || barred => self.pulled(way, hold, (warm, lean)).ok_or(error),
+            Err(error) if (fixed && !far) || barred => {
+                self.pulled(way, hold, (warm, lean)).ok_or(error)
+            }
             place => place,
         }
     }
@@ -346,8 +350,8 @@ impl Lane<'_> {
         !self.barred(way, lean) && self.here(way, lean).is_ok()
     }
 
-    /// Whether a tool whose corner touches on the lane goes into another face by more than the width of a narrow
-    /// strip: then one that touches beside it does so as well.
+    /// Whether the machine does not get to a tool whose corner touches on the lane, or that tool goes into another face by
+    /// more than the width of a narrow strip: then one that touches beside it does so as well.
     fn barred(&self, way: f64, lean: Lean) -> bool {
         let uv = self.chart.uv([self.across, self.track.at(way)]);
         let [_, feed] = self.steps(way);
@@ -363,6 +367,9 @@ impl Lane<'_> {
         let towards = ahead.scale(cos) + beside.scale(sin);
         let corner = spot.point + normal.scale(self.cutter.minor());
         let pose = fit::pose((corner, &normal), &towards, lean.angle, self.cutter);
+        if !self.around.clock.reaches(&pose) {
+            return true;
+        }
         let deep = Around { least: self.around.least - self.costs().narrow, ..self.around };
         deep.clear(&pose, uv).is_err()
     }

@@ -19,6 +19,7 @@
 
 mod around;
 mod between;
+mod beyond;
 mod chart;
 mod clear;
 mod clock;

@@ -1,32 +1,65 @@
 //! The part of a parameter rectangle inside the trim loops, seen across and along the passes.
 
+use std::sync::Arc;
+
 /// Local parameters of a pass: `[across, along]`. Passes follow `along`; the next one lies further
 /// `across`.
 pub(super) type Local = [f64; 2];
 
+/// What of a region is left out: whether a place is, and the edges of it.
+#[derive(Clone)]
+struct Out {
+    holds: Arc<dyn Fn(Local) -> bool + Send + Sync>,
+    edges: Arc<[Vec<Local>]>,
+}
+
 /// Trimmed region of a face in local parameters.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(super) struct Region<Inside> {
     /// Ranges of across and along that hold the region.
     pub(super) bounds: [[f64; 2]; 2],
     /// Trim loops as closed polylines (the last point joins the first).
     loops: Vec<Vec<Local>>,
     inside: Inside,
+    out: Option<Out>,
 }
 
 impl<Inside: Fn(Local) -> bool> Region<Inside> {
     pub(super) fn new(bounds: [[f64; 2]; 2], loops: Vec<Vec<Local>>, inside: Inside) -> Self {
-        Self { bounds, loops, inside }
+        Self { bounds, loops, inside, out: None }
+    }
+
+    /// The same without what `holds` says, whose edges are given.
+    pub(super) fn without(
+        mut self,
+        holds: impl Fn(Local) -> bool + Send + Sync + 'static,
+        edges: Vec<[Local; 2]>,
+    ) -> Self {
+        // There and back: a closed polyline.
+        let edges = edges.into_iter().map(|edge| edge.to_vec()).collect();
+        self.out = Some(Out { holds: Arc::new(holds), edges });
+        self
+    }
+
+    /// All of it, with what was left out.
+    pub(super) fn complete(&self) -> Region<&Inside> {
+        Region { out: None, ..self.within(self.bounds) }
     }
 
     /// The part of it within other bounds.
     pub(super) fn within(&self, bounds: [[f64; 2]; 2]) -> Region<&Inside> {
-        Region { bounds, loops: self.loops.clone(), inside: &self.inside }
+        let (loops, out) = (self.loops.clone(), self.out.clone());
+        Region { bounds, loops, inside: &self.inside, out }
     }
 
     /// Whether a place lies in the region.
     pub(super) fn holds(&self, place: Local) -> bool {
-        (self.inside)(place)
+        (self.inside)(place) && self.out.as_ref().is_none_or(|out| !(out.holds)(place))
+    }
+
+    /// Closed polylines between what is in the region and what is not.
+    fn polylines(&self) -> impl Iterator<Item = &Vec<Local>> {
+        self.loops.iter().chain(self.out.iter().flat_map(|out| out.edges.iter()))
     }
 
     /// Stretches of `across` inside the region on the line `along` = const; empty outside the bounds.
@@ -40,7 +73,7 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
         cuts.sort_by(f64::total_cmp);
         let mut row: Vec<[f64; 2]> = Vec::new();
         for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
-            if !(self.inside)([0.5 * (pair[0] + pair[1]), along]) {
+            if !self.holds([0.5 * (pair[0] + pair[1]), along]) {
                 continue;
             }
             match row.last_mut() {
@@ -52,7 +85,7 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
     }
 
     fn crossings(&self, along: f64) -> impl Iterator<Item = f64> {
-        let edges = self.loops.iter().flat_map(|points| {
+        let edges = self.polylines().flat_map(|points| {
             let next = points.iter().cycle().skip(1);
             points.iter().zip(next)
         });
@@ -63,7 +96,7 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
 
     /// Edges of the trim loops that meet a box.
     pub(super) fn edges(&self, range: [[f64; 2]; 2]) -> Vec<[Local; 2]> {
-        let pairs = self.loops.iter().flat_map(|points| {
+        let pairs = self.polylines().flat_map(|points| {
             let next = points.iter().cycle().skip(1);
             points.iter().zip(next)
         });
@@ -72,7 +105,7 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
 
     /// Corners of the trim loops within `[low, high]` along.
     fn corners(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = &Local> {
-        self.loops.iter().flatten().filter(move |p| (low..=high).contains(&p[1]))
+        self.polylines().flatten().filter(move |p| (low..=high).contains(&p[1]))
     }
 
     /// Range along that holds the region between two places across; `None` where there is none of it.
@@ -112,6 +145,42 @@ impl<Inside: Fn(Local) -> bool> Region<Inside> {
             .flat_map(|&line| self.row(line))
             .any(|row| row[0] <= across[1] && row[1] >= across[0])
             || self.corners(slab).any(|p| (across[0]..=across[1]).contains(&p[0]))
+    }
+
+    /// Whether any of the region lies on the line `across` = const.
+    fn meets_line(&self, across: f64) -> bool {
+        let [low, high] = self.bounds[1];
+        let edges = self.polylines().flat_map(|points| {
+            let next = points.iter().cycle().skip(1);
+            points.iter().zip(next)
+        });
+        let mut cuts: Vec<f64> = edges
+            .filter(|(a, b)| (a[0] <= across) != (b[0] <= across))
+            .map(|(a, b)| a[1] + (b[1] - a[1]) * (across - a[0]) / (b[0] - a[0]))
+            .map(|cut| cut.clamp(low, high))
+            .chain([low, high])
+            .collect();
+        cuts.sort_by(f64::total_cmp);
+        let mut parts = cuts.windows(2).filter(|pair| pair[1] > pair[0]);
+        parts.any(|pair| self.holds([across, 0.5 * (pair[0] + pair[1])]))
+    }
+
+    /// The first place across, from `from` on, that has some of the region behind it; `None` where there is no more.
+    pub(super) fn next_from(&self, from: f64) -> Option<f64> {
+        let [_, last] = self.bounds[0];
+        let mut corners: Vec<f64> = self.corners(self.bounds[1]).map(|p| p[0]).collect();
+        corners.retain(|across| *across > from && *across < last);
+        corners.push(last);
+        corners.sort_by(f64::total_cmp);
+        // Between two neighbouring corners all lines meet the region or none does.
+        let mut here = from;
+        for next in corners {
+            if next > here && self.meets_line(0.5 * (here + next)) {
+                return Some(here);
+            }
+            here = next;
+        }
+        None
     }
 
     /// The first `across`, from `from` on, where the slab holds some of the region.
@@ -177,6 +246,20 @@ mod tests {
         let region = Region::new([[0.0, 9.0], [0.0, 9.0]], vec![square], inside);
         assert!(region.touches([0.0, 3.2], [4.5, 5.5]));
         assert_eq!(region.first_from(0.0, [4.5, 5.5]), Some(3.0));
+    }
+
+    #[test]
+    fn what_is_left_out_is_a_hole_with_an_end() {
+        // A unit square without its right two thirds but for the last tenth.
+        let region = Region::new([[0.0, 1.0]; 2], Vec::new(), |_: Local| true);
+        let edge = |x: f64| [[x, 0.0], [x, 1.0]];
+        let region = region.without(|[x, _]| x > 0.3 && x < 0.9, vec![edge(0.3), edge(0.9)]);
+        assert_eq!(region.row(0.5), [[0.0, 0.3], [0.9, 1.0]]);
+        assert_eq!(region.next_from(0.1), Some(0.1));
+        assert_eq!(region.next_from(0.4), Some(0.9));
+        assert_eq!(region.next_from(1.0), None);
+        assert_eq!(region.complete().row(0.5), [[0.0, 1.0]]);
+        assert!(!region.touches([0.4, 0.6], [0.2, 0.4]));
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         }
         let sweeps: Vec<&Sweep> =
             state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
-        let region = self.whole.within(self.whole.bounds);
+        let region = self.whole.complete();
         let swept = self.over(&region, &sweeps);
         let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
         let open = swept.open(&boxes, sizes);

@@ -65,7 +65,8 @@ impl<'a, Inside: Fn(Local) -> bool + Sync> Site<'a, Inside> {
         (clock, report): (&'a dyn Clock, Report<'a>),
     ) -> Self {
         let (cutter, guards) = tool;
-        let sheet = Sheet::new(face, &chart, whole, SHEET_SHARE * cutter.radius());
+        // Where no pass runs the tool may still go in.
+        let sheet = Sheet::new(face, &chart, &whole.complete(), SHEET_SHARE * cutter.radius());
         let tool = Tool::new(cutter);
         Self { face, cutter, options, chart, whole, clock, report, guards, sheet, tool }
     }

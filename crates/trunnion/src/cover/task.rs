@@ -78,6 +78,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             self.state.missed.push(self.site.uv_range([[across, end], region.bounds[1]]));
             return Ok(None);
         }
+        let Some(across) = region.next_from(across) else { return Ok(None) };
         let task = &self.within_limits(across, task);
         let lot = self.lay(region, across, task)?;
         let parts = lot.open();
