@@ -205,7 +205,15 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
 fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     let [least, mean, most] = cover.strip_width;
     let mut rows = vec![
-        ("passes", format!("{} with {} cutter locations", cover.passes, cover.stations)),
+        (
+            "passes",
+            format!(
+                "{} with {} cutter locations, along {}",
+                cover.passes,
+                cover.stations,
+                ways(&cover.along)
+            ),
+        ),
         ("cutting length", format!("{:.0} mm", cover.cutting_length)),
         ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
     ];
@@ -220,6 +228,15 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
         rows.push(("not finished", told));
     }
     rows
+}
+
+/// Which ways passes run, each once.
+fn ways(along: &[String]) -> String {
+    let mut ways: Vec<&str> = along.iter().map(String::as_str).collect();
+    ways.sort_unstable();
+    ways.dedup();
+    let bent = |way| if way == "bent" { "lines bent to the face" } else { way };
+    ways.into_iter().map(bent).collect::<Vec<_>>().join(" and ")
 }
 
 /// What the check of a program found.

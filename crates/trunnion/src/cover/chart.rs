@@ -4,7 +4,7 @@
 //! passes bend: about a straight frame in the plane of the parameters, `uv = o + x ex + y ey`, a pass is
 //! the graph `x = across + s(across, y)` with a bicubic spline `s`, smooth and monotone in `across`.
 
-use super::options::Along;
+use super::options::{Along, Way};
 use super::region::Local;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -54,6 +54,15 @@ impl Chart {
     /// Lines of constant u or v.
     pub(super) fn straight(along: Along) -> Self {
         Self { shape: Shape::Straight, crossed: along == Along::U }
+    }
+
+    /// Which way passes run on it.
+    pub(super) fn way(&self) -> Way {
+        match (&self.shape, self.crossed) {
+            (Shape::Straight, true) => Way::U,
+            (Shape::Straight, false) => Way::V,
+            (Shape::Bent(_), _) => Way::Bent,
+        }
     }
 
     pub(super) fn bent(bent: Bent) -> Self {

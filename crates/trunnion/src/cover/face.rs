@@ -90,6 +90,7 @@ fn on_side(
     let Some((mut best, chart)) = State::best(&tried).cloned() else {
         return refused.map_or(Ok(State::new()), Err);
     };
+    best.report.ways = vec![(face.face().number, chart.way())];
     if !best.report.rest.is_empty() {
         let (chart, report) = (chart.crossed(), |_: f64| report(1.0));
         let region = within_reach(face, &chart, beyond.as_ref());

@@ -56,7 +56,7 @@ pub use hop::Hops;
 pub use legs::{LeadKind, LinkOptions, Ways, legs};
 pub use options::{
     Along, CoverError, CoverOptions, CoverReport, Covering, Direction, Fallback, FallbackReason,
-    Method, Place, lever,
+    Method, Place, Way, lever,
 };
 pub use turns::Turns;
 

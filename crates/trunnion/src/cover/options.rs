@@ -142,6 +142,8 @@ pub struct CoverReport {
     pub axis_turn: f64,
     /// Pairs of stations between which the axis turns by more than the limit.
     pub fast_turns: usize,
+    /// Which way passes run on each face: its number, and how.
+    pub ways: Vec<(usize, Way)>,
     /// Where wide strips were given up because they had taken all the work of [`CoverOptions::effort`]:
     /// number of the face, parameters `[u, v]`, and the share of the face before that place. The first of them.
     pub given_up: Option<(usize, [f64; 2], f64)>,
@@ -165,10 +167,22 @@ impl CoverReport {
         self.area += other.area;
         self.axis_turn = self.axis_turn.max(other.axis_turn);
         self.fast_turns += other.fast_turns;
+        self.ways.extend(other.ways);
         self.given_up = self.given_up.or(other.given_up);
         self.refused = self.refused.take().or(other.refused);
         self.work += other.work;
     }
+}
+
+/// Which way passes run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Along u, on lines of constant v.
+    U,
+    /// Along v, on lines of constant u.
+    V,
+    /// Bent to the face.
+    Bent,
 }
 
 /// A pass placed at the least lead.

@@ -74,6 +74,8 @@ pub struct CoverSummary {
     pub strip_width: [f64; 3],
     /// Area of the faces, in mm2.
     pub area: f64,
+    /// Which way the passes of each face run: "u", "v", or "bent" to the face.
+    pub along: Vec<String>,
     /// Where wide strips did not fit and the tool was placed at a fixed lean instead, the largest first.
     pub fixed: Vec<RegionSummary>,
     /// Parts of the faces that the tool does not finish, the largest first.

@@ -21,6 +21,12 @@ pub enum PipelineError {
     /// Part of a face that the machine cannot reach, found before anything was placed.
     #[error(transparent)]
     OutOfReach(Box<OutOfReach>),
+    /// No pass cuts anything.
+    #[error("no pass with this tool in this setup finishes anything of the faces:\n{}", why.join("\n"))]
+    NothingCut {
+        /// What stays and why, part by part.
+        why: Vec<String>,
+    },
     /// Passes over the faces.
     #[error("placing strips: {0}")]
     Cover(CoverError),

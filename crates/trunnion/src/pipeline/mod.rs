@@ -70,7 +70,7 @@ pub struct Outcome {
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     reach(job)?;
-    let covering = stages::cover(job, progress)?;
+    let covering = covered(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
     let SmoothedPath { path: tool_path, report, along } = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
@@ -96,13 +96,22 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     })
 }
 
+/// Passes over the faces, one at least.
+fn covered(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
+    let covering = stages::cover(job, progress)?;
+    if covering.passes.is_empty() {
+        return Err(PipelineError::NothingCut { why: regions::unfinished(job, &covering) });
+    }
+    Ok(covering)
+}
+
 /// Passes over the faces with leads and links, as APT/CL text, without a machine's motion.
 ///
 /// # Errors
 ///
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn locations(job: &Job, progress: &dyn Progress) -> Result<String, PipelineError> {
-    let covering = stages::cover(job, progress)?;
+    let covering = covered(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
     programs::cutter_locations(job, &legs)
 }
@@ -131,7 +140,7 @@ pub fn setup(
     bounds: &LeanBounds,
     progress: &dyn Progress,
 ) -> Result<Rotated, PipelineError> {
-    let covering = stages::cover(job, progress)?;
+    let covering = covered(job, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
     let tool_path = stages::tool_path(job, &legs, progress)?.path;
     let search = stages::search(job, &tool_path, bounds, progress)?;

@@ -5,7 +5,7 @@ use super::job::Job;
 use super::programs::{Moved, Program};
 use super::regions;
 use super::retracts;
-use crate::cover::{Covering, FallbackReason};
+use crate::cover::{Covering, FallbackReason, Way};
 use crate::feed::Plan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
@@ -148,9 +148,22 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         cutting_length: covering.report.length,
         strip_width,
         area: covering.report.area,
+        along: job.faces.iter().map(|face| along(face.face().number, covering)).collect(),
         fixed: regions::summaries(covering),
         rest: covering.report.rest.iter().map(regions::rest).collect(),
     }
+}
+
+/// Which way passes run on a face.
+fn along(face: usize, covering: &Covering) -> String {
+    let way = covering.report.ways.iter().find(|(of, _)| *of == face);
+    let name = match way {
+        Some((_, Way::U)) => "u",
+        Some((_, Way::V)) => "v",
+        Some((_, Way::Bent)) => "bent",
+        None => "none",
+    };
+    name.to_owned()
 }
 
 /// What the classical planner breaks on the path; the others bound it.
