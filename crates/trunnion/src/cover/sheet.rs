@@ -5,6 +5,7 @@ use super::region::{Local, Region, meets};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Cells of the coarsest subdivision, each way, at least and at most.
 const COUNT: [f64; 2] = [8.0, 192.0];
@@ -163,6 +164,22 @@ pub(super) enum Below {
     Cell(usize),
 }
 
+/// Places of a cell, as shares of it, at which its edges are tried.
+const PROBES: [[f64; 2]; 4] = [[0.07, 0.11], [0.91, 0.06], [0.08, 0.93], [0.94, 0.92]];
+
+/// Whether the way between two places crosses an odd number of edges.
+fn crossed(edges: &[[Local; 2]], from: Local, to: Local) -> bool {
+    // Each vertex is on one side for both of its edges.
+    let left = |[a, b]: [Local; 2], p: Local| {
+        (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0
+    };
+    let crosses = |edge: &&[Local; 2]| {
+        let way = [from, to];
+        left(way, edge[0]) != left(way, edge[1]) && left(**edge, from) != left(**edge, to)
+    };
+    edges.iter().filter(crosses).count() % 2 == 1
+}
+
 /// How much of a cell a trimmed face has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Share {
@@ -185,6 +202,9 @@ pub(super) struct Sheet {
     pub(super) cells: Vec<Cell>,
     /// Edges of the face's trims that cross a cell; no entry where cells count whole.
     edges: Vec<Vec<[Local; 2]>>,
+    /// Whether a place of each such cell is on the face, found when it is first asked for; `None` where the edges do
+    /// not tell the two sides of the face apart.
+    marks: Vec<OnceLock<Option<(Local, bool)>>>,
     /// The root is the last one.
     pub(super) nodes: Vec<Node>,
 }
@@ -229,7 +249,7 @@ impl Sheet {
         let cells = kept.iter().map(|(_, cell)| *cell).collect();
         let mut indices: Vec<(usize, [usize; 2])> =
             kept.iter().enumerate().map(|(index, (place, _))| (index, *place)).collect();
-        let mut sheet = Self { cells, edges: Vec::new(), nodes: Vec::new() };
+        let mut sheet = Self { cells, edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
         if !indices.is_empty() {
             sheet.build(&mut indices);
         }
@@ -248,7 +268,8 @@ impl Sheet {
             face.face().point(u, v)
         };
         let mut waiting = vec![(Cell::new(region.bounds, &at), region.edges(region.bounds))];
-        let mut sheet = Self { cells: Vec::new(), edges: Vec::new(), nodes: Vec::new() };
+        let mut sheet =
+            Self { cells: Vec::new(), edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
         while let Some((cell, edges)) = waiting.pop() {
             let size = if edges.is_empty() { coarse } else { fine };
             let [a, b] = [0, 1].map(|k| cell.extent(k));
@@ -261,6 +282,7 @@ impl Sheet {
             } else if !edges.is_empty() || region.holds(cell.middle()) {
                 sheet.cells.push(cell);
                 sheet.edges.push(edges);
+                sheet.marks.push(OnceLock::new());
             }
         }
         let mut indices: Vec<(usize, [usize; 2])> = sheet
@@ -285,11 +307,37 @@ impl Sheet {
         if edges.is_empty() {
             return Share::Whole;
         }
-        let holds = holds(part.middle());
+        let place = part.middle();
+        let holds = match self.mark(index, edges, &holds) {
+            Some((from, inside)) => inside != crossed(edges, from, place),
+            None => holds(place),
+        };
         if edges.iter().any(|edge| meets(*edge, part.range)) {
             return Share::Cut(holds);
         }
         if holds { Share::Whole } else { Share::None }
+    }
+
+    /// A place of a cell, and whether it is on the face: others are as many crossings of edges away. Trusted where
+    /// places near all corners of the cell agree; loops that run round a closed face do not part it.
+    fn mark(
+        &self,
+        index: usize,
+        edges: &[[Local; 2]],
+        holds: &impl Fn(Local) -> bool,
+    ) -> Option<(Local, bool)> {
+        let (cell, mark) = (self.cells.get(index)?, self.marks.get(index)?);
+        *mark.get_or_init(|| {
+            let from = cell.middle();
+            let inside = holds(from);
+            let at = |k: usize, share: f64| {
+                let [low, high] = cell.range[k];
+                low + share * (high - low)
+            };
+            let near = PROBES.map(|[a, b]| [at(0, a), at(1, b)]);
+            let agrees = |place: &Local| holds(*place) == (inside != crossed(edges, from, *place));
+            near.iter().all(agrees).then_some((from, inside))
+        })
     }
 
     /// Area of the cells \[mm²\].
@@ -329,4 +377,20 @@ fn place(local: Local, bounds: [[f64; 2]; 2]) -> [usize; 2] {
         let step = (STEPS * share).clamp(0.0, STEPS) as usize;
         step
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_is_in_or_out_by_its_crossings() {
+        let square = [[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]];
+        let edges: Vec<[Local; 2]> = (0..4).map(|i| [square[i], square[(i + 1) % 4]]).collect();
+        assert!(crossed(&edges, [0.5, 0.5], [0.5, 0.9]));
+        assert!(crossed(&edges, [0.5, 0.5], [0.9, 0.9]), "through a corner");
+        assert!(!crossed(&edges, [0.0, 0.5], [1.0, 0.5]));
+        assert!(!crossed(&edges, [0.3, 0.3], [0.7, 0.6]));
+        assert!(!crossed(&edges, [0.3, 0.3], [0.3, 0.3]));
+    }
 }
