@@ -1,6 +1,7 @@
-//! `trunnion inspect`: the faces of a part, so that a job can name them; what a CL file comes to.
+//! `trunnion inspect`: the faces of a part, so that a job can name them; what a CL file or a program comes to.
 
 mod cl;
+mod program;
 
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
@@ -10,11 +11,14 @@ use trunnion::import::inspect::{self, FaceSummary};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Surface JSON or STEP file; or a CL file (.cls .clsf .apt .aptsource .ncl .cl .clt).
+    /// Surface JSON or STEP file; a CL file (.cls .clsf .apt .aptsource .ncl .cl .clt); or an NC program
+    /// (.ngc .nc .cnc .tap .gcode .mpf .spf .h .eia .min .ptp).
     part: PathBuf,
     /// Also draw the faces with their numbers into this SVG file.
     #[arg(short, long, value_name = "SVG")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    program: program::ProgramArgs,
 }
 
 /// Whether a file is called as cutter locations are.
@@ -28,6 +32,12 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
             return Err(Failure::input("a CL file is not drawn\n  help: leave -o out"));
         }
         return cl::run(&args.part, json);
+    }
+    if program::is_one(&args.part) {
+        if args.output.is_some() {
+            return Err(Failure::input("a program is not drawn\n  help: leave -o out"));
+        }
+        return program::run(&args.part, &args.program, json);
     }
     let part = part::read(&args.part, &Bars::new())?;
     for warning in &part.warnings {

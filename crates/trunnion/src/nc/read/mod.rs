@@ -23,13 +23,20 @@
 //!
 //! [`Fault`]: crate::types::Fault
 
+mod arc;
+mod arithmetic;
 mod cl;
+mod control;
 mod dialect;
 mod gcode;
-mod lexer;
-mod modal;
+mod heidenhain;
+mod log;
+mod number;
+mod reader;
+mod siemens;
 mod step;
 mod steps;
+mod tally;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
@@ -39,6 +46,7 @@ pub use cl::{
 pub use dialect::Dialect;
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
 pub use steps::{Steps, read, steps};
+pub use tally::Tally;
 
 use crate::types::AXES;
 

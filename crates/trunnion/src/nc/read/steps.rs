@@ -1,6 +1,6 @@
 //! A program as a stream of steps.
 
-use super::gcode::Reader;
+use super::reader::Reader;
 use super::{Program, ReadOptions, Step};
 use crate::types::AxisVector;
 use crate::types::Fault;
@@ -34,7 +34,7 @@ pub fn steps<I>(lines: I, options: &ReadOptions) -> Steps<I>
 where
     I: Iterator<Item: AsRef<str>>,
 {
-    Steps { lines, reader: Reader::new(options.clone()), done: false }
+    Steps { lines, reader: Reader::new(options), done: false }
 }
 
 /// See [`steps`].
@@ -80,6 +80,10 @@ where
             }
             if self.done {
                 return None;
+            }
+            if self.reader.is_busy() {
+                self.reader.advance();
+                continue;
             }
             let line = if self.reader.is_over() { None } else { self.lines.next() };
             if let Some(line) = line {

@@ -1,0 +1,222 @@
+//! What an NC program comes to.
+
+use crate::outcome::{Done, Failure};
+use crate::path::MOST_FAULTS;
+use crate::path::lines::{self, Lines};
+use crate::text;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use trunnion::nc::read::{self, AxisWord, AxisWords, Dialect, ReadOptions, Tally};
+
+/// How programs are called.
+const ENDINGS: [&str; 11] =
+    ["ngc", "nc", "cnc", "tap", "gcode", "mpf", "spf", "h", "eia", "min", "ptp"];
+
+/// Lines that are looked at to tell the dialect.
+const FIRST: usize = 500;
+
+pub(super) fn is_one(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// How a program is to be read.
+#[derive(Debug, clap::Args)]
+pub(super) struct ProgramArgs {
+    /// Dialect of a program: linuxcnc, fanuc, haas, siemens, heidenhain. Without it, its first lines tell.
+    #[arg(long, value_name = "DIALECT", value_parser = dialect)]
+    from: Option<Dialect>,
+    /// A parameter that the program does not set itself, such as 500=0, _hal[x]=3, R1=5. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parameter)]
+    parameters: Vec<(String, f64)>,
+    /// Whether lines that begin with / are run.
+    #[arg(long, value_name = "RUN")]
+    block_delete: Option<bool>,
+}
+
+fn dialect(name: &str) -> Result<Dialect, String> {
+    Dialect::from_name(name).filter(|dialect| *dialect != Dialect::Apt).ok_or_else(|| {
+        let known: Vec<_> =
+            Dialect::ALL.iter().filter(|d| **d != Dialect::Apt).map(|d| d.name()).collect();
+        format!("known are {}", known.join(", "))
+    })
+}
+
+fn parameter(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.rsplit_once('=').ok_or("write NAME=VALUE")?;
+    let value: f64 = value.trim().parse().map_err(|_| format!("{value} is no number"))?;
+    if value.is_finite() {
+        Ok((name.trim().to_owned(), value))
+    } else {
+        Err("not finite".to_owned())
+    }
+}
+
+/// One axis for scripts; mm or degrees.
+#[derive(Debug, serde::Serialize)]
+struct Axis {
+    name: char,
+    range: [f64; 2],
+}
+
+/// What `--json` says; mm, degrees, s.
+#[derive(Debug, serde::Serialize)]
+struct Told {
+    schema: &'static str,
+    dialect: &'static str,
+    lines: u64,
+    blocks: usize,
+    rapids: usize,
+    arcs: usize,
+    /// With rapid speed, and with feed.
+    length: [f64; 2],
+    /// At the feeds written and with dwells, rapid moves left out.
+    seconds: f64,
+    axes: Vec<Axis>,
+    tools: Vec<u32>,
+    warnings: Vec<String>,
+}
+
+pub(super) fn run(path: &Path, args: &ProgramArgs, json: bool) -> Result<Done, Failure> {
+    let told = read(path, args)?;
+    for warning in &told.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if json { text::print_json(&told) } else { text::print(&words(&told)) }
+}
+
+/// Lines of a file; a failure to read ends them, and is kept.
+struct FileLines {
+    lines: Lines<BufReader<File>>,
+    count: u64,
+    failure: Option<std::io::Error>,
+}
+
+impl FileLines {
+    fn open(path: &Path) -> Result<Self, Failure> {
+        let file = File::open(path)
+            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+        Ok(Self { lines: Lines::new(BufReader::new(file)), count: 0, failure: None })
+    }
+}
+
+impl Iterator for FileLines {
+    type Item = String;
+
+    fn next(&mut self) -> Option<String> {
+        match self.lines.next() {
+            Ok(line) => {
+                self.count += u64::from(line.is_some());
+                line.map(|line| lines::text(line).into_owned())
+            }
+            Err(error) => {
+                self.failure = Some(error);
+                None
+            }
+        }
+    }
+}
+
+fn read(path: &Path, args: &ProgramArgs) -> Result<Told, Failure> {
+    let dialect = match args.from {
+        Some(dialect) => dialect,
+        None => Dialect::guess(FileLines::open(path)?.take(FIRST)),
+    };
+    let (axes, sixth) = letters(FileLines::open(path)?);
+    let options = ReadOptions {
+        sixth: true,
+        block_delete: args.block_delete,
+        parameters: args.parameters.clone(),
+        ..ReadOptions::new(dialect, axes, MOST_FAULTS)
+    };
+    let mut source = FileLines::open(path)?;
+    let mut steps = read::steps(&mut source, &options);
+    let mut tally = Tally::new(axes.0.map(|word| word.rotary));
+    for step in &mut steps {
+        tally.push(&step.map_err(|faults| Failure::faults(path, &faults))?);
+    }
+    let warnings = steps.warnings().iter().map(|warning| format!("{}:{warning}", path.display()));
+    let (warnings, tools) = (warnings.collect(), steps.tools().to_vec());
+    drop(steps);
+    if let Some(error) = source.failure {
+        return Err(Failure::from(
+            anyhow::Error::new(error).context(format!("reading {}", path.display())),
+        ));
+    }
+    let names = axes.0.map(|word| word.letter).into_iter().chain([sixth]);
+    let ranges = names.zip(&tally.ranges).filter_map(|(name, range)| {
+        let unit = |value: f64| if "ABC".contains(name) { value.to_degrees() } else { value };
+        range.map(|range| Axis { name, range: range.map(unit) })
+    });
+    Ok(Told {
+        schema: "trunnion-inspect-program/1",
+        dialect: dialect.name(),
+        lines: source.count,
+        blocks: tally.blocks,
+        rapids: tally.rapids,
+        arcs: tally.arcs,
+        length: tally.length,
+        seconds: tally.seconds,
+        axes: ranges.collect(),
+        tools,
+        warnings,
+    })
+}
+
+/// The axes a program names, five of them, and the letter of a sixth.
+fn letters(lines: impl Iterator<Item = String>) -> (AxisWords, char) {
+    let mut named = [false; 26];
+    for line in lines {
+        let mut comment = false;
+        let bytes = line.as_bytes();
+        for pair in bytes.windows(2) {
+            comment = match pair[0] {
+                b'(' => true,
+                b')' => false,
+                _ => comment,
+            };
+            let value =
+                matches!(pair[1], b'0'..=b'9' | b'+' | b'-' | b'.' | b'#' | b'[' | b'=' | b' ');
+            if !comment && value && pair[0].is_ascii_alphabetic() {
+                named[usize::from(pair[0].to_ascii_uppercase() - b'A')] = true;
+            }
+        }
+    }
+    let is = |letter: char| named[letter as usize - 'A' as usize];
+    let mut rotary: Vec<char> = "ABC".chars().filter(|letter| is(*letter)).collect();
+    rotary.extend("ACB".chars().filter(|letter| !is(*letter)));
+    let sixth =
+        if is(rotary[2]) { Some(rotary[2]) } else { "UVW".chars().find(|letter| is(*letter)) };
+    let word = |letter: char| AxisWord {
+        letter,
+        rotary: "ABC".contains(letter),
+        decimals: 4,
+        reversed: false,
+    };
+    (AxisWords(['X', 'Y', 'Z', rotary[0], rotary[1]].map(word)), sixth.unwrap_or(rotary[2]))
+}
+
+fn words(told: &Told) -> String {
+    let row = |name: &str, value: String| format!("{name:<12}{value}");
+    let [rapid, feed] = told.length;
+    let mut rows = vec![
+        row("dialect", told.dialect.to_owned()),
+        row("lines", told.lines.to_string()),
+        row(
+            "blocks",
+            format!("{}, {} of them rapid, {} arcs", told.blocks, told.rapids, told.arcs),
+        ),
+        row("length", format!("{feed:.3} mm of words with feed, {rapid:.3} mm rapid")),
+        row("time", format!("{:.1} s at the feeds written, without rapid moves", told.seconds)),
+    ];
+    for Axis { name, range: [low, high] } in &told.axes {
+        let unit = if "ABC".contains(*name) { "deg" } else { "mm" };
+        rows.push(row(&name.to_string(), format!("{low:.4} .. {high:.4} {unit}")));
+    }
+    if !told.tools.is_empty() {
+        let tools: Vec<_> = told.tools.iter().map(ToString::to_string).collect();
+        rows.push(row("tools", tools.join(", ")));
+    }
+    rows.join("\n") + "\n"
+}

@@ -1,0 +1,165 @@
+//! Arcs of every dialect: centre and sweep from what is written.
+
+use super::control::{Control, Target};
+use super::log::Remark;
+use super::{Arc, Way};
+use std::f64::consts::TAU;
+
+/// Ends closer to the start than this are the start \[mm\]: below the digits of any program.
+const SAME_PLACE: f64 = 1e-6;
+
+/// By so much the radii at both ends may differ \[mm\], or by so much of the radius: CAM rounds ends and
+/// centres to the digits of the program.
+const ROUNDED: f64 = 0.0127;
+const ROUNDED_SHARE: f64 = 1e-3;
+
+/// How the centre is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Form {
+    /// From the start \[mm\].
+    Center([f64; 2]),
+    /// Positive for less than half a turn, negative for more \[mm\].
+    Radius(f64),
+}
+
+/// An arc as written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Given {
+    /// Slots of the plane.
+    pub(super) plane: [usize; 2],
+    pub(super) form: Form,
+    pub(super) clockwise: bool,
+    /// 1: less than a full turn, or one; each more adds one.
+    pub(super) turns: u32,
+}
+
+pub(super) fn unknown_start(at: usize) -> Remark {
+    let message = "an arc from a place that the program does not tell";
+    Remark::new(at, message, "program both axes of its plane absolutely before it")
+}
+
+/// The arc to a target.
+pub(super) fn way(control: &Control, target: &Target, given: &Given) -> Result<Way, Remark> {
+    let chord = |slot: usize| match target.get(slot) {
+        None => Ok(0.0),
+        Some(word) if target.is_incremental(slot) => Ok(word),
+        Some(word) => {
+            let place = control.reading(slot).ok_or_else(|| unknown_start(target.at))?;
+            Ok(word - place)
+        }
+    };
+    let [u, v] = given.plane;
+    let end = [chord(u)?, chord(v)?];
+    let center = match given.form {
+        Form::Center(center) => centered(end, center, target.at)?,
+        Form::Radius(radius) => by_radius(end, radius, (given.clockwise, target.at))?,
+    };
+    if given.turns == 0 {
+        return Err(Remark::new(target.at, "an arc of no turns", "P counts from 1"));
+    }
+    let sweep = sweep(end, center, given.clockwise);
+    let sweep = sweep + sweep.signum() * TAU * (f64::from(given.turns) - 1.0);
+    // The order of the plane's axes says which sense is positive, whatever their slots.
+    Ok(Way::Arc(Arc { plane: given.plane, center, sweep }))
+}
+
+fn norm([u, v]: [f64; 2]) -> f64 {
+    u.hypot(v)
+}
+
+fn is_full(end: [f64; 2]) -> bool {
+    norm(end) < SAME_PLACE
+}
+
+/// The centre, put where both ends are equally far from it.
+fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Remark> {
+    let radius = norm(center);
+    let other = norm([end[0] - center[0], end[1] - center[1]]);
+    if radius < SAME_PLACE {
+        return Err(Remark::new(at, "an arc of radius zero", "look at its centre"));
+    }
+    let off = (radius - other).abs();
+    if off > ROUNDED && off > ROUNDED_SHARE * radius {
+        let message =
+            format!("the arc begins {radius:.4} mm from its centre and ends at {other:.4} mm");
+        let help =
+            "look at centre and end: G91.1 counts I J K from the start, G90.1 from the origin";
+        return Err(Remark::new(at, message, help));
+    }
+    if is_full(end) {
+        return Ok(center);
+    }
+    // Foot of the centre on the perpendicular bisector of the chord.
+    let length2 = end[0] * end[0] + end[1] * end[1];
+    let along = (center[0] * end[0] + center[1] * end[1]) / length2 - 0.5;
+    Ok([center[0] - along * end[0], center[1] - along * end[1]])
+}
+
+/// The centre of the arc with a radius: left of the chord or right.
+fn by_radius(
+    end: [f64; 2],
+    radius: f64,
+    (clockwise, at): (bool, usize),
+) -> Result<[f64; 2], Remark> {
+    let half = 0.5 * norm(end);
+    if is_full(end) {
+        let help = "write the centre of a full circle";
+        return Err(Remark::new(at, "an arc with R that ends where it begins", help));
+    }
+    let off = half - radius.abs();
+    if off > ROUNDED && off > ROUNDED_SHARE * half {
+        let message = format!("the ends are {:.4} mm apart, more than twice R{radius}", 2.0 * half);
+        return Err(Remark::new(at, message, "look at the end and the radius"));
+    }
+    let height = (radius * radius - half * half).max(0.0).sqrt();
+    // Counterclockwise and less than half a turn: the centre is left of the chord.
+    let left = if clockwise == (radius < 0.0) { height } else { -height };
+    let (u, v) = (end[0] / (2.0 * half), end[1] / (2.0 * half));
+    Ok([0.5 * end[0] - left * v, 0.5 * end[1] + left * u])
+}
+
+/// Angle from start to end about a centre, both from the start; up to a full turn.
+fn sweep(end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
+    let from = [-center[0], -center[1]];
+    let to = [end[0] - center[0], end[1] - center[1]];
+    let cross = from[0] * to[1] - from[1] * to[0];
+    let dot = from[0] * to[0] + from[1] * to[1];
+    let turn = if is_full(end) { 0.0 } else { cross.atan2(dot) };
+    match clockwise {
+        false if turn > 0.0 => turn,
+        false => turn + TAU,
+        true if turn < 0.0 => turn,
+        true => turn - TAU,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn radii_lead_to_centres() {
+        // From (1, 0) about the origin to (0, 1): the end is (-1, 1) from the start.
+        let end = [-1.0, 1.0];
+        let near = |found: [f64; 2], expected: [f64; 2]| {
+            assert!(norm([found[0] - expected[0], found[1] - expected[1]]) < 1e-12, "{found:?}");
+        };
+        near(by_radius(end, 1.0, (false, 0)).unwrap(), [-1.0, 0.0]);
+        near(by_radius(end, -1.0, (true, 0)).unwrap(), [-1.0, 0.0]);
+        near(by_radius(end, 1.0, (true, 0)).unwrap(), [0.0, 1.0]);
+        near(by_radius(end, -1.0, (false, 0)).unwrap(), [0.0, 1.0]);
+        assert!((sweep(end, [-1.0, 0.0], false) - FRAC_PI_2).abs() < 1e-15);
+        assert!((sweep(end, [-1.0, 0.0], true) + 1.5 * PI).abs() < 1e-15);
+        assert!((sweep([0.0, 0.0], [3.0, 0.0], true) + TAU).abs() < 1e-15);
+        assert!(by_radius(end, 0.6, (false, 0)).is_err());
+    }
+
+    #[test]
+    fn a_rounded_centre_is_put_between_the_ends() {
+        let center = centered([-1.0, 1.001], [-1.0, 0.0], 0).unwrap();
+        let other = norm([-1.0 - center[0], 1.001 - center[1]]);
+        assert!((norm(center) - other).abs() < 1e-12);
+        assert!(centered([-1.0, 1.1], [-1.0, 0.0], 0).is_err());
+    }
+}

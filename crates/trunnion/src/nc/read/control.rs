@@ -1,0 +1,531 @@
+//! What a control of any dialect remembers, and the steps it makes.
+
+use super::log::Remark;
+use super::{AxisWords, Frame, Move, Pace, ReadOptions, Step, Turning, Way};
+use crate::types::{AXES, AxisVector};
+use nalgebra::UnitVector3;
+use std::collections::VecDeque;
+
+/// Five axes, and one more.
+pub(super) const SLOTS: usize = AXES + 1;
+/// The one more.
+pub(super) const SIXTH: usize = AXES;
+
+/// Largest coordinate a program may ask for \[mm or degrees\]: beyond it is a slip, not a machine.
+pub(super) const LARGEST: f64 = 1e6;
+/// Millimetres in an inch, by definition.
+pub(super) const INCH: f64 = 25.4;
+
+/// Digits of a value that was computed: it has none.
+pub(super) const COMPUTED: u8 = u8::MAX;
+
+/// What an F word counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FeedMode {
+    PerMinute,
+    Inverse,
+    PerRevolution,
+}
+
+/// Where a move of one block leads to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Target {
+    /// \[mm, rad\]
+    pub(super) words: [Option<f64>; SLOTS],
+    /// Bits of the words that are distances.
+    pub(super) incremental: u8,
+    pub(super) axis: Option<UnitVector3<f64>>,
+    /// Axis positions, `G53`.
+    pub(super) machine: bool,
+    /// Byte offset of the first word, for messages; its column.
+    pub(super) at: usize,
+    pub(super) column: u32,
+}
+
+impl Target {
+    pub(super) fn new(at: usize, column: u32) -> Self {
+        Self { words: [None; SLOTS], incremental: 0, axis: None, machine: false, at, column }
+    }
+
+    pub(super) fn set(&mut self, slot: usize, value: f64, incremental: bool) {
+        if let Some(word) = self.words.get_mut(slot) {
+            *word = Some(value);
+        }
+        self.incremental |= u8::from(incremental) << slot;
+    }
+
+    pub(super) fn get(&self, slot: usize) -> Option<f64> {
+        self.words.get(slot).copied().flatten()
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.axis.is_none() && self.words.iter().all(Option::is_none)
+    }
+
+    pub(super) fn is_incremental(&self, slot: usize) -> bool {
+        self.incremental >> slot & 1 == 1
+    }
+}
+
+/// The plane that words of a tilted plane belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tilted {
+    pub(super) number: u16,
+    pub(super) normal: UnitVector3<f64>,
+    /// The tool stands along its normal.
+    pub(super) ready: bool,
+}
+
+/// Everything a control remembers that motion depends on.
+#[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
+pub(super) struct Control {
+    axes: AxisWords,
+    sixth_allowed: bool,
+    sixth: Option<char>,
+    /// Slot of each letter; `NONE`: no axis.
+    slots: [u8; 26],
+    /// Slots of X, Y, Z.
+    pub(super) xyz: [usize; 3],
+    /// Where the words stand in the present frame, with `shift`; `None`: the text does not tell.
+    pub(super) place: [Option<f64>; SLOTS],
+    /// Axis positions, as far as the text tells.
+    pub(super) machine: [Option<f64>; SLOTS],
+    /// What `G52`, `TRANS` and the like add to words.
+    pub(super) local: [f64; SLOTS],
+    /// What `G92` adds to words.
+    pub(super) set_by_92: [f64; SLOTS],
+    pub(super) offset: u8,
+    pub(super) length: bool,
+    pub(super) tcp: bool,
+    pub(super) turning: Turning,
+    pub(super) tilted: Option<Tilted>,
+    planes: u16,
+    pub(super) inch: bool,
+    pub(super) feed_mode: FeedMode,
+    /// F as written, in mm or inch units.
+    pub(super) feed: Option<f64>,
+    /// \[1/min\]
+    pub(super) speed: f64,
+    /// 1 clockwise, -1 counterclockwise, 0 stopped.
+    pub(super) sense: i8,
+    /// Chosen by `T`.
+    pub(super) tool: u32,
+    pub(super) tools: Vec<u32>,
+    pub(super) steps: VecDeque<Step>,
+    finest: [f64; SLOTS],
+    finest_feed: f64,
+    pub(super) ended: bool,
+}
+
+const NONE: u8 = u8::MAX;
+
+impl Control {
+    /// What a control knows after `G21 G90 G94 G54 G49`; a program that relies on anything else has
+    /// to say so.
+    pub(super) fn new(options: &ReadOptions) -> Self {
+        let axes = options.axes;
+        let mut slots = [NONE; 26];
+        for (index, word) in (0_u8..).zip(&axes.0) {
+            if let Some(slot) = letter_index(word.letter).and_then(|at| slots.get_mut(at)) {
+                *slot = index;
+            }
+        }
+        let [x, y, z] = [('X', 0), ('Y', 1), ('Z', 2)];
+        let xyz = [x, y, z].map(|(letter, usual)| axes.index_of(letter).unwrap_or(usual));
+        Self {
+            axes,
+            sixth_allowed: options.sixth,
+            sixth: None,
+            slots,
+            xyz,
+            place: [None; SLOTS],
+            machine: [None; SLOTS],
+            local: [0.0; SLOTS],
+            set_by_92: [0.0; SLOTS],
+            offset: 0,
+            length: false,
+            tcp: false,
+            turning: Turning::Rotary,
+            tilted: None,
+            planes: 0,
+            inch: false,
+            feed_mode: FeedMode::PerMinute,
+            feed: None,
+            speed: 0.0,
+            sense: 0,
+            tool: 0,
+            tools: Vec::new(),
+            steps: VecDeque::new(),
+            finest: [0.0; SLOTS],
+            finest_feed: 0.0,
+            ended: false,
+        }
+    }
+
+    /// Slot of an axis letter (upper case).
+    #[inline]
+    pub(super) fn slot(&mut self, letter: u8) -> Option<usize> {
+        let slot = self.slots.get(usize::from(letter.wrapping_sub(b'A'))).copied()?;
+        if slot != NONE {
+            return Some(usize::from(slot));
+        }
+        let letter = char::from(letter);
+        if !self.sixth_allowed || !"XYZABCUVW".contains(letter) {
+            return None;
+        }
+        (*self.sixth.get_or_insert(letter) == letter).then_some(SIXTH)
+    }
+
+    /// The same if it already is one.
+    pub(super) fn known_slot(&self, letter: char) -> Option<usize> {
+        if self.sixth == Some(letter) {
+            return Some(SIXTH);
+        }
+        self.axes.index_of(letter)
+    }
+
+    /// Letter of a slot.
+    pub(super) fn letter(&self, slot: usize) -> Option<char> {
+        self.axes.0.get(slot).map(|word| word.letter).or(self.sixth)
+    }
+
+    /// Why a letter is no axis.
+    pub(super) fn no_axis(&self, at: usize, text: &str) -> Remark {
+        let axes = &self.axes;
+        let message = format!("{text} is not understood: the machine's axes are {axes}");
+        Remark::new(at, message, "read it for the machine it was written for")
+    }
+
+    pub(super) fn is_rotary(&self, slot: usize) -> bool {
+        match self.axes.0.get(slot) {
+            Some(word) => word.rotary,
+            None => self.sixth.is_some_and(|letter| "ABC".contains(letter)),
+        }
+    }
+
+    pub(super) fn is_reversed(&self, slot: usize) -> bool {
+        self.axes.0.get(slot).is_some_and(|word| word.reversed)
+    }
+
+    /// Millimetres in a unit of a linear word.
+    pub(super) fn scale(&self) -> f64 {
+        if self.inch { INCH } else { 1.0 }
+    }
+
+    /// From a written word to mm or rad; `decimals` digits stood behind its point.
+    #[inline]
+    pub(super) fn meant(&mut self, slot: usize, written: f64, decimals: u8) -> f64 {
+        let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
+        if let (Some(finest), true) = (self.finest.get_mut(slot), decimals != COMPUTED) {
+            finer(finest, decimals, scale);
+        }
+        match self.axes.0.get(slot) {
+            Some(word) => word.meant(written * scale),
+            None if self.is_rotary(slot) => written.to_radians(),
+            None => written * scale,
+        }
+    }
+
+    /// Back to what the program would write.
+    pub(super) fn written(&self, slot: usize, value: f64) -> f64 {
+        let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
+        match self.axes.0.get(slot) {
+            Some(word) => word.written(value) / scale,
+            None if self.is_rotary(slot) => value.to_degrees(),
+            None => value / scale,
+        }
+    }
+
+    /// What is added to an absolute word.
+    #[inline]
+    pub(super) fn shift(&self, slot: usize) -> f64 {
+        if self.tilted.is_some() {
+            return 0.0;
+        }
+        self.local.get(slot).copied().unwrap_or(0.0)
+            + self.set_by_92.get(slot).copied().unwrap_or(0.0)
+    }
+
+    /// Where a word stands as the program would write it \[mm, rad\], without shift.
+    pub(super) fn reading(&self, slot: usize) -> Option<f64> {
+        let place = self.place.get(slot).copied().flatten()?;
+        Some(place - self.shift(slot))
+    }
+
+    /// Place of a slot with its shift.
+    pub(super) fn stands(&self, slot: usize) -> Option<f64> {
+        self.place.get(slot).copied().flatten()
+    }
+
+    /// The text no longer tells where the linear words stand.
+    pub(super) fn forget_linear(&mut self) {
+        self.forget(|rotary| !rotary);
+    }
+
+    /// Nor the rotary ones.
+    pub(super) fn forget_all(&mut self) {
+        self.place = [None; SLOTS];
+    }
+
+    fn forget(&mut self, which: impl Fn(bool) -> bool) {
+        for slot in 0..SLOTS {
+            let rotary = self.is_rotary(slot);
+            if let (Some(place), true) = (self.place.get_mut(slot), which(rotary)) {
+                *place = None;
+            }
+        }
+    }
+
+    /// Tool-centre-point control on or off.
+    pub(super) fn set_tcp(&mut self, tcp: bool) {
+        if self.tcp != tcp {
+            self.forget_linear();
+        }
+        self.tcp = tcp;
+    }
+
+    /// Tool length on or off.
+    pub(super) fn set_length(&mut self, length: bool) {
+        // Another tool may be meant even if it was on.
+        if length || self.length {
+            let [.., z] = self.xyz;
+            if self.tcp {
+                self.forget_linear();
+            } else if let Some(place) = self.place.get_mut(z) {
+                *place = None;
+            }
+        }
+        self.length = length;
+    }
+
+    /// Another work offset.
+    pub(super) fn set_offset(&mut self, offset: u8) {
+        if self.offset != offset {
+            self.forget_all();
+        }
+        self.offset = offset;
+    }
+
+    /// A new tilted plane's number.
+    pub(super) fn next_plane(&mut self) -> u16 {
+        self.planes = self.planes.saturating_add(1);
+        self.planes
+    }
+
+    /// What absolute words refer to now.
+    pub(super) fn frame(&self) -> Frame {
+        let tcp = self.tcp || self.tilted.is_some();
+        Frame::Work { offset: self.offset, length: self.length, tcp }
+    }
+
+    /// Notes a feed word's digits.
+    pub(super) fn note_feed(&mut self, decimals: u8) {
+        if decimals != COMPUTED {
+            let scale = self.scale();
+            finer(&mut self.finest_feed, decimals, scale);
+        }
+    }
+
+    /// How fast a feed move is run; `feed` is the F word of its own block.
+    pub(super) fn pace(&self, target: &Target, feed: Option<f64>) -> Result<Pace, Remark> {
+        let missing = |help: &str| Remark::new(target.at, "feed move without a feed", help);
+        match self.feed_mode {
+            FeedMode::Inverse => {
+                let feed = feed.ok_or_else(|| missing("G93 needs an F word on every G1 line"))?;
+                Ok(Pace::Inverse { seconds: 60.0 / feed })
+            }
+            FeedMode::PerMinute => {
+                let help = "write an F word; G93 and G94 do not share one";
+                let feed = self.feed.ok_or_else(|| missing(help))?;
+                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) / 60.0 })
+            }
+            FeedMode::PerRevolution => {
+                let feed = self.feed.ok_or_else(|| missing("write an F word after G95"))?;
+                if self.sense == 0 || self.speed <= 0.0 {
+                    let message = "feed per revolution (G95) with a spindle that stands";
+                    return Err(Remark::new(
+                        target.at,
+                        message,
+                        "write S and M3 before, or use G94",
+                    ));
+                }
+                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) * self.speed / 60.0 })
+            }
+        }
+    }
+
+    /// Inches are of linear axes; rotaries alone turn in degrees.
+    fn feed_scale(&self, target: &Target) -> f64 {
+        let linear = |slot: usize| {
+            let moves = |word: f64| match (target.is_incremental(slot), self.reading(slot)) {
+                (true, _) => word.abs() > 0.0,
+                (false, Some(place)) => (word - place).abs() > 0.0,
+                (false, None) => true,
+            };
+            !self.is_rotary(slot) && target.get(slot).is_some_and(moves)
+        };
+        if self.inch && (0..SLOTS).any(linear) { INCH } else { 1.0 }
+    }
+
+    /// Makes a move and stands at its end.
+    pub(super) fn go(
+        &mut self,
+        line: u32,
+        mut target: Target,
+        (pace, way): (Pace, Way),
+    ) -> Result<(), Remark> {
+        if let Some(tilted) = &self.tilted {
+            self.check_tilted(*tilted, &target)?;
+        }
+        let incremental = if target.machine {
+            self.leave_work(&target)?;
+            false
+        } else {
+            self.work_words(&mut target)?
+        };
+        if target.axis.is_some() {
+            self.forget(|rotary| rotary);
+        }
+        let [w0, w1, w2, w3, w4, sixth] = target.words;
+        let tilted = self.tilted.filter(|tilted| tilted.ready && !target.machine);
+        self.steps.push_back(Step::Move(Move {
+            line,
+            column: target.column,
+            words: [w0, w1, w2, w3, w4],
+            sixth: self.sixth.zip(sixth),
+            incremental,
+            frame: if target.machine { Frame::Machine } else { self.frame() },
+            plane: tilted.map_or(0, |tilted| tilted.number),
+            axis: target.axis,
+            pace,
+            way,
+            turning: self.turning,
+        }));
+        Ok(())
+    }
+
+    /// Positions of axes.
+    fn leave_work(&mut self, target: &Target) -> Result<(), Remark> {
+        if target.incremental != 0 {
+            return Err(Remark::new(target.at, "G53 with distances (G91)", "write G90"));
+        }
+        for (slot, word) in target.words.iter().enumerate() {
+            if word.is_some() {
+                if let Some(place) = self.place.get_mut(slot) {
+                    *place = None;
+                }
+                if let Some(machine) = self.machine.get_mut(slot) {
+                    *machine = *word;
+                }
+            }
+        }
+        if self.tcp {
+            self.forget_linear();
+        }
+        Ok(())
+    }
+
+    /// Words of a work offset: shifts them, and makes them all absolute unless all are distances.
+    #[inline]
+    fn work_words(&mut self, target: &mut Target) -> Result<bool, Remark> {
+        let mut present = 0_u8;
+        for (slot, word) in target.words.iter().enumerate() {
+            present |= u8::from(word.is_some()) << slot;
+        }
+        let all = present != 0 && target.incremental & present == present;
+        for slot in 0..SLOTS {
+            let Some(word) = target.get(slot) else { continue };
+            let stood = self.stands(slot);
+            let end = if !target.is_incremental(slot) {
+                Some(word + self.shift(slot))
+            } else if all || stood.is_some() {
+                stood.map(|stood| stood + word)
+            } else {
+                let message = "a distance from a place that the program does not tell";
+                return Err(Remark::new(target.at, message, "program the axis absolutely first"));
+            };
+            if let Some(place) = self.place.get_mut(slot) {
+                *place = end;
+            }
+            if let Some(machine) = self.machine.get_mut(slot) {
+                *machine = None;
+            }
+            if let (false, Some(word)) = (all, target.words.get_mut(slot)) {
+                *word = end;
+            }
+        }
+        if self.tcp {
+            self.machine = [None; SLOTS];
+        }
+        Ok(all)
+    }
+
+    /// In a tilted plane the tool stands along its normal, and stays so.
+    fn check_tilted(&self, tilted: Tilted, target: &Target) -> Result<(), Remark> {
+        let rotary = (0..SLOTS).any(|slot| target.get(slot).is_some() && self.is_rotary(slot));
+        if target.machine || target.axis.is_some() {
+            return Ok(());
+        }
+        if rotary {
+            let message = "rotary words in a tilted plane";
+            return Err(Remark::new(target.at, message, "end the plane before (G69)"));
+        }
+        if !tilted.ready {
+            let message = "a move in a tilted plane to which the tool was not turned";
+            return Err(Remark::new(target.at, message, "write G53.1 after G68.2"));
+        }
+        Ok(())
+    }
+
+    /// A tool goes into the spindle.
+    pub(super) fn change_tool(&mut self, line: u32, number: u32) {
+        self.tools.push(number);
+        self.steps.push_back(Step::Tool { line, number });
+    }
+
+    /// The spindle as it now is.
+    pub(super) fn spindle(&mut self, line: u32) {
+        let speed = f64::from(self.sense) * self.speed;
+        self.steps.push_back(Step::Spindle { line, speed });
+    }
+
+    /// Words without motion.
+    pub(super) fn keep(&mut self, line: u32, text: &str) {
+        self.steps.push_back(Step::Words { line, text: text.trim().into() });
+    }
+
+    /// Half of the last digit of each axis word \[mm, rad\].
+    pub(super) fn rounding(&self) -> AxisVector {
+        let mut rounding = AxisVector::zeros();
+        for ((half, unit), word) in rounding.iter_mut().zip(self.finest).zip(&self.axes.0) {
+            *half = 0.5 * if word.rotary { unit.to_radians() } else { unit };
+        }
+        rounding
+    }
+
+    /// The same of the feed words.
+    pub(super) fn feed_rounding(&self) -> f64 {
+        0.5 * self.finest_feed
+    }
+}
+
+/// Notes that a word has `decimals` digits after its point.
+#[inline]
+fn finer(finest: &mut f64, decimals: u8, scale: f64) {
+    /// Units of the first digits.
+    const UNITS: [f64; 10] = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+    let unit = match UNITS.get(usize::from(decimals)) {
+        Some(unit) => scale * unit,
+        None => scale * 10f64.powi(-i32::from(decimals)),
+    };
+    if *finest <= 0.0 || unit < *finest {
+        *finest = unit;
+    }
+}
+
+/// 0 for `A`.
+pub(super) fn letter_index(letter: char) -> Option<usize> {
+    let index = (letter as u32).checked_sub('A' as u32)?;
+    usize::try_from(index).ok().filter(|index| *index < 26)
+}

@@ -1,0 +1,246 @@
+//! Words of one line.
+
+use super::super::control::letter_index;
+use super::super::log::Remark;
+use super::expression::{Env, Scan, Value};
+use super::parameters::Key;
+
+/// Codes and assignments of one line; more are no program for a machine.
+const MOST: usize = 64;
+
+/// A G or M code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Code {
+    /// Upper case.
+    pub(super) letter: u8,
+    /// Number in tenths: `43.4` is 434.
+    pub(super) tenths: u32,
+    /// Byte offsets.
+    pub(super) at: usize,
+    pub(super) end: usize,
+}
+
+/// A letter with its value.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Word {
+    pub(super) value: f64,
+    pub(super) decimals: u8,
+    pub(super) point: bool,
+    pub(super) at: usize,
+    pub(super) end: usize,
+}
+
+/// The words of a line.
+#[derive(Debug)]
+pub(super) struct Block {
+    words: [Word; 26],
+    present: u32,
+    used: u32,
+    pub(super) codes: Vec<Code>,
+    pub(super) assignments: Vec<(Key, f64)>,
+}
+
+const EMPTY: Word = Word { value: 0.0, decimals: 0, point: false, at: 0, end: 0 };
+
+impl Block {
+    pub(super) fn new() -> Self {
+        Self { words: [EMPTY; 26], present: 0, used: 0, codes: Vec::new(), assignments: Vec::new() }
+    }
+
+    fn clear(&mut self) {
+        (self.present, self.used) = (0, 0);
+        self.codes.clear();
+        self.assignments.clear();
+    }
+
+    /// The word of a letter, which thereby counts as understood.
+    #[inline]
+    pub(super) fn take(&mut self, letter: char) -> Option<Word> {
+        let word = self.look(letter)?;
+        self.used |= bit(letter);
+        Some(word)
+    }
+
+    /// The word of a letter.
+    #[inline]
+    pub(super) fn look(&self, letter: char) -> Option<Word> {
+        if self.present & bit(letter) == 0 {
+            return None;
+        }
+        letter_index(letter).and_then(|at| self.words.get(at)).copied()
+    }
+
+    pub(super) fn has_any(&self, letters: &str) -> bool {
+        letters.chars().any(|letter| self.present & bit(letter) != 0)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.present == 0 && self.codes.is_empty()
+    }
+
+    /// Words that nobody took.
+    pub(super) fn left(&self) -> impl Iterator<Item = (char, Word)> + '_ {
+        let left = self.present & !self.used;
+        ('A'..='Z')
+            .zip(&self.words)
+            .filter(move |(letter, _)| left & bit(*letter) != 0)
+            .map(|(letter, word)| (letter, *word))
+    }
+
+    pub(super) fn none_left(&self) -> bool {
+        self.present & !self.used == 0
+    }
+
+    /// Reads the words of a line from a byte offset on; faults are handed to `fault`.
+    pub(super) fn scan(
+        &mut self,
+        (text, from): (&str, usize),
+        env: &Env<'_>,
+        mut fault: impl FnMut(Remark),
+    ) {
+        self.clear();
+        let mut scan = Scan::new(text, from);
+        loop {
+            match self.next(&mut scan, env) {
+                Ok(true) => {}
+                Ok(false) => return,
+                Err(remark) => {
+                    fault(remark);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Reads what comes next; whether there was anything.
+    fn next(&mut self, scan: &mut Scan<'_>, env: &Env<'_>) -> Result<bool, Remark> {
+        scan.blanks();
+        let at = scan.at;
+        let Some(byte) = scan.peek() else { return Ok(false) };
+        match byte {
+            b'(' => return comment(scan),
+            b';' => return Ok(false),
+            b'#' => return self.assignment(scan, env),
+            _ if !byte.is_ascii_alphabetic() => return Err(stray(byte, scan)),
+            _ => scan.at += 1,
+        }
+        let value = match scan.value(env) {
+            Ok(value) => value,
+            Err(remark) => return Err(letter_alone(scan, at, remark)),
+        };
+        let letter = byte.to_ascii_uppercase();
+        match letter {
+            b'G' | b'M' => self.code(letter, value.number, (at, scan))?,
+            _ => self.word(letter, value, (at, scan))?,
+        }
+        Ok(true)
+    }
+
+    fn code(
+        &mut self,
+        letter: u8,
+        value: f64,
+        (at, scan): (usize, &Scan<'_>),
+    ) -> Result<(), Remark> {
+        let text = || scan.text.get(at..scan.at).unwrap_or_default();
+        let Some(tenths) = tenths(value) else {
+            return Err(Remark::new(at, format!("{} is no code", text()), ""));
+        };
+        if self.codes.len() >= MOST {
+            let message = format!("more than {MOST} codes on a line");
+            return Err(Remark::new(at, message, "break it up"));
+        }
+        self.codes.push(Code { letter, tenths, at, end: scan.at });
+        Ok(())
+    }
+
+    #[inline]
+    fn word(
+        &mut self,
+        letter: u8,
+        value: Value,
+        (at, scan): (usize, &Scan<'_>),
+    ) -> Result<(), Remark> {
+        let letter = char::from(letter);
+        if self.present & bit(letter) != 0 {
+            let message = format!("second {letter} word on this line");
+            return Err(Remark::new(at, message, "keep one of them"));
+        }
+        self.present |= bit(letter);
+        if let Some(word) = letter_index(letter).and_then(|index| self.words.get_mut(index)) {
+            let Value { number: value, decimals, point } = value;
+            *word = Word { value, decimals, point, at, end: scan.at };
+        }
+        Ok(())
+    }
+
+    /// `#1 = 5`.
+    fn assignment(&mut self, scan: &mut Scan<'_>, env: &Env<'_>) -> Result<bool, Remark> {
+        let key = scan.key(env)?;
+        scan.blanks();
+        if scan.peek() != Some(b'=') {
+            let help = "a parameter that begins a word is set: #1 = 5";
+            return Err(Remark::new(scan.at, "= is missing here", help));
+        }
+        scan.at += 1;
+        let value = scan.value(env)?.number;
+        if self.assignments.len() >= MOST {
+            let message = format!("more than {MOST} parameters set on a line");
+            return Err(Remark::new(scan.at, message, "break it up"));
+        }
+        self.assignments.push((key, value));
+        Ok(true)
+    }
+}
+
+#[inline]
+fn bit(letter: char) -> u32 {
+    1_u32.checked_shl((letter as u32).wrapping_sub('A' as u32)).unwrap_or(0)
+}
+
+/// Passes a comment.
+fn comment(scan: &mut Scan<'_>) -> Result<bool, Remark> {
+    let Some(end) = scan.rest().find(')') else {
+        return Err(Remark::new(scan.at, "comment without a closing )", "close it"));
+    };
+    scan.at += end + 1;
+    Ok(true)
+}
+
+/// A code number in tenths.
+pub(in super::super) fn tenths(value: f64) -> Option<u32> {
+    let tenths = (value * 10.0).round();
+    // Codes come from expressions, too: as exact as a parameter's number.
+    let whole = (tenths - value * 10.0).abs() < 1e-4 && (0.0..1e5).contains(&tenths);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+    whole.then_some(tenths as u32)
+}
+
+/// Names what stands where a word should begin.
+fn stray(byte: u8, scan: &Scan<'_>) -> Remark {
+    let (message, help) = match byte {
+        b'[' => ("an expression without a letter", "write the letter of its word before it"),
+        b'%' => ("% must stand alone on its line", ""),
+        b'/' => ("a slash inside a line", "block delete stands at its beginning"),
+        b'0'..=b'9' | b'.' | b'+' | b'-' => ("number without a letter", ""),
+        _ => ("not a G-code word", "is it the right dialect?"),
+    };
+    Remark::new(scan.at, message, help)
+}
+
+/// A letter without a value; words of macro languages are named.
+fn letter_alone(scan: &Scan<'_>, at: usize, remark: Remark) -> Remark {
+    let rest = scan.text.get(at..).unwrap_or_default();
+    let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let word = rest.get(..end).unwrap_or_default().to_ascii_uppercase();
+    if ["IF", "GOTO", "WHILE", "DO", "END", "THEN", "POPEN", "DPRNT"].contains(&word.as_str()) {
+        let message = format!("{word}: macro statements are not understood");
+        return Remark::new(at, message, "run them in CAM, or write o-words as LinuxCNC has them");
+    }
+    let next = rest.as_bytes().get(1);
+    let word = next.is_some_and(u8::is_ascii_alphabetic) && remark.message.contains("no function");
+    if remark.message.contains("a value is missing") || word {
+        return Remark::new(at, "letter without a number", "is it the right dialect?");
+    }
+    remark
+}

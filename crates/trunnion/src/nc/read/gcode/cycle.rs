@@ -1,0 +1,232 @@
+//! Drilling cycles as the moves they consist of.
+
+use super::super::control::Target;
+use super::super::log::Remark;
+use super::super::{Dialect, Pace, Step, Way};
+use super::block::{Block, Code};
+use super::codes::{Now, natural, not_understood};
+use super::{Gcode, Motion, State};
+
+/// So far above the last depth a peck begins, and so far a chip-breaking drill is drawn back \[mm\]:
+/// a hundredth of an inch, as `LinuxCNC`'s interpreter has it.
+const CLEARANCE: f64 = 0.254;
+
+/// What stays from hole to hole.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    r: Option<f64>,
+    /// Bottom.
+    z: Option<f64>,
+    /// Depth of a peck.
+    q: Option<f64>,
+    /// \[s\]
+    dwell: f64,
+    /// Where the drill axis stood before the first hole.
+    initial: Option<f64>,
+    running: bool,
+}
+
+/// One hole.
+struct Hole {
+    code: u32,
+    line: u32,
+    /// Slot of the drill axis.
+    axis: usize,
+    r: f64,
+    bottom: f64,
+    /// Where the tool goes afterwards.
+    clear: f64,
+    feed: Pace,
+    at: usize,
+    column: u32,
+}
+
+impl Gcode {
+    /// `G81` and so on; a series of holes begins.
+    pub(super) fn cycle_code(&mut self, code: Code, now: &mut Now) -> Result<u32, Remark> {
+        if matches!(code.tenths, 870 | 880) || !code.tenths.is_multiple_of(10) {
+            return Err(not_understood(code, "", self.dialect)
+                .with(format!("cycle G{} is not understood", code.tenths / 10)));
+        }
+        if !matches!(self.modal.motion, Some(Motion::Cycle(_))) {
+            self.modal.cycle = Cycle::default();
+        }
+        self.modal.motion = Some(Motion::Cycle(code.tenths));
+        now.motion = true;
+        Ok(1 << 1)
+    }
+
+    /// Drills a block's holes.
+    pub(super) fn cycle(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (mut target, code): (Target, u32),
+    ) -> Result<(), Remark> {
+        let (axes, _) = self.plane();
+        let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
+        let stood = state.control.reading(axis);
+        if !self.modal.cycle.running {
+            self.modal.cycle.initial = stood;
+            self.modal.cycle.running = true;
+        }
+        self.parameters_of_cycle(state, block, (&target, axis))?;
+        if let Some(word) = target.words.get_mut(axis) {
+            *word = None;
+        }
+        target.incremental &= !(1 << axis);
+        let times = block.take('L').or_else(|| block.take('K'));
+        let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
+        let mut hole = self.hole(state, (&target, code, axis))?;
+        // Only distances lead on from hole to hole.
+        let goes_on = target.is_incremental(u) || target.is_incremental(v);
+        let count = if goes_on { times } else { times.min(1) };
+        for _ in 0..count {
+            if !self.may_repeat(state, "") {
+                return Ok(());
+            }
+            approach(state, &target, &hole)?;
+            self.drill(state, &mut hole)?;
+        }
+        Ok(())
+    }
+
+    /// R, Z, Q, P: taken if written, else as before.
+    fn parameters_of_cycle(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (target, axis): (&Target, usize),
+    ) -> Result<(), Remark> {
+        let scale = state.control.scale();
+        let stood = state.control.reading(axis);
+        let incremental = self.modal.incremental;
+        if let Some(word) = block.take('R') {
+            let from = if incremental { stood } else { Some(0.0) };
+            let from = from.ok_or_else(|| unknown_height(word.at))?;
+            self.modal.cycle.r = Some(from + scale * word.value);
+        }
+        if let Some(word) = block.take('P') {
+            self.modal.cycle.dwell = self.dwell_seconds(word);
+        }
+        if let Some(word) = block.take('Q') {
+            let depth = scale * word.value;
+            if !(depth > 0.0 && depth.is_finite()) {
+                return Err(Remark::new(
+                    word.at,
+                    "a peck that goes no deeper",
+                    "Q must be above 0",
+                ));
+            }
+            self.modal.cycle.q = Some(depth);
+        }
+        let cycle = &mut self.modal.cycle;
+        if let Some(depth) = target.get(axis) {
+            let from = if incremental { cycle.r } else { Some(0.0) };
+            let from = from.ok_or_else(|| unknown_height(target.at))?;
+            cycle.z = Some(from + depth);
+        }
+        Ok(())
+    }
+
+    /// The hole that the parameters make.
+    fn hole(
+        &self,
+        state: &State,
+        (target, code, axis): (&Target, u32, usize),
+    ) -> Result<Hole, Remark> {
+        let cycle = &self.modal.cycle;
+        let (Some(r), Some(bottom)) = (cycle.r, cycle.z) else {
+            let message = "a cycle without R and depth";
+            return Err(Remark::new(target.at, message, "write both on its first line"));
+        };
+        if bottom > r {
+            let message = format!("the bottom {bottom} mm is above the retract level {r} mm");
+            return Err(Remark::new(target.at, message, "look at R and the depth"));
+        }
+        let clear = if self.modal.to_r {
+            r
+        } else {
+            let initial = cycle.initial.ok_or_else(|| unknown_height(target.at))?;
+            initial.max(r)
+        };
+        let mut down = Target::new(target.at, target.column);
+        down.set(axis, bottom, false);
+        let feed = state.control.pace(&down, None)?;
+        let (line, at, column) = (state.log.line, target.at, target.column);
+        Ok(Hole { code, line, axis, r, bottom, clear, feed, at, column })
+    }
+
+    /// Down and up again.
+    fn drill(&mut self, state: &mut State, hole: &mut Hole) -> Result<(), Remark> {
+        let (feed, line) = (hole.feed, hole.line);
+        if matches!(hole.code, 730 | 830) && !self.peck(state, hole)? {
+            return Ok(());
+        }
+        hole.go(state, hole.bottom, feed)?;
+        let dwells = match hole.code {
+            820 | 890 => true,
+            860 | 740 | 840 => self.modal.cycle.dwell > 0.0,
+            _ => false,
+        };
+        if dwells {
+            let seconds = self.modal.cycle.dwell;
+            state.control.steps.push_back(Step::Dwell { line, seconds });
+        }
+        if matches!(hole.code, 740 | 840 | 850 | 890) {
+            // LinuxCNC feeds all the way out.
+            let all = self.dialect == Dialect::LinuxCnc && hole.code >= 850;
+            hole.go(state, if all { hole.clear } else { hole.r }, feed)?;
+        }
+        hole.go(state, hole.clear, Pace::Rapid)
+    }
+
+    /// All pecks but the last; whether that is to be drilled.
+    fn peck(&mut self, state: &mut State, hole: &Hole) -> Result<bool, Remark> {
+        let Some(step) = self.modal.cycle.q else {
+            return Err(Remark::new(hole.at, "pecking without Q", "write the depth of a peck"));
+        };
+        let mut depth = hole.r;
+        while depth - step > hole.bottom {
+            if !self.may_repeat(state, "") {
+                return Ok(false);
+            }
+            depth -= step;
+            hole.go(state, depth, hole.feed)?;
+            if hole.code == 830 {
+                hole.go(state, hole.r, Pace::Rapid)?;
+            }
+            hole.go(state, (depth + CLEARANCE).min(hole.r), Pace::Rapid)?;
+        }
+        Ok(true)
+    }
+}
+
+impl Hole {
+    /// Moves the drill axis, if it is not there.
+    fn go(&self, state: &mut State, to: f64, pace: Pace) -> Result<(), Remark> {
+        let stood = state.control.reading(self.axis);
+        if stood.is_some_and(|stood| (stood - to).abs() <= 0.0) {
+            return Ok(());
+        }
+        let mut target = Target::new(self.at, self.column);
+        target.set(self.axis, to, false);
+        state.control.go(self.line, target, (pace, Way::Line))
+    }
+}
+
+/// Over the hole, and down to R.
+fn approach(state: &mut State, target: &Target, hole: &Hole) -> Result<(), Remark> {
+    if state.control.reading(hole.axis).is_some_and(|stood| stood < hole.r) {
+        hole.go(state, hole.r, Pace::Rapid)?;
+    }
+    if !target.is_empty() {
+        state.control.go(hole.line, *target, (Pace::Rapid, Way::Line))?;
+    }
+    hole.go(state, hole.r, Pace::Rapid)
+}
+
+fn unknown_height(at: usize) -> Remark {
+    let message = "a cycle from a height that the program does not tell";
+    Remark::new(at, message, "program the drill axis absolutely before it, or write G99")
+}

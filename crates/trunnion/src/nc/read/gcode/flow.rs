@@ -1,0 +1,256 @@
+//! Which line comes next: subprograms, loops, conditions.
+
+use super::super::log::Remark;
+use super::label::{self, Keyword, OWord};
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+
+/// A line of the file and its number.
+pub(super) type Line = (u32, Box<str>);
+
+/// Calls in calls, loops in loops.
+const DEEPEST: usize = 100;
+
+/// A loop that runs.
+#[derive(Debug)]
+pub(super) struct Loop {
+    pub(super) label: Box<str>,
+    pub(super) kind: Kind,
+    /// Line it begins at.
+    pub(super) start: usize,
+}
+
+/// What kind of loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    While,
+    Do,
+    /// Rounds still to run.
+    Repeat(f64),
+}
+
+/// Lines that are run out of turn.
+#[derive(Debug)]
+pub(super) struct Frame {
+    pub(super) lines: Arc<[Line]>,
+    pub(super) next: usize,
+    pub(super) loops: Vec<Loop>,
+    pub(super) of: Of,
+}
+
+/// What the lines are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Of {
+    /// A loop or condition of the file.
+    File,
+    /// `o<name> sub`.
+    Sub,
+    /// `O1000 .. M99`, to be run so often again.
+    Numbered { again: u32 },
+}
+
+/// Lines being collected.
+#[derive(Debug)]
+struct Capture {
+    label: Box<str>,
+    keyword: Keyword,
+    lines: Vec<Line>,
+}
+
+/// A subprogram that is called before the file has shown it.
+#[derive(Debug)]
+struct Wanted {
+    label: Box<str>,
+    numbered: bool,
+    call: Call,
+    /// Where it begins in the lines ahead.
+    start: Option<usize>,
+}
+
+/// A call.
+#[derive(Debug, Clone)]
+pub(super) struct Call {
+    pub(super) arguments: Vec<f64>,
+    pub(super) times: u32,
+}
+
+/// Everything about the order of lines.
+#[derive(Debug, Default)]
+pub(super) struct Flow {
+    subs: HashMap<Box<str>, Arc<[Line]>>,
+    pub(super) frames: Vec<Frame>,
+    capture: Option<Capture>,
+    /// Lines read ahead of their turn.
+    ahead: VecDeque<Line>,
+    wanted: Option<Wanted>,
+}
+
+/// Whether a line of the file was collected.
+pub(super) enum Taken {
+    No,
+    Yes,
+    /// And a call could be made.
+    Called(Called),
+}
+
+/// What a call came to.
+pub(super) enum Called {
+    /// It runs now, with these arguments if it has its own parameters.
+    Runs(Option<Vec<f64>>),
+    /// The file has to be read on to find it.
+    Later,
+}
+
+impl Flow {
+    /// There are lines to run before the file's next.
+    pub(super) fn is_busy(&self) -> bool {
+        self.wanted.is_none() && !(self.frames.is_empty() && self.ahead.is_empty())
+    }
+
+    /// The next line that was read ahead.
+    pub(super) fn next_ahead(&mut self) -> Option<Line> {
+        self.ahead.pop_front()
+    }
+
+    /// Takes a line of the file if it is being collected or searched; what it set off.
+    pub(super) fn collect(&mut self, line: u32, text: &str) -> Taken {
+        if self.wanted.is_some() {
+            self.ahead.push_back((line, text.into()));
+            return match self.look(self.ahead.len() - 1) {
+                Some(called) => Taken::Called(called),
+                None => Taken::Yes,
+            };
+        }
+        let Some(capture) = self.capture.as_mut() else { return Taken::No };
+        capture.lines.push((line, text.into()));
+        let ends = label::o_word(text, 0).is_some_and(|word| {
+            word.label == capture.label && word.keyword == closer(capture.keyword)
+        });
+        if ends && let Some(Capture { label, keyword, lines }) = self.capture.take() {
+            if keyword == Keyword::Sub {
+                self.subs.insert(label, lines.into());
+            } else {
+                let lines = lines.into();
+                self.frames.push(Frame { lines, next: 0, loops: Vec::new(), of: Of::File });
+            }
+        }
+        Taken::Yes
+    }
+
+    /// Begins to collect lines.
+    pub(super) fn begin(&mut self, word: &OWord, line: u32, text: &str) {
+        let (label, keyword) = (word.label.clone(), word.keyword);
+        self.capture = Some(Capture { label, keyword, lines: vec![(line, text.into())] });
+    }
+
+    /// Calls a subprogram.
+    pub(super) fn call(
+        &mut self,
+        (label, numbered): (&str, bool),
+        call: Call,
+        at: usize,
+    ) -> Result<Called, Remark> {
+        if self.frames.len() >= DEEPEST {
+            let message = format!("more than {DEEPEST} calls in each other");
+            return Err(Remark::new(at, message, "does the subprogram call itself?"));
+        }
+        // Both kinds of subprograms may have one label.
+        let key = if numbered { format!("M98 {label}") } else { label.to_owned() };
+        if let Some(lines) = self.subs.get(key.as_str()) {
+            return Ok(self.enter(Arc::clone(lines), numbered, call));
+        }
+        self.wanted = Some(Wanted { label: label.into(), numbered, call, start: None });
+        for at in 0..self.ahead.len() {
+            if let Some(called) = self.look(at) {
+                return Ok(called);
+            }
+        }
+        Ok(Called::Later)
+    }
+
+    fn enter(&mut self, lines: Arc<[Line]>, numbered: bool, call: Call) -> Called {
+        let of =
+            if numbered { Of::Numbered { again: call.times.saturating_sub(1) } } else { Of::Sub };
+        self.frames.push(Frame { lines, next: 1, loops: Vec::new(), of });
+        Called::Runs((!numbered).then_some(call.arguments))
+    }
+
+    /// Looks whether a line ahead begins or ends the subprogram that is wanted.
+    fn look(&mut self, at: usize) -> Option<Called> {
+        let wanted = self.wanted.as_mut()?;
+        let (_, text) = self.ahead.get(at)?;
+        let word = label::o_word(text, 0);
+        let of_label = word.filter(|word| word.label == wanted.label).map(|word| word.keyword);
+        let Some(start) = wanted.start else {
+            let begins = if wanted.numbered { Keyword::Nothing } else { Keyword::Sub };
+            if of_label == Some(begins) {
+                wanted.start = Some(at);
+            }
+            return None;
+        };
+        let ends = if wanted.numbered {
+            label::ends_subprogram(text)
+        } else {
+            of_label == Some(Keyword::EndSub)
+        };
+        if !ends {
+            return None;
+        }
+        let lines: Arc<[Line]> = self.ahead.range(start..=at).cloned().collect();
+        let Wanted { label, numbered, call, .. } = self.wanted.take()?;
+        let key = if numbered { format!("M98 {label}").into() } else { label };
+        self.subs.insert(key, Arc::clone(&lines));
+        Some(self.enter(lines, numbered, call))
+    }
+
+    /// What is still open when the file is over.
+    pub(super) fn open(&self) -> Option<Remark> {
+        if let Some(wanted) = &self.wanted {
+            let message = format!("subprogram {} is not in the file", wanted.label);
+            return Some(Remark::new(0, message, "append its lines to the program"));
+        }
+        let capture = self.capture.as_ref()?;
+        let (line, label) = (capture.lines.first().map_or(0, |line| line.0), &capture.label);
+        let message = format!("what o<{label}> begins on line {line} has no end");
+        Some(Remark::new(0, message, "end it: endsub, endwhile, endif, endrepeat"))
+    }
+
+    /// Only subprograms were read.
+    pub(super) fn has_subs(&self) -> bool {
+        !self.subs.is_empty()
+    }
+}
+
+impl Frame {
+    /// The line of a label and one of some keywords, from a line on.
+    pub(super) fn find(&self, label: &str, keywords: &[Keyword], from: usize) -> Option<usize> {
+        let is = |line: &Line| {
+            label::o_word(&line.1, 0)
+                .is_some_and(|word| *word.label == *label && keywords.contains(&word.keyword))
+        };
+        self.lines.iter().skip(from).position(is).map(|at| at + from)
+    }
+
+    /// The innermost loop is the one of this label and of a kind.
+    pub(super) fn in_loop(&self, label: &str, is: fn(Kind) -> bool) -> bool {
+        self.loops.last().is_some_and(|last| *last.label == *label && is(last.kind))
+    }
+
+    /// Leaves all loops from the one of a label on; that loop.
+    pub(super) fn leave(&mut self, label: &str) -> Option<Loop> {
+        let at = self.loops.iter().rposition(|inner| *inner.label == *label)?;
+        self.loops.truncate(at + 1);
+        self.loops.pop()
+    }
+}
+
+/// What ends what a keyword begins.
+pub(super) fn closer(keyword: Keyword) -> Keyword {
+    match keyword {
+        Keyword::Sub => Keyword::EndSub,
+        Keyword::Do => Keyword::While,
+        Keyword::If => Keyword::EndIf,
+        Keyword::Repeat => Keyword::EndRepeat,
+        _ => Keyword::EndWhile,
+    }
+}

@@ -1,0 +1,151 @@
+//! O-words: `o<name> sub`, `O100 while [..]`, `O1000`.
+
+/// What an O-word says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Keyword {
+    Sub,
+    EndSub,
+    Call,
+    Return,
+    While,
+    EndWhile,
+    Do,
+    If,
+    ElseIf,
+    Else,
+    EndIf,
+    Repeat,
+    EndRepeat,
+    Break,
+    Continue,
+    /// A program number: nothing behind the label.
+    Nothing,
+    /// Something else.
+    Unknown,
+}
+
+const KEYWORDS: [(&str, Keyword); 15] = [
+    ("sub", Keyword::Sub),
+    ("endsub", Keyword::EndSub),
+    ("call", Keyword::Call),
+    ("return", Keyword::Return),
+    ("while", Keyword::While),
+    ("endwhile", Keyword::EndWhile),
+    ("do", Keyword::Do),
+    ("if", Keyword::If),
+    ("elseif", Keyword::ElseIf),
+    ("else", Keyword::Else),
+    ("endif", Keyword::EndIf),
+    ("repeat", Keyword::Repeat),
+    ("endrepeat", Keyword::EndRepeat),
+    ("break", Keyword::Break),
+    ("continue", Keyword::Continue),
+];
+
+/// An O-word.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct OWord {
+    /// Lower case; numbers without zeros before them.
+    pub(super) label: Box<str>,
+    pub(super) keyword: Keyword,
+    /// Byte offset of the O.
+    pub(super) at: usize,
+    /// Byte offset behind the keyword.
+    pub(super) rest: usize,
+}
+
+/// Byte offset of what stands behind blanks and a line number.
+#[inline]
+pub(super) fn after_number(text: &str, from: usize) -> usize {
+    let bytes = text.as_bytes();
+    let pass = |mut at: usize, which: fn(&u8) -> bool| {
+        while bytes.get(at).is_some_and(which) {
+            at += 1;
+        }
+        at
+    };
+    let blank = |byte: &u8| matches!(byte, b' ' | b'\t' | b'\r');
+    let start = pass(from, blank);
+    if !matches!(bytes.get(start), Some(b'N' | b'n')) {
+        return start;
+    }
+    let digits = pass(start + 1, blank);
+    let end = pass(digits, u8::is_ascii_digit);
+    if end == digits { start } else { pass(end, blank) }
+}
+
+/// The O-word that a line consists of, if it begins with one.
+pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
+    let at = after_number(text, from);
+    if !matches!(text.as_bytes().get(at), Some(b'o' | b'O' | b':')) {
+        return None;
+    }
+    let rest = text.get(at + 1..)?;
+    let skipped = rest.len() - rest.trim_start().len();
+    let rest = rest.trim_start();
+    let (label, length): (Box<str>, usize) = if let Some(name) = rest.strip_prefix('<') {
+        let end = name.find('>')?;
+        (super::parameters::normal(name.get(..end)?), end + 2)
+    } else {
+        let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+        let number = rest.get(..digits)?;
+        if digits == 0 {
+            return None;
+        }
+        let bare = number.trim_start_matches('0');
+        (if bare.is_empty() { "0" } else { bare }.into(), digits)
+    };
+    let behind = at + 1 + skipped + length;
+    let (keyword, rest) = keyword(text, behind);
+    Some(OWord { label, keyword, at, rest })
+}
+
+fn keyword(text: &str, from: usize) -> (Keyword, usize) {
+    let rest = text.get(from..).unwrap_or_default();
+    let blanks = rest.len() - rest.trim_start().len();
+    let rest = rest.trim_start();
+    if rest.is_empty() || rest.starts_with(['(', ';']) {
+        return (Keyword::Nothing, from + blanks);
+    }
+    let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let word = rest.get(..letters).unwrap_or_default();
+    let found = KEYWORDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
+    (found.map_or(Keyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
+}
+
+/// A line says `M99`.
+pub(super) fn ends_subprogram(text: &str) -> bool {
+    let mut said = String::new();
+    let mut comment = false;
+    for c in text.chars() {
+        match c {
+            '(' => comment = true,
+            ')' => comment = false,
+            ';' if !comment => break,
+            c if !comment && !c.is_whitespace() => said.push(c.to_ascii_uppercase()),
+            _ => {}
+        }
+    }
+    let behind = said.split("M99").nth(1);
+    behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn o_words_are_told_from_words() {
+        let word = |text: &str| o_word(text, 0).map(|word| (word.label.to_string(), word.keyword));
+        let is = |label: &str, keyword| Some((label.to_owned(), keyword));
+        assert_eq!(word(" o<Helix ac>sub"), is("helixac", Keyword::Sub));
+        assert_eq!(word("N10 O0100 WHILE [#1 lt 2]"), is("100", Keyword::While));
+        assert_eq!(word("O0001 (DEMO)"), is("1", Keyword::Nothing));
+        assert_eq!(word("O1 G0 X1"), is("1", Keyword::Unknown));
+        assert_eq!(word(":0001"), is("1", Keyword::Nothing));
+        assert_eq!(word("G0 X1"), None);
+        assert_eq!(word("N5 G0 X1"), None);
+        assert!(ends_subprogram("N5 M99 (back)") && ends_subprogram("g0 x1 m99"));
+        assert!(!ends_subprogram("(M99)") && !ends_subprogram("M998"));
+    }
+}

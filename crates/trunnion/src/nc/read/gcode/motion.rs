@@ -1,0 +1,198 @@
+//! What a block's axis words do.
+
+use super::super::control::{LARGEST, Target};
+use super::super::log::{Remark, column};
+use super::super::{Dialect, Pace, Step, Way};
+use super::block::{Block, Word};
+use super::codes::Now;
+use super::{Gcode, Motion, State};
+use nalgebra::{UnitVector3, Vector3};
+
+/// Letters of axes.
+const AXES: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
+
+impl Gcode {
+    /// Moves, if the block says so.
+    pub(super) fn motion(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, now): (&str, &Now),
+    ) -> Result<(), Remark> {
+        if let Some((code, at)) = now.nonmodal {
+            return self.nonmodal(state, block, (text, code, at));
+        }
+        // Most lines without axis words say nothing else either.
+        if block.none_left() && !now.motion && !now.machine {
+            return Ok(());
+        }
+        let mut target = self.target(state, block, text)?;
+        target.machine = now.machine;
+        if self.modal.vector
+            && block.has_any("IJK")
+            && !matches!(self.modal.motion, Some(Motion::Arc { .. }))
+        {
+            target.axis = Some(vector(block, &target)?);
+        }
+        let also = match self.modal.motion {
+            Some(Motion::Arc { .. }) => "IJKR",
+            Some(Motion::Cycle(_)) => "R",
+            _ => "",
+        };
+        let moves = !target.is_empty() || block.has_any(also);
+        if now.machine {
+            self.check_machine(state, &target, moves)?;
+        }
+        match self.modal.motion {
+            Some(Motion::Cycle(code)) if moves || now.motion => {
+                self.cycle(state, block, (target, code))
+            }
+            _ if !moves => Ok(()),
+            Some(Motion::Rapid) => {
+                state.control.go(state.log.line, target, (Pace::Rapid, Way::Line))
+            }
+            Some(Motion::Feed) => {
+                let pace = state.control.pace(&target, now.feed)?;
+                state.control.go(state.log.line, target, (pace, Way::Line))
+            }
+            Some(Motion::Arc { clockwise }) => {
+                self.arc(state, block, (target, clockwise, now.feed))
+            }
+            _ => {
+                let message = "axis words without G0 or G1";
+                Err(Remark::new(target.at, message, "write G0 or G1 before them"))
+            }
+        }
+    }
+
+    fn check_machine(&self, state: &State, target: &Target, moves: bool) -> Result<(), Remark> {
+        if !moves {
+            let help = "name the axes that are to move";
+            return Err(Remark::new(0, "G53 without axis words", help));
+        }
+        if !matches!(self.modal.motion, Some(Motion::Rapid | Motion::Feed)) {
+            return Err(Remark::new(target.at, "G53 without G0 or G1", "write G0 or G1 before it"));
+        }
+        // Under TCP the text does not say which of the two X Y Z are.
+        if state.control.tcp && target.axis.is_some() {
+            return Err(Remark::new(target.at, "a tool-axis vector with G53", "use rotary words"));
+        }
+        Ok(())
+    }
+
+    /// The axis words of a block.
+    #[inline]
+    pub(super) fn target(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        text: &str,
+    ) -> Result<Target, Remark> {
+        let mut target = Target::new(usize::MAX, 0);
+        for letter in AXES {
+            let Some(word) = block.look(letter) else { continue };
+            let slot = state.control.slot(letter as u8);
+            let Some(slot) = slot else {
+                let what = text.get(word.at..word.end).unwrap_or_default();
+                block.take(letter);
+                return Err(state.control.no_axis(word.at, what));
+            };
+            block.take(letter);
+            if word.value.abs() > LARGEST {
+                let what = text.get(word.at..word.end).unwrap_or_default();
+                let message = format!("{what} is beyond {LARGEST} mm or degrees");
+                return Err(Remark::new(word.at, message, "is a point missing?"));
+            }
+            self.check_point(state, (letter, word), text);
+            let value = state.control.meant(slot, word.value, word.decimals);
+            target.set(slot, value, self.modal.incremental);
+            target.at = target.at.min(word.at);
+        }
+        if target.at == usize::MAX {
+            target.at = 0;
+        }
+        target.column = column(text, target.at);
+        Ok(target)
+    }
+
+    /// Fanuc and Haas count words without a point in the smallest increment, if so set.
+    fn check_point(&self, state: &mut State, (letter, word): (char, Word), text: &str) {
+        if self.dialect != Dialect::LinuxCnc && !word.point && word.value.abs() > 0.0 {
+            let message = "words without a decimal point are read as millimetres and degrees";
+            let help = format!("{letter}{}. would say so on any control", word.value);
+            state.log.warn(text, Remark::new(word.at, message, help));
+        }
+    }
+
+    /// Codes that hold for their line only.
+    fn nonmodal(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, code, at): (&str, u32, usize),
+    ) -> Result<(), Remark> {
+        match code {
+            40 => self.dwell(state, block, at),
+            100 => self.write_offset(state, block, (text, at)),
+            280 | 300 => self.home(state, block, (text, code, at)),
+            281 | 301 => {
+                self.modal.references[usize::from(code == 301)] = state.control.machine;
+                Ok(())
+            }
+            531 => self.turn_to_plane(state, at),
+            682 => self.tilt(state, block, (text, at)),
+            _ => self.shift(state, block, (text, code, at)),
+        }
+    }
+
+    /// `G4`.
+    fn dwell(&self, state: &mut State, block: &mut Block, at: usize) -> Result<(), Remark> {
+        let mut time = block.take('P');
+        let mut seconds = time.map(|word| self.dwell_seconds(word));
+        if self.dialect == Dialect::Fanuc && time.is_none() {
+            time = block.take('X').or_else(|| block.take('U'));
+            seconds = time.map(|word| word.value);
+        }
+        if let Some(axis) = AXES.iter().find_map(|letter| block.look(*letter)) {
+            let help = "put them on a line of their own";
+            return Err(Remark::new(axis.at, "axis words beside G4", help));
+        }
+        match seconds {
+            Some(seconds) if seconds >= 0.0 => {
+                let line = state.log.line;
+                state.control.steps.push_back(Step::Dwell { line, seconds });
+                Ok(())
+            }
+            _ => Err(Remark::new(at, "G4 without a time", "write G4 P and the time")),
+        }
+    }
+
+    /// What P is \[s\]: seconds in `LinuxCNC`, milliseconds at Fanuc, at Haas by its point.
+    pub(super) fn dwell_seconds(&self, word: Word) -> f64 {
+        match self.dialect {
+            Dialect::Fanuc => 1e-3 * word.value,
+            Dialect::Haas if !word.point => 1e-3 * word.value,
+            _ => word.value,
+        }
+    }
+}
+
+/// I J K as the tool axis: what is missing of them is zero.
+fn vector(block: &mut Block, target: &Target) -> Result<UnitVector3<f64>, Remark> {
+    let [i, j, k] = ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |word| word.value));
+    if let Some(angle) = block.look('Q') {
+        let help = "write the tool axis itself";
+        return Err(Remark::new(angle.at, "an inclination (Q) beside the tool axis", help));
+    }
+    axis_of(Vector3::new(i, j, k), target.at)
+}
+
+/// A direction of whatever length.
+pub(in super::super) fn axis_of(
+    vector: Vector3<f64>,
+    at: usize,
+) -> Result<UnitVector3<f64>, Remark> {
+    UnitVector3::try_new(vector, f64::MIN_POSITIVE)
+        .filter(|axis| axis.iter().all(|value| value.is_finite()))
+        .ok_or_else(|| Remark::new(at, "a tool axis of length zero", "look at its components"))
+}

@@ -1,0 +1,212 @@
+//! Codes that change what coordinates mean, or go to fixed places.
+
+use super::super::control::{SLOTS, Target, Tilted};
+use super::super::log::Remark;
+use super::super::{Dialect, Offset, OffsetKind, Pace, Plane, Step, Way};
+use super::block::Block;
+use super::codes::natural;
+use super::{Gcode, Motion, State};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+
+/// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
+const REFERENCES: [u32; 2] = [5161, 5181];
+
+impl Gcode {
+    /// `G10 L2`, `G10 L20`.
+    pub(super) fn write_offset(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, at): (&str, usize),
+    ) -> Result<(), Remark> {
+        let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
+            Some(2) => OffsetKind::Origin,
+            Some(20) => OffsetKind::Reading,
+            _ => {
+                let message = "G10 other than L2 or L20 changes what later words mean";
+                return Err(Remark::new(at, message, "set tool tables at the control"));
+            }
+        };
+        if let Some(turn) = block.take('R')
+            && turn.value.abs() > 0.0
+        {
+            return Err(Remark::new(
+                turn.at,
+                "a turned work offset (R)",
+                "post turned coordinates",
+            ));
+        }
+        let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
+        if number > 9 {
+            return Err(Remark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
+        }
+        let present = state.control.offset;
+        let offset = number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX));
+        let target = self.target(state, block, text)?;
+        if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
+            return Err(Remark::new(at, "G10 with distances (G91)", "write G90"));
+        }
+        if offset == present {
+            offset_changed(state, &target, kind);
+        }
+        let [w0, w1, w2, w3, w4, sixth] = target.words;
+        if sixth.is_some() {
+            let message = "the work offset of a sixth axis is taken as given at the control";
+            state.log.warn(text, Remark::new(at, message, ""));
+        }
+        let words = [w0, w1, w2, w3, w4];
+        let line = state.log.line;
+        state.control.steps.push_back(Step::Offset(Offset { line, offset, words, kind }));
+        Ok(())
+    }
+
+    /// `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
+    pub(super) fn shift(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, code, at): (&str, u32, usize),
+    ) -> Result<(), Remark> {
+        if state.control.tilted.is_some() {
+            return Err(Remark::new(at, "a shift in a tilted plane", "end the plane before (G69)"));
+        }
+        if code > 920 {
+            state.control.set_by_92 = [0.0; SLOTS];
+            return Ok(());
+        }
+        let target = self.target(state, block, text)?;
+        for slot in 0..SLOTS {
+            let Some(value) = target.get(slot) else { continue };
+            if code == 520 {
+                if let Some(local) = state.control.local.get_mut(slot) {
+                    *local = value;
+                }
+                continue;
+            }
+            let Some(reads) = state.control.reading(slot) else {
+                let message = "G92 at a place that the program does not tell";
+                let help = "program the axis absolutely before it, or use G10 L20";
+                return Err(Remark::new(at, message, help));
+            };
+            if let Some(set) = state.control.set_by_92.get_mut(slot) {
+                *set += reads - value;
+            }
+        }
+        Ok(())
+    }
+
+    /// `G28`, `G30`: over an intermediate place to a fixed one.
+    pub(super) fn home(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, code, at): (&str, u32, usize),
+    ) -> Result<(), Remark> {
+        let between = self.target(state, block, text)?;
+        let line = state.log.line;
+        let still = |word: &Option<f64>| word.is_none_or(|word| word.abs() <= 0.0);
+        let distances = between.incremental != 0;
+        let rests = distances && between.words.iter().all(still);
+        if !(between.is_empty() || rests) {
+            state.control.go(line, between, (Pace::Rapid, Way::Line))?;
+        }
+        let mut home = Target::new(between.at, between.column);
+        home.machine = true;
+        for slot in 0..SLOTS {
+            let all = between.is_empty() && slot + 1 < SLOTS;
+            if between.get(slot).is_some() || all {
+                let value = self.reference(state, usize::from(code == 300), slot);
+                let help =
+                    "give the parameters of its place when reading (#5161 and on, #5181 and on)";
+                let message = "where G28 or G30 leads to is not known";
+                let value = value.ok_or_else(|| Remark::new(at, message, help))?;
+                home.set(slot, value, false);
+            }
+        }
+        state.control.go(line, home, (Pace::Rapid, Way::Line))
+    }
+
+    fn reference(&self, state: &mut State, which: usize, slot: usize) -> Option<f64> {
+        let first = REFERENCES.get(which)?;
+        let at = state.control.letter(slot).and_then(|c| "XYZABCUVW".find(c))?;
+        let number = first + u32::try_from(at).ok()?;
+        let key = super::parameters::Key::Number(number);
+        let given = self.parameters.get(&key, &state.control, state.log.line);
+        match given {
+            Some(given) => Some(state.control.meant(slot, given, super::super::control::COMPUTED)),
+            None => self.modal.references.get(which)?.get(slot).copied().flatten(),
+        }
+    }
+
+    /// `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
+    pub(super) fn tilt(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, at): (&str, usize),
+    ) -> Result<(), Remark> {
+        if state.control.tilted.is_some() {
+            return Err(Remark::new(at, "a tilted plane in another", "end the first before (G69)"));
+        }
+        if let Some(kind) = block.take('P')
+            && kind.value.abs() > 0.0
+        {
+            let help = "write Euler angles: G68.2 X Y Z I J K";
+            return Err(Remark::new(kind.at, "a tilted plane other than by Euler angles", help));
+        }
+        let [i, j, k] =
+            ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |w| w.value.to_radians()));
+        let incremental = std::mem::replace(&mut self.modal.incremental, false);
+        let target = self.target(state, block, text);
+        self.modal.incremental = incremental;
+        let target = target?;
+        let [x, y, z] = state.control.xyz;
+        let shifted = |slot: usize| target.get(slot).unwrap_or(0.0) + state.control.shift(slot);
+        let origin = Vector3::new(shifted(x), shifted(y), shifted(z));
+        let about = |axis: UnitVector3<f64>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+        let turn =
+            about(Vector3::z_axis(), i) * about(Vector3::x_axis(), j) * about(Vector3::z_axis(), k);
+        let number = state.control.next_plane();
+        let work_from_plane = Isometry3::from_parts(Translation3::from(origin), turn);
+        let line = state.log.line;
+        state.control.steps.push_back(Step::Plane(Plane { line, number, work_from_plane }));
+        let normal = turn * Vector3::z_axis();
+        state.control.tilted = Some(Tilted { number, normal, ready: false });
+        state.control.forget_linear();
+        Ok(())
+    }
+
+    /// `G53.1`: the rotary axes turn the tool to the plane's normal.
+    pub(super) fn turn_to_plane(&mut self, state: &mut State, at: usize) -> Result<(), Remark> {
+        let Some(tilted) = state.control.tilted else {
+            return Err(Remark::new(at, "G53.1 without a tilted plane", "write G68.2 before"));
+        };
+        let mut target = Target::new(at, 1);
+        target.axis = Some(tilted.normal);
+        if matches!(self.modal.motion, Some(Motion::Cycle(_))) {
+            self.modal.motion = None;
+        }
+        let plane = Some(tilted);
+        // The turn itself is of axes: neither the plane's coordinates nor a tip take part.
+        state.control.tilted = None;
+        let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
+        state.control.tilted = plane.map(|tilted| Tilted { ready: true, ..tilted });
+        state.control.forget_linear();
+        done
+    }
+}
+
+/// Where words of the offset in use now stand.
+fn offset_changed(state: &mut State, target: &Target, kind: OffsetKind) {
+    for slot in 0..SLOTS {
+        let Some(value) = target.get(slot) else { continue };
+        let reads = (kind == OffsetKind::Reading).then_some(value + state.control.shift(slot));
+        if let Some(place) = state.control.place.get_mut(slot) {
+            *place = reads;
+        }
+    }
+    // With TCP, or rotary offsets, the others read anew, too.
+    if state.control.tcp {
+        state.control.forget_linear();
+    }
+}

@@ -1,0 +1,302 @@
+//! What O-words do.
+
+use super::super::log::Remark;
+use super::expression::{Env, Scan};
+use super::flow::{Call, Called, Frame, Kind, Loop, Of, closer};
+use super::label::{Keyword, OWord};
+use super::parameters::{Key, LOCALS, Scope};
+use super::{Gcode, State};
+
+impl Gcode {
+    /// An O-word on a line of the file.
+    pub(super) fn o_word_of_file(
+        &mut self,
+        state: &State,
+        word: &OWord,
+        (line, text): (u32, &str),
+    ) -> Result<(), Remark> {
+        match word.keyword {
+            Keyword::Nothing => Ok(()),
+            Keyword::Sub | Keyword::While | Keyword::Do | Keyword::If | Keyword::Repeat => {
+                self.flow.begin(word, line, text);
+                Ok(())
+            }
+            Keyword::Call => self.call(state, word, text),
+            Keyword::Unknown => Err(unknown(word, text)),
+            _ => Err(stray(word, text)),
+        }
+    }
+
+    /// An O-word in a loop or subprogram.
+    pub(super) fn o_word_in_frame(
+        &mut self,
+        state: &State,
+        word: &OWord,
+        (at, text): (usize, &str),
+    ) -> Result<(), Remark> {
+        let opens =
+            matches!(word.keyword, Keyword::While | Keyword::Do | Keyword::Repeat | Keyword::If);
+        match word.keyword {
+            Keyword::Nothing => Ok(()),
+            Keyword::Unknown => Err(unknown(word, text)),
+            Keyword::Call => self.call(state, word, text),
+            Keyword::Return | Keyword::EndSub => self.leave_sub(state, word, text),
+            Keyword::Sub => Err(Remark::new(
+                word.at,
+                "a subprogram inside of another",
+                "end the outer one before",
+            )),
+            _ if opens => self.open(state, word, (at, text)),
+            Keyword::ElseIf | Keyword::Else => self.jump(word, &[Keyword::EndIf], at, 1),
+            Keyword::EndIf => Ok(()),
+            Keyword::EndWhile | Keyword::EndRepeat => self.again(word),
+            _ => self.break_or_continue(word, at),
+        }
+    }
+
+    fn frame(&mut self, word: &OWord) -> Result<&mut Frame, Remark> {
+        let message = "an o-word outside of all lines";
+        self.flow.frames.last_mut().ok_or_else(|| Remark::new(word.at, message, ""))
+    }
+
+    /// Goes on at the line of a keyword, `beyond` it.
+    fn jump(
+        &mut self,
+        word: &OWord,
+        to: &[Keyword],
+        from: usize,
+        beyond: usize,
+    ) -> Result<(), Remark> {
+        let frame = self.frame(word)?;
+        let Some(at) = frame.find(&word.label, to, from + 1) else {
+            let message = format!("o<{}> has no end", word.label);
+            return Err(Remark::new(
+                word.at,
+                message,
+                "end it: endsub, endwhile, endif, endrepeat",
+            ));
+        };
+        frame.next = at + beyond;
+        Ok(())
+    }
+
+    /// `while`, `do`, `repeat`, `if`.
+    fn open(
+        &mut self,
+        state: &State,
+        word: &OWord,
+        (at, text): (usize, &str),
+    ) -> Result<(), Remark> {
+        let label = &word.label;
+        match word.keyword {
+            Keyword::If => return self.condition(state, word, (at, text)),
+            Keyword::While => {
+                let holds = self.value_behind(state, word, text)?.abs() > 0.0;
+                let frame = self.frame(word)?;
+                let closes = frame.in_loop(label, |kind| kind == Kind::Do);
+                let begun = frame.in_loop(label, |kind| kind == Kind::While);
+                if closes {
+                    if holds {
+                        frame.next = frame.loops.last().map_or(at, |inner| inner.start) + 1;
+                    } else {
+                        frame.loops.pop();
+                    }
+                    return Ok(());
+                }
+                if !holds {
+                    if begun {
+                        frame.loops.pop();
+                    }
+                    return self.jump(word, &[Keyword::EndWhile], at, 1);
+                }
+                if !begun {
+                    self.enter_loop(word, at, Kind::While)?;
+                }
+            }
+            Keyword::Repeat => {
+                let rounds = self.value_behind(state, word, text)?.round();
+                if rounds < 1.0 {
+                    return self.jump(word, &[Keyword::EndRepeat], at, 1);
+                }
+                self.enter_loop(word, at, Kind::Repeat(rounds))?;
+            }
+            _ => self.enter_loop(word, at, Kind::Do)?,
+        }
+        Ok(())
+    }
+
+    fn enter_loop(&mut self, word: &OWord, start: usize, kind: Kind) -> Result<(), Remark> {
+        let label = word.label.clone();
+        // A loop that was left by a jump is no longer running.
+        let frame = self.frame(word)?;
+        frame.leave(&label);
+        frame.loops.push(Loop { label, kind, start });
+        Ok(())
+    }
+
+    /// `if`: goes on behind the first of its branches that holds.
+    fn condition(
+        &mut self,
+        state: &State,
+        word: &OWord,
+        (at, text): (usize, &str),
+    ) -> Result<(), Remark> {
+        if self.value_behind(state, word, text)?.abs() > 0.0 {
+            return Ok(());
+        }
+        let mut from = at;
+        loop {
+            self.jump(word, &[Keyword::ElseIf, Keyword::Else, Keyword::EndIf], from, 0)?;
+            let frame = self.frame(word)?;
+            let at = frame.next;
+            frame.next = at + 1;
+            let Some((line, text)) = frame.lines.get(at).cloned() else { return Ok(()) };
+            let Some(branch) = super::label::o_word(&text, 0) else { return Ok(()) };
+            if branch.keyword != Keyword::ElseIf
+                || self.value_at(state, (line, &text), branch.rest)?.abs() > 0.0
+            {
+                return Ok(());
+            }
+            from = at;
+        }
+    }
+
+    /// `endwhile`, `endrepeat`.
+    fn again(&mut self, word: &OWord) -> Result<(), Remark> {
+        let (label, repeat) = (&word.label, word.keyword == Keyword::EndRepeat);
+        let frame = self.frame(word)?;
+        let inner = frame.loops.last_mut().filter(|inner| inner.label == *label);
+        let begin = match inner {
+            Some(Loop { kind: Kind::While, start, .. }) if !repeat => *start,
+            Some(Loop { kind: Kind::Repeat(left), start, .. }) if repeat => {
+                *left -= 1.0;
+                if *left < 1.0 {
+                    frame.loops.pop();
+                    return Ok(());
+                }
+                *start + 1
+            }
+            _ => {
+                let message = format!("the end of o<{label}> without its beginning");
+                return Err(Remark::new(word.at, message, "loops must lie inside of each other"));
+            }
+        };
+        frame.next = begin;
+        Ok(())
+    }
+
+    fn break_or_continue(&mut self, word: &OWord, at: usize) -> Result<(), Remark> {
+        let frame = self.frame(word)?;
+        let Some(inner) = frame.leave(&word.label) else {
+            let message = format!("o<{}> is no loop that runs here", word.label);
+            return Err(Remark::new(word.at, message, "break and continue name their loop"));
+        };
+        let end = match inner.kind {
+            Kind::While => Keyword::EndWhile,
+            Kind::Do => closer(Keyword::Do),
+            Kind::Repeat(_) => Keyword::EndRepeat,
+        };
+        if word.keyword == Keyword::Break {
+            return self.jump(word, &[end], at, 1);
+        }
+        let (start, kind) = (inner.start, inner.kind);
+        frame.loops.push(inner);
+        if kind == Kind::While {
+            frame.next = start;
+            return Ok(());
+        }
+        self.jump(word, &[end], at, 0)
+    }
+
+    /// `call [1] [2]`.
+    fn call(&mut self, state: &State, word: &OWord, text: &str) -> Result<(), Remark> {
+        let mut scan = Scan::new(text, word.rest);
+        let env = self.env(state);
+        let mut arguments = Vec::new();
+        loop {
+            scan.blanks();
+            if scan.peek() != Some(b'[') {
+                break;
+            }
+            if arguments.len() >= LOCALS {
+                let message = format!("more than {LOCALS} arguments");
+                return Err(Remark::new(scan.at, message, ""));
+            }
+            arguments.push(scan.bracket(&env)?);
+        }
+        nothing_more(&scan)?;
+        self.run_sub((&word.label, false), Call { arguments, times: 1 }, word.at)
+    }
+
+    /// Calls a subprogram, now or once it is found.
+    pub(super) fn run_sub(
+        &mut self,
+        name: (&str, bool),
+        call: Call,
+        at: usize,
+    ) -> Result<(), Remark> {
+        let called = self.flow.call(name, call, at)?;
+        self.called(called);
+        Ok(())
+    }
+
+    /// Gives a call its parameters.
+    pub(super) fn called(&mut self, called: Called) {
+        if let Called::Runs(Some(arguments)) = called {
+            self.parameters.enter(Scope::of_call(&arguments));
+        }
+    }
+
+    /// `endsub`, `return`, with a value or without.
+    fn leave_sub(&mut self, state: &State, word: &OWord, text: &str) -> Result<(), Remark> {
+        let mut scan = Scan::new(text, word.rest);
+        scan.blanks();
+        let value = match scan.peek() {
+            Some(b'[') => Some(scan.bracket(&self.env(state))?),
+            _ => None,
+        };
+        nothing_more(&scan)?;
+        if self.frame(word)?.of != Of::Sub {
+            return Err(stray(word, text));
+        }
+        self.flow.frames.pop();
+        self.parameters.leave();
+        let returned = f64::from(u8::from(value.is_some()));
+        self.parameters.set(Key::Name("_value_returned".into()), returned);
+        self.parameters.set(Key::Name("_value".into()), value.unwrap_or(0.0));
+        Ok(())
+    }
+
+    /// The value in brackets behind an O-word.
+    fn value_behind(&self, state: &State, word: &OWord, text: &str) -> Result<f64, Remark> {
+        self.value_at(state, (state.log.line, text), word.rest)
+    }
+
+    fn value_at(&self, state: &State, (line, text): (u32, &str), at: usize) -> Result<f64, Remark> {
+        let mut scan = Scan::new(text, at);
+        let env = Env { line, ..self.env(state) };
+        let value = scan.bracket(&env)?;
+        nothing_more(&scan)?;
+        Ok(value)
+    }
+}
+
+/// Behind an O-word stand comments at most.
+fn nothing_more(scan: &Scan<'_>) -> Result<(), Remark> {
+    let rest = scan.rest().trim_start();
+    if rest.is_empty() || rest.starts_with(['(', ';']) {
+        return Ok(());
+    }
+    Err(Remark::new(scan.at, "something behind an o-word", "put it on a line of its own"))
+}
+
+fn unknown(word: &OWord, text: &str) -> Remark {
+    let what = super::super::log::excerpt(text.get(word.at..).unwrap_or_default());
+    let help = "a program number stands alone; o-words are sub, call, while, do, if, repeat ...";
+    Remark::new(word.at, format!("{what} is not understood"), help)
+}
+
+fn stray(word: &OWord, text: &str) -> Remark {
+    let what = super::super::log::excerpt(text.get(word.at..).unwrap_or_default());
+    Remark::new(word.at, format!("{what}: nothing was begun that it could end"), "")
+}

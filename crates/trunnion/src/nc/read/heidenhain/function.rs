@@ -1,0 +1,158 @@
+//! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
+
+use super::super::Turning;
+use super::super::log::Remark;
+use super::token::{Token, Tokens};
+use super::{Heidenhain, State, not_understood};
+
+/// Rotary axes turn evenly.
+pub(super) fn rotary(state: &mut State) {
+    state.control.turning = Turning::Rotary;
+}
+
+impl Heidenhain {
+    /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
+    pub(super) fn function(
+        &mut self,
+        state: &mut State,
+        (first, code): (&Token<'_>, &str),
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), Remark> {
+        let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
+            .map(|token| token.text.to_ascii_uppercase())
+            .collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        match words.as_slice() {
+            ["RESET", "TCPM"] => {
+                state.control.set_tcp(false);
+                rotary(state);
+                self.spatial = false;
+                Ok(())
+            }
+            ["TCPM", settings @ ..] => {
+                self.tcpm(state, settings, first)?;
+                state.control.set_tcp(true);
+                Ok(())
+            }
+            _ => Err(not_understood(first, code)),
+        }
+    }
+
+    fn tcpm(
+        &mut self,
+        state: &mut State,
+        settings: &[&str],
+        first: &Token<'_>,
+    ) -> Result<(), Remark> {
+        let unknown = |what: &str| {
+            let message = format!("FUNCTION TCPM with {what}");
+            Remark::new(
+                first.at,
+                message,
+                "F TCP, AXIS POS, PATHCTRL and REFPNT TIP-TIP are understood",
+            )
+        };
+        let mut rest = settings;
+        while let [name, value, after @ ..] = rest {
+            rest = after;
+            match (*name, *value) {
+                ("F", "TCP") | ("REFPNT", "TIP-TIP") => {}
+                ("F", "CONT") => {
+                    let message = "F CONT: feeds are taken as those of the tip";
+                    state.log.warn("", Remark::new(first.at, message, ""));
+                }
+                ("AXIS", "POS") => self.spatial = false,
+                ("AXIS", "SPAT") => self.spatial = true,
+                ("PATHCTRL", "AXIS") => rotary(state),
+                ("PATHCTRL", "VECTOR") => state.control.turning = Turning::GreatCircle,
+                (name, value) => return Err(unknown(&format!("{name} {value}"))),
+            }
+        }
+        match rest {
+            [] => Ok(()),
+            // How fast the axes may compensate.
+            [limit] if limit.starts_with('F') => Ok(()),
+            [other, ..] => Err(unknown(other)),
+        }
+    }
+
+    /// `CYCL DEF 32.0 TOLERANCE`, `7.1 X+5`, `9.1 DWELL 2`, `247 .. Q339=1`.
+    pub(super) fn cycle(
+        &mut self,
+        state: &mut State,
+        (first, code): (&Token<'_>, &str),
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), Remark> {
+        if !tokens.next_token().is_some_and(|token| token.text.eq_ignore_ascii_case("DEF")) {
+            return Err(not_understood(first, code));
+        }
+        let which = tokens.expect()?;
+        let (number, part) = which.text.split_once(['.', ',']).unwrap_or((which.text, "0"));
+        let number: u32 = number.parse().unwrap_or(0);
+        let begins = part == "0";
+        self.cycle = if begins { number } else { self.cycle };
+        match (number, begins) {
+            (32, _) => {
+                state.control.keep(state.log.line, code.get(first.at..).unwrap_or_default());
+                Ok(())
+            }
+            (7 | 9, true) => Ok(()),
+            (7, false) => self.datum_shift(state, tokens),
+            (9, false) => {
+                let text = std::iter::from_fn(|| tokens.next_token()).last();
+                let time = text.ok_or_else(|| Remark::new(which.at, "a dwell without time", ""))?;
+                self.dwell(state, &time)
+            }
+            (247, _) => self.preset(state, (tokens, which.at)),
+            _ => {
+                let help = "write its moves as L; 7, 9, 32 and 247 are understood";
+                Err(Remark { help: help.to_owned(), ..not_understood(first, code) })
+            }
+        }
+    }
+
+    /// `X+5`, `IX+5`.
+    fn datum_shift(&mut self, state: &mut State, tokens: &mut Tokens<'_>) -> Result<(), Remark> {
+        while let Some(token) = tokens.next_token() {
+            let upper = token.text.to_ascii_uppercase();
+            let incremental = upper.starts_with('I');
+            let skip = usize::from(incremental);
+            let letter = upper.as_bytes().get(skip).copied().unwrap_or(0);
+            let slot = if letter.is_ascii_uppercase() { state.control.slot(letter) } else { None };
+            let Some(slot) = slot else {
+                let message = format!("{upper} in a datum shift");
+                return Err(Remark::new(token.at, message, "write axes and values"));
+            };
+            let found = self.value(&token.after(skip + 1))?;
+            let meant = state.control.meant(slot, found.value, super::super::control::COMPUTED);
+            if let Some(local) = state.control.local.get_mut(slot) {
+                *local = if incremental { *local + meant } else { meant };
+            }
+        }
+        Ok(())
+    }
+
+    /// Preset 1 is what other dialects call `G54`.
+    fn preset(
+        &mut self,
+        state: &mut State,
+        (tokens, at): (&mut Tokens<'_>, usize),
+    ) -> Result<(), Remark> {
+        let mut number = None;
+        while let Some(token) = tokens.next_token() {
+            if let Some(value) = token.text.to_ascii_uppercase().strip_prefix("Q339=") {
+                let skip = token.text.len() - value.len();
+                number = Some(self.value(&token.after(skip))?.value);
+            }
+        }
+        let whole = number.filter(|n| n.fract().abs() <= 0.0 && (1.0..=200.0).contains(n));
+        let Some(number) = whole else {
+            let message = "a preset other than a number from 1";
+            return Err(Remark::new(at, message, "write Q339=+1 and so on in the same block"));
+        };
+        Self::unshift(state);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        state.control.set_offset(number as u8 - 1);
+        Ok(())
+    }
+}

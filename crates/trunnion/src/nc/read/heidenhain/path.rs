@@ -1,0 +1,387 @@
+//! Blocks that move: `L`, `LN`, `C`, `CR`, `CP`, `LP`, and `CC`.
+
+use super::super::arc::{self, Form, Given};
+use super::super::control::{LARGEST, Target};
+use super::super::gcode::axis_of;
+use super::super::log::{Remark, column, excerpt};
+use super::super::{Arc, Pace, Way};
+use super::token::{Token, Tokens};
+use super::{Heidenhain, State};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+/// What a block says.
+#[derive(Debug)]
+struct Block {
+    target: Target,
+    /// `TX TY TZ`.
+    vector: [Option<f64>; 3],
+    feed: Option<f64>,
+    rapid: bool,
+    /// `DR+` is counterclockwise.
+    clockwise: Option<bool>,
+    radius: Option<f64>,
+    /// `PR`, `PA` \[mm, rad\]; incremental.
+    polar: [Option<(f64, bool)>; 2],
+    /// `M128` stood in the block: F is how fast it may compensate.
+    tcpm: bool,
+    ends: bool,
+    stop: Option<(usize, usize)>,
+}
+
+impl Heidenhain {
+    /// Reads the words of a block and moves.
+    pub(super) fn path(
+        &mut self,
+        state: &mut State,
+        word: &str,
+        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+    ) -> Result<(), Remark> {
+        let mut block = Block {
+            target: Target::new(usize::MAX, 1),
+            vector: [None; 3],
+            feed: None,
+            rapid: false,
+            clockwise: None,
+            radius: None,
+            polar: [None; 2],
+            tcpm: false,
+            ends: false,
+            stop: None,
+        };
+        while let Some(token) = tokens.next_token() {
+            self.word(state, &mut block, (token, &mut tokens))?;
+        }
+        if block.target.at == usize::MAX {
+            block.target.at = first.at;
+        }
+        let line = state.log.line;
+        block.target.column = column(tokens.text(), block.target.at);
+        if word == "CC" {
+            return self.set_pole(state, &block);
+        }
+        self.go(state, word, &mut block)?;
+        if let Some((at, end)) = block.stop {
+            state.control.keep(line, tokens.text().get(at..end).unwrap_or_default());
+        }
+        state.control.ended |= block.ends;
+        Ok(())
+    }
+
+    fn word(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+    ) -> Result<(), Remark> {
+        let upper = token.text.to_ascii_uppercase();
+        let bytes = upper.as_bytes();
+        match bytes {
+            b"R0" => Ok(()),
+            b"RL" | b"RR" | b"R+" | b"R-" => {
+                let help = "post the compensated path with R0";
+                Err(Remark::new(token.at, "cutter compensation needs the whole contour", help))
+            }
+            b"DR+" | b"DR-" => {
+                block.clockwise = Some(bytes == b"DR-");
+                Ok(())
+            }
+            [b'M', b'0'..=b'9', ..] => self.m_code(state, block, token),
+            [b'F', ..] => self.feed(state, block, (token, tokens)),
+            [b'S', ..] => {
+                state.control.speed = self.value(&token.after(1))?.value;
+                if state.control.sense != 0 {
+                    state.control.spindle(state.log.line);
+                }
+                Ok(())
+            }
+            [b'R', ..] => {
+                block.radius = Some(state.control.scale() * self.value(&token.after(1))?.value);
+                Ok(())
+            }
+            [b'T' | b'N', b'X' | b'Y' | b'Z', ..] => self.vector(block, token, bytes),
+            [b'P', b'R' | b'A', ..] | [b'I', b'P', b'R' | b'A', ..] => {
+                self.polar(state, block, (token, bytes))
+            }
+            _ => self.coordinate(state, block, (token, bytes)),
+        }
+    }
+
+    /// `FMAX`, `F MAX`, `F800`.
+    fn feed(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+    ) -> Result<(), Remark> {
+        let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
+        if value.text.eq_ignore_ascii_case("MAX") {
+            block.rapid = true;
+            return Ok(());
+        }
+        if value.text.starts_with(|c: char| c.is_ascii_alphabetic() && !"Qq".contains(c)) {
+            let message = format!("{} is not understood", excerpt(token.text));
+            return Err(Remark::new(token.at, message, "write FMAX or F in mm/min"));
+        }
+        let found = self.value(&value)?;
+        if !(found.value > 0.0 && found.value.is_finite()) {
+            let message = format!("F{} is no feed", found.value);
+            return Err(Remark::new(token.at, message, "give one above 0"));
+        }
+        state.control.note_feed(found.decimals);
+        block.feed = Some(found.value);
+        Ok(())
+    }
+
+    /// `TX+0.5`; the normal `NX NY NZ` says nothing about the motion of a tool without oversize.
+    fn vector(&self, block: &mut Block, token: Token<'_>, bytes: &[u8]) -> Result<(), Remark> {
+        let value = self.value(&token.after(2))?.value;
+        let [kind, letter, ..] = bytes else { return Ok(()) };
+        let place = block.vector.get_mut(usize::from(letter - b'X'));
+        if let (b'T', Some(place)) = (kind, place) {
+            *place = Some(value);
+        }
+        Ok(())
+    }
+
+    /// `PR+10`, `IPA+360`.
+    fn polar(
+        &self,
+        state: &State,
+        block: &mut Block,
+        (token, bytes): (Token<'_>, &[u8]),
+    ) -> Result<(), Remark> {
+        let incremental = bytes.first() == Some(&b'I');
+        let skip = 2 + usize::from(incremental);
+        let angle = bytes.get(skip - 1) == Some(&b'A');
+        let value = self.value(&token.after(skip))?.value;
+        let value = if angle { value.to_radians() } else { state.control.scale() * value };
+        if let Some(place) = block.polar.get_mut(usize::from(angle)) {
+            *place = Some((value, incremental));
+        }
+        Ok(())
+    }
+
+    /// `X+10`, `IX+5`, `C+30`.
+    fn coordinate(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (token, bytes): (Token<'_>, &[u8]),
+    ) -> Result<(), Remark> {
+        let incremental = bytes.first() == Some(&b'I') && bytes.len() > 1;
+        let skip = usize::from(incremental);
+        let letter = bytes.get(skip).copied().unwrap_or(0);
+        if !letter.is_ascii_uppercase() || bytes.len() < skip + 2 {
+            let message = format!("{} is not understood as heidenhain", excerpt(token.text));
+            return Err(Remark::new(token.at, message, "is it the right dialect?"));
+        }
+        let Some(slot) = state.control.slot(letter) else {
+            return Err(state.control.no_axis(token.at, &excerpt(token.text)));
+        };
+        let found = self.value(&token.after(skip + 1))?;
+        if block.target.get(slot).is_some() {
+            let message = format!("second {} word in this block", char::from(letter));
+            return Err(Remark::new(token.at, message, "keep one of them"));
+        }
+        if found.value.abs() > LARGEST {
+            let message = format!("{} is beyond {LARGEST} mm or degrees", excerpt(token.text));
+            return Err(Remark::new(token.at, message, "is a point missing?"));
+        }
+        let rotary = state.control.is_rotary(slot);
+        if rotary && self.spatial {
+            let help = "write AXIS POS";
+            return Err(Remark::new(token.at, "angles in space (AXIS SPAT)", help));
+        }
+        let mut meant = state.control.meant(slot, found.value, found.decimals);
+        if let (true, false, Some(stands)) =
+            (rotary && self.shortest, incremental, state.control.reading(slot))
+        {
+            // Half a turn is as short either way; the control takes the positive one.
+            let way = (meant - stands).rem_euclid(TAU);
+            meant = stands + if way > PI { way - TAU } else { way };
+        }
+        block.target.set(slot, meant, incremental);
+        block.target.at = block.target.at.min(token.at);
+        Ok(())
+    }
+
+    /// M functions.
+    fn m_code(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        token: Token<'_>,
+    ) -> Result<(), Remark> {
+        let number = token.text.get(1..).unwrap_or_default().parse::<u32>().unwrap_or(u32::MAX);
+        let line = state.log.line;
+        match number {
+            2 | 30 => block.ends = true,
+            0 | 1 => block.stop = Some((token.at, token.at + token.text.len())),
+            3 | 4 | 5 | 13 | 14 => {
+                let cw = i8::from(matches!(number, 3 | 13));
+                state.control.sense = cw - i8::from(matches!(number, 4 | 14));
+                state.control.spindle(line);
+            }
+            6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
+            91 => block.target.machine = true,
+            126 | 127 => self.shortest = number == 126,
+            128 => {
+                state.control.set_tcp(true);
+                block.tcpm = true;
+            }
+            129 => {
+                state.control.set_tcp(false);
+                super::function::rotary(state);
+            }
+            89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
+                let message = format!("{} is not understood", excerpt(token.text));
+                let help = "it changes what words or feeds mean; post without it";
+                return Err(Remark::new(token.at, message, help));
+            }
+            u32::MAX => return Err(Remark::new(token.at, "M without a number", "")),
+            _ => {
+                let message = format!(
+                    "{} is not known: it is kept, and taken to move nothing",
+                    excerpt(token.text)
+                );
+                state.log.warn("", Remark::new(token.at, message, ""));
+                state.control.keep(line, token.text);
+            }
+        }
+        Ok(())
+    }
+
+    /// `CC X+0 Y+0`: the pole; alone: where the tool is.
+    fn set_pole(&mut self, state: &State, block: &Block) -> Result<(), Remark> {
+        let all = block.target.is_empty();
+        for axis in 0..3 {
+            let slot = state.control.xyz[axis];
+            let stands = state.control.reading(slot);
+            let value = match block.target.get(slot) {
+                Some(word) if block.target.is_incremental(slot) => {
+                    Some(word + stands.ok_or_else(|| arc::unknown_start(block.target.at))?)
+                }
+                Some(word) => Some(word),
+                None if all => stands,
+                None => continue,
+            };
+            if let Some(place) = self.pole.get_mut(axis) {
+                *place = value;
+            }
+        }
+        Ok(())
+    }
+
+    fn go(&mut self, state: &mut State, word: &str, block: &mut Block) -> Result<(), Remark> {
+        let at = block.target.at;
+        if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
+            state.control.feed = Some(feed);
+        }
+        if block.vector.iter().any(Option::is_some) {
+            if word != "LN" || !state.control.tcp {
+                let message = "TX TY TZ without LN or without TCPM";
+                return Err(Remark::new(at, message, "write FUNCTION TCPM or M128 before"));
+            }
+            let [x, y, z] = block.vector.map(|value| value.unwrap_or(0.0));
+            block.target.axis = Some(axis_of(Vector3::new(x, y, z), at)?);
+        }
+        let way = match word {
+            "C" | "CR" => Some(self.circle(state, word == "CR", block)?),
+            "CP" => Some(self.polar_circle(state, block)?),
+            "LP" => {
+                self.polar_end(state, block)?;
+                None
+            }
+            _ => None,
+        };
+        if block.target.is_empty() && way.is_none() {
+            return Ok(());
+        }
+        let pace = if block.rapid {
+            Pace::Rapid
+        } else {
+            state.control.pace(&block.target, block.feed)?
+        };
+        state.control.go(state.log.line, block.target, (pace, way.unwrap_or(Way::Line)))
+    }
+
+    /// The pole as seen from where the tool is.
+    fn pole_from_here(&self, state: &State, at: usize) -> Result<[f64; 2], Remark> {
+        let from = |axis: usize| {
+            let pole = self.pole.get(axis).copied().flatten().ok_or_else(|| {
+                Remark::new(at, "a circle or polar word without its pole", "write CC before it")
+            })?;
+            let place = state.control.reading(state.control.xyz[axis]);
+            Ok::<f64, Remark>(pole - place.ok_or_else(|| arc::unknown_start(at))?)
+        };
+        Ok([from(self.plane[0])?, from(self.plane[1])?])
+    }
+
+    fn sense(block: &Block) -> Result<bool, Remark> {
+        block.clockwise.ok_or_else(|| {
+            Remark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
+        })
+    }
+
+    fn circle(&self, state: &State, by_radius: bool, block: &Block) -> Result<Way, Remark> {
+        let at = block.target.at;
+        let clockwise = Self::sense(block)?;
+        let form = if by_radius {
+            let radius = block.radius;
+            Form::Radius(radius.ok_or_else(|| Remark::new(at, "CR without R", "write its radius"))?)
+        } else {
+            Form::Center(self.pole_from_here(state, at)?)
+        };
+        let plane = self.plane.map(|axis| state.control.xyz[axis]);
+        arc::way(&state.control, &block.target, &Given { plane, form, clockwise, turns: 1 })
+    }
+
+    /// `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
+    fn polar_circle(&self, state: &State, block: &mut Block) -> Result<Way, Remark> {
+        let at = block.target.at;
+        let clockwise = Self::sense(block)?;
+        let center = self.pole_from_here(state, at)?;
+        let start = (-center[1]).atan2(-center[0]);
+        let Some((angle, incremental)) = block.polar[1] else {
+            return Err(Remark::new(at, "CP without its angle", "write PA or IPA"));
+        };
+        let sweep = if incremental {
+            angle
+        } else {
+            let up = (angle - start).rem_euclid(TAU);
+            if clockwise { up - TAU } else { up }
+        };
+        if (sweep < 0.0) != clockwise || sweep.abs() > LARGEST {
+            let message = "the angle of CP runs against DR";
+            return Err(Remark::new(at, message, "their signs must agree"));
+        }
+        let plane = self.plane.map(|axis| state.control.xyz[axis]);
+        let arc = Arc { plane, center, sweep };
+        for (slot, change) in plane.into_iter().zip(arc.at(1.0)) {
+            block.target.set(slot, change, true);
+        }
+        Ok(Way::Arc(arc))
+    }
+
+    /// `LP PR+10 PA+30`.
+    fn polar_end(&self, state: &State, block: &mut Block) -> Result<(), Remark> {
+        let at = block.target.at;
+        let center = self.pole_from_here(state, at)?;
+        let [from_radius, from_angle] =
+            [center[0].hypot(center[1]), (-center[1]).atan2(-center[0])];
+        let value = |given: Option<(f64, bool)>, from: f64| match given {
+            Some((value, true)) => from + value,
+            Some((value, false)) => value,
+            None => from,
+        };
+        let radius = value(block.polar[0], from_radius);
+        let angle = value(block.polar[1], from_angle);
+        let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
+        let plane = self.plane.map(|axis| state.control.xyz[axis]);
+        for (slot, change) in plane.into_iter().zip(end) {
+            block.target.set(slot, change, true);
+        }
+        Ok(())
+    }
+}

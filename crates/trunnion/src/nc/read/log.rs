@@ -1,0 +1,92 @@
+//! Faults and warnings with their places.
+
+use crate::types::Fault;
+
+/// Something about a line: byte offset, what, what to do.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Remark {
+    pub(super) at: usize,
+    pub(super) message: String,
+    pub(super) help: String,
+}
+
+impl Remark {
+    pub(super) fn new(at: usize, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { at, message: message.into(), help: help.into() }
+    }
+
+    /// The same with another message.
+    pub(super) fn with(self, message: String) -> Self {
+        Self { message, ..self }
+    }
+}
+
+/// Warnings that are kept; a file with more has one kind of trouble many times.
+const MOST_WARNINGS: usize = 100;
+
+/// Most characters of a line in a message.
+const EXCERPT: usize = 40;
+
+/// What was found wrong or odd so far, and the line being read.
+#[derive(Debug)]
+pub(super) struct Log {
+    pub(super) line: u32,
+    pub(super) faults: Vec<Fault>,
+    pub(super) warnings: Vec<Fault>,
+    most: usize,
+}
+
+impl Log {
+    pub(super) fn new(most: usize) -> Self {
+        Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
+    }
+
+    /// No further fault is wanted.
+    pub(super) fn is_full(&self) -> bool {
+        self.faults.len() >= self.most
+    }
+
+    pub(super) fn fault(&mut self, text: &str, remark: Remark) {
+        if !self.is_full() {
+            self.faults.push(placed(self.line, text, remark));
+        }
+    }
+
+    /// A warning; the same message is told once.
+    pub(super) fn warn(&mut self, text: &str, remark: Remark) {
+        let known = self.warnings.iter().any(|warning| warning.message == remark.message);
+        if !known && self.warnings.len() < MOST_WARNINGS {
+            self.warnings.push(placed(self.line, text, remark));
+        }
+    }
+
+    /// A fault of the file as a whole.
+    pub(super) fn whole(&mut self, message: &str, help: &str) {
+        if !self.is_full() {
+            self.faults.push(Fault::whole(message).with_help(help));
+        }
+    }
+}
+
+/// Column of a byte offset in characters, counted from 1.
+pub(super) fn column(text: &str, at: usize) -> u32 {
+    let before = text.as_bytes().get(..at.min(text.len())).unwrap_or_default();
+    // Continuation bytes begin no character.
+    let characters = before.iter().filter(|byte| **byte & 0xC0 != 0x80).count();
+    u32::try_from(characters + 1).unwrap_or(u32::MAX)
+}
+
+fn placed(line: u32, text: &str, remark: Remark) -> Fault {
+    let Remark { at, message, help } = remark;
+    Fault { line, column: column(text, at), message, help }
+}
+
+/// The beginning of a text, for a message.
+pub(super) fn excerpt(text: &str) -> String {
+    let text = text.trim();
+    let mut short: String = text.chars().take(EXCERPT).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}

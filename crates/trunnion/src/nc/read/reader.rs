@@ -1,0 +1,146 @@
+//! A reader of any dialect, line by line.
+
+use super::control::Control;
+use super::gcode::Gcode;
+use super::heidenhain::Heidenhain;
+use super::log::{Log, Remark, excerpt};
+use super::siemens::Siemens;
+use super::{Dialect, ReadOptions, Step};
+use crate::types::AxisVector;
+use crate::types::Fault;
+
+/// Longest line \[bytes\]; a longer one is not of a program.
+const LONGEST: usize = 100_000;
+
+/// What all dialects share.
+#[derive(Debug)]
+pub(super) struct State {
+    pub(super) control: Control,
+    pub(super) log: Log,
+}
+
+/// The dialect's own part.
+#[derive(Debug)]
+enum Language {
+    Gcode(Box<Gcode>),
+    Siemens(Box<Siemens>),
+    Heidenhain(Box<Heidenhain>),
+    /// Not read here.
+    None,
+}
+
+/// Takes lines, gives steps.
+#[derive(Debug)]
+pub(super) struct Reader {
+    state: State,
+    language: Language,
+    lines: u32,
+}
+
+impl Reader {
+    pub(super) fn new(options: &ReadOptions) -> Self {
+        let control = Control::new(options);
+        let mut log = Log::new(options.most_faults);
+        let language = match options.dialect {
+            Dialect::LinuxCnc | Dialect::Fanuc | Dialect::Haas => {
+                Language::Gcode(Box::new(Gcode::new(options)))
+            }
+            Dialect::Siemens => Language::Siemens(Box::new(Siemens::new(options))),
+            Dialect::Heidenhain => Language::Heidenhain(Box::new(Heidenhain::new(options))),
+            Dialect::Apt => {
+                log.whole("cutter locations are no program", "read them as a CL file");
+                Language::None
+            }
+        };
+        Self { state: State { control, log }, language, lines: 0 }
+    }
+
+    /// The next step, once lines made one; none after a fault.
+    #[inline]
+    pub(super) fn pop(&mut self) -> Option<Step> {
+        if !self.state.log.faults.is_empty() {
+            self.state.control.steps.clear();
+        }
+        self.state.control.steps.pop_front()
+    }
+
+    /// No further line is wanted.
+    #[inline]
+    pub(super) fn is_over(&self) -> bool {
+        self.state.control.ended || self.state.log.is_full()
+    }
+
+    /// There is something to run before the next line of the file.
+    #[inline]
+    pub(super) fn is_busy(&self) -> bool {
+        match &self.language {
+            Language::Gcode(gcode) => !self.is_over() && gcode.is_busy(),
+            _ => false,
+        }
+    }
+
+    /// Runs it.
+    pub(super) fn advance(&mut self) {
+        if let Language::Gcode(gcode) = &mut self.language {
+            gcode.advance(&mut self.state);
+        }
+    }
+
+    /// Reads a line of the file.
+    #[inline]
+    pub(super) fn line(&mut self, text: &str) {
+        self.lines = self.lines.saturating_add(1);
+        self.state.log.line = self.lines;
+        let text = match (self.lines, text.strip_prefix('\u{feff}')) {
+            (1, Some(rest)) => rest,
+            _ => text,
+        };
+        if text.len() > LONGEST {
+            let length = text.len();
+            let message = format!("a line of {length} bytes begins {}", excerpt(text));
+            self.state.log.fault(text, Remark::new(0, message, "is this a program?"));
+            return;
+        }
+        match &mut self.language {
+            Language::Gcode(gcode) => gcode.line(&mut self.state, text),
+            Language::Siemens(siemens) => siemens.line(&mut self.state, text),
+            Language::Heidenhain(klartext) => klartext.line(&mut self.state, text),
+            Language::None => self.state.control.ended = true,
+        }
+    }
+
+    /// Every fault, once the program is over.
+    pub(super) fn finish(&mut self) -> Vec<Fault> {
+        if self.state.log.faults.is_empty() {
+            let ended = self.state.control.ended;
+            let message = "the program has no end: a line is missing, or the file was cut";
+            match &mut self.language {
+                Language::Gcode(gcode) => gcode.finish(&mut self.state),
+                Language::Siemens(_) if !ended => {
+                    self.state.log.whole(message, "end it with M30, M17 or RET");
+                }
+                Language::Heidenhain(_) if !ended => {
+                    self.state.log.whole(message, "end it with END PGM or M30");
+                }
+                _ => {}
+            }
+        }
+        self.state.log.faults.clone()
+    }
+
+    pub(super) fn warnings(&self) -> &[Fault] {
+        &self.state.log.warnings
+    }
+
+    pub(super) fn tools(&self) -> &[u32] {
+        &self.state.control.tools
+    }
+
+    pub(super) fn rounding(&self) -> AxisVector {
+        self.state.control.rounding()
+    }
+
+    pub(super) fn feed_rounding(&self) -> f64 {
+        self.state.control.feed_rounding()
+    }
+}

@@ -1,0 +1,138 @@
+//! What a program comes to: blocks, lengths, time as programmed, ranges.
+
+use super::{Frame, Move, Pace, Step, Way};
+use crate::types::AXES;
+
+/// Counts steps as they come.
+///
+/// Lengths are of the X Y Z words, tip or axes as the program has them; where words begin to count from
+/// something else (`G53`, another offset, a tilted plane) no length is made up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    /// Moves.
+    pub blocks: usize,
+    /// Moves at rapid speed.
+    pub rapids: usize,
+    /// Moves on arcs.
+    pub arcs: usize,
+    /// Length of the X Y Z words, rapid and with feed \[mm\].
+    pub length: [f64; 2],
+    /// Feed moves at their feed, and dwells \[s\]; rapid moves are left out.
+    pub seconds: f64,
+    /// Least and largest word of each axis, in the order of the axes and then the sixth \[mm, rad\]; G53 left
+    /// out. `None`: the program does not move it.
+    pub ranges: [Option<[f64; 2]>; AXES + 1],
+    place: [Option<f64>; AXES + 1],
+    rotary: [bool; AXES],
+    of: (Option<u8>, u16),
+}
+
+impl Tally {
+    /// Nothing yet; which of the five axes turn.
+    pub fn new(rotary: [bool; AXES]) -> Self {
+        Self {
+            blocks: 0,
+            rapids: 0,
+            arcs: 0,
+            length: [0.0; 2],
+            seconds: 0.0,
+            ranges: [None; AXES + 1],
+            place: [None; AXES + 1],
+            rotary,
+            of: (None, 0),
+        }
+    }
+
+    /// Counts a step.
+    pub fn push(&mut self, step: &Step) {
+        match step {
+            Step::Move(step) => self.take(step),
+            Step::Dwell { seconds, .. } => self.seconds += seconds,
+            _ => {}
+        }
+    }
+
+    fn take(&mut self, step: &Move) {
+        let offset = match step.frame {
+            Frame::Machine => None,
+            Frame::Work { offset, .. } => Some(offset),
+        };
+        if self.of != (offset, step.plane) {
+            self.of = (offset, step.plane);
+            self.place = [None; AXES + 1];
+        }
+        let [linear, turned] = self.follow(step);
+        let length = match step.way {
+            Way::Line => linear.iter().map(|change| change * change).sum::<f64>().sqrt(),
+            Way::Arc(arc) => {
+                let along = |(slot, change): (usize, &f64)| {
+                    if arc.plane.contains(&slot) { 0.0 } else { change * change }
+                };
+                let along: f64 = linear.iter().enumerate().map(along).sum();
+                ((arc.radius() * arc.sweep).powi(2) + along).sqrt()
+            }
+        };
+        let rapid = step.pace == Pace::Rapid;
+        self.blocks += 1;
+        self.rapids += usize::from(rapid);
+        self.arcs += usize::from(matches!(step.way, Way::Arc(_)));
+        self.length[usize::from(!rapid)] += length;
+        self.seconds += match step.pace {
+            Pace::Rapid => 0.0,
+            Pace::Inverse { seconds } => seconds,
+            Pace::PerMinute { speed } if length > 0.0 => length / speed,
+            Pace::PerMinute { speed } => {
+                turned.iter().map(|turn| turn * turn).sum::<f64>().sqrt().to_degrees() / speed
+            }
+        };
+    }
+
+    /// Moves to where a step leads; changes of the linear and of the rotary axes, as far as known.
+    fn follow(&mut self, step: &Move) -> [[f64; AXES]; 2] {
+        let mut changes = [[0.0; AXES]; 2];
+        let [w0, w1, w2, w3, w4] = step.words;
+        let words = [w0, w1, w2, w3, w4, step.sixth.map(|(_, word)| word)];
+        for (slot, (word, place)) in words.into_iter().zip(&mut self.place).enumerate() {
+            let Some(word) = word else { continue };
+            let stood = *place;
+            let change =
+                if step.incremental { Some(word) } else { stood.map(|stood| word - stood) };
+            *place = if step.incremental { stood.map(|stood| stood + word) } else { Some(word) };
+            let rotary = self.rotary.get(slot).copied().unwrap_or(false);
+            if let (Some(to), Some(change)) = (changes[usize::from(rotary)].get_mut(slot), change) {
+                *to = change;
+            }
+            if let (Some(at), Frame::Work { .. }, Some(range)) =
+                (*place, step.frame, self.ranges.get_mut(slot))
+            {
+                *range = Some(range.map_or([at; 2], |[low, high]| [low.min(at), high.max(at)]));
+            }
+        }
+        changes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nc::read::gcode::tests::options;
+    use crate::nc::read::{Dialect, steps};
+    use std::f64::consts::PI;
+
+    #[test]
+    fn lengths_are_of_words() {
+        let text = "G0 X0 Y0 Z0 A0\nX3 Y4\nG1 F60 Z1\nG3 X-3 Y-4 I-3 J-4\nA90\nG4 P2\nG53 G0 Z99\nG0 Z5\nM2\n";
+        let mut tally = Tally::new([false, false, false, true, true]);
+        for step in steps(text.lines(), &options(Dialect::LinuxCnc)) {
+            tally.push(&step.unwrap());
+        }
+        assert_eq!((tally.blocks, tally.rapids, tally.arcs), (7, 4, 1));
+        let expected = 1.0 + 5.0 * PI;
+        assert!(
+            (tally.length[0] - 5.0).abs() < 1e-12 && (tally.length[1] - expected).abs() < 1e-12
+        );
+        assert!((tally.seconds - expected - 90.0 - 2.0).abs() < 1e-12);
+        assert_eq!(tally.ranges[2], Some([0.0, 5.0]));
+        assert_eq!(tally.ranges[4], None);
+    }
+}
