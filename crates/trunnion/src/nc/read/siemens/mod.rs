@@ -128,22 +128,18 @@ impl Siemens {
     fn block(&mut self, state: &mut State, code: &str, from: usize) -> Result<(), Remark> {
         let mut items = word::Items::new(code, from);
         let mut line = Line::new();
-        let mut assignments = Vec::new();
         while let Some(item) = items.next_item()? {
             match item.name {
                 Name::Code(letter, tenths) if item.is_code() => {
                     self.code(state, &mut line, (&item, letter, tenths, code))?;
                 }
-                _ => self.word(state, &mut line, (&item, &mut assignments, code))?,
+                _ => self.word(state, &mut line, (&item, code))?,
             }
         }
         if line.target.at == usize::MAX {
             line.target.at = from;
         }
         line.target.column = column(code, line.target.at);
-        for (name, value) in assignments {
-            self.variables.insert(name, value);
-        }
         self.run(state, line)
     }
 
@@ -152,12 +148,12 @@ impl Siemens {
         &mut self,
         state: &mut State,
         line: &mut Line,
-        (item, assignments, code): (&Item<'_>, &mut Vec<(Box<str>, f64)>, &str),
+        (item, code): (&Item<'_>, &str),
     ) -> Result<(), Remark> {
         let name = item.text_name().to_ascii_uppercase();
         if name.starts_with('R') && item.is_assignment() && item.number_of("R").is_some() {
             let (value, _) = self.value(item)?;
-            assignments.push((name.into(), value.number));
+            self.variables.insert(name.into(), value.number);
             return Ok(());
         }
         if let Some(at) = ["A3", "B3", "C3"].iter().position(|known| *known == name) {

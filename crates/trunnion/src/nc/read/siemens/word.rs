@@ -186,7 +186,7 @@ fn extent(text: &str) -> Option<usize> {
     let mut end = 0;
     for (at, byte) in text.bytes().enumerate() {
         match byte {
-            b'"' => quoted = !quoted,
+            b'"' => (quoted, operand) = (!quoted, false),
             _ if quoted => {}
             b'(' => depth = depth.checked_add(1)?,
             b')' if depth == 0 => return Some(end),
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn words_end_where_they_end() {
         let mut items = Items::new(
-            "N10 G1 X=R1 + 2*(3 - 1) Y-5.5A3=0.5 CYCLE832(0.1, 2) TRAORI C=ACP(33)F5",
+            "T=\"A B\" N10 G1 X=R1 + 2*(3 - 1) Y-5.5A3=0.5 CYCLE832(0.1, 2) TRAORI C=ACP(33)F5",
             0,
         );
         let mut found = Vec::new();
