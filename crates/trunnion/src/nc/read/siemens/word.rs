@@ -225,6 +225,7 @@ mod tests {
             found.push(item.line.get(item.at..item.end).unwrap());
         }
         let expected = [
+            "T=\"A B\"",
             "N10",
             "G1",
             "X=R1 + 2*(3 - 1)",
