@@ -296,6 +296,9 @@ fn a_hostile_program_ends() {
     ends(&format!("G0 X{}\nM2\n", "9".repeat(400)), "beyond");
     ends(&"X1".repeat(5_000_000), "bytes");
     ends("o1 do\nG0 X1\n", "no end");
+    let long =
+        format!("o1 while [1]\no2 if [0]\n{}o2 endif\no1 endwhile\nM2\n", "G0 X1\n".repeat(20_000));
+    ends(&long, "10000 lines");
     ends("o1 sub\no1 endsub\nG0 X1\n", "no end");
     ends("o<x> call\nM2\n", "not in the file");
     ends("G0 X[1/0]\nM2\n", "finite");

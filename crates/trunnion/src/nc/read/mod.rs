@@ -61,7 +61,7 @@ pub struct ReadOptions {
     pub sixth: bool,
     /// Faults after which reading stops.
     pub most_faults: usize,
-    /// Lines that loops, subprograms and repeated cycles may run in all.
+    /// Lines that loops, subprograms and repeated cycles may run or pass over in all.
     pub most_repeated: u64,
     /// Run lines that begin with `/`; `None`: such a line is a fault, as nobody knows.
     pub block_delete: Option<bool>,

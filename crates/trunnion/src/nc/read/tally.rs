@@ -61,7 +61,7 @@ impl Tally {
             self.of = (offset, step.plane);
             self.place = [None; AXES + 1];
         }
-        let [linear, turned] = self.follow(step);
+        let ([linear, turned], sixth) = self.follow(step);
         let length = match step.way {
             Way::Line => linear.iter().map(|change| change * change).sum::<f64>().sqrt(),
             Way::Arc(arc) => {
@@ -81,15 +81,20 @@ impl Tally {
             Pace::Rapid => 0.0,
             Pace::Inverse { seconds } => seconds,
             Pace::PerMinute { speed } if length > 0.0 => length / speed,
+            // The feed of a linear axis that moves alone is its own.
+            Pace::PerMinute { speed } if sixth > 0.0 => sixth / speed,
             Pace::PerMinute { speed } => {
                 turned.iter().map(|turn| turn * turn).sum::<f64>().sqrt().to_degrees() / speed
             }
         };
     }
 
-    /// Moves to where a step leads; changes of the linear and of the rotary axes, as far as known.
-    fn follow(&mut self, step: &Move) -> [[f64; AXES]; 2] {
+    /// Moves to where a step leads; changes of the linear and of the rotary axes, and how far a linear sixth
+    /// goes, as far as known.
+    fn follow(&mut self, step: &Move) -> ([[f64; AXES]; 2], f64) {
         let mut changes = [[0.0; AXES]; 2];
+        let mut sixth = 0.0;
+        let turns = step.sixth.is_some_and(|(letter, _)| "ABC".contains(letter));
         let [w0, w1, w2, w3, w4] = step.words;
         let words = [w0, w1, w2, w3, w4, step.sixth.map(|(_, word)| word)];
         for (slot, (word, place)) in words.into_iter().zip(&mut self.place).enumerate() {
@@ -102,13 +107,16 @@ impl Tally {
             if let (Some(to), Some(change)) = (changes[usize::from(rotary)].get_mut(slot), change) {
                 *to = change;
             }
+            if let (AXES, Some(change), false) = (slot, change, turns) {
+                sixth = change.abs();
+            }
             if let (Some(at), Frame::Work { .. }, Some(range)) =
                 (*place, step.frame, self.ranges.get_mut(slot))
             {
                 *range = Some(range.map_or([at; 2], |[low, high]| [low.min(at), high.max(at)]));
             }
         }
-        changes
+        (changes, sixth)
     }
 }
 
@@ -118,6 +126,17 @@ mod tests {
     use crate::nc::read::gcode::tests::options;
     use crate::nc::read::{Dialect, steps};
     use std::f64::consts::PI;
+
+    #[test]
+    fn a_sixth_axis_takes_its_time() {
+        let mut tally = Tally::new([false, false, false, true, true]);
+        let options = crate::nc::read::ReadOptions { sixth: true, ..options(Dialect::LinuxCnc) };
+        for step in steps("G0 X0 W0\nG1 W-5 F60\nX1 W0\nM2\n".lines(), &options) {
+            tally.push(&step.unwrap());
+        }
+        assert!((tally.seconds - 6.0).abs() < 1e-12 && (tally.length[1] - 1.0).abs() < 1e-12);
+        assert_eq!(tally.ranges[5], Some([-5.0, 0.0]));
+    }
 
     #[test]
     fn lengths_are_of_words() {

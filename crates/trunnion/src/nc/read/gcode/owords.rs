@@ -77,6 +77,9 @@ impl Gcode {
             ));
         };
         frame.next = at + beyond;
+        // Looking for it is work, too, that a loop could ask for without end.
+        let passed = u64::try_from(at.saturating_sub(from)).unwrap_or(u64::MAX);
+        self.left = self.left.saturating_sub(passed);
         Ok(())
     }
 
