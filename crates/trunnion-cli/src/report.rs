@@ -32,7 +32,8 @@ const ARC_STEPS: u32 = 12;
 /// The page of a run.
 pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<String> {
     // The checks of all programs measure the same part; the page shows the worst.
-    let shown = outcome.programs.iter().max_by(|a, b| worst(a).total_cmp(&worst(b)));
+    let checked = outcome.programs.iter().filter(|program| program.check.is_some());
+    let shown = checked.max_by(|a, b| worst(a).total_cmp(&worst(b)));
     let data = ReportData {
         job: summary.job.clone(),
         part: job.file.part.file.clone(),
@@ -56,7 +57,10 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
 
 fn worst(program: &Program) -> f64 {
     let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height.abs());
-    height(&program.check.deviation.lowest).max(height(&program.check.deviation.highest))
+    let of = |check: &verify::Report| {
+        height(&check.deviation.lowest).max(height(&check.deviation.highest))
+    };
+    program.check.as_ref().map_or(0.0, of)
 }
 
 fn tool(job: &Job) -> String {
@@ -236,7 +240,7 @@ pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
 
 fn surface(program: &Program) -> Surface {
     let mut surface = Surface::default();
-    for map in &program.check.maps {
+    for map in program.check.iter().flat_map(|check| &check.maps) {
         let points: Vec<_> = map
             .samples
             .iter()
@@ -371,9 +375,10 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
 }
 
 fn check(job: &Job, program: &Program) -> Check {
-    let deviation = &program.check.deviation;
+    let Some(report) = &program.check else { return Check::default() };
+    let deviation = &report.deviation;
     let heights = || {
-        let samples = program.check.maps.iter().flat_map(|map| map.samples.iter().flatten());
+        let samples = report.maps.iter().flat_map(|map| map.samples.iter().flatten());
         samples.filter_map(|sample| sample.height)
     };
     let reach = 2.0 * job.budget.total;
@@ -386,7 +391,7 @@ fn check(job: &Job, program: &Program) -> Check {
         points: deviation.points as u64,
         uncut: deviation.uncut as u64,
         histogram: Histogram::of(heights(), [-reach, reach], BINS),
-        places: places(&program.check),
+        places: places(report),
     }
 }
 

@@ -15,7 +15,8 @@ use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, work_offset,
 };
 use trunnion::pipeline::{
-    PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster, control_of,
+    PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
+    control_of,
 };
 use trunnion::types::{AxisVector, ToolPose};
 
@@ -44,6 +45,7 @@ fn options(control: Control) -> PostOptions {
         max_feed: None,
         method: PostMethod::Optimal,
         window: 512,
+        filter: PostFilter::None,
     }
 }
 
@@ -65,7 +67,7 @@ fn posted(
     for one in moves {
         poster.push(&mut text, one, (&note(), &template)).unwrap();
     }
-    let report = poster.finish(&mut text).unwrap();
+    let report = poster.finish(&mut text, (&note(), &template)).unwrap();
     (text, report)
 }
 
@@ -92,7 +94,13 @@ fn path(kinematics: &Kinematics, random: &mut Random, count: u32) -> Vec<PostMov
                 k if k < 10 => PostPace::Feed(0.5 * feed),
                 _ => PostPace::Feed(feed),
             };
-            PostMove { line: k + 1, pose: kinematics.forward(&q), q: None, pace }
+            PostMove {
+                line: k + 1,
+                pose: kinematics.forward(&q),
+                q: None,
+                pace,
+                way: Control::GreatCircle,
+            }
         })
         .collect()
 }
@@ -304,7 +312,7 @@ fn a_cl_file_posted_as_one_says_the_same_locations() {
     assert_eq!(file.records.len(), moves.len());
     for (record, one) in file.records.iter().zip(&moves) {
         assert!((record.pose.tip - one.pose.tip).norm() <= 1e-4, "{record:?}");
-        assert!(record.pose.axis.angle(&one.pose.axis) <= 1e-8);
+        assert!((*record.pose.axis - *one.pose.axis).norm() <= 2e-9);
         match (record.motion, one.pace) {
             (read::ClMotion::Rapid, PostPace::Rapid) => {}
             (read::ClMotion::Feed(read), PostPace::Feed(asked)) => {

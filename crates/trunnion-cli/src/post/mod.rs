@@ -12,11 +12,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use told::Told;
 use trunnion::machine::{Kinematics, Setup};
+use trunnion::nc::read;
 use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, program_sheet,
 };
 use trunnion::pipeline::{
-    POST_WINDOW, PostMethod, PostOptions, PostReport, PostSource, Poster, control_of,
+    POST_WINDOW, PostFilter, PostMethod, PostOptions, PostReport, PostSource, Poster, control_of,
 };
 
 /// Bytes of text that are kept before they are written.
@@ -25,7 +26,7 @@ const CHUNK: usize = 1 << 16;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it).
+    /// CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it) or NC program; - is stdin.
     #[arg(required_unless_present = "print_template")]
     input: Option<PathBuf>,
     /// Machine file, or name of a built-in machine (see `trunnion machine list`).
@@ -40,6 +41,31 @@ pub(crate) struct Args {
     /// How far the program may stray from the input: mm at the tip, degrees of the tool axis.
     #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, default_value = "0.01,0.05", allow_hyphen_values = true)]
     tolerance: [f64; 2],
+    /// Dialect of the input [default: seen from its text]: apt linuxcnc fanuc haas siemens heidenhain.
+    #[arg(long, value_name = "DIALECT", value_parser = read_dialect)]
+    from: Option<read::Dialect>,
+    /// Machine that a program is for [default: that of --machine].
+    #[arg(long, value_name = "MACHINE")]
+    from_machine: Option<String>,
+    /// Workpiece origin that a program assumes [default: --origin].
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    from_origin: Option<[f64; 3]>,
+    /// Rotation of the workpiece that a program assumes [default: --rotation].
+    #[arg(long, value_name = "RX,RY,RZ", value_parser = three, allow_hyphen_values = true)]
+    from_rotation: Option<[f64; 3]>,
+    /// Tool length that a program assumes [default: --tool-length].
+    #[arg(long, value_name = "L", value_parser = finite, allow_hyphen_values = true)]
+    from_tool_length: Option<f64>,
+    /// Rotaries of the program read count against ISO 841.
+    #[arg(long)]
+    from_reversed_rotaries: bool,
+    /// Lay a C3 path through the moves between rapid ones: fewer and longer blocks, and no corners that hold the
+    /// axes back.
+    #[arg(long, conflicts_with = "reduce")]
+    smooth: bool,
+    /// Leave out moves that a longer one stands for.
+    #[arg(long)]
+    reduce: bool,
     /// Feed in mm/min to which feeds may be raised where the axes allow; without it those of the input stay the most.
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     max_feed: Option<f64>,
@@ -76,6 +102,7 @@ Dialects: linuxcnc g93 fanuc fanuc-vector haas siemens siemens-axes heidenhain h
 Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out of reach: nothing written.
 
   trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 -d fanuc -o part.nc
+  trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 --tool-length 120 -d g93 -o new.nc
   trunnion post --print-template fanuc > shop.j2
   trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
 
@@ -92,6 +119,11 @@ fn dialect(name: &str) -> Result<Dialect, String> {
         let names: Vec<&str> = DIALECTS.iter().map(|(name, _)| *name).collect();
         format!("write one of {}", names.join(", "))
     })
+}
+
+fn read_dialect(name: &str) -> Result<read::Dialect, String> {
+    let names = read::Dialect::ALL.map(read::Dialect::name);
+    read::Dialect::from_name(name).ok_or_else(|| format!("write one of {}", names.join(", ")))
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -176,6 +208,10 @@ struct Plan {
     style: Style,
     template: Template,
     spindle: Option<f64>,
+    from: Option<read::Dialect>,
+    /// The machine that a program is for, and its words.
+    from_machine: Kinematics,
+    from_words: AxisWords,
 }
 
 /// What the program's head says, owned.
@@ -216,6 +252,16 @@ impl Plan {
         let setup = Setup::new(args.origin.into(), rotation, args.tool_length);
         let kinematics = Kinematics::new(&machine, &setup);
         let dialect = args.dialect.unwrap_or_else(|| Dialect::of(&machine));
+        let from_machine = match &args.from_machine {
+            Some(name) => machine::load(name)?.machine,
+            None => machine.clone(),
+        };
+        let from_setup = Setup::new(
+            args.from_origin.unwrap_or(args.origin).into(),
+            args.from_rotation.unwrap_or(args.rotation).map(f64::to_radians),
+            args.from_tool_length.unwrap_or(args.tool_length),
+        );
+        let from_words = AxisWords::of(&from_machine, args.from_reversed_rotaries);
         let axes = AxisWords::of(&machine, args.reversed_rotaries).map_err(Failure::input)?;
         let style = Style { blend: Some(args.tolerance), ..Style::of(&kinematics, dialect, axes) };
         let template = match &args.template {
@@ -232,8 +278,22 @@ impl Plan {
                 Method::Jerk => PostMethod::Jerk,
             },
             window: POST_WINDOW,
+            filter: match (args.smooth, args.reduce) {
+                (true, _) => PostFilter::Smooth,
+                (_, true) => PostFilter::Reduce,
+                _ => PostFilter::None,
+            },
         };
-        Ok(Self { kinematics, options, style, template: template?, spindle: args.spindle })
+        Ok(Self {
+            kinematics,
+            options,
+            style,
+            template: template?,
+            spindle: args.spindle,
+            from: args.from,
+            from_machine: Kinematics::new(&from_machine, &from_setup),
+            from_words: from_words.map_err(Failure::input)?,
+        })
     }
 
     /// Reads the input to its end while the program is written.
@@ -243,14 +303,19 @@ impl Plan {
         bars: &Bars,
         out: &mut dyn Write,
     ) -> Result<(PostReport, Head), Failure> {
-        let mut input = Input::open(path)?;
-        let source = PostSource::Locations;
+        let from = (self.from, &self.from_machine, self.from_words);
+        let mut input = Input::open(path, from, bars)?;
+        let source = if input.is_program() {
+            PostSource::Program(Box::new(self.from_machine.clone()))
+        } else {
+            PostSource::Locations
+        };
         let poster = Poster::new(&self.kinematics, source, &self.options, &self.style);
         let mut poster = poster.map_err(|error| input.failure(&error))?;
         let mut text = String::with_capacity(2 * CHUNK);
         let mut head = Head::default();
         let unwritten = |error| anyhow::Error::new(error).context("writing the program");
-        while let Some(one) = input.next(bars)? {
+        while let Some(one) = input.next()? {
             input.head(&mut head);
             head.spindle = self.spindle.unwrap_or(head.spindle);
             let told = (&head.note(), &self.template);
@@ -260,7 +325,8 @@ impl Plan {
                 text.clear();
             }
         }
-        let report = poster.finish(&mut text).map_err(|error| input.failure(&error))?;
+        let last = (&head.note(), &self.template);
+        let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;
         head.duration = report.seconds[1] + report.rapid_seconds;
         Ok((report, head))

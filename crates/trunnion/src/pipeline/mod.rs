@@ -20,8 +20,8 @@ pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use post::{
-    POST_WINDOW, PostError, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, control_of,
+    Left, POST_WINDOW, PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace,
+    PostReport, PostSource, Poster, ProgramMoves, control_of,
 };
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};

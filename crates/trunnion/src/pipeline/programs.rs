@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::post::control_of;
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
 use crate::axes::Followed;
@@ -12,9 +13,12 @@ use crate::files::job as file;
 use crate::files::summary::{RetractSummary, SingularSummary};
 use crate::import::inspect;
 use crate::inverse::Inverse;
-use crate::machine::Kinematics;
+use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::nc::read;
-use crate::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, Remark, ToolNote};
+use crate::nc::write::{
+    self, AxisWords, BlockPace, Coordinates, Dialect, Note, ProgramOptions, ProgramWriter, Remark,
+    Style, Template, ToolNote, WriteError,
+};
 use crate::surface::FaceIndex;
 use crate::types::{Block, Leg, Motion, Progress, Rest, ToolPose};
 use crate::verify;
@@ -66,8 +70,8 @@ pub struct Program {
     pub blocks: Vec<Block>,
     /// Bound on what rounding its words does at the cutter \[mm\].
     pub rounding: f64,
-    /// What replaying the text found.
-    pub check: verify::Report,
+    /// What replaying the text found; `None` for a dialect that is not read back.
+    pub check: Option<verify::Report>,
     /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
     /// is among those of the check.
     pub others: (usize, f64),
@@ -75,27 +79,25 @@ pub struct Program {
 
 /// What tells the dialects apart here.
 struct Form {
-    dialect: &'static str,
+    dialect: Dialect,
     file: &'static str,
-    control: Control,
-    coordinates: Coordinates,
+    /// The text is read back and checked.
+    checked: bool,
 }
 
 fn form(dialect: file::Dialect) -> Form {
-    match dialect {
-        file::Dialect::LinuxCnc => Form {
-            dialect: "linuxcnc",
-            file: "program.linuxcnc.ngc",
-            control: Control::RotaryLinear,
-            coordinates: Coordinates::Tip,
-        },
-        file::Dialect::G93 => Form {
-            dialect: "g93",
-            file: "program.g93.nc",
-            control: Control::Axes,
-            coordinates: Coordinates::Axes,
-        },
-    }
+    let (dialect, file) = match dialect {
+        file::Dialect::LinuxCnc => (Dialect::LinuxCnc, "program.linuxcnc.ngc"),
+        file::Dialect::G93 => (Dialect::G93, "program.g93.nc"),
+        file::Dialect::Fanuc => (Dialect::Fanuc, "program.fanuc.nc"),
+        file::Dialect::FanucVector => (Dialect::FanucVector, "program.fanuc-vector.nc"),
+        file::Dialect::Haas => (Dialect::Haas, "program.haas.nc"),
+        file::Dialect::Siemens => (Dialect::Siemens, "program.siemens.mpf"),
+        file::Dialect::SiemensAxes => (Dialect::SiemensAxes, "program.siemens-axes.mpf"),
+        file::Dialect::Heidenhain => (Dialect::Heidenhain, "program.heidenhain.h"),
+        file::Dialect::HeidenhainAxes => (Dialect::HeidenhainAxes, "program.heidenhain-axes.h"),
+    };
+    Form { dialect, file, checked: matches!(dialect, Dialect::LinuxCnc | Dialect::G93) }
 }
 
 /// The machine's motion, planned.
@@ -118,20 +120,26 @@ pub(super) fn write(
     for &dialect in &job.file.dialects {
         let form = form(dialect);
         let (path, schedule) = (&moved.followed.path, &moved.plan.schedule);
-        let options = options(job, form.control);
+        let options = options(job, control_of(&job.kinematics, form.dialect));
         let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
         let remarks = remarks(moved, &pieces);
         let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
-        let rounding = rounding(job, &blocks, &words, form.coordinates);
+        let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
         let share = job.budget.shares.rounding;
         if rounding > share {
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
         let text = text(job, &form, &blocks, words, (moved, &remarks))?;
-        let program = read_back(&text, form.file, words)?;
-        let mut check = check(job, &program, rest, progress)?;
-        let others = others(job, &program, &mut check, progress)?;
+        let (check, others) = if form.checked {
+            let program = read_back(&text, form.file, words)?;
+            let mut check = check(job, &program, rest, progress)?;
+            let others = others(job, &program, &mut check, progress)?;
+            (Some(check), others)
+        } else {
+            (None, (0, 0.0))
+        };
         let Form { dialect, file, .. } = form;
+        let dialect = dialect.name();
         programs.push(Program { dialect, file, text, blocks, rounding, check, others });
     }
     Ok(programs)
@@ -171,7 +179,7 @@ pub(super) fn expected_rounding(
     let of = |pose: ToolPose| {
         let q = inverse.near(&pose, &home).ok()?;
         let bound = |&dialect: &file::Dialect| {
-            write::rounding(kinematics, &q, &words, form(dialect).coordinates, lever)
+            write::rounding(kinematics, &q, &words, form(dialect).dialect.coordinates(), lever)
         };
         dialects.iter().map(bound).reduce(f64::max)
     };
@@ -213,11 +221,43 @@ fn text(
     let shares = shares(job);
     let note = Note { remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let mut text = String::new();
-    match form.coordinates {
-        Coordinates::Tip => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
-        Coordinates::Axes => write::g93(&mut text, &job.kinematics, blocks, &note, &options)?,
+    match form.dialect {
+        Dialect::LinuxCnc => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
+        Dialect::G93 => write::g93(&mut text, &job.kinematics, blocks, &note, &options)?,
+        dialect => in_dialect(&mut text, job, blocks, (&note, dialect, axes))?,
     }
     Ok(text)
+}
+
+/// Writes blocks in any dialect; links run at their planned time, too: all axes together.
+fn in_dialect(
+    out: &mut String,
+    job: &Job,
+    blocks: &[Block],
+    (note, dialect, axes): (&Note<'_>, Dialect, AxisWords),
+) -> Result<(), PipelineError> {
+    let kinematics = &job.kinematics;
+    let turn = job.budget.shares.control / cover::lever(&job.cutter);
+    let blend = Some([job.budget.shares.control, turn]);
+    let style = Style { blend, ..Style::of(kinematics, dialect, axes) };
+    let template = Template::of(dialect).map_err(WriteError::from)?;
+    let (first, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
+    let start = (&first.q, &first.pose);
+    let mut writer = ProgramWriter::new(out, kinematics, (note, &style, &template), start)?;
+    let mut remarks = note.remarks.iter().peekable();
+    let mut before = first;
+    for (index, block) in rest.iter().enumerate() {
+        while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
+            writer.comment(out, &remark.text);
+        }
+        let length = (block.pose.tip - before.pose.tip).norm();
+        let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
+        let pace = BlockPace::Timed { seconds: block.duration, length, turn };
+        writer.block(out, (&block.q, &block.pose), pace)?;
+        before = block;
+    }
+    writer.finish(out);
+    Ok(())
 }
 
 fn read_back(

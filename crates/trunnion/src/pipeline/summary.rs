@@ -30,7 +30,8 @@ pub(super) fn of(
         .iter()
         .flat_map(|program| {
             let name = program.file;
-            program.check.findings.iter().map(move |finding| format!("{name}: {finding}"))
+            let findings = program.check.iter().flat_map(|check| &check.findings);
+            findings.map(move |finding| format!("{name}: {finding}"))
         })
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
@@ -247,18 +248,17 @@ impl Peaks {
 }
 
 fn program(job: &Job, program: &Program) -> ProgramSummary {
-    let check = &program.check;
     let height = |extreme: &Option<crate::verify::Extreme>| {
         extreme.as_ref().map_or(0.0, |extreme| extreme.height)
     };
-    let worst = |pick: fn(&crate::verify::AxisAudit) -> f64| {
+    let worst = |check: &crate::verify::Report, pick: fn(&crate::verify::AxisAudit) -> f64| {
         check.audit.iter().flat_map(|audit| &audit.axes).map(pick).fold(0.0, f64::max)
     };
     ProgramSummary {
         dialect: program.dialect.to_owned(),
         file: program.file.to_owned(),
         blocks: program.blocks.len(),
-        check: Some(CheckSummary {
+        check: program.check.as_ref().map(|check| CheckSummary {
             grid: job.file.verify_grid,
             points: check.deviation.points,
             rest: check.deviation.rest,
@@ -267,8 +267,8 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
             excess: height(&check.deviation.highest).max(0.0),
             others: program.others.0,
             duration: check.audit.as_ref().map_or(0.0, |audit| audit.duration),
-            velocity_ratio: worst(|axis| axis.velocity.worst),
-            acceleration_ratio: Some(worst(|axis| axis.acceleration.worst)),
+            velocity_ratio: worst(check, |axis| axis.velocity.worst),
+            acceleration_ratio: Some(worst(check, |axis| axis.acceleration.worst)),
         }),
     }
 }

@@ -318,4 +318,18 @@ pub enum Dialect {
     LinuxCnc,
     /// Inverse-time feed, for any control without tool-centre-point control.
     G93,
+    /// Fanuc `G43.4`.
+    Fanuc,
+    /// Fanuc `G43.5`: tool vectors.
+    FanucVector,
+    /// Haas `G234`.
+    Haas,
+    /// Siemens `TRAORI` with tool vectors.
+    Siemens,
+    /// Siemens `TRAORI` with rotary angles.
+    SiemensAxes,
+    /// Heidenhain `LN` under `FUNCTION TCPM`.
+    Heidenhain,
+    /// Heidenhain `L` under `FUNCTION TCPM`.
+    HeidenhainAxes,
 }

@@ -393,10 +393,18 @@ impl Default for RawOutput {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub(super) enum RawDialect {
+    #[serde(rename = "linuxcnc")]
     LinuxCnc,
     G93,
+    Fanuc,
+    FanucVector,
+    Haas,
+    Siemens,
+    SiemensAxes,
+    Heidenhain,
+    HeidenhainAxes,
 }
 
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]

@@ -222,6 +222,13 @@ fn dialects(raw: &RawOutput) -> Vec<Dialect> {
         let dialect = match dialect {
             RawDialect::LinuxCnc => Dialect::LinuxCnc,
             RawDialect::G93 => Dialect::G93,
+            RawDialect::Fanuc => Dialect::Fanuc,
+            RawDialect::FanucVector => Dialect::FanucVector,
+            RawDialect::Haas => Dialect::Haas,
+            RawDialect::Siemens => Dialect::Siemens,
+            RawDialect::SiemensAxes => Dialect::SiemensAxes,
+            RawDialect::Heidenhain => Dialect::Heidenhain,
+            RawDialect::HeidenhainAxes => Dialect::HeidenhainAxes,
         };
         if !dialects.contains(&dialect) {
             dialects.push(dialect);

@@ -2,11 +2,10 @@
 
 use super::{PostError, PostMove, PostOptions, PostPace, PostSource};
 use crate::blocks::{Control, bend, moved};
-use crate::inverse::{Inverse, InverseError};
+use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics, Modulo, SECOND_ROTARY};
 use crate::math::angle::great_circle;
-use crate::math::jet::Jet;
-use crate::math::jet::Real;
+use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::Vector3;
 
@@ -60,15 +59,9 @@ struct Target {
 pub(super) struct Course {
     target: Target,
     source: PostSource,
-    /// The input is for the same machine, set up alike, and the same kind of control.
-    same: bool,
     /// The input is for the same machine, set up alike: its rotaries count.
     own: bool,
-    /// Tip \[mm\] and axis \[rad\], for the way to poses and from there to axes.
     tolerance: [f64; 2],
-    slide_tolerance: f64,
-    /// Part of the tolerance of the tip that the way to poses may use up \[mm\].
-    bowed: f64,
     most_turn: f64,
     at: Option<Stop>,
     /// Largest bounds so far: tip \[mm\], axis \[rad\].
@@ -78,41 +71,33 @@ pub(super) struct Course {
 /// A move between two stops, by shares.
 #[derive(Clone, Copy)]
 struct Way<'a> {
-    source: &'a PostSource,
+    /// Machine and control that run it; `None`: tip straight, tool on the great circle.
+    run: Option<(&'a Kinematics, Control)>,
     ends: [Stop; 2],
 }
 
 impl Way<'_> {
     fn at(&self, share: f64) -> Option<ToolPose> {
         let [from, to] = &self.ends;
-        match self.source {
-            PostSource::Locations => {
-                let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
-                let axis = great_circle(&from.pose.axis, &to.pose.axis, share)?;
-                Some(ToolPose { tip, axis })
-            }
-            PostSource::Program { kinematics, control } => {
-                let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-                moved(kinematics, *control, ends, share)
-            }
+        if let Some((kinematics, control)) = self.run {
+            let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
+            return moved(kinematics, control, ends, share);
         }
+        let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
+        let axis = great_circle(&from.pose.axis, &to.pose.axis, share)?;
+        Some(ToolPose { tip, axis })
     }
 
     /// Bounds on its second derivatives by the share.
     fn bend(&self) -> [f64; 2] {
         let [from, to] = &self.ends;
-        match self.source {
-            PostSource::Locations => {
-                let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
-                // The square of an angle up to a half turn is at most π²/4 times that of its chord.
-                let square = if chord < 1.0 { chord * (1.0 + 0.1 * chord) } else { 2.5 * chord };
-                [0.0, square]
-            }
-            PostSource::Program { kinematics, control } => {
-                let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-                bend(kinematics, *control, ends)
-            }
+        if let Some((kinematics, control)) = self.run {
+            let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
+            return bend(kinematics, control, ends);
         }
+        let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
+        // The square of an angle up to a half turn is at most π²/4 times that of its chord.
+        [0.0, if chord < 1.0 { chord * (1.0 + 0.1 * chord) } else { 2.5 * chord }]
     }
 }
 
@@ -124,13 +109,7 @@ impl Course {
     ) -> Result<Self, PostError> {
         let inverse = Inverse::new(kinematics).map_err(|error| PostError::reach(0, error))?;
         let control = options.control;
-        let own =
-            matches!(&source, PostSource::Program { kinematics: of, .. } if **of == *kinematics);
-        let same =
-            own && matches!(&source, PostSource::Program { control: of, .. } if *of == control);
-        // A source whose tip bows leaves half of the tolerance for each of the two ways.
-        let bows = matches!(&source, PostSource::Program { control: Control::Axes, .. });
-        let share = if bows { 0.5 } else { 1.0 };
+        let own = matches!(&source, PostSource::Program(of) if **of == *kinematics);
         let rotaries = [FIRST_ROTARY, SECOND_ROTARY];
         let wound = rotaries.iter().all(|&axis| {
             kinematics
@@ -139,15 +118,11 @@ impl Course {
                 .get(axis)
                 .is_some_and(|of| of.output.modulo == Modulo::Unwound)
         });
-        let [tip, axis] = options.tolerance;
         Ok(Self {
             target: Target { inverse, control },
             source,
-            same,
             own,
-            tolerance: [share * tip, axis],
-            slide_tolerance: share * tip,
-            bowed: (1.0 - share) * tip,
+            tolerance: options.tolerance,
             most_turn: if wound { f64::INFINITY } else { SHORT_TURN },
             at: None,
             strayed: [0.0; 2],
@@ -178,14 +153,47 @@ impl Course {
             PostPace::Seconds(seconds) if length > 0.0 => (0.0, seconds / length),
             PostPace::Seconds(seconds) => (seconds, 0.0),
         };
-        let mut leg = Leg { line: one.line, rapid, per_length, per_share, out };
-        if self.same || (rapid && self.target.control != Control::Axes) {
+        let same = self.own && one.q.is_some() && one.way == self.target.control;
+        let bows = one.way == Control::Axes && !same;
+        let share = if bows { 0.5 } else { 1.0 };
+        let mut leg = Leg {
+            line: one.line,
+            rapid,
+            same,
+            // A way whose tip bows leaves half of the tolerance for each: to poses, and from there to axes.
+            tolerance: [share * self.tolerance[0], self.tolerance[1]],
+            bowed: (1.0 - share) * self.tolerance[0],
+            per_length,
+            per_share,
+            out,
+        };
+        if same || (rapid && self.target.control != Control::Axes) {
             return self.direct([from, to], 1.0, &mut leg);
         }
         let source = std::mem::replace(&mut self.source, PostSource::Locations);
-        let cut = self.cut(&Way { source: &source, ends: [from, to] }, &mut leg);
+        let run = match &source {
+            PostSource::Program(of) if one.way != Control::GreatCircle && one.q.is_some() => {
+                Some((&**of, one.way))
+            }
+            _ => None,
+        };
+        let cut = self.cut(&Way { run, ends: [from, to] }, &mut leg);
         self.source = source;
         cut
+    }
+
+    /// Axes at the end of a move, near those before.
+    pub(super) fn near(
+        &self,
+        one: &PostMove,
+        from: Option<&(AxisVector, ToolPose)>,
+    ) -> Result<AxisVector, PostError> {
+        let near = match (one.q, from) {
+            (Some(q), _) if self.own => return Ok(q),
+            (_, Some((q, _))) => *q,
+            (_, None) => self.target.inverse.kinematics().machine().home(),
+        };
+        self.axes(one.line, &one.pose, &near)
     }
 
     fn axes(&self, line: u32, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, PostError> {
@@ -199,11 +207,11 @@ impl Course {
             Control::GreatCircle => Control::GreatCircle,
             _ => Control::RotaryLinear,
         };
-        let tolerance = if leg.rapid { [RAPID_TOLERANCE, f64::INFINITY] } else { self.tolerance };
+        let tolerance = if leg.rapid { [RAPID_TOLERANCE, f64::INFINITY] } else { leg.tolerance };
         let [from, to] = way.ends;
         let mut parts = 1_u32;
         loop {
-            let stops = self.stops(way, parts, leg.line)?;
+            let stops = self.stops(way, parts, leg)?;
             let mut worst = [0.0_f64; 2];
             let mut before = from;
             for (index, stop) in stops.iter().enumerate() {
@@ -238,21 +246,23 @@ impl Course {
     }
 
     /// Ends of the parts of a move.
-    fn stops(&self, way: &Way<'_>, parts: u32, line: u32) -> Result<Vec<Stop>, PostError> {
+    fn stops(&self, way: &Way<'_>, parts: u32, leg: &Leg<'_>) -> Result<Vec<Stop>, PostError> {
+        let line = leg.line;
         let [from, to] = way.ends;
         if parts == 1 {
             return Ok(vec![to]);
         }
+        let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
         let mut stops = Vec::new();
         let mut near = from.q;
         for part in 1..=parts {
             let share = f64::from(part) / f64::from(parts);
             let pose = if part == parts { Some(to.pose) } else { way.at(share) };
             let pose = pose.ok_or(PostError::Reversal { line })?;
-            let known = self.own.then(|| from.source.lerp(&to.source, share));
-            let q = match known {
-                Some(q) => q,
-                None => self.axes(line, &pose, &near)?,
+            let q = match way.run {
+                Some((_, Control::Axes)) if self.own => from.source.lerp(&to.source, share),
+                Some(_) if self.own => self.slid(pair, share, line)?.q,
+                _ => self.axes(line, &pose, &near)?,
             };
             near = q;
             stops.push(Stop { q, pose, source: q });
@@ -268,7 +278,11 @@ impl Course {
         ends: [&Stop; 2],
         enough: [f64; 2],
     ) -> [f64; 2] {
-        if matches!((way.source, control), (PostSource::Locations, Control::GreatCircle)) {
+        let alike = match way.run {
+            None => control == Control::GreatCircle,
+            Some((_, run)) => self.own && run == control,
+        };
+        if alike {
             return [0.0; 2];
         }
         let kinematics = self.target.inverse.kinematics();
@@ -306,13 +320,13 @@ impl Course {
         let turns = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs();
         let mut blocks = (turns.amax() / self.most_turn).ceil().max(1.0);
         let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
-        if self.target.control == Control::Axes && !self.same {
-            let tolerance = if leg.rapid { RAPID_TOLERANCE } else { self.slide_tolerance };
+        if self.target.control == Control::Axes && !leg.same {
+            let tolerance = if leg.rapid { RAPID_TOLERANCE } else { leg.tolerance[0] };
             let bow = 0.125 * bend(self.target.inverse.kinematics(), Control::Axes, pair)[0];
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
             if !leg.rapid {
-                self.strayed[0] = self.strayed[0].max(self.bowed + bow / (blocks * blocks));
+                self.strayed[0] = self.strayed[0].max(leg.bowed + bow / (blocks * blocks));
             }
         }
         if blocks > f64::from(MOST_PARTS) {
@@ -334,7 +348,7 @@ impl Course {
             let stop = if part == parts {
                 to
             } else {
-                self.inside(pair, f64::from(part) / f64::from(parts), (leg.line, &before.q))?
+                self.inside(pair, f64::from(part) / f64::from(parts), (leg, &before.q))?
             };
             leg.push(&before, &stop, (part.is_multiple_of(looks), share / f64::from(parts)));
             before = stop;
@@ -347,27 +361,41 @@ impl Course {
         &self,
         pair: [(&AxisVector, &ToolPose); 2],
         share: f64,
-        (line, near): (u32, &AxisVector),
+        (leg, near): (&Leg<'_>, &AxisVector),
     ) -> Result<Stop, PostError> {
         let inverse = &self.target.inverse;
         let kinematics = inverse.kinematics();
-        let reach = |error: InverseError| PostError::reach(line, error);
+        match self.target.control {
+            Control::GreatCircle => {
+                let pose = moved(kinematics, Control::GreatCircle, pair, share);
+                let pose = pose.ok_or(PostError::Reversal { line: leg.line })?;
+                let found = inverse.near(&pose, near);
+                let q = found.map_err(|error| PostError::reach(leg.line, error))?;
+                Ok(Stop { q, pose, source: q })
+            }
+            Control::Axes if leg.same => {
+                let q = pair[0].0.lerp(pair[1].0, share);
+                Ok(Stop { q, pose: kinematics.forward(&q), source: q })
+            }
+            _ => self.slid(pair, share, leg.line),
+        }
+    }
+
+    /// Tip straight, rotaries linear.
+    fn slid(
+        &self,
+        pair: [(&AxisVector, &ToolPose); 2],
+        share: f64,
+        line: u32,
+    ) -> Result<Stop, PostError> {
+        let inverse = &self.target.inverse;
         let mixed = pair[0].0.lerp(pair[1].0, share);
-        if self.target.control == Control::GreatCircle {
-            let pose = moved(kinematics, Control::GreatCircle, pair, share);
-            let pose = pose.ok_or(PostError::Reversal { line })?;
-            let q = inverse.near(&pose, near).map_err(reach)?;
-            return Ok(Stop { q, pose, source: q });
-        }
-        if self.target.control == Control::Axes && self.same {
-            return Ok(Stop { q: mixed, pose: kinematics.forward(&mixed), source: mixed });
-        }
         let tip = pair[0].1.tip + (pair[1].1.tip - pair[0].1.tip) * share;
         let zero = Vector3::zeros();
-        let turns = [mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]].map(Jet::constant);
-        let [q, ..] =
-            inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns).map_err(reach)?;
-        Ok(Stop { q, pose: kinematics.forward(&q), source: q })
+        let turns = [mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]].map(<Jet as Real>::constant);
+        let found = inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns);
+        let [q, ..] = found.map_err(|error| PostError::reach(line, error))?;
+        Ok(Stop { q, pose: inverse.kinematics().forward(&q), source: q })
     }
 }
 
@@ -375,6 +403,11 @@ impl Course {
 struct Leg<'a> {
     line: u32,
     rapid: bool,
+    /// The target does just what the input does.
+    same: bool,
+    tolerance: [f64; 2],
+    /// What the way to poses may have used up of the tolerance of the tip \[mm\].
+    bowed: f64,
     per_length: f64,
     per_share: f64,
     out: &'a mut Vec<Place>,

@@ -1,6 +1,8 @@
 //! Cutter locations or a program to a program for a machine, move by move, with new feeds.
 //!
 //! ```text
+//! replay  steps of a program to moves
+//! filter  moves smoothed, or fewer of them
 //! course  moves to places on the machine, close enough for its control
 //! pace    times of places, window by window
 //! gauge   what it asks of the axes, what it takes on a control without look-ahead
@@ -9,8 +11,13 @@
 //! Memory is that of the window, however long the input is.
 
 mod course;
+mod filter;
 mod gauge;
 mod pace;
+mod replay;
+
+pub use filter::PostFilter;
+pub use replay::{Left, ProgramMoves};
 
 use crate::blocks::Control;
 use crate::feed::FeedError;
@@ -19,8 +26,10 @@ use crate::machine::{Interpolation, Kinematics};
 use crate::nc::write::{
     BlockPace, Coordinates, Dialect, Note, ProgramWriter, Style, Template, WriteError, rounding,
 };
+use crate::toolpath::SmoothError;
 use crate::types::{AxisVector, ToolPose};
 use course::{Course, Place};
+use filter::Filter;
 use gauge::{ControlModel, Gauge};
 use pace::{Pace, Timed};
 
@@ -29,13 +38,8 @@ use pace::{Pace, Timed};
 pub enum PostSource {
     /// Cutter locations: the tip straight, the tool axis on a great circle.
     Locations,
-    /// A program: what its control does on its machine.
-    Program {
-        /// The machine it is for, set up as it assumes.
-        kinematics: Box<Kinematics>,
-        /// How its control moves between blocks.
-        control: Control,
-    },
+    /// A program for this machine, set up as it assumes: [`PostMove::way`] says what its control does.
+    Program(Box<Kinematics>),
 }
 
 /// How fast a move is to be.
@@ -60,6 +64,8 @@ pub struct PostMove {
     pub q: Option<AxisVector>,
     /// How fast.
     pub pace: PostPace,
+    /// What the tool does on the way; cutter locations: [`Control::GreatCircle`].
+    pub way: Control,
 }
 
 /// Which limits of the axes times keep.
@@ -85,6 +91,8 @@ pub struct PostOptions {
     pub method: PostMethod,
     /// Rows that the planner looks ahead.
     pub window: usize,
+    /// What is done to the moves first; it takes part of the tolerance.
+    pub filter: PostFilter,
 }
 
 /// Rows that let a machine stop from full speed in fine programs.
@@ -116,6 +124,24 @@ pub enum PostError {
         /// Bounds allowed: mm, rad.
         tolerance: [f64; 2],
     },
+    /// What cannot be posted.
+    #[error("{what} cannot be posted")]
+    Refused {
+        /// Line of the input.
+        line: u32,
+        /// What it is.
+        what: &'static str,
+        /// What to do.
+        help: &'static str,
+    },
+    /// Smoothing failed.
+    #[error("{error}")]
+    Smooth {
+        /// Line of the input.
+        line: u32,
+        /// Why.
+        error: SmoothError,
+    },
     /// The tool axis turns to its opposite in one move.
     #[error("the tool axis turns by half a turn in one move: the way is not defined")]
     Reversal {
@@ -141,7 +167,11 @@ impl PostError {
     /// Line of the input it belongs to; 0 for the input as a whole.
     pub fn line(&self) -> u32 {
         match self {
-            Self::Reach { line, .. } | Self::Strays { line, .. } | Self::Reversal { line } => *line,
+            Self::Reach { line, .. }
+            | Self::Strays { line, .. }
+            | Self::Refused { line, .. }
+            | Self::Smooth { line, .. }
+            | Self::Reversal { line } => *line,
             _ => 0,
         }
     }
@@ -156,6 +186,7 @@ impl PostError {
             Self::Strays { .. } => {
                 "part the cut by a rapid move off the part before this line, or turn the part (--rotation)"
             }
+            Self::Refused { help, .. } => help,
             Self::Reversal { .. } => "insert locations between",
             _ => "",
         }
@@ -215,6 +246,12 @@ pub struct Poster {
     options: PostOptions,
     style: Style,
     course: Course,
+    filter: Filter,
+    filtered: Vec<PostMove>,
+    /// How fast the input asks for the move that was read last.
+    asked: PostPace,
+    /// Where the input is, on the machine; moves that are not filtered are their own measure.
+    read: Option<(AxisVector, ToolPose)>,
     running: Option<Running>,
     places: Vec<Place>,
     timed: Vec<Timed>,
@@ -247,11 +284,17 @@ impl Poster {
         options: &PostOptions,
         style: &Style,
     ) -> Result<Self, PostError> {
+        let share = if options.filter == PostFilter::None { 1.0 } else { filter::LEFT };
+        let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
         Ok(Self {
             kinematics: kinematics.clone(),
             options: *options,
             style: *style,
-            course: Course::new(kinematics, source, options)?,
+            filter: Filter::new(options.filter, source.clone(), options.tolerance),
+            filtered: Vec::new(),
+            asked: PostPace::Rapid,
+            read: None,
+            course: Course::new(kinematics, source, &rest)?,
             running: None,
             places: Vec::new(),
             timed: Vec::new(),
@@ -273,10 +316,34 @@ impl Poster {
         one: &PostMove,
         head: (&Note<'_>, &Template),
     ) -> Result<(), PostError> {
+        self.asked = one.pace;
         let one = PostMove { pace: self.capped(one.pace), ..*one };
+        if self.options.filter == PostFilter::None {
+            return self.take(out, &one, head);
+        }
+        let to = (self.course.near(&one, self.read.as_ref())?, one.pose);
+        if let Some(from) = self.read.replace(to) {
+            self.tell_before(&from, &to, &one);
+        }
+        let mut filtered = std::mem::take(&mut self.filtered);
+        self.filter.push(&one, &mut filtered)?;
+        for one in filtered.drain(..) {
+            self.take(out, &one, head)?;
+        }
+        self.filtered = filtered;
+        Ok(())
+    }
+
+    /// Takes in a move that is to be posted as it is.
+    fn take(
+        &mut self,
+        out: &mut String,
+        one: &PostMove,
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
         let from = self.course.place();
         self.places.clear();
-        self.course.go(&one, &mut self.places)?;
+        self.course.go(one, &mut self.places)?;
         let Some(to) = self.course.place() else { return Ok(()) };
         let Some(from) = from else {
             let writer = ProgramWriter::new(
@@ -289,7 +356,9 @@ impl Poster {
             self.running = Some(Running { pace, writer, at: to, block: to, waiting: [0.0; 3] });
             return Ok(());
         };
-        self.tell_before(&from, &to, &one);
+        if self.options.filter == PostFilter::None {
+            self.tell_before(&from, &to, one);
+        }
         let Some(running) = &mut self.running else { return Ok(()) };
         for place in &self.places {
             running.pace.push(place, &mut self.timed)?;
@@ -302,7 +371,16 @@ impl Poster {
     /// # Errors
     ///
     /// [`PostError`]; [`PostError::Empty`] where there was no move.
-    pub fn finish(mut self, out: &mut String) -> Result<PostReport, PostError> {
+    pub fn finish(
+        mut self,
+        out: &mut String,
+        head: (&Note<'_>, &Template),
+    ) -> Result<PostReport, PostError> {
+        let mut filtered = std::mem::take(&mut self.filtered);
+        self.filter.finish(&mut filtered)?;
+        for one in &filtered {
+            self.take(out, one, head)?;
+        }
         let Some(running) = self.running.take() else { return Err(PostError::Empty) };
         let Running { pace, writer, at, block, waiting } = running;
         pace.finish(&mut self.timed)?;
@@ -318,7 +396,8 @@ impl Poster {
         self.report.model_seconds = [self.before.model, self.after.model];
         self.report.ratios_before = self.before.gauge.worst;
         self.report.ratios_after = self.after.gauge.worst;
-        self.report.strayed = self.course.strayed;
+        let [course, filter] = [self.course.strayed, self.filter.strayed()];
+        self.report.strayed = [course[0] + filter[0], course[1] + filter[1]];
         Ok(self.report)
     }
 
@@ -347,7 +426,11 @@ impl Poster {
         }
         let travel = to.0 - from.0;
         let length = (to.1.tip - from.1.tip).norm();
-        let told: f64 = self.places.iter().filter_map(|place| place.least).sum();
+        let told = match self.asked {
+            PostPace::Feed(feed) => length / feed,
+            PostPace::Seconds(seconds) => seconds,
+            PostPace::Rapid => 0.0,
+        };
         let seconds = if told > 0.0 { told } else { self.before.gauge.least(&travel) };
         self.report.length += length;
         self.before.cutting = true;

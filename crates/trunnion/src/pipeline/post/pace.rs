@@ -14,6 +14,9 @@ const LEVER: f64 = 10.0;
 /// Longest distance of two rows, so that speed can change on the way \[mm\].
 const STEP: f64 = 5.0;
 
+/// Shortest run-up, over the length of its stretch.
+const SHORTEST: f64 = 1e-4;
+
 /// Where the programmed speed changes, it does so over this length of the quicker block \[mm\].
 const CHANGE: f64 = 0.5;
 
@@ -276,7 +279,8 @@ impl Pace {
     fn run_up(&self, of: &Straight) -> f64 {
         let slowest = |limits: &AxisVector| of.rate.abs().component_div(limits).amax();
         let rate = slowest(&self.limits[0]).max(of.feed_rate);
-        0.5 * slowest(&self.limits[1]) / (rate * rate)
+        // Not so short that rounding shows; nothing is gained either.
+        (0.5 * slowest(&self.limits[1]) / (rate * rate)).max(SHORTEST * of.length)
     }
 
     /// A node in a stretch, or at its end; `slow`: the path is passed slowly there, and speed changes beside it.

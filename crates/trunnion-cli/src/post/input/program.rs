@@ -1,0 +1,127 @@
+//! Programs.
+
+use super::{ARC_TOLERANCE, Source, failure, stem};
+use crate::outcome::Failure;
+use crate::path::MOST_FAULTS;
+use crate::post::Head;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use trunnion::machine::Kinematics;
+use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
+use trunnion::pipeline::{PostMove, PostPace, ProgramMoves};
+
+/// Lines of a file for a reader that knows no failures; one ends them, and is kept.
+struct Text<'a> {
+    source: Source<'a>,
+    failed: Rc<RefCell<Option<Failure>>>,
+}
+
+impl Iterator for Text<'_> {
+    type Item = String;
+
+    fn next(&mut self) -> Option<String> {
+        match self.source.line() {
+            Ok(line) => line.map(std::borrow::Cow::into_owned),
+            Err(failure) => {
+                *self.failed.borrow_mut() = Some(failure);
+                None
+            }
+        }
+    }
+}
+
+/// A program that is being read.
+pub(in crate::post) struct Program<'a> {
+    path: PathBuf,
+    steps: Steps<Text<'a>>,
+    failed: Rc<RefCell<Option<Failure>>>,
+    moves: ProgramMoves,
+    /// Moves made by the last step, the first of which are taken.
+    waiting: Vec<PostMove>,
+    taken: usize,
+    feed: f64,
+    ended: bool,
+}
+
+impl<'a> Program<'a> {
+    pub(super) fn new(
+        source: Source<'a>,
+        dialect: Dialect,
+        (machine, words): (&Kinematics, AxisWords),
+    ) -> Result<Self, Failure> {
+        let path = source.path.clone();
+        let failed = Rc::new(RefCell::new(None));
+        let text = Text { source, failed: Rc::clone(&failed) };
+        let options = ReadOptions::new(dialect, words, MOST_FAULTS);
+        let moves = ProgramMoves::new(machine, ARC_TOLERANCE);
+        Ok(Self {
+            steps: steps(text, &options),
+            moves: moves.map_err(|error| failure(&path, &error))?,
+            path,
+            failed,
+            waiting: Vec::new(),
+            taken: 0,
+            feed: 0.0,
+            ended: false,
+        })
+    }
+
+    pub(super) fn next(&mut self) -> Result<Option<PostMove>, Failure> {
+        loop {
+            if let Some(one) = self.waiting.get(self.taken) {
+                self.taken += 1;
+                if let PostPace::Feed(feed) = one.pace {
+                    self.feed = self.feed.max(feed);
+                }
+                return Ok(Some(*one));
+            }
+            self.waiting.clear();
+            self.taken = 0;
+            if self.ended {
+                return Ok(None);
+            }
+            let step = self.steps.next();
+            if let Some(failure) = self.failed.borrow_mut().take() {
+                return Err(failure);
+            }
+            match step {
+                None => self.end(),
+                Some(Err(faults)) => return Err(Failure::faults(&self.path, &faults)),
+                Some(Ok(step)) => {
+                    let taken = self.moves.step(&step, &mut self.waiting);
+                    taken.map_err(|error| failure(&self.path, &error))?;
+                }
+            }
+        }
+    }
+
+    fn end(&mut self) {
+        self.ended = true;
+        let path = self.path.display();
+        for warning in self.steps.warnings() {
+            eprintln!("warning: {path}:{warning}");
+        }
+        let left = self.moves.left();
+        if left.dwells > 0 || left.words > 0 {
+            eprintln!(
+                "warning: {path}: left out: {} dwells, {} lines of other words (coolant, stops, smoothing): \
+                 the template has its own",
+                left.dwells, left.words
+            );
+        }
+    }
+
+    pub(super) fn head(&self, head: &mut Head) {
+        if head.name.is_empty() {
+            head.name = stem(&self.path);
+        }
+        head.tool = self.moves.tool();
+        head.spindle = self.moves.spindle().abs();
+        head.feed = self.feed;
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+}

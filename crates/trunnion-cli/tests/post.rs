@@ -1,0 +1,234 @@
+//! `trunnion post` as a user meets it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Every dialect, and how a file of it ends.
+const DIALECTS: [&str; 10] = [
+    "linuxcnc",
+    "g93",
+    "fanuc",
+    "fanuc-vector",
+    "haas",
+    "siemens",
+    "siemens-axes",
+    "heidenhain",
+    "heidenhain-axes",
+    "apt",
+];
+
+const SETUP: [&str; 4] =
+    ["--origin=-381,-254,-505", "--tool-length", "120", "--tolerance=0.01,0.05"];
+
+fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .arg("post")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn wave() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/wave/wave.cls")
+}
+
+fn posted(folder: &Path, input: &Path, more: &[&str]) -> Value {
+    let input = input.to_str().unwrap();
+    let mut arguments = vec![input, "--json"];
+    arguments.extend(more);
+    let output = trunnion(folder, &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{told}{}", String::from_utf8_lossy(&output.stdout));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn on_bc<'a>(dialect: &'a str, out: &'a str) -> Vec<&'a str> {
+    let mut arguments = vec!["-m", "bc-trunnion", "-d", dialect, "-o", out];
+    arguments.extend(SETUP);
+    arguments
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+#[test]
+fn every_dialect_keeps_limits_and_tolerance_and_has_its_setup_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    for dialect in DIALECTS {
+        let told = posted(folder.path(), &wave(), &on_bc(dialect, "part.nc"));
+        assert_eq!(told["kept"], true, "{dialect}: {told}");
+        assert_eq!(told["dialect"], *dialect);
+        assert!(
+            number(&told["tip_bound"]) <= 0.01 && number(&told["axis_bound"]) <= 0.05,
+            "{told}"
+        );
+        assert!(number(&told["seconds"][1]) >= number(&told["seconds"][0]));
+        assert!(number(&told["ratios_before"][1]) > 1.0, "the example asks for too much: {told}");
+        let text = fs::read_to_string(folder.path().join("part.nc")).unwrap();
+        assert!(text.lines().count() > 360, "{dialect}");
+        let sheet = fs::read_to_string(folder.path().join("part.setup.txt")).unwrap();
+        assert!(sheet.contains("tool length H1") && sheet.contains("120.0000"), "{sheet}");
+    }
+}
+
+/// A and C cross at machine zero, limits so high that blocks run at their feed: the machine of the worked cut.
+fn pencil_machine(folder: &Path) {
+    let show = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(["machine", "show", "ac-trunnion", "--file"])
+        .output()
+        .unwrap();
+    let mut text = String::new();
+    for line in String::from_utf8(show.stdout).unwrap().lines() {
+        let key = line.split('=').next().unwrap_or_default().trim();
+        text += &match key {
+            "point" => "point = [0.0, 0.0, 0.0]".to_owned(),
+            "acc" | "jerk" => format!("{key} = 1e12"),
+            "limits" => "limits = [-900.0, 900.0]".to_owned(),
+            _ => line.to_owned(),
+        };
+        text += "\n";
+    }
+    fs::write(folder.join("pencil.toml"), text).unwrap();
+}
+
+/// The cut of `fixtures/dialects`, computed by hand: blocks of every dialect.
+#[test]
+fn the_worked_cut_is_written_as_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    pencil_machine(folder.path());
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/dialects");
+    let cut = fixtures.join("cut.cls");
+    let wanted: Value =
+        serde_json::from_str(&fs::read_to_string(fixtures.join("blocks.json")).unwrap()).unwrap();
+    for dialect in DIALECTS {
+        let arguments = [
+            "-m",
+            "pencil.toml",
+            "-d",
+            dialect,
+            "-o",
+            "cut.nc",
+            "--origin=0,0,80",
+            "--tool-length=150",
+            "--tolerance=1,1",
+        ];
+        posted(folder.path(), &cut, &arguments);
+        let text = fs::read_to_string(folder.path().join("cut.nc")).unwrap();
+        for line in wanted[dialect].as_array().unwrap() {
+            let line = line.as_str().unwrap();
+            assert!(text.lines().any(|found| found == line), "{dialect}: no {line:?} in\n{text}");
+        }
+    }
+}
+
+#[test]
+fn a_shop_changes_one_block_of_a_template() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = trunnion(folder.path(), &["--print-template", "fanuc"]);
+    let text = String::from_utf8(printed.stdout).unwrap();
+    assert!(text.contains("{% block start %}") && text.contains("G43.4"), "{text}");
+    let own = "{% extends \"fanuc\" %}{% block end %}G49\nM99\n{% endblock %}";
+    fs::write(folder.path().join("shop.j2"), own).unwrap();
+    let mut arguments = on_bc("fanuc", "part.nc");
+    arguments.extend(["--template", "shop.j2"]);
+    posted(folder.path(), &wave(), &arguments);
+    let text = fs::read_to_string(folder.path().join("part.nc")).unwrap();
+    assert!(text.ends_with("G49\nM99\n") && text.contains("G43.4 H1"), "{text}");
+    fs::write(folder.path().join("shop.j2"), "{% block start %}\n{{ x").unwrap();
+    let mut arguments = vec![wave().to_str().unwrap().to_owned()];
+    arguments.extend(on_bc("fanuc", "other.nc").iter().map(|&one| one.to_owned()));
+    arguments.extend(["--template".to_owned(), "shop.j2".to_owned()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = trunnion(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("shop.j2") && told.contains("line 2"), "{told}");
+}
+
+#[test]
+fn a_pose_out_of_reach_is_told_with_line_and_remedy_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "UNITS/MM\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/100,MMPM\nGOTO/0,0,0,0,0,1\n\
+                GOTO/2000,0,0,0,0,1\nFINI\n";
+    fs::write(folder.path().join("far.cls"), text).unwrap();
+    let mut arguments = vec!["far.cls"];
+    arguments.extend(on_bc("fanuc", "far.nc"));
+    let output = trunnion(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("far.cls:6: X = ") && told.contains("--origin"), "{told}");
+    assert!(
+        !folder.path().join("far.nc").exists() && !folder.path().join("far.setup.txt").exists()
+    );
+}
+
+/// Axis positions for one tool length, posted for another machine and length: the same tip again.
+#[test]
+fn a_program_for_one_machine_becomes_one_for_another() {
+    let folder = tempfile::tempdir().unwrap();
+    posted(folder.path(), &wave(), &on_bc("g93", "old.nc"));
+    let old = folder.path().join("old.nc");
+    let told = posted(
+        folder.path(),
+        &old,
+        &[
+            "-m",
+            "ac-trunnion",
+            "-d",
+            "linuxcnc",
+            "-o",
+            "new.ngc",
+            "--origin=0,0,-450",
+            "--tool-length=80",
+            "--from-machine=bc-trunnion",
+            "--from-origin=-381,-254,-505",
+            "--from-tool-length=120",
+        ],
+    );
+    assert_eq!(told["kept"], true, "{told}");
+    let text = fs::read_to_string(folder.path().join("new.ngc")).unwrap();
+    // The last location of the example, as a tip of the other machine's program.
+    let words = |text: &str| {
+        let mut at = [f64::NAN; 3];
+        for line in text.lines().filter(|line| line.starts_with('G') && !line.contains("G53")) {
+            for word in line.split(' ') {
+                for (slot, letter) in at.iter_mut().zip(["X", "Y", "Z"]) {
+                    if let Some(value) = word.strip_prefix(letter) {
+                        *slot = value.parse().unwrap();
+                    }
+                }
+            }
+        }
+        at
+    };
+    let cl = fs::read_to_string(wave()).unwrap();
+    let last = cl.lines().rfind(|line| line.starts_with("GOTO/")).unwrap();
+    let last: Vec<f64> = last[5..].split(',').map(|word| word.parse().unwrap()).collect();
+    let found = words(&text);
+    for (found, wanted) in found.iter().zip(&last) {
+        assert!((found - wanted).abs() < 1e-3, "{found:?} {last:?}");
+    }
+}
+
+#[test]
+fn smoothing_takes_less_time_and_reducing_fewer_blocks() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = posted(folder.path(), &wave(), &on_bc("linuxcnc", "plain.ngc"));
+    for (option, better) in [("--smooth", "seconds"), ("--reduce", "blocks")] {
+        let mut arguments = on_bc("linuxcnc", "other.ngc");
+        arguments.push(option);
+        let told = posted(folder.path(), &wave(), &arguments);
+        assert_eq!(told["kept"], true, "{option}: {told}");
+        assert!(
+            number(&told["tip_bound"]) <= 0.01 && number(&told["axis_bound"]) <= 0.05,
+            "{told}"
+        );
+        assert!(number(&told[better][1]) < number(&plain[better][1]), "{told}\n{plain}");
+    }
+}

@@ -1,0 +1,342 @@
+//! Fewer and smoother moves before they are posted: both within a tolerance of what was read.
+
+use super::{PostError, PostMove, PostPace, PostSource};
+use crate::blocks::{Control, bend, moved};
+use crate::math::angle::{angle_between, great_circle};
+use crate::pipeline::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
+use crate::toolpath::{Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother};
+use crate::types::{AxisVector, Station, ToolPose};
+use std::collections::VecDeque;
+
+/// What is done to moves before they are posted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PostFilter {
+    /// Nothing.
+    None,
+    /// A C3 path is laid through the moves between rapid ones, and cut into chords.
+    Smooth,
+    /// Moves are left out that a longer one stands for.
+    Reduce,
+}
+
+/// Share of the tolerance for the filter itself, for the chords of what was smoothed, and for the input's own bows.
+const SHARES: [f64; 3] = [0.5, 0.2, 0.05];
+
+/// Share of the tolerance that is left for the way to the machine.
+pub(super) const LEFT: f64 = 0.25;
+
+/// Length at which a turn of the axis counts as movement where the tip stands \[mm/rad\].
+const LEVER: f64 = 10.0;
+
+/// Most moves that one stands for.
+const MOST: usize = 256;
+
+/// Takes in moves, hands out those to post.
+#[derive(Debug)]
+pub(super) struct Filter {
+    kind: PostFilter,
+    source: PostSource,
+    tolerance: [f64; 2],
+    place: Option<PostMove>,
+    stretch: Option<Stretch>,
+    /// Moves that one may stand for.
+    chain: Vec<PostMove>,
+    start: Option<PostMove>,
+    report: SmoothReport,
+    /// Largest deviations of the reduction.
+    reduced: [f64; 2],
+}
+
+/// Moves with feed between two rapid ones.
+#[derive(Debug)]
+struct Stretch {
+    smoother: Box<Smoother>,
+    /// Feeds, each from a station on.
+    feeds: VecDeque<(usize, f64)>,
+    stations: usize,
+    held: Option<SmoothSpan>,
+    last: PostMove,
+}
+
+impl Filter {
+    pub(super) fn new(kind: PostFilter, source: PostSource, tolerance: [f64; 2]) -> Self {
+        Self {
+            kind,
+            source,
+            tolerance,
+            place: None,
+            stretch: None,
+            chain: Vec::new(),
+            start: None,
+            report: SmoothReport::default(),
+            reduced: [0.0; 2],
+        }
+    }
+
+    /// Bounds on what it moved tip \[mm\] and axis \[rad\].
+    pub(super) fn strayed(&self) -> [f64; 2] {
+        let share = SHARES[1] + SHARES[2];
+        match self.kind {
+            PostFilter::None => [0.0; 2],
+            PostFilter::Smooth => {
+                let most = &self.report.deviated;
+                [
+                    most.tip_bound + share * self.tolerance[0],
+                    most.axis_bound + share * self.tolerance[1],
+                ]
+            }
+            PostFilter::Reduce => {
+                [0, 1].map(|k: usize| self.reduced[k] + SHARES[2] * self.tolerance[k])
+            }
+        }
+    }
+
+    /// Takes in a move; those to post are appended.
+    pub(super) fn push(
+        &mut self,
+        one: &PostMove,
+        out: &mut Vec<PostMove>,
+    ) -> Result<(), PostError> {
+        let Some(before) = self.place.replace(*one) else {
+            out.push(*one);
+            self.start = Some(*one);
+            return Ok(());
+        };
+        let length = (one.pose.tip - before.pose.tip).norm();
+        let feed = match one.pace {
+            PostPace::Feed(feed) => Some(feed),
+            PostPace::Seconds(seconds) if length > 0.0 => Some(length / seconds),
+            _ => None,
+        };
+        let Some(feed) = feed.filter(|_| self.kind != PostFilter::None) else {
+            self.finish(out)?;
+            out.push(*one);
+            self.start = Some(*one);
+            return Ok(());
+        };
+        for part in self.chords(&before, one, feed)? {
+            match self.kind {
+                PostFilter::Smooth => self.smooth(&part, feed, out)?,
+                _ => self.reduce(&part, out),
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends a stretch between rapid moves.
+    pub(super) fn finish(&mut self, out: &mut Vec<PostMove>) -> Result<(), PostError> {
+        if let Some(stretch) = self.stretch.take() {
+            self.end(stretch, out)?;
+        }
+        if let Some(last) = self.chain.last().copied() {
+            out.push(last);
+            self.start = Some(last);
+            self.chain.clear();
+        }
+        Ok(())
+    }
+
+    /// A move as straight ones with the tool on great circles, within a small share of the tolerance.
+    fn chords(
+        &self,
+        from: &PostMove,
+        to: &PostMove,
+        feed: f64,
+    ) -> Result<Vec<PostMove>, PostError> {
+        let plain = |pose: ToolPose| PostMove {
+            pose,
+            q: None,
+            way: Control::GreatCircle,
+            pace: PostPace::Feed(feed),
+            ..*to
+        };
+        let ends = match (&self.source, from.q, to.q) {
+            (PostSource::Program(kinematics), Some(a), Some(b))
+                if to.way != Control::GreatCircle =>
+            {
+                (kinematics, a, b)
+            }
+            _ => return Ok(vec![plain(to.pose)]),
+        };
+        let (kinematics, a, b) = ends;
+        let pair: [(&AxisVector, &ToolPose); 2] = [(&a, &from.pose), (&b, &to.pose)];
+        let [tip, axis] = bend(kinematics, to.way, pair);
+        let turn = angle_between(&from.pose.axis, &to.pose.axis);
+        let [most_tip, most_axis] = self.tolerance.map(|most| SHARES[2] * most);
+        let excess = (tip / most_tip).max((axis + turn * turn) / most_axis);
+        let parts = (0.125 * excess).sqrt().ceil().clamp(1.0, 4096.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let parts = parts as u32;
+        let mut chords = Vec::new();
+        for part in 1..parts {
+            let share = f64::from(part) / f64::from(parts);
+            let pose = moved(kinematics, to.way, pair, share);
+            chords.push(plain(pose.ok_or(PostError::Reversal { line: to.line })?));
+        }
+        chords.push(plain(to.pose));
+        Ok(chords)
+    }
+
+    fn smooth(
+        &mut self,
+        one: &PostMove,
+        feed: f64,
+        out: &mut Vec<PostMove>,
+    ) -> Result<(), PostError> {
+        let mut stretch = match self.stretch.take() {
+            Some(stretch) => stretch,
+            None => self.begin(one)?,
+        };
+        let told = |error: SmoothError| smoothing(&error, one.line);
+        stretch.smoother.push(&station(&one.pose)).map_err(told)?;
+        let spans = stretch.smoother.take();
+        if stretch.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
+            stretch.feeds.push_back((stretch.stations, feed));
+        }
+        stretch.stations += 1;
+        stretch.last = *one;
+        for span in &spans {
+            self.span(&mut stretch, span, out);
+        }
+        self.stretch = Some(stretch);
+        Ok(())
+    }
+
+    fn begin(&self, one: &PostMove) -> Result<Stretch, PostError> {
+        let [tip, axis] = self.tolerance.map(|most| SHARES[0] * most);
+        let options = SmoothOptions {
+            tip,
+            axis,
+            reference: Reference::Chords,
+            lever: LEVER,
+            corner: CORNER,
+            step_ratio: STEP_RATIO,
+            largest_blend: LARGEST_BLEND,
+            window: WINDOW_STATIONS,
+        };
+        let told = |error: SmoothError| smoothing(&error, one.line);
+        let mut smoother = Smoother::new(&options).map_err(told)?;
+        if let Some(start) = &self.start {
+            smoother.push(&station(&start.pose)).map_err(told)?;
+        }
+        Ok(Stretch {
+            smoother: Box::new(smoother),
+            feeds: VecDeque::new(),
+            stations: 1,
+            held: None,
+            last: *one,
+        })
+    }
+
+    fn end(&mut self, mut stretch: Stretch, out: &mut Vec<PostMove>) -> Result<(), PostError> {
+        let last = stretch.last;
+        let smoother = std::mem::replace(&mut stretch.smoother, self.begin(&last)?.smoother);
+        match smoother.finish() {
+            Ok((spans, report)) => {
+                self.report.add(&report);
+                for span in &spans {
+                    self.span(&mut stretch, span, out);
+                }
+                if let Some(held) = stretch.held.take() {
+                    let end = stretch.stations.saturating_sub(1);
+                    self.cut(&mut stretch, &held, (end, out));
+                }
+            }
+            // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
+            Err(SmoothError::Stations(_)) => out.push(last),
+            Err(error) => return Err(smoothing(&error, last.line)),
+        }
+        self.start = Some(last);
+        Ok(())
+    }
+
+    /// Holds a span back, and cuts the one before.
+    fn span(&self, stretch: &mut Stretch, span: &SmoothSpan, out: &mut Vec<PostMove>) {
+        if let Some(before) = stretch.held.replace(*span) {
+            self.cut(stretch, &before, (span.station, out));
+        }
+    }
+
+    /// Chords of a span up to a station, at the least feed of the moves it stands for.
+    fn cut(
+        &self,
+        stretch: &mut Stretch,
+        span: &SmoothSpan,
+        (to, out): (usize, &mut Vec<PostMove>),
+    ) {
+        let to = to.max(span.station + 1);
+        while stretch.feeds.get(1).is_some_and(|(from, _)| *from <= span.station + 1) {
+            stretch.feeds.pop_front();
+        }
+        let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
+        let Some(feed) = feeds.map(|(_, feed)| *feed).reduce(f64::min) else { return };
+        let [tip, axis] = self.tolerance.map(|most| SHARES[1] * most);
+        let parts = span.chords(tip, axis);
+        for part in 1..=parts {
+            if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
+                out.push(PostMove { pose, pace: PostPace::Feed(feed), ..stretch.last });
+            }
+        }
+    }
+
+    /// Leaves moves out as long as one stands for them.
+    fn reduce(&mut self, one: &PostMove, out: &mut Vec<PostMove>) {
+        let Some(start) = self.start else { return out.push(*one) };
+        let same = self.chain.last().is_none_or(|last| last.pace == one.pace);
+        self.chain.push(*one);
+        let fits = same && self.chain.len() <= MOST;
+        let off = if fits { chord_off(&start.pose, &self.chain) } else { [f64::INFINITY; 2] };
+        let [tip, axis] = self.tolerance.map(|most| SHARES[0] * most);
+        if off[0] <= tip && off[1] <= axis {
+            self.reduced = [0, 1].map(|k: usize| self.reduced[k].max(off[k]));
+            return;
+        }
+        self.chain.pop();
+        if let Some(last) = self.chain.last().copied() {
+            out.push(last);
+            self.start = Some(last);
+        }
+        self.chain.clear();
+        self.chain.push(*one);
+    }
+}
+
+/// Bounds on how far a move to the last of some strays from all of them: tip \[mm\], axis \[rad\].
+///
+/// Each is matched with the share of the move nearest to it, in order; between two of them both tips run straight, so
+/// that none is farther off than at an end, and two great circles part by no more than an eighth of the squares of
+/// their turns.
+fn chord_off(start: &ToolPose, chain: &[PostMove]) -> [f64; 2] {
+    let Some(end) = chain.last().map(|last| last.pose) else { return [0.0; 2] };
+    let chord = end.tip - start.tip;
+    let square = chord.norm_squared();
+    let whole = angle_between(&start.axis, &end.axis);
+    let mut off = [0.0_f64; 2];
+    let mut before = (0.0_f64, *start);
+    for one in chain {
+        let pose = &one.pose;
+        let share = if square > 0.0 { (pose.tip - start.tip).dot(&chord) / square } else { 1.0 };
+        // In order: going back counts as standing still.
+        let share = share.clamp(before.0, 1.0);
+        let Some(axis) = great_circle(&start.axis, &end.axis, share) else {
+            return [f64::INFINITY; 2];
+        };
+        let own = angle_between(&before.1.axis, &pose.axis);
+        let run = whole * (share - before.0);
+        off[0] = off[0].max((start.tip + chord * share - pose.tip).norm());
+        off[1] = off[1].max(angle_between(&axis, &pose.axis) + 0.125 * (own * own + run * run));
+        before = (share, *pose);
+    }
+    off
+}
+
+fn station(pose: &ToolPose) -> Station {
+    Station { pose: *pose, contact: pose.tip }
+}
+
+fn smoothing(error: &SmoothError, line: u32) -> PostError {
+    match error {
+        SmoothError::AxisReversal { .. } => PostError::Reversal { line },
+        error => PostError::Smooth { line, error: error.clone() },
+    }
+}

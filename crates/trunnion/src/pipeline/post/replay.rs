@@ -1,0 +1,324 @@
+//! What a program makes the tool do: steps to moves. Forward map, and an inverse for tool vectors.
+
+use super::{PostError, PostMove, PostPace};
+use crate::blocks::Control;
+use crate::inverse::Inverse;
+use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
+use crate::math::jet::{Jet, Real};
+use crate::nc::read::{Frame, Move, Pace, Step, Turning, Way};
+use crate::nc::write::work_offset;
+use crate::types::{AXES, AxisVector, ToolPose};
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+/// Most straight moves for one arc.
+const MOST_PARTS: u32 = 65_535;
+
+/// Where a control stands, and what its program makes the tool do.
+///
+/// The work offset is taken to hold the workpiece origin, as in the setup sheets of this crate: whichever of G54 to
+/// G59.3 the program uses, as long as it is one. Moves before all of X, Y and Z were commanded are how the machine
+/// gets to the part, and moves in machine coordinates (`G53`) before and after all others are how it gets away:
+/// they are left out.
+#[derive(Debug)]
+pub struct ProgramMoves {
+    /// With the tool, and without.
+    inverse: [Inverse; 2],
+    offset: Vector3<f64>,
+    /// Distance that straight moves may keep from arcs \[mm\].
+    arc_tolerance: f64,
+    q: AxisVector,
+    /// Which of X Y Z are known, by words.
+    known: [bool; 3],
+    started: bool,
+    work: Option<u8>,
+    tool: Option<u32>,
+    /// Moves in machine coordinates, of which is not known yet whether others follow.
+    away: Vec<PostMove>,
+    /// Left out: moves at the start, dwells, and lines of words.
+    left: Left,
+    /// Spindle speed, clockwise positive \[1/min\].
+    spindle: f64,
+}
+
+/// What was read and does not show in moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Left {
+    /// Moves before the starting position, and in machine coordinates at the end.
+    pub moves: usize,
+    /// Dwells.
+    pub dwells: usize,
+    /// Lines of words without motion: coolant, stops, smoothing.
+    pub words: usize,
+}
+
+/// A position by the words of a frame.
+#[derive(Debug, Clone, Copy)]
+struct Words {
+    values: [f64; AXES],
+    tcp: bool,
+    length: bool,
+}
+
+impl ProgramMoves {
+    /// Starts with the machine at home.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError::Reach`], [`PostError::Write`] for a setup without numbers or work offset.
+    pub fn new(kinematics: &Kinematics, arc_tolerance: f64) -> Result<Self, PostError> {
+        let bare = Setup { tool_length: 0.0, ..*kinematics.setup() };
+        let bare = Kinematics::new(kinematics.machine(), &bare);
+        let inverse =
+            |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
+        let offset = work_offset(kinematics).ok_or(crate::nc::write::WriteError::WorkOffset)?;
+        Ok(Self {
+            inverse: [inverse(kinematics)?, inverse(&bare)?],
+            offset,
+            arc_tolerance,
+            q: kinematics.machine().home(),
+            known: [false; 3],
+            started: false,
+            work: None,
+            tool: None,
+            away: Vec::new(),
+            left: Left::default(),
+            spindle: 0.0,
+        })
+    }
+
+    /// Number of the tool in the spindle, if the program says.
+    pub fn tool(&self) -> Option<u32> {
+        self.tool
+    }
+
+    /// Spindle speed \[1/min\]; 0 if it does not turn.
+    pub fn spindle(&self) -> f64 {
+        self.spindle
+    }
+
+    /// What was left out so far.
+    pub fn left(&self) -> Left {
+        let mut left = self.left;
+        left.moves += self.away.len();
+        left
+    }
+
+    /// Takes in a step; the moves it makes are appended.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError::Refused`] for what cannot be posted, with what to do; [`PostError::Reach`].
+    pub fn step(&mut self, step: &Step, out: &mut Vec<PostMove>) -> Result<(), PostError> {
+        match step {
+            Step::Move(one) => return self.go(one, out),
+            Step::Dwell { .. } => self.left.dwells += 1,
+            Step::Words { .. } => self.left.words += 1,
+            Step::Spindle { speed, .. } => {
+                if *speed != 0.0 {
+                    self.spindle = *speed;
+                }
+            }
+            Step::Tool { line, number } => {
+                if self.tool.is_some_and(|before| before != *number) && self.started {
+                    return Err(refused(
+                        *line,
+                        "a second tool",
+                        "post the operations of each tool on their own",
+                    ));
+                }
+                self.tool = Some(*number);
+            }
+            Step::Offset(of) => {
+                let help =
+                    "enter the work offset at the control, and give the origin with --from-origin";
+                return Err(refused(of.line, "a work offset written by the program", help));
+            }
+            Step::Plane(of) => {
+                return Err(refused(of.line, "a tilted plane", "post it without tilted planes"));
+            }
+        }
+        Ok(())
+    }
+
+    fn go(&mut self, one: &Move, out: &mut Vec<PostMove>) -> Result<(), PostError> {
+        if one.sixth.is_some() || one.plane != 0 {
+            let what = one.special().unwrap_or("a sixth axis");
+            return Err(refused(one.line, what, "only five axes without tilted planes are posted"));
+        }
+        let (tcp, length) = match one.frame {
+            Frame::Machine => return self.go_in_machine(one),
+            Frame::Work { offset, length, tcp } => {
+                if *self.work.get_or_insert(offset) != offset {
+                    let help = "post the parts of the program with one work offset each";
+                    return Err(refused(one.line, "a second work offset", help));
+                }
+                (tcp, length)
+            }
+        };
+        for (known, word) in self.known.iter_mut().zip(one.words) {
+            *known |= word.is_some() && !one.incremental;
+        }
+        out.append(&mut self.away);
+        let from = self.words(tcp, length);
+        let mut to = from;
+        for (value, word) in to.values.iter_mut().zip(one.words) {
+            *value = match word {
+                Some(word) if one.incremental => *value + word,
+                Some(word) => word,
+                None => *value,
+            };
+        }
+        let parts = match one.way {
+            Way::Line => 1,
+            Way::Arc(arc) => arc.parts(self.arc_tolerance).min(MOST_PARTS),
+        };
+        let travel = length_of(one, &from, &to);
+        for part in 1..=parts {
+            let share = f64::from(part) / f64::from(parts);
+            let mut at = to;
+            if part < parts {
+                for (value, (a, b)) in at.values.iter_mut().zip(from.values.iter().zip(to.values)) {
+                    *value = a + share * (b - a);
+                }
+                if let Way::Arc(arc) = one.way {
+                    for (axis, by) in arc.plane.into_iter().zip(arc.at(share)) {
+                        if let (Some(value), Some(start)) =
+                            (at.values.get_mut(axis), from.values.get(axis))
+                        {
+                            *value = start + by;
+                        }
+                    }
+                }
+            }
+            let before = self.q;
+            let pose = self.take(one, &at)?;
+            let pace = self.pace(one, travel / f64::from(parts), &before, tcp);
+            self.push(one, pose, pace, (tcp, out));
+        }
+        Ok(())
+    }
+
+    /// `G53`: axis positions. Kept back until it is known whether the program goes on.
+    fn go_in_machine(&mut self, one: &Move) -> Result<(), PostError> {
+        for (value, word) in self.q.iter_mut().zip(one.words) {
+            *value = word.unwrap_or(*value);
+        }
+        if one.pace != Pace::Rapid {
+            let what = "a move with feed in machine coordinates";
+            return Err(refused(one.line, what, "program it in a work offset"));
+        }
+        if self.started {
+            let pose = self.inverse[0].kinematics().forward(&self.q);
+            let (line, q) = (one.line, Some(self.q));
+            self.away.push(PostMove { line, pose, q, pace: PostPace::Rapid, way: Control::Axes });
+        } else {
+            self.left.moves += 1;
+        }
+        Ok(())
+    }
+
+    fn push(
+        &mut self,
+        one: &Move,
+        pose: ToolPose,
+        pace: PostPace,
+        (tcp, out): (bool, &mut Vec<PostMove>),
+    ) {
+        if !self.started && self.known != [true; 3] {
+            self.left.moves += 1;
+            return;
+        }
+        self.started = true;
+        let way = match (tcp, one.turning) {
+            (false, _) => Control::Axes,
+            (true, Turning::Rotary) => Control::RotaryLinear,
+            (true, Turning::GreatCircle) => Control::GreatCircle,
+        };
+        out.push(PostMove { line: one.line, pose, q: Some(self.q), pace, way });
+    }
+
+    /// Present position by the words of a frame.
+    fn words(&self, tcp: bool, length: bool) -> Words {
+        let mut values: [f64; AXES] = self.q.into();
+        let linear = if tcp {
+            let kinematics = self.of(length).kinematics();
+            kinematics.setup().rotation * kinematics.forward(&self.q).tip.coords
+        } else {
+            self.q.fixed_rows::<3>(0) - self.shift(length)
+        };
+        values[..3].copy_from_slice(linear.as_slice());
+        Words { values, tcp, length }
+    }
+
+    /// Moves the axes to a position; the pose of the tool there.
+    fn take(&mut self, one: &Move, to: &Words) -> Result<ToolPose, PostError> {
+        let [x, y, z, first, second] = to.values;
+        let point = Vector3::new(x, y, z);
+        if to.tcp {
+            let inverse = self.of(to.length);
+            let back = inverse.kinematics().setup().rotation.inverse();
+            let tip = back * point;
+            let reach = |error| PostError::reach(one.line, error);
+            self.q = match one.axis {
+                Some(axis) => {
+                    let axis = UnitVector3::new_normalize(back * axis.into_inner());
+                    let pose = ToolPose { tip: Point3::from(tip), axis };
+                    inverse.near_inside(&pose, &self.q).map_err(reach)?
+                }
+                None => {
+                    let still = Vector3::zeros();
+                    let turns = [first, second].map(<Jet as Real>::constant);
+                    inverse.with_rotaries(&[tip, still, still, still], turns).map_err(reach)?[0]
+                }
+            };
+        } else {
+            let linear = point + self.shift(to.length);
+            self.q = AxisVector::from([linear.x, linear.y, linear.z, first, second]);
+        }
+        Ok(self.inverse[0].kinematics().forward(&self.q))
+    }
+
+    fn pace(&self, one: &Move, travel: f64, before: &AxisVector, tcp: bool) -> PostPace {
+        let turn = (self.q - before).fixed_rows::<2>(FIRST_ROTARY).norm();
+        match one.pace {
+            Pace::Rapid => PostPace::Rapid,
+            Pace::Inverse { seconds } => match one.way {
+                Way::Line => PostPace::Seconds(seconds),
+                Way::Arc(arc) => {
+                    let parts = arc.parts(self.arc_tolerance).min(MOST_PARTS);
+                    PostPace::Seconds(seconds / f64::from(parts))
+                }
+            },
+            Pace::PerMinute { speed } if travel > 0.0 && tcp => PostPace::Feed(speed),
+            Pace::PerMinute { speed } if travel > 0.0 => PostPace::Seconds(travel / speed),
+            Pace::PerMinute { speed } => PostPace::Seconds(turn.to_degrees() / speed),
+        }
+    }
+
+    fn of(&self, length: bool) -> &Inverse {
+        let [with, without] = &self.inverse;
+        if length { with } else { without }
+    }
+
+    fn shift(&self, length: bool) -> Vector3<f64> {
+        let long = self.inverse[0].kinematics().setup().tool_length;
+        self.offset + Vector3::z() * if length { long } else { 0.0 }
+    }
+}
+
+/// Way of X Y Z \[mm\].
+fn length_of(one: &Move, from: &Words, to: &Words) -> f64 {
+    let by =
+        |axis: usize| to.values.get(axis).unwrap_or(&0.0) - from.values.get(axis).unwrap_or(&0.0);
+    match one.way {
+        Way::Line => Vector3::new(by(0), by(1), by(2)).norm(),
+        Way::Arc(arc) => {
+            let across = (0..3).filter(|axis| !arc.plane.contains(axis)).map(by).sum::<f64>();
+            (arc.radius() * arc.sweep).hypot(across)
+        }
+    }
+}
+
+fn refused(line: u32, what: &'static str, help: &'static str) -> PostError {
+    PostError::Refused { line, what, help }
+}
