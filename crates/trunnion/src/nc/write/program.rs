@@ -237,9 +237,9 @@ impl ProgramWriter {
             out.push_str(name);
             value.push(out, form);
         };
-        for ((axis, last), &now) in
-            self.style.axes.0.iter().zip(&mut self.last).zip(words).take(count)
-        {
+        for &index in self.order.iter().take(count) {
+            let parts = (self.style.axes.0.get(index), self.last.get_mut(index), words.get(index));
+            let (Some(axis), Some(last), Some(&now)) = parts else { continue };
             if *last != Some(now) || (whole_tip && !axis.rotary) {
                 word(axis.letter.encode_utf8(&mut [0; 4]), now);
                 *last = Some(now);

@@ -22,8 +22,16 @@ pub enum PostFilter {
 /// Share of the tolerance for the filter itself, for the chords of what was smoothed, and for the input's own bows.
 const SHARES: [f64; 3] = [0.5, 0.2, 0.05];
 
-/// Share of the tolerance that is left for the way to the machine.
-pub(super) const LEFT: f64 = 0.25;
+impl PostFilter {
+    /// Share of the tolerance that is left for the way to the machine.
+    pub(super) fn left(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Smooth => 1.0 - SHARES.iter().sum::<f64>(),
+            Self::Reduce => 1.0 - SHARES[0] - SHARES[2],
+        }
+    }
+}
 
 /// Length at which a turn of the axis counts as movement where the tip stands \[mm/rad\].
 const LEVER: f64 = 10.0;

@@ -284,7 +284,7 @@ impl Poster {
         options: &PostOptions,
         style: &Style,
     ) -> Result<Self, PostError> {
-        let share = if options.filter == PostFilter::None { 1.0 } else { filter::LEFT };
+        let share = options.filter.left();
         let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
         Ok(Self {
             kinematics: kinematics.clone(),

@@ -14,6 +14,9 @@ const LEVER: f64 = 10.0;
 /// Longest distance of two rows, so that speed can change on the way \[mm\].
 const STEP: f64 = 5.0;
 
+/// Nine decimals are the most that words have \[mm\].
+const LEAST: f64 = 1e-9;
+
 /// Shortest run-up, over the length of its stretch.
 const SHORTEST: f64 = 1e-4;
 
@@ -167,8 +170,8 @@ impl Pace {
         if self.motion != Some(motion) {
             self.end_piece(out)?;
         }
-        if length <= 0.0 {
-            // Nothing moves: the block is its own, and takes no time of the axes.
+        if length <= self.least_gap() {
+            // Nothing moves that a word can say; what follows starts where the axes were.
             return Ok(());
         }
         let mut straight = Straight {
@@ -262,10 +265,13 @@ impl Pace {
         // Two halves meet: rounding must not leave a sliver between them.
         let meet = to <= from * (1.0 + 4.0 * f64::EPSILON);
         let sharp = [of.bent < of.length, end < of.length && !(meet && of.bent < of.length)];
-        for (at, _) in [from, to].into_iter().zip(sharp).filter(|&(at, sharp)| sharp && at > 0.0) {
-            if at >= of.length {
+        let gap = self.least_gap();
+        let mut last = 0.0;
+        for (at, sharp) in [from, to].into_iter().zip(sharp) {
+            if !sharp || at - last <= gap || of.length - at <= gap {
                 continue;
             }
+            last = at;
             self.s = start + at;
             let zero = AxisVector::zeros();
             let q = [of.from + of.rate * at, of.rate, zero, zero];
@@ -273,6 +279,12 @@ impl Pace {
         }
         self.s = start + of.length;
         Ok(())
+    }
+
+    /// Two rows nearer than this are one: less than the last digit of any word, and more than the rounding of the
+    /// path parameter leaves \[mm\].
+    fn least_gap(&self) -> f64 {
+        LEAST + 16.0 * f64::EPSILON * self.s
     }
 
     /// `v² / 2a` along a stretch, by the programmed speed and the limits of the axes.
@@ -296,7 +308,8 @@ impl Pace {
             let run_up = of.run_up;
             let quintic = Quintic::new(length, jet(&last.q), jet(&node.q));
             let inside = [run_up, length - run_up];
-            let wanted = [was_slow && run_up < 0.45 * length, slow && run_up < 0.45 * length];
+            let fits = run_up < 0.45 * length && run_up > self.least_gap();
+            let wanted = [was_slow && fits, slow && fits];
             for at in inside.into_iter().zip(wanted).filter_map(|(at, wanted)| wanted.then_some(at))
             {
                 let share = at / length;
