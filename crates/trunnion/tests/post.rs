@@ -260,15 +260,7 @@ fn moves_of(steps: &[Step]) -> Vec<Move> {
 
 /// Whether a dialect can be read back.
 fn is_read(dialect: Dialect) -> bool {
-    !matches!(
-        dialect,
-        Dialect::Apt
-            | Dialect::FanucVector
-            | Dialect::Siemens
-            | Dialect::SiemensAxes
-            | Dialect::Heidenhain
-            | Dialect::HeidenhainAxes
-    )
+    dialect != Dialect::Apt
 }
 
 #[test]
