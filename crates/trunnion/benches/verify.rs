@@ -106,6 +106,7 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
         total: 0.2,
         gouge: 0.1,
         most_points: 10_000_000,
+        promise: None,
     };
     bencher.bench_local(|| verify::check(&input, &options, &Silent).unwrap());
 }

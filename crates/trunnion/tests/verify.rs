@@ -24,6 +24,7 @@ const OPTIONS: Options = Options {
     total: 0.02,
     gouge: 0.002,
     most_points: 1_000_000,
+    promise: None,
 };
 
 fn cutter(kind: Kind, major: f64, minor: f64) -> Cutter {

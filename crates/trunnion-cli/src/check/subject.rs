@@ -13,7 +13,9 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, Program, ReadOptions};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
-use trunnion::verify::{self, ClInput, Finding, Input, Options, Report, Track, VerifyError};
+use trunnion::verify::{
+    self, ClInput, Finding, Input, Options, Promise, Report, Track, VerifyError,
+};
 
 /// Distance between measured points where nothing is said \[mm\].
 const GRID: f64 = 0.2;
@@ -23,6 +25,9 @@ const OTHERS_GRID: f64 = 3.0;
 const REACH: f64 = 1.0;
 /// Share of the total tolerance by which a ray may miss the swept cutter.
 const RAY_SHARE: f64 = 0.005;
+/// Share of the total tolerance by which what is certain between the measured points may lie beyond the
+/// worst of them.
+const MARGIN_SHARE: f64 = 0.05;
 /// Most measured points on one face.
 const MOST_POINTS: usize = 20_000_000;
 /// Longest stretch between two drawn tool positions \[mm\].
@@ -94,6 +99,7 @@ impl Subject {
             total,
             gouge,
             most_points: MOST_POINTS,
+            promise: Some(Promise { margin: [MARGIN_SHARE * total; 2], excess: true }),
         };
         Ok(Self {
             motion,
@@ -114,7 +120,9 @@ impl Subject {
         let mut others = (0, 0.0);
         if !self.others.is_empty() {
             let grid = OTHERS_GRID * self.options.grid;
-            let other = self.measure(&self.others, &Options { grid, ..self.options }, bars)?;
+            let promise = self.options.promise.map(|all| Promise { excess: false, ..all });
+            let options = Options { grid, promise, ..self.options };
+            let other = self.measure(&self.others, &options, bars)?;
             let gouges = other.findings.into_iter().filter(|f| matches!(f, Finding::Gouge(_)));
             report.findings.extend(gouges);
             let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));

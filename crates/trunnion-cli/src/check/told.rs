@@ -47,6 +47,11 @@ pub(super) struct Heights {
     pub(super) excess: f64,
     lowest: Option<Place>,
     highest: Option<Place>,
+    /// What is certain all over the faces, between the points as well, for the modelled geometry.
+    pub(super) gouge_bound: Option<f64>,
+    pub(super) excess_bound: Option<f64>,
+    /// Area of which it is not certain.
+    pub(super) unbounded_area: f64,
     /// Points on faces that are not cut, and the deepest gouge there.
     pub(super) others: usize,
     pub(super) others_gouge: f64,
@@ -115,6 +120,9 @@ impl Told {
                 unmeasured: deviation.unmeasured,
                 gouge: (-height(&deviation.lowest)).max(0.0),
                 excess: height(&deviation.highest).max(0.0),
+                gouge_bound: deviation.bounds.map(|bounds| bounds.gouge),
+                excess_bound: deviation.bounds.and_then(|bounds| bounds.excess),
+                unbounded_area: deviation.bounds.map_or(0.0, |bounds| bounds.open),
                 lowest: deviation.lowest.as_ref().map(Place::of),
                 highest: deviation.highest.as_ref().map(Place::of),
                 others: found.others.0,
@@ -169,6 +177,14 @@ impl Heights {
             ("most left", format!("{:.4} mm{}", self.excess, place(&self.highest))),
             ("uncut", format!("{} points, {:.2} mm2", self.uncut, self.uncut_area)),
         ];
+        if let (Some(gouge), Some(excess)) = (self.gouge_bound, self.excess_bound) {
+            let open = match self.unbounded_area {
+                area if area > 0.0 => format!("; but for {area:.3} mm2"),
+                _ => String::new(),
+            };
+            let told = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
+            rows.push(("between, too", told));
+        }
         if self.others > 0 {
             let told = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
             rows.push(("other faces", told));

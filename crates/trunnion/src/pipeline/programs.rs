@@ -48,6 +48,9 @@ const REACH: f64 = 1.0;
 /// Share of the total tolerance by which a ray may miss the swept cutter in the check.
 const RAY_SHARE: f64 = 0.005;
 
+/// Share of the total tolerance by which what is certain between the measured points may lie beyond the worst of them.
+const MARGIN_SHARE: f64 = 0.05;
+
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
 
@@ -296,6 +299,10 @@ fn looks(job: &Job, grid: f64) -> verify::Options {
         total: job.budget.total,
         gouge: job.budget.gouge,
         most_points: MOST_POINTS,
+        promise: Some(verify::Promise {
+            margin: [MARGIN_SHARE * job.budget.total; 2],
+            excess: true,
+        }),
     }
 }
 
@@ -314,6 +321,7 @@ fn others(
     let cutter = &job.cutter;
     let input = verify::Input { program, believed, real, faces: &faces, cutter, rest: &[] };
     let options = looks(job, OTHERS_GRID * job.file.verify_grid);
+    let options = verify::Options { promise: None, ..options };
     let report = verify::check(&input, &options, progress)?;
     let gouges = report.findings.into_iter().filter(|f| matches!(f, verify::Finding::Gouge(_)));
     check.findings.extend(gouges);

@@ -3,7 +3,7 @@
 use super::body::{self, Body, Ray};
 use super::grid::Grid;
 use super::index::{Bounds, Item, Tree};
-use super::ray::Lowest;
+use super::ray::{Deciding, Lowest, Part};
 use super::replay::{Mover, Segment};
 use super::report::{FaceMap, Sample};
 use super::sweep::{self, Piece};
@@ -23,7 +23,7 @@ const BATCH: usize = 128;
 pub(super) struct Sweep {
     pieces: Vec<Piece>,
     bodies: Vec<Body>,
-    tree: Tree,
+    pub(super) tree: Tree,
     reach: f64,
     tolerance: f64,
 }
@@ -38,10 +38,11 @@ impl Sweep {
     ) -> Result<Self, VerifyError> {
         let bodies = body::bodies(cutter);
         let size = cutter.length().hypot(widest(&bodies));
-        let error = 0.1 * options.ray_tolerance;
+        let error = ERROR_SHARE * options.ray_tolerance;
         let mut pieces = Vec::with_capacity(segments.len());
-        for segment in segments {
-            sweep::pieces(mover, segment, size + options.reach, error, &mut pieces)?;
+        for (number, segment) in segments.iter().enumerate() {
+            let numbered = (narrow(number), segment);
+            sweep::pieces(mover, numbered, size + options.reach, error, &mut pieces)?;
         }
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
@@ -59,46 +60,81 @@ impl Sweep {
 
     /// Lowest entry for every ray of a tile.
     fn measure(&self, rays: &[Ray]) -> Vec<Lowest> {
-        let none = Lowest { s: self.reach, line: None, unresolved: false };
+        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
+            return Vec::new();
+        };
         let region = rays.iter().fold(Bounds::empty(), |all, ray| {
             let [a, b] = [ray.at(-self.reach), ray.at(self.reach)];
             all.join(&Bounds { low: a.inf(&b), high: a.sup(&b) })
         });
-        let mut near = Vec::new();
-        self.tree.near(&region, &mut near);
-        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
-            return Vec::new();
-        };
-        let candidates = self.nearest_first(&near, &centre);
-        let search = |ray: &Ray| {
-            let mut lowest = none;
-            let aside = (ray.origin - centre).norm();
-            for &(clearance, piece, body) in &candidates {
-                // Distances change by at most 1 a millimetre, and the rest is farther still.
-                if clearance > aside + self.reach.max(lowest.s) {
-                    break;
-                }
-                lowest.search(piece, body, ray, self.tolerance);
-            }
-            lowest
-        };
-        rays.iter().map(search).collect()
+        let around = self.around(&region, centre);
+        rays.iter().map(|ray| self.lowest(&around, ray)).collect()
     }
 
-    /// Candidates by distance from the centre of a tile: what cuts lowest comes early, and most of
-    /// the rest is refused at a glance.
-    fn nearest_first(&self, near: &[(u32, u32)], centre: &Point3<f64>) -> Vec<(f64, &Piece, Body)> {
-        let mut found = Vec::with_capacity(near.len());
-        for &(piece, body) in near {
-            let parts = (self.pieces.get(piece as usize), self.bodies.get(body as usize));
-            if let (Some(piece), Some(&body)) = parts {
-                found.push((piece.clearance(body, centre), piece, body));
+    /// What can come near a region, by distance from a centre: what cuts lowest comes early, and most
+    /// of the rest is refused at a glance.
+    pub(super) fn around(&self, region: &Bounds, centre: Point3<f64>) -> Around<'_> {
+        let mut near = Vec::new();
+        self.tree.near(region, &mut near);
+        let mut parts = Vec::with_capacity(near.len());
+        for &numbers in &near {
+            if let Some(part) = self.part(numbers) {
+                parts.push((part.piece.clearance(part.body, &centre), part));
             }
         }
         // Stable: equal distances keep the order of the program.
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Around { centre, parts }
     }
+
+    /// A body in motion by its numbers.
+    pub(super) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
+        let piece = self.pieces.get(numbers.0 as usize)?;
+        let body = *self.bodies.get(numbers.1 as usize)?;
+        Some(Part { piece, body, numbers })
+    }
+
+    /// Lowest entry of a ray.
+    pub(super) fn lowest(&self, around: &Around<'_>, ray: &Ray) -> Lowest {
+        let mut lowest = Lowest { s: self.reach, line: None, by: None, unresolved: false };
+        let aside = (ray.origin - around.centre).norm();
+        for (clearance, part) in &around.parts {
+            // Distances change by at most 1 a millimetre, and the rest is farther still.
+            if *clearance > aside + self.reach.max(lowest.s) {
+                break;
+            }
+            lowest.search(part, ray, self.tolerance);
+        }
+        lowest
+    }
+
+    /// Lowest entry of a ray into some of the bodies in motion.
+    pub(super) fn lowest_of(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
+        let mut lowest = Lowest { s: self.reach, line: None, by: None, unresolved: false };
+        for part in numbers.filter_map(|numbers| self.part(numbers)) {
+            lowest.search(&part, ray, self.tolerance);
+        }
+        lowest
+    }
+
+    /// How far along a normal is looked \[mm\].
+    pub(super) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// How far the tool may be from where the pieces have it \[mm\].
+    pub(super) fn error(&self) -> f64 {
+        ERROR_SHARE * self.tolerance
+    }
+}
+
+/// Share of the ray tolerance that replacing moves by quadratics may take.
+const ERROR_SHARE: f64 = 0.1;
+
+/// Bodies in motion with what at least lies between them and a centre \[mm\], nearest first.
+pub(super) struct Around<'a> {
+    centre: Point3<f64>,
+    parts: Vec<(f64, Part<'a>)>,
 }
 
 fn narrow(index: usize) -> u32 {
@@ -131,35 +167,38 @@ fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
 pub(super) fn map(
     sweep: &Sweep,
     face: &Face,
-    grid: Grid,
+    grid: &Grid,
     advance: &mut dyn FnMut(usize) -> Result<(), Cancelled>,
-) -> Result<FaceMap, VerifyError> {
+) -> Result<(FaceMap, Vec<Option<Deciding>>), VerifyError> {
     let [rows, columns] = grid.size();
     let mut samples = vec![None; rows * columns];
+    let mut deciding = vec![None; rows * columns];
     let mut unmeasured = 0;
     let tiles: Vec<[usize; 2]> = (0..rows)
         .step_by(TILE)
         .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
         .collect();
     for batch in tiles.chunks(BATCH) {
-        let results: Vec<Tile> = batch.par_iter().map(|&at| tile(sweep, face, &grid, at)).collect();
+        let results: Vec<Tile> = batch.par_iter().map(|&at| tile(sweep, face, grid, at)).collect();
         for tile in results {
             unmeasured += tile.unmeasured;
-            for (place, sample) in tile.samples {
-                if let Some(found) = samples.get_mut(place) {
-                    *found = Some(sample);
+            for (place, sample, by) in tile.samples {
+                if let (Some(found), Some(decided)) =
+                    (samples.get_mut(place), deciding.get_mut(place))
+                {
+                    (*found, *decided) = (Some(sample), by);
                 }
             }
         }
         advance(batch.len() * TILE * TILE)?;
     }
-    let Grid { u, v, .. } = grid;
-    Ok(FaceMap { face: face.number, u, v, samples, unmeasured })
+    let Grid { u, v } = grid.clone();
+    Ok((FaceMap { face: face.number, u, v, samples, unmeasured }, deciding))
 }
 
 /// Samples of a tile with their places in the map.
 struct Tile {
-    samples: Vec<(usize, Sample)>,
+    samples: Vec<(usize, Sample, Option<Deciding>)>,
     unmeasured: usize,
 }
 
@@ -188,7 +227,8 @@ fn tile(sweep: &Sweep, face: &Face, grid: &Grid, [row, column]: [usize; 2]) -> T
     unmeasured += lowest.iter().filter(|lowest| lowest.unresolved).count();
     let samples = rays.iter().zip(places).zip(lowest).map(|((ray, (place, uv, area)), lowest)| {
         let height = lowest.line.map(|_| lowest.s);
-        (place, Sample { uv, point: ray.origin, height, line: lowest.line, area, rest: false })
+        let (point, line) = (ray.origin, lowest.line);
+        (place, Sample { uv, point, height, line, area, rest: false }, lowest.by)
     });
     Tile { samples: samples.collect(), unmeasured }
 }

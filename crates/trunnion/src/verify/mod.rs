@@ -13,6 +13,7 @@
 
 mod audit;
 mod body;
+mod bounds;
 mod deviation;
 mod grid;
 mod index;
@@ -23,7 +24,8 @@ mod sweep;
 mod track;
 
 pub use report::{
-    Audit, AxisAudit, Bin, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report, Sample,
+    Audit, AxisAudit, Bin, Bounds, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report,
+    Sample,
 };
 pub use track::{Track, track, track_cl};
 
@@ -69,6 +71,18 @@ pub struct Options {
     pub gouge: f64,
     /// Grid points on one face at most.
     pub most_points: usize,
+    /// What is to be certain between the grid points, if anything.
+    pub promise: Option<Promise>,
+}
+
+/// What is to be certain all over the faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Promise {
+    /// How far the bounds may be from the worst gouge and the worst excess \[mm\]; less where the
+    /// tolerance is kept by less.
+    pub margin: [f64; 2],
+    /// Whether excess is bounded, too: not on faces that are to be left alone.
+    pub excess: bool,
 }
 
 /// Why a program cannot be checked.
@@ -233,14 +247,48 @@ fn measure(
         done = total.min(done + points as u64);
         progress.step(Stage::Verify, done, total)
     };
-    let mut maps = Vec::with_capacity(grids.len());
+    let mut measured = Vec::with_capacity(grids.len());
     for (face, grid) in subject.faces.iter().zip(grids) {
-        let mut map = deviation::map(&sweep, face, grid, &mut advance)?;
+        let (mut map, deciding) = deviation::map(&sweep, face, &grid, &mut advance)?;
         map.note(subject.rest);
-        maps.push(map);
+        measured.push((map, deciding));
     }
-    let deviation = Deviation::of(&maps);
-    Ok((maps, deviation))
+    let mut deviation = Deviation::of(measured.iter().map(|(map, _)| map));
+    if let Some(promise) = &options.promise {
+        promised(&sweep, subject.faces, &measured, promise, options, &mut deviation)?;
+    }
+    Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
+}
+
+/// Least share of the margin that is used where the tolerance leaves less room.
+const LEAST_MARGIN: f64 = 0.05;
+
+/// Bounds what lies between the points, and takes in worse places that turn up.
+fn promised(
+    sweep: &Sweep,
+    faces: &[Face],
+    measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
+    promise: &Promise,
+    options: &Options,
+    deviation: &mut Deviation,
+) -> Result<(), VerifyError> {
+    let heights = [&deviation.lowest, &deviation.highest]
+        .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
+    // Where the tolerance is kept, so should the bound be.
+    let room = |margin: f64, room: f64| {
+        if room > 0.0 { margin.min(0.5 * room).max(LEAST_MARGIN * margin) } else { margin }
+    };
+    let [gouge, excess] = promise.margin;
+    let margin = [
+        room(gouge, options.gouge + heights[0].unwrap_or(0.0).min(0.0)),
+        room(excess, options.total - heights[1].unwrap_or(0.0).max(0.0)),
+    ];
+    let promise = Promise { margin, ..*promise };
+    let (found, [lowest, highest]) = bounds::of(sweep, faces, measured, &promise, heights)?;
+    deviation.bounds = Some(found);
+    deviation.lowest = lowest.or(deviation.lowest);
+    deviation.highest = highest.or(deviation.highest);
+    Ok(())
 }
 
 fn check_options(options: &Options) -> Result<(), VerifyError> {

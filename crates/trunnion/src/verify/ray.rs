@@ -13,8 +13,26 @@ pub(super) struct Lowest {
     pub(super) s: f64,
     /// Line of the program that got there.
     pub(super) line: Option<u32>,
+    /// Piece, body and instant that got there.
+    pub(super) by: Option<Deciding>,
     /// The search was given up: `s` may be too high.
     pub(super) unresolved: bool,
+}
+
+/// Piece and body by number, and the instant, at which the tool is where it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Deciding {
+    pub(super) piece: u32,
+    pub(super) body: u32,
+    pub(super) u: f64,
+}
+
+/// A body in motion over a piece, with both numbers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part<'a> {
+    pub(super) piece: &'a Piece,
+    pub(super) body: Body,
+    pub(super) numbers: (u32, u32),
 }
 
 /// Share of the tolerance by which a tool may cut into the ray unnoticed.
@@ -33,7 +51,8 @@ impl Lowest {
     /// A touch that cuts into the ray by less than a tenth of the tolerance may be dropped: without
     /// that a tool sliding along the ray would be searched for ever.
     #[inline]
-    pub(super) fn search(&mut self, piece: &Piece, body: Body, ray: &Ray, tolerance: f64) {
+    pub(super) fn search(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
+        let Part { piece, body, .. } = *part;
         let limit = self.s - tolerance;
         if limit <= -ray.below {
             return;
@@ -43,12 +62,13 @@ impl Lowest {
         let end = limit.max(0.0);
         let target = Target { body, ray: &upper, s: end, limit: end };
         if piece.bound(piece.middle(), 1.0, &target).low <= GRAZE * tolerance {
-            self.refine(piece, body, ray, tolerance);
+            self.refine(part, ray, tolerance);
         }
     }
 
     /// The search proper.
-    fn refine(&mut self, piece: &Piece, body: Body, ray: &Ray, tolerance: f64) {
+    fn refine(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
+        let Part { piece, body, numbers } = *part;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -81,7 +101,8 @@ impl Lowest {
             let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
-                (self.s, self.line) = (s, Some(piece.line));
+                let by = Deciding { piece: numbers.0, body: numbers.1, u };
+                (self.s, self.line, self.by) = (s, Some(piece.line), Some(by));
             }
             if depth + 1 >= DEEPEST {
                 continue;

@@ -103,8 +103,22 @@ pub struct Deviation {
     pub uncut_area: f64,
     /// Points that could not be measured.
     pub unmeasured: usize,
+    /// What holds between the points; `None` if it was not asked for.
+    pub bounds: Option<Bounds>,
     /// Area by height, from lowest to highest.
     pub histogram: Vec<Bin>,
+}
+
+/// What holds all over the faces, between the measured points as well: for the modelled geometry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// No gouge is deeper \[mm\].
+    pub gouge: f64,
+    /// No more than this is left where the tool came \[mm\], outside the rest and the cells of the grid
+    /// that touch it; `None` if it was not asked for.
+    pub excess: Option<f64>,
+    /// Area of which this is not certain \[mm²\].
+    pub open: f64,
 }
 
 /// Area of the faces with a height in a range.
@@ -121,9 +135,11 @@ const BINS: usize = 40;
 
 impl Deviation {
     /// Sums maps up.
-    pub(super) fn of(maps: &[FaceMap]) -> Self {
-        let samples =
-            || maps.iter().flat_map(|map| map.samples.iter().flatten().map(|s| (map.face, s)));
+    pub(super) fn of<'a>(maps: impl Iterator<Item = &'a FaceMap> + Clone) -> Self {
+        let samples = || {
+            let samples = |map: &'a FaceMap| map.samples.iter().flatten().map(|s| (map.face, s));
+            maps.clone().flat_map(samples)
+        };
         let extreme = |(face, s): (usize, &Sample)| {
             let (height, line) = (s.height?, s.line?);
             Some(Extreme { face, uv: s.uv, point: s.point, height, line })
@@ -141,7 +157,8 @@ impl Deviation {
             uncut: uncut().count(),
             area: samples().map(|(_, s)| s.area).sum(),
             uncut_area: uncut().map(|(_, s)| s.area).sum(),
-            unmeasured: maps.iter().map(|map| map.unmeasured).sum(),
+            unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
+            bounds: None,
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {
                     let finished = samples().filter(|(_, s)| !s.rest);

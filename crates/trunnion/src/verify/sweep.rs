@@ -10,6 +10,9 @@ use nalgebra::{Point3, Vector3};
 pub(super) struct Piece {
     /// Line of the program.
     pub(super) line: u32,
+    /// Number of the segment, and the times in 0..=1 it covers of it.
+    pub(super) segment: u32,
+    pub(super) span: [f64; 2],
     /// The tool at u = 0.
     middle: Instant,
     /// Coefficients of the tip \[mm\].
@@ -42,7 +45,7 @@ const MOST_PIECES: f64 = 1e6;
 /// turns with the tool.
 pub(super) fn pieces(
     mover: &Mover<'_>,
-    segment: &Segment,
+    (number, segment): (u32, &Segment),
     reach: f64,
     tolerance: f64,
     out: &mut Vec<Piece>,
@@ -61,7 +64,7 @@ pub(super) fn pieces(
     let mut index = 0.0;
     while index < count {
         let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
-        out.push(Piece::through(mover, segment, [a, b, c])?);
+        out.push(Piece::through(mover, (number, segment), [a, b, c])?);
         index += 1.0;
     }
     Ok(())
@@ -112,11 +115,30 @@ pub(super) struct Bound {
     pub(super) drift: f64,
 }
 
+/// A piece of a surface: points within `bulge` of `centre + s a + t b`, s and t in -1..=1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patch<'a> {
+    pub(super) centre: Point3<f64>,
+    pub(super) half: &'a [Vector3<f64>; 2],
+    pub(super) bulge: f64,
+    /// No point is farther from the centre.
+    pub(super) radius: f64,
+}
+
+/// Distance of a body from a patch's centre at an instant, and what other places and other times can
+/// take from it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Margin {
+    pub(super) distance: f64,
+    pub(super) place: f64,
+    pub(super) time: f64,
+}
+
 impl Piece {
     /// The piece of a segment through three times.
     fn through(
         mover: &Mover<'_>,
-        segment: &Segment,
+        (number, segment): (u32, &Segment),
         [a, b, c]: [f64; 3],
     ) -> Result<Self, VerifyError> {
         let pose = |t| mover.pose(segment, t);
@@ -131,6 +153,8 @@ impl Piece {
         let middle = instant(&tip, &axis, 0.0);
         Ok(Self {
             line: segment.line,
+            segment: number,
+            span: [a, c],
             middle,
             tip,
             axis,
@@ -181,6 +205,34 @@ impl Piece {
         let up = (shear - by_s).max(0.0) * (limit - s);
         let low = probe.distance - drift.abs() * half - bend * square - down.max(up);
         Bound { low, by_s, drift }
+    }
+
+    /// Bounds the distance of a body from a patch over `u` within `half` of the instant: the linear
+    /// part of the distance function at the patch's centre supports it, as in [`Piece::bound`], and
+    /// while the tool turns the patch's other points move against it by at most turn times radius.
+    pub(super) fn keeps_off(
+        &self,
+        instant: &Instant,
+        half: f64,
+        body: Body,
+        patch: &Patch<'_>,
+    ) -> Margin {
+        let Instant { stand, tip_rate, axis_rate } = instant;
+        let y = patch.centre - stand.tip;
+        let probe = body.probe(&y, &stand.axis);
+        let slope = |way: &Vector3<f64>| probe.slope(&y, &stand.axis, way);
+        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
+        let drift = turning - slope(tip_rate);
+        let [a, b] = patch.half;
+        let square = 0.5 * half * half;
+        let far = y.norm() + self.speed * half + patch.radius;
+        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
+        let shear = self.turn * half + self.turn_change * square;
+        Margin {
+            distance: probe.distance,
+            place: slope(a).abs() + slope(b).abs() + patch.bulge,
+            time: drift.abs() * half + bend * square + shear * patch.radius,
+        }
     }
 
     /// Distance of a body from a point, less all that the motion of the piece can take from it.

@@ -1,0 +1,187 @@
+//! What holds between the measured points: a bound of the deepest gouge and of the highest excess over
+//! a whole face.
+//!
+//! `h >= -G` everywhere if no tool ever comes to the face moved inwards by `G`: a tool that is convex,
+//! holds a point of the face and gets below `-G` on its normal is at `-G` as well. `h <= E` over a
+//! piece of the face if one tool, at one instant, holds the whole piece moved outwards by `E`. Both are
+//! asked of pieces that are planes to within a known error, and pieces are quartered as far as they
+//! tell.
+
+mod excess;
+mod gouge;
+mod shape;
+
+use super::deviation::Sweep;
+use super::ray::Deciding;
+use super::report::{Bounds, Extreme, FaceMap};
+use super::{Promise, VerifyError};
+use crate::surface::Face;
+use rayon::prelude::*;
+use shape::{Rectangle, Shape, Side, Trims};
+
+/// Cells along the side of a tile.
+const TILE: usize = 8;
+/// Pieces looked at in one tile; more only where the bound cannot come near the truth.
+const MOST_PIECES: usize = 60_000;
+/// Share of a cell's parameters to which trims are followed.
+const TRIM_SHARE: f64 = 1e-3;
+
+/// What is promised so far: the worst heights known, and what is certain.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// The worst place known \[mm\]: how far out of the way of 0.
+    worst: f64,
+    /// What is added to it for the bound \[mm\].
+    margin: f64,
+    /// Bound where that was not enough.
+    beyond: f64,
+    /// The worst place, if it is new.
+    place: Option<Extreme>,
+    /// Area of which nothing is certain \[mm²\].
+    open: f64,
+}
+
+impl Known {
+    fn new(worst: f64, margin: f64) -> Self {
+        Self { worst, margin, beyond: 0.0, place: None, open: 0.0 }
+    }
+
+    /// What is tried next.
+    fn aim(&self) -> f64 {
+        (self.worst + self.margin).max(0.0)
+    }
+
+    /// What is certain.
+    fn bound(&self) -> f64 {
+        self.aim().max(self.beyond)
+    }
+
+    fn join(mut self, other: &Self) -> Self {
+        if other.worst > self.worst {
+            (self.worst, self.place) = (other.worst, other.place);
+        }
+        self.beyond = self.beyond.max(other.beyond);
+        self.open += other.open;
+        self
+    }
+}
+
+/// A face with what was measured on it.
+struct Survey<'a> {
+    sweep: &'a Sweep,
+    shape: Shape<'a>,
+    trims: Trims,
+    map: &'a FaceMap,
+    deciding: &'a [Option<Deciding>],
+    /// The worst gouge and excess known at the start.
+    start: [Known; 2],
+    excess: bool,
+}
+
+/// Where a piece of a face lies.
+enum Place {
+    Inside,
+    Outside,
+    /// These trim segments run through it.
+    Border(Vec<u32>),
+}
+
+impl Survey<'_> {
+    /// Where a rectangle lies; `among` are the trim segments that may touch it, `None` if none does.
+    fn place(&self, rectangle: &Rectangle, among: Option<&[u32]>) -> Place {
+        let Some(among) = among else { return Place::Inside };
+        let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
+        match self.trims.side(rectangle, Some(among)) {
+            Side::Border(segments) => Place::Border(segments),
+            Side::Clear if self.shape.face.contains(u, v) => Place::Inside,
+            Side::Clear => Place::Outside,
+        }
+    }
+
+    /// The same of a rectangle of which nothing is known yet.
+    fn first_place(&self, rectangle: &Rectangle) -> Place {
+        if self.shape.face.loops.is_empty() {
+            return Place::Inside;
+        }
+        match self.trims.side(rectangle, None) {
+            Side::Border(segments) => Place::Border(segments),
+            Side::Clear => self.place(rectangle, Some(&[])),
+        }
+    }
+
+    /// Whether the middle of a rectangle is on the face.
+    fn holds_middle(&self, rectangle: &Rectangle, place: &Place) -> bool {
+        let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
+        match place {
+            Place::Inside => true,
+            Place::Outside => false,
+            Place::Border(_) => self.shape.face.contains(u, v),
+        }
+    }
+
+    fn tiles(&self) -> Vec<[usize; 2]> {
+        let [rows, columns] = [self.map.u.len(), self.map.v.len()].map(|n| n.saturating_sub(1));
+        let along = |i: usize| (0..columns).step_by(TILE).map(move |j| [i, j]);
+        (0..rows).step_by(TILE).flat_map(along).collect()
+    }
+
+    /// Parameters of a range of cells.
+    fn rectangle(&self, [i, j]: [usize; 2], count: usize) -> Option<Rectangle> {
+        let range = |values: &[f64], first: usize| {
+            let last = (first + count).min(values.len().saturating_sub(1));
+            Some([*values.get(first)?, *values.get(last)?])
+        };
+        Some([range(&self.map.u, i)?, range(&self.map.v, j)?])
+    }
+}
+
+/// Bounds the deviation over faces of which the maps are given; the worst places that turn up on the
+/// way are told as well.
+pub(super) fn of(
+    sweep: &Sweep,
+    faces: &[Face],
+    measured: &[(FaceMap, Vec<Option<Deciding>>)],
+    promise: &Promise,
+    extremes: [Option<f64>; 2],
+) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
+    let [low, high] = extremes;
+    let start = [
+        Known::new(low.map_or(0.0, |height| -height), promise.margin[0]),
+        Known::new(high.unwrap_or(0.0), promise.margin[1]),
+    ];
+    let mut known = start;
+    for (face, (map, deciding)) in faces.iter().zip(measured) {
+        let Some(shape) = Shape::new(face) else {
+            let area = map.samples.iter().flatten().map(|sample| sample.area).sum::<f64>();
+            known.iter_mut().for_each(|known| known.open += area);
+            continue;
+        };
+        let tolerance = [&map.u, &map.v].map(|values| {
+            let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+            TRIM_SHARE * width / values.len().max(2) as f64
+        });
+        let trims = Trims::new(face, tolerance)?;
+        let excess = promise.excess;
+        let survey = Survey { sweep, shape, trims, map, deciding, start, excess };
+        let tiles: Vec<[Known; 2]> =
+            survey.tiles().par_iter().map(|&tile| survey.tile(tile)).collect();
+        for [gouge, excess] in &tiles {
+            known = [known[0].join(gouge), known[1].join(excess)];
+        }
+    }
+    let [gouge, excess] = known;
+    let bounds = Bounds {
+        gouge: gouge.bound(),
+        excess: promise.excess.then(|| excess.bound()),
+        open: if promise.excess { gouge.open.max(excess.open) } else { gouge.open },
+    };
+    Ok((bounds, [gouge.place, excess.place]))
+}
+
+impl Survey<'_> {
+    fn tile(&self, at: [usize; 2]) -> [Known; 2] {
+        let gouge = gouge::tile(self, at);
+        let excess = if self.excess { excess::tile(self, at) } else { self.start[1] };
+        [gouge, excess]
+    }
+}
