@@ -40,9 +40,8 @@ impl Sweep {
         let size = cutter.length().hypot(widest(&bodies));
         let error = ERROR_SHARE * options.ray_tolerance;
         let mut pieces = Vec::with_capacity(segments.len());
-        for (number, segment) in segments.iter().enumerate() {
-            let numbered = (narrow(number), segment);
-            sweep::pieces(mover, numbered, size + options.reach, error, &mut pieces)?;
+        for segment in segments {
+            sweep::pieces(mover, segment, size + options.reach, error, &mut pieces)?;
         }
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
@@ -106,6 +105,12 @@ impl Sweep {
             lowest.search(part, ray, self.tolerance);
         }
         lowest
+    }
+
+    /// Tool axis at the instant that decided.
+    pub(super) fn axis(&self, by: &Deciding) -> Option<Vector3<f64>> {
+        let piece = self.pieces.get(by.piece as usize)?;
+        Some(piece.instant(by.u).stand.axis)
     }
 
     /// Lowest entry of a ray into some of the bodies in motion.

@@ -20,13 +20,15 @@ mod index;
 mod ray;
 mod replay;
 mod report;
+mod stock;
 mod sweep;
 mod track;
 
 pub use report::{
     Audit, AxisAudit, Bin, Bounds, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report,
-    Sample,
+    Sample, Sensitivity,
 };
+pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
 pub use track::{Track, track, track_cl};
 
 use crate::cutter::Cutter;
@@ -137,6 +139,12 @@ pub enum VerifyError {
     TurnsTooFar {
         /// Line of the program.
         line: u32,
+    },
+    /// Stock that cannot be worked with.
+    #[error("the stock {what}")]
+    Stock {
+        /// What is wrong with it.
+        what: String,
     },
     /// The grid is too fine.
     #[error("face {face} would have {points:.0} grid points, more than {most}; use a coarser grid")]
@@ -254,10 +262,36 @@ fn measure(
         measured.push((map, deciding));
     }
     let mut deviation = Deviation::of(measured.iter().map(|(map, _)| map));
+    deviation.sensitivity = sensitivity(&sweep, subject.faces, &measured);
     if let Some(promise) = &options.promise {
         promised(&sweep, subject.faces, &measured, promise, options, &mut deviation)?;
     }
     Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
+}
+
+/// Every how manieth point is asked for its sensitivity.
+const STRIDE: usize = 7;
+
+/// What errors of the tool would do where it cuts.
+fn sensitivity(
+    sweep: &Sweep,
+    faces: &[Face],
+    measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
+) -> Sensitivity {
+    let mut worst = Sensitivity { length: 0.0, radius: 0.0 };
+    for (face, (map, deciding)) in faces.iter().zip(measured) {
+        for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
+            let axis = by.and_then(|by| sweep.axis(&by));
+            let normal = sample.as_ref().and_then(|s| face.normal(s.uv[0], s.uv[1]));
+            let (Some(axis), Some(normal)) = (axis, normal) else { continue };
+            // The tool touches with its outward normal against the surface's; its tip stays where it is
+            // measured, so that a larger rounding goes up with its centre.
+            let along = axis.dot(&normal);
+            worst.length = worst.length.max(along.abs());
+            worst.radius = worst.radius.max(1.0 - along);
+        }
+    }
+    worst
 }
 
 /// Least share of the margin that is used where the tolerance leaves less room.

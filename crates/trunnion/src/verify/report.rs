@@ -103,10 +103,22 @@ pub struct Deviation {
     pub uncut_area: f64,
     /// Points that could not be measured.
     pub unmeasured: usize,
+    /// What errors of the tool would do.
+    pub sensitivity: Sensitivity,
     /// What holds between the points; `None` if it was not asked for.
     pub bounds: Option<Bounds>,
     /// Area by height, from lowest to highest.
     pub histogram: Vec<Bin>,
+}
+
+/// How much the height of a place changes at most with what the check takes for granted \[mm/mm\], to
+/// first order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// With the length of the tool: gouge or excess, by its sign.
+    pub length: f64,
+    /// With the radius of its rounding: a larger one gouges.
+    pub radius: f64,
 }
 
 /// What holds all over the faces, between the measured points as well: for the modelled geometry.
@@ -156,8 +168,10 @@ impl Deviation {
             rest: samples().filter(|(_, s)| s.rest).count(),
             uncut: uncut().count(),
             area: samples().map(|(_, s)| s.area).sum(),
-            uncut_area: uncut().map(|(_, s)| s.area).sum(),
+            // The sum of nothing is -0.
+            uncut_area: uncut().map(|(_, s)| s.area).sum::<f64>() + 0.0,
             unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
+            sensitivity: Sensitivity { length: 0.0, radius: 0.0 },
             bounds: None,
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {

@@ -1,0 +1,126 @@
+//! What is promised between the measured points, against dense measuring elsewhere.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+use trunnion::surface::{Face, NurbsSurface, Surface, TrimCurve, TrimLoop};
+use trunnion::types::{Silent, ToolPose};
+use trunnion::verify::{self, ClInput, Deviation, Options, Promise};
+
+const RADIUS: f64 = 4.0;
+
+fn patch(loops: Vec<TrimLoop>) -> Face {
+    let row = |i: i32| {
+        let point = |j: i32| {
+            let [x, y] = [f64::from(i) - 1.5, f64::from(j) - 1.5];
+            Point3::new(4.0 * x, 4.0 * y, 0.3 * x * x - 0.25 * y * y + 0.1 * x * y)
+        };
+        (0..4).map(point).collect()
+    };
+    let knots = || vec![0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0];
+    let surface =
+        NurbsSurface::new([2, 2], [knots(), knots()], (0..4).map(row).collect(), None).unwrap();
+    Face::new(1, Surface::Nurbs(surface), loops, false).unwrap()
+}
+
+fn cutter() -> Cutter {
+    let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+    let (major, minor, length) = (0.0, RADIUS, 60.0);
+    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+}
+
+/// Rows over the patch, leaning, 0.6 mm apart; `deeper` at one place between grid points.
+fn rows(face: &Face, deeper: f64) -> ClFile {
+    let mut records = Vec::new();
+    let mut line = 0;
+    for row in 0..=21 {
+        for step in 0..=30 {
+            let [u, v] = [f64::from(row) / 20.0 - 0.025, f64::from(step) / 30.0];
+            let v = if row % 2 == 0 { v } else { 1.0 - v };
+            let n = face.normal(u, v).unwrap();
+            let lean = Rotation3::from_axis_angle(&Vector3::y_axis(), 0.3 + 0.1 * v);
+            let axis = Unit::new_normalize(lean * n.into_inner());
+            let lift = if row == 9 && step == 13 { -deeper } else { 0.001 };
+            let centre = face.point(u, v) + n.into_inner() * (RADIUS + lift);
+            let pose = ToolPose { tip: centre - axis.into_inner() * RADIUS, axis };
+            line += 1;
+            records.push(ClRecord {
+                line,
+                pose,
+                motion: ClMotion::Feed(10.0),
+                way: ClWay::Straight,
+            });
+        }
+    }
+    ClFile { records, ..ClFile::default() }
+}
+
+fn measure(face: &Face, file: &ClFile, grid: f64, promise: Option<Promise>) -> Deviation {
+    let (faces, cutter) = (std::slice::from_ref(face), cutter());
+    let input = ClInput { file, faces, cutter: &cutter, rest: &[] };
+    let options = Options {
+        grid,
+        reach: 1.0,
+        ray_tolerance: 1e-5,
+        total: 0.05,
+        gouge: 0.002,
+        most_points: 1_000_000,
+        promise,
+    };
+    verify::check_cl(&input, &options, &Silent).unwrap().deviation
+}
+
+const PROMISE: Promise = Promise { margin: [1e-3; 2], excess: true };
+
+fn heights(deviation: &Deviation) -> [f64; 2] {
+    [deviation.lowest.unwrap().height, deviation.highest.unwrap().height]
+}
+
+#[test]
+fn bounds_hold_on_a_finer_grid_and_are_near() {
+    let face = patch(Vec::new());
+    for deeper in [0.0, 0.004] {
+        let file = rows(&face, deeper);
+        let coarse = measure(&face, &file, 0.37, Some(PROMISE));
+        let bounds = coarse.bounds.unwrap();
+        let [lowest, highest] = heights(&measure(&face, &file, 0.07, None));
+        assert!(bounds.open <= 0.0, "{bounds:?}");
+        assert!(lowest >= -bounds.gouge - 1e-5, "{lowest} {bounds:?}");
+        let excess = bounds.excess.unwrap();
+        assert!(highest <= excess + 1e-5, "{highest} {bounds:?}");
+        // Near the truth, which the fine grid nearly sees.
+        assert!(bounds.gouge <= -lowest.min(0.0) + 1.2e-3, "{lowest} {bounds:?}");
+        assert!(excess <= highest + 1.2e-3, "{highest} {bounds:?}");
+        if deeper > 0.0 {
+            assert!(bounds.gouge > 0.0035, "{bounds:?}");
+        }
+    }
+}
+
+#[test]
+fn beyond_a_trim_nothing_counts() {
+    // The gouge and the rim of the patch are cut away.
+    let corners = [[0.55, 0.1], [0.9, 0.15], [0.85, 0.9], [0.5, 0.8], [0.55, 0.1]];
+    let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
+    let face = patch(vec![trim.unwrap()]);
+    let file = rows(&patch(Vec::new()), 0.02);
+    let trimmed = measure(&face, &file, 0.37, Some(PROMISE)).bounds.unwrap();
+    let [lowest, highest] = heights(&measure(&face, &file, 0.07, None));
+    assert!(trimmed.open <= 0.0, "{trimmed:?}");
+    assert!(trimmed.gouge <= -lowest.min(0.0) + 1.2e-3, "{lowest} {trimmed:?}");
+    assert!(highest <= trimmed.excess.unwrap() + 1e-5, "{highest} {trimmed:?}");
+    assert!(trimmed.excess.unwrap() <= highest + 1.5e-3, "{highest} {trimmed:?}");
+}
+
+#[test]
+fn a_promise_is_the_same_on_one_and_two_threads() {
+    let face = patch(Vec::new());
+    let file = rows(&face, 0.004);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| measure(&face, &file, 0.37, Some(PROMISE)))
+    };
+    assert_eq!(on(1), on(2));
+}
