@@ -111,7 +111,8 @@ fn beyond_a_trim_nothing_counts() {
     assert!(trimmed.open <= 0.0, "{trimmed:?}");
     assert!(trimmed.gouge <= -lowest.min(0.0) + 1.2e-3, "{lowest} {trimmed:?}");
     assert!(highest <= trimmed.excess.unwrap() + 1e-5, "{highest} {trimmed:?}");
-    assert!(trimmed.excess.unwrap() <= highest + 1.5e-3, "{highest} {trimmed:?}");
+    // The rim itself lies between the points of the fine grid.
+    assert!(trimmed.excess.unwrap() <= highest + 3e-3, "{highest} {trimmed:?}");
 }
 
 #[test]

@@ -297,6 +297,9 @@ fn sensitivity(
 /// Least share of the margin that is used where the tolerance leaves less room.
 const LEAST_MARGIN: f64 = 0.05;
 
+/// Share of what a tolerance is exceeded by, as margin of the bound.
+const BROKEN_SHARE: f64 = 0.1;
+
 /// Bounds what lies between the points, and takes in worse places that turn up.
 fn promised(
     sweep: &Sweep,
@@ -308,9 +311,14 @@ fn promised(
 ) -> Result<(), VerifyError> {
     let heights = [&deviation.lowest, &deviation.highest]
         .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
-    // Where the tolerance is kept, so should the bound be.
+    if heights[0].is_some_and(|lowest| lowest <= -options.reach) {
+        // Deeper than is looked at: there is nothing to promise.
+        return Ok(());
+    }
+    // Where the tolerance is kept, so should the bound be; where it is broken, the first digits will do.
     let room = |margin: f64, room: f64| {
-        if room > 0.0 { margin.min(0.5 * room).max(LEAST_MARGIN * margin) } else { margin }
+        let share = margin.min(0.5 * room).max(LEAST_MARGIN * margin);
+        if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
     };
     let [gouge, excess] = promise.margin;
     let margin = [
