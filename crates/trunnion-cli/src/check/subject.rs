@@ -1,7 +1,7 @@
 //! What is checked, against what.
 
+use super::Args;
 use super::tool::Said;
-use super::{Args, stock};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
@@ -14,7 +14,7 @@ use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, Program, ReadOptions}
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, Carving, ClInput, Finding, Input, Options, Promise, Report, Stock, Track, VerifyError,
+    self, ClInput, Finding, Input, Options, Promise, Report, Track, VerifyError,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -30,9 +30,6 @@ const RAY_SHARE: f64 = 0.005;
 const MARGIN_SHARE: f64 = 0.05;
 /// Most measured points on one face.
 const MOST_POINTS: usize = 20_000_000;
-/// How exactly rays of stock are cut: shares of the total tolerance and of the cell.
-const STOCK_SHARE: f64 = 0.05;
-const STOCK_CELL_SHARE: f64 = 0.01;
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
@@ -53,9 +50,6 @@ pub(super) struct Subject {
     pub(super) others: Vec<Face>,
     pub(super) cutter: Cutter,
     pub(super) options: Options,
-    /// Material and fixtures, where they were named.
-    stock: Option<Stock>,
-    fixtures: Vec<Stock>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -64,8 +58,6 @@ pub(super) struct Found {
     pub(super) report: Report,
     /// On faces that are not cut: points, and the deepest gouge \[mm\].
     pub(super) others: (usize, f64),
-    /// What the tool did to the stock, and what is left of it.
-    pub(super) stock: Option<(Carving, Stock)>,
 }
 
 /// All but the program.
@@ -88,7 +80,6 @@ impl Subject {
             None => Setting::of_arguments(args, bars)?,
         };
         let motion = motion(args, setting.kinematics)?;
-        let (stock, fixtures) = material(args)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => &program.warnings,
@@ -119,8 +110,6 @@ impl Subject {
             others: setting.others,
             cutter: setting.cutter,
             options,
-            stock,
-            fixtures,
             warnings,
         })
     }
@@ -139,26 +128,7 @@ impl Subject {
             let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
             others = (other.deviation.points, depth);
         }
-        let stock = self.carve(bars)?;
-        Ok(Found { report, others, stock })
-    }
-
-    /// Runs the program through stock and fixtures; fixtures are looked at together with it.
-    fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
-        let Some(mut stock) = self.stock.clone() else { return Ok(None) };
-        let (faces, cutter) = (&self.faces[..], &self.cutter);
-        let tolerance = (STOCK_SHARE * self.options.total).min(STOCK_CELL_SHARE * stock.cell());
-        let carving = match &self.motion {
-            Motion::Program(program, kinematics) => {
-                let input = self.input(program, kinematics, faces);
-                verify::simulate(&input, &mut stock, &self.fixtures, tolerance, bars)
-            }
-            Motion::Locations(file) => {
-                let input = ClInput { file, faces, cutter, rest: &[] };
-                verify::simulate_cl(&input, &mut stock, &self.fixtures, tolerance, bars)
-            }
-        };
-        Ok(Some((carving.map_err(|error| self.failure(&error))?, stock)))
+        Ok(Found { report, others })
     }
 
     fn measure(
@@ -262,17 +232,6 @@ impl Setting {
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
-}
-
-/// Stock and fixtures.
-fn material(args: &Args) -> Result<(Option<Stock>, Vec<Stock>), Failure> {
-    if args.stock.is_none() && !args.fixture.is_empty() {
-        let help = "say what is cut with --stock";
-        return Err(Failure::input(format!("--fixture needs --stock\n  help: {help}")));
-    }
-    let read = |said: &String| stock::rays(said, &stock::read(said)?, args.stock_cell);
-    let fixtures: Result<Vec<Stock>, Failure> = args.fixture.iter().map(read).collect();
-    Ok((args.stock.as_ref().map(read).transpose()?, fixtures?))
 }
 
 /// Both, or all that is wrong with either.

@@ -3,7 +3,7 @@
 use super::subject::{Found, Motion, Subject};
 use std::path::PathBuf;
 use trunnion::machine::AxisKind;
-use trunnion::verify::{AxisAudit, Collision, CollisionKind, Extreme, Ratio};
+use trunnion::verify::{AxisAudit, Extreme, Ratio};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -21,8 +21,6 @@ pub(super) struct Told {
     rapid: Option<f64>,
     moves: Option<usize>,
     pub(super) axes: Vec<AxisTold>,
-    /// Null without stock.
-    stock: Option<StockTold>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Files beside this one.
@@ -102,60 +100,11 @@ impl Fraction {
     }
 }
 
-/// Lines that run into something which the table names.
-const MOST_TOLD: usize = 10;
-
-/// What became of the stock \[mm³\].
-#[derive(Debug, serde::Serialize)]
-struct StockTold {
-    cell: f64,
-    removed: f64,
-    left: f64,
-    collisions: Vec<CollisionTold>,
-}
-
-#[derive(Debug, serde::Serialize)]
-struct CollisionTold {
-    kind: &'static str,
-    line: u32,
-    depth: f64,
-    point: [f64; 3],
-}
-
-impl CollisionTold {
-    fn of(collision: &Collision) -> Self {
-        let Collision { kind, line, depth, point } = *collision;
-        let kind = match kind {
-            CollisionKind::Rapid => "rapid",
-            CollisionKind::Holder => "holder",
-            _ => "fixture",
-        };
-        Self { kind, line, depth, point: point.coords.into() }
-    }
-}
-
-fn collided(collision: &Collision) -> String {
-    let Collision { kind, line, depth, point: p } = collision;
-    let what = match kind {
-        CollisionKind::Rapid => "cuts at rapid speed",
-        CollisionKind::Holder => "shank or holder run into the stock",
-        _ => "runs into a fixture",
-    };
-    format!("line {line}: {what}, {depth:.4} mm deep at X {:.3} Y {:.3} Z {:.3}", p.x, p.y, p.z)
-}
-
 impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
         let deviation = &report.deviation;
-        let carving = found.stock.as_ref().map(|(carving, _)| carving);
-        let collisions = carving.map_or(&[][..], |carving| &carving.collisions);
-        let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(collisions.iter().take(MOST_TOLD).map(collided));
-        if let Some(more) = collisions.len().checked_sub(MOST_TOLD + 1) {
-            failures.push(format!("and {} more lines that run into something", more + 1));
-        }
         let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
@@ -163,7 +112,7 @@ impl Told {
             program: subject.program.clone(),
             part: subject.part.clone(),
             machine: subject.machine.clone(),
-            passed: report.passed() && collisions.is_empty(),
+            passed: report.passed(),
             tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
             deviation: Heights {
                 grid: subject.options.grid,
@@ -189,13 +138,7 @@ impl Told {
             moves: audit.map(|audit| audit.moves),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings: subject.warnings.clone(),
-            stock: found.stock.as_ref().map(|(carving, stock)| StockTold {
-                cell: stock.cell(),
-                removed: carving.removed,
-                left: carving.left,
-                collisions: carving.collisions.iter().map(CollisionTold::of).collect(),
-            }),
-            failures,
+            failures: report.findings.iter().map(ToString::to_string).collect(),
             files: Vec::new(),
         }
     }
@@ -216,14 +159,6 @@ impl Told {
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
-        }
-        if let Some(stock) = &self.stock {
-            let StockTold { cell, removed, left, collisions } = stock;
-            let told = format!(
-                "{removed:.1} mm3 taken away, {left:.1} mm3 left, rays {cell} mm apart; lines that run into something: {}",
-                collisions.len()
-            );
-            lines.push(format!("  {:<14}{told}", "stock"));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));

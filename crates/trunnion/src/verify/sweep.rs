@@ -10,8 +10,6 @@ use nalgebra::{Point3, Vector3};
 pub(super) struct Piece {
     /// Line of the program.
     pub(super) line: u32,
-    /// The times in 0..=1 it covers of its move.
-    pub(super) span: [f64; 2],
     /// The tool at u = 0.
     middle: Instant,
     /// Coefficients of the tip \[mm\].
@@ -65,37 +63,6 @@ pub(super) fn pieces(
         let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
         out.push(Piece::through(mover, segment, [a, b, c])?);
         index += 1.0;
-    }
-    Ok(())
-}
-
-/// The same, cut further until no point within `reach` of the tip is farther than `tolerance` \[mm\]
-/// from moving straight in the tool's frame.
-pub(super) fn straight_pieces(
-    mover: &Mover<'_>,
-    segment: &Segment,
-    reach: f64,
-    tolerance: f64,
-    out: &mut Vec<Piece>,
-) -> Result<(), VerifyError> {
-    let first = out.len();
-    pieces(mover, segment, reach, tolerance, out)?;
-    let whole: Vec<Piece> = out.drain(first..).collect();
-    for piece in whole {
-        // The bend falls with the square of the length.
-        let count = (0.5 * piece.bend(reach) / tolerance).sqrt().ceil().clamp(1.0, MOST_PIECES);
-        if count < 2.0 {
-            out.push(piece);
-            continue;
-        }
-        let [from, to] = piece.span;
-        let at = |index: f64| from + (to - from) * index / count;
-        let mut index = 0.0;
-        while index < count {
-            let times = [at(index), at(index + 0.5), at(index + 1.0)];
-            out.push(Piece::through(mover, segment, times)?);
-            index += 1.0;
-        }
     }
     Ok(())
 }
@@ -183,7 +150,6 @@ impl Piece {
         let middle = instant(&tip, &axis, 0.0);
         Ok(Self {
             line: segment.line,
-            span: [a, c],
             middle,
             tip,
             axis,
@@ -262,52 +228,6 @@ impl Piece {
             place: slope(a).abs() + slope(b).abs() + patch.bulge,
             time: drift.abs() * half + bend * square + shear * patch.radius,
         }
-    }
-
-    /// Distance of a body from a point at `u`, its derivative by `u`, and its derivative along `way`.
-    #[inline]
-    pub(super) fn distance(
-        &self,
-        body: Body,
-        u: f64,
-        point: &Point3<f64>,
-        way: &Vector3<f64>,
-    ) -> [f64; 3] {
-        let Instant { stand, tip_rate, axis_rate } = self.instant(u);
-        let y = point - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
-        let turning = y.dot(&axis_rate) * (probe.axial - probe.radial * probe.height);
-        let drift = turning - probe.slope(&y, &stand.axis, &tip_rate);
-        [probe.distance, drift, probe.slope(&y, &stand.axis, way)]
-    }
-
-    /// A bound below the distance of a body from a box, over the whole piece: from its linear part at
-    /// a point `at` of the box.
-    pub(super) fn clears(
-        &self,
-        body: Body,
-        [low, high]: &[Point3<f64>; 2],
-        at: &Point3<f64>,
-    ) -> f64 {
-        let Instant { stand, tip_rate, axis_rate } = &self.middle;
-        let y = at - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
-        let gradient = (y - stand.axis * probe.height) * probe.radial + stand.axis * probe.axial;
-        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
-        let drift = turning - gradient.dot(tip_rate);
-        let least =
-            |k: usize| (gradient[k] * (low[k] - at[k])).min(gradient[k] * (high[k] - at[k]));
-        let place: f64 = (0..3).map(least).sum();
-        let radius = (high - at).sup(&(at - low)).norm();
-        let shear = self.turn + 0.5 * self.turn_change;
-        probe.distance + place - drift.abs() - 0.5 * self.bend(y.norm() + radius) - shear * radius
-    }
-
-    /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame:
-    /// half of this \[mm\].
-    pub(super) fn bend(&self, far: f64) -> f64 {
-        let far = far + self.speed;
-        self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far
     }
 
     /// Distance of a body from a point, less all that the motion of the piece can take from it.
