@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn lengths_are_of_words() {
-        let text = "G0 X0 Y0 Z0 A0\nX3 Y4\nG1 F60 Z1\nG3 X-3 Y-4 I-3 J-4\nA90\nG4 P2\nG53 G0 Z99\nG0 Z5\nM2\n";
+        let text = "G0 X0 Y0 Z0 A0\nX3 Y4\nG1 F60 Z1\nG3 X-3 Y-4 I-3 J-4\nG1 A90\nG4 P2\nG53 G0 Z99\nG0 Z5\nM2\n";
         let mut tally = Tally::new([false, false, false, true, true]);
         for step in steps(text.lines(), &options(Dialect::LinuxCnc)) {
             tally.push(&step.unwrap());

@@ -197,8 +197,9 @@ fn extent(text: &str) -> Option<usize> {
             b' ' | b'\t' | b'\r' if depth == 0 => continue,
             b'+' | b'-' | b'*' | b'/' if depth == 0 => operand = true,
             _ if depth == 0 => {
-                // A value behind a blank that no operator awaits is the next word.
-                if end < at && !operand {
+                // What stands behind a blank or bracket, and no operator awaits, is the next word.
+                let closed = text.as_bytes().get(..at).is_some_and(|before| before.ends_with(b")"));
+                if (end < at || closed) && !operand {
                     return Some(end);
                 }
                 operand = false;
