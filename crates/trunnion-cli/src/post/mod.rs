@@ -25,6 +25,7 @@ const CHUNK: usize = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
+#[expect(clippy::struct_excessive_bools, reason = "switches of a command line")]
 pub(crate) struct Args {
     /// CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it) or NC program; - is stdin.
     #[arg(required_unless_present = "print_template")]
@@ -81,7 +82,7 @@ pub(crate) struct Args {
     /// Length of the tool, gauge point to tip, in mm.
     #[arg(long, value_name = "L", default_value = "0", value_parser = finite, allow_hyphen_values = true)]
     tool_length: f64,
-    /// Rotaries are written against ISO 841, as LinuxCNC's trunnion kinematics count them by default.
+    /// Rotaries are written against ISO 841, as trunnion kinematics of `LinuxCNC` count them by default.
     #[arg(long)]
     reversed_rotaries: bool,
     /// Spindle speed in 1/min [default: that of the input].

@@ -345,6 +345,6 @@ fn station(pose: &ToolPose) -> Station {
 fn smoothing(error: &SmoothError, line: u32) -> PostError {
     match error {
         SmoothError::AxisReversal { .. } => PostError::Reversal { line },
-        error => PostError::Smooth { line, error: error.clone() },
+        error => PostError::Smooth { line, error: *error },
     }
 }

@@ -259,17 +259,14 @@ impl ProgramMoves {
             let back = inverse.kinematics().setup().rotation.inverse();
             let tip = back * point;
             let reach = |error| PostError::reach(one.line, error);
-            self.q = match one.axis {
-                Some(axis) => {
-                    let axis = UnitVector3::new_normalize(back * axis.into_inner());
-                    let pose = ToolPose { tip: Point3::from(tip), axis };
-                    inverse.near_inside(&pose, &self.q).map_err(reach)?
-                }
-                None => {
-                    let still = Vector3::zeros();
-                    let turns = [first, second].map(<Jet as Real>::constant);
-                    inverse.with_rotaries(&[tip, still, still, still], turns).map_err(reach)?[0]
-                }
+            self.q = if let Some(axis) = one.axis {
+                let axis = UnitVector3::new_normalize(back * axis.into_inner());
+                let pose = ToolPose { tip: Point3::from(tip), axis };
+                inverse.near_inside(&pose, &self.q).map_err(reach)?
+            } else {
+                let still = Vector3::zeros();
+                let turns = [first, second].map(<Jet as Real>::constant);
+                inverse.with_rotaries(&[tip, still, still, still], turns).map_err(reach)?[0]
             };
         } else {
             let linear = point + self.shift(to.length);
@@ -282,13 +279,14 @@ impl ProgramMoves {
         let turn = (self.q - before).fixed_rows::<2>(FIRST_ROTARY).norm();
         match one.pace {
             Pace::Rapid => PostPace::Rapid,
-            Pace::Inverse { seconds } => match one.way {
-                Way::Line => PostPace::Seconds(seconds),
-                Way::Arc(arc) => {
-                    let parts = arc.parts(self.arc_tolerance).min(MOST_PARTS);
-                    PostPace::Seconds(seconds / f64::from(parts))
-                }
-            },
+            Pace::Inverse { seconds } => {
+                let parts = if let Way::Arc(arc) = one.way {
+                    arc.parts(self.arc_tolerance).min(MOST_PARTS)
+                } else {
+                    1
+                };
+                PostPace::Seconds(seconds / f64::from(parts))
+            }
             Pace::PerMinute { speed } if travel > 0.0 && tcp => PostPace::Feed(speed),
             Pace::PerMinute { speed } if travel > 0.0 => PostPace::Seconds(travel / speed),
             Pace::PerMinute { speed } => PostPace::Seconds(turn.to_degrees() / speed),
