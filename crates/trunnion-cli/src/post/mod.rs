@@ -88,6 +88,9 @@ pub(crate) struct Args {
     /// Spindle speed in 1/min [default: that of the input].
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     spindle: Option<f64>,
+    /// Switch the coolant on at the start and off at the end.
+    #[arg(long)]
+    coolant: bool,
     /// Template for what stands around the blocks; print one to start from with --print-template.
     #[arg(long, value_name = "FILE")]
     template: Option<PathBuf>,
@@ -209,6 +212,7 @@ struct Plan {
     style: Style,
     template: Template,
     spindle: Option<f64>,
+    coolant: bool,
     from: Option<read::Dialect>,
     /// The machine that a program is for, and its words.
     from_machine: Kinematics,
@@ -222,6 +226,7 @@ struct Head {
     tool: Option<u32>,
     cutter: Option<[f64; 2]>,
     spindle: f64,
+    coolant: bool,
     feed: f64,
     duration: f64,
 }
@@ -237,7 +242,7 @@ impl Head {
                 minor,
             },
             spindle: self.spindle,
-            coolant: false,
+            coolant: self.coolant,
             feed: self.feed,
             budget: &[],
             duration: self.duration,
@@ -291,6 +296,7 @@ impl Plan {
             style,
             template: template?,
             spindle: args.spindle,
+            coolant: args.coolant,
             from: args.from,
             from_machine: Kinematics::new(&from_machine, &from_setup),
             from_words: from_words.map_err(Failure::input)?,
@@ -319,6 +325,7 @@ impl Plan {
         while let Some(one) = input.next()? {
             input.head(&mut head);
             head.spindle = self.spindle.unwrap_or(head.spindle);
+            head.coolant = self.coolant;
             let told = (&head.note(), &self.template);
             poster.push(&mut text, &one, told).map_err(|error| input.failure(&error))?;
             if text.len() > CHUNK {

@@ -246,7 +246,7 @@ impl ProgramWriter {
             }
         }
         if let (Pointing::Vector(names), Some(now)) = (pointing, vector)
-            && (self.vector != vector || (whole_tip && !rapid))
+            && (self.vector != vector || whole_tip)
         {
             names.iter().zip(now).for_each(|(name, value)| word(name, value));
             self.vector = vector;
