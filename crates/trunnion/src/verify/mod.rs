@@ -253,10 +253,10 @@ fn measure(
         map.note(subject.rest);
         measured.push((map, deciding));
     }
-    let mut deviation = Deviation::of(measured.iter().map(|(map, _)| map));
+    let mut deviation = Deviation::of(&measured.iter().map(|(map, _)| map));
     deviation.sensitivity = sensitivity(&sweep, subject.faces, &measured);
     if let Some(promise) = &options.promise {
-        promised(&sweep, subject.faces, &measured, promise, options, &mut deviation)?;
+        promised((&sweep, subject.faces), &measured, (promise, options), &mut deviation)?;
     }
     Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
 }
@@ -294,11 +294,9 @@ const BROKEN_SHARE: f64 = 0.1;
 
 /// Bounds what lies between the points, and takes in worse places that turn up.
 fn promised(
-    sweep: &Sweep,
-    faces: &[Face],
+    (sweep, faces): (&Sweep, &[Face]),
     measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
-    promise: &Promise,
-    options: &Options,
+    (promise, options): (&Promise, &Options),
     deviation: &mut Deviation,
 ) -> Result<(), VerifyError> {
     let heights = [&deviation.lowest, &deviation.highest]

@@ -147,7 +147,7 @@ const BINS: usize = 40;
 
 impl Deviation {
     /// Sums maps up.
-    pub(super) fn of<'a>(maps: impl Iterator<Item = &'a FaceMap> + Clone) -> Self {
+    pub(super) fn of<'a>(maps: &(impl Iterator<Item = &'a FaceMap> + Clone)) -> Self {
         let samples = || {
             let samples = |map: &'a FaceMap| map.samples.iter().flatten().map(|s| (map.face, s));
             maps.clone().flat_map(samples)

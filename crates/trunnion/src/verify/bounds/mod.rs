@@ -153,7 +153,9 @@ pub(super) fn of(
     for (face, (map, deciding)) in faces.iter().zip(measured) {
         let Some(shape) = Shape::new(face) else {
             let area = map.samples.iter().flatten().map(|sample| sample.area).sum::<f64>();
-            known.iter_mut().for_each(|known| known.open += area);
+            for known in &mut known {
+                known.open += area;
+            }
             continue;
         };
         let tolerance = [&map.u, &map.v].map(|values| {
