@@ -83,17 +83,17 @@ fn pencil_machine(folder: &Path) {
         .args(["machine", "show", "ac-trunnion", "--file"])
         .output()
         .unwrap();
-    let mut text = String::new();
-    for line in String::from_utf8(show.stdout).unwrap().lines() {
+    let replaced = |line: &str| {
         let key = line.split('=').next().unwrap_or_default().trim();
-        text += &match key {
+        match key {
             "point" => "point = [0.0, 0.0, 0.0]".to_owned(),
             "acc" | "jerk" => format!("{key} = 1e12"),
             "limits" => "limits = [-900.0, 900.0]".to_owned(),
             _ => line.to_owned(),
-        };
-        text += "\n";
-    }
+        }
+    };
+    let shown = String::from_utf8(show.stdout).unwrap();
+    let text = shown.lines().map(replaced).collect::<Vec<_>>().join("\n");
     fs::write(folder.join("pencil.toml"), text).unwrap();
 }
 

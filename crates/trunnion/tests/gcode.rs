@@ -283,7 +283,7 @@ fn a_hostile_program_ends() {
     let few = ReadOptions { most_repeated: 10_000, ..options(DIALECT, "XYZAC") };
     let ends = |text: &str, part: &str| {
         let all: Vec<_> = faults(text, &few).iter().map(ToString::to_string).collect();
-        assert!(all.iter().any(|fault| fault.contains(part)), "{:.60}: {all:?}", text);
+        assert!(all.iter().any(|fault| fault.contains(part)), "{text:.60}: {all:?}");
     };
     ends("o1 while [1]\no1 endwhile\nM2\n", "10000 lines");
     ends("o1 repeat [1e18]\no1 endrepeat\nM2\n", "missing");

@@ -1,6 +1,6 @@
 //! Posted programs, read back: the same motion within tolerance, limits kept, on every built-in machine.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
 
 mod dice;
 
@@ -308,7 +308,7 @@ fn a_cl_file_posted_as_one_says_the_same_locations() {
         match (record.motion, one.pace) {
             (read::ClMotion::Rapid, PostPace::Rapid) => {}
             (read::ClMotion::Feed(read), PostPace::Feed(asked)) => {
-                assert!(read <= asked * (1.0 + 1e-9))
+                assert!(read <= asked * (1.0 + 1e-9));
             }
             other => panic!("{other:?}"),
         }

@@ -27,7 +27,7 @@ pub(super) struct ProgramArgs {
     /// Dialect of a program: linuxcnc, fanuc, haas, siemens, heidenhain. Without it, its first lines tell.
     #[arg(long, value_name = "DIALECT", value_parser = dialect)]
     from: Option<Dialect>,
-    /// A parameter that the program does not set itself, such as 500=0, _hal[x]=3, R1=5. May be repeated.
+    /// A parameter that the program does not set itself, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parameter)]
     parameters: Vec<(String, f64)>,
     /// Whether lines that begin with / are run.

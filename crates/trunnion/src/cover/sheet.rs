@@ -5,7 +5,8 @@ use super::region::{Local, Region, meets};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use std::sync::OnceLock;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Cells of the coarsest subdivision, each way, at least and at most.
 const COUNT: [f64; 2] = [8.0, 192.0];
@@ -180,6 +181,25 @@ fn crossed(edges: &[[Local; 2]], from: Local, to: Local) -> bool {
     edges.iter().filter(crosses).count() % 2 == 1
 }
 
+/// Whether the middle of a cell is on the face, once that is known; who finds it first does not matter.
+#[derive(Debug, Clone, Default)]
+struct Mark(Arc<AtomicU8>);
+
+impl Mark {
+    /// What is known, or else is found now; `None` where edges do not tell.
+    fn get_or(&self, find: impl FnOnce() -> Option<bool>) -> Option<bool> {
+        match self.0.load(Ordering::Relaxed) {
+            0 => {
+                let found = find();
+                self.0.store(found.map_or(1, |inside| 2 + u8::from(inside)), Ordering::Relaxed);
+                found
+            }
+            1 => None,
+            known => Some(known == 3),
+        }
+    }
+}
+
 /// How much of a cell a trimmed face has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Share {
@@ -204,7 +224,7 @@ pub(super) struct Sheet {
     edges: Vec<Vec<[Local; 2]>>,
     /// Whether a place of each such cell is on the face, found when it is first asked for; `None` where the edges do
     /// not tell the two sides of the face apart.
-    marks: Vec<OnceLock<Option<(Local, bool)>>>,
+    marks: Vec<Mark>,
     /// The root is the last one.
     pub(super) nodes: Vec<Node>,
 }
@@ -282,7 +302,7 @@ impl Sheet {
             } else if !edges.is_empty() || region.holds(cell.middle()) {
                 sheet.cells.push(cell);
                 sheet.edges.push(edges);
-                sheet.marks.push(OnceLock::new());
+                sheet.marks.push(Mark::default());
             }
         }
         let mut indices: Vec<(usize, [usize; 2])> = sheet
@@ -327,8 +347,8 @@ impl Sheet {
         holds: &impl Fn(Local) -> bool,
     ) -> Option<(Local, bool)> {
         let (cell, mark) = (self.cells.get(index)?, self.marks.get(index)?);
-        *mark.get_or_init(|| {
-            let from = cell.middle();
+        let from = cell.middle();
+        let found = mark.get_or(|| {
             let inside = holds(from);
             let at = |k: usize, share: f64| {
                 let [low, high] = cell.range[k];
@@ -336,8 +356,9 @@ impl Sheet {
             };
             let near = PROBES.map(|[a, b]| [at(0, a), at(1, b)]);
             let agrees = |place: &Local| holds(*place) == (inside != crossed(edges, from, *place));
-            near.iter().all(agrees).then_some((from, inside))
-        })
+            near.iter().all(agrees).then_some(inside)
+        });
+        found.map(|inside| (from, inside))
     }
 
     /// Area of the cells \[mm²\].

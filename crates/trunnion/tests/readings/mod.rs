@@ -1,6 +1,8 @@
 //! What programs of any dialect come to, for the tests of their readers.
 
 #![allow(dead_code, reason = "every test uses its own part")]
+#![allow(clippy::panic, clippy::expect_used, reason = "a test stops on surprise")]
+#![allow(clippy::print_stdout, reason = "says which files are absent")]
 
 use nalgebra::{Rotation3, Vector3};
 use std::fs;
