@@ -119,10 +119,14 @@ fn checked(
         headline,
         ..number
     };
-    let at = format!("{} points, {} mm apart", check.points, check.grid);
     let micro = |value: f64| format!("{value:.4}");
-    let excess = plain(&name("excess"), micro(check.excess), "mm", at.clone());
-    let gouge = plain(&name("gouge"), micro(check.gouge), "mm", at);
+    let at = |bound: Option<f64>| {
+        let everywhere =
+            bound.map_or_else(String::new, |b| format!("; everywhere <= {}", micro(b)));
+        format!("{} points, {} mm apart{everywhere}", check.points, check.grid)
+    };
+    let excess = plain(&name("excess"), micro(check.excess), "mm", at(check.excess_bound));
+    let gouge = plain(&name("gouge"), micro(check.gouge), "mm", at(check.gouge_bound));
     let of = format!("of {}", check.points);
     let uncut = plain(&name("uncut points"), check.uncut.to_string(), "", of);
     let mut numbers = vec![

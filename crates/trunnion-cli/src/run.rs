@@ -242,15 +242,28 @@ fn ways(along: &[String]) -> String {
 /// What the check of a program found.
 fn checked(blocks: usize, check: &CheckSummary) -> String {
     format!(
-        "{blocks} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}",
+        "{blocks} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}{}",
         check.points,
         check.grid,
         check.excess,
         check.gouge,
         check.uncut,
+        between(check),
         also(check.rest, "in the rest"),
         also(check.others, "on faces not cut, for gouges"),
     )
+}
+
+/// What holds between the points.
+fn between(check: &CheckSummary) -> String {
+    let (Some(gouge), Some(excess)) = (check.gouge_bound, check.excess_bound) else {
+        return String::new();
+    };
+    let open = match check.unbounded_area {
+        area if area > 0.0 => format!(" but for {area:.2} mm2"),
+        _ => String::new(),
+    };
+    format!("; everywhere{open} excess <= {excess:.4}, gouge <= {gouge:.4} mm")
 }
 
 /// `; 3 points in the rest`, or nothing.

@@ -221,6 +221,15 @@ pub struct CheckSummary {
     pub gouge: f64,
     /// Most material left, in mm, at points that were cut, outside that rest.
     pub excess: f64,
+    /// No place of the faces that are cut, between the points as at them, is gouged deeper than this, in mm; left out
+    /// where there is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gouge_bound: Option<f64>,
+    /// On none is more left than this, in mm, outside the rest; left out where there is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excess_bound: Option<f64>,
+    /// Area of the cut faces for which the bounds were not found, in mm2.
+    pub unbounded_area: f64,
     /// Points measured on faces that are not cut: for gouges alone.
     pub others: usize,
     /// Time the program takes, in s.
