@@ -198,7 +198,7 @@ pub(super) fn map(
         advance(batch.len() * TILE * TILE)?;
     }
     let Grid { u, v } = grid.clone();
-    Ok((FaceMap { face: face.number, u, v, samples, unmeasured }, deciding))
+    Ok((FaceMap { face: face.number, u, v, samples, unmeasured, unfinished: Vec::new() }, deciding))
 }
 
 /// Samples of a tile with their places in the map.

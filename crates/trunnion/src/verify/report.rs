@@ -39,6 +39,9 @@ pub struct FaceMap {
     pub samples: Vec<Option<Sample>>,
     /// Points that could not be measured: no surface normal, or a search that was given up.
     pub unmeasured: usize,
+    /// Which cells `u[i]..u[i + 1]`, `v[j]..v[j + 1]` meet what is known not to be finished, at
+    /// `[i * (v.len() - 1) + j]`; empty if none does.
+    pub unfinished: Vec<bool>,
 }
 
 /// What is left over one point of a face.
@@ -60,13 +63,35 @@ pub struct Sample {
 }
 
 impl FaceMap {
-    /// Notes which samples lie in what is known not to be finished.
+    /// Notes which samples lie in what is known not to be finished, and which cells meet it.
     pub(super) fn note(&mut self, rest: &[Rest]) {
-        let here: Vec<&Rest> = rest.iter().filter(|part| part.face == self.face).collect();
-        for sample in self.samples.iter_mut().flatten() {
-            sample.rest = here.iter().any(|part| part.holds(sample.uv));
+        let here = || rest.iter().filter(|part| part.face == self.face);
+        if here().next().is_none() {
+            return;
+        }
+        let [rows, columns] = [self.u.len(), self.v.len()].map(|n| n.saturating_sub(1));
+        self.unfinished = vec![false; rows * columns];
+        for [u, v] in here().flat_map(|part| &part.cells) {
+            let [i, j] = [held(&self.u, *u), held(&self.v, *v)];
+            for place in i.clone().flat_map(|i| j.clone().map(move |j| i * (columns + 1) + j)) {
+                if let Some(Some(sample)) = self.samples.get_mut(place) {
+                    sample.rest = true;
+                }
+            }
+            // From the value before the range to that behind it.
+            let [i, j] = [i, j].map(|range| range.start.saturating_sub(1)..range.end);
+            for (i, j) in i.flat_map(|i| j.clone().map(move |j| (i, j))) {
+                if i < rows && j < columns {
+                    self.unfinished[i * columns + j] = true;
+                }
+            }
         }
     }
+}
+
+/// Indices of increasing values that lie in a range.
+fn held(values: &[f64], [low, high]: [f64; 2]) -> std::ops::Range<usize> {
+    values.partition_point(|value| *value < low)..values.partition_point(|value| *value <= high)
 }
 
 /// A sample that stands out.
@@ -346,5 +371,37 @@ impl fmt::Display for Ratio {
             "is {:.4} times its limit at line {}, above it in {} blocks",
             self.worst, self.line, self.broken
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tongue of the rest between two grid lines meets the cells it runs through, and no sample.
+    #[test]
+    fn a_rest_thinner_than_the_grid_is_noted() {
+        assert_eq!(held(&[0.0, 1.0, 2.0, 3.0], [0.5, 2.0]), 1..3);
+        assert!(held(&[0.0, 1.0, 2.0, 3.0], [1.2, 1.4]).is_empty());
+        let axis = vec![0.0, 1.0, 2.0, 3.0];
+        let (u, v) = (axis.clone(), axis);
+        let samples = vec![None; 16];
+        let mut map = FaceMap { face: 1, u, v, samples, unmeasured: 0, unfinished: Vec::new() };
+        let rest = crate::types::Rest {
+            face: 1,
+            cells: vec![[[1.2, 1.4], [0.5, 2.5]]],
+            area: 0.4,
+            uv: [[1.2, 1.4], [0.5, 2.5]],
+            bounds: [Point3::origin(); 2],
+            depth: 1.0,
+            deepest: [1.3, 1.0],
+            point: Point3::origin(),
+            ball: 1.0,
+            balls: [1.0; 2],
+            reason: crate::types::RestReason::Hollow,
+        };
+        map.note(&[rest]);
+        let cells: Vec<usize> = (0..9).filter(|i| map.unfinished[*i]).collect();
+        assert_eq!(cells, [3, 4, 5]);
     }
 }

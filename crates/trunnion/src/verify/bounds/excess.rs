@@ -57,9 +57,12 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2]) -> Known {
 }
 
 /// The pieces of a grid cell, with the poses that decided at its corners. Cells with a corner that is
-/// uncut or in the rest are told as such, and left out.
+/// uncut, and those that meet the rest, are told as such and left out.
 fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], open: &mut Vec<Open>) {
     let columns = survey.map.v.len();
+    if survey.map.unfinished.get(i * columns.saturating_sub(1) + j).is_some_and(|meets| *meets) {
+        return;
+    }
     let mut poses: Vec<Deciding> = Vec::new();
     for place in
         [i * columns + j, i * columns + j + 1, (i + 1) * columns + j, (i + 1) * columns + j + 1]
