@@ -2,55 +2,11 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod binary;
+
+use binary::{folder, json, told, trunnion};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-const PATCH: &str = r#"{"degree":[2,2],
- "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
- "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
-           [[0,-15,2],[0,0,3],[0,15,2]],
-           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
-
-const JOB: &str = r#"schema = "trunnion-job/1"
-name = "small patch"
-[part]
-file = "patch.json"
-[setup]
-origin = [-381, -254, -505]
-rotation = [0, 20, 0]
-clearance = 20
-[tool]
-number = 1
-kind = "bull"
-major_radius = 5
-minor_radius = 3
-length = 100
-construction = "solid"
-[tolerance]
-total = 0.02
-gouge = 0.002
-[strategy]
-method = "widest"
-along = "v"
-direction = "zigzag"
-side = "ahead"
-max_axis_turn = 3
-[cutting]
-feed = 3000
-reference = "contact"
-spindle = 8000
-coolant = true
-[machine]
-file = "machine.toml"
-[motion]
-method = "jerk"
-servo_period = 0.002
-[output]
-dialects = ["linuxcnc", "g93"]
-[verify]
-grid = 0.5
-"#;
+use std::path::PathBuf;
 
 /// What stands for the job where the parts of it are named one by one.
 const SAID: [&str; 16] = [
@@ -71,33 +27,6 @@ const SAID: [&str; 16] = [
     "--grid",
     "0.5",
 ];
-
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write("job.toml", JOB);
-    write("patch.json", PATCH);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    write("machine.toml", &fs::read_to_string(root.join("machines/bc-trunnion.toml")).unwrap());
-    folder
-}
-
-fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn told(output: &Output) -> (Option<i32>, String, String) {
-    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-    (output.status.code(), text(&output.stdout), text(&output.stderr))
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout).unwrap()
-}
 
 /// A run's folder, and in it `edited.ngc`: one line in the middle goes 30 micrometres deeper.
 fn planted() -> (tempfile::TempDir, PathBuf, usize) {

@@ -1,92 +1,12 @@
 //! The binary as a user meets it: exit codes, messages, files whole or not at all.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+mod binary;
 
+use binary::{folder, replace, root, stderr, trunnion};
 use proptest::prelude::*;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// A gently curved 40 x 30 mm patch, so that a whole run takes a second.
-const PATCH: &str = r#"{"degree":[2,2],
- "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
- "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
-           [[0,-15,2],[0,0,3],[0,15,2]],
-           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
-
-const JOB: &str = r#"schema = "trunnion-job/1"
-name = "small patch"
-[part]
-file = "patch.json"
-[setup]
-origin = [-381, -254, -505]
-rotation = [0, 20, 0]
-clearance = 20
-[tool]
-number = 1
-kind = "bull"
-major_radius = 5
-minor_radius = 3
-length = 100
-construction = "solid"
-[tolerance]
-total = 0.02
-gouge = 0.002
-[strategy]
-method = "widest"
-along = "v"
-direction = "zigzag"
-side = "ahead"
-max_axis_turn = 3
-[cutting]
-feed = 3000
-reference = "contact"
-spindle = 8000
-coolant = true
-[machine]
-file = "machine.toml"
-[motion]
-method = "jerk"
-servo_period = 0.002
-[output]
-dialects = ["linuxcnc", "g93"]
-[verify]
-grid = 0.5
-"#;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-/// A folder with a job that works.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write("job.toml", JOB);
-    write("patch.json", PATCH);
-    let machine = fs::read_to_string(root().join("machines/bc-trunnion.toml")).unwrap();
-    write("machine.toml", &machine);
-    folder
-}
-
-fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn replace(folder: &Path, file: &str, from: &str, to: &str) {
-    let path = folder.join(file);
-    let text = fs::read_to_string(&path).unwrap();
-    assert!(text.contains(from), "{file} has no {from:?}");
-    fs::write(path, text.replacen(from, to, 1)).unwrap();
-}
+use std::path::Path;
+use std::process::Command;
 
 /// Exit 2, a message with `needle`, nothing written.
 fn refused(folder: &Path, needle: &str) -> String {

@@ -2,11 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod binary;
+
+use binary::{stderr, trunnion};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const LIMITS: &str =
     "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n[axis.C]\nvel = 90\nacc = 900\njerk = 2e4\n";
@@ -19,16 +22,8 @@ fn folder(path: &str, limits: &str) -> tempfile::TempDir {
 }
 
 fn feed(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .args(["feed", "path.csv", "--limits", "limits.toml"])
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    let start = ["feed", "path.csv", "--limits", "limits.toml"];
+    trunnion(folder, &[&start[..], arguments].concat())
 }
 
 /// X goes straight, C as a sine; `ends` are the rows.

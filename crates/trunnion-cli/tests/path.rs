@@ -2,19 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod binary;
+
+use binary::{folder, replace, trunnion};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .arg("path")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+/// `trunnion path` in a folder.
+fn path(folder: &Path, arguments: &[&str]) -> Output {
+    trunnion(folder, &[&["path"], arguments].concat())
 }
 
 /// Two passes of a wave with three decimals, a corner in the second, coolant between them.
@@ -69,7 +68,7 @@ fn a_cl_file_is_smoothed_between_rapid_moves() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("in.cls"), file()).unwrap();
     let arguments = ["in.cls", "--smooth", "0.01,0.05", "-o", "out.cls", "--chart", "chart.svg"];
-    let output = trunnion(folder.path(), &arguments);
+    let output = path(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(told.contains("blended") && told.contains("of 0.01 mm"), "{told}");
@@ -87,7 +86,7 @@ fn a_cl_file_is_smoothed_between_rapid_moves() {
     assert!(written.len() < read.len(), "{} of {}", written.len(), read.len());
     let chart = fs::read_to_string(folder.path().join("chart.svg")).unwrap();
     assert!(chart.starts_with("<svg") && chart.contains("axis, deg"));
-    let json = trunnion(folder.path(), &[&arguments[..5], &["--json"]].concat());
+    let json = path(folder.path(), &[&arguments[..5], &["--json"]].concat());
     let json: Value = serde_json::from_slice(&json.stdout).unwrap();
     // Both plunges, and the corner of the second pass.
     assert_eq!(json["smoothing"]["corners_blended"], 3, "{json}");
@@ -107,73 +106,33 @@ fn what_is_wrong_is_told() {
         (&["none.cls"], "none.cls"),
     ];
     for (arguments, message) in cases {
-        let output = trunnion(folder.path(), arguments);
+        let output = path(folder.path(), arguments);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{told}");
         assert!(told.contains(message), "{told}");
     }
-    let same = trunnion(folder.path(), &["flip.cls"]);
+    let same = path(folder.path(), &["flip.cls"]);
     assert_eq!(String::from_utf8_lossy(&same.stdout), flipped);
 }
 
-const PATCH: &str = r#"{"degree":[2,2],
- "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
- "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
-           [[0,-15,2],[0,0,3],[0,15,2]],
-           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
-
-const JOB: &str = r#"schema = "trunnion-job/1"
-name = "small patch"
-part = { file = "patch.json" }
-setup = { origin = [-381, -254, -505], rotation = [0, 20, 0], clearance = 20 }
-machine = { file = "machine.toml" }
-motion = { method = "optimal", servo_period = 0.002 }
-output = { dialects = ["linuxcnc", "g93"] }
-verify = { grid = 0.5 }
-[tool]
-number = 1
-kind = "bull"
-major_radius = 5
-minor_radius = 3
-length = 100
-construction = "solid"
-[tolerance]
-total = 0.02
-gouge = 0.002
-split = { smoothing = 0.002 }
-[strategy]
-method = "fixed-tilt"
-lead_angle = 5
-along = "v"
-direction = "zigzag"
-side = "ahead"
-max_axis_turn = 3
-[cutting]
-feed = 3000
-reference = "contact"
-spindle = 8000
-coolant = true
-"#;
-
 #[test]
 fn a_job_plans_its_smooth_path_and_writes_its_locations() {
-    let folder = tempfile::tempdir().unwrap();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let machine = fs::read_to_string(root.join("machines/bc-trunnion.toml")).unwrap();
-    for (name, text) in [("job.toml", JOB), ("patch.json", PATCH), ("machine.toml", &machine)] {
-        fs::write(folder.path().join(name), text).unwrap();
+    let folder = folder();
+    let edits = [
+        ("\"jerk\"", "\"optimal\""),
+        ("gouge = 0.002", "gouge = 0.002\nsplit = { smoothing = 0.002 }"),
+        ("\"widest\"", "\"fixed-tilt\"\nlead_angle = 5"),
+    ];
+    for (from, to) in edits {
+        replace(folder.path(), "job.toml", from, to);
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .args(["run", "job.toml", "--json"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let output = trunnion(folder.path(), &["run", "job.toml", "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!((summary["tolerance"]["smoothing"].as_f64().unwrap() - 0.002).abs() < 1e-12);
     let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("Smoothing along the path") && page.contains("deviation of the axis"));
-    let output = trunnion(folder.path(), &["job.toml", "--smooth", "0.002,0.01", "-o", "path.cls"]);
+    let output = path(folder.path(), &["job.toml", "--smooth", "0.002,0.01", "-o", "path.cls"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(folder.path().join("path.cls")).unwrap();
     assert!(text.starts_with("PARTNO small patch") && text.ends_with("FINI\n"));
@@ -184,7 +143,7 @@ fn a_job_plans_its_smooth_path_and_writes_its_locations() {
 fn a_tolerance_below_zero_is_told_what_is_wanted() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("in.cls"), file()).unwrap();
-    let output = trunnion(folder.path(), &["in.cls", "--smooth", "-0.01,0.05", "-o", "out.cls"]);
+    let output = path(folder.path(), &["in.cls", "--smooth", "-0.01,0.05", "-o", "out.cls"]);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("two numbers above 0"), "{told}");
@@ -219,7 +178,7 @@ END-OF-PATH
 fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("nx.cls"), NX).unwrap();
-    let output = trunnion(folder.path(), &["nx.cls", "--smooth", "0.02,0.1", "-o", "out.cls"]);
+    let output = path(folder.path(), &["nx.cls", "--smooth", "0.02,0.1", "-o", "out.cls"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let bytes = fs::read(folder.path().join("out.cls")).unwrap();
     assert!(bytes.starts_with(b"TOOL PATH/FL\xdcGEL,TOOL,D10\n"));
@@ -236,11 +195,7 @@ fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
         .collect();
     assert!(on_arc.len() > 4 && on_arc.iter().all(|off| off.abs() <= 0.02), "{on_arc:?}");
     let counts = |name: &str| {
-        let told = Command::new(env!("CARGO_BIN_EXE_trunnion"))
-            .args(["inspect", name, "--json"])
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
+        let told = trunnion(folder.path(), &["inspect", name, "--json"]);
         assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
         serde_json::from_slice::<Value>(&told.stdout).unwrap()
     };
@@ -260,7 +215,7 @@ fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
 fn a_cl_file_comes_from_a_pipe_and_goes_to_one() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("in.cls"), file()).unwrap();
-    let from_file = trunnion(folder.path(), &["in.cls", "--smooth", "0.01,0.05"]);
+    let from_file = path(folder.path(), &["in.cls", "--smooth", "0.01,0.05"]);
     let piped = Command::new(env!("CARGO_BIN_EXE_trunnion"))
         .args(["path", "-", "--smooth", "0.01,0.05"])
         .stdin(fs::File::open(folder.path().join("in.cls")).unwrap())
@@ -269,10 +224,10 @@ fn a_cl_file_comes_from_a_pipe_and_goes_to_one() {
     assert!(piped.status.success() && piped.stdout == from_file.stdout);
     assert!(piped.stdout.ends_with(b"FINI\n"));
     fs::write(folder.path().join("cut.cls"), file().replace("FINI\n", "")).unwrap();
-    let cut = trunnion(folder.path(), &["cut.cls", "--smooth", "0.01,0.05"]);
+    let cut = path(folder.path(), &["cut.cls", "--smooth", "0.01,0.05"]);
     assert_eq!((cut.status.code(), cut.stdout.len()), (Some(2), 0));
     fs::write(folder.path().join("bad.cls"), "RAPID\nGOTO/1,2,x\nNURBS/3\nFINI\n").unwrap();
-    let bad = trunnion(folder.path(), &["bad.cls"]);
+    let bad = path(folder.path(), &["bad.cls"]);
     let told = String::from_utf8_lossy(&bad.stderr).into_owned();
     assert!(told.contains("bad.cls:2:10: \"x\"") && told.contains("bad.cls:3:1: NURBS"), "{told}");
 }

@@ -2,6 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod binary;
+
+use binary::trunnion;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,13 +27,8 @@ const DIALECTS: [&str; 10] = [
 const SETUP: [&str; 4] =
     ["--origin=-381,-254,-505", "--tool-length", "120", "--tolerance=0.01,0.05"];
 
-fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
-        .arg("post")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+fn post(folder: &Path, arguments: &[&str]) -> Output {
+    trunnion(folder, &[&["post"], arguments].concat())
 }
 
 fn wave() -> PathBuf {
@@ -41,7 +39,7 @@ fn posted(folder: &Path, input: &Path, more: &[&str]) -> Value {
     let input = input.to_str().unwrap();
     let mut arguments = vec![input, "--json"];
     arguments.extend(more);
-    let output = trunnion(folder, &arguments);
+    let output = post(folder, &arguments);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(0), "{told}{}", String::from_utf8_lossy(&output.stdout));
     serde_json::from_slice(&output.stdout).unwrap()
@@ -150,7 +148,7 @@ fn says(found: &str, wanted: &str) -> bool {
 #[test]
 fn a_shop_changes_one_block_of_a_template() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = trunnion(folder.path(), &["--print-template", "fanuc"]);
+    let printed = post(folder.path(), &["--print-template", "fanuc"]);
     let text = String::from_utf8(printed.stdout).unwrap();
     assert!(text.contains("{% block start %}") && text.contains("G43.4"), "{text}");
     let own = "{% extends \"fanuc\" %}{% block end %}G49\nM99\n{% endblock %}";
@@ -165,7 +163,7 @@ fn a_shop_changes_one_block_of_a_template() {
     arguments.extend(on_bc("fanuc", "other.nc").iter().map(|&one| one.to_owned()));
     arguments.extend(["--template".to_owned(), "shop.j2".to_owned()]);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let output = trunnion(folder.path(), &arguments);
+    let output = post(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(told.contains("shop.j2") && told.contains("line 2"), "{told}");
@@ -179,7 +177,7 @@ fn a_pose_out_of_reach_is_told_with_line_and_remedy_and_nothing_is_written() {
     fs::write(folder.path().join("far.cls"), text).unwrap();
     let mut arguments = vec!["far.cls"];
     arguments.extend(on_bc("fanuc", "far.nc"));
-    let output = trunnion(folder.path(), &arguments);
+    let output = post(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(told.contains("far.cls:6: X = ") && told.contains("--origin"), "{told}");

@@ -3,6 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 
+#[path = "../tests/posted/mod.rs"]
+mod posted;
 #[path = "../tests/shop/mod.rs"]
 mod shop;
 
@@ -12,7 +14,7 @@ use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
-use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
+use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{self, Input, Options, Promise};
@@ -64,21 +66,7 @@ fn program(kinematics: &Kinematics, face: &Face) -> Program {
         blocks.push(Block { motion: Motion::Cut, q, pose, duration: 0.02 });
     }
     let axes = AxisWords::of(kinematics.machine(), false).unwrap().with_decimals(5, 5);
-    let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
-    let tool = ToolNote { number: 1, major: MAJOR, minor: MINOR };
-    let (budget, duration) = (&[][..], 0.0);
-    let note = Note {
-        name: "bench",
-        tool,
-        spindle: 1.0,
-        coolant: false,
-        feed: 1.0,
-        budget,
-        duration,
-        remarks: &[],
-    };
-    let mut text = String::new();
-    write::linuxcnc(&mut text, kinematics, &blocks, &note, &options).unwrap();
+    let text = posted::plain(kinematics, &blocks, (axes, true));
     read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap()
 }
 

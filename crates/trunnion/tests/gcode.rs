@@ -95,13 +95,6 @@ fn arcs_have_centre_and_sweep() {
                 G3 X0 Y-10 J10 P3\nG90.1 G3 X10 Y0 I0 J0\nG91.1 G91 G2 X-10 Y-10 I-10\nG90 G18 G2 X0 Z-8 I0 K-5\n\
                 G19 G3 Y0 Z-8 J5 K0\nM2\n";
     let program = read(text, &options(DIALECT, "XYZAC"));
-    let arcs: Vec<_> = moves(&program)
-        .iter()
-        .filter_map(|m| match m.way {
-            Way::Arc(arc) => Some((arc.plane, arc.center, arc.sweep / PI)),
-            Way::Line => None,
-        })
-        .collect();
     let expected = [
         ([0, 1], [-10.0, 0.0], 0.5),
         ([0, 1], [0.0, -10.0], -0.5),
@@ -111,11 +104,7 @@ fn arcs_have_centre_and_sweep() {
         ([0, 1], [0.0, 10.0], 0.5),
         ([0, 1], [-10.0, 0.0], -0.5),
     ];
-    for (found, (plane, center, sweep)) in arcs.iter().zip(expected) {
-        assert_eq!(found.0, plane);
-        assert!((found.1[0] - center[0]).hypot(found.1[1] - center[1]) < 1e-9, "{found:?}");
-        assert!((found.2 - sweep).abs() < 1e-9, "{found:?} is not {sweep}");
-    }
+    let arcs = readings::arcs(&program, &expected);
     assert_eq!(arcs.len(), 9);
     // G18 turns Z towards X: a half circle from Z2 to Z-8 about Z-3.
     assert_eq!((arcs[7].0, arcs[8].0), ([2, 0], [1, 2]));

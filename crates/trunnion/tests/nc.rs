@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod posted;
 mod shop;
 
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -9,10 +10,10 @@ use proptest::prelude::*;
 use shop::Layout;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, ReadOptions, Step};
-use trunnion::nc::write::{
-    self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote, WriteError,
-};
+use trunnion::nc::write::{self, AxisWords, Coordinates, Note, Style, ToolNote, WriteError};
 use trunnion::types::{AxisVector, Block, Fault, Leg, Motion, Station, ToolPose};
+
+const LINUXCNC: write::Dialect = write::Dialect::LinuxCnc;
 
 fn words(layout: Layout, reversed: bool) -> AxisWords {
     AxisWords::of(&shop::machine(layout), reversed).unwrap()
@@ -149,13 +150,9 @@ fn the_tcp_program_is_as_the_documentation_says() {
         block(&kinematics, next, 0.03),
         block(&kinematics, next, 0.5),
     ];
-    let options = ProgramOptions {
-        axes: words(Layout::TableTable, true),
-        feed_decimals: 3,
-        blend: Some(0.001),
-    };
-    let mut text = String::new();
-    write::linuxcnc(&mut text, &kinematics, &blocks, &note(&[]), &options).unwrap();
+    let axes = words(Layout::TableTable, true);
+    let style = Style { blend: Some([0.001, 0.0]), ..posted::style(LINUXCNC, axes) };
+    let text = posted::text(&kinematics, &blocks, (&note(&[]), &style)).unwrap();
     let body: Vec<&str> = text.lines().filter(|line| !line.starts_with('(')).collect();
     let tip = kinematics.setup().rotation * blocks[1].pose.tip.coords;
     let x = format!("X{:.4}", tip.x);
@@ -163,8 +160,8 @@ fn the_tcp_program_is_as_the_documentation_says() {
     assert!(motion.contains(x.trim_end_matches('0')), "{motion} has {x}");
     assert!(motion.ends_with(" F2000."), "{motion}");
     assert!(!motion.contains('B'), "{motion}: B does not change");
-    assert!(body.contains(&"G64 P0.001000 Q0.001000"));
-    assert!(body.contains(&"G0 C-5.7296 B-11.4592"), "rotaries are reversed: {body:?}");
+    assert!(body.contains(&"G64 P0.001 Q0.001"));
+    assert!(body.contains(&"G0 B-11.4592 C-5.7296"), "rotaries are reversed: {body:?}");
     assert!(text.contains("(job      a [strange] j?b $ name?G0 X99)"));
     assert!(text.is_ascii());
 }
@@ -186,11 +183,8 @@ fn blocks_that_no_program_can_say_are_refused() {
     let kinematics = shop::kinematics(Layout::TableTable);
     let q = AxisVector::zeros();
     let moved = AxisVector::repeat(0.1);
-    let options =
-        ProgramOptions { axes: words(Layout::TableTable, false), feed_decimals: 3, blend: None };
-    let write = |blocks: &[Block]| {
-        write::g93(&mut String::new(), &kinematics, blocks, &note(&[]), &options)
-    };
+    let style = posted::style(write::Dialect::G93, words(Layout::TableTable, false));
+    let write = |blocks: &[Block]| posted::text(&kinematics, blocks, (&note(&[]), &style));
     assert_eq!(write(&[]), Err(WriteError::Empty));
     let still = [block(&kinematics, q, 0.0), block(&kinematics, moved, 0.0)];
     assert_eq!(write(&still), Err(WriteError::Duration { block: 1, duration: 0.0 }));
@@ -224,13 +218,7 @@ proptest! {
         let kinematics = shop::kinematics(layout);
         let blocks: Vec<_> = given.iter().map(|(q, t)| block(&kinematics, *q, *t)).collect();
         let axes = words(layout, reversed).with_decimals(decimals.0, decimals.1);
-        let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
-        let mut text = String::new();
-        if tip {
-            write::linuxcnc(&mut text, &kinematics, &blocks, &note(&[]), &options).unwrap();
-        } else {
-            write::g93(&mut text, &kinematics, &blocks, &note(&[]), &options).unwrap();
-        }
+        let text = posted::plain(&kinematics, &blocks, (axes, tip));
         let program = read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
         let shift = write::work_offset(&kinematics).unwrap()
             + Vector3::z() * kinematics.setup().tool_length;
@@ -326,9 +314,7 @@ proptest! {
         let blocks: Vec<_> = (0..5)
             .map(|i| block(&kinematics, AxisVector::repeat(f64::from(i)), 0.1)).collect();
         let axes = words(Layout::TableTable, false);
-        let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
-        let mut text = String::new();
-        write::linuxcnc(&mut text, &kinematics, &blocks, &note(&[]), &options).unwrap();
+        let text = posted::plain(&kinematics, &blocks, (axes, true));
         let mut letters: Vec<char> = text.chars().collect();
         for (at, letter) in cuts {
             let at = at.index(letters.len());

@@ -3,12 +3,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod posted;
+
 use nalgebra::Vector3;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, Dialect, Frame, Pace, ReadOptions, Step};
-use trunnion::nc::write::{self, AxisWords, Coordinates, Note, ProgramOptions, ToolNote};
+use trunnion::nc::write::{self, AxisWords, Coordinates};
 use trunnion::types::{AxisVector, Block, Motion, ToolPose};
 
 /// Cutter locations round a dome on the middle of the machine's travel, and the axes for them.
@@ -45,19 +47,7 @@ fn there_and_back_through_the_program() {
         let start = middle + AxisVector::from([0.0, 0.0, 0.0, 0.3, 0.3]);
         let blocks = blocks(&kinematics, &inverse, &start);
         let axes = AxisWords::of(&machine, false).unwrap();
-        let note = Note {
-            name,
-            tool: ToolNote { number: 1, major: 10.0, minor: 6.0 },
-            spindle: 8000.0,
-            coolant: true,
-            feed: 50.0,
-            budget: &[],
-            remarks: &[],
-            duration: 15.0,
-        };
-        let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
-        let mut program = String::new();
-        write::g93(&mut program, &kinematics, &blocks, &note, &options).unwrap();
+        let program = posted::plain(&kinematics, &blocks, (axes, false));
         let read = read::read(&program, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
         let shift = write::work_offset(&kinematics).unwrap() + Vector3::z() * setup.tool_length;
         let mut q = [0.0; 5];

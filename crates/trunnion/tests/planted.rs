@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod posted;
 mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -12,7 +13,7 @@ use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
-use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
+use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, Frame, NurbsSurface, Plane, Surface, TrimCurve, TrimLoop};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{self, ClInput, Finding, Input, Options, Promise, Report};
@@ -107,20 +108,8 @@ impl Job {
         let shank = vec![[30.0, RADIUS], [40.0, 12.0]];
         let spec =
             CutterSpec { kind, major: 0.0, minor: RADIUS, length: 120.0, construction, shank };
-        let options = ProgramOptions { axes: words(&machine), feed_decimals: 4, blend: None };
-        let note = Note {
-            name: "planted",
-            tool: ToolNote { number: 1, major: 0.0, minor: RADIUS },
-            spindle: 1.0,
-            coolant: false,
-            feed: 1.0,
-            budget: &[],
-            duration: 0.0,
-            remarks: &[],
-        };
-        let mut text = String::new();
         let blocks = blocks(&kinematics, &face);
-        write::linuxcnc(&mut text, &kinematics, &blocks, &note, &options).unwrap();
+        let text = posted::plain(&kinematics, &blocks, (words(&machine), true));
         Self { machine, setup, face, cutter: Cutter::new(spec).unwrap(), text }
     }
 
@@ -152,18 +141,8 @@ impl Job {
 
     /// The text with one line changed.
     fn with_line(&self, number: u32, line: &str) -> String {
-        let new = |(index, old)| if index + 1 == number as usize { line } else { old };
-        self.text.lines().enumerate().map(new).collect::<Vec<_>>().join("\n")
+        posted::with_line(&self.text, number, line)
     }
-}
-
-/// A line with one word passed through `change`.
-fn reworded(line: &str, letter: char, change: impl Fn(f64) -> f64) -> String {
-    let word = |word: &str| match word.strip_prefix(letter) {
-        Some(value) => format!("{letter}{:.6}", change(value.parse::<f64>().unwrap())),
-        None => word.to_owned(),
-    };
-    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 fn told(report: &Report) -> Vec<String> {
@@ -193,8 +172,8 @@ fn a_gouge_of_two_micrometres_in_one_block() {
     let job = Job::new();
     let (number, line) = job.line(8);
     let deeper = 0.002 + LIFT;
-    let text =
-        job.with_line(number, &reworded(line, 'Z', |z| z - deeper / 20f64.to_radians().cos()));
+    let text = job
+        .with_line(number, &posted::reworded(line, 'Z', |z| z - deeper / 20f64.to_radians().cos()));
     let (found, depth) = gouge(&job.check(&text));
     assert!(found == number || found == number + 1, "line {found}, planted in {number}");
     assert!((0.0014..0.0028).contains(&depth), "{depth}");
@@ -211,7 +190,7 @@ fn an_axis_at_1_002_of_its_velocity() {
     assert!(job.check_of(&job.text, &machine, &job.setup, &job.face).passed());
     let line = clean.axes[4].velocity.line;
     let old = job.text.lines().nth(line as usize - 1).unwrap();
-    let text = job.with_line(line, &reworded(old, 'F', |f| f * 1.0021));
+    let text = job.with_line(line, &posted::reworded(old, 'F', |f| f * 1.0021));
     let report = job.check_of(&text, &machine, &job.setup, &job.face);
     let fast = report.findings.iter().find_map(|finding| match finding {
         Finding::Velocity { axis, worst } if axis == "B" => Some(*worst),
@@ -226,7 +205,8 @@ fn an_axis_at_1_002_of_its_velocity() {
 fn a_sign_flipped_in_one_rotary_word() {
     let job = Job::new();
     let (number, line) = job.line(5);
-    let (found, depth) = gouge(&job.check(&job.with_line(number, &reworded(line, 'B', |b| -b))));
+    let (found, depth) =
+        gouge(&job.check(&job.with_line(number, &posted::reworded(line, 'B', |b| -b))));
     assert!(found == number || found == number + 1, "line {found}, planted in {number}");
     assert!(depth > 0.05, "{depth}");
 }

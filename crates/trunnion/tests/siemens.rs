@@ -7,7 +7,7 @@ mod readings;
 use proptest::prelude::*;
 use readings::{moves, options, places};
 use std::f64::consts::{PI, TAU};
-use trunnion::nc::read::{Dialect, Frame, Pace, Program, ReadOptions, Step, Turning, Way};
+use trunnion::nc::read::{Dialect, Frame, Pace, Program, ReadOptions, Step, Turning};
 
 const DIALECT: Dialect = Dialect::Siemens;
 
@@ -91,13 +91,6 @@ fn arcs_by_centre_radius_and_turns() {
         "G17 G0 X10 Y0 Z0\nG1 F600\nG3 X0 Y10 I-10 J0\nG2 X10 Y0 CR=10\nG3 X0 Y-10 CR=-10\nG2 X0 Y-10 I=AC(0) J=AC(0) Z-5 TURN=2\n\
          G18 G3 X0 Z-5 K5 I0\nM30\n",
     );
-    let arcs: Vec<_> = moves(&program)
-        .iter()
-        .filter_map(|m| match m.way {
-            Way::Arc(arc) => Some((arc.plane, arc.center, arc.sweep / PI)),
-            Way::Line => None,
-        })
-        .collect();
     let expected = [
         ([0, 1], [-10.0, 0.0], 0.5),
         ([0, 1], [0.0, -10.0], -0.5),
@@ -105,11 +98,7 @@ fn arcs_by_centre_radius_and_turns() {
         ([0, 1], [0.0, 10.0], -6.0),
         ([2, 0], [5.0, 0.0], 2.0),
     ];
-    for (found, (plane, center, sweep)) in arcs.iter().zip(expected) {
-        assert_eq!(found.0, plane);
-        assert!((found.1[0] - center[0]).hypot(found.1[1] - center[1]) < 1e-9, "{found:?}");
-        assert!((found.2 - sweep).abs() < 1e-9, "{found:?} is not {sweep}");
-    }
+    let arcs = readings::arcs(&program, &expected);
     assert_eq!(arcs.len(), 5);
 }
 

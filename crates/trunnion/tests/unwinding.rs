@@ -10,50 +10,9 @@ use trunnion::surface::Face;
 use trunnion::types::{Motion, Silent};
 
 /// A gently curved 40 x 30 mm patch that looks up: tool axes go round the C axis.
-const PATCH: &str = r#"{"degree":[2,2],
- "knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
- "points":[[[-20,-15,0],[-20,0,1],[-20,15,0]],
-           [[0,-15,2],[0,0,3],[0,15,2]],
-           [[20,-15,0],[20,0,1],[20,15,0]]]}"#;
+const PATCH: &str = include_str!("../../../fixtures/small-patch/patch.json");
 
-const JOB: &str = r#"schema = "trunnion-job/1"
-name = "small patch"
-[part]
-file = "patch.json"
-[setup]
-origin = [-381, -254, -505]
-rotation = [0, 0, 0]
-clearance = 20
-[tool]
-number = 1
-kind = "bull"
-major_radius = 5
-minor_radius = 3
-length = 100
-construction = "solid"
-[tolerance]
-total = 0.02
-gouge = 0.002
-[strategy]
-method = "widest"
-along = "v"
-direction = "zigzag"
-side = "ahead"
-max_axis_turn = 3
-[cutting]
-feed = 3000
-reference = "contact"
-spindle = 8000
-[machine]
-file = "machine.toml"
-[motion]
-method = "jerk"
-servo_period = 0.002
-[output]
-dialects = ["linuxcnc", "g93"]
-[verify]
-grid = 0.5
-"#;
+const JOB: &str = include_str!("../../../fixtures/small-patch/job.toml");
 
 fn outcome(c_travel: &str) -> Outcome {
     let text = include_str!("../../../machines/bc-trunnion.toml");
@@ -61,7 +20,12 @@ fn outcome(c_travel: &str) -> Outcome {
     let machine = machine::parse(&text).unwrap().machine;
     let surface = surface_json::read(PATCH.as_bytes()).unwrap();
     let face = Face::new(1, surface, Vec::new(), false).unwrap();
-    let job = Job::new(job::parse(JOB).unwrap(), &[face], &machine).unwrap();
+    let job = Job::new(
+        job::parse(&JOB.replacen("[0, 20, 0]", "[0, 0, 0]", 1)).unwrap(),
+        &[face],
+        &machine,
+    )
+    .unwrap();
     pipeline::run(&job, &Silent).unwrap()
 }
 

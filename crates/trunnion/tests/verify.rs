@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod posted;
 mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -12,7 +13,7 @@ use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
-use trunnion::nc::write::{self, AxisWords, Note, ProgramOptions, ToolNote};
+use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Block, Motion, Silent, ToolPose};
 use trunnion::verify::{self, Finding, Input, Options, Report};
@@ -52,26 +53,7 @@ fn patch(place: Point3<f64>, turn: Rotation3<f64>, size: f64, bulge: [f64; 3]) -
 
 /// Blocks as text and back.
 fn program(kinematics: &Kinematics, blocks: &[Block], tcp: bool) -> (String, Program) {
-    let axes = words(kinematics.machine());
-    let options = ProgramOptions { axes, feed_decimals: 4, blend: None };
-    let tool = ToolNote { number: 1, major: 0.0, minor: 6.0 };
-    let (budget, duration) = (&[][..], 0.0);
-    let note = Note {
-        name: "test",
-        tool,
-        spindle: 1.0,
-        coolant: false,
-        feed: 1.0,
-        budget,
-        duration,
-        remarks: &[],
-    };
-    let mut text = String::new();
-    if tcp {
-        write::linuxcnc(&mut text, kinematics, blocks, &note, &options).unwrap();
-    } else {
-        write::g93(&mut text, kinematics, blocks, &note, &options).unwrap();
-    }
+    let text = posted::plain(kinematics, blocks, (words(kinematics.machine()), tcp));
     let program = parse(&text, kinematics.machine());
     (text, program)
 }
@@ -283,18 +265,8 @@ impl Job {
 
     /// The text with one line changed.
     fn with_line(&self, number: u32, line: &str) -> String {
-        let new = |(index, old)| if index + 1 == number as usize { line } else { old };
-        self.text.lines().enumerate().map(new).collect::<Vec<_>>().join("\n")
+        posted::with_line(&self.text, number, line)
     }
-}
-
-/// A line with one word passed through `change`.
-fn reworded(line: &str, letter: char, change: impl Fn(f64) -> f64) -> String {
-    let word = |word: &str| match word.strip_prefix(letter) {
-        Some(value) => format!("{letter}{:.6}", change(value.parse::<f64>().unwrap())),
-        None => word.to_owned(),
-    };
-    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// From above down to the first row, over all rows and up again.
@@ -359,8 +331,8 @@ fn a_clean_program_passes() {
 fn a_gouge_of_five_micrometres_in_one_block_is_found() {
     let job = Job::new();
     let (number, line) = job.middle_line();
-    let text =
-        job.with_line(number, &reworded(line, 'Z', |z| z - 0.005 / 20f64.to_radians().cos()));
+    let text = job
+        .with_line(number, &posted::reworded(line, 'Z', |z| z - 0.005 / 20f64.to_radians().cos()));
     let (found, depth) = gouge(&job.check_text(&text)).unwrap();
     assert!(found == number || found == number + 1, "line {found}, planted in {number}");
     assert!((0.0045..0.0075).contains(&depth), "{depth}");
@@ -370,7 +342,7 @@ fn a_gouge_of_five_micrometres_in_one_block_is_found() {
 fn a_flipped_sign_in_one_rotary_word_is_found() {
     let job = Job::new();
     let (number, line) = job.middle_line();
-    let report = job.check_text(&job.with_line(number, &reworded(line, 'B', |b| -b)));
+    let report = job.check_text(&job.with_line(number, &posted::reworded(line, 'B', |b| -b)));
     let (found, depth) = gouge(&report).unwrap();
     assert!(found == number || found == number + 1, "line {found}, planted in {number}");
     assert!(depth > 0.1, "{depth}");
@@ -414,7 +386,7 @@ fn an_axis_one_percent_too_fast_is_found() {
     assert!(report.passed(), "{:?}", messages(&report));
     let line = fastest(4).line;
     let old = job.text.lines().nth(line as usize - 1).unwrap();
-    let text = job.with_line(line, &reworded(old, 'F', |f| f * 1.0101));
+    let text = job.with_line(line, &posted::reworded(old, 'F', |f| f * 1.0101));
     let report = job.check_with(&text, &machine, &job.setup);
     let velocity = |finding: &Finding| match finding {
         Finding::Velocity { axis, worst } if axis == "B" => Some(*worst),
@@ -451,7 +423,7 @@ fn leaving_the_travel_is_found() {
     }
     assert!(job.check_with(&job.text, &machine, &job.setup).passed());
     let (number, line) = job.middle_line();
-    let text = job.with_line(number, &reworded(line, 'Z', |z| z - 60.0));
+    let text = job.with_line(number, &posted::reworded(line, 'Z', |z| z - 60.0));
     let report = job.check_with(&text, &machine, &job.setup);
     let travel = |finding: &Finding| match finding {
         Finding::Travel { axis, worst } if axis == "Z" => Some(worst.line),

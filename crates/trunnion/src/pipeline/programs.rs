@@ -13,11 +13,10 @@ use crate::files::job as file;
 use crate::files::summary::{RetractSummary, SingularSummary};
 use crate::import::inspect;
 use crate::inverse::Inverse;
-use crate::machine::{FIRST_ROTARY, Kinematics};
+use crate::machine::Kinematics;
 use crate::nc::read;
 use crate::nc::write::{
-    self, AxisWords, BlockPace, Coordinates, Dialect, Note, ProgramOptions, ProgramWriter, Remark,
-    Style, Template, ToolNote, WriteError,
+    self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Block, Leg, Motion, Progress, Rest, ToolPose};
@@ -26,9 +25,6 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
 const CL_DECIMALS: u8 = 6;
-
-/// Decimals of inverse-time feed words \[1/min\].
-const FEED_DECIMALS: u8 = 3;
 
 /// Longest block \[s\]: a program runs at block-mean speed, and follows the schedule this closely.
 const LONGEST_BLOCK: f64 = 0.05;
@@ -219,48 +215,15 @@ fn text(
     axes: AxisWords,
     (moved, remarks): (&Moved<'_>, &[Remark]),
 ) -> Result<String, PipelineError> {
-    let blend = Some(job.budget.shares.control);
-    let options = ProgramOptions { axes, feed_decimals: FEED_DECIMALS, blend };
+    let control = job.budget.shares.control;
+    let blend = Some([control, control / cover::lever(&job.cutter)]);
+    let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
+    let template = Template::of(form.dialect).map_err(WriteError::from)?;
     let shares = shares(job);
     let note = Note { remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let mut text = String::new();
-    match form.dialect {
-        Dialect::LinuxCnc => write::linuxcnc(&mut text, &job.kinematics, blocks, &note, &options)?,
-        Dialect::G93 => write::g93(&mut text, &job.kinematics, blocks, &note, &options)?,
-        dialect => in_dialect(&mut text, job, blocks, (&note, dialect, axes))?,
-    }
+    write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
     Ok(text)
-}
-
-/// Writes blocks in any dialect; links run at their planned time, too: all axes together.
-fn in_dialect(
-    out: &mut String,
-    job: &Job,
-    blocks: &[Block],
-    (note, dialect, axes): (&Note<'_>, Dialect, AxisWords),
-) -> Result<(), PipelineError> {
-    let kinematics = &job.kinematics;
-    let turn = job.budget.shares.control / cover::lever(&job.cutter);
-    let blend = Some([job.budget.shares.control, turn]);
-    let style = Style { blend, ..Style::of(kinematics, dialect, axes) };
-    let template = Template::of(dialect).map_err(WriteError::from)?;
-    let (first, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
-    let start = (&first.q, &first.pose);
-    let mut writer = ProgramWriter::new(out, kinematics, (note, &style, &template), start)?;
-    let mut remarks = note.remarks.iter().peekable();
-    let mut before = first;
-    for (index, block) in rest.iter().enumerate() {
-        while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
-            writer.comment(out, &remark.text);
-        }
-        let length = (block.pose.tip - before.pose.tip).norm();
-        let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
-        let pace = BlockPace::Timed { seconds: block.duration, length, turn };
-        writer.block(out, (&block.q, &block.pose), pace)?;
-        before = block;
-    }
-    writer.finish(out);
-    Ok(())
 }
 
 fn read_back(

@@ -5,9 +5,10 @@
 #![allow(clippy::print_stdout, reason = "says which files are absent")]
 
 use nalgebra::{Rotation3, Vector3};
+use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trunnion::nc::read::{AxisWord, AxisWords, Dialect, Move, Program, ReadOptions, Step};
+use trunnion::nc::read::{AxisWord, AxisWords, Dialect, Move, Program, ReadOptions, Step, Way};
 
 /// Axes by their letters; A B C turn.
 pub(crate) fn options(dialect: Dialect, letters: &str) -> ReadOptions {
@@ -31,6 +32,25 @@ pub(crate) fn moves(program: &Program) -> Vec<Move> {
         _ => None,
     };
     program.steps.iter().filter_map(step).collect()
+}
+
+/// Plane, centre from the start, and sweep over half a turn of an arc.
+pub(crate) type ArcSaid = ([usize; 2], [f64; 2], f64);
+
+/// The first arcs are those expected; all of them are returned.
+pub(crate) fn arcs(program: &Program, expected: &[ArcSaid]) -> Vec<ArcSaid> {
+    let said = |found: Move| match found.way {
+        Way::Arc(arc) => Some((arc.plane, arc.center, arc.sweep / PI)),
+        Way::Line => None,
+    };
+    let arcs: Vec<_> = moves(program).into_iter().filter_map(said).collect();
+    assert!(arcs.len() >= expected.len(), "{arcs:?}");
+    for (found, (plane, center, sweep)) in arcs.iter().zip(expected) {
+        assert_eq!(found.0, *plane);
+        assert!((found.1[0] - center[0]).hypot(found.1[1] - center[1]) < 1e-9, "{found:?}");
+        assert!((found.2 - sweep).abs() < 1e-9, "{found:?} is not {sweep}");
+    }
+    arcs
 }
 
 /// First three words after each move, as far as absolute and relative words tell.

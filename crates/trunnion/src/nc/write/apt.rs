@@ -1,12 +1,16 @@
 //! Legs as an APT/CL file, ISO 4343 style.
 
-use super::number::Fixed;
+use super::head::list;
+use super::number::{Fixed, Form};
 use super::{Note, WriteError};
 use crate::types::{Leg, Motion, Station};
 use std::fmt::Write;
 
 /// Decimals of tool-axis components: an error of 5e-10 rad.
-const AXIS_DECIMALS: u8 = 9;
+pub(super) const AXIS_DECIMALS: u8 = 9;
+
+/// Decimals of feeds \[mm/min\].
+const FEED_DECIMALS: u8 = 3;
 
 /// Writes legs as APT/CL records in the workpiece frame, tips with `decimals` decimals.
 ///
@@ -17,7 +21,7 @@ const AXIS_DECIMALS: u8 = 9;
 ///
 /// [`WriteError`].
 pub fn apt(
-    out: &mut impl Write,
+    out: &mut String,
     legs: &[Leg],
     note: &Note<'_>,
     decimals: u8,
@@ -33,49 +37,67 @@ pub fn apt(
     if note.coolant {
         writeln!(out, "COOLNT/ON")?;
     }
-    writeln!(out, "RAPID")?;
-    goto(out, 0, first, decimals)?;
-    let mut cutting = false;
+    let feed = Fixed::nearest(note.feed * 60.0, FEED_DECIMALS);
+    let feed = feed.ok_or(WriteError::Number {
+        block: 0,
+        value: note.feed * 60.0,
+        decimals: FEED_DECIMALS,
+    })?;
+    let mut locations = Locations::default();
+    locations.go(out, None, &rounded(0, first, decimals)?);
     for (index, leg) in legs.iter().enumerate() {
-        let link = leg.motion == Motion::Link;
+        let feed = (leg.motion != Motion::Link).then_some(feed);
         for station in leg.stations.iter().skip(1) {
-            if link {
-                writeln!(out, "RAPID")?;
-            } else if !cutting {
-                writeln!(out, "FEDRAT/{:.3},MMPM", note.feed * 60.0)?;
-            }
-            cutting = !link;
-            goto(out, index, station, decimals)?;
+            locations.go(out, feed, &rounded(index, station, decimals)?);
         }
     }
     if note.coolant {
-        writeln!(out, "COOLNT/OFF")?;
+        out.push_str("COOLNT/OFF\n");
     }
-    writeln!(out, "SPINDL/OFF")?;
-    writeln!(out, "FINI")?;
+    out.push_str("SPINDL/OFF\nFINI\n");
     Ok(())
 }
 
-/// One `GOTO`.
-fn goto(
-    out: &mut impl Write,
-    leg: usize,
-    station: &Station,
-    decimals: u8,
-) -> Result<(), WriteError> {
-    write!(out, "GOTO/")?;
-    let tip = station.pose.tip.coords.iter().map(|&value| (value, decimals));
-    let axis = station.pose.axis.iter().map(|&value| (value, AXIS_DECIMALS));
-    for (index, (value, decimals)) in tip.chain(axis).enumerate() {
-        let number = Fixed::nearest(value, decimals).ok_or(WriteError::Number {
-            block: leg,
-            value,
-            decimals,
-        })?;
-        write!(out, "{}{number}", if index == 0 { "" } else { "," })?;
+/// Records of cutter locations; the feed is said where it changes.
+#[derive(Debug, Default)]
+pub(super) struct Locations {
+    feed: Option<Fixed>,
+}
+
+impl Locations {
+    /// One `GOTO`, with `feed` \[mm/min\] or in rapid.
+    pub(super) fn go(&mut self, out: &mut String, feed: Option<Fixed>, location: &[Fixed; 6]) {
+        match feed {
+            None => out.push_str("RAPID\n"),
+            Some(feed) if self.feed != Some(feed) => {
+                out.push_str("FEDRAT/");
+                feed.push(out, Form::Point);
+                out.push_str(",MMPM\n");
+            }
+            Some(_) => {}
+        }
+        self.feed = feed;
+        out.push_str("GOTO/");
+        out.push_str(&list(location.iter()));
+        out.push('\n');
     }
-    writeln!(out)?;
-    Ok(())
+}
+
+/// Tip and axis of a station.
+fn rounded(leg: usize, station: &Station, decimals: u8) -> Result<[Fixed; 6], WriteError> {
+    let [tip, axis] = [station.pose.tip.coords, station.pose.axis.into_inner()];
+    let fixed = |value: f64, decimals: u8| {
+        let number = Fixed::nearest(value, decimals);
+        number.ok_or(WriteError::Number { block: leg, value, decimals })
+    };
+    Ok([
+        fixed(tip.x, decimals)?,
+        fixed(tip.y, decimals)?,
+        fixed(tip.z, decimals)?,
+        fixed(axis.x, AXIS_DECIMALS)?,
+        fixed(axis.y, AXIS_DECIMALS)?,
+        fixed(axis.z, AXIS_DECIMALS)?,
+    ])
 }
 
 /// A name on one line that no reader takes for a comment or a continued line.

@@ -1,27 +1,27 @@
 //! Programs, CL files and the setup sheet as text.
 //!
-//! [`linuxcnc`] and [`g93`] write the same blocks for a control with and without TCP; see
-//! [`nc`](super) for what X Y Z mean in each. Positions are rounded to nearest; [`rounding`] bounds
-//! what that does at the tool. Feeds are rounded down, so that a block never takes less time than
-//! planned.
+//! [`ProgramWriter`] writes blocks one by one in any [`Dialect`], [`program`] all of them; see [`nc`](super) for what
+//! X Y Z mean in each. Positions are rounded to nearest; [`rounding`] bounds what that does at the tool. Feeds are
+//! rounded down, so that a block never takes less time than planned.
 
 mod apt;
 mod dialect;
 mod error_bound;
-mod gcode;
+mod head;
 mod number;
 mod program;
 mod sheet;
 mod template;
+mod whole;
 
 pub use super::words::{AxisWord, AxisWords, WordsError};
 pub use apt::apt;
 pub use dialect::{DIALECTS, Dialect};
 pub use error_bound::{Coordinates, rounding};
-pub use gcode::{g93, linuxcnc};
 pub use program::{BlockPace, ProgramWriter, Style};
 pub use sheet::{program_sheet, setup_sheet, work_offset};
 pub use template::{Template, TemplateError};
+pub use whole::program;
 
 use std::fmt;
 
@@ -64,18 +64,6 @@ pub struct ToolNote {
     pub major: f64,
     /// Radius of the rounding \[mm\].
     pub minor: f64,
-}
-
-/// How a program is written.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProgramOptions {
-    /// Letters, decimals and signs of the axes.
-    pub axes: AxisWords,
-    /// Decimals of the feed words \[1/min\].
-    pub feed_decimals: u8,
-    /// How far the control may leave the programmed path to keep its speed \[mm\] (`G64 P`);
-    /// `None`: not at all (`G61`).
-    pub blend: Option<f64>,
 }
 
 /// Why a text cannot be written.

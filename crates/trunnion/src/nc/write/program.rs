@@ -1,19 +1,17 @@
 //! A program in any dialect, written block by block: memory is that of the modal state.
 
+use super::apt::{self, Locations};
 use super::dialect::{Pointing, Syntax};
 use super::error_bound::Coordinates;
 use super::number::{Fixed, Form};
-use super::template::{Context, First, Frame, Offset, Template};
+use super::template::{Frame, Template};
 use super::{AxisWords, Dialect, Note, WriteError, comment, work_offset};
-use crate::machine::{FeedMode, Kinematics, Modulo, RetractFrame};
+use crate::machine::{FeedMode, Kinematics, Modulo};
 use crate::types::{AXES, AxisVector, ToolPose};
 use nalgebra::Vector3;
 
 /// Largest inverse-time word; a quicker block is written with it, and takes longer.
 const LARGEST_FEED: f64 = 99_999.999;
-
-/// Decimals of tolerances.
-const SETTING_DECIMALS: u8 = 6;
 
 /// Decimals of feed words.
 const FEED_DECIMALS: u8 = 3;
@@ -91,20 +89,23 @@ struct Waiting {
 /// Writes a program block by block.
 #[derive(Debug)]
 pub struct ProgramWriter {
-    kinematics: Kinematics,
-    style: Style,
-    syntax: Syntax,
+    pub(super) kinematics: Kinematics,
+    pub(super) style: Style,
+    pub(super) syntax: Syntax,
     frame: Frame,
     shift: Vector3<f64>,
     /// Axes in the order of their words: X Y Z, rotaries by letter.
-    order: [usize; AXES],
-    last: [Option<Fixed>; AXES],
-    vector: Option<[Fixed; 3]>,
+    pub(super) order: [usize; AXES],
+    pub(super) last: [Option<Fixed>; AXES],
+    pub(super) vector: Option<[Fixed; 3]>,
     rapid: Option<bool>,
     feed: Option<Fixed>,
+    locations: Locations,
     waiting: Waiting,
     line: u64,
     blocks: usize,
+    /// Index of the block at hand; 0 is the starting position.
+    index: usize,
 }
 
 impl ProgramWriter {
@@ -137,9 +138,11 @@ impl ProgramWriter {
             vector: None,
             rapid: None,
             feed: None,
+            locations: Locations::default(),
             waiting: Waiting::default(),
             line: 0,
             blocks: 0,
+            index: 0,
         };
         let first = writer.first(q, pose)?;
         let context = writer.context(note, offset, first)?;
@@ -185,6 +188,7 @@ impl ProgramWriter {
         (q, pose): (&AxisVector, &ToolPose),
         pace: BlockPace,
     ) -> Result<(), WriteError> {
+        self.index += 1;
         let words = self.rounded(q, pose)?;
         let vector = match self.syntax.pointing {
             Pointing::Vector(_) => Some(self.components(pose)?),
@@ -274,31 +278,16 @@ impl ProgramWriter {
         (words, vector): (&[Fixed; AXES], Option<[Fixed; 3]>),
         feed: Option<Fixed>,
     ) {
-        match feed {
-            None => {
-                out.push_str("RAPID\n");
-                self.feed = None;
-            }
-            Some(feed) if self.feed != Some(feed) => {
-                out.push_str("FEDRAT/");
-                feed.push(out, Form::Point);
-                out.push_str(",MMPM\n");
-                self.feed = Some(feed);
-            }
-            Some(_) => {}
+        if let (&[x, y, z, ..], Some([i, j, k])) = (words, vector) {
+            self.locations.go(out, feed, &[x, y, z, i, j, k]);
         }
-        out.push_str("GOTO/");
-        out.push_str(&list(words.iter().take(3).chain(vector.iter().flatten())));
-        out.push('\n');
         self.vector = vector;
-        for (last, &now) in self.last.iter_mut().zip(words) {
-            *last = Some(now);
-        }
+        self.last = words.map(Some);
     }
 
     /// Feed word, rounded down: never faster than planned.
     fn feed_word(&self, of: &Waiting) -> Result<Fixed, WriteError> {
-        let failed = WriteError::Duration { block: self.blocks, duration: of.seconds };
+        let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
         }
@@ -315,7 +304,11 @@ impl ProgramWriter {
     }
 
     /// X Y Z and the rotaries, rounded.
-    fn rounded(&self, q: &AxisVector, pose: &ToolPose) -> Result<[Fixed; AXES], WriteError> {
+    pub(super) fn rounded(
+        &self,
+        q: &AxisVector,
+        pose: &ToolPose,
+    ) -> Result<[Fixed; AXES], WriteError> {
         let tip = match self.style.dialect {
             Dialect::Apt => pose.tip.coords,
             of if of.coordinates() == Coordinates::Axes => {
@@ -340,9 +333,9 @@ impl ProgramWriter {
     }
 
     /// Components of the tool vector: in the table frame, in a CL file in the workpiece frame.
-    fn components(&self, pose: &ToolPose) -> Result<[Fixed; 3], WriteError> {
+    pub(super) fn components(&self, pose: &ToolPose) -> Result<[Fixed; 3], WriteError> {
         let decimals = match self.style.dialect {
-            Dialect::Apt => 9,
+            Dialect::Apt => apt::AXIS_DECIMALS,
             _ => 7,
         };
         let axis = match self.style.dialect {
@@ -356,108 +349,9 @@ impl ProgramWriter {
         ])
     }
 
-    fn fixed(&self, value: f64, decimals: u8) -> Result<Fixed, WriteError> {
-        let block = self.blocks;
+    pub(super) fn fixed(&self, value: f64, decimals: u8) -> Result<Fixed, WriteError> {
+        let block = self.index;
         Fixed::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
-    }
-
-    /// Words of the starting position, which is where the program then is.
-    fn first(&mut self, q: &AxisVector, pose: &ToolPose) -> Result<First, WriteError> {
-        let words = self.rounded(q, pose)?;
-        let form = self.syntax.form;
-        let say = |of: &[usize]| {
-            let pairs = of
-                .iter()
-                .filter_map(|&axis| Some((self.style.axes.0.get(axis)?.letter, *words.get(axis)?)));
-            let mut text = String::new();
-            for (letter, value) in pairs {
-                if !text.is_empty() {
-                    text.push(' ');
-                }
-                text.push(letter);
-                value.push(&mut text, form);
-            }
-            text
-        };
-        let (linear, rotaries) = self.order.split_at(3);
-        let [mut tip, rotary] = [say(linear), say(rotaries)];
-        let axes = tip.clone();
-        let mut vector = String::new();
-        if let Pointing::Vector(names) = self.syntax.pointing {
-            let now = self.components(pose)?;
-            for (name, value) in names.iter().zip(now) {
-                if !vector.is_empty() {
-                    vector.push(' ');
-                }
-                vector.push_str(name);
-                value.push(&mut vector, form);
-            }
-            if self.style.dialect == Dialect::Apt {
-                (tip, vector) = (list(words.iter().take(3)), list(now.iter()));
-            }
-            self.vector = Some(now);
-        }
-        self.last = words.map(Some);
-        Ok(First { rotary, tip, axes, vector })
-    }
-
-    fn context(
-        &self,
-        note: &Note<'_>,
-        offset: Vector3<f64>,
-        first: First,
-    ) -> Result<Context, WriteError> {
-        let told = &self.kinematics.machine().dialect;
-        let own = Dialect::from_name(&told.name) == Some(self.style.dialect);
-        let tool = note.tool.number;
-        let text = |key: &str| {
-            let text = told.strings.get(key).filter(|_| own)?;
-            Some(text.replace("{h}", &tool.to_string()))
-        };
-        let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);
-        let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
-        // Adding 0 takes the sign off a zero.
-        let small = |value: f64| format!("{:.4}", value + 0.0);
-        Ok(Context {
-            name: comment(note.name),
-            facts: facts.iter().map(|line| comment(line)).collect(),
-            program: format!("{:04}", self.style.program),
-            tool,
-            spindle: (note.spindle > 0.0).then(|| format!("{:.0}", note.spindle)),
-            coolant: note.coolant,
-            cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
-            offset: Offset { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
-            blend: self.style.blend.map(|[tip, _]| self.plain(tip)).transpose()?,
-            axis_tolerance: match self.style.blend {
-                Some([_, axis]) => self.plain(axis.to_degrees())?,
-                None => String::new(),
-            },
-            retract: self.retract()?,
-            inverse_time: self.style.inverse_time,
-            numbers: self.style.numbers,
-            tcp_on: text("tcp_on"),
-            tcp_off: text("tcp_off"),
-            first,
-        })
-    }
-
-    /// A number of a setting.
-    fn plain(&self, value: f64) -> Result<String, WriteError> {
-        let mut text = String::new();
-        self.fixed(value, SETTING_DECIMALS)?.push(&mut text, Form::Plain);
-        Ok(text)
-    }
-
-    /// The machine's own way out, where it is an axis position.
-    fn retract(&self) -> Result<Option<String>, WriteError> {
-        let machine = self.kinematics.machine();
-        let retract = &machine.retract;
-        let index = machine.index_of(&retract.axis);
-        let word = index.and_then(|index| self.style.axes.0.get(index));
-        let (RetractFrame::Machine, Some(word)) = (retract.frame, word) else { return Ok(None) };
-        let mut text = word.letter.to_string();
-        self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
-        Ok(Some(text))
     }
 
     /// Lines of a template, numbered; empty ones are left out.
@@ -494,18 +388,6 @@ impl ProgramWriter {
 fn order(axes: &AxisWords) -> [usize; AXES] {
     let letter = |axis: usize| axes.0.get(axis).map(|word| word.letter);
     if letter(3) <= letter(4) { [0, 1, 2, 3, 4] } else { [0, 1, 2, 4, 3] }
-}
-
-/// Numbers with commas between.
-fn list<'a>(values: impl Iterator<Item = &'a Fixed>) -> String {
-    let mut text = String::new();
-    for value in values {
-        if !text.is_empty() {
-            text.push(',');
-        }
-        value.push(&mut text, Form::Point);
-    }
-    text
 }
 
 /// Feeds have no sign.

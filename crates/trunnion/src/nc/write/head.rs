@@ -1,0 +1,125 @@
+//! What a program's template is filled with: where it starts, and what it assumes.
+
+use super::dialect::Pointing;
+use super::number::{Fixed, Form};
+use super::template::{Context, First, Offset};
+use super::{Dialect, Note, ProgramWriter, WriteError, comment};
+use crate::machine::RetractFrame;
+use crate::types::{AxisVector, ToolPose};
+use nalgebra::Vector3;
+
+/// Decimals of tolerances.
+const SETTING_DECIMALS: u8 = 6;
+
+impl ProgramWriter {
+    /// Words of the starting position, which is where the program then is.
+    pub(super) fn first(&mut self, q: &AxisVector, pose: &ToolPose) -> Result<First, WriteError> {
+        let words = self.rounded(q, pose)?;
+        let form = self.syntax.form;
+        let say = |of: &[usize]| {
+            let pairs = of
+                .iter()
+                .filter_map(|&axis| Some((self.style.axes.0.get(axis)?.letter, *words.get(axis)?)));
+            let mut text = String::new();
+            for (letter, value) in pairs {
+                if !text.is_empty() {
+                    text.push(' ');
+                }
+                text.push(letter);
+                value.push(&mut text, form);
+            }
+            text
+        };
+        let (linear, rotaries) = self.order.split_at(3);
+        let [mut tip, rotary] = [say(linear), say(rotaries)];
+        let axes = tip.clone();
+        let mut vector = String::new();
+        if let Pointing::Vector(names) = self.syntax.pointing {
+            let now = self.components(pose)?;
+            for (name, value) in names.iter().zip(now) {
+                if !vector.is_empty() {
+                    vector.push(' ');
+                }
+                vector.push_str(name);
+                value.push(&mut vector, form);
+            }
+            if self.style.dialect == Dialect::Apt {
+                (tip, vector) = (list(words.iter().take(3)), list(now.iter()));
+            }
+            self.vector = Some(now);
+        }
+        self.last = words.map(Some);
+        Ok(First { rotary, tip, axes, vector })
+    }
+
+    pub(super) fn context(
+        &self,
+        note: &Note<'_>,
+        offset: Vector3<f64>,
+        first: First,
+    ) -> Result<Context, WriteError> {
+        let told = &self.kinematics.machine().dialect;
+        let own = Dialect::from_name(&told.name) == Some(self.style.dialect);
+        let tool = note.tool.number;
+        let text = |key: &str| {
+            let text = told.strings.get(key).filter(|_| own)?;
+            Some(text.replace("{h}", &tool.to_string()))
+        };
+        let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);
+        let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
+        // Adding 0 takes the sign off a zero.
+        let small = |value: f64| format!("{:.4}", value + 0.0);
+        Ok(Context {
+            name: comment(note.name),
+            facts: facts.iter().map(|line| comment(line)).collect(),
+            program: format!("{:04}", self.style.program),
+            tool,
+            spindle: (note.spindle > 0.0).then(|| format!("{:.0}", note.spindle)),
+            coolant: note.coolant,
+            cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
+            offset: Offset { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
+            blend: self.style.blend.map(|[tip, _]| self.plain(tip)).transpose()?,
+            axis_tolerance: match self.style.blend {
+                Some([_, axis]) => self.plain(axis.to_degrees())?,
+                None => String::new(),
+            },
+            retract: self.retract()?,
+            inverse_time: self.style.inverse_time,
+            numbers: self.style.numbers,
+            tcp_on: text("tcp_on"),
+            tcp_off: text("tcp_off"),
+            first,
+        })
+    }
+
+    /// A number of a setting.
+    fn plain(&self, value: f64) -> Result<String, WriteError> {
+        let mut text = String::new();
+        self.fixed(value, SETTING_DECIMALS)?.push(&mut text, Form::Plain);
+        Ok(text)
+    }
+
+    /// The machine's own way out, where it is an axis position.
+    fn retract(&self) -> Result<Option<String>, WriteError> {
+        let machine = self.kinematics.machine();
+        let retract = &machine.retract;
+        let index = machine.index_of(&retract.axis);
+        let word = index.and_then(|index| self.style.axes.0.get(index));
+        let (RetractFrame::Machine, Some(word)) = (retract.frame, word) else { return Ok(None) };
+        let mut text = word.letter.to_string();
+        self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
+        Ok(Some(text))
+    }
+}
+
+/// Numbers with commas between.
+pub(super) fn list<'a>(values: impl Iterator<Item = &'a Fixed>) -> String {
+    let mut text = String::new();
+    for value in values {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        value.push(&mut text, Form::Point);
+    }
+    text
+}
