@@ -29,6 +29,7 @@ mod cl;
 mod control;
 mod dialect;
 mod gcode;
+mod go;
 mod heidenhain;
 mod log;
 mod number;

@@ -1,0 +1,158 @@
+//! Moves of a control of any dialect: how fast, and where it then stands.
+
+use super::control::{Control, FeedMode, INCH, SLOTS, Target, Tilted};
+use super::log::Remark;
+use super::{Frame, Move, Pace, Step, Way};
+
+impl Control {
+    /// How fast a feed move is run; `feed` is the F word of its own block.
+    pub(super) fn pace(&self, target: &Target, feed: Option<f64>) -> Result<Pace, Remark> {
+        let missing = |help: &str| Remark::new(target.at, "feed move without a feed", help);
+        match self.feed_mode {
+            FeedMode::Inverse => {
+                let feed = feed.ok_or_else(|| missing("G93 needs an F word on every G1 line"))?;
+                Ok(Pace::Inverse { seconds: 60.0 / feed })
+            }
+            FeedMode::PerMinute => {
+                let help = "write an F word; G93 and G94 do not share one";
+                let feed = self.feed.ok_or_else(|| missing(help))?;
+                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) / 60.0 })
+            }
+            FeedMode::PerRevolution => {
+                let feed = self.feed.ok_or_else(|| missing("write an F word after G95"))?;
+                if self.sense == 0 || self.speed <= 0.0 {
+                    let message = "feed per revolution (G95) with a spindle that stands";
+                    return Err(Remark::new(
+                        target.at,
+                        message,
+                        "write S and M3 before, or use G94",
+                    ));
+                }
+                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) * self.speed / 60.0 })
+            }
+        }
+    }
+
+    /// Inches are of linear axes; rotaries alone turn in degrees.
+    fn feed_scale(&self, target: &Target) -> f64 {
+        let linear = |slot: usize| {
+            let moves = |word: f64| match (target.is_incremental(slot), self.reading(slot)) {
+                (true, _) => word.abs() > 0.0,
+                (false, Some(place)) => (word - place).abs() > 0.0,
+                (false, None) => true,
+            };
+            !self.is_rotary(slot) && target.get(slot).is_some_and(moves)
+        };
+        if self.inch && (0..SLOTS).any(linear) { INCH } else { 1.0 }
+    }
+
+    /// Makes a move and stands at its end.
+    pub(super) fn go(
+        &mut self,
+        line: u32,
+        mut target: Target,
+        (pace, way): (Pace, Way),
+    ) -> Result<(), Remark> {
+        if let Some(tilted) = &self.tilted {
+            self.check_tilted(*tilted, &target)?;
+        }
+        let incremental = if target.machine {
+            self.leave_work(&target)?;
+            false
+        } else {
+            self.work_words(&mut target)?
+        };
+        if target.axis.is_some() {
+            self.forget(|rotary| rotary);
+        }
+        let [w0, w1, w2, w3, w4, sixth] = target.words;
+        let tilted = self.tilted.filter(|tilted| tilted.ready && !target.machine);
+        self.steps.push_back(Step::Move(Move {
+            line,
+            column: target.column,
+            words: [w0, w1, w2, w3, w4],
+            sixth: self.sixth.zip(sixth),
+            incremental,
+            frame: if target.machine { Frame::Machine } else { self.frame() },
+            plane: tilted.map_or(0, |tilted| tilted.number),
+            axis: target.axis,
+            pace,
+            way,
+            turning: self.turning,
+        }));
+        Ok(())
+    }
+
+    /// Positions of axes.
+    fn leave_work(&mut self, target: &Target) -> Result<(), Remark> {
+        if target.incremental != 0 {
+            return Err(Remark::new(target.at, "G53 with distances (G91)", "write G90"));
+        }
+        for (slot, word) in target.words.iter().enumerate() {
+            if word.is_some() {
+                if let Some(place) = self.place.get_mut(slot) {
+                    *place = None;
+                }
+                if let Some(machine) = self.machine.get_mut(slot) {
+                    *machine = *word;
+                }
+            }
+        }
+        if self.tcp {
+            self.forget_linear();
+        }
+        Ok(())
+    }
+
+    /// Words of a work offset: shifts them, and makes them all absolute unless all are distances.
+    #[inline]
+    fn work_words(&mut self, target: &mut Target) -> Result<bool, Remark> {
+        let mut present = 0_u8;
+        for (slot, word) in target.words.iter().enumerate() {
+            present |= u8::from(word.is_some()) << slot;
+        }
+        let all = present != 0 && target.incremental & present == present;
+        for slot in 0..SLOTS {
+            let Some(word) = target.get(slot) else { continue };
+            let stood = self.stands(slot);
+            let end = if !target.is_incremental(slot) {
+                Some(word + self.shift(slot))
+            } else if all || stood.is_some() {
+                stood.map(|stood| stood + word)
+            } else {
+                let message = "a distance from a place that the program does not tell";
+                return Err(Remark::new(target.at, message, "program the axis absolutely first"));
+            };
+            if let Some(place) = self.place.get_mut(slot) {
+                *place = end;
+            }
+            if let Some(machine) = self.machine.get_mut(slot) {
+                *machine = None;
+            }
+            if let (false, Some(word)) = (all, target.words.get_mut(slot)) {
+                *word = end;
+            }
+        }
+        if self.tcp {
+            self.machine = [None; SLOTS];
+        }
+        Ok(all)
+    }
+
+    /// In a tilted plane the tool stands along its normal, and stays so.
+    fn check_tilted(&self, tilted: Tilted, target: &Target) -> Result<(), Remark> {
+        let rotary = (0..SLOTS).any(|slot| target.get(slot).is_some() && self.is_rotary(slot));
+        if target.machine || target.axis.is_some() {
+            return Ok(());
+        }
+        if rotary {
+            let message = "rotary words in a tilted plane";
+            return Err(Remark::new(target.at, message, "end the plane before (G69)"));
+        }
+        if !tilted.ready {
+            let message = "a move in a tilted plane to which the tool was not turned";
+            return Err(Remark::new(target.at, message, "write G53.1 after G68.2"));
+        }
+        Ok(())
+    }
+}
