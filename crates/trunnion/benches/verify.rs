@@ -13,11 +13,11 @@ use shop::Layout;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, Input, Options, Promise};
+use trunnion::verify::{self, ClInput, Input, Options, Promise, Solid, Stock};
 
 fn main() {
     divan::main();
@@ -68,6 +68,41 @@ fn program(kinematics: &Kinematics, face: &Face) -> Program {
     let axes = AxisWords::of(kinematics.machine(), false).unwrap().with_decimals(5, 5);
     let text = posted::plain(kinematics, &blocks, (axes, true));
     read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap()
+}
+
+/// 1 mm moves of a tilting bull nose through a block of 100 x 60 x 20 mm, 3 mm deep.
+fn tilting(moves: u32) -> ClFile {
+    let record = |k: u32| {
+        let x = f64::from(k);
+        let turn = Rotation3::from_euler_angles(0.1 * (0.05 * x).sin(), 0.15 + 0.0035 * x, 0.0);
+        let tip = Point3::new(-30.0 + x, 4.0 * (0.1 * x).sin(), -3.0);
+        let pose = ToolPose { tip, axis: turn * Vector3::z_axis() };
+        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+    };
+    ClFile { records: (0..=moves).map(record).collect(), ..ClFile::default() }
+}
+
+/// Rays 0.1 and 0.5 mm apart. Aim: 2000 and 10 000 moves/s on two cores.
+#[divan::bench(args = [0.1, 0.5], sample_count = 3, sample_size = 1)]
+fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
+    let spec = CutterSpec {
+        kind: Kind::Bull,
+        major: MAJOR,
+        minor: MINOR,
+        length: 60.0,
+        construction: Construction::Solid,
+        shank: vec![],
+    };
+    let (cutter, file) = (Cutter::new(spec).unwrap(), tilting(60));
+    let [low, high] = [Point3::new(-50.0, -30.0, -20.0), Point3::new(50.0, 30.0, 0.0)];
+    let block = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
+    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+    bencher
+        .counter(divan::counter::ItemsCount::new(60usize))
+        .with_inputs(|| block.clone())
+        .bench_local_values(|mut stock| {
+            verify::simulate_cl(&input, &mut stock, &[], 0.01 * cell, &Silent).unwrap()
+        });
 }
 
 #[divan::bench(args = [1.0, 0.2], sample_count = 1, sample_size = 1)]

@@ -1,4 +1,4 @@
-//! Bytes to surfaces: STEP (feature `step`), surface JSON.
+//! Bytes to surfaces: STEP (feature `step`), surface JSON; to meshes: STL.
 //!
 //! A format enters through the narrow trait [`Reader`] and leaves as the project's own [`Face`]s at
 //! once: nothing of a file's structure reaches another module.
@@ -6,6 +6,7 @@
 pub mod inspect;
 #[cfg(feature = "step")]
 pub mod step;
+pub mod stl;
 pub mod surface_json;
 
 use crate::surface::Face;

@@ -86,7 +86,8 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f6
     // Distance to the corner region {out <= 0, down <= 0}, less the rounding.
     let [out, down] = [rho - major, minor - height];
     let side = if out > 0.0 && down > 0.0 {
-        let away = out.hypot(down);
+        // Millimetres do not overflow, and hypot is a slow call.
+        let away = (out * out + down * down).sqrt();
         (away - minor, out / away, -down / away)
     } else if out >= down {
         (out - minor, 1.0, 0.0)

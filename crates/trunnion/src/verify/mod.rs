@@ -20,6 +20,7 @@ mod index;
 mod ray;
 mod replay;
 mod report;
+mod stock;
 mod sweep;
 mod track;
 
@@ -27,6 +28,7 @@ pub use report::{
     Audit, AxisAudit, Bin, Bounds, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report,
     Sample, Sensitivity,
 };
+pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
 pub use track::{Track, track, track_cl};
 
 use crate::cutter::Cutter;
@@ -137,6 +139,12 @@ pub enum VerifyError {
     TurnsTooFar {
         /// Line of the program.
         line: u32,
+    },
+    /// Stock or a fixture that cannot be worked with.
+    #[error("the solid {what}")]
+    Stock {
+        /// What is wrong with it.
+        what: String,
     },
     /// The grid is too fine.
     #[error("face {face} would have {points:.0} grid points, more than {most}; use a coarser grid")]

@@ -73,6 +73,31 @@ impl Mover<'_> {
         }
     }
 
+    /// A rapid move as each axis runs it at its own speed: straight from where one axis arrives to where the
+    /// next one does. Nothing for other moves, and for cutter locations.
+    pub(super) fn dog_leg(&self, segment: &Segment) -> Vec<Segment> {
+        let (Self::Machine(control), true) = (self, segment.rapid) else { return Vec::new() };
+        let [from, to] = segment.joints;
+        let change = to - from;
+        let times = change.abs().component_div(&control.rapid());
+        let mut stops: Vec<f64> = times.iter().copied().filter(|time| *time > 0.0).collect();
+        stops.sort_by(f64::total_cmp);
+        stops.dedup();
+        let at = |time: f64| {
+            let share = times.map(|whole| if whole > time { time / whole } else { 1.0 });
+            from + change.component_mul(&share)
+        };
+        let mut before = (0.0, from);
+        let legs = stops.into_iter().map(|time| {
+            let (start, joints) = std::mem::replace(&mut before, (time, at(time)));
+            let (joints, duration) = ([joints, before.1], time - start);
+            Segment { joints, duration, course: Course::Joints, ..*segment }
+        });
+        let legs: Vec<Segment> = legs.collect();
+        // One leg of all axes is the move itself, unless the tip was to run straight.
+        if legs.len() == 1 && matches!(segment.course, Course::Joints) { Vec::new() } else { legs }
+    }
+
     /// What bounds a segment's third derivatives; `None` if nothing moves.
     pub(super) fn swing(&self, segment: &Segment) -> Option<Swing> {
         let change = segment.joints[1] - segment.joints[0];
@@ -169,6 +194,11 @@ impl<'a> Control<'a> {
         largest
     }
 
+    /// Rapid speeds of the axes.
+    fn rapid(&self) -> AxisVector {
+        self.real.machine().vector(|axis| axis.rapid)
+    }
+
     /// The real machine.
     pub(super) fn real(&self) -> &Kinematics {
         self.real
@@ -245,44 +275,76 @@ pub(super) fn replay(
     control: &Control<'_>,
     input: &Input<'_>,
 ) -> Result<Vec<Segment>, VerifyError> {
-    let machine = control.real().machine();
-    let mut q = machine.home();
-    let mut segments = Vec::with_capacity(input.program.steps.len());
-    for step in &input.program.steps {
-        let segment = match step {
-            Step::Dwell { line, seconds } => Segment {
+    let segments: Vec<Segment> = Replay::new(control, input).collect::<Result<_, _>>()?;
+    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
+}
+
+/// A program being run from the machine's home position, move by move.
+pub(super) struct Replay<'a> {
+    control: &'a Control<'a>,
+    steps: std::slice::Iter<'a, Step>,
+    q: AxisVector,
+}
+
+impl<'a> Replay<'a> {
+    pub(super) fn new(control: &'a Control<'a>, input: &Input<'a>) -> Self {
+        let q = control.real().machine().home();
+        Self { control, steps: input.program.steps.iter(), q }
+    }
+
+    /// What a step does; `None` if it moves nothing and takes no time.
+    fn segment(&self, step: &Step) -> Result<Option<Segment>, VerifyError> {
+        let q = self.q;
+        match step {
+            Step::Dwell { line, seconds } => Ok(Some(Segment {
                 line: *line,
                 joints: [q, q],
                 course: Course::Rest,
                 duration: *seconds,
                 rapid: false,
-            },
+            })),
             // The plane is refused where a move names it.
             Step::Tool { .. } | Step::Spindle { .. } | Step::Plane(_) | Step::Words { .. } => {
-                continue;
+                Ok(None)
             }
             Step::Offset(offset) => {
                 let (line, what) = (offset.line, "a work offset written by the program");
-                return Err(VerifyError::Special { line, what });
+                Err(VerifyError::Special { line, what })
             }
             Step::Move(step) => {
                 if let Some(what) = step.special() {
                     return Err(VerifyError::Special { line: step.line, what });
                 }
-                let (to, course) = control.target(&q, step)?;
+                let (to, course) = self.control.target(&q, step)?;
                 if !to.iter().all(|value| value.is_finite()) {
                     return Err(VerifyError::LinearAxes);
                 }
                 let joints = [q, to];
-                let duration = duration(&joints, &course, step.pace, &machine.vector(|a| a.rapid));
+                let speeds = self.control.rapid();
+                let duration = duration(&joints, &course, step.pace, &speeds);
                 let rapid = step.pace == Pace::Rapid;
-                Segment { line: step.line, joints, course, duration, rapid }
+                Ok(Some(Segment { line: step.line, joints, course, duration, rapid }))
             }
-        };
-        q = segment.joints[1];
-        segments.push(segment);
+        }
     }
-    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
+}
+
+impl Iterator for Replay<'_> {
+    type Item = Result<Segment, VerifyError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let step = self.steps.next()?;
+            match self.segment(step) {
+                Ok(None) => {}
+                Ok(Some(segment)) => {
+                    self.q = segment.joints[1];
+                    return Some(Ok(segment));
+                }
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
 }
 
 /// Time of a move \[s\].

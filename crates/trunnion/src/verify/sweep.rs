@@ -10,6 +10,8 @@ use nalgebra::{Point3, Vector3};
 pub(super) struct Piece {
     /// Line of the program.
     pub(super) line: u32,
+    /// The times in 0..=1 it covers of its move.
+    span: [f64; 2],
     /// The tool at u = 0.
     middle: Instant,
     /// Coefficients of the tip \[mm\].
@@ -67,9 +69,59 @@ pub(super) fn pieces(
     Ok(())
 }
 
+/// The same, cut further until, seen from the tool, points within `reach` of the tip move straight over a
+/// whole piece but for `tolerance` \[mm\]: that far can a distance be below its tangent over time, from
+/// either end, which is four times as far as from the middle.
+pub(super) fn straight_pieces(
+    mover: &Mover<'_>,
+    segment: &Segment,
+    reach: f64,
+    [error, tolerance]: [f64; 2],
+    out: &mut Vec<Piece>,
+) -> Result<(), VerifyError> {
+    let first = out.len();
+    pieces(mover, segment, reach, error, out)?;
+    let whole: Vec<Piece> = out.drain(first..).collect();
+    for piece in whole {
+        // The bend falls with the square of the length.
+        let count = (4.0 * piece.bend(reach) / tolerance).sqrt().ceil();
+        if count < 2.0 {
+            out.push(piece);
+            continue;
+        }
+        if count > MOST_PIECES {
+            return Err(VerifyError::TurnsTooFar { line: segment.line });
+        }
+        let [from, to] = piece.span;
+        let at = |index: f64| from + (to - from) * index / count;
+        let mut index = 0.0;
+        while index < count {
+            let times = [at(index), at(index + 0.5), at(index + 1.0)];
+            out.push(Piece::through(mover, segment, times)?);
+            index += 1.0;
+        }
+    }
+    Ok(())
+}
+
 /// Quadratic through values at -1, 0, 1.
 fn quadratic([low, mid, high]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     [mid, (high - low) * 0.5, (high + low) * 0.5 - mid]
+}
+
+/// Bound on how fast the velocity of a point at distance 1 changes because the tool turns: the change of
+/// the turn rate, and the square of the rate itself.
+///
+/// With `n = a / |a|` and `P` across `n`, `P n'' = P a'' / |a| - 2 n' (n a') / |a|`; there
+/// `a'' = 2 a2` lies nearly along `n`, and `a a'` is a cubic in `u` with small coefficients.
+fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
+    let [a0, a1, a2] = axis;
+    let aside = (a2 - a0 * (a0.dot(a2) / a0.norm_squared())).norm() + turn * a2.norm();
+    let stretch = a0.dot(a1).abs()
+        + (a1.norm_squared() + 2.0 * a0.dot(a2)).abs()
+        + 3.0 * a1.dot(a2).abs()
+        + 2.0 * a2.norm_squared();
+    2.0 * (aside + turn * stretch / length) / length + turn * turn
 }
 
 /// A tool in motion at one instant.
@@ -90,6 +142,19 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant
         stand: Stand { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
         tip_rate: tip[1] + tip[2] * (2.0 * u),
         axis_rate: rate - unit * unit.dot(&rate),
+    }
+}
+
+impl Instant {
+    /// Distance of a body from a point, its derivative by `u`, and its derivative along `way`.
+    #[inline]
+    fn distance(&self, body: Body, point: &Point3<f64>, way: &Vector3<f64>) -> [f64; 3] {
+        let Self { stand, tip_rate, axis_rate } = self;
+        let y = point - stand.tip;
+        let probe = body.probe(&y, &stand.axis);
+        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
+        let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
+        [probe.distance, drift, probe.slope(&y, &stand.axis, way)]
     }
 }
 
@@ -156,9 +221,8 @@ impl Piece {
             speed: tip[1].norm() + 2.0 * tip[2].norm(),
             acceleration: 2.0 * tip[2].norm(),
             turn,
-            // Second derivative of a / |a|, plus the square of the turn rate that a frame carried
-            // along adds.
-            turn_change: (4.0 * axis[2].norm() + 3.0 * rate * turn) / length + turn * turn,
+            turn_change: turn_change(&axis, length, turn),
+            span: [a, c],
         })
     }
 
@@ -228,6 +292,44 @@ impl Piece {
             place: slope(a).abs() + slope(b).abs() + patch.bulge,
             time: drift.abs() * half + bend * square + shear * patch.radius,
         }
+    }
+
+    /// Distance of a body from a point at `u`, its derivative by `u`, and its derivative along `way`.
+    #[inline]
+    pub(super) fn distance(
+        &self,
+        body: Body,
+        u: f64,
+        point: &Point3<f64>,
+        way: &Vector3<f64>,
+    ) -> [f64; 3] {
+        self.instant(u).distance(body, point, way)
+    }
+
+    /// Plane below the distance of a body over the whole piece, but for bend and shear, from a point: its
+    /// height there at the worst time, and its gradient.
+    #[inline]
+    pub(super) fn support(&self, body: Body, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let Instant { stand, tip_rate, axis_rate } = &self.middle;
+        let y = point - stand.tip;
+        let probe = body.probe(&y, &stand.axis);
+        let gradient = (y - stand.axis * probe.height) * probe.radial + stand.axis * probe.axial;
+        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
+        let drift = turning - gradient.dot(tip_rate);
+        (probe.distance - drift.abs(), gradient)
+    }
+
+    /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame
+    /// \[mm\]: with turn rate `o`, turn change `b`, tip speed and acceleration `v` and `a`, half of
+    /// `a + 2 o v + b far`.
+    pub(super) fn bend(&self, far: f64) -> f64 {
+        let far = far + self.speed;
+        0.5 * (self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far)
+    }
+
+    /// How much a direction in the tool's frame changes at most within `time`.
+    pub(super) fn shear(&self, time: f64) -> f64 {
+        (self.turn + 0.5 * self.turn_change * time) * time
     }
 
     /// Distance of a body from a point, less all that the motion of the piece can take from it.

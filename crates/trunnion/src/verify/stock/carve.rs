@@ -1,0 +1,551 @@
+//! Material under a moving tool.
+
+use super::super::body::{self, Body};
+use super::super::replay::{self, Control, Mover, Replay, Segment};
+use super::super::sweep;
+use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
+use super::Stock;
+use super::cut::{self, Line, Moving, Swept};
+use super::near::{self, Frame, Part};
+use super::rays::{Family, Lattice, Spans, Tile, unit};
+use crate::cutter::Cutter;
+use crate::types::{Progress, Stage};
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// What went wrong between tool and material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CollisionKind {
+    /// The cutting part is in the stock at rapid speed.
+    Rapid,
+    /// Shank or holder run into the stock.
+    Holder,
+    /// Any part of the tool runs into a fixture.
+    Fixture,
+}
+
+/// One line of a program that runs into something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Collision {
+    /// Into what, with what.
+    pub kind: CollisionKind,
+    /// Line of the program.
+    pub line: u32,
+    /// How deep, on the rays looked at \[mm\].
+    pub depth: f64,
+    /// In the middle of the deepest ray \[mm\].
+    pub point: Point3<f64>,
+}
+
+/// What a program does to the stock.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carving {
+    /// Volume taken away \[mm³\].
+    pub removed: f64,
+    /// Volume left \[mm³\].
+    pub left: f64,
+    /// Lines that run into something, in order; the deepest place of each kind on each. What a line has run
+    /// through is taken away, so that the next one is told only of what it runs into itself.
+    pub collisions: Vec<Collision>,
+}
+
+/// Moves worked off at a time: enough for threads to share and for one to spare others work, little to
+/// remember.
+const BATCH: usize = 256;
+
+/// Runs a program through stock and fixtures. `tolerance` \[mm\]: nothing farther than this from the swept
+/// tool is cut, nothing deeper than this within it is left on a ray. Rapid moves are run both as all axes
+/// together and as each axis at its own speed.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+pub fn simulate(
+    input: &Input<'_>,
+    stock: &mut Stock,
+    fixtures: &[Stock],
+    tolerance: f64,
+    progress: &dyn Progress,
+) -> Result<Carving, VerifyError> {
+    let control = Control::new(input)?;
+    let mover = Mover::Machine(&control);
+    let mut carver = Carver::new(stock, fixtures, input.cutter, tolerance)?;
+    let steps = input.program.steps.len();
+    carver.run(&mover, &mut Replay::new(&control, input), steps, progress)
+}
+
+/// Runs cutter locations through stock and fixtures; see [`simulate`].
+///
+/// # Errors
+///
+/// [`VerifyError`].
+pub fn simulate_cl(
+    input: &ClInput<'_>,
+    stock: &mut Stock,
+    fixtures: &[Stock],
+    tolerance: f64,
+    progress: &dyn Progress,
+) -> Result<Carving, VerifyError> {
+    let segments = replay::locations(input.file, CHORD_SHARE * tolerance)?;
+    let mut carver = Carver::new(stock, fixtures, input.cutter, tolerance)?;
+    let steps = segments.len();
+    carver.run(&Mover::Locations, &mut segments.into_iter().map(Ok), steps, progress)
+}
+
+/// Planes laid below the distance of a body from a span before it is looked at closely.
+const PLANES: u32 = 6;
+
+/// A tool in stock.
+struct Carver<'a> {
+    stock: &'a mut Stock,
+    fixtures: &'a [Stock],
+    bodies: Vec<Body>,
+    /// No point of the tool is farther from the tip \[mm\].
+    size: f64,
+    tolerance: f64,
+    found: BTreeMap<(u32, CollisionKind), Collision>,
+}
+
+impl<'a> Carver<'a> {
+    fn new(
+        stock: &'a mut Stock,
+        fixtures: &'a [Stock],
+        cutter: &Cutter,
+        tolerance: f64,
+    ) -> Result<Self, VerifyError> {
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            let (name, must) = ("stock tolerance", "a length above 0");
+            return Err(VerifyError::Option { name, value: tolerance, must });
+        }
+        let bodies = body::bodies(cutter);
+        let widest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
+        let size = cutter.length().hypot(widest);
+        Ok(Self { stock, fixtures, bodies, size, tolerance, found: BTreeMap::new() })
+    }
+
+    fn run(
+        &mut self,
+        mover: &Mover<'_>,
+        segments: &mut dyn Iterator<Item = Result<Segment, VerifyError>>,
+        steps: usize,
+        progress: &dyn Progress,
+    ) -> Result<Carving, VerifyError> {
+        let before = self.stock.volume();
+        let mut done = 0;
+        loop {
+            let mut parts = Vec::new();
+            let mut count = 0;
+            for segment in segments.take(BATCH) {
+                self.parts(mover, &segment?, &mut parts)?;
+                count += 1;
+            }
+            if count == 0 {
+                break;
+            }
+            self.cut(&parts);
+            self.look(&parts);
+            done += count;
+            progress.step(Stage::Verify, done as u64, steps.max(done) as u64)?;
+        }
+        if done == 0 {
+            return Err(VerifyError::NoMotion);
+        }
+        let left = self.stock.volume();
+        let collisions = self.found.values().copied().collect();
+        Ok(Carving { removed: before - left, left, collisions })
+    }
+
+    /// The tool over a move, in all the ways it may be run.
+    fn parts(
+        &self,
+        mover: &Mover<'_>,
+        segment: &Segment,
+        parts: &mut Vec<Part>,
+    ) -> Result<(), VerifyError> {
+        let shares = [cut::ERROR * self.tolerance, cut::BEND * self.tolerance];
+        let mut pieces = Vec::new();
+        sweep::straight_pieces(mover, segment, self.size, shares, &mut pieces)?;
+        for other in mover.dog_leg(segment) {
+            sweep::straight_pieces(mover, &other, self.size, shares, &mut pieces)?;
+        }
+        for piece in &pieces {
+            for (index, body) in self.bodies.iter().enumerate() {
+                let harm = match (index, segment.rapid) {
+                    (0, false) => None,
+                    (0, true) => Some(CollisionKind::Rapid),
+                    _ => Some(CollisionKind::Holder),
+                };
+                parts.push(Part::new(piece, *body, self.size, harm));
+            }
+        }
+        Ok(())
+    }
+
+    /// Cuts the stock by a batch.
+    fn cut(&mut self, parts: &[Part]) {
+        let lattice = self.stock.lattice;
+        let mut hits = Vec::new();
+        for family in &mut self.stock.families {
+            let near = near::by_tile(parts, &lattice, family);
+            let work = Work::new(lattice, family, parts, self.tolerance);
+            let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
+            let all: Vec<Vec<Collision>> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
+            hits.extend(all.into_iter().flatten());
+        }
+        self.note(hits);
+    }
+
+    /// Looks for what of a batch runs into fixtures.
+    fn look(&mut self, parts: &[Part]) {
+        let mut hits = Vec::new();
+        for fixture in self.fixtures {
+            for family in &fixture.families {
+                let near = near::by_tile(parts, &fixture.lattice, family);
+                let work = Work::new(fixture.lattice, family, parts, self.tolerance);
+                let tiles = family.tiles.par_iter().zip(near.par_iter());
+                let all: Vec<Vec<Collision>> =
+                    tiles.map(|(tile, near)| work.look(tile, near)).collect();
+                hits.extend(all.into_iter().flatten());
+            }
+        }
+        self.note(hits);
+    }
+
+    fn note(&mut self, hits: Vec<Collision>) {
+        for hit in hits {
+            let worst = self.found.entry((hit.line, hit.kind)).or_insert(hit);
+            if hit.depth > worst.depth {
+                *worst = hit;
+            }
+        }
+    }
+}
+
+/// A batch against one family.
+struct Work<'a> {
+    frame: Frame,
+    parts: &'a [Part],
+    tolerance: f64,
+    /// What dips in by less than this is not cut \[mm\].
+    touch: f64,
+}
+
+impl<'a> Work<'a> {
+    fn new(lattice: Lattice, family: &Family, parts: &'a [Part], tolerance: f64) -> Self {
+        let frame = Frame { lattice, along: family.along, bins: family.bins };
+        Self { frame, parts, tolerance, touch: cut::TOUCH * tolerance }
+    }
+
+    /// What comes near a tile's material, in the order of the program.
+    fn near(&self, tile: &Tile, near: &[u32]) -> Vec<&'a Part> {
+        let parts = near.iter().filter_map(|&number| self.parts.get(number as usize));
+        parts.filter(|part| self.frame.meets(tile, part, self.touch)).collect()
+    }
+
+    /// Cuts a tile.
+    fn cut(&self, tile: &mut Tile, near: &[u32]) -> Vec<Collision> {
+        let mut near = self.near(tile, near);
+        let mut hits = Vec::new();
+        if near.iter().any(|part| part.harm.is_some()) {
+            self.in_order(tile, &near, &mut hits);
+            return hits;
+        }
+        // What is cut in the end does not depend on the order: what leaves the others little comes first.
+        self.telling_first(tile, &mut near);
+        let (first, rest) = near.split_at(near.len().min(2));
+        self.in_order(tile, first, &mut hits);
+        near = rest.iter().copied().filter(|part| self.meets(tile, part)).collect();
+        self.ray_by_ray(tile, &near);
+        hits
+    }
+
+    fn meets(&self, tile: &Tile, part: &Part) -> bool {
+        self.frame.meets(tile, part, self.touch)
+    }
+
+    /// Cuts a tile by one body after the other.
+    fn in_order(&self, tile: &mut Tile, near: &[&Part], hits: &mut Vec<Collision>) {
+        for part in near {
+            if !self.meets(tile, part) {
+                continue;
+            }
+            let mut changed = false;
+            for index in 0..tile.rays.len() {
+                changed |= self.ray(tile, index, part, hits);
+            }
+            if changed {
+                tile.measure(self.frame.bins);
+            }
+        }
+    }
+
+    /// Cuts one ray after the other, first by what cut the one before.
+    fn ray_by_ray(&self, tile: &mut Tile, near: &[&Part]) {
+        let mut hint = None;
+        for index in 0..tile.rays.len() {
+            let first = hint;
+            let mut try_at = |at: usize| {
+                let Some(part) = near.get(at) else { return };
+                if self.ray(tile, index, part, &mut Vec::new()) {
+                    hint = Some(at);
+                }
+            };
+            first.into_iter().for_each(&mut try_at);
+            (0..near.len()).filter(|at| Some(*at) != first).for_each(&mut try_at);
+        }
+        if !near.is_empty() {
+            tile.measure(self.frame.bins);
+        }
+    }
+
+    /// Cuts a ray by one body over one piece; whether anything was cut.
+    fn ray(&self, tile: &mut Tile, index: usize, part: &Part, hits: &mut Vec<Collision>) -> bool {
+        let line = self.line(tile, index);
+        let Some(spans) = tile.rays.get_mut(index) else { return false };
+        let mut changed = false;
+        for at in (0..spans.len()).rev() {
+            let Some(span) = spans.get(at).and_then(|span| self.meeting(part, &line, span)) else {
+                continue;
+            };
+            let Swept { first, more } = self.moving(part).swept(&line, span);
+            for cut in first.into_iter().chain(more) {
+                if let Some(kind) = part.harm {
+                    self.hit((part, kind), &line, cut, hits);
+                }
+                spans.take(cut);
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Puts first what gets nearest to the lower end of the middle ray, and to the upper; then the others,
+    /// those in the middle of the program before those beside them.
+    fn telling_first(&self, tile: &Tile, near: &mut Vec<&'a Part>) {
+        if near.len() < 3 {
+            return;
+        }
+        let middle = tile.rays.len() / 2;
+        let Some(range) = tile.rays.get(middle).and_then(Spans::range) else { return };
+        let line = self.line(tile, middle);
+        let mut order: Vec<usize> = Vec::with_capacity(near.len() + 2);
+        for s in range {
+            let point = line.at(s);
+            let distance = |at: &usize| near.get(*at).map_or(0.0, |part| part.support(&point).0);
+            let least = (0..near.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            order.extend(least);
+        }
+        let bits = usize::BITS - near.len().leading_zeros();
+        let halving = (0..1usize << bits).map(|at| at.reverse_bits() >> (usize::BITS - bits));
+        order.extend(halving);
+        let mut left: Vec<Option<&Part>> = near.iter().copied().map(Some).collect();
+        near.clear();
+        near.extend(order.into_iter().filter_map(|at| left.get_mut(at).and_then(Option::take)));
+    }
+
+    fn line(&self, tile: &Tile, index: usize) -> Line {
+        Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
+    }
+
+    /// Looks for what runs into a fixture.
+    fn look(&self, tile: &Tile, near: &[u32]) -> Vec<Collision> {
+        let mut hits = Vec::new();
+        for part in self.near(tile, near) {
+            for (index, spans) in tile.rays.iter().enumerate() {
+                let line = self.line(tile, index);
+                for span in spans.iter().filter_map(|span| self.meeting(part, &line, span)) {
+                    let Swept { first, more } = self.moving(part).swept(&line, span);
+                    for cut in first.into_iter().chain(more) {
+                        self.hit((part, CollisionKind::Fixture), &line, cut, &mut hits);
+                    }
+                }
+            }
+        }
+        hits
+    }
+
+    /// The part of a span along which a body has anything, if it may meet it there. Most do not, which planes
+    /// below the distance from both ends and from where these planes meet tell.
+    #[inline]
+    fn meeting(&self, part: &Part, line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+        let along = self.frame.along;
+        let [low, high] = part.extent(along);
+        let span = [from.max(low), to.min(high)];
+        if span[0] >= span[1] {
+            return None;
+        }
+        // Place, height there, and slope.
+        let plane = |s: f64| {
+            let (height, gradient) = part.support(&line.at(s));
+            (s, height + self.touch, gradient[along])
+        };
+        let mut upper = plane(span[1]);
+        if upper.2 <= -part.shear {
+            return (upper.1 <= 0.0).then_some(span);
+        }
+        let mut lower = plane(span[0]);
+        if lower.2 >= part.shear {
+            return (lower.1 <= 0.0).then_some(span);
+        }
+        for _ in 0..PLANES {
+            if lower.1 <= 0.0 || upper.1 <= 0.0 {
+                break;
+            }
+            // How fast they fall towards each other.
+            let [rise, fall] = [part.shear - lower.2, part.shear + upper.2].map(|by| by.max(0.0));
+            let width = upper.0 - lower.0;
+            let at = (width * fall + lower.1 - upper.1) / (rise + fall);
+            let height = lower.1 - rise * at.clamp(0.0, width);
+            if height > 0.0 || rise + fall <= 0.0 {
+                return None;
+            }
+            let next = plane(lower.0 + at.clamp(0.0, width));
+            *(if next.2 > 0.0 { &mut upper } else { &mut lower }) = next;
+        }
+        Some(span)
+    }
+
+    fn moving<'b>(&self, part: &'b Part) -> Moving<'b> {
+        Moving::new(&part.piece, part.body, self.tolerance)
+    }
+
+    /// Notes what a cut tells, if it is the deepest of its kind on its line.
+    fn hit(
+        &self,
+        (part, kind): (&Part, CollisionKind),
+        line: &Line,
+        cut: [f64; 2],
+        hits: &mut Vec<Collision>,
+    ) {
+        let number = part.piece.line;
+        let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
+        let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
+        let Some(depth) = self.moving(part).depth(line, cut, known) else { return };
+        let point = line.at(0.5 * (cut[0] + cut[1]));
+        let found = Collision { kind, line: number, depth, point };
+        match same {
+            Some(hit) => *hit = found,
+            None => hits.push(found),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::types::{Silent, ToolPose};
+    use crate::verify::Solid;
+    use nalgebra::{Rotation3, Unit, Vector3};
+    use proptest::prelude::*;
+
+    const TOLERANCE: f64 = 1e-3;
+
+    fn cutter(kind: Kind, major: f64, minor: f64) -> Cutter {
+        let construction = Construction::Solid;
+        let spec = CutterSpec { kind, major, minor, length: 25.0, construction, shank: vec![] };
+        Cutter::new(spec).unwrap()
+    }
+
+    fn any_cutter() -> impl Strategy<Value = Cutter> {
+        prop_oneof![
+            Just(cutter(Kind::Bull, 3.0, 2.0)),
+            Just(cutter(Kind::Ball, 0.0, 2.5)),
+            Just(cutter(Kind::Flat, 4.0, 0.0)),
+        ]
+    }
+
+    /// Forth and back, leaning this way and that, through the block and out of it.
+    fn any_path() -> impl Strategy<Value = Vec<ToolPose>> {
+        let step = (-9.0..9.0, -7.0..7.0, -6.0..4.0, -0.5..0.5, -0.5..0.5);
+        prop::collection::vec(step, 3..12).prop_map(|steps| {
+            let pose = |(x, y, z, a, b): (f64, f64, f64, f64, f64)| {
+                let axis = Rotation3::from_euler_angles(a, b, 0.0) * Vector3::z();
+                ToolPose { tip: Point3::new(x, y, z), axis: Unit::new_normalize(axis) }
+            };
+            steps.into_iter().map(pose).collect()
+        })
+    }
+
+    fn distance(cutter: &Cutter, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
+        let axis = from.axis.slerp(&to.axis, t);
+        let y = p - (from.tip + (to.tip - from.tip) * t);
+        let [out, down] = [axis.cross(&y).norm() - cutter.major(), cutter.minor() - axis.dot(&y)];
+        let round = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0);
+        (round - cutter.minor()).max(axis.dot(&y) - cutter.length())
+    }
+
+    /// Over a whole path: sampled, then by thirds around the best samples of every move.
+    fn nearest(cutter: &Cutter, path: &[ToolPose], p: &Point3<f64>) -> f64 {
+        let ends = path.windows(2).map(|pair| [pair[0], pair[1]]);
+        let least = ends.map(|ends| {
+            let at = |t: f64| distance(cutter, &ends, t, p);
+            let values: Vec<f64> = (0..=40).map(|k| at(f64::from(k) / 40.0)).collect();
+            let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
+            if lowest > 1.0 {
+                return lowest;
+            }
+            // A move that turns may come near twice.
+            let around = |k: usize| {
+                let [mut low, mut high] =
+                    [k as f64 - 1.0, k as f64 + 1.0].map(|k| (k / 40.0).clamp(0.0, 1.0));
+                for _ in 0..30 {
+                    let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+                    if at(a) < at(b) { high = b } else { low = a }
+                }
+                at(low)
+            };
+            (0..=40).filter(|&k| values[k] < lowest + 0.3).map(around).fold(lowest, f64::min)
+        });
+        least.fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: cases(24), ..ProptestConfig::default() })]
+
+        /// On every ray, whatever was put off, grouped or passed over: what is left is outside the swept
+        /// tool, what is gone is inside, to the tolerance.
+        #[test]
+        fn what_is_left_is_what_no_pose_holds(cutter in any_cutter(), path in any_path()) {
+            let motion = ClMotion::Feed(10.0);
+            let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClWay::Straight };
+            let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
+            let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+            let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
+            let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
+            simulate_cl(&input, &mut stock, &[], TOLERANCE, &Silent).unwrap();
+            for family in &stock.families {
+                let along = family.along;
+                for (index, tile) in family.tiles.iter().enumerate() {
+                    // Every 37th ray, another one in each tile.
+                    for ray in (index % 37..tile.rays.len()).step_by(37) {
+                        let frame = Frame { lattice: stock.lattice, along, bins: family.bins };
+                        let line = Line { from: frame.ray(tile, ray), way: unit(along) };
+                        let spans = &tile.rays[ray];
+                        let ends: Vec<f64> = spans.iter().flatten().collect();
+                        let mut places: Vec<f64> = (1..12)
+                            .map(|k| low[along] + (high[along] - low[along]) * f64::from(k) / 12.0)
+                            .collect();
+                        places.extend(ends.iter().flat_map(|end| [end - 1e-5, end + 1e-5]));
+                        for s in places {
+                            if s <= low[along] || s >= high[along] {
+                                continue;
+                            }
+                            let distance = nearest(&cutter, &path, &line.at(s));
+                            let kept = spans.iter().any(|[from, to]| (from..=to).contains(&s));
+                            let sound = if kept { distance >= -TOLERANCE } else { distance <= TOLERANCE };
+                            prop_assert!(sound, "axis {along}: {distance} at {s}, {spans:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn cases(usual: u32) -> u32 {
+        let said = std::env::var("PROPTEST_CASES").ok().and_then(|said| said.parse::<u32>().ok());
+        said.map_or(usual, |cases| (cases / 10).max(1))
+    }
+}

@@ -1,0 +1,62 @@
+//! Material: three families of parallel rays, each with the intervals that are left of it.
+//!
+//! Every ray is cut exactly: where it enters and leaves what a convex body sweeps (see `cut`). Tiles of
+//! 16 x 16 rays are worked in parallel, each in an order that only the program and the stock decide, so that
+//! the result does not depend on the number of threads. Memory is that of the stock: moves come in batches.
+
+mod carve;
+mod cut;
+mod near;
+mod rays;
+mod solid;
+mod surface;
+
+pub use carve::{Carving, Collision, CollisionKind, simulate, simulate_cl};
+pub use solid::Solid;
+
+use super::VerifyError;
+use rays::{Family, Lattice};
+
+/// Material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stock {
+    lattice: Lattice,
+    families: [Family; 3],
+}
+
+impl Stock {
+    /// Material of a solid, rays at most `cell` \[mm\] apart: they part its box evenly.
+    ///
+    /// # Errors
+    ///
+    /// [`VerifyError::Option`] for a cell that is no length, [`VerifyError::Stock`] for a solid without
+    /// volume, a mesh that is not closed, or more than `most_rays` rays.
+    pub fn new(solid: &Solid, cell: f64, most_rays: usize) -> Result<Self, VerifyError> {
+        solid::stock(solid, cell, most_rays)
+    }
+
+    /// Distance of the rays by x, y and z \[mm\].
+    pub fn cell(&self) -> [f64; 3] {
+        self.lattice.cell
+    }
+
+    /// Number of rays.
+    pub fn rays(&self) -> usize {
+        self.families.iter().flat_map(|family| &family.tiles).map(|tile| tile.rays.len()).sum()
+    }
+
+    /// Volume \[mm³\]: each ray stands for the rectangle around it; the mean of the three families.
+    pub fn volume(&self) -> f64 {
+        self.volumes().iter().sum::<f64>() / 3.0
+    }
+
+    /// Volume \[mm³\] by the rays along x, y and z alone: how far they differ tells how far rays lie apart.
+    pub fn volumes(&self) -> [f64; 3] {
+        let cell = self.lattice.cell;
+        let volume = |family: &Family| {
+            let [a, b] = rays::across(family.along);
+            family.length() * cell[a] * cell[b]
+        };
+        self.families.each_ref().map(volume)
+    }
+}

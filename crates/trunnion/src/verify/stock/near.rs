@@ -1,0 +1,128 @@
+//! Bodies in motion by the tiles that they may come near.
+
+use super::super::body::Body;
+use super::super::index::Bounds;
+use super::super::sweep::Piece;
+use super::carve::CollisionKind;
+use super::rays::{Bins, Family, Lattice, TILE, Tile, across};
+use nalgebra::{Point3, Vector3};
+
+/// A body over a piece of a move.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    pub(super) piece: Piece,
+    pub(super) body: Body,
+    /// What it is if it meets material; `None` for what is there to cut, at feed.
+    pub(super) harm: Option<CollisionKind>,
+    /// A box around it.
+    bounds: Bounds,
+    /// How far the points it can hold are from moving straight in its frame \[mm\].
+    bend: f64,
+    /// How much directions turn in its frame, to either side of the middle.
+    pub(super) shear: f64,
+}
+
+impl Part {
+    pub(super) fn new(piece: &Piece, body: Body, reach: f64, harm: Option<CollisionKind>) -> Self {
+        let [low, high] = piece.axis_box(body.heights());
+        let bounds = Bounds { low, high }.grown(body.radius());
+        let (bend, shear) = (piece.bend(reach), piece.shear(1.0));
+        Self { piece: *piece, body, harm, bounds, bend, shear }
+    }
+
+    /// Lowest and highest place along an axis.
+    pub(super) fn extent(&self, axis: usize) -> [f64; 2] {
+        [self.bounds.low[axis], self.bounds.high[axis]]
+    }
+
+    /// A plane from a point: at no time is the body's distance from places `by` away below its first plus its
+    /// second times `by`, less `shear |by|`.
+    #[inline]
+    pub(super) fn support(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let (distance, gradient) = self.piece.support(self.body, point);
+        (distance - self.bend, gradient)
+    }
+
+    /// Whether the body keeps off a box by more than `least` \[mm\]. A second and a third look from the
+    /// places of the box to which the looks before it point.
+    fn clears(&self, [low, high]: &[Point3<f64>; 2], least: f64) -> bool {
+        let clamp = |p: Point3<f64>| p.sup(low).inf(high);
+        let stand = &self.piece.middle().stand;
+        let middle = nalgebra::center(low, high);
+        let [from, to] = self.body.heights();
+        let height = stand.axis.dot(&(middle - stand.tip)).clamp(from, to);
+        let mut at = clamp(stand.tip + stand.axis * height);
+        let far = (high - low).norm();
+        for _ in 0..LOOKS {
+            let (plane, gradient) = self.piece.support(self.body, &at);
+            let side = |k: usize| {
+                let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
+                ends[0].min(ends[1])
+            };
+            let bend = self.piece.bend((at - stand.tip).norm() + far);
+            let off = self.shear * (high - at).sup(&(at - low)).norm();
+            if plane - bend - off + side(0) + side(1) + side(2) > least {
+                return true;
+            }
+            if plane <= least {
+                return false;
+            }
+            at = clamp(at - gradient * plane);
+        }
+        false
+    }
+}
+
+/// Looks from a box at a body.
+const LOOKS: u32 = 3;
+
+/// Which of `parts` may come near each tile of a family, in their order.
+pub(super) fn by_tile(parts: &[Part], lattice: &Lattice, family: &Family) -> Vec<Vec<u32>> {
+    let [a, b] = across(family.along);
+    let mut lists: Vec<Vec<u32>> = vec![Vec::new(); family.tiles.len()];
+    for (number, part) in (0u32..).zip(parts) {
+        let tiles = |axis: usize| {
+            let [first, count] = lattice.nodes(axis, part.extent(axis));
+            if count == 0 { 0..0 } else { first / TILE..(first + count - 1) / TILE + 1 }
+        };
+        let [columns, rows] = [tiles(b), tiles(a)];
+        for row in rows {
+            let first = row * family.grid[1];
+            let within = first + columns.start..first + columns.end;
+            for list in lists.get_mut(within).unwrap_or_default() {
+                list.push(number);
+            }
+        }
+    }
+    lists
+}
+
+/// Rays along one axis, for all tiles of a family.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) lattice: Lattice,
+    pub(super) along: usize,
+    pub(super) bins: Bins,
+}
+
+impl Frame {
+    /// Whether a body may be deeper than `touch` \[mm\] in a tile's material.
+    pub(super) fn meets(&self, tile: &Tile, part: &Part, touch: f64) -> bool {
+        let Some([low, high]) = tile.within(self.bins, part.extent(self.along)) else {
+            return false;
+        };
+        let mut corners = [Point3::origin(); 2];
+        for (k, axis) in across(self.along).into_iter().enumerate() {
+            corners[0][axis] = self.lattice.at(axis, tile.first[k]);
+            corners[1][axis] = self.lattice.at(axis, tile.first[k] + tile.size[k] - 1);
+        }
+        (corners[0][self.along], corners[1][self.along]) = (low, high);
+        !part.clears(&corners, -touch)
+    }
+
+    /// Where ray `index` of a tile runs.
+    pub(super) fn ray(&self, tile: &Tile, index: usize) -> Point3<f64> {
+        let [i, j] = [index / tile.size[1].max(1), index % tile.size[1].max(1)];
+        self.lattice.ray(self.along, [tile.first[0] + i, tile.first[1] + j])
+    }
+}
