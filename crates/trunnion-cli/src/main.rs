@@ -43,7 +43,7 @@ enum Verb {
     /// The whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
     /// An NC program or CL file, simulated and measured against the part and the machine.
-    Check(check::Args),
+    Check(Box<check::Args>),
     /// The rotation of the workpiece that keeps a job's path off the singular directions.
     ///
     /// Next to a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must

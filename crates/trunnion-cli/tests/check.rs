@@ -102,3 +102,56 @@ fn bad_input_writes_nothing_and_tells_all() {
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("none.json") && errors.contains("minor radius"), "{errors}");
 }
+
+/// A flat part at the bottom of a pocket of one pass; line 6 runs through the stock at rapid speed, and it and all
+/// after it into the clamp.
+const MOVES: &str = "UNITS/MM
+MULTAX/ON
+RAPID
+GOTO/-30,0,20,0,0,1
+RAPID
+GOTO/30,0,-4,0,0,1
+FEDRAT/1000,MMPM
+GOTO/30,0,-5,0,0,1
+GOTO/-30,0,-5,0,0,1
+FINI
+";
+
+#[test]
+fn stock_is_cut_and_collisions_are_told_with_their_lines() {
+    let folder = folder();
+    let folder = folder.path();
+    let flat = r#"{"degree":[1,1], "knots":[[0,0,1,1],[0,0,1,1]],
+        "points":[[[-20,-15,-5],[-20,15,-5]],[[20,-15,-5],[20,15,-5]]]}"#;
+    fs::write(folder.join("flat.json"), flat).unwrap();
+    fs::write(folder.join("moves.cls"), MOVES).unwrap();
+    let check = |more: &[&str]| {
+        let mut all = vec!["--json", "check", "moves.cls", "--part", "flat.json"];
+        all.extend(["--cutter", "R=5,r=3,L=60", "--tolerance", "9,0.01", "--grid", "1"]);
+        all.extend(more);
+        trunnion(folder, &all)
+    };
+    let stock = "box:-20,-15,-10,20,15,0";
+    let fixture = "box:25,-20,-10,35,-7,10";
+    let output = check(&["--stock", stock, "--fixture", fixture, "-o", "out"]);
+    let (code, _, errors) = told(&output);
+    assert_eq!(code, Some(1), "{errors}");
+    let stock = json(&output)["stock"].clone();
+    // 40 mm of a slot 5 mm deep, 16 mm wide, with its rounding of 3 mm.
+    let exact = 40.0 * (16.0 * 5.0 - (2.0 - 0.5 * std::f64::consts::PI) * 9.0);
+    let removed = stock["removed"].as_f64().unwrap();
+    assert!((removed / exact - 1.0).abs() < 1e-3, "{removed} {exact}");
+    let hits = stock["collisions"].as_array().unwrap();
+    let of = |kind: &str| hits.iter().filter(|hit| hit["kind"] == kind).collect::<Vec<_>>();
+    assert_eq!(of("rapid").len(), 1, "{hits:?}");
+    assert_eq!(of("rapid")[0]["line"], 6);
+    let clamped: Vec<_> = of("fixture").iter().map(|hit| hit["line"].clone()).collect();
+    assert_eq!(clamped, [6, 8, 9], "{hits:?}");
+    assert!((of("fixture")[1]["depth"].as_f64().unwrap() - 1.0).abs() < 0.01, "{hits:?}");
+    let left = trunnion::import::stl::read(&fs::read(folder.join("out/stock.stl")).unwrap());
+    assert!(left.unwrap().triangles.len() > 1000);
+    let (code, _, errors) = told(&check(&["--fixture", fixture]));
+    assert!(code == Some(2) && errors.contains("--stock"), "{errors}");
+    let (code, _, errors) = told(&check(&["--stock", "box:1,2,3"]));
+    assert!(code == Some(2) && errors.contains("box:-50,-30,-20,50,30,0"), "{errors}");
+}

@@ -2,6 +2,7 @@
 
 mod export;
 mod page;
+mod stock;
 mod subject;
 mod told;
 mod tool;
@@ -66,7 +67,18 @@ pub(crate) struct Args {
     /// Largest distance between measured points in mm [default: 0.2, or the job's].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     grid: Option<f64>,
-    /// Folder for summary.json, report.html, deviation.vtp; none are written if left out.
+    /// Material it is cut from, in the part's coordinates in mm: box:x,y,z,X,Y,Z (two corners),
+    /// cyl:x,y,z,radius,height (centre of the lower end) or a closed STL file [default: the job's].
+    #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
+    stock: Option<String>,
+    /// What the tool must not touch, said as --stock; may be given several times.
+    #[arg(long, value_name = "FIXTURE", allow_hyphen_values = true)]
+    fixture: Vec<String>,
+    /// Largest distance of the rays that stand for stock and fixtures in mm
+    /// [default: 400 on the longest side].
+    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    stock_cell: Option<f64>,
+    /// Folder for summary.json, report.html, deviation.vtp and stock.stl; none are written if left out.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -83,11 +95,15 @@ The program is run as the control would run it, from the machine's home position
 measured along the normals of the faces: below 0 a gouge, above 0 excess. Axes are held against travel,
 velocity and acceleration. The workpiece is taken to stand where --origin and --rotation say, and the work
 offset and tool length at the control to be right; see the setup sheet of a run.
+With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
+own speed), shank or holder in it, and anything in a --fixture are told with line, depth and place; what is
+left is written as stock.stl.
 Exit codes: 0 everything is kept; 1 something is broken, and where; 2 malformed input, nothing written.
 
   trunnion check out/program.linuxcnc.ngc --job job.toml -o checked
   trunnion check part.ngc --machine bc-trunnion --part part.step --faces 2,3 --cutter R=10,r=6 \\
       --tool-length 120 --origin -381,-254,-505 --rotation 0,20,0 --tolerance 0.02,0.002 -o checked
+  trunnion check part.ngc --job job.toml --stock box:-60,-75,-30,60,75,5 --fixture clamp.stl -o checked
   trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
@@ -119,8 +135,14 @@ fn write(
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut outputs = Outputs::open(folder)?;
     told.files = vec!["report.html".to_owned(), "deviation.vtp".to_owned()];
+    if found.stock.is_some() {
+        told.files.push("stock.stl".to_owned());
+    }
     outputs.text("report.html", &page::page(subject, found, told)?)?;
     outputs.add("deviation.vtp", |out| export::vtp(out, &found.report.maps))?;
+    if let Some((_, left)) = &found.stock {
+        outputs.add("stock.stl", |out| stock::write(out, &left.mesh()))?;
+    }
     let summary = serde_json::to_string_pretty(told).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(summary + "\n"))?;
     Ok(outputs.commit()?)

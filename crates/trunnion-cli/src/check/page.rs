@@ -66,6 +66,12 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
         number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true),
     ];
+    if let Some(stock) = &told.stock {
+        let hit = stock.collisions.len();
+        numbers.push(number("lines in collision", hit.to_string(), "", hit == 0, true));
+        numbers.push(number("taken away", format!("{:.1}", stock.removed), "mm3", true, false));
+        numbers.push(number("stock left", format!("{:.1}", stock.left), "mm3", true, false));
+    }
     let percent = |label: String, of: Fraction| Number {
         note: format!("of its limit, at line {}", of.line),
         ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)

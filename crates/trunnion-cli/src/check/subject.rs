@@ -1,7 +1,7 @@
 //! What is checked, against what.
 
-use super::Args;
 use super::tool::Said;
+use super::{Args, stock};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
@@ -14,7 +14,8 @@ use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, Program, ReadOptions}
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, ClInput, Finding, Input, Options, Promise, Report, Track, VerifyError,
+    self, Carving, ClInput, Finding, Input, Options, Promise, Report, Solid, Stock, Track,
+    VerifyError,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -30,6 +31,9 @@ const RAY_SHARE: f64 = 0.005;
 const MARGIN_SHARE: f64 = 0.05;
 /// Most measured points on one face.
 const MOST_POINTS: usize = 20_000_000;
+/// How exactly rays of stock are cut: shares of the total tolerance and of the cell.
+const STOCK_SHARE: f64 = 0.05;
+const STOCK_CELL_SHARE: f64 = 0.01;
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
@@ -50,6 +54,9 @@ pub(super) struct Subject {
     pub(super) others: Vec<Face>,
     pub(super) cutter: Cutter,
     pub(super) options: Options,
+    /// Material and fixtures, where they were named.
+    stock: Option<Stock>,
+    fixtures: Vec<Stock>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -58,6 +65,8 @@ pub(super) struct Found {
     pub(super) report: Report,
     /// On faces that are not cut: points, and the deepest gouge \[mm\].
     pub(super) others: (usize, f64),
+    /// What the tool did to the stock, and what is left of it.
+    pub(super) stock: Option<(Carving, Stock)>,
 }
 
 /// All but the program.
@@ -69,6 +78,8 @@ struct Setting {
     cutter: Cutter,
     tolerance: [f64; 2],
     grid: f64,
+    /// Of a job.
+    stock: Option<Solid>,
     warnings: Vec<String>,
 }
 
@@ -80,6 +91,7 @@ impl Subject {
             None => Setting::of_arguments(args, bars)?,
         };
         let motion = motion(args, setting.kinematics)?;
+        let (stock, fixtures) = material(args, setting.stock)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => &program.warnings,
@@ -110,6 +122,8 @@ impl Subject {
             others: setting.others,
             cutter: setting.cutter,
             options,
+            stock,
+            fixtures,
             warnings,
         })
     }
@@ -128,7 +142,27 @@ impl Subject {
             let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
             others = (other.deviation.points, depth);
         }
-        Ok(Found { report, others })
+        let stock = self.carve(bars)?;
+        Ok(Found { report, others, stock })
+    }
+
+    /// Runs the program through stock and fixtures; fixtures are looked at together with it.
+    fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
+        let Some(mut stock) = self.stock.clone() else { return Ok(None) };
+        let (faces, cutter) = (&self.faces[..], &self.cutter);
+        let cell = stock.cell().into_iter().fold(f64::INFINITY, f64::min);
+        let tolerance = (STOCK_SHARE * self.options.total).min(STOCK_CELL_SHARE * cell);
+        let carving = match &self.motion {
+            Motion::Program(program, kinematics) => {
+                let input = self.input(program, kinematics, faces);
+                verify::simulate(&input, &mut stock, &self.fixtures, tolerance, bars)
+            }
+            Motion::Locations(file) => {
+                let input = ClInput { file, faces, cutter, rest: &[] };
+                verify::simulate_cl(&input, &mut stock, &self.fixtures, tolerance, bars)
+            }
+        };
+        Ok(Some((carving.map_err(|error| self.failure(&error))?, stock)))
     }
 
     fn measure(
@@ -195,6 +229,7 @@ impl Setting {
             others: plain(&job.others),
             tolerance: [job.budget.total, job.budget.gouge],
             grid: job.file.verify_grid,
+            stock: job.file.stock.as_ref().and_then(stock::of_job),
             cutter: job.cutter,
             kinematics: Some(job.kinematics),
             warnings,
@@ -229,9 +264,27 @@ impl Setting {
             cutter,
             tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
             grid: GRID,
+            stock: None,
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
+}
+
+/// Stock, as it is said or as the job has it, and fixtures.
+fn material(args: &Args, of_job: Option<Solid>) -> Result<(Option<Stock>, Vec<Stock>), Failure> {
+    let stock = match (&args.stock, of_job) {
+        (Some(said), _) => Some((said.as_str(), stock::read(said)?)),
+        (None, Some(solid)) => Some(("the job's stock", solid)),
+        (None, None) if !args.fixture.is_empty() => {
+            let help = "say what is cut with --stock";
+            return Err(Failure::input(format!("--fixture needs --stock\n  help: {help}")));
+        }
+        (None, None) => None,
+    };
+    let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, args.stock_cell);
+    let fixture = |said: &String| rays((said, stock::read(said)?));
+    let fixtures: Result<Vec<Stock>, Failure> = args.fixture.iter().map(fixture).collect();
+    Ok((stock.map(rays).transpose()?, fixtures?))
 }
 
 /// Both, or all that is wrong with either.

@@ -3,7 +3,7 @@
 use super::subject::{Found, Motion, Subject};
 use std::path::PathBuf;
 use trunnion::machine::AxisKind;
-use trunnion::verify::{AxisAudit, Extreme, Ratio};
+use trunnion::verify::{AxisAudit, Collision, CollisionKind, Extreme, Ratio};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -21,6 +21,8 @@ pub(super) struct Told {
     rapid: Option<f64>,
     moves: Option<usize>,
     pub(super) axes: Vec<AxisTold>,
+    /// Null without stock.
+    pub(super) stock: Option<StockTold>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Files beside this one.
@@ -100,11 +102,61 @@ impl Fraction {
     }
 }
 
+/// Lines that run into something which the table names.
+const MOST_TOLD: usize = 10;
+
+/// What became of the stock \[mm³\].
+#[derive(Debug, serde::Serialize)]
+pub(super) struct StockTold {
+    /// Distance of the rays by x, y and z \[mm\].
+    cell: [f64; 3],
+    pub(super) removed: f64,
+    pub(super) left: f64,
+    pub(super) collisions: Vec<CollisionTold>,
+}
+
+#[derive(Debug, serde::Serialize)]
+pub(super) struct CollisionTold {
+    kind: &'static str,
+    line: u32,
+    depth: f64,
+    point: [f64; 3],
+}
+
+impl CollisionTold {
+    fn of(collision: &Collision) -> Self {
+        let Collision { kind, line, depth, point } = *collision;
+        let kind = match kind {
+            CollisionKind::Rapid => "rapid",
+            CollisionKind::Holder => "holder",
+            CollisionKind::Fixture => "fixture",
+        };
+        Self { kind, line, depth, point: point.coords.into() }
+    }
+}
+
+fn collided(collision: &Collision) -> String {
+    let Collision { kind, line, depth, point: p } = collision;
+    let what = match kind {
+        CollisionKind::Rapid => "cuts at rapid speed",
+        CollisionKind::Holder => "shank or holder run into the stock",
+        CollisionKind::Fixture => "runs into a fixture",
+    };
+    format!("line {line}: {what}, {depth:.4} mm deep at X {:.3} Y {:.3} Z {:.3}", p.x, p.y, p.z)
+}
+
 impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
         let deviation = &report.deviation;
+        let carving = found.stock.as_ref().map(|(carving, _)| carving);
+        let collisions = carving.map_or(&[][..], |carving| &carving.collisions);
+        let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        failures.extend(collisions.iter().take(MOST_TOLD).map(collided));
+        if let Some(more) = collisions.len().checked_sub(MOST_TOLD + 1) {
+            failures.push(format!("and {} more lines that run into something", more + 1));
+        }
         let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
@@ -112,7 +164,7 @@ impl Told {
             program: subject.program.clone(),
             part: subject.part.clone(),
             machine: subject.machine.clone(),
-            passed: report.passed(),
+            passed: report.passed() && collisions.is_empty(),
             tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
             deviation: Heights {
                 grid: subject.options.grid,
@@ -138,7 +190,13 @@ impl Told {
             moves: audit.map(|audit| audit.moves),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings: subject.warnings.clone(),
-            failures: report.findings.iter().map(ToString::to_string).collect(),
+            stock: found.stock.as_ref().map(|(carving, stock)| StockTold {
+                cell: stock.cell(),
+                removed: carving.removed,
+                left: carving.left,
+                collisions: carving.collisions.iter().map(CollisionTold::of).collect(),
+            }),
+            failures,
             files: Vec::new(),
         }
     }
@@ -159,6 +217,15 @@ impl Told {
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
+        }
+        if let Some(stock) = &self.stock {
+            let StockTold { cell, removed, left, collisions } = stock;
+            let cell = cell.iter().copied().fold(0.0, f64::max);
+            let told =
+                format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart");
+            lines.push(format!("  {:<14}{told}", "stock"));
+            let told = format!("{} lines run into stock or fixtures", collisions.len());
+            lines.push(format!("  {:<14}{told}", "collisions"));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
