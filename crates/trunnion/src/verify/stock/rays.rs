@@ -266,7 +266,9 @@ mod tests {
     fn a_cut_shortens_splits_or_removes_a_span() {
         let spans = |all: &[[f64; 2]]| {
             let mut spans = Spans::NONE;
-            all.iter().for_each(|&span| spans.push(span));
+            for &span in all {
+                spans.push(span);
+            }
             spans
         };
         let two = [[0.0, 1.0], [2.0, 5.0]];

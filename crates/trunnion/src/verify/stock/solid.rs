@@ -313,7 +313,9 @@ mod tests {
     fn which_way_triangles_turn_does_not_matter_but_a_hole_does() {
         let mut mesh = octahedron();
         let plain = Stock::new(&Solid::Mesh(mesh.clone()), 0.1, 10_000).unwrap();
-        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+        for triangle in &mut mesh.triangles {
+            triangle.swap(0, 1);
+        }
         assert_eq!(Stock::new(&Solid::Mesh(mesh.clone()), 0.1, 10_000).unwrap(), plain);
         mesh.triangles.pop();
         let error = Stock::new(&Solid::Mesh(mesh), 0.1, 10_000).unwrap_err().to_string();
