@@ -68,13 +68,15 @@ struct Place {
     uv: [f64; 2],
     point: [f64; 3],
     height: f64,
+    /// It may be deeper.
+    or_deeper: bool,
     line: u32,
 }
 
 impl Place {
     fn of(extreme: &Extreme) -> Self {
-        let Extreme { face, uv, point, height, line } = *extreme;
-        Self { face, uv, point: point.coords.into(), height, line }
+        let Extreme { face, uv, point, height, or_deeper, line } = *extreme;
+        Self { face, uv, point: point.coords.into(), height, or_deeper, line }
     }
 }
 
@@ -243,9 +245,11 @@ impl Heights {
             })
         };
         let lowest = self.lowest.as_ref().map_or(0.0, |place| place.height);
+        let deeper = self.lowest.as_ref().is_some_and(|place| place.or_deeper);
+        let or_less = if deeper { " or less" } else { "" };
         let mut rows = vec![
             ("points", format!("{}, {} mm apart, on {:.1} mm2", self.points, self.grid, self.area)),
-            ("least left", format!("{lowest:.4} mm{}", place(&self.lowest))),
+            ("least left", format!("{lowest:.4} mm{or_less}{}", place(&self.lowest))),
             ("most left", format!("{:.4} mm{}", self.excess, place(&self.highest))),
             ("uncut", format!("{} points, {:.2} mm2", self.uncut, self.uncut_area)),
         ];

@@ -266,6 +266,9 @@ fn measure(
     if let Some(promise) = &options.promise {
         promised((&sweep, subject.faces), &measured, (promise, options), &mut deviation)?;
     }
+    if let Some(lowest) = &mut deviation.lowest {
+        lowest.or_deeper = lowest.height <= -options.reach;
+    }
     Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
 }
 

@@ -105,6 +105,8 @@ pub struct Extreme {
     pub point: Point3<f64>,
     /// Height left \[mm\].
     pub height: f64,
+    /// The tool goes as deep as is looked for: it may go deeper.
+    pub or_deeper: bool,
     /// Line of the program that made it.
     pub line: u32,
 }
@@ -179,7 +181,7 @@ impl Deviation {
         };
         let extreme = |(face, s): (usize, &Sample)| {
             let (height, line) = (s.height?, s.line?);
-            Some(Extreme { face, uv: s.uv, point: s.point, height, line })
+            Some(Extreme { face, uv: s.uv, point: s.point, height, or_deeper: false, line })
         };
         let extremes = || samples().filter_map(extreme);
         let by_height = |a: &Extreme, b: &Extreme| a.height.total_cmp(&b.height);
@@ -326,7 +328,10 @@ pub enum Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Gouge(e) => write!(f, "gouge of {:.4} mm {e}", -e.height),
+            Self::Gouge(e) => {
+                let more = if e.or_deeper { " or more" } else { "" };
+                write!(f, "gouge of {:.4} mm{more} {e}", -e.height)
+            }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
             Self::Uncut { points, area, place: p } => write!(
                 f,

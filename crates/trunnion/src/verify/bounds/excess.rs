@@ -132,7 +132,8 @@ fn search(
                 known.worst = lowest.s;
                 let uv = next.rectangle.map(|[low, high]| 0.5 * (low + high));
                 let (face, point) = (survey.map.face, piece.centre);
-                known.place = Some(Extreme { face, uv, point, height: lowest.s, line });
+                known.place =
+                    Some(Extreme { face, uv, point, height: lowest.s, or_deeper: false, line });
             }
             if holds(survey, piece, known.aim(), &pose) {
                 return;

@@ -161,7 +161,14 @@ fn measure(
         known.worst = -lowest.s;
         let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
         let face = survey.map.face;
-        known.place = Some(Extreme { face, uv, point: cell.centre, height: lowest.s, line });
+        known.place = Some(Extreme {
+            face,
+            uv,
+            point: cell.centre,
+            height: lowest.s,
+            or_deeper: false,
+            line,
+        });
     }
 }
 
