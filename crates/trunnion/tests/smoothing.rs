@@ -423,3 +423,25 @@ fn jerk_of_the_axes_is_finite_and_continuous_over_every_join() {
         }
     }
 }
+
+/// A post that writes every place twice, a few micrometres apart, makes no corners.
+#[test]
+fn places_written_twice_are_no_corners() {
+    let at = |s: f64| {
+        let turn = s / 20.0;
+        station([20.0 * turn.sin(), 20.0 - 20.0 * turn.cos(), 0.0], [0.1 * turn.sin(), 0.0, 1.0])
+    };
+    // 0.2 mm steps stray 0.25 µm from the circle; the second of a pair lies 2 µm ahead.
+    let pairs: Vec<_> =
+        (0..200).flat_map(|k| [0.0, 0.002].map(|ahead| at(0.2 * f64::from(k) + ahead))).collect();
+    let smoothed = smooth(&pairs, &options()).unwrap();
+    assert_eq!((smoothed.report.blended, smoothed.report.stops), (0, 0), "{:?}", smoothed.report);
+    assert!(smoothed.report.spans < 100, "{:?}", smoothed.report);
+    assert!(strays(&smoothed.curves, &pairs) <= 1.0);
+    // Steps that stay short are: a line goes over into an arc in fine steps.
+    let line = (0..=5).map(|k| station([f64::from(k) - 5.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+    let fine: Vec<_> = line.chain((1..60).map(|k| at(0.05 * f64::from(k)))).collect();
+    let smoothed = smooth(&fine, &options()).unwrap();
+    let corners = smoothed.report.blended + smoothed.report.stops;
+    assert_eq!(corners, 1, "{:?}", smoothed.report);
+}

@@ -2,7 +2,7 @@
 
 use super::{PostError, PostMove, PostOptions, PostPace, PostSource};
 use crate::blocks::{Control, bend, moved};
-use crate::inverse::Inverse;
+use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, Modulo, SECOND_ROTARY};
 use crate::math::angle::great_circle;
 use crate::math::jet::{Jet, Real};
@@ -23,6 +23,9 @@ const SHORT_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Deviation of the tip on rapid moves without tool-centre-point control \[mm\].
 const RAPID_TOLERANCE: f64 = 1.0;
+
+/// Positions are sums of a few numbers below 1e6, each rounded by 2^-53 of it \[mm or rad\].
+const TRAVEL_ROUNDING: f64 = 1e-9;
 
 /// A place the axes pass.
 #[derive(Debug, Clone, Copy)]
@@ -139,7 +142,7 @@ impl Course {
         let home = self.target.inverse.kinematics().machine().home();
         let near = self.at.as_ref().map_or(home, |at| at.q);
         let q = match one.q {
-            Some(q) if self.own => q,
+            Some(q) if self.own => self.inside_travel(one.line, q)?,
             _ => self.axes(one.line, &one.pose, &near)?,
         };
         let to = Stop { q, pose: one.pose, source: one.q.unwrap_or(q) };
@@ -194,6 +197,16 @@ impl Course {
             (_, None) => self.target.inverse.kinematics().machine().home(),
         };
         self.axes(one.line, &one.pose, &near)
+    }
+
+    /// Axes as they are programmed, if the machine has them.
+    fn inside_travel(&self, line: u32, q: AxisVector) -> Result<AxisVector, PostError> {
+        match self.target.inverse.kinematics().machine().out_of_travel(&q) {
+            Some(out) if out.excess > TRAVEL_ROUNDING => {
+                Err(PostError::reach(line, InverseError::OutOfTravel(out)))
+            }
+            _ => Ok(q),
+        }
     }
 
     fn axes(&self, line: u32, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, PostError> {

@@ -59,11 +59,25 @@ pub(super) struct Filter {
 #[derive(Debug)]
 struct Stretch {
     smoother: Box<Smoother>,
-    /// Feeds, each from a station on.
-    feeds: VecDeque<(usize, f64)>,
-    stations: usize,
-    held: Option<SmoothSpan>,
+    /// Feeds, each from a place along the path on.
+    feeds: VecDeque<(f64, f64)>,
     last: PostMove,
+}
+
+/// Share of a chord that may reach into the next move: places along the path are sums, and rounded.
+const SLIVER: f64 = 1e-6;
+
+impl Stretch {
+    /// Least feed on a part of the path. Parts come in order: what lies before is forgotten.
+    fn feed(&mut self, [from, to]: [f64; 2]) -> f64 {
+        let sliver = SLIVER * (to - from);
+        while self.feeds.get(1).is_some_and(|(next, _)| *next <= from + sliver) {
+            self.feeds.pop_front();
+        }
+        let first = self.feeds.front().map_or(0.0, |(_, feed)| *feed);
+        let later = self.feeds.iter().skip(1).take_while(|(start, _)| *start < to - sliver);
+        later.map(|(_, feed)| *feed).fold(first, f64::min)
+    }
 }
 
 impl Filter {
@@ -196,15 +210,13 @@ impl Filter {
             None => self.begin(one)?,
         };
         let told = |error: SmoothError| smoothing(&error, one.line);
-        stretch.smoother.push(&station(&one.pose)).map_err(told)?;
-        let spans = stretch.smoother.take();
         if stretch.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
-            stretch.feeds.push_back((stretch.stations, feed));
+            stretch.feeds.push_back((stretch.smoother.along(), feed));
         }
-        stretch.stations += 1;
+        stretch.smoother.push(&station(&one.pose)).map_err(told)?;
         stretch.last = *one;
-        for span in &spans {
-            self.span(&mut stretch, span, out);
+        for span in &stretch.smoother.take() {
+            self.cut(&mut stretch, span, out);
         }
         self.stretch = Some(stretch);
         Ok(())
@@ -227,13 +239,7 @@ impl Filter {
         if let Some(start) = &self.start {
             smoother.push(&station(&start.pose)).map_err(told)?;
         }
-        Ok(Stretch {
-            smoother: Box::new(smoother),
-            feeds: VecDeque::new(),
-            stations: 1,
-            held: None,
-            last: *one,
-        })
+        Ok(Stretch { smoother: Box::new(smoother), feeds: VecDeque::new(), last: *one })
     }
 
     fn end(&mut self, mut stretch: Stretch, out: &mut Vec<PostMove>) -> Result<(), PostError> {
@@ -243,11 +249,7 @@ impl Filter {
             Ok((spans, report)) => {
                 self.report.add(&report);
                 for span in &spans {
-                    self.span(&mut stretch, span, out);
-                }
-                if let Some(held) = stretch.held.take() {
-                    let end = stretch.stations.saturating_sub(1);
-                    self.cut(&mut stretch, &held, (end, out));
+                    self.cut(&mut stretch, span, out);
                 }
             }
             // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
@@ -258,31 +260,17 @@ impl Filter {
         Ok(())
     }
 
-    /// Holds a span back, and cuts the one before.
-    fn span(&self, stretch: &mut Stretch, span: &SmoothSpan, out: &mut Vec<PostMove>) {
-        if let Some(before) = stretch.held.replace(*span) {
-            self.cut(stretch, &before, (span.station, out));
-        }
-    }
-
-    /// Chords of a span up to a station, at the least feed of the moves it stands for.
-    fn cut(
-        &self,
-        stretch: &mut Stretch,
-        span: &SmoothSpan,
-        (to, out): (usize, &mut Vec<PostMove>),
-    ) {
-        let to = to.max(span.station + 1);
-        while stretch.feeds.get(1).is_some_and(|(from, _)| *from <= span.station + 1) {
-            stretch.feeds.pop_front();
-        }
-        let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
-        let Some(feed) = feeds.map(|(_, feed)| *feed).reduce(f64::min) else { return };
+    /// Chords of a span, each at the least feed of the moves it stands for.
+    fn cut(&self, stretch: &mut Stretch, span: &SmoothSpan, out: &mut Vec<PostMove>) {
         let [tip, axis] = self.tolerance.map(|most| SHARES[1] * most);
         let parts = span.chords(tip, axis);
+        let [start, end] = span.range;
+        let width = (end - start) / f64::from(parts);
         for part in 1..=parts {
+            let to = start + width * f64::from(part);
+            let pace = PostPace::Feed(stretch.feed([to - width, to]));
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
-                out.push(PostMove { pose, pace: PostPace::Feed(feed), ..stretch.last });
+                out.push(PostMove { pose, pace, ..stretch.last });
             }
         }
     }
@@ -346,5 +334,28 @@ fn smoothing(error: &SmoothError, line: u32) -> PostError {
     match error {
         SmoothError::AxisReversal { .. } => PostError::Reversal { line },
         error => PostError::Smooth { line, error: *error },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn a_chord_runs_at_the_least_feed_of_its_own_moves() {
+        let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
+        let last =
+            PostMove { line: 1, pose, q: None, pace: PostPace::Rapid, way: Control::GreatCircle };
+        let filter = Filter::new(PostFilter::Smooth, PostSource::Locations, [0.01, 1e-3]);
+        let mut stretch = filter.begin(&last).unwrap();
+        // 30 mm/s for 5 mm, 2 for 1 mm, then 20.
+        stretch.feeds = [(0.0, 30.0), (5.0, 2.0), (6.0, 20.0)].into();
+        let feeds: Vec<f64> = [[0.0, 2.0], [2.0, 5.0], [5.0, 5.5], [5.5, 7.0], [7.0, 9.0]]
+            .into_iter()
+            .map(|part| stretch.feed(part))
+            .collect();
+        assert_eq!(feeds, [30.0, 30.0, 2.0, 2.0, 20.0]);
+        assert_eq!(stretch.feeds.len(), 1);
     }
 }

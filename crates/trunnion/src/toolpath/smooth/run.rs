@@ -221,8 +221,8 @@ impl Smoother {
         self.rates.extend(rate);
         self.add(station, u, x);
         let at = self.nodes.len() - 2;
-        if at > self.first && self.judge(at) {
-            self.close(at);
+        if let Some(corner) = (at > self.first).then(|| self.judge(at)).flatten() {
+            self.close(corner);
         } else if self.nodes.len() - self.first > self.options.window {
             self.open();
         }
@@ -261,6 +261,11 @@ impl Smoother {
         self.options.lever
     }
 
+    /// How far along the path the last station lies that was taken in, as [`SmoothSpan::range`] counts.
+    pub fn along(&self) -> f64 {
+        self.nodes.last().map_or(0.0, |node| node.u)
+    }
+
     fn add(&mut self, station: &Station, u: f64, x: PoseCoordinates) {
         let index = self.report.stations - 1;
         self.nodes.push(Node { u, x, index, slack: [0.0; 2], height: 0.0, corner: false });
@@ -268,8 +273,9 @@ impl Smoother {
         self.merged = None;
     }
 
-    /// Measures how far a station stands out between its neighbours: whether it is a corner.
-    fn judge(&mut self, at: usize) -> bool {
+    /// Measures how far a station stands out between its neighbours: which is the last corner by now, if there is a
+    /// new one.
+    fn judge(&mut self, at: usize) -> Option<usize> {
         let [before, here, after] = [at - 1, at, at + 1].map(|at| &self.nodes[at]);
         let steps = [here.u - before.u, after.u - here.u];
         let share = steps[0] / (steps[0] + steps[1]);
@@ -282,12 +288,27 @@ impl Smoother {
         let bend = a.cross(&b).norm().atan2(a.dot(&b));
         let sharp = bend > self.options.corner && placed > 1.0;
         let chords = self.limits.reference == Reference::Chords;
-        let [short, long] = [steps[0].min(steps[1]), steps[0].max(steps[1])];
-        let uneven = long > short * self.options.step_ratio && long > TINY * self.limits.tip;
+        // A short step at the start or between two long ones is a place written twice: only a second short one makes a corner of
+        // where they begin, or end.
+        let drops = |long: f64, short: f64| {
+            long > short * self.options.step_ratio && long > TINY * self.limits.tip
+        };
+        let ahead = at.checked_sub(2).map(|first| before.u - self.nodes[first].u);
+        let twice = ahead.is_none_or(|ahead| drops(ahead, steps[0]));
+        let finer = twice && ahead.is_some_and(|ahead| drops(ahead, steps[1]));
+        let coarser = drops(steps[1], steps[0]) && !twice;
         let node = &mut self.nodes[at];
         node.height = placed.max(turned);
-        node.corner = sharp || chords && (node.height > SHARP || uneven);
-        node.corner
+        node.corner = sharp || chords && (node.height > SHARP || coarser);
+        if node.corner {
+            return Some(at);
+        }
+        let began = at - 1;
+        if !(chords && finer && began > self.first) {
+            return None;
+        }
+        self.nodes[began].corner = true;
+        Some(began)
     }
 
     fn task(&self, last: usize, closed: bool) -> Task<'_> {
