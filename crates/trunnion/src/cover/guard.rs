@@ -11,7 +11,7 @@ use crate::cutter::solid::{Solid, Tool};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Size of cells inside a face and at its trims, as shares of the cutter's radius. Those at its trims are halved
@@ -20,6 +20,10 @@ pub(super) const SIZES: [f64; 2] = [1.0, 1.0 / 16.0];
 
 /// Halvings of a cell before its bound is taken as it is: from millimetres to nanometres both ways.
 const DEPTH: u32 = 40;
+
+/// Cosine of the angle between two faces at which one goes on smoothly from the other, as far as raising a tool tells:
+/// eight degrees.
+const BELOW: f64 = 0.99;
 
 /// Faces of a part, ready to be kept clear of.
 pub(super) struct Guards<'a> {
@@ -200,6 +204,24 @@ impl Around<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the place of another face that a pose goes into lies right below the tool, seen along `normal`.
+    pub(super) fn below(&self, pose: &ToolPose, normal: &Vector3<f64>) -> bool {
+        let within = self.least - self.precision;
+        let look = Look { within, precision: self.precision, enough: within };
+        let below = |solid: &Solid| {
+            let near = self.guards.nearest((solid, pose), Some(self.own), look)?;
+            Some(solid.gap(&near.point, pose).gradient.dot(normal) <= -BELOW)
+        };
+        self.tool.solids().find_map(below).unwrap_or(false)
+    }
+
+    /// Whether a pose goes into any face, that which is cut among them.
+    pub(super) fn hits(&self, pose: &ToolPose) -> bool {
+        let within = self.least - self.precision;
+        let look = Look { within, precision: self.precision, enough: within };
+        self.tool.solids().any(|solid| self.guards.nearest((solid, pose), None, look).is_some())
     }
 
     /// As [`Clearing::least`], for every other face: what the tool keeps from them at least during a span.

@@ -5,7 +5,7 @@ use super::fit::{self, Spot};
 use super::guard::Around;
 use super::options::{CoverOptions, Method};
 use super::region::Local;
-use super::split::{self, Costs, Part};
+use super::split::Costs;
 use super::track::Track;
 use super::work::Work;
 use crate::cutter::Cutter;
@@ -16,21 +16,11 @@ use crate::positioning::{
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
-use nalgebra::{Unit, UnitVector3, Vector3};
+use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
-
-/// Stations in a row that are solved one from the other; rows are independent, so that their
-/// results do not depend on the number of threads.
-const ROW: usize = 8;
-
-/// Width of a neighbour's strip, over a station's own, from which on its location is worth trying.
-const LEARN: f64 = 1.02;
 
 /// Length of the run-outs of a pass, in radii: both together, half of what they may be at most.
 const RUN_OUTS: f64 = 1.0;
-
-/// How often the worst station is looked for again after neighbours were held to each other.
-const ROUNDS: usize = 3;
 
 /// A track with everything needed to place the tool along it.
 pub(super) struct Lane<'a> {
@@ -77,22 +67,12 @@ impl Placed {
 /// What keeps a location near its neighbours.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold {
-    offset_range: [f64; 2],
-    axis_near: Option<AxisNear>,
+    pub(super) offset_range: [f64; 2],
+    pub(super) axis_near: Option<AxisNear>,
 }
 
 /// How far across a location finishes the region; infinite where nothing is left beyond it.
 pub(super) type Reach<'a> = &'a (dyn Fn(&Placed) -> f64 + Sync);
-
-/// What a location has to reach.
-struct Goal<'a> {
-    reach: Reach<'a>,
-    least: f64,
-}
-
-/// Shares of the allowed turn that are tried: the less a location differs from its neighbours, the
-/// better the curve between them fits.
-const SHARES: [f64; 3] = [0.125, 0.5, 1.0];
 
 /// Turn of the tool axis allowed, over that of the face's normal between the same places: a tool that keeps its lean
 /// turns as the normal does, a little before it or after it.
@@ -105,8 +85,12 @@ const OVER: f64 = std::f64::consts::FRAC_PI_4;
 /// How far inside the face, as a share of the track, a step across has a direction: at a collapsed edge it has none.
 const INSIDE: f64 = 1.0 / 64.0;
 
-/// A little more than half: of the difference of two neighbours, for what lies between them.
-const HALF: f64 = 0.55;
+/// By how much of the band the tool is raised at most where it would go into another face: what is left of it still holds
+/// a strip.
+const RAISED: f64 = 0.5;
+
+/// How far back the tool is tried where its body touches the face, in widths of a narrow strip.
+const BACK: f64 = 2.0;
 
 /// A place of a lane: the location found, or why there is none.
 pub(super) type Place = Result<Placed, PositioningError>;
@@ -135,47 +119,113 @@ impl Lane<'_> {
         }
     }
 
-    fn free(&self) -> Hold {
+    pub(super) fn free(&self) -> Hold {
         Hold { offset_range: self.options.offset_range, axis_near: None }
     }
 
-    fn place(&self, way: f64, hold: &Hold, (warm, lean): (Option<&Location>, Lean)) -> Place {
-        if self.turned_over(way) {
-            return Err(self.apart(way));
-        }
+    /// A location on the lane or, where the tool has to keep off something, before it.
+    pub(super) fn place(
+        &self,
+        way: f64,
+        hold: &Hold,
+        (warm, lean): (Option<&Location>, Lean),
+    ) -> Place {
+        self.room(way)?;
         let fixed = self.method == Method::Inclined;
-        if fixed {
-            // Where not even the corner fits a strip before the lane nothing does, and that is soon seen.
-            let back = self.costs().narrow / self.rate_across();
-            self.corner_fits([self.across - back, self.track.at(way)])?;
-        }
-        let place = self.search([self.across, way], hold, (warm, lean));
-        // What the machine does not get to was found at once; it gets no farther a little way back.
-        let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
-        self.work.location(place.is_ok() || far);
-        let barred = matches!(place, Err(PositioningError::Neighbour { .. }));
-        match place {
-            Err(error) if (fixed && !far) || barred => {
-                self.pulled(way, hold, (warm, lean)).ok_or(error)
+        match self.found(way, hold, (warm, lean)) {
+            // What the machine does not get to was found at once; it gets no farther a little way back.
+            Err(PositioningError::OutOfReach { uv }) => Err(PositioningError::OutOfReach { uv }),
+            Err(error) if fixed || matches!(error, PositioningError::Neighbour { .. }) => {
+                // What stands above the corner of the cutter, far up, is not passed by a little way back.
+                let body = matches!(error, PositioningError::Body { .. });
+                let most = if body { BACK * self.costs().narrow } else { self.cutter.radius() };
+                self.pulled((way, most), hold, (warm, lean)).ok_or(error)
             }
             place => place,
         }
     }
 
-    pub(super) fn search(
+    /// A location on the lane.
+    pub(super) fn stay(
         &self,
-        [across, way]: [f64; 2],
+        way: f64,
         hold: &Hold,
         (warm, lean): (Option<&Location>, Lean),
     ) -> Place {
-        let along = self.track.at(way);
-        let request = self.request([across, along], hold);
+        self.room(way)?;
+        self.found(way, hold, (warm, lean))
+    }
+
+    /// Whether there may be a location on the lane or before it. Where not even the corner fits a strip before the lane
+    /// nothing does, and that is soon seen.
+    fn room(&self, way: f64) -> Result<(), PositioningError> {
+        if self.turned_over(way) {
+            return Err(self.apart(way));
+        }
+        if self.method != Method::Inclined {
+            return Ok(());
+        }
+        let back = self.costs().narrow / self.rate_across();
+        self.corner_fits([self.across - back, self.track.at(way)])
+    }
+
+    fn found(&self, way: f64, hold: &Hold, (warm, lean): (Option<&Location>, Lean)) -> Place {
+        let place = self.search([self.across, way], hold, (warm, lean));
+        let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
+        self.work.location(place.is_ok() || far);
+        place
+    }
+
+    /// A location at one place. Where the tool would go a little into another face that goes on smoothly from this one, it
+    /// is raised by as much within the band.
+    pub(super) fn search(
+        &self,
+        at: Local,
+        hold: &Hold,
+        (warm, lean): (Option<&Location>, Lean),
+    ) -> Place {
+        let mut band = self.options.band;
+        let highest = band.lower + RAISED * (band.upper - band.lower);
+        loop {
+            let (location, barred) = self.location(band, at, hold, (warm, lean))?;
+            let uv = self.chart.uv([at[0], self.track.at(at[1])]);
+            match barred {
+                None => return self.placed(at, lean, location),
+                Some(PositioningError::Neighbour { depth, .. })
+                    if band.lower + depth < highest && self.goes_on(&location.pose, uv) =>
+                {
+                    band.lower += depth + self.around.precision;
+                }
+                Some(error) => return Err(error),
+            }
+        }
+    }
+
+    /// A location within `band`, and what keeps the tool from it.
+    fn location(
+        &self,
+        band: Band,
+        [across, way]: Local,
+        hold: &Hold,
+        (warm, lean): (Option<&Location>, Lean),
+    ) -> Result<(Location, Option<PositioningError>), PositioningError> {
+        let request = Request { band, ..self.request([across, self.track.at(way)], hold) };
         let location = match self.method {
             Method::Widest => widest(&request, warm)?,
             Method::Inclined => leaning(&request, lean, warm)?,
         };
-        self.around.clear(&location.pose, request.at)?;
-        let (station, contact_uv) = self.station(request.at, &location)?;
+        let barred = self.around.clear(&location.pose, request.at).err();
+        Ok((location, barred))
+    }
+
+    /// Whether what bars a pose lies right below it, seen along the normal of this face.
+    fn goes_on(&self, pose: &ToolPose, uv: [f64; 2]) -> bool {
+        Spot::new(self.face, uv).is_some_and(|spot| self.around.below(pose, &spot.normal))
+    }
+
+    fn placed(&self, [across, way]: Local, lean: Lean, location: Location) -> Place {
+        let along = self.track.at(way);
+        let (station, contact_uv) = self.station(self.chart.uv([across, along]), &location)?;
         Ok(Placed { way, across, along, lean, location, station, contact_uv })
     }
 
@@ -226,66 +276,6 @@ impl Lane<'_> {
         };
         let follow = if follow < OVER { follow } else { 0.0 };
         (self.options.max_axis_turn * (to - from).abs()).max(follow)
-    }
-
-    /// Locations at `ways`, held to each other.
-    ///
-    /// The pass is to reach as far across as is worth the passes that finish the rest
-    /// ([`split::advance`]). The station that just reaches that keeps its optimum. The others follow from
-    /// it outwards on both sides: width beyond that reach is of no use, so each stays as near to its
-    /// neighbour as it can while it reaches as far.
-    pub(super) fn settle(&self, ways: &[f64], reach: Reach<'_>) -> Vec<Place> {
-        let free = self.free_places(ways, self.options.lean);
-        if self.method == Method::Inclined {
-            return free;
-        }
-        let free = self.teach(ways, &free);
-        let wanted = self.wanted(ways, &free, reach);
-        let counts: Vec<bool> =
-            free.iter().map(|p| p.as_ref().is_ok_and(|p| reach(p) >= wanted)).collect();
-        let worst = |places: &[Place]| {
-            let reaches = places.iter().zip(&counts).map(|(place, counts)| match place {
-                Ok(placed) if *counts => reach(placed),
-                _ => f64::INFINITY,
-            });
-            reaches.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
-        };
-        let Some((mut seed, mut goal)) = worst(&free) else { return free };
-        if !counts.get(seed).is_some_and(|counts| *counts) {
-            return free;
-        }
-        let mut best: Option<(f64, Vec<Place>)> = None;
-        for _ in 0..ROUNDS {
-            let held = self.grow(ways, &free, seed, &Goal { reach, least: goal });
-            let Some((next, least)) = worst(&held) else { break };
-            if best.as_ref().is_none_or(|(before, _)| least > *before) {
-                best = Some((least, held));
-            }
-            if next == seed {
-                break;
-            }
-            (seed, goal) = (next, goal.min(reach_at(&free, next, reach)));
-        }
-        best.map_or(free, |(_, held)| held)
-    }
-
-    /// How far across the pass is to reach.
-    fn wanted(&self, ways: &[f64], places: &[Place], reach: Reach<'_>) -> f64 {
-        let per = self.rate_across();
-        let [_, last] = self.across_range;
-        let width = |place: &Place| match place {
-            Ok(placed) => (reach(placed).min(last) - self.across).max(0.0) * per,
-            Err(_) => 0.0,
-        };
-        let over: Vec<Part> = ways
-            .iter()
-            .zip(places)
-            .filter(|(way, _)| self.track.over_face(**way))
-            .map(|(_, place)| Part { length: self.options.spacing[1], width: width(place) })
-            .collect();
-        let wanted = split::advance(&over, &self.costs());
-        // A little less, so that rounding does not exclude the place itself.
-        self.across + wanted * (1.0 - 1e-9) / per
     }
 
     /// Length of a step across by the parameter, in the middle of the track \[mm\].
@@ -350,7 +340,7 @@ impl Lane<'_> {
         !self.barred(way, lean) && self.here(way, lean).is_ok()
     }
 
-    /// Whether the machine does not get to a tool whose corner touches on the lane, or that tool goes into another face by
+    /// Whether the machine does not get to a tool whose corner touches on the lane, or that tool goes into any face by
     /// more than the width of a narrow strip: then one that touches beside it does so as well.
     fn barred(&self, way: f64, lean: Lean) -> bool {
         let uv = self.chart.uv([self.across, self.track.at(way)]);
@@ -367,181 +357,20 @@ impl Lane<'_> {
         let towards = ahead.scale(cos) + beside.scale(sin);
         let corner = spot.point + normal.scale(self.cutter.minor());
         let pose = fit::pose((corner, &normal), &towards, lean.angle, self.cutter);
-        if !self.around.clock.reaches(&pose) {
-            return true;
-        }
-        let deep = Around { least: self.around.least - self.costs().narrow, ..self.around };
-        deep.clear(&pose, uv).is_err()
-    }
-
-    /// Locations at `ways`, each for itself.
-    pub(super) fn free_places(&self, ways: &[f64], lean: Lean) -> Vec<Place> {
-        let hold = self.free();
-        ways.par_chunks(ROW)
-            .flat_map_iter(|row| {
-                let mut warm: Option<Location> = None;
-                let places: Vec<Place> = row
-                    .iter()
-                    .map(|&way| {
-                        let place = self.place(way, &hold, (warm.as_ref(), lean));
-                        warm = place.as_ref().ok().map(|p| p.location.clone());
-                        place
-                    })
-                    .collect();
-                places
-            })
-            .collect()
-    }
-
-    /// Offers every station the location of its neighbours as a start, once along the track and once
-    /// back, and keeps the wider result: wide strips lie in small valleys that a search from
-    /// scratch may miss.
-    fn teach(&self, ways: &[f64], places: &[Place]) -> Vec<Place> {
-        let learn = |indices: &mut dyn Iterator<Item = usize>| {
-            let mut learnt = vec![None; ways.len()];
-            let mut before: Option<Placed> = None;
-            for index in indices {
-                let own = places[index].as_ref().ok();
-                let width = |placed: &Placed| placed.location.strip_width;
-                let least = own.map_or(0.0, width) * LEARN;
-                let taught =
-                    before.as_ref().filter(|teacher| width(teacher) > least).and_then(|teacher| {
-                        self.place(
-                            ways[index],
-                            &self.free(),
-                            (Some(&teacher.location), teacher.lean),
-                        )
-                        .ok()
-                    });
-                before = wider(own.cloned(), taught);
-                learnt[index].clone_from(&before);
-            }
-            learnt
-        };
-        let (ahead, back) =
-            rayon::join(|| learn(&mut (0..ways.len())), || learn(&mut (0..ways.len()).rev()));
-        let both = ahead.into_iter().zip(back).map(|(a, b)| wider(a, b));
-        both.zip(places).map(|(found, place)| found.map_or_else(|| place.clone(), Ok)).collect()
-    }
-
-    /// Holds every station to its neighbour nearer to `seed`.
-    fn grow(&self, ways: &[f64], free: &[Place], seed: usize, goal: &Goal<'_>) -> Vec<Place> {
-        let Some(Ok(start)) = free.get(seed) else { return free.to_vec() };
-        let outwards = |indices: &mut dyn Iterator<Item = usize>| {
-            let mut before = Some(start.clone());
-            let mut places = Vec::new();
-            for index in indices {
-                // Beyond a gap the tool is lifted: nothing there need be near what was before.
-                let place = match &before {
-                    Some(before) => {
-                        let limit = self.turn(before.way, ways[index]);
-                        self.near(ways[index], Some(&free[index]), &[(before, limit)], goal)
-                    }
-                    None => free[index].clone(),
-                };
-                before = place.as_ref().ok().cloned();
-                places.push(place);
-            }
-            places
-        };
-        let (mut back, ahead) = rayon::join(
-            || outwards(&mut (0..seed).rev()),
-            || outwards(&mut (seed + 1..ways.len())),
-        );
-        back.reverse();
-        back.push(Ok(start.clone()));
-        back.extend(ahead);
-        back
-    }
-
-    /// The location nearest to its neighbours that reaches the goal; if none does, the one that
-    /// reaches farthest. If none is near at all there is no location: the pass then ends with a
-    /// run-out, or is placed otherwise; a jump would gouge on its way. `free` is the place without
-    /// neighbours, where it was tried: what has no location then has none near anything.
-    fn near(
-        &self,
-        way: f64,
-        free: Option<&Place>,
-        neighbours: &[(&Placed, f64)],
-        goal: &Goal<'_>,
-    ) -> Place {
-        let free = free.map(Result::as_ref).transpose().map_err(Clone::clone)?;
-        let at = |share: f64| {
-            let near: Vec<_> = neighbours.iter().map(|(p, limit)| (*p, limit * share)).collect();
-            let own = free.filter(|f| near.iter().all(|(p, l)| steady(p, f, *l))).cloned();
-            let held =
-                || neighbours.iter().find_map(|n| self.held(way, &self.hold(&near), n.0).ok());
-            own.or_else(held)
-        };
-        let mut best: Option<(f64, Placed)> = None;
-        for share in SHARES {
-            let Some(found) = at(share) else { continue };
-            let reach = (goal.reach)(&found);
-            if reach >= goal.least {
-                return Ok(found);
-            }
-            if best.as_ref().is_none_or(|(before, _)| reach > *before) {
-                best = Some((reach, found));
-            }
-        }
-        best.map(|(_, found)| found).ok_or_else(|| self.apart(way))
+        let narrow = self.costs().narrow;
+        let deep =
+            Around { least: self.around.least - narrow, precision: 0.5 * narrow, ..self.around };
+        !self.around.clock.reaches(&pose) || deep.hits(&pose)
     }
 
     /// No location lies near enough to its neighbours.
-    fn apart(&self, way: f64) -> PositioningError {
+    pub(super) fn apart(&self, way: f64) -> PositioningError {
         PositioningError::NoStrip {
             uv: self.chart.uv([self.across, self.track.at(way)]),
             smallest: self.costs().narrow,
             excess: 0.0,
             binding: Active::AxisTurn,
         }
-    }
-
-    /// A location at `way` with a neighbour on one side, as close to its optimum as that allows.
-    pub(super) fn beside(&self, way: f64, neighbour: &Placed) -> Place {
-        self.held(way, &self.hold(&[(neighbour, self.turn(neighbour.way, way))]), neighbour)
-    }
-
-    /// A location between two others that reaches about as far, for a finer pass.
-    pub(super) fn between(&self, a: &Placed, b: &Placed, reach: Reach<'_>) -> Place {
-        let way = 0.5 * (a.way + b.way);
-        let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
-        let offset = (a.location.offset_direction - b.location.offset_direction).abs();
-        // Divided by the least share, so that even then the ranges of both neighbours meet.
-        let limit = self
-            .turn(a.way, way)
-            .max(self.turn(way, b.way))
-            .max(HALF / SHARES[0] * turn.max(offset));
-        let least = reach(a).min(reach(b));
-        let goal = Goal { reach, least };
-        self.near(way, None, &[(a, limit), (b, limit)], &goal)
-            .or_else(|_| self.place(way, &self.free(), (Some(&a.location), a.lean)))
-    }
-
-    fn held(&self, way: f64, hold: &Hold, warm: &Placed) -> Place {
-        self.place(way, hold, (Some(&warm.location), warm.lean))
-    }
-
-    /// Ranges within `limit` of each neighbour; where these do not meet, halfway.
-    fn hold(&self, neighbours: &[(&Placed, f64)]) -> Hold {
-        let [least, most] = self.options.offset_range;
-        let offset = |p: &Placed| p.location.offset_direction;
-        let low = neighbours.iter().map(|(p, limit)| offset(p) - limit).fold(least, f64::max);
-        let high = neighbours.iter().map(|(p, limit)| offset(p) + limit).fold(most, f64::min);
-        let offset_range = [low.min(high), high.max(low)];
-        let sum = neighbours.iter().map(|(p, _)| p.station.pose.axis.into_inner()).sum();
-        let axis: Option<UnitVector3<f64>> = Unit::try_new(sum, f64::MIN_POSITIVE);
-        let spread = |axis: &UnitVector3<f64>| {
-            neighbours
-                .iter()
-                .map(|(p, limit)| limit - angle_between(axis, &p.station.pose.axis))
-                .fold(f64::INFINITY, f64::min)
-        };
-        let axis_near = axis.and_then(|axis| {
-            let max_turn = spread(&axis);
-            (max_turn > 0.0).then_some(AxisNear { axis, max_turn })
-        });
-        Hold { offset_range, axis_near }
     }
 }
 
@@ -554,22 +383,4 @@ pub(super) fn costs(cutter: &Cutter, options: &CoverOptions) -> Costs {
 pub(super) fn narrow(cutter: &Cutter, options: &CoverOptions) -> f64 {
     let Band { lower, upper } = options.band;
     (8.0 * cutter.radius() * (upper - lower)).sqrt()
-}
-
-/// Whether neighbours differ by at most `limit` \[rad\], both in axis and in offset direction.
-fn steady(a: &Placed, b: &Placed, limit: f64) -> bool {
-    let offset = (a.location.offset_direction - b.location.offset_direction).abs();
-    offset <= limit && angle_between(&a.station.pose.axis, &b.station.pose.axis) <= limit
-}
-
-fn reach_at(places: &[Place], index: usize, reach: Reach<'_>) -> f64 {
-    places.get(index).and_then(|p| p.as_ref().ok()).map_or(f64::INFINITY, reach)
-}
-
-/// The location with the wider strip; the first if they are equal.
-fn wider(a: Option<Placed>, b: Option<Placed>) -> Option<Placed> {
-    match (a, b) {
-        (Some(a), Some(b)) if b.location.strip_width > a.location.strip_width => Some(b),
-        (a, b) => a.or(b),
-    }
 }

@@ -82,16 +82,22 @@ impl Lane<'_> {
             .collect()
     }
 
-    /// Places of one lean; before the lane only where it leans badly as asked.
+    /// Places of one lean; before the lane only where it leans badly as asked, next to where it serves: on from there as
+    /// far as there are any.
     fn leaning(&self, ways: &[f64], lean: Lean, bad: &[usize]) -> Vec<Place> {
-        let place = |(i, way): (usize, &f64)| {
-            if bad.binary_search(&i).is_ok() {
-                self.free_place(*way, lean)
-            } else {
-                self.here(*way, lean)
+        let mut places: Vec<Place> = ways.par_iter().map(|way| self.here(*way, lean)).collect();
+        let orders: [&mut dyn Iterator<Item = usize>; 2] =
+            [&mut (0..ways.len()), &mut (0..ways.len()).rev()];
+        for order in orders {
+            let mut served = false;
+            for i in order {
+                if places[i].is_err() && served && bad.binary_search(&i).is_ok() {
+                    places[i] = self.free_place(ways[i], lean);
+                }
+                served = places[i].is_ok();
             }
-        };
-        ways.par_iter().enumerate().map(place).collect()
+        }
+        places
     }
 
     /// Leans of which, together, some serve as many stations as any do: one after the other, that which serves most.

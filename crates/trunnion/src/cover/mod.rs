@@ -28,6 +28,7 @@ mod field;
 mod fit;
 mod guard;
 mod guide;
+mod held;
 mod hop;
 mod lane;
 mod leans;

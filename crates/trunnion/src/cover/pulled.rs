@@ -16,10 +16,10 @@ const HALVINGS: u32 = 6;
 
 impl Lane<'_> {
     /// The location before the lane, on what is finished already, that still cuts something beyond it: where the
-    /// tool has to keep off something, as near to it as it may come.
+    /// tool has to keep off something, as near to it as it may come, and no farther back than about `most` \[mm\].
     pub(super) fn pulled(
         &self,
-        way: f64,
+        (way, most): (f64, f64),
         hold: &Hold,
         (warm, lean): (Option<&Location>, Lean),
     ) -> Option<Placed> {
@@ -35,7 +35,7 @@ impl Lane<'_> {
         let mut best = loop {
             match at(good) {
                 Some(placed) => break placed,
-                None if good > self.cutter.radius() => return None,
+                None if good > most => return None,
                 None => (bad, good) = (good, 2.0 * good),
             }
         };
