@@ -14,7 +14,9 @@ use trunnion::cover::{
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{Band, ContactSide, Lean};
-use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Plane, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{
+    Cylinder, Face, FaceIndex, Frame, Plane, Sphere, Surface, TrimCurve, TrimLoop,
+};
 use trunnion::types::{Rest, RestReason, Silent, Station, ToolPose};
 
 const BAND: Band = Band { lower: 0.0, upper: 0.02 };
@@ -285,5 +287,57 @@ fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished()
     for radius in [2.5, 3.5] {
         let (_, rest) = cut((&tube, &[]), &cutter([0.0, radius]), &options(Method::Inclined));
         assert!(rest.is_empty(), "{radius} {rest:?}");
+    }
+}
+
+/// The corner of a block whose edges are rounded with `r`: an eighth of a sphere, and the three cylinders and three planes
+/// that go on smoothly from it.
+fn rounded_corner(r: f64) -> (FaceIndex, Vec<FaceIndex>) {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let frame = |origin, z, x| Frame::new(origin, z, x).unwrap();
+    let (o, [x, y, z]) = (Point3::origin(), [Vector3::x(), Vector3::y(), Vector3::z()]);
+    let sphere = Surface::Sphere(Sphere::new(frame(o, z, x), r).unwrap());
+    let eighth = [[3.0, -1.0], [4.0, -1.0], [4.0, 0.0], [3.0, 0.0]].map(|p| p.map(|k| k * quarter));
+    let edge = |number, z, x| {
+        let surface = Surface::Cylinder(Cylinder::new(frame(o, z, x), r).unwrap());
+        face(number, surface, &[[0.0, 0.0], [quarter, 0.0], [quarter, 9.0], [0.0, 9.0]], false)
+    };
+    let side = |number, out: Vector3<f64>, x| {
+        let square = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
+        face(number, plane(o + out * r, out, x), &square, false)
+    };
+    let edges = [edge(2, y, x), edge(3, -x, -z), edge(4, z, -y)];
+    let sides = [side(5, x, y), side(6, -y, z), side(7, -z, -x)];
+    (face(1, sphere, &eighth, false), edges.into_iter().chain(sides).collect())
+}
+
+/// The faces next to it bend less than the corner does: a cutter that touches the corner at its rim goes into them by less
+/// than a micrometre, and is raised by as much.
+#[test]
+fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
+    for (r, tool, lower) in [(5.0, [4.0, 2.0], 0.002), (3.0, [4.0, 2.0], 0.0)] {
+        let (corner, others) = rounded_corner(r);
+        let band = Band { lower, upper: 0.016 };
+        let options = CoverOptions { band, ..options(Method::Widest) };
+        let (_, rest) = cut((&corner, &others), &cutter(tool), &options);
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        assert!(rest.is_empty(), "{r} {tool:?} {lower}: {area} mm2 in {} parts", rest.len());
+    }
+}
+
+/// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to
+/// the other side, is run the same way as the one before.
+#[test]
+fn a_lean_that_only_one_feed_direction_has_is_taken() {
+    let (floor, cutter) = (floor(0.0), cutter([3.0, 2.0]));
+    for clock in [Fenced(|pose| pose.axis.y > 0.05), Fenced(|pose| pose.axis.y < -0.05)] {
+        let options = CoverOptions { along: Along::V, ..options(Method::Inclined) };
+        let faces = std::slice::from_ref(&floor);
+        let covering = cover_beside((faces, &[]), &cutter, &options, (&clock, &Silent)).unwrap();
+        let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
+        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        let rest = agrees(&covering, (&floor, &[]), &cutter);
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
     }
 }

@@ -49,6 +49,12 @@ impl Lot {
         self.parts.iter().map(|part| part.length).sum()
     }
 
+    /// Length of what it finishes narrower than `width` \[mm\].
+    pub(super) fn length_below(&self, width: f64) -> f64 {
+        let narrow = self.parts.iter().filter(|part| part.width < width);
+        narrow.map(|part| part.length).sum()
+    }
+
     /// Parts that further passes would finish.
     pub(super) fn open(&self) -> Vec<Part> {
         let open = self.parts.iter().zip(&self.ended).filter(|(_, ended)| !**ended);
@@ -106,6 +112,11 @@ impl State {
     /// Nothing yet.
     pub(super) fn new() -> Self {
         Self { forward: true, ..Self::default() }
+    }
+
+    /// The same with the next pass run the other way.
+    pub(super) fn turned(&self) -> Self {
+        Self { forward: !self.forward, ..self.clone() }
     }
 
     /// What all passes cost, as a length that is cut at the feed in that time \[mm\].

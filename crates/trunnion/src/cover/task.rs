@@ -1,15 +1,19 @@
 //! A rectangle of a face, and the passes that finish it.
 
 use super::left::Column;
-use super::options::{CoverError, Fallback, Method};
+use super::options::{CoverError, Direction, Fallback, Method};
 use super::region::{Local, Region};
 use super::site::Site;
 use super::split;
 use super::state::{Lot, State, Step};
+use crate::positioning::PositioningError;
 
 /// Step across over what the tool cannot finish, in widths of a narrow strip: what it can finish again begins at most
 /// that far from where it is found to.
 const STEP: f64 = 0.25;
+
+/// Share of the work allowed that trying several ways on may take.
+const PACE: f64 = 0.5;
 
 /// Tasks within tasks.
 const DEPTH: u32 = 2;
@@ -100,7 +104,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         Ok((next < region.bounds[0][1]).then_some(Step { next, rate, again }))
     }
 
-    /// Lays a lane beside what is there.
+    /// Lays a lane beside what is there. Where the machine does not get to the leans that one feed direction allows, the
+    /// other is tried as well, unless all passes have to run one way.
     pub(super) fn lay(
         &mut self,
         region: &Region<&Inside>,
@@ -109,6 +114,20 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
     ) -> Result<Lot, CoverError> {
         let lot = self.site.place(region, across, task.method, &self.state)?;
         self.work += lot.work;
+        let far = matches!(lot.refused, Some((_, PositioningError::OutOfReach { .. })));
+        let zigzag = self.site.options.direction == Direction::ZigZag;
+        if !(far && zigzag && task.method == Method::Inclined) {
+            return Ok(lot);
+        }
+        let forward = !self.state.forward;
+        let back = self.state.turned();
+        let other = self.site.place(region, across, task.method, &back)?;
+        self.work += other.work;
+        let least = self.least();
+        if other.length_below(least) < lot.length_below(least) {
+            self.state.forward = forward;
+            return Ok(other);
+        }
         Ok(lot)
     }
 
@@ -178,10 +197,21 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
             if best.as_ref().is_none_or(better) {
                 best = Some((missed, rate, next, self.state.clone()));
             }
+            if self.behind(next) {
+                break;
+            }
         }
         let Some((_, _, next, state)) = best else { return Ok(across) };
         self.state = state;
         Ok(next)
+    }
+
+    /// Whether so much work was done up to a place across that, going on like this, more than [`PACE`] of what may be
+    /// done would be: then other ways on are not looked at.
+    fn behind(&self, next: f64) -> bool {
+        let [first, last] = self.site.whole.bounds[0];
+        let [_, limit] = self.limits;
+        self.work as f64 > PACE * limit as f64 * ((next - first) / (last - first))
     }
 
     /// A pass that would finish too little: placed otherwise, or what it cuts is taken and the rest of a narrow
