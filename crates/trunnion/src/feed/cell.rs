@@ -212,6 +212,12 @@ pub(super) fn largest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// Smaller of two numbers, the second if they cannot be compared; see [`largest`].
+#[inline]
+pub(super) fn smallest(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// Roundings of the largest rate in the coefficients of a cell: a few in forming the quintic, and one in each of
 /// the averages of up to a dozen cuts.
 const ROUNDINGS: f64 = 64.0;

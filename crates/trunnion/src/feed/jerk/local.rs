@@ -1,10 +1,11 @@
 //! One cell's part in a Newton step: derivatives of its time and of the barrier of its rows.
 
-use super::rows::{Factors, JERKS, RAISED, ROWS, Rows, room};
+use super::rows::{ACCELERATION, JERK, LANES, Lanes, RAISED, Rows, rooms, values};
 use super::spline::middle;
+use crate::feed::cell::largest;
 
-/// Multipliers of the nearer side of every row.
-pub(super) type PerRow<const N: usize> = [[f64; N]; ROWS];
+/// A number for every row of every axis.
+pub(super) type PerRow<const N: usize> = [[Lanes; 2]; N];
 
 /// Products of slack and multiplier are kept within these factors of the barrier's weight.
 const LEAST: f64 = 0.2;
@@ -58,15 +59,56 @@ impl Derivatives {
     }
 }
 
-/// Sums over the axes of one row.
+/// Where the rows of a cell stand: reciprocal slacks of both sides.
 #[derive(Debug, Clone, Copy)]
-struct Sums<const N: usize> {
-    hessian: [[f64; N]; 6],
-    gradient: [[f64; N]; 3],
+pub(super) struct Slacks<const N: usize> {
+    /// Of the nearer side, with the sign of the row's value.
+    pub(super) near: PerRow<N>,
+    /// Of the other side.
+    far: PerRow<N>,
 }
 
-/// Adds the rows of a cell and notes the reciprocal slack of each nearer side, with the sign of the
-/// row's value.
+impl<const N: usize> Default for Slacks<N> {
+    fn default() -> Self {
+        Self { near: [[[0.0; LANES]; 2]; N], far: [[[0.0; LANES]; 2]; N] }
+    }
+}
+
+/// Lanes that are added up apart from one another, for the processor to do so at once.
+const APART: usize = 2;
+
+#[inline]
+fn add_up(p: &Lanes, q: &Lanes, into: &mut [f64; APART]) {
+    for (k, sum) in into.iter_mut().enumerate() {
+        let [a, b, c] = [k, k + APART, k + 2 * APART].map(|lane| p[lane] * q[lane]);
+        *sum += a + b + c;
+    }
+}
+
+/// Sums over axes and rows of one kind.
+#[derive(Debug, Default)]
+struct Sums {
+    hessian: [[f64; APART]; 6],
+    gradient: [[f64; APART]; 3],
+}
+
+/// What meets the slope of the rooms of jerks, row by row.
+#[derive(Debug, Default)]
+struct Cross {
+    pressure: Lanes,
+    square: Lanes,
+    mixed: [Lanes; 3],
+}
+
+/// Weights of the rows of one kind of an axis in the derivatives: sums and differences over both sides.
+struct Forces {
+    pressure: Lanes,
+    force: Lanes,
+    square: Lanes,
+    difference: Lanes,
+}
+
+/// Adds the rows of a cell and notes their slacks.
 ///
 /// A row and its reference make two constraints `±v + e <= 1.5` (jerk) or `±v <= 1` (acceleration).
 /// The multiplier of the nearer side is its own unknown (primal-dual); the other side never matters
@@ -76,109 +118,138 @@ pub(super) fn add_rows<const N: usize>(
     rows: &Rows<N>,
     state: &State,
     multipliers: &PerRow<N>,
-    inverses: &mut PerRow<N>,
+    slacks: &mut Slacks<N>,
 ) {
-    let mut sums = Sums { hessian: [[0.0; N]; 6], gradient: [[0.0; N]; 3] };
     let scale = state.reference.sqrt();
-    for row in 0..ROWS {
-        let jerk = row < JERKS;
-        let [scale, room] =
-            if jerk { [scale, room(row, state.x, state.reference)] } else { [1.0, 1.0] };
-        let terms = Terms { scale, room, weight: state.weight };
-        let values = rows.values(row, state.x);
-        let cross =
-            sums.add(&rows.factors[row], &values, &terms, (&multipliers[row], &mut inverses[row]));
-        if jerk {
-            let lift = RAISED[row].map(|share| 0.5 * share / state.reference);
-            out.add_gradient(cross.gradient, lift);
-            out.add_square(cross.square, lift);
-            let m = cross.mixed;
-            let l = lift;
-            let mixed = [
-                2.0 * m[0] * l[0],
-                m[1] * l[0] + m[0] * l[1],
-                2.0 * m[1] * l[1],
-                m[2] * l[0] + m[0] * l[2],
-                m[2] * l[1] + m[1] * l[2],
-                2.0 * m[2] * l[2],
-            ];
-            for (entry, mixed) in out.hessian.iter_mut().zip(mixed) {
-                *entry += mixed;
+    let room = rooms(state.x, state.reference);
+    let [mut jerks, mut accelerations] = [Sums::default(), Sums::default()];
+    let mut cross = Cross::default();
+    for axis in 0..N {
+        let [jerk, acceleration] = &rows.factors[axis];
+        let (near, far) = (&mut slacks.near[axis], &mut slacks.far[axis]);
+        let mut values_of = values(jerk, state.x);
+        values_of.iter_mut().for_each(|value| *value *= scale);
+        note(&values_of, &room, (&mut near[JERK], &mut far[JERK]));
+        let forces = Forces::new(&multipliers[axis][JERK], (&near[JERK], &far[JERK]), state.weight);
+        jerks.add(jerk, &forces);
+        cross.add(jerk, &forces);
+        let values_of = values(acceleration, state.x);
+        let sides = (&mut near[ACCELERATION], &mut far[ACCELERATION]);
+        note(&values_of, &[1.0; LANES], sides);
+        let sides = (&near[ACCELERATION], &far[ACCELERATION]);
+        let forces = Forces::new(&multipliers[axis][ACCELERATION], sides, state.weight);
+        accelerations.add(acceleration, &forces);
+    }
+    jerks.hand_over(out, scale);
+    accelerations.hand_over(out, 1.0);
+    cross.hand_over(out, state.reference);
+}
+
+/// Reciprocal slacks of rows with these values.
+#[inline]
+fn note(values: &Lanes, rooms: &Lanes, (near, far): (&mut Lanes, &mut Lanes)) {
+    for lane in 0..LANES {
+        let size = values[lane].abs();
+        let [left, other] = [rooms[lane] - size, rooms[lane] + size];
+        let both = 1.0 / (left * other);
+        near[lane] = (other * both).copysign(values[lane]);
+        far[lane] = left * both;
+    }
+}
+
+impl Forces {
+    #[inline]
+    fn new(multipliers: &Lanes, (near, far): (&Lanes, &Lanes), weight: f64) -> Self {
+        let zero = [0.0; LANES];
+        let mut forces = Self { pressure: zero, force: zero, square: zero, difference: zero };
+        for lane in 0..LANES {
+            let [inverse, other] = [near[lane].abs(), far[lane]];
+            let [w, v] = [multipliers[lane] * inverse, weight * other * other];
+            forces.pressure[lane] = weight * (inverse + other);
+            forces.force[lane] = (weight * (inverse - other)).copysign(near[lane]);
+            forces.square[lane] = w + v;
+            forces.difference[lane] = (w - v) * 1.0_f64.copysign(near[lane]);
+        }
+        forces
+    }
+}
+
+impl Sums {
+    /// One axis.
+    #[inline]
+    fn add(&mut self, [a, b, c]: &[Lanes; 3], forces: &Forces) {
+        let mut weighted = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let square = forces.square[lane];
+            weighted[0][lane] = square * a[lane];
+            weighted[1][lane] = square * b[lane];
+            weighted[2][lane] = square * c[lane];
+        }
+        let [wa, wb, wc] = &weighted;
+        let pairs = [(wa, a), (wb, a), (wb, b), (wc, a), (wc, b), (wc, c)];
+        for (into, (p, q)) in self.hessian.iter_mut().zip(pairs) {
+            add_up(p, q, into);
+        }
+        for (into, factor) in self.gradient.iter_mut().zip([a, b, c]) {
+            add_up(&forces.force, factor, into);
+        }
+    }
+
+    /// Adds the sums of rows whose values are `scale` times their factors'.
+    #[inline]
+    fn hand_over(&self, out: &mut Derivatives, scale: f64) {
+        for (entry, [p, q]) in out.hessian.iter_mut().zip(&self.hessian) {
+            *entry += scale * scale * (p + q);
+        }
+        for (entry, [p, q]) in out.gradient.iter_mut().zip(&self.gradient) {
+            *entry += scale * (p + q);
+        }
+    }
+}
+
+impl Cross {
+    /// One axis.
+    #[inline]
+    fn add(&mut self, factors: &[Lanes; 3], forces: &Forces) {
+        for lane in 0..LANES {
+            self.pressure[lane] += forces.pressure[lane];
+            self.square[lane] += forces.square[lane];
+        }
+        for (into, factor) in self.mixed.iter_mut().zip(factors) {
+            for lane in 0..LANES {
+                into[lane] += forces.difference[lane] * factor[lane];
             }
         }
     }
-    for (entry, sum) in out.hessian.iter_mut().zip(&sums.hessian) {
-        *entry += sum.iter().sum::<f64>();
-    }
-    for (entry, sum) in out.gradient.iter_mut().zip(&sums.gradient) {
-        *entry += sum.iter().sum::<f64>();
-    }
-}
 
-#[derive(Debug, Clone, Copy)]
-struct Terms {
-    scale: f64,
-    room: f64,
-    weight: f64,
-}
-
-/// Sums of one row that meet the slope of its room.
-#[derive(Debug, Clone, Copy)]
-struct Cross {
-    gradient: f64,
-    square: f64,
-    mixed: [f64; 3],
-}
-
-impl<const N: usize> Sums<N> {
+    /// Adds the part of the slopes of the rooms, `RAISED / 2 r`.
     #[inline]
-    fn add(
-        &mut self,
-        factors: &Factors<N>,
-        values: &[f64; N],
-        terms: &Terms,
-        (multipliers, inverses): (&[f64; N], &mut [f64; N]),
-    ) -> Cross {
-        let Terms { scale, room, weight } = *terms;
-        let [mut sum, mut difference, mut force, mut pressure] = [[0.0; N]; 4];
-        for axis in 0..N {
-            let value = scale * values[axis];
-            let size = value.abs();
-            let [near, far] = [room - size, room + size];
-            let both = 1.0 / (near * far);
-            let [near, far] = [far * both, near * both];
-            inverses[axis] = near.copysign(value);
-            let [w, v] = [multipliers[axis] * near, weight * far * far];
-            sum[axis] = w + v;
-            difference[axis] = (w - v) * 1.0_f64.copysign(value);
-            force[axis] = weight * (near - far).copysign(value);
-            pressure[axis] = weight * (near + far);
+    fn hand_over(&self, out: &mut Derivatives, reference: f64) {
+        let dot = |p: &Lanes, q: &Lanes| {
+            let mut sums = [0.0; APART];
+            add_up(p, q, &mut sums);
+            sums[0] + sums[1]
+        };
+        let half = 0.5 / reference;
+        // `mixed` is of factors, which lack the root of the reference.
+        let across = half * reference.sqrt();
+        let mixed = self.mixed.map(|mixed| RAISED.map(|raised| across * dot(&raised, &mixed)));
+        let lifted = RAISED.map(|raised| {
+            let mut lifted = raised;
+            for lane in 0..LANES {
+                lifted[lane] *= self.square[lane];
+            }
+            RAISED.map(|raised| half * half * dot(&raised, &lifted))
+        });
+        let entry = |i: usize, j: usize| lifted[i][j] + (mixed[i][j] + mixed[j][i]);
+        let entries =
+            [entry(0, 0), entry(1, 0), entry(1, 1), entry(2, 0), entry(2, 1), entry(2, 2)];
+        for (into, entry) in out.hessian.iter_mut().zip(entries) {
+            *into += entry;
         }
-        let [a, b, c] = factors;
-        for axis in 0..N {
-            let w = sum[axis] * scale * scale;
-            let [wa, wb, wc] = [w * a[axis], w * b[axis], w * c[axis]];
-            self.hessian[0][axis] += wa * a[axis];
-            self.hessian[1][axis] += wb * a[axis];
-            self.hessian[2][axis] += wb * b[axis];
-            self.hessian[3][axis] += wc * a[axis];
-            self.hessian[4][axis] += wc * b[axis];
-            self.hessian[5][axis] += wc * c[axis];
-            let f = force[axis] * scale;
-            self.gradient[0][axis] += f * a[axis];
-            self.gradient[1][axis] += f * b[axis];
-            self.gradient[2][axis] += f * c[axis];
+        for (into, raised) in out.gradient.iter_mut().zip(&RAISED) {
+            *into += half * dot(&self.pressure, raised);
         }
-        let mut cross = Cross { gradient: 0.0, square: 0.0, mixed: [0.0; 3] };
-        for axis in 0..N {
-            cross.gradient += pressure[axis];
-            cross.square += sum[axis];
-            let d = difference[axis] * scale;
-            cross.mixed[0] += d * a[axis];
-            cross.mixed[1] += d * b[axis];
-            cross.mixed[2] += d * c[axis];
-        }
-        cross
     }
 }
 
@@ -188,31 +259,28 @@ pub(super) fn turns<const N: usize>(
     rows: &Rows<N>,
     state: &State,
     d: [f64; 3],
-    inverses: &PerRow<N>,
+    slacks: &Slacks<N>,
     turns: &mut PerRow<N>,
 ) -> f64 {
-    let mut most = [0.0_f64; N];
-    let scale = state.reference.sqrt();
-    for row in 0..ROWS {
-        let values = rows.values(row, d);
-        let [scale, room, lift] = if row < JERKS {
-            let [a, b, c] = RAISED[row];
-            let lift = 0.5 * (a * d[0] + b * d[1] + c * d[2]) / state.reference;
-            [scale, room(row, state.x, state.reference), lift]
-        } else {
-            [1.0, 1.0, 0.0]
-        };
-        for axis in 0..N {
-            let inverse = inverses[row][axis];
-            let change = scale * values[axis];
-            let near = change * inverse + lift * inverse.abs();
-            let far =
-                (lift - change.copysign(change * inverse)) / (2.0 * room - 1.0 / inverse.abs());
-            turns[row][axis] = near;
-            most[axis] = most[axis].max(near).max(far);
+    let mut most = [0.0; LANES];
+    let mut lifts = values(&RAISED, d);
+    lifts.iter_mut().for_each(|lift| *lift *= 0.5 / state.reference);
+    let kinds = [(JERK, state.reference.sqrt(), lifts), (ACCELERATION, 1.0, [0.0; LANES])];
+    for axis in 0..N {
+        for (kind, scale, lifts) in &kinds {
+            let changes = values(&rows.factors[axis][*kind], d);
+            let (near, far) = (&slacks.near[axis][*kind], &slacks.far[axis][*kind]);
+            let turns = &mut turns[axis][*kind];
+            for lane in 0..LANES {
+                let change = scale * changes[lane];
+                let turn = change * near[lane] + lifts[lane] * near[lane].abs();
+                let other = (lifts[lane] - change * 1.0_f64.copysign(near[lane])) * far[lane];
+                turns[lane] = turn;
+                most[lane] = largest(largest(turn, other), most[lane]);
+            }
         }
     }
-    most.into_iter().fold(0.0, f64::max)
+    most.into_iter().fold(0.0, |most, turn| largest(turn, most))
 }
 
 /// Multiplier after a step of `length` in which its side loses `turn` of its slack, whose reciprocal
@@ -228,7 +296,9 @@ pub(super) fn bring_along(
     let centre = weight * inverse / (1.0 - length * turn);
     let change = weight * inverse + multiplier * turn - multiplier;
     let next = multiplier + if change < 0.0 { length * change } else { change };
-    next.max(centre * LEAST).min(centre * MOST)
+    let [low, high] = [centre * LEAST, centre * MOST];
+    let raised = if next < low { low } else { next };
+    if raised > high { high } else { raised }
 }
 
 /// Multipliers of all rows after a step.
@@ -236,14 +306,18 @@ pub(super) fn update<const N: usize>(
     multipliers: &mut PerRow<N>,
     weight: f64,
     length: f64,
-    inverses: &PerRow<N>,
+    slacks: &Slacks<N>,
     turns: &PerRow<N>,
 ) {
-    for row in 0..ROWS {
-        for axis in 0..N {
-            let [inverse, turn] = [inverses[row][axis].abs(), turns[row][axis]];
-            let multiplier = &mut multipliers[row][axis];
-            *multiplier = bring_along(*multiplier, weight, length, inverse, turn);
+    for axis in 0..N {
+        for kind in [JERK, ACCELERATION] {
+            let (near, turns) = (&slacks.near[axis][kind], &turns[axis][kind]);
+            let multipliers = &mut multipliers[axis][kind];
+            for lane in 0..LANES {
+                let inverse = near[lane].abs();
+                multipliers[lane] =
+                    bring_along(multipliers[lane], weight, length, inverse, turns[lane]);
+            }
         }
     }
 }

@@ -8,9 +8,10 @@
 
 use super::band::Band;
 use super::caps::Caps;
-use super::local::{Derivatives, PerRow, State, add_rows, bring_along, turns, update};
-use super::rows::{JERKS, ROWS, Rows, reference, room};
-use super::spline::{Spline, middle};
+use super::local::{Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update};
+use super::rows::{JERK, LANES, Rows, reference, rooms};
+use super::spline::{Spline, Weights, middle};
+use crate::feed::cell::smallest;
 use crate::feed::profile::Grid;
 use crate::feed::{Ratios, Reciprocals};
 use std::ops::Range;
@@ -43,9 +44,11 @@ pub(super) struct Solver<'a, const N: usize> {
 #[derive(Debug, Default)]
 struct Work<const N: usize> {
     rows: Vec<Rows<N>>,
-    inverses: Vec<PerRow<N>>,
+    slacks: Vec<Slacks<N>>,
     turns: Vec<PerRow<N>>,
+    /// Of the barrier.
     weights: Vec<f64>,
+    shapes: Vec<Weights>,
     band: Band,
 }
 
@@ -63,7 +66,7 @@ impl<'a, const N: usize> Solver<'a, N> {
             limits,
             caps,
             references: vec![0.0; cells],
-            multipliers: vec![[[0.0; N]; ROWS]; cells],
+            multipliers: vec![[[[0.0; LANES]; 2]; N]; cells],
             cap_multipliers: vec![[0.0; 2]; cells],
             loose,
             caution: 1.0,
@@ -102,13 +105,14 @@ impl<'a, const N: usize> Solver<'a, N> {
     pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
         for cell in range {
             let x = self.spline.coefficients(cell);
-            let state = self.state(cell, weight * self.time(cell));
+            let state = self.state(cell, (&self.spline.weights(cell), weight * self.time(cell)));
             let rows = self.rows(cell);
-            let mut inverses = [[0.0; N]; ROWS];
-            let none = [[0.0; N]; ROWS];
-            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut inverses);
-            self.multipliers[cell] =
-                inverses.map(|row| row.map(|inverse| state.weight * inverse.abs()));
+            let mut slacks = Slacks::default();
+            let none = [[[0.0; LANES]; 2]; N];
+            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut slacks);
+            self.multipliers[cell] = slacks
+                .near
+                .map(|kinds| kinds.map(|row| row.map(|inverse| state.weight * inverse.abs())));
             let weight = self.caution * state.weight;
             self.cap_multipliers[cell] = self.cap_slacks(cell, x).map(|slack| weight / slack);
         }
@@ -145,8 +149,9 @@ impl<'a, const N: usize> Solver<'a, N> {
         Ratios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
     }
 
-    fn state(&self, cell: usize, weight: f64) -> State {
-        State { x: self.spline.coefficients(cell), reference: self.references[cell], weight }
+    fn state(&self, cell: usize, (shape, weight): (&Weights, f64)) -> State {
+        let x = self.spline.coefficients_with(shape, cell);
+        State { x, reference: self.references[cell], weight }
     }
 
     /// Time through a cell, near enough to weigh it.
@@ -190,12 +195,14 @@ impl<'a, const N: usize> Solver<'a, N> {
         let mut work = std::mem::take(&mut self.work);
         work.rows.clear();
         work.weights.clear();
+        work.shapes.clear();
         for cell in cells.clone() {
             work.rows.push(self.rows(cell));
             work.weights.push(weight * self.time(cell));
+            work.shapes.push(self.spline.weights(cell));
         }
-        work.inverses.resize(cells.len(), [[0.0; N]; ROWS]);
-        work.turns.resize(cells.len(), [[0.0; N]; ROWS]);
+        work.slacks.resize(cells.len(), Slacks::default());
+        work.turns.resize(cells.len(), [[[0.0; LANES]; 2]; N]);
         for _ in 0..steps {
             if !self.step(&range, &cells, &mut work) {
                 break;
@@ -208,7 +215,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     fn step(&mut self, range: &Range<usize>, cells: &Range<usize>, work: &mut Work<N>) -> bool {
         work.band.reset(range.len());
         for (index, cell) in cells.clone().enumerate() {
-            let state = self.state(cell, work.weights[index]);
+            let state = self.state(cell, (&work.shapes[index], work.weights[index]));
             let mut out = Derivatives::default();
             out.add_time(self.spline.lengths[cell], state.x);
             add_rows(
@@ -216,10 +223,10 @@ impl<'a, const N: usize> Solver<'a, N> {
                 &work.rows[index],
                 &state,
                 &self.multipliers[cell],
-                &mut work.inverses[index],
+                &mut work.slacks[index],
             );
             self.add_caps(&mut out, cell, &state);
-            self.scatter(&out, cell, range, &mut work.band);
+            self.scatter(&out, (cell, &work.shapes[index]), range, &mut work.band);
         }
         self.add_rest(range, &mut work.band);
         if !work.band.solve() {
@@ -242,8 +249,13 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Adds a cell's derivatives to the system of the controls of a range.
-    fn scatter(&self, out: &Derivatives, cell: usize, range: &Range<usize>, band: &mut Band) {
-        let weights = self.spline.weights(cell);
+    fn scatter(
+        &self,
+        out: &Derivatives,
+        (cell, weights): (usize, &Weights),
+        range: &Range<usize>,
+        band: &mut Band,
+    ) {
         // Coefficients as combinations of the controls before, here and after.
         let [s, e] = [weights.start, weights.end];
         let columns = [[s[0], 0.0, 0.0], [s[1], 1.0, e[0]], [0.0, 0.0, e[1]]];
@@ -285,11 +297,11 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Change of the coefficients of a cell for the direction found.
-    fn direction(&self, cell: usize, range: &Range<usize>, band: &Band) -> [f64; 3] {
+    fn direction(cell: usize, shape: &Weights, range: &Range<usize>, band: &Band) -> [f64; 3] {
         let at = |control: usize| {
             if range.contains(&control) { band.right[control - range.start] } else { 0.0 }
         };
-        self.spline.weights(cell).apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)])
+        shape.apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)])
     }
 
     /// Longest step that keeps all rows, at most 1.
@@ -300,10 +312,10 @@ impl<'a, const N: usize> Solver<'a, N> {
             most = most.max(fall * TO_BORDER / (1.0 - KEEP));
         }
         for (index, cell) in cells.clone().enumerate() {
-            let d = self.direction(cell, range, &work.band);
-            let state = self.state(cell, work.weights[index]);
+            let d = Self::direction(cell, &work.shapes[index], range, &work.band);
+            let state = self.state(cell, (&work.shapes[index], work.weights[index]));
             let turn =
-                turns(&work.rows[index], &state, d, &work.inverses[index], &mut work.turns[index]);
+                turns(&work.rows[index], &state, d, &work.slacks[index], &mut work.turns[index]);
             let slacks = self.cap_slacks(cell, state.x);
             let control = d[1] / (self.caps.control[cell] * slacks[0]);
             let row = d[2] / (self.caps.row[cell + 1] * slacks[1]);
@@ -316,10 +328,10 @@ impl<'a, const N: usize> Solver<'a, N> {
     fn advance(&mut self, length: f64, range: &Range<usize>, cells: &Range<usize>, work: &Work<N>) {
         for (index, cell) in cells.clone().enumerate() {
             let weight = work.weights[index];
-            let [inverses, turns] = [&work.inverses[index], &work.turns[index]];
-            update(&mut self.multipliers[cell], weight, length, inverses, turns);
-            let d = self.direction(cell, range, &work.band);
-            let x = self.spline.coefficients(cell);
+            let (slacks, turns) = (&work.slacks[index], &work.turns[index]);
+            update(&mut self.multipliers[cell], weight, length, slacks, turns);
+            let d = Self::direction(cell, &work.shapes[index], range, &work.band);
+            let x = self.spline.coefficients_with(&work.shapes[index], cell);
             let slacks = self.cap_slacks(cell, x);
             let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
             let caution = self.caution;
@@ -334,19 +346,21 @@ impl<'a, const N: usize> Solver<'a, N> {
             self.spline.controls[control] += length * change;
         }
         for (index, cell) in cells.clone().enumerate() {
-            self.move_reference(cell, &work.rows[index]);
+            self.move_reference(cell, &work.shapes[index], &work.rows[index]);
         }
     }
 
     /// Takes the reference that suits the coefficients, unless it leaves some row much less room.
-    fn move_reference(&mut self, cell: usize, rows: &Rows<N>) {
-        let x = self.spline.coefficients(cell);
+    fn move_reference(&mut self, cell: usize, shape: &Weights, rows: &Rows<N>) {
+        let x = self.spline.coefficients_with(shape, cell);
         let [old, new] = [self.references[cell], reference(x)];
+        let values = rows.largest(JERK, x);
+        let roots = [old.sqrt(), new.sqrt()];
+        let [rooms_before, rooms_after] = [rooms(x, old), rooms(x, new)];
         let [mut before, mut after] = [f64::INFINITY; 2];
-        for row in 0..JERKS {
-            let value = rows.values(row, x).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            before = before.min(room(row, x, old) - old.sqrt() * value);
-            after = after.min(room(row, x, new) - new.sqrt() * value);
+        for lane in 0..LANES {
+            before = smallest(rooms_before[lane] - roots[0] * values[lane], before);
+            after = smallest(rooms_after[lane] - roots[1] * values[lane], after);
         }
         if after > ROOM_KEPT * before {
             self.references[cell] = new;

@@ -11,30 +11,35 @@
 
 use super::spline::middle;
 use crate::feed::Reciprocals;
-use crate::feed::cell::Cell;
+use crate::feed::cell::{Cell, largest};
 use nalgebra::SVector;
 
-/// Rows of an acceleration and of a jerk: their Bernstein coefficients.
-pub(super) const ACCELERATIONS: usize = 6;
-pub(super) const JERKS: usize = 5;
-pub(super) const ROWS: usize = ACCELERATIONS + JERKS;
+/// Bernstein coefficients of a jerk and of an acceleration.
+const JERKS: usize = 5;
+const ACCELERATIONS: usize = 6;
 
-/// Factors of the three coefficients of `x`, axis by axis.
-pub(super) type Factors<const N: usize> = [[f64; N]; 3];
+/// Rows of an axis side by side, for the processor to work on several at once.
+pub(super) const LANES: usize = 6;
 
-/// All rows of a cell: jerks first, then accelerations; over their limits.
+/// A number for every jerk row of an axis, and one that does not count; or for every acceleration row.
+pub(super) type Lanes = [f64; LANES];
+
+/// The two kinds of rows of an axis.
+pub(super) const JERK: usize = 0;
+pub(super) const ACCELERATION: usize = 1;
+
+/// All rows of a cell over their limits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rows<const N: usize> {
-    pub(super) factors: [Factors<N>; ROWS],
+    /// Axis by axis and kind by kind: factors of the three coefficients of `x`.
+    pub(super) factors: [[[Lanes; 3]; 2]; N],
 }
 
-/// Bernstein coefficients of degree 4 of a quadratic: its own, as weights.
-pub(super) const RAISED: [[f64; 3]; JERKS] = [
-    [1.0, 0.0, 0.0],
-    [0.5, 0.5, 0.0],
-    [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
-    [0.0, 0.5, 0.5],
-    [0.0, 0.0, 1.0],
+/// Bernstein coefficients of degree 4 of a quadratic: lane by lane the weights of its own three.
+pub(super) const RAISED: [Lanes; 3] = [
+    [1.0, 0.5, 1.0 / 6.0, 0.0, 0.0, 0.0],
+    [0.0, 0.5, 4.0 / 6.0, 0.5, 0.0, 0.0],
+    [0.0, 0.0, 1.0 / 6.0, 0.5, 1.0, 0.0],
 ];
 
 /// `C(2, i) C(2, j) / C(4, i + j)`: product of two quadratics.
@@ -45,63 +50,108 @@ const TWO_TWO: [[f64; 3]; 3] =
 const THREE_TWO: [[f64; 3]; 4] =
     [[1.0, 0.4, 0.1], [0.6, 0.6, 0.3], [0.3, 0.6, 0.6], [0.1, 0.4, 1.0]];
 
+/// Rows of a cell of length 1 for each coefficient of `q'` alone: by kind, rate and coefficient of `x`.
+const UNIT: [[[Lanes; 3]; 5]; 2] = unit();
+
+const fn unit() -> [[[Lanes; 3]; 5]; 2] {
+    let mut unit = [[[[0.0; LANES]; 3]; 5]; 2];
+    let mut rate = 0;
+    while rate < 5 {
+        let mut rates = [0.0; 5];
+        rates[rate] = 1.0;
+        let mut lane = 0;
+        while lane < LANES {
+            let rows = [jerk_row(&rates, lane), acceleration_row(&rates, lane)];
+            let mut coefficient = 0;
+            while coefficient < 3 {
+                unit[JERK][rate][coefficient][lane] = rows[JERK][coefficient];
+                unit[ACCELERATION][rate][coefficient][lane] = rows[ACCELERATION][coefficient];
+                coefficient += 1;
+            }
+            lane += 1;
+        }
+        rate += 1;
+    }
+    unit
+}
+
 impl<const N: usize> Rows<N> {
     pub(super) fn new(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
-        let mut rows = Self { factors: [[[0.0; N]; 3]; ROWS] };
         let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
-        for axis in 0..N {
-            let rates = cell.rates.map(|rate| rate[axis]);
-            let rise: [f64; 4] = std::array::from_fn(|k| rates[k + 1] - rates[k]);
-            let jerks = jerk_rows(&rates, &rise, jerk[axis] / (cell.h * cell.h));
-            let accelerations =
-                acceleration_rows(&rates, &rise, limits.acceleration[axis] / cell.h);
-            for (row, factors) in jerks.iter().chain(&accelerations).enumerate() {
-                for (coefficient, factor) in factors.iter().enumerate() {
-                    rows.factors[row][coefficient][axis] = *factor;
+        let mut factors = [[[[0.0; LANES]; 3]; 2]; N];
+        for (axis, kinds) in factors.iter_mut().enumerate() {
+            let scales = [jerk[axis] / (cell.h * cell.h), limits.acceleration[axis] / cell.h];
+            for ((unit, scale), factors) in UNIT.iter().zip(scales).zip(kinds) {
+                for (unit, rates) in unit.iter().zip(&cell.rates) {
+                    let rate = rates[axis] * scale;
+                    for (unit, lanes) in unit.iter().zip(&mut *factors) {
+                        for lane in 0..LANES {
+                            lanes[lane] += unit[lane] * rate;
+                        }
+                    }
                 }
             }
         }
-        rows
+        Self { factors }
     }
 
     /// Multiplies the limits on accelerations and on jerks.
     pub(super) fn loosen(&mut self, [accelerations, jerks]: [f64; 2]) {
-        for (row, factors) in self.factors.iter_mut().enumerate() {
-            let by = if row < JERKS { 1.0 / jerks } else { 1.0 / accelerations };
-            factors.iter_mut().flatten().for_each(|factor| *factor *= by);
+        for axis in &mut self.factors {
+            for (kind, by) in axis.iter_mut().zip([jerks, accelerations]) {
+                kind.iter_mut().flatten().for_each(|factor| *factor /= by);
+            }
         }
     }
 
-    /// Values of a row on all axes for coefficients of `x`.
+    /// Largest values of a kind on all axes, without sign.
     #[inline]
-    pub(super) fn values(&self, row: usize, x: [f64; 3]) -> [f64; N] {
-        let [a, b, c] = &self.factors[row];
-        std::array::from_fn(|axis| a[axis] * x[0] + b[axis] * x[1] + c[axis] * x[2])
+    pub(super) fn largest(&self, kind: usize, x: [f64; 3]) -> Lanes {
+        let mut most = [0.0; LANES];
+        for axis in &self.factors {
+            let values = values(&axis[kind], x);
+            for lane in 0..LANES {
+                most[lane] = largest(values[lane].abs(), most[lane]);
+            }
+        }
+        most
     }
 
     /// Largest accelerations, and jerks over what the reference leaves them: 1 is at the limit, infinite
     /// where it leaves nothing.
     pub(super) fn shares(&self, x: [f64; 3], reference: f64) -> [f64; 2] {
         let scale = reference.sqrt();
-        let largest = |row: usize| self.values(row, x).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let [jerks, rooms] = [self.largest(JERK, x), rooms(x, reference)];
         let mut shares = [0.0_f64; 2];
-        for row in 0..JERKS {
-            let room = room(row, x, reference);
-            let share = if room > 0.0 { scale * largest(row) / room } else { f64::INFINITY };
-            shares[1] = shares[1].max(share);
+        for lane in 0..JERKS {
+            let room = rooms[lane];
+            let share = if room > 0.0 { scale * jerks[lane] / room } else { f64::INFINITY };
+            shares[1] = largest(share, shares[1]);
         }
-        for row in JERKS..ROWS {
-            shares[0] = shares[0].max(largest(row));
-        }
+        shares[0] = self.largest(ACCELERATION, x).into_iter().fold(0.0, |most, a| largest(a, most));
         shares
     }
 }
 
-/// What is left for jerk row `row`: `(3 - x / r) / 2`.
+/// Values of rows for coefficients of `x`.
 #[inline]
-pub(super) fn room(row: usize, x: [f64; 3], reference: f64) -> f64 {
-    let [a, b, c] = RAISED[row];
-    1.5 - 0.5 * (a * x[0] + b * x[1] + c * x[2]) / reference
+pub(super) fn values([a, b, c]: &[Lanes; 3], x: [f64; 3]) -> Lanes {
+    let mut values = [0.0; LANES];
+    for lane in 0..LANES {
+        values[lane] = a[lane] * x[0] + b[lane] * x[1] + c[lane] * x[2];
+    }
+    values
+}
+
+/// What is left for jerks: `(3 - x / r) / 2`.
+#[inline]
+pub(super) fn rooms(x: [f64; 3], reference: f64) -> Lanes {
+    let half = 0.5 / reference;
+    let mut rooms = values(&RAISED, x);
+    for room in &mut rooms {
+        *room = 1.5 - half * *room;
+    }
+    rooms
 }
 
 /// A reference that leaves all of a cell's jerk rows room: the value in the middle, or half of the
@@ -110,53 +160,56 @@ pub(super) fn reference(x: [f64; 3]) -> f64 {
     middle(x).max(0.5 * x[0].max(x[1]).max(x[2]))
 }
 
-/// `h² (q''' x + 3 q'' u + q' c)` of one axis, times `scale`.
+/// Bernstein coefficient `k` of `h² (q''' x + 3 q'' u + q' c)`, by the coefficients of `x`; none after the
+/// last.
 ///
 /// With `D` the rise from coefficient to coefficient of `q'` and `E` that of `D`, `q''` is `4 D / h`
 /// and `q'''` is `12 E / h²`; `h u` has the coefficients `x1 - x0, x2 - x1`, `h² c` is
 /// `x0 - 2 x1 + x2`.
-#[inline]
-fn jerk_rows(r: &[f64; 5], rise: &[f64; 4], scale: f64) -> [[f64; 3]; JERKS] {
-    let bend: [f64; 3] = std::array::from_fn(|k| rise[k + 1] - rise[k]);
-    std::array::from_fn(|k| {
-        let mut row = [r[k], -2.0 * r[k], r[k]];
-        if k < 4 {
-            let term = 3.0 * (4 - k) as f64 * rise[k];
-            row[0] -= term;
-            row[1] += term;
-        }
-        if k > 0 {
-            let term = 3.0 * k as f64 * rise[k - 1];
-            row[1] -= term;
-            row[2] += term;
-        }
-        for j in k.saturating_sub(2)..=k.min(2) {
-            row[j] += 12.0 * TWO_TWO[k - j][j] * bend[k - j];
-        }
-        row.map(|factor| factor * scale)
-    })
+const fn jerk_row(r: &[f64; 5], k: usize) -> [f64; 3] {
+    if k >= JERKS {
+        return [0.0; 3];
+    }
+    let mut row = [r[k], -2.0 * r[k], r[k]];
+    if k < 4 {
+        let term = 3.0 * (4 - k) as f64 * (r[k + 1] - r[k]);
+        row[0] -= term;
+        row[1] += term;
+    }
+    if k > 0 {
+        let term = 3.0 * k as f64 * (r[k] - r[k - 1]);
+        row[1] -= term;
+        row[2] += term;
+    }
+    let mut j = k.saturating_sub(2);
+    while j <= k && j <= 2 {
+        let at = k - j;
+        row[j] += 12.0 * TWO_TWO[at][j] * (r[at + 2] - 2.0 * r[at + 1] + r[at]);
+        j += 1;
+    }
+    row
 }
 
-/// `h (q' u + q'' x)` of one axis, times `scale`; see [`jerk_rows`].
-#[inline]
-fn acceleration_rows(r: &[f64; 5], rise: &[f64; 4], scale: f64) -> [[f64; 3]; ACCELERATIONS] {
-    std::array::from_fn(|k| {
-        let mut row = [0.0; 3];
-        if k < 5 {
-            let term = 0.2 * (5 - k) as f64 * r[k];
-            row[0] -= term;
-            row[1] += term;
-        }
-        if k > 0 {
-            let term = 0.2 * k as f64 * r[k - 1];
-            row[1] -= term;
-            row[2] += term;
-        }
-        for j in k.saturating_sub(3)..=k.min(2) {
-            row[j] += 4.0 * THREE_TWO[k - j][j] * rise[k - j];
-        }
-        row.map(|factor| factor * scale)
-    })
+/// Bernstein coefficient `k` of `h (q' u + q'' x)`; see [`jerk_row`].
+const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
+    let mut row = [0.0; 3];
+    if k < ACCELERATIONS - 1 {
+        let term = 0.2 * (5 - k) as f64 * r[k];
+        row[0] -= term;
+        row[1] += term;
+    }
+    if k > 0 {
+        let term = 0.2 * k as f64 * r[k - 1];
+        row[1] -= term;
+        row[2] += term;
+    }
+    let mut j = k.saturating_sub(3);
+    while j <= k && j <= 2 {
+        let at = k - j;
+        row[j] += 4.0 * THREE_TWO[at][j] * (r[at + 1] - r[at]);
+        j += 1;
+    }
+    row
 }
 
 /// Largest `x` at the border of a rest cell.
@@ -228,7 +281,7 @@ mod tests {
     fn rows_are_acceleration_and_jerk_in_bernstein_form() {
         let (r, h, x) = ([1.0, -0.5, 0.7, 2.0, 1.3], 0.6, [2.0, 3.5, 1.2]);
         let rows = Rows::new(&cell(r, h), &limits());
-        let values: Vec<f64> = (0..ROWS).map(|row| rows.values(row, x)[0]).collect();
+        let [jerks, accelerations] = rows.factors[0].map(|factors| values(&factors, x));
         let u = [(x[1] - x[0]) / h, (x[2] - x[1]) / h];
         let c = (u[1] - u[0]) / h;
         let [d, e] = [1, 2].map(|order| {
@@ -243,8 +296,8 @@ mod tests {
             let [square, u] = [bernstein(&x, t), bernstein(&u, t)];
             let jerk = third * square + 3.0 * curvature * u + rate * c;
             let acceleration = rate * u + curvature * square;
-            assert!((bernstein(&values[..JERKS], t) - jerk).abs() < 1e-11, "jerk at {t}");
-            assert!((bernstein(&values[JERKS..], t) - acceleration).abs() < 1e-12, "at {t}");
+            assert!((bernstein(&jerks[..JERKS], t) - jerk).abs() < 1e-11, "jerk at {t}");
+            assert!((bernstein(&accelerations, t) - acceleration).abs() < 1e-12, "at {t}");
         }
     }
 
@@ -280,8 +333,7 @@ mod tests {
         let x = [1.0, 1.8, 2.0];
         let r = reference(x);
         for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            let rooms: Vec<f64> = (0..JERKS).map(|row| room(row, x, r)).collect();
-            assert!(bernstein(&rooms, t) <= (r / bernstein(&x, t)).sqrt() + 1e-15);
+            assert!(bernstein(&rooms(x, r)[..JERKS], t) <= (r / bernstein(&x, t)).sqrt() + 1e-15);
         }
     }
 }

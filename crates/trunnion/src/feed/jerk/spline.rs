@@ -101,9 +101,14 @@ impl Spline {
 
     /// Bernstein coefficients of a cell of [`Self::cells`].
     pub(super) fn coefficients(&self, cell: usize) -> [f64; 3] {
+        self.coefficients_with(&self.weights(cell), cell)
+    }
+
+    /// The same with the weights of the cell at hand.
+    #[inline]
+    pub(super) fn coefficients_with(&self, weights: &Weights, cell: usize) -> [f64; 3] {
         let at = |cell: usize| self.controls.get(cell).copied().unwrap_or(0.0);
-        let neighbours = [at(cell.wrapping_sub(1)), at(cell), at(cell + 1)];
-        let mut x = self.weights(cell).apply(neighbours);
+        let mut x = weights.apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)]);
         if let (0, Border::Moving([start, _])) = (cell, self.ends[0]) {
             x[0] = start;
         }
@@ -145,6 +150,7 @@ impl Spline {
 
 impl Weights {
     /// Bernstein coefficients from the controls before, here and after; linear.
+    #[inline]
     pub(super) fn apply(&self, controls: [f64; 3]) -> [f64; 3] {
         let start = self.start[0] * controls[0] + self.start[1] * controls[1];
         let end = self.end[0] * controls[1] + self.end[1] * controls[2];
