@@ -189,6 +189,17 @@ impl<const N: usize> Reciprocals<N> {
         }
     }
 
+    /// At an override: below 1 it scales all speeds, above 1 the feed alone.
+    fn at_override(&self, value: f64) -> Self {
+        let speeds = 1.0 / value.min(1.0);
+        Self {
+            velocity: self.velocity * speeds,
+            tip: self.tip * speeds,
+            feed: self.feed / value,
+            ..*self
+        }
+    }
+
     #[cfg(test)]
     fn none() -> Self {
         let zero = SVector::zeros();

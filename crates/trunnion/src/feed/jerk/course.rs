@@ -10,8 +10,10 @@ use super::rows::{Rows, reference};
 use super::spline::{Border, Spline};
 use super::{FIRST_WEIGHT, Feasible, LEVELS, LOWER, STEPS, grid, kept, lengths, start};
 use crate::feed::Reciprocals;
+use crate::feed::cell::Cell;
 use crate::feed::profile::Grid;
 use crate::types::AxisPiece;
+use nalgebra::SVector;
 
 /// Share of their cap that cells of rest keep which become one: three times the jerk, a tenth to spare.
 const RESERVE: f64 = 0.45;
@@ -31,11 +33,18 @@ impl Ahead {
     }
 }
 
+/// On a curved path a stop may be this much longer than on a straight one.
+const CURVED: f64 = 3.0;
+
 /// Controls before the last way down to rest that are set free with it.
 const BEFORE: usize = 128;
-/// Most sweeps in which the stop dissolves, and the gain in time by which it goes on.
-const DISSOLVE: usize = 8;
+/// Most sweeps in which the stop dissolves; it goes on while they gain so much time, or `x` grows by so
+/// much where the stop was: little at first, from rest.
+const DISSOLVE: usize = 16;
 const GAIN: f64 = 0.001;
+const GROWTH: f64 = 1.05;
+/// Most sweeps in which a motion that is too fast is made slower.
+const BRAKING: usize = 32;
 /// Controls around the stop that are searched first.
 const AROUND: [usize; 4] = [24, 64, 160, usize::MAX / 2];
 /// Fewest cells that a plan is led on from.
@@ -52,6 +61,8 @@ pub(in crate::feed) struct Course<const N: usize> {
     /// Cells that were run.
     done: usize,
     ahead: Ahead,
+    /// Cell from which a stop takes what is left of it.
+    down: usize,
 }
 
 /// A cell that is run: `s`, `ds/dt` and `d²s/dt²` at both ends.
@@ -66,9 +77,39 @@ impl<const N: usize> Course<N> {
     ) -> Self {
         let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
         let motion = spline.motion();
-        let mut course = Self { grid, spline, references, motion, done: 0, ahead };
-        course.search((1, 1), limits);
+        let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1 };
+        course.search((1, 1), [limits; 2]);
         course
+    }
+
+    /// A stop from the motion under way.
+    pub(super) fn halting(grid: Grid<N>, spline: Spline, references: Vec<f64>) -> Self {
+        let motion = spline.motion();
+        Self { grid, spline, references, motion, done: 0, ahead: Ahead::Nothing, down: 1 }
+    }
+
+    /// `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
+    pub(in crate::feed) fn here(&self) -> Option<[f64; 3]> {
+        let at = |list: &[f64]| list.get(self.done).copied();
+        Some([at(&self.grid.s)?, at(&self.motion[0])?, at(&self.motion[1])?])
+    }
+
+    /// Where it ends.
+    pub(in crate::feed) fn end(&self) -> Option<f64> {
+        self.grid.s.last().copied()
+    }
+
+    /// Whether the stop at its end is felt within so many cells.
+    pub(in crate::feed) fn stops_within(&self, cells: usize) -> bool {
+        self.down < self.done + cells
+    }
+
+    /// Goes over to other limits from the motion under way.
+    pub(in crate::feed) fn go_over(&mut self, limits: [&Reciprocals<N>; 2]) {
+        if self.done + FEWEST <= self.spline.len() {
+            self.forget();
+            self.search((1, 1), limits);
+        }
     }
 
     /// The next cell.
@@ -84,21 +125,21 @@ impl<const N: usize> Course<N> {
     pub(in crate::feed) fn lead_on(
         &mut self,
         piece: &AxisPiece<N>,
-        limits: &Reciprocals<N>,
+        limits: [&Reciprocals<N>; 2],
         ahead: Ahead,
     ) -> bool {
         if self.done + FEWEST > self.spline.len() || self.motion[0].iter().all(|v| *v <= 0.0) {
             return false;
         }
         self.forget();
-        let (onward, (mut other, _)) = slow(piece, limits, [RESERVE, ahead.reserve()]);
+        let (onward, (mut other, _)) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
         let stop = self.spline.len();
         let mut grid = self.grid.clone();
         grid.s.extend(onward.s.iter().skip(1));
         grid.cells.extend(&onward.cells);
         for _ in 0..FEWEST {
             let joined = self.joined(&other);
-            let worst = strain(&grid, &joined, limits, stop - 1..stop + 1);
+            let worst = strain(&grid, &joined, limits[0], stop - 1..stop + 1);
             if worst < 1.0 {
                 self.references.resize(joined.len(), 0.0);
                 (self.grid, self.spline, self.ahead) = (grid, joined, ahead);
@@ -123,6 +164,7 @@ impl<const N: usize> Course<N> {
         } else {
             speed * speed
         };
+        self.down = self.down.saturating_sub(cell);
         self.grid.s.drain(..cell);
         for list in &mut self.motion {
             list.drain(..cell);
@@ -147,44 +189,66 @@ impl<const N: usize> Course<N> {
         spline
     }
 
-    /// Control from which the speed only falls up to the stop, and some before.
+    /// Control from which the speed only falls up to the stop, or from which the stop is felt, and some before.
     fn way_down(&self, stop: usize) -> usize {
         let mut from = stop - 1;
         while from > 1 && self.spline.controls[from - 1] > self.spline.controls[from] {
             from -= 1;
         }
-        from.saturating_sub(BEFORE).max(1)
+        from.min(self.down).saturating_sub(BEFORE).max(1)
     }
 
-    /// Makes the plan fast from control `from` on, and then all of it.
-    fn search(&mut self, (from, stop): (usize, usize), limits: &Reciprocals<N>) {
-        let reserves = [1.0, self.ahead.reserve()];
-        let Some(caps) = caps(&self.grid, &self.spline, limits, reserves) else { return };
+    /// First cell from whose speed a stop takes what is left of the path, or nearly.
+    fn stops_from(&self, limits: &Reciprocals<N>) -> usize {
+        let end = self.end().unwrap_or_default();
+        let near = |((s, speed), cell): ((&f64, &f64), &Cell<N>)| {
+            let largest =
+                |inverse: &SVector<f64, N>| cell.rates[0].component_mul(inverse).amax().recip();
+            let a = largest(&limits.acceleration);
+            let j = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
+            let v = *speed;
+            let time = if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };
+            end - s < CURVED * 0.5 * v * time
+        };
+        let rows = self.grid.s.iter().zip(&self.motion[0]);
+        rows.zip(&self.grid.cells).position(near).unwrap_or(self.spline.len())
+    }
+
+    /// Makes the plan fast from control `from` on, and then all of it. Where it is faster than `limits` allow,
+    /// which `axes` bound in any case, it brakes.
+    fn search(&mut self, (from, stop): (usize, usize), [limits, axes]: [&Reciprocals<N>; 2]) {
+        let caps = |limits| caps(&self.grid, &self.spline, limits, self.ahead);
+        let [Some(wanted), Some(most)] = [caps(limits), caps(axes)] else { return };
         let slow = (self.spline.clone(), self.references.clone());
         let last = self.spline.len() - 1;
-        let mut solver = Solver::new(&self.grid, limits, (caps, Vec::new()), slow.0.clone());
+        let mut solver =
+            Solver::new(&self.grid, limits, (wanted.clone(), Vec::new()), slow.0.clone());
         solver.keep_references(&slow.1);
+        solver.brake_to(wanted, most);
         let tail = from..last;
         let mut weight = FIRST_WEIGHT;
         let final_weight = FIRST_WEIGHT * (1..LEVELS).fold(1.0, |weight, _| weight * LOWER);
         solver.centre(final_weight, solver.spline.cells());
         solver.centre(weight, from.max(solver.spline.cells().start)..solver.spline.cells().end);
+        solver.brake((weight, STEPS), BRAKING);
         // From near the stop outwards: one step for all would be as short as the shortest of any place.
         for around in AROUND {
             let near = stop.saturating_sub(around).max(from)..(stop + around).min(last);
             let near = if stop > from { near } else { tail.clone() };
-            let mut time = solver.spline.time();
+            let state = |solver: &Solver<N>| (solver.spline.time(), solver.spline.controls[stop]);
+            let mut before = state(&solver);
             for _ in 0..DISSOLVE {
                 solver.sweep_over(near.clone(), (weight, STEPS), [near.len(); 2]);
-                let now = solver.spline.time();
-                if now > (1.0 - GAIN) * time {
+                let now = state(&solver);
+                if now.0 > (1.0 - GAIN) * before.0 && now.1 < GROWTH * before.1 {
                     break;
                 }
-                time = now;
+                before = now;
             }
         }
         for _ in 1..LEVELS {
             weight *= LOWER;
+            solver.brake_on(weight);
             solver.sweep_over(tail.clone(), (weight, STEPS), [tail.len(); 2]);
         }
         for weight in [final_weight / LOWER, final_weight] {
@@ -196,11 +260,21 @@ impl<const N: usize> Course<N> {
         }
         (self.spline, self.references) = (solver.spline, solver.references);
         self.motion = self.spline.motion();
+        self.down = self.stops_from(limits);
     }
 }
 
 /// Caps with the reserve of cells of rest.
-fn caps<const N: usize>(
+pub(super) fn caps<const N: usize>(
+    grid: &Grid<N>,
+    spline: &Spline,
+    limits: &Reciprocals<N>,
+    ahead: Ahead,
+) -> Option<Caps> {
+    caps_with(grid, spline, limits, [1.0, ahead.reserve()])
+}
+
+fn caps_with<const N: usize>(
     grid: &Grid<N>,
     spline: &Spline,
     limits: &Reciprocals<N>,
@@ -225,7 +299,7 @@ fn slow<const N: usize>(
     let ends = [Border::Rest; 2];
     let grid = grid::graded(piece, limits, &ends);
     let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
-    if let Some(caps) = caps(&grid, &spline, limits, reserves) {
+    if let Some(caps) = caps_with(&grid, &spline, limits, reserves) {
         start::feasible(&grid, limits, &caps, &mut spline);
     }
     let references = vec![0.0; spline.len()];

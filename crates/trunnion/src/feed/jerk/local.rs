@@ -49,13 +49,17 @@ impl Derivatives {
         }
     }
 
-    /// Adds the time through a cell of length `h`, as `h / sqrt(x)` of the middle.
-    pub(super) fn add_time(&mut self, h: f64, x: [f64; 3]) {
+    /// Adds the time through a cell of length `h`, as `h / sqrt(x)` of the middle; where it is to be slower,
+    /// the distance of the middle from a target, with the same curvature.
+    pub(super) fn add_time(&mut self, h: f64, x: [f64; 3], target: Option<f64>) {
         const MIDDLE: [f64; 3] = [0.25, 0.5, 0.25];
         let square = middle(x);
         let time = h / square.sqrt();
-        self.add_gradient(-0.5 * time / square, MIDDLE);
-        self.add_square(0.75 * time / (square * square), MIDDLE);
+        let curvature = 0.75 * time / (square * square);
+        let slope =
+            target.map_or(-0.5 * time / square, |target| curvature * (square - target).max(0.0));
+        self.add_gradient(slope, MIDDLE);
+        self.add_square(curvature, MIDDLE);
     }
 }
 
@@ -124,20 +128,23 @@ pub(super) fn add_rows<const N: usize>(
     let room = rooms(state.x, state.reference);
     let [mut jerks, mut accelerations] = [Sums::default(), Sums::default()];
     let mut cross = Cross::default();
-    for axis in 0..N {
-        let [jerk, acceleration] = &rows.factors[axis];
-        let (near, far) = (&mut slacks.near[axis], &mut slacks.far[axis]);
-        let mut values_of = values(jerk, state.x);
-        values_of.iter_mut().for_each(|value| *value *= scale);
-        note(&values_of, &room, (&mut near[JERK], &mut far[JERK]));
-        let forces = Forces::new(&multipliers[axis][JERK], (&near[JERK], &far[JERK]), state.weight);
+    let axes = rows.factors.iter().zip(multipliers);
+    for ((factors, multipliers), (near, far)) in
+        axes.zip(slacks.near.iter_mut().zip(&mut slacks.far))
+    {
+        let [jerk, acceleration] = factors;
+        let mut jerk_values = values(jerk, state.x);
+        for value in &mut jerk_values {
+            *value *= scale;
+        }
+        note(&jerk_values, &room, (&mut near[JERK], &mut far[JERK]));
+        let forces = Forces::new(&multipliers[JERK], (&near[JERK], &far[JERK]), state.weight);
         jerks.add(jerk, &forces);
         cross.add(jerk, &forces);
-        let values_of = values(acceleration, state.x);
         let sides = (&mut near[ACCELERATION], &mut far[ACCELERATION]);
-        note(&values_of, &[1.0; LANES], sides);
+        note(&values(acceleration, state.x), &[1.0; LANES], sides);
         let sides = (&near[ACCELERATION], &far[ACCELERATION]);
-        let forces = Forces::new(&multipliers[axis][ACCELERATION], sides, state.weight);
+        let forces = Forces::new(&multipliers[ACCELERATION], sides, state.weight);
         accelerations.add(acceleration, &forces);
     }
     jerks.hand_over(out, scale);
@@ -236,8 +243,8 @@ impl Cross {
         let mixed = self.mixed.map(|mixed| RAISED.map(|raised| across * dot(&raised, &mixed)));
         let lifted = RAISED.map(|raised| {
             let mut lifted = raised;
-            for lane in 0..LANES {
-                lifted[lane] *= self.square[lane];
+            for (lifted, square) in lifted.iter_mut().zip(&self.square) {
+                *lifted *= square;
             }
             RAISED.map(|raised| half * half * dot(&raised, &lifted))
         });
@@ -264,7 +271,9 @@ pub(super) fn turns<const N: usize>(
 ) -> f64 {
     let mut most = [0.0; LANES];
     let mut lifts = values(&RAISED, d);
-    lifts.iter_mut().for_each(|lift| *lift *= 0.5 / state.reference);
+    for lift in &mut lifts {
+        *lift *= 0.5 / state.reference;
+    }
     let kinds = [(JERK, state.reference.sqrt(), lifts), (ACCELERATION, 1.0, [0.0; LANES])];
     for axis in 0..N {
         for (kind, scale, lifts) in &kinds {

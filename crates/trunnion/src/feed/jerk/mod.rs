@@ -6,6 +6,7 @@
 //! grid that resolves rest (`grid`).
 
 mod band;
+mod brake;
 mod caps;
 mod check;
 mod course;
@@ -15,6 +16,7 @@ mod local;
 mod newton;
 mod restore;
 mod rows;
+mod slower;
 mod spline;
 mod start;
 
@@ -24,6 +26,7 @@ use super::{
     plan_all,
 };
 use crate::types::{AxisPath, AxisPiece, Law, Progress, SchedulePiece, Stretch};
+pub(super) use brake::stop;
 pub(super) use course::{Ahead, Course};
 
 use caps::Caps;

@@ -10,6 +10,7 @@ use super::band::Band;
 use super::caps::Caps;
 use super::local::{Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update};
 use super::rows::{JERK, LANES, Rows, reference, rooms};
+use super::slower::Slower;
 use super::spline::{Spline, Weights, middle};
 use crate::feed::cell::smallest;
 use crate::feed::profile::Grid;
@@ -28,7 +29,9 @@ const ROOM_KEPT: f64 = 0.3;
 pub(super) struct Solver<'a, const N: usize> {
     grid: &'a Grid<N>,
     limits: &'a Reciprocals<N>,
-    caps: Caps,
+    pub(super) caps: Caps,
+    /// What is faster than wanted.
+    pub(super) slower: Option<Slower>,
     pub(super) spline: Spline,
     pub(super) references: Vec<f64>,
     multipliers: Vec<PerRow<N>>,
@@ -65,6 +68,7 @@ impl<'a, const N: usize> Solver<'a, N> {
             grid,
             limits,
             caps,
+            slower: None,
             references: vec![0.0; cells],
             multipliers: vec![[[[0.0; LANES]; 2]; N]; cells],
             cap_multipliers: vec![[0.0; 2]; cells],
@@ -104,7 +108,6 @@ impl<'a, const N: usize> Solver<'a, N> {
     /// Multipliers of the central path: `weight` is the barrier's, as a share of each cell's time.
     pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
         for cell in range {
-            let x = self.spline.coefficients(cell);
             let state = self.state(cell, (&self.spline.weights(cell), weight * self.time(cell)));
             let rows = self.rows(cell);
             let mut slacks = Slacks::default();
@@ -113,9 +116,15 @@ impl<'a, const N: usize> Solver<'a, N> {
             self.multipliers[cell] = slacks
                 .near
                 .map(|kinds| kinds.map(|row| row.map(|inverse| state.weight * inverse.abs())));
-            let weight = self.caution * state.weight;
-            self.cap_multipliers[cell] = self.cap_slacks(cell, x).map(|slack| weight / slack);
+            self.centre_caps(weight, cell);
         }
+    }
+
+    /// The same of a cell's caps alone.
+    pub(super) fn centre_caps(&mut self, weight: f64, cell: usize) {
+        let weight = self.caution * weight * self.time(cell);
+        let slacks = self.cap_slacks(cell, self.spline.coefficients(cell));
+        self.cap_multipliers[cell] = slacks.map(|slack| weight / slack);
     }
 
     /// Takes another spline, with the references that suit it.
@@ -217,7 +226,8 @@ impl<'a, const N: usize> Solver<'a, N> {
         for (index, cell) in cells.clone().enumerate() {
             let state = self.state(cell, (&work.shapes[index], work.weights[index]));
             let mut out = Derivatives::default();
-            out.add_time(self.spline.lengths[cell], state.x);
+            let target = self.slower.as_ref().and_then(|slower| slower.target(cell));
+            out.add_time(self.spline.lengths[cell], state.x, target);
             add_rows(
                 &mut out,
                 &work.rows[index],
@@ -226,7 +236,7 @@ impl<'a, const N: usize> Solver<'a, N> {
                 &mut work.slacks[index],
             );
             self.add_caps(&mut out, cell, &state);
-            self.scatter(&out, (cell, &work.shapes[index]), range, &mut work.band);
+            Self::scatter(&out, (cell, &work.shapes[index]), range, &mut work.band);
         }
         self.add_rest(range, &mut work.band);
         if !work.band.solve() {
@@ -250,7 +260,6 @@ impl<'a, const N: usize> Solver<'a, N> {
 
     /// Adds a cell's derivatives to the system of the controls of a range.
     fn scatter(
-        &self,
         out: &Derivatives,
         (cell, weights): (usize, &Weights),
         range: &Range<usize>,

@@ -1,19 +1,24 @@
 //! A stream that keeps jerk limits.
 
-use super::{Step, StreamOptions};
-use crate::feed::jerk::{Ahead, Course};
+use super::known::{Entry, Known};
+use super::{MOST_OVERRIDE, Step, StreamOptions};
+use crate::feed::jerk::{Ahead, Course, stop};
 use crate::feed::{FeedError, Limits, Reciprocals, error};
-use crate::types::{AXES, AxisNode, AxisPiece, Motion, Stretch};
-use std::collections::VecDeque;
+use crate::types::{AXES, AxisNode, Motion, Stretch};
+
+/// The window grows to this many times its rows where the distance to stop is longer.
+const WIDEST: usize = 8;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
 /// As [`super::Stream`]: nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
 /// committed schedule come out of [`JerkStream::next`], which can always be followed by a stop inside
 /// what is known of the path. A quarter of the window is run before the next quarter is planned, so a
-/// node costs a constant time on average, and memory is that of the window.
+/// node costs a constant time on average. Where the way down to the stop begins in the next quarter, more
+/// nodes are wanted, up to eight windows: memory is that of as many at most.
 ///
-/// There is no override yet: the path is run as programmed.
+/// [`JerkStream::set_override`] plans anew from the motion that is under way: braking as hard as the limits
+/// allow where the new feed is lower, to the shortest stop that is found where it is 0.
 ///
 /// # Source
 ///
@@ -21,13 +26,14 @@ use std::collections::VecDeque;
 #[derive(Debug, Clone)]
 pub struct JerkStream<const N: usize = AXES> {
     options: StreamOptions,
-    /// On cuts and on links.
+    /// On cuts and on links: as given, and at the override.
+    given: [Reciprocals<N>; 2],
     limits: [Reciprocals<N>; 2],
-    /// Nodes that are not planned yet; the first is where the plan ends, and counts as planned.
-    queue: VecDeque<Entry<N>>,
+    factor: f64,
+    /// What the plan was made for, if that is another override.
+    planned_for: f64,
+    known: Known<N>,
     course: Option<Course<N>>,
-    /// `s` of the nodes that end the intervals of the plan, and how many are waiting to be run.
-    ends: VecDeque<(f64, usize)>,
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
@@ -35,15 +41,6 @@ pub struct JerkStream<const N: usize = AXES> {
     piece: usize,
     time: f64,
     speed: f64,
-}
-
-/// A node, where it belongs, and whether it begins a piece.
-#[derive(Debug, Clone)]
-struct Entry<const N: usize> {
-    piece: usize,
-    index: usize,
-    motion: Motion,
-    node: AxisNode<N>,
 }
 
 impl<const N: usize> JerkStream<N> {
@@ -57,13 +54,16 @@ impl<const N: usize> JerkStream<N> {
         if limits.jerk.is_none() {
             return Err(FeedError::NoJerkLimit);
         }
+        let given =
+            [Motion::Cut, Motion::Link].map(|motion| Reciprocals::new(motion, &limits, &feeds));
         Ok(Self {
             options,
-            limits: [Motion::Cut, Motion::Link]
-                .map(|motion| Reciprocals::new(motion, &limits, &feeds)),
-            queue: VecDeque::new(),
+            given,
+            limits: given,
+            factor: 1.0,
+            planned_for: 1.0,
+            known: Known::new(),
             course: None,
-            ends: VecDeque::new(),
             pushed: [0; 2],
             last: None,
             motion: Motion::Cut,
@@ -87,17 +87,43 @@ impl<const N: usize> JerkStream<N> {
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let [piece, index] = self.pushed;
         error::validate_next([piece, index], &node, self.last.unwrap_or(f64::NEG_INFINITY))?;
-        self.queue.push_back(Entry { piece, index, motion: self.motion, node });
+        self.known.push(Entry { piece, index, motion: self.motion, node });
         (self.last, self.pushed[1]) = (Some(node.s), index + 1);
         Ok(())
     }
 
     /// Whether more nodes are of use before the next stretch is taken.
     pub fn wants(&self) -> bool {
-        self.ends.len() + self.queue.len().saturating_sub(1) < self.options.window
+        let quarter = self.options.window / 4;
+        let stops = || self.course.as_ref().is_some_and(|course| course.stops_within(quarter));
+        let most = WIDEST.saturating_mul(self.options.window);
+        self.is_short() || (self.known.ahead() < most && self.known.waiting() <= quarter && stops())
     }
 
-    /// Time at the end of what was handed out \[s\].
+    /// Sets the override: feed and speeds at most this multiple of the programmed ones, from the next
+    /// stretch on, as soon as the limits allow. 0 holds; above 1 the feed is raised, speeds of the axes
+    /// are not.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::BadOverride`] unless it is in 0..=2.
+    pub fn set_override(&mut self, value: f64) -> Result<(), FeedError> {
+        if !(0.0..=MOST_OVERRIDE).contains(&value) {
+            return Err(FeedError::BadOverride { value });
+        }
+        self.factor = value;
+        if value > 0.0 {
+            self.limits = self.given.map(|limits| limits.at_override(value));
+        }
+        Ok(())
+    }
+
+    /// Whether the axes rest because the override is 0, with path left to run.
+    pub fn held(&self) -> bool {
+        self.factor <= 0.0 && self.speed <= 0.0 && self.known.ahead() > 0
+    }
+
+    /// Time at the end of what was handed out, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -107,77 +133,101 @@ impl<const N: usize> JerkStream<N> {
         self.speed
     }
 
-    /// Nodes at the front of the queue that belong to one piece.
-    fn known(&self) -> usize {
-        let first = self.queue.front().map(|entry| entry.piece);
-        self.queue.iter().take_while(|entry| Some(entry.piece) == first).count()
-    }
-
     /// Whether the piece goes on after what is known: not where another has begun, or nodes run out.
     fn ahead(&self) -> Ahead {
-        if self.wants() || self.known() < self.queue.len() { Ahead::Nothing } else { Ahead::More }
+        if self.is_short() || self.known.has_another_piece() { Ahead::Nothing } else { Ahead::More }
     }
 
-    /// Takes the nodes known of a piece; the last stays, as the first of what follows.
-    fn take(&mut self) -> Option<AxisPiece<N>> {
-        let count = self.known();
-        let motion = self.queue.front()?.motion;
-        let mut nodes = Vec::with_capacity(count);
-        for entry in self.queue.iter().take(count) {
-            nodes.push(entry.node);
-        }
-        self.ends.extend(
-            self.queue.iter().take(count).skip(1).map(|entry| (entry.node.s, entry.index - 1)),
-        );
-        self.queue.drain(..count - 1);
-        Some(AxisPiece { motion, source: 0, nodes })
+    fn is_short(&self) -> bool {
+        self.known.ahead() < self.options.window
+    }
+
+    /// What the axes can do, whatever the feed.
+    fn axes_on(&self, motion: Motion) -> Reciprocals<N> {
+        Reciprocals { feed: 0.0, ..self.given[usize::from(motion.is_free())] }
+    }
+
+    fn limits_on(&self, motion: Motion) -> Reciprocals<N> {
+        self.limits[usize::from(motion.is_free())]
     }
 
     /// Plans what is known where it is time to.
     fn plan(&mut self) -> Option<()> {
-        if self.ends.is_empty() {
+        if self.factor.to_bits() != self.planned_for.to_bits() {
+            self.plan_anew();
+        }
+        if self.known.is_run() {
             self.course = None;
         }
-        if let Some(mut course) = self.course.take() {
-            let more = self.queue.front().map(|entry| entry.piece) == Some(self.piece);
-            let known = if more { self.known() } else { 0 };
-            // With less than a quarter only where no more is at hand.
-            if known >= 2 && (known > self.options.window / 4 || self.wants()) {
-                let ahead = self.ahead();
-                let before = (self.queue.clone(), self.ends.clone());
-                let piece = self.take()?;
-                let limits = &self.limits[usize::from(piece.motion.is_free())];
-                if !course.lead_on(&piece, limits, ahead) {
-                    (self.queue, self.ends) = before;
-                }
-            }
-            self.course = Some(course);
+        if self.factor <= 0.0 {
+            return self.course.as_ref().map(|_| ());
+        }
+        if let Some(course) = self.course.take() {
+            self.course = Some(self.led_on(course)?);
             return Some(());
         }
-        // A node that nothing follows in its piece is done with.
-        while self.known() == 1 && self.queue.len() > 1 {
-            self.queue.pop_front();
-        }
-        if self.known() < 2 {
+        self.known.drop_ends();
+        if self.known.of_a_piece() < 2 {
             return None;
         }
-        self.piece = self.queue.front()?.piece;
+        self.piece = self.known.piece()?;
         let ahead = self.ahead();
-        let piece = self.take()?;
-        let limits = &self.limits[usize::from(piece.motion.is_free())];
-        self.course = Some(Course::new(&piece, limits, ahead));
+        let piece = self.known.take()?;
+        self.course = Some(Course::new(&piece, &self.limits_on(piece.motion), ahead));
         Some(())
+    }
+
+    /// The course, led on where it is time to.
+    fn led_on(&mut self, mut course: Course<N>) -> Option<Course<N>> {
+        let more = self.known.piece() == Some(self.piece);
+        let known = if more { self.known.of_a_piece() } else { 0 };
+        // With less than a quarter only where no more is at hand.
+        let due = known > self.options.window / 4 || self.is_short();
+        if known >= 2 && due {
+            let ahead = self.ahead();
+            let before = self.known.clone();
+            let piece = self.known.take()?;
+            let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
+            if !course.lead_on(&piece, limits.each_ref(), ahead) {
+                self.known = before;
+            }
+        }
+        Some(course)
+    }
+
+    /// Another override: goes over to it from the motion under way.
+    fn plan_anew(&mut self) {
+        self.planned_for = self.factor;
+        let Some(mut course) = self.course.take() else { return };
+        let Some([s, speed, acceleration]) = course.here() else { return };
+        if speed <= 0.0 {
+            // Planned from rest when it goes on.
+            self.known.end_at(s);
+            return;
+        }
+        let Some(rest) = self.known.planned_from(s) else { return };
+        let axes = self.axes_on(rest.motion);
+        if self.factor > 0.0 {
+            course.go_over([&self.limits_on(rest.motion), &axes]);
+        } else if let Some(halt) = stop(&rest, [speed * speed, acceleration], &axes)
+            && let Some(end) = halt.end()
+        {
+            self.known.end_at(end);
+            course = halt;
+        }
+        self.course = Some(course);
     }
 }
 
-/// The next stretch of committed schedule. `None` while the axes rest at the end of what was pushed.
+/// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
+/// or held; more may come after it.
 impl<const N: usize> Iterator for JerkStream<N> {
     type Item = Step;
 
     fn next(&mut self) -> Option<Step> {
         self.plan()?;
         let [s, speed, acceleration] = self.course.as_mut()?.run()?;
-        let (end, interval) = *self.ends.front()?;
+        let interval = self.known.run_to(s[1])?;
         let duration = Stretch { length: s[1] - s[0], speed, acceleration }.time();
         let step = Step {
             piece: self.piece,
@@ -189,9 +239,6 @@ impl<const N: usize> Iterator for JerkStream<N> {
             acceleration: acceleration[0],
             end_acceleration: acceleration[1],
         };
-        if s[1] >= end {
-            self.ends.pop_front();
-        }
         self.time += duration;
         self.speed = speed[1];
         Some(step)

@@ -3,9 +3,11 @@
 //! ```text
 //! window   rows ahead, and the backward pass over them
 //! jerk     the same with jerk limits, plan by plan
+//! known    the nodes of those plans, and the ones after them
 //! ```
 
 mod jerk;
+mod known;
 mod window;
 
 pub use jerk::JerkStream;

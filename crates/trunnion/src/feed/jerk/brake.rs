@@ -1,0 +1,159 @@
+//! A stop from the motion that is under way.
+
+use super::course::{Ahead, Course, caps};
+use super::spline::{Border, Spline};
+use super::{grid, lengths, restore};
+use crate::feed::Reciprocals;
+use crate::types::{AxisNode, AxisPiece};
+use nalgebra::SVector;
+
+/// The first try is that much longer than on a straight line: rows need a little room.
+const SLACK: f64 = 1.05;
+/// Longer by this from try to try.
+const LONGER: f64 = 1.2;
+/// Rows of a phase of the stop that a search starts from.
+const ROWS: u32 = 32;
+/// Halvings of the share of the limits it needs.
+const HALVINGS: usize = 30;
+
+/// The shortest stop that is found over a piece that begins where this motion is: squared speed and
+/// `d²s/dt²`. `None` if none is found on it.
+///
+/// Tried from the distance that the limits at the start allow on a straight line, a little farther every
+/// time.
+pub(in crate::feed) fn stop<const N: usize>(
+    piece: &AxisPiece<N>,
+    motion: [f64; 2],
+    limits: &Reciprocals<N>,
+) -> Option<Course<N>> {
+    let [first, last] = [piece.nodes.first()?, piece.nodes.last()?];
+    let straight = Straight::new(&first.q[1], motion, limits);
+    let mut distance = straight.way(1.0) * SLACK;
+    while distance < last.s - first.s {
+        let part = up_to(piece, first.s + distance)?;
+        if let Some(course) = halt(&part, motion, (limits, &straight.over(distance))) {
+            return Some(course);
+        }
+        distance *= LONGER;
+    }
+    halt(piece, motion, (limits, &straight.over(last.s - first.s)))
+}
+
+/// A stop on a straight line: jerk from the deceleration that is under way to a largest one, that, and
+/// jerk back.
+struct Straight {
+    speed: f64,
+    /// Deceleration under way; negative while it speeds up.
+    before: f64,
+    largest: f64,
+    jerk: f64,
+}
+
+impl Straight {
+    fn new<const N: usize>(
+        rate: &SVector<f64, N>,
+        [x, u]: [f64; 2],
+        limits: &Reciprocals<N>,
+    ) -> Self {
+        let largest = |inverse: &SVector<f64, N>| rate.component_mul(inverse).amax().recip();
+        let jerk = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
+        let largest = largest(&limits.acceleration).max(-u);
+        Self { speed: x.sqrt(), before: -u, largest, jerk }
+    }
+
+    /// Durations of the phases and the deceleration between them, with a share of jerk and deceleration.
+    fn phases(&self, share: f64) -> ([f64; 3], f64) {
+        let [most, jerk] = [(share * self.largest).max(self.before), share * self.jerk];
+        // The speed falls by (most² - before²) / 2j, most t and most² / 2j.
+        let half = 0.5 * self.before * self.before;
+        let peak = (jerk * self.speed + half).sqrt().max(self.before);
+        if peak < most {
+            return ([(peak - self.before) / jerk, 0.0, peak / jerk], peak);
+        }
+        let left = self.speed - (most * most - half) / jerk;
+        ([(most - self.before) / jerk, left.max(0.0) / most, most / jerk], most)
+    }
+
+    /// Its length.
+    fn way(&self, share: f64) -> f64 {
+        self.table(share).last().map_or(0.0, |row| row[0])
+    }
+
+    /// Way and squared speed at even times.
+    fn table(&self, share: f64) -> Vec<[f64; 2]> {
+        let (times, peak) = self.phases(share);
+        let slopes = [share * self.jerk, 0.0, -share * self.jerk];
+        let decelerations = [self.before, peak, peak];
+        let [mut way, mut speed] = [0.0, self.speed];
+        let mut rows = vec![[0.0, speed * speed]];
+        for ((time, slope), deceleration) in times.into_iter().zip(slopes).zip(decelerations) {
+            let at = |t: f64| {
+                let lost = t * (deceleration + 0.5 * slope * t);
+                let behind = t * t * (0.5 * deceleration + slope * t / 6.0);
+                [way + t * speed - behind, (speed - lost).max(0.0)]
+            };
+            for row in 1..=ROWS {
+                let [way, speed] = at(time * f64::from(row) / f64::from(ROWS));
+                rows.push([way, speed * speed]);
+            }
+            [way, speed] = at(time);
+        }
+        rows
+    }
+
+    /// Gentle enough to be as long as that.
+    fn over(&self, distance: f64) -> Vec<[f64; 2]> {
+        let [mut gentle, mut hard] = [0.0, 1.0];
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (gentle + hard);
+            if self.way(middle) > distance { gentle = middle } else { hard = middle }
+        }
+        self.table(hard)
+    }
+}
+
+/// The piece as far as `s`.
+fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
+    let interval = piece.interval_at(s);
+    let [from, to] = [piece.nodes.get(interval)?, piece.nodes.get(interval + 1)?];
+    let mut nodes = piece.nodes.get(..=interval)?.to_vec();
+    if s <= from.s {
+        return (nodes.len() > 1).then_some(AxisPiece { nodes, ..*piece });
+    }
+    let share = (s - from.s) / (to.s - from.s);
+    let mean = |from: f64, to: f64| from + share * (to - from);
+    nodes.push(AxisNode {
+        s,
+        q: piece.axes_at(s)?,
+        tip_rate: mean(from.tip_rate, to.tip_rate),
+        feed_rate: mean(from.feed_rate, to.feed_rate),
+    });
+    Some(AxisPiece { nodes, ..*piece })
+}
+
+fn halt<const N: usize>(
+    piece: &AxisPiece<N>,
+    motion: [f64; 2],
+    (limits, rows): (&Reciprocals<N>, &[[f64; 2]]),
+) -> Option<Course<N>> {
+    let ends = [Border::Moving(motion), Border::Rest];
+    let grid = grid::graded(piece, limits, &ends);
+    let origin = grid.s.first().copied()?;
+    let at = |s: f64| {
+        let after = rows.partition_point(|row| row[0] <= s - origin).clamp(1, rows.len() - 1);
+        let [from, to] = [rows[after - 1], rows[after]];
+        let share = ((s - origin - from[0]) / (to[0] - from[0])).clamp(0.0, 1.0);
+        from[1] + share * (to[1] - from[1])
+    };
+    // A parabola through both ends of a cell and its middle.
+    let control = |pair: &[f64]| {
+        let [from, to] = [pair[0], pair[1]];
+        let middle = at(0.5 * (from + to));
+        (2.0 * middle - 0.5 * (at(from) + at(to))).max(0.5 * middle)
+    };
+    let controls = grid.s.windows(2).map(control).collect();
+    let spline = Spline::new(lengths(&grid), controls, ends);
+    let caps = caps(&grid, &spline, limits, Ahead::Nothing)?;
+    let (spline, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
+    Some(Course::halting(grid, spline, references))
+}

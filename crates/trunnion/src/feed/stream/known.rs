@@ -1,0 +1,159 @@
+//! The nodes a stream knows: those of the plan that is run, and those after it.
+
+use crate::types::{AxisNode, AxisPiece, Motion};
+use std::collections::VecDeque;
+
+/// A node, where it belongs, and how its piece is run.
+#[derive(Debug, Clone)]
+pub(super) struct Entry<const N: usize> {
+    pub(super) piece: usize,
+    /// Of the node in its piece; of the one after it for a place between nodes.
+    pub(super) index: usize,
+    pub(super) motion: Motion,
+    pub(super) node: AxisNode<N>,
+}
+
+/// Nodes around and ahead of the end of the committed schedule.
+#[derive(Debug, Clone)]
+pub(super) struct Known<const N: usize> {
+    /// Start of the interval that is run.
+    from: Option<Entry<N>>,
+    /// Ends of the intervals of the plan that are not run yet.
+    planned: VecDeque<Entry<N>>,
+    /// What is not planned yet; the first is where the plan ends.
+    queue: VecDeque<Entry<N>>,
+}
+
+impl<const N: usize> Known<N> {
+    pub(super) fn new() -> Self {
+        Self { from: None, planned: VecDeque::new(), queue: VecDeque::new() }
+    }
+
+    pub(super) fn push(&mut self, entry: Entry<N>) {
+        self.queue.push_back(entry);
+    }
+
+    /// Intervals ahead.
+    pub(super) fn ahead(&self) -> usize {
+        self.planned.len() + self.waiting()
+    }
+
+    /// Intervals that are not planned.
+    pub(super) fn waiting(&self) -> usize {
+        self.queue.len().saturating_sub(1)
+    }
+
+    /// Whether all that was planned was run.
+    pub(super) fn is_run(&self) -> bool {
+        self.planned.is_empty()
+    }
+
+    /// Piece of the first node that is not run.
+    pub(super) fn piece(&self) -> Option<usize> {
+        self.queue.front().map(|entry| entry.piece)
+    }
+
+    /// Nodes at the front of the queue that belong to one piece.
+    pub(super) fn of_a_piece(&self) -> usize {
+        let first = self.piece();
+        self.queue.iter().take_while(|entry| Some(entry.piece) == first).count()
+    }
+
+    /// Whether another piece has begun after that of the first node in the queue.
+    pub(super) fn has_another_piece(&self) -> bool {
+        self.of_a_piece() < self.queue.len()
+    }
+
+    /// Drops nodes that nothing follows in their piece.
+    pub(super) fn drop_ends(&mut self) {
+        while self.of_a_piece() == 1 && self.queue.len() > 1 {
+            self.queue.pop_front();
+        }
+    }
+
+    /// Takes the nodes known of a piece; the last stays, as the first of what follows.
+    pub(super) fn take(&mut self) -> Option<AxisPiece<N>> {
+        let count = self.of_a_piece();
+        let first = self.queue.front()?;
+        if self.planned.is_empty() {
+            self.from = Some(first.clone());
+        }
+        let motion = first.motion;
+        let nodes = self.queue.iter().take(count).map(|entry| entry.node).collect();
+        self.planned.extend(self.queue.iter().take(count).skip(1).cloned());
+        self.queue.drain(..count - 1);
+        Some(AxisPiece { motion, source: 0, nodes })
+    }
+
+    /// Interval between nodes that the schedule runs in, and notes that it was run up to `s`.
+    pub(super) fn run_to(&mut self, s: f64) -> Option<usize> {
+        let end = self.planned.front()?;
+        let interval = end.index - 1;
+        if s >= end.node.s {
+            self.from = self.planned.pop_front();
+        }
+        Some(interval)
+    }
+
+    /// What is planned of the path from `s` on, which lies in the interval that is run.
+    pub(super) fn planned_from(&self, s: f64) -> Option<AxisPiece<N>> {
+        let here = between(self.from.as_ref()?, self.planned.front()?, s)?;
+        let mut nodes = vec![here.node];
+        nodes.extend(self.planned.iter().map(|entry| entry.node));
+        Some(AxisPiece { motion: here.motion, source: 0, nodes })
+    }
+
+    /// The plan ends at `s` now: what comes after is not planned any more.
+    pub(super) fn end_at(&mut self, s: f64) {
+        // The node at the end of the plan stands in both lists.
+        let mut after = self.planned.pop_back();
+        while let Some(last) = self.planned.back() {
+            if last.node.s < s {
+                break;
+            }
+            if let Some(entry) = after {
+                self.give_back(entry);
+            }
+            after = self.planned.pop_back();
+        }
+        let Some(after) = after else { return };
+        let before = self.planned.back().or(self.from.as_ref());
+        let Some(end) = before.and_then(|before| between(before, &after, s)) else { return };
+        self.give_back(after);
+        let starts = self.from.as_ref().is_some_and(|from| s <= from.node.s);
+        if self.queue.front().is_none_or(|first| first.node.s > s) {
+            self.queue.push_front(end.clone());
+        }
+        if !starts {
+            self.planned.push_back(end);
+        }
+    }
+
+    /// Puts a node in front of the queue, unless it stands there.
+    fn give_back(&mut self, entry: Entry<N>) {
+        let stands = |first: &Entry<N>| first.piece == entry.piece && first.node.s <= entry.node.s;
+        if !self.queue.front().is_some_and(stands) {
+            self.queue.push_front(entry);
+        }
+    }
+}
+
+/// The place `s` between two nodes as a node: both halves of the quintic are the quintic.
+fn between<const N: usize>(from: &Entry<N>, to: &Entry<N>, s: f64) -> Option<Entry<N>> {
+    if s <= from.node.s {
+        return Some(from.clone());
+    }
+    if s >= to.node.s {
+        return Some(to.clone());
+    }
+    let piece = AxisPiece { motion: to.motion, source: 0, nodes: vec![from.node, to.node] };
+    let share = (s - from.node.s) / (to.node.s - from.node.s);
+    let mean = |from: f64, to: f64| from + share * (to - from);
+    let node = AxisNode {
+        s,
+        q: piece.axes_at(s)?,
+        tip_rate: mean(from.node.tip_rate, to.node.tip_rate),
+        feed_rate: mean(from.node.feed_rate, to.node.feed_rate),
+    };
+    Some(Entry { node, ..to.clone() })
+}
