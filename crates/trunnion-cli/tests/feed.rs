@@ -234,7 +234,27 @@ fn a_window_gives_the_schedule_of_the_whole_path() {
     assert_eq!(window["window"], 64);
     let last = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap()).pop().unwrap();
     assert!((last[0] - 100.0).abs() < 1e-12 && last[2].abs() < 1e-9);
-    refused(&table(&even(9, 1.0)), LIMITS, &["--window", "64"], "goes with --method optimal");
+    let blocks = ["--method", "blocks", "--window", "64"];
+    refused(&table(&even(9, 1.0)), LIMITS, &blocks, "goes with --method optimal or jerk");
+    let moving = format!("{LIMITS}[path]\nend = 5\n");
+    refused(&table(&even(9, 1.0)), &moving, &["--window", "64"], "starts and ends at rest");
+}
+
+#[test]
+fn a_window_keeps_jerk_limits_too() {
+    let folder = folder(&table(&even(201, 0.5)), LIMITS);
+    let whole = summary(folder.path(), &[]);
+    let window = summary(folder.path(), &["--window", "64"]);
+    let [longest, through] = [&whole, &window].map(|found| found["duration"].as_f64().unwrap());
+    assert!(through <= longest * 1.002, "{through} {longest}");
+    for kind in ["velocity", "acceleration", "jerk"] {
+        let [ratio, bound] = ["ratios", "bounds"].map(|name| window[name][kind].as_f64().unwrap());
+        assert!(ratio <= bound + 1e-9 && bound <= 1.0 + 1e-9, "{kind}: {ratio} {bound}");
+        assert!(bound > 0.0);
+    }
+    assert_eq!(window["lower_bound"], whole["lower_bound"]);
+    let last = rows(&fs::read_to_string(folder.path().join("out.csv")).unwrap()).pop().unwrap();
+    assert!((last[0] - 100.0).abs() < 1e-12 && last[2].abs() < 1e-9);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use trunnion::feed::{FeedError, FeedOptions, JerkStream, Limits, Step, StreamOptions, jerk};
-use trunnion::types::{AxisPath, Motion, Silent};
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{Waves, any_waves};
 
 fn machine() -> Limits<5> {
@@ -112,6 +112,25 @@ fn a_window_of_512_loses_a_thousandth() {
         assert!(jerk <= 1.0 + 1e-4, "{jerk}");
         assert!(jump <= 1e-9, "{jump}");
     }
+}
+
+/// From 500 mm/s a stop takes 37.5 mm, far more than the 25 mm of the window: it grows as it has to.
+#[test]
+fn a_window_grows_to_the_way_to_stop() {
+    let node = |k: u32| {
+        let s = 0.1 * f64::from(k);
+        let q = [s, 1.0, 0.0, 0.0].map(|x| SVector::from([x, 0.0, 0.0, 0.0, 0.0]));
+        AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
+    };
+    let nodes = (0..=2000).map(node).collect();
+    let path = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
+    let steps = run(&path, 256);
+    // 0.15 s each way over 37.5 mm, and 125 mm at full speed.
+    let last = steps.last().unwrap();
+    let [got, best] = [last.t + last.duration, 0.55];
+    assert!(got <= 1.003 * best, "{got} s, {best} s at best");
+    let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+    assert!(fastest > 499.0, "{fastest}");
 }
 
 /// Pieces rest where they meet, and short ones, short windows and paths are no special cases.

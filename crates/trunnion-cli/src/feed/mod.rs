@@ -30,7 +30,8 @@ pub(crate) struct Args {
     /// optimal: look at the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     no_guarantee: bool,
-    /// optimal: plan row by row through a window of so many rows that can always stop, as a control does.
+    /// Plan row by row through a window of so many rows that can always stop, as a control does; with jerk
+    /// limits up to eight times as many where the way to stop is longer.
     #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(4..))]
     window: Option<u32>,
     /// Stop searching when less than this share of the time is to gain; 5e-3 for optimal, which
@@ -63,7 +64,7 @@ written.
 
   trunnion feed path.csv --limits machine.toml -o profile.csv
   trunnion feed path.csv --limits machine.toml --method optimal --json -o profile.csv
-  trunnion feed path.csv --limits machine.toml --method optimal --window 512 -o profile.csv
+  trunnion feed path.csv --limits machine.toml --window 512 -o profile.csv
   trunnion feed path.csv --limits machine.toml -o profile.csv --motion motion.csv --period 0.002";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -112,6 +113,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let limits = parse(&text::read(&args.limits)?)
         .map_err(|faults| Failure::faults(&args.limits, &faults))?;
     jerks(args, &limits)?;
+    rests(args, &limits)?;
     let table = Table::read(&args.ends, &limits, args.method)?;
     match table.axes() {
         0..=3 => sized::<3>(args, json, &limits, &table),
@@ -136,9 +138,10 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
     if args.no_guarantee && !optimal {
         return Err(Failure::input("--no-guarantee goes with --method optimal only"));
     }
-    if args.window.is_some() && (!optimal || args.no_guarantee) {
+    let streams = matches!(args.method, Method::Optimal | Method::Jerk);
+    if args.window.is_some() && (!streams || args.no_guarantee) {
         return Err(Failure::input(
-            "--window goes with --method optimal, and always keeps the limits",
+            "--window goes with --method optimal or jerk, and always keeps the limits",
         ));
     }
     Ok(())
@@ -160,6 +163,21 @@ fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
         })
         .collect();
     if missing.is_empty() { Ok(()) } else { Err(Failure::Input(missing)) }
+}
+
+/// A window starts at rest and always ends there.
+fn rests(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
+    let ends = [limits.path.start, limits.path.end];
+    if args.window.is_none() || ends.iter().all(|speed| *speed <= 0.0) {
+        return Ok(());
+    }
+    Err(Failure::input(format!(
+        "{}: [path] start = {}, end = {}, but a path through a window starts and ends at rest\n  \
+         help: leave them out, or leave --window out",
+        args.limits.display(),
+        ends[0],
+        ends[1]
+    )))
 }
 
 /// What was planned, and for which path.

@@ -30,7 +30,10 @@ pub(super) fn plan<const N: usize>(
             Ok(unbroken(plan))
         }
         (Method::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
-        (Method::Jerk, _) => feed::jerk(path, limits, options, progress).map(unbroken),
+        (Method::Jerk, Some(rows)) => {
+            feed::jerk_through_window(path, limits, options, rows as usize).map(unbroken)
+        }
+        (Method::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
         (Method::Blocks, _) => {
             let blocks = BlockOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
             feed::blocks(path, limits, (options, &blocks), progress).map(unbroken)

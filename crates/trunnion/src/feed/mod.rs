@@ -36,7 +36,7 @@ pub use error::{FeedError, LimitKind};
 pub use given::{Breach, GivenSpeed, given};
 pub use jerk::{jerk, jerk_between};
 pub use limit::limit_speeds;
-pub use stream::{JerkStream, Step, Stream, StreamOptions};
+pub use stream::{JerkStream, Step, Stream, StreamOptions, jerk_through_window};
 
 use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
 use nalgebra::SVector;

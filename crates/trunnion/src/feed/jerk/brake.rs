@@ -154,6 +154,6 @@ fn halt<const N: usize>(
     let controls = grid.s.windows(2).map(control).collect();
     let spline = Spline::new(lengths(&grid), controls, ends);
     let caps = caps(&grid, &spline, limits, Ahead::Nothing)?;
-    let (spline, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
-    Some(Course::halting(grid, spline, references))
+    let stop = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
+    Some(Course::halting(grid, stop, (caps, limits)))
 }

@@ -9,9 +9,9 @@ use super::newton::Solver;
 use super::rows::{Rows, reference};
 use super::spline::{Border, Spline};
 use super::{FIRST_WEIGHT, Feasible, LEVELS, LOWER, STEPS, grid, kept, lengths, start};
-use crate::feed::Reciprocals;
 use crate::feed::cell::Cell;
 use crate::feed::profile::Grid;
+use crate::feed::{Ratios, Reciprocals};
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -40,7 +40,7 @@ const CURVED: f64 = 3.0;
 const BEFORE: usize = 128;
 /// Most sweeps in which the stop dissolves; it goes on while they gain so much time, or `x` grows by so
 /// much where the stop was: little at first, from rest.
-const DISSOLVE: usize = 16;
+const DISSOLVE: usize = 24;
 const GAIN: f64 = 0.001;
 const GROWTH: f64 = 1.05;
 /// Most sweeps in which a motion that is too fast is made slower.
@@ -63,6 +63,8 @@ pub(in crate::feed) struct Course<const N: usize> {
     ahead: Ahead,
     /// Cell from which a stop takes what is left of it.
     down: usize,
+    /// Upper bounds of all ratios everywhere on it.
+    pub(in crate::feed) bounds: Ratios,
 }
 
 /// A cell that is run: `s`, `ds/dt` and `d²s/dt²` at both ends.
@@ -77,15 +79,23 @@ impl<const N: usize> Course<N> {
     ) -> Self {
         let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
         let motion = spline.motion();
-        let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1 };
+        let bounds = Ratios::default();
+        let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
         course.search((1, 1), [limits; 2]);
         course
     }
 
     /// A stop from the motion under way.
-    pub(super) fn halting(grid: Grid<N>, spline: Spline, references: Vec<f64>) -> Self {
+    pub(super) fn halting(
+        grid: Grid<N>,
+        (spline, references): Feasible,
+        (caps, limits): (Caps, &Reciprocals<N>),
+    ) -> Self {
+        let mut solver = Solver::new(&grid, limits, (caps, Vec::new()), spline.clone());
+        solver.keep_references(&references);
+        let bounds = solver.bounds();
         let motion = spline.motion();
-        Self { grid, spline, references, motion, done: 0, ahead: Ahead::Nothing, down: 1 }
+        Self { grid, spline, references, motion, done: 0, ahead: Ahead::Nothing, down: 1, bounds }
     }
 
     /// `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
@@ -258,6 +268,7 @@ impl<const N: usize> Course<N> {
             // Steps stay off the limits by far more than rounding: not expected.
             solver.restart(slow);
         }
+        self.bounds = solver.bounds();
         (self.spline, self.references) = (solver.spline, solver.references);
         self.motion = self.spline.motion();
         self.down = self.stops_from(limits);

@@ -116,14 +116,34 @@ fn plan_piece<const N: usize>(
     }
     let schedule = schedule(&grid, &spline);
     let [start, end] = ends.map(|end| end.square());
-    Ok(PlannedPiece {
-        lower_bound: lower::bound(&grid, limits, &Ends { start, end }),
+    let lower_bound = lower::bound(&grid, limits, &Ends { start, end });
+    Ok(PlannedPiece { lower_bound, bounds, ..measured(piece, schedule, limits) })
+}
+
+/// A schedule from rest to rest and what is known about it; its bounds are not.
+pub(super) fn known_of<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> PlannedPiece {
+    let grid = grid::graded(piece, limits, &[Border::Rest; 2]);
+    let lower_bound = lower::bound(&grid, limits, &Ends { start: 0.0, end: 0.0 });
+    PlannedPiece { lower_bound, ..measured(piece, schedule, limits) }
+}
+
+fn measured<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> PlannedPiece {
+    PlannedPiece {
+        lower_bound: 0.0,
         measured: check::measure(piece, &schedule, limits),
-        bounds,
+        bounds: Ratios::default(),
         binding: check::binding(piece, &schedule, limits),
-        inserted: schedule.s.len() - piece.nodes.len(),
+        inserted: schedule.s.len().saturating_sub(piece.nodes.len()),
         schedule,
-    })
+    }
 }
 
 fn lengths<const N: usize>(grid: &Grid<N>) -> Vec<f64> {

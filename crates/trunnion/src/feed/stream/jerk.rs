@@ -3,7 +3,7 @@
 use super::known::{Entry, Known};
 use super::{MOST_OVERRIDE, Step, StreamOptions};
 use crate::feed::jerk::{Ahead, Course, stop};
-use crate::feed::{FeedError, Limits, Reciprocals, error};
+use crate::feed::{FeedError, Limits, Ratios, Reciprocals, error};
 use crate::types::{AXES, AxisNode, Motion, Stretch};
 
 /// The window grows to this many times its rows where the distance to stop is longer.
@@ -41,6 +41,7 @@ pub struct JerkStream<const N: usize = AXES> {
     piece: usize,
     time: f64,
     speed: f64,
+    bounds: Ratios,
 }
 
 impl<const N: usize> JerkStream<N> {
@@ -70,6 +71,7 @@ impl<const N: usize> JerkStream<N> {
             piece: 0,
             time: 0.0,
             speed: 0.0,
+            bounds: Ratios::default(),
         })
     }
 
@@ -118,6 +120,12 @@ impl<const N: usize> JerkStream<N> {
         Ok(())
     }
 
+    /// Guaranteed upper bounds of the ratios over all that was handed out; velocities by what the axes can do
+    /// where the feed was above a new override.
+    pub fn bounds(&self) -> Ratios {
+        self.bounds
+    }
+
     /// Whether the axes rest because the override is 0, with path left to run.
     pub fn held(&self) -> bool {
         self.factor <= 0.0 && self.speed <= 0.0 && self.known.ahead() > 0
@@ -140,6 +148,12 @@ impl<const N: usize> JerkStream<N> {
 
     fn is_short(&self) -> bool {
         self.known.ahead() < self.options.window
+    }
+
+    /// Nodes that are left for the next plan: a last stretch of a row or two would leave little way to get up
+    /// speed again where the plan before it stops.
+    fn kept(&self, ahead: Ahead) -> usize {
+        if ahead == Ahead::More { self.options.window / 16 } else { 0 }
     }
 
     /// What the axes can do, whatever the feed.
@@ -172,7 +186,7 @@ impl<const N: usize> JerkStream<N> {
         }
         self.piece = self.known.piece()?;
         let ahead = self.ahead();
-        let piece = self.known.take()?;
+        let piece = self.known.take(self.kept(ahead))?;
         self.course = Some(Course::new(&piece, &self.limits_on(piece.motion), ahead));
         Some(())
     }
@@ -186,7 +200,7 @@ impl<const N: usize> JerkStream<N> {
         if known >= 2 && due {
             let ahead = self.ahead();
             let before = self.known.clone();
-            let piece = self.known.take()?;
+            let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
             if !course.lead_on(&piece, limits.each_ref(), ahead) {
                 self.known = before;
@@ -226,7 +240,9 @@ impl<const N: usize> Iterator for JerkStream<N> {
 
     fn next(&mut self) -> Option<Step> {
         self.plan()?;
-        let [s, speed, acceleration] = self.course.as_mut()?.run()?;
+        let course = self.course.as_mut()?;
+        let [s, speed, acceleration] = course.run()?;
+        self.bounds = self.bounds.max(course.bounds);
         let interval = self.known.run_to(s[1])?;
         let duration = Stretch { length: s[1] - s[0], speed, acceleration }.time();
         let step = Step {

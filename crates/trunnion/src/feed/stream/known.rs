@@ -71,9 +71,11 @@ impl<const N: usize> Known<N> {
         }
     }
 
-    /// Takes the nodes known of a piece; the last stays, as the first of what follows.
-    pub(super) fn take(&mut self) -> Option<AxisPiece<N>> {
+    /// Takes the nodes known of a piece but the last `kept`; the last one taken stays, as the first of what
+    /// follows.
+    pub(super) fn take(&mut self, kept: usize) -> Option<AxisPiece<N>> {
         let count = self.of_a_piece();
+        let count = if count >= 2 + kept { count - kept } else { count };
         let first = self.queue.front()?;
         if self.planned.is_empty() {
             self.from = Some(first.clone());

@@ -4,13 +4,16 @@
 //! window   rows ahead, and the backward pass over them
 //! jerk     the same with jerk limits, plan by plan
 //! known    the nodes of those plans, and the ones after them
+//! whole    a path that is known as a whole
 //! ```
 
 mod jerk;
 mod known;
+mod whole;
 mod window;
 
 pub use jerk::JerkStream;
+pub use whole::jerk_through_window;
 
 use super::cell::{Accelerations, Cell};
 use super::{FeedError, FeedOptions, Limits, Reciprocals, error, strip};

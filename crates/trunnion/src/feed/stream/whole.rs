@@ -1,0 +1,69 @@
+//! A path that is known as a whole, planned through a window.
+
+use super::{JerkStream, StreamOptions};
+use crate::feed::jerk::known_of;
+use crate::feed::{
+    FeedError, FeedOptions, Limits, Plan, PlannedPiece, Reciprocals, assemble, error,
+};
+use crate::types::{AxisNode, AxisPath, Law, Motion, SchedulePiece};
+
+/// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest to rest.
+///
+/// # Errors
+///
+/// As [`super::super::jerk`], and [`FeedError::BadWindow`].
+pub fn jerk_through_window<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    options: &FeedOptions,
+    window: usize,
+) -> Result<Plan, FeedError> {
+    error::validate(path, limits, options)?;
+    let FeedOptions { feed, link_feed, tip, .. } = *options;
+    let step = f64::MAX;
+    let mut stream =
+        JerkStream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
+    let mut nodes = path.pieces.iter().flat_map(|piece| {
+        piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))
+    });
+    let mut pieces =
+        vec![SchedulePiece { law: Law::Ramps, ..SchedulePiece::default() }; path.pieces.len()];
+    let mut started = None;
+    loop {
+        while stream.wants() {
+            let Some(next) = nodes.next() else { break };
+            push(&mut stream, next)?;
+        }
+        let Some(step) = stream.next() else { break };
+        let Some(piece) = pieces.get_mut(step.piece) else { break };
+        if started != Some(step.piece) {
+            started = Some(step.piece);
+            row(piece, [step.s[0], 0.0, step.speed[0], step.acceleration]);
+        }
+        let t = piece.t.last().copied().unwrap_or(0.0) + step.duration;
+        row(piece, [step.s[1], t, step.speed[1], step.end_acceleration]);
+    }
+    let bounds = stream.bounds();
+    let planned = path.pieces.iter().zip(pieces).map(|(piece, schedule)| {
+        let limits = Reciprocals::new(piece.motion, limits, options);
+        PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
+    });
+    Ok(assemble(planned.collect()))
+}
+
+fn push<const N: usize>(
+    stream: &mut JerkStream<N>,
+    (first, motion, node): (bool, Motion, &AxisNode<N>),
+) -> Result<(), FeedError> {
+    if first {
+        stream.begin(motion);
+    }
+    stream.push(*node)
+}
+
+fn row(piece: &mut SchedulePiece, [s, t, speed, acceleration]: [f64; 4]) {
+    piece.s.push(s);
+    piece.t.push(t);
+    piece.speed.push(speed);
+    piece.acceleration.push(acceleration);
+}
