@@ -240,6 +240,19 @@ fn a_window_gives_the_schedule_of_the_whole_path() {
     refused(&table(&even(9, 1.0)), &moving, &["--window", "64"], "starts and ends at rest");
 }
 
+/// 1e-6 between setpoints 1 ms apart: 8 mm/s² at most.
+#[test]
+fn a_chord_error_limits_acceleration() {
+    let limits = LIMITS.replacen("acc", "chord = 1e-6\nacc", 1);
+    let folder = folder(&table(&even(101, 1.0)), &limits);
+    let args = ["--method", "optimal", "--motion", "motion.csv", "--json", "-o", "out.csv"];
+    assert!(feed(folder.path(), &args).status.success());
+    let motion = rows(&fs::read_to_string(folder.path().join("motion.csv")).unwrap());
+    let width = (motion[0].len() - 1) / 4;
+    let most = motion.iter().map(|row| row[1 + 2 * width].abs()).fold(0.0, f64::max);
+    assert!(most <= 8.0 * (1.0 + 1e-9) && most > 7.9, "{most}");
+}
+
 #[test]
 fn a_window_keeps_jerk_limits_too() {
     let folder = folder(&table(&even(201, 0.5)), LIMITS);

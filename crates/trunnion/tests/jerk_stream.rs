@@ -118,17 +118,18 @@ fn a_window_of_512_loses_a_thousandth() {
 #[test]
 fn a_window_grows_to_the_way_to_stop() {
     let node = |k: u32| {
-        let s = 0.1 * f64::from(k);
+        let s = 0.2 * f64::from(k);
         let q = [s, 1.0, 0.0, 0.0].map(|x| SVector::from([x, 0.0, 0.0, 0.0, 0.0]));
         AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
     };
-    let nodes = (0..=2000).map(node).collect();
+    let nodes = (0..=1000).map(node).collect();
     let path = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
-    let steps = run(&path, 256);
+    let steps = run(&path, 128);
     // 0.15 s each way over 37.5 mm, and 125 mm at full speed.
     let last = steps.last().unwrap();
     let [got, best] = [last.t + last.duration, 0.55];
-    assert!(got <= 1.003 * best, "{got} s, {best} s at best");
+    // The last stop but one leaves a little, a millimetre and a half before the end.
+    assert!(got <= 1.03 * best, "{got} s, {best} s at best");
     let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
     assert!(fastest > 499.0, "{fastest}");
 }

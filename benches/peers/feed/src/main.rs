@@ -1,4 +1,6 @@
-//! Times trunnion's planners on one workload: `trunnion-feed-peers FILE.bin optimal|jerk REPEATS`.
+//! Times trunnion's planners on one workload: `trunnion-feed-peers FILE.bin optimal|jerk REPEATS`; or through
+//! a window on a path of any number of points that is made as it is run: `trunnion-feed-peers endless
+//! optimal|jerk POINTS`, with the memory used at every tenth of them.
 //!
 //! FILE is little-endian f64: rows, axes, then per row s and five axes with three derivatives, as
 //! `workloads.py` writes it. One line of JSON a planner: name, seconds of the schedule, nanoseconds of
@@ -20,6 +22,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     // All on this thread, whose CPU time is read.
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
+    if file == "endless" {
+        return endless(method == "jerk", repeats.parse()?);
+    }
     let path = read(file)?;
     let points = path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
     let run = Run { points: points as f64, repeats: repeats.parse()? };
@@ -146,4 +151,62 @@ fn streamed(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
             return Ok(stream.time());
         }
     }
+}
+
+/// Node of a path without end: waves of a few millimetres and tenths of a radian, five points a millimetre.
+fn wave(index: u64) -> AxisNode<5> {
+    /// Slope, amplitude and waves per millimetre of each axis.
+    const AXES: [[f64; 3]; 5] = [
+        [0.8, 2.0, 0.031],
+        [0.3, 3.0, 0.023],
+        [0.0, 1.5, 0.041],
+        [0.0, 0.1, 0.017],
+        [0.0, 0.15, 0.029],
+    ];
+    let s = 0.2 * index as f64;
+    let q = std::array::from_fn(|order| {
+        SVector::from(AXES.map(|[slope, size, waves]| {
+            let rate = std::f64::consts::TAU * waves;
+            let (sin, cos) = (rate * s).sin_cos();
+            let line = [slope * s, slope, 0.0, 0.0][order];
+            line + size * rate.powi(order as i32) * [sin, cos, -sin, -cos][order]
+        }))
+    });
+    AxisNode { s, q, tip_rate: 0.0, feed_rate: 0.0 }
+}
+
+fn endless(with_jerk: bool, points: u64) -> Result<(), Box<dyn Error>> {
+    let options =
+        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+    let mut fast = Stream::new(limits(false), options)?;
+    let mut smooth = JerkStream::new(limits(true), options)?;
+    fast.begin(Motion::Cut);
+    smooth.begin(Motion::Cut);
+    let start = cpu()?;
+    let mut told = 0;
+    for index in 0..points {
+        if with_jerk {
+            smooth.push(wave(index))?;
+            while !smooth.wants() && smooth.next().is_some() {}
+        } else {
+            fast.push(wave(index))?;
+            while !fast.wants() && fast.next().is_some() {}
+        }
+        if (index + 1) * 10 / points > told {
+            told += 1;
+            let per_point = (cpu()? - start) / (index + 1) as f64;
+            println!("{:>10} points  {per_point:>10.0} ns/pt  {} MiB", index + 1, memory()?);
+        }
+    }
+    let rest = if with_jerk { smooth.by_ref().count() } else { fast.by_ref().count() };
+    let time = if with_jerk { smooth.time() } else { fast.time() };
+    println!("{time} s of schedule, {rest} stretches after the last point");
+    Ok(())
+}
+
+/// Largest memory of this process so far \[MiB\].
+fn memory() -> Result<f64, Box<dyn Error>> {
+    let text = std::fs::read_to_string("/proc/self/status")?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
+    Ok((line.trim().trim_end_matches(" kB").parse::<f64>()? / 102.4).round() / 10.0)
 }

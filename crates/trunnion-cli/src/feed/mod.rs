@@ -45,7 +45,7 @@ pub(crate) struct Args {
     /// Also write the axes at every servo period: position, velocity, acceleration, jerk.
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
-    /// Servo period of --motion and of the junctions of --method blocks, in s.
+    /// Servo period of --motion, of chord errors and of the junctions of --method blocks, in s.
     #[arg(long, value_name = "SECONDS", default_value = "0.001", value_parser = share)]
     period: f64,
 }
@@ -56,6 +56,8 @@ if there, NAME3, which is checked. Between rows the path is the quintic through 
 with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
 by row; with --method given a column `speed` is ds/dt. Units are those of the columns, per second.
 Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table an axis
+                          chord = 0.001                         optional: largest distance from the
+                                                                line between two setpoints, --period
                 [path]    feed = 50  acc, jerk, start, end      optional, along s
 Result: s,t,speed,acceleration,jerk. Between rows the acceleration is constant (optimal) or linear in
 s (jerk).
@@ -196,7 +198,9 @@ fn sized<const N: usize>(
     file: &LimitsFile,
     table: &Table,
 ) -> Result<Done, Failure> {
-    let limits: Limits<N> = table.limits(file);
+    let limits: Limits<N> = table
+        .limits(file, args.period)
+        .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     let path = table.path(&limits, args)?;
     let options = FeedOptions {
         feed: table.feed(),

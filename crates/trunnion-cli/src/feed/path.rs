@@ -5,7 +5,7 @@ use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use nalgebra::SVector;
 use std::path::PathBuf;
-use trunnion::feed::{GivenSpeed, Limits};
+use trunnion::feed::{FeedError, GivenSpeed, Limits};
 use trunnion::files::limits::{AxisLimits, LimitsFile};
 use trunnion::files::table::Header;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Fault, Motion};
@@ -74,14 +74,20 @@ impl Table {
         if self.has_feed { Some(1.0) } else { self.path_feed }
     }
 
-    pub(super) fn limits<const N: usize>(&self, file: &LimitsFile) -> Limits<N> {
+    /// Limits of the axes to plan for; `period` is that of the setpoints, for chord errors.
+    pub(super) fn limits<const N: usize>(
+        &self,
+        file: &LimitsFile,
+        period: f64,
+    ) -> Result<Limits<N>, FeedError> {
         let path = AxisLimits {
             vel: UNLIMITED,
             acc: file.path.acc.unwrap_or(UNLIMITED),
             jerk: Some(file.path.jerk.unwrap_or(UNLIMITED)),
+            chord: None,
         };
         // Axes that stand still never bind.
-        let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0) };
+        let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0), chord: None };
         let of = |index: usize| match self.axes.get(index) {
             Some(name) => file.axes.get(name).copied().unwrap_or(still),
             None if index == self.axes.len() && self.path_axis => path,
@@ -89,12 +95,14 @@ impl Table {
         };
         let has_jerk = (0..N).all(|index| of(index).jerk.is_some());
         let vector = |get: &dyn Fn(AxisLimits) -> f64| SVector::from_fn(|row, _| get(of(row)));
-        Limits {
+        let limits = Limits {
             velocity: vector(&|axis| axis.vel),
             rapid: vector(&|axis| axis.vel),
             acceleration: vector(&|axis| axis.acc),
             jerk: has_jerk.then(|| vector(&|axis| axis.jerk.unwrap_or(UNLIMITED))),
-        }
+        };
+        let chords = vector(&|axis| axis.chord.unwrap_or(f64::INFINITY));
+        limits.with_chord_error(&chords, period)
     }
 
     /// The path, or everything wrong with it.

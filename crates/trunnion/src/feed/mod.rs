@@ -5,6 +5,7 @@
 //! Pieces rest where they meet.
 //!
 //! ```text
+//! terms    limits and options, plans and what is said about them
 //! cell     a stretch between two rows: its Bernstein coefficients and constraints
 //! strip    the two-variable linear program of one cell
 //! profile  backward and forward pass over a piece
@@ -30,6 +31,7 @@ mod profile;
 mod refine;
 mod stream;
 mod strip;
+mod terms;
 
 pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
 pub use error::{FeedError, LimitKind};
@@ -37,175 +39,13 @@ pub use given::{Breach, GivenSpeed, given};
 pub use jerk::{jerk, jerk_between};
 pub use limit::limit_speeds;
 pub use stream::{JerkStream, Step, Stream, StreamOptions, jerk_through_window};
+pub use terms::{Binding, Ceiling, FeedOptions, Limits, Plan, Ratios, ceiling};
 
-use crate::types::{AxisPath, AxisPiece, Motion, Progress, Schedule, SchedulePiece, Stage};
-use nalgebra::SVector;
+use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};
 use profile::{Grid, Profile};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// What the axes can do, in both directions alike. All finite and positive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits<const N: usize> {
-    /// Axis velocities while cutting, leading in and leading out \[axis unit/s\].
-    pub velocity: SVector<f64, N>,
-    /// Axis velocities on links \[axis unit/s\].
-    pub rapid: SVector<f64, N>,
-    /// Axis accelerations \[axis unit/s²\].
-    pub acceleration: SVector<f64, N>,
-    /// Axis jerks \[axis unit/s³\]: kept by [`jerk`]; measured, not kept, by [`optimal`].
-    pub jerk: Option<SVector<f64, N>>,
-}
-
-/// How a path is to be run. No `Default`: the caller knows the part.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FeedOptions {
-    /// Speed of the programmed point on everything but links \[mm/s\]; `None` for as fast as the axes can.
-    pub feed: Option<f64>,
-    /// Speed of the programmed point on links \[mm/s\]; `None` for as fast as the axes can.
-    pub link_feed: Option<f64>,
-    /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
-    pub tip: Option<f64>,
-    /// [`optimal`] inserts rows until the time still to gain is estimated below this fraction of the
-    /// piece's time, [`jerk`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
-    /// is fine, 1 never goes on for speed.
-    pub time_tolerance: f64,
-    /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
-    /// meet.
-    pub ends: [f64; 2],
-    /// Whether [`optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
-    /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;
-    /// [`Plan::bounds`] tells by how much. [`jerk`] always keeps them.
-    pub guarantee: bool,
-}
-
-/// What keeps the path from being run faster at some place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Binding {
-    /// Velocity limit of this axis.
-    Velocity(u8),
-    /// Acceleration limit of this axis.
-    Acceleration(u8),
-    /// Jerk limit of this axis.
-    Jerk(u8),
-    /// Programmed feed.
-    Feed,
-    /// Speed limit of the tool tip.
-    Tip,
-    /// Nothing: neither an axis nor the programmed point moves.
-    Still,
-}
-
-/// Largest axis velocity, acceleration and jerk over their limits: 1 is full use.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Ratios {
-    /// Velocities, programmed feed and tip speed.
-    pub velocity: f64,
-    /// Accelerations.
-    pub acceleration: f64,
-    /// Jerks between rows; `None` without jerk limits. At rows of [`optimal`] accelerations step.
-    pub jerk: Option<f64>,
-}
-
-/// A speed schedule and what is known about it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
-    /// When each row is passed; rows are the path's nodes and those inserted.
-    pub schedule: Schedule,
-    /// No schedule within the limits is faster than this \[s\].
-    pub lower_bound: f64,
-    /// Largest ratios found in a dense check.
-    pub ratios: Ratios,
-    /// Guaranteed upper bounds of the ratios, everywhere; [`optimal`] does not bound `jerk`.
-    pub bounds: Ratios,
-    /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.
-    pub acceleration_step: f64,
-    /// What binds from each row to the next, piece by piece; as many entries as rows.
-    pub binding: Vec<Vec<Binding>>,
-    /// Inserted rows.
-    pub inserted: usize,
-}
-
-/// Largest `ds/dt` at one place, whatever happens elsewhere \[s per s\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ceiling {
-    /// From the axis velocities.
-    pub velocity: f64,
-    /// From the axis accelerations: above it no `d²s/dt²` satisfies all axes at once.
-    pub acceleration: f64,
-}
-
-/// Feed ceiling of a place with `rate = dq/ds` and `curvature = d²q/ds²` while cutting.
-///
-/// `v <= min v_j / |rate_j|`, and the largest `v` for which some `A` satisfies
-/// `|rate_j A + curvature_j v²| <= a_j` on every axis.
-///
-/// # Source
-///
-/// `docs/sources.md#001`: maximum velocity curve.
-pub fn ceiling<const N: usize>(
-    rate: &SVector<f64, N>,
-    curvature: &SVector<f64, N>,
-    limits: &Limits<N>,
-) -> Ceiling {
-    let options = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1.0,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
-    let limits = Reciprocals::new(Motion::Cut, limits, &options);
-    Ceiling {
-        velocity: rate.component_mul(&limits.velocity).amax().recip(),
-        acceleration: lower::pair_cap([*rate, *curvature], &SVector::zeros(), &limits).sqrt(),
-    }
-}
-
-/// Reciprocal limits of one kind of motion: 0 is unlimited.
-#[derive(Debug, Clone, Copy)]
-struct Reciprocals<const N: usize> {
-    velocity: SVector<f64, N>,
-    acceleration: SVector<f64, N>,
-    jerk: Option<SVector<f64, N>>,
-    feed: f64,
-    tip: f64,
-}
-
-impl<const N: usize> Reciprocals<N> {
-    fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
-        let (velocity, feed) = match motion {
-            Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
-            _ => (limits.velocity, options.feed),
-        };
-        let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);
-        Self {
-            velocity: inverse(velocity),
-            acceleration: inverse(limits.acceleration),
-            jerk: limits.jerk.map(inverse),
-            feed: feed.map_or(0.0, f64::recip),
-            tip: options.tip.map_or(0.0, f64::recip),
-        }
-    }
-
-    /// At an override: below 1 it scales all speeds, above 1 the feed alone.
-    fn at_override(&self, value: f64) -> Self {
-        let speeds = 1.0 / value.min(1.0);
-        Self {
-            velocity: self.velocity * speeds,
-            tip: self.tip * speeds,
-            feed: self.feed / value,
-            ..*self
-        }
-    }
-
-    #[cfg(test)]
-    fn none() -> Self {
-        let zero = SVector::zeros();
-        Self { velocity: zero, acceleration: zero, jerk: None, feed: 0.0, tip: 0.0 }
-    }
-}
+use terms::Reciprocals;
 
 /// Plans the fastest schedule within velocity, acceleration and feed limits.
 ///
@@ -396,26 +236,11 @@ fn assemble(planned: Vec<PlannedPiece>) -> Plan {
     plan
 }
 
-impl Ratios {
-    /// The larger of each.
-    fn max(self, other: Self) -> Self {
-        let jerk = match (self.jerk, other.jerk) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
-        Self {
-            velocity: self.velocity.max(other.velocity),
-            acceleration: self.acceleration.max(other.acceleration),
-            jerk,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{AxisNode, Silent};
-    use nalgebra::{Vector1, Vector2};
+    use crate::types::{AxisNode, Motion, Silent};
+    use nalgebra::{SVector, Vector1, Vector2};
 
     fn node<const N: usize>(s: f64, q: [SVector<f64, N>; 4]) -> AxisNode<N> {
         AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }

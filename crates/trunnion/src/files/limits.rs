@@ -39,6 +39,10 @@ pub struct AxisLimits {
     /// Largest jerk, per second cubed; needed by the method `jerk`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub jerk: Option<f64>,
+    /// Largest distance of the motion from the straight line between two setpoints, in the units of the
+    /// column: lowers `acc` to 8 chord / period².
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub chord: Option<f64>,
 }
 
 /// Limits along the path parameter, and its speed at both ends.
@@ -107,7 +111,10 @@ mod tests {
                     [path]\nfeed = 50\nstart = 2\n";
         let file = parse(text).unwrap();
         assert_eq!(file.axes.len(), 2);
-        assert_eq!(file.axes["X"], AxisLimits { vel: 500.0, acc: 5000.0, jerk: Some(1e5) });
+        assert_eq!(
+            file.axes["X"],
+            AxisLimits { vel: 500.0, acc: 5000.0, jerk: Some(1e5), chord: None }
+        );
         assert_eq!(file.axes["C"].jerk, None);
         assert_eq!(file.path, PathLimits { feed: Some(50.0), start: 2.0, ..PathLimits::default() });
     }

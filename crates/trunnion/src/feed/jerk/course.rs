@@ -46,7 +46,7 @@ const GROWTH: f64 = 1.05;
 /// Most sweeps in which a motion that is too fast is made slower.
 const BRAKING: usize = 32;
 /// Controls around the stop that are searched first.
-const AROUND: [usize; 4] = [24, 64, 160, usize::MAX / 2];
+const AROUND: [usize; 6] = [24, 64, 160, 400, 1000, usize::MAX / 2];
 /// Fewest cells that a plan is led on from.
 const FEWEST: usize = 8;
 

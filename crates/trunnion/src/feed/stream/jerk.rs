@@ -196,7 +196,8 @@ impl<const N: usize> JerkStream<N> {
         let more = self.known.piece() == Some(self.piece);
         let known = if more { self.known.of_a_piece() } else { 0 };
         // With less than a quarter only where no more is at hand.
-        let due = known > self.options.window / 4 || self.is_short();
+        let quarter = self.options.window / 4;
+        let due = known > quarter || self.is_short() || course.stops_within(quarter);
         if known >= 2 && due {
             let ahead = self.ahead();
             let before = self.known.clone();
