@@ -5,9 +5,9 @@ use super::super::replay::{self, Control, Mover, Replay, Segment};
 use super::super::sweep;
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
 use super::Stock;
-use super::cut::{self, Line, Moving, Swept};
-use super::near::{self, Frame, Part};
-use super::rays::{Family, Lattice, Spans, Tile, unit};
+use super::cut;
+use super::near::{self, Part};
+use super::work::Work;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
 use nalgebra::Point3;
@@ -92,9 +92,6 @@ pub fn simulate_cl(
     let steps = segments.len();
     carver.run(&Mover::Locations, &mut segments.into_iter().map(Ok), steps, progress)
 }
-
-/// Planes laid below the distance of a body from a span before it is looked at closely.
-const PLANES: u32 = 6;
 
 /// A tool in stock.
 struct Carver<'a> {
@@ -222,217 +219,11 @@ impl<'a> Carver<'a> {
     }
 }
 
-/// A batch against one family.
-struct Work<'a> {
-    frame: Frame,
-    parts: &'a [Part],
-    tolerance: f64,
-    /// What dips in by less than this is not cut \[mm\].
-    touch: f64,
-}
-
-impl<'a> Work<'a> {
-    fn new(lattice: Lattice, family: &Family, parts: &'a [Part], tolerance: f64) -> Self {
-        let frame = Frame { lattice, along: family.along, bins: family.bins };
-        Self { frame, parts, tolerance, touch: cut::TOUCH * tolerance }
-    }
-
-    /// What comes near a tile's material, in the order of the program.
-    fn near(&self, tile: &Tile, near: &[u32]) -> Vec<&'a Part> {
-        let parts = near.iter().filter_map(|&number| self.parts.get(number as usize));
-        parts.filter(|part| self.frame.meets(tile, part, self.touch)).collect()
-    }
-
-    /// Cuts a tile.
-    fn cut(&self, tile: &mut Tile, near: &[u32]) -> Vec<Collision> {
-        let mut near = self.near(tile, near);
-        let mut hits = Vec::new();
-        if near.iter().any(|part| part.harm.is_some()) {
-            self.in_order(tile, &near, &mut hits);
-            return hits;
-        }
-        // What is cut in the end does not depend on the order: what leaves the others little comes first.
-        self.telling_first(tile, &mut near);
-        let (first, rest) = near.split_at(near.len().min(2));
-        self.in_order(tile, first, &mut hits);
-        near = rest.iter().copied().filter(|part| self.meets(tile, part)).collect();
-        self.ray_by_ray(tile, &near);
-        hits
-    }
-
-    fn meets(&self, tile: &Tile, part: &Part) -> bool {
-        self.frame.meets(tile, part, self.touch)
-    }
-
-    /// Cuts a tile by one body after the other.
-    fn in_order(&self, tile: &mut Tile, near: &[&Part], hits: &mut Vec<Collision>) {
-        for part in near {
-            if !self.meets(tile, part) {
-                continue;
-            }
-            let mut changed = false;
-            for index in 0..tile.rays.len() {
-                changed |= self.ray(tile, index, part, hits);
-            }
-            if changed {
-                tile.measure(self.frame.bins);
-            }
-        }
-    }
-
-    /// Cuts one ray after the other, first by what cut the one before.
-    fn ray_by_ray(&self, tile: &mut Tile, near: &[&Part]) {
-        let mut hint = None;
-        for index in 0..tile.rays.len() {
-            let first = hint;
-            let mut try_at = |at: usize| {
-                let Some(part) = near.get(at) else { return };
-                if self.ray(tile, index, part, &mut Vec::new()) {
-                    hint = Some(at);
-                }
-            };
-            first.into_iter().for_each(&mut try_at);
-            (0..near.len()).filter(|at| Some(*at) != first).for_each(&mut try_at);
-        }
-        if !near.is_empty() {
-            tile.measure(self.frame.bins);
-        }
-    }
-
-    /// Cuts a ray by one body over one piece; whether anything was cut.
-    fn ray(&self, tile: &mut Tile, index: usize, part: &Part, hits: &mut Vec<Collision>) -> bool {
-        let line = self.line(tile, index);
-        let Some(spans) = tile.rays.get_mut(index) else { return false };
-        let mut changed = false;
-        for at in (0..spans.len()).rev() {
-            let Some(span) = spans.get(at).and_then(|span| self.meeting(part, &line, span)) else {
-                continue;
-            };
-            let Swept { first, more } = self.moving(part).swept(&line, span);
-            for cut in first.into_iter().chain(more) {
-                if let Some(kind) = part.harm {
-                    self.hit((part, kind), &line, cut, hits);
-                }
-                spans.take(cut);
-                changed = true;
-            }
-        }
-        changed
-    }
-
-    /// Puts first what gets nearest to the lower end of the middle ray, and to the upper; then the others,
-    /// those in the middle of the program before those beside them.
-    fn telling_first(&self, tile: &Tile, near: &mut Vec<&'a Part>) {
-        if near.len() < 3 {
-            return;
-        }
-        let middle = tile.rays.len() / 2;
-        let Some(range) = tile.rays.get(middle).and_then(Spans::range) else { return };
-        let line = self.line(tile, middle);
-        let mut order: Vec<usize> = Vec::with_capacity(near.len() + 2);
-        for s in range {
-            let point = line.at(s);
-            let distance = |at: &usize| near.get(*at).map_or(0.0, |part| part.support(&point).0);
-            let least = (0..near.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            order.extend(least);
-        }
-        let bits = usize::BITS - near.len().leading_zeros();
-        let halving = (0..1usize << bits).map(|at| at.reverse_bits() >> (usize::BITS - bits));
-        order.extend(halving);
-        let mut left: Vec<Option<&Part>> = near.iter().copied().map(Some).collect();
-        near.clear();
-        near.extend(order.into_iter().filter_map(|at| left.get_mut(at).and_then(Option::take)));
-    }
-
-    fn line(&self, tile: &Tile, index: usize) -> Line {
-        Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
-    }
-
-    /// Looks for what runs into a fixture.
-    fn look(&self, tile: &Tile, near: &[u32]) -> Vec<Collision> {
-        let mut hits = Vec::new();
-        for part in self.near(tile, near) {
-            for (index, spans) in tile.rays.iter().enumerate() {
-                let line = self.line(tile, index);
-                for span in spans.iter().filter_map(|span| self.meeting(part, &line, span)) {
-                    let Swept { first, more } = self.moving(part).swept(&line, span);
-                    for cut in first.into_iter().chain(more) {
-                        self.hit((part, CollisionKind::Fixture), &line, cut, &mut hits);
-                    }
-                }
-            }
-        }
-        hits
-    }
-
-    /// The part of a span along which a body has anything, if it may meet it there. Most do not, which planes
-    /// below the distance from both ends and from where these planes meet tell.
-    #[inline]
-    fn meeting(&self, part: &Part, line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
-        let along = self.frame.along;
-        let [low, high] = part.extent(along);
-        let span = [from.max(low), to.min(high)];
-        if span[0] >= span[1] {
-            return None;
-        }
-        // Place, height there, and slope.
-        let plane = |s: f64| {
-            let (height, gradient) = part.support(&line.at(s));
-            (s, height + self.touch, gradient[along])
-        };
-        let mut upper = plane(span[1]);
-        if upper.2 <= -part.shear {
-            return (upper.1 <= 0.0).then_some(span);
-        }
-        let mut lower = plane(span[0]);
-        if lower.2 >= part.shear {
-            return (lower.1 <= 0.0).then_some(span);
-        }
-        for _ in 0..PLANES {
-            if lower.1 <= 0.0 || upper.1 <= 0.0 {
-                break;
-            }
-            // How fast they fall towards each other.
-            let [rise, fall] = [part.shear - lower.2, part.shear + upper.2].map(|by| by.max(0.0));
-            let width = upper.0 - lower.0;
-            let at = (width * fall + lower.1 - upper.1) / (rise + fall);
-            let height = lower.1 - rise * at.clamp(0.0, width);
-            if height > 0.0 || rise + fall <= 0.0 {
-                return None;
-            }
-            let next = plane(lower.0 + at.clamp(0.0, width));
-            *(if next.2 > 0.0 { &mut upper } else { &mut lower }) = next;
-        }
-        Some(span)
-    }
-
-    fn moving<'b>(&self, part: &'b Part) -> Moving<'b> {
-        Moving::new(&part.piece, part.body, self.tolerance)
-    }
-
-    /// Notes what a cut tells, if it is the deepest of its kind on its line.
-    fn hit(
-        &self,
-        (part, kind): (&Part, CollisionKind),
-        line: &Line,
-        cut: [f64; 2],
-        hits: &mut Vec<Collision>,
-    ) {
-        let number = part.piece.line;
-        let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
-        let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
-        let Some(depth) = self.moving(part).depth(line, cut, known) else { return };
-        let point = line.at(0.5 * (cut[0] + cut[1]));
-        let found = Collision { kind, line: number, depth, point };
-        match same {
-            Some(hit) => *hit = found,
-            None => hits.push(found),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::cut::Line;
+    use super::super::near::Frame;
+    use super::super::rays::unit;
     use super::*;
     use crate::cutter::{Construction, CutterSpec, Kind};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};

@@ -10,6 +10,7 @@ mod near;
 mod rays;
 mod solid;
 mod surface;
+mod work;
 
 pub use carve::{Carving, Collision, CollisionKind, simulate, simulate_cl};
 pub use solid::Solid;

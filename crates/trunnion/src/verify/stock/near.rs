@@ -4,7 +4,7 @@ use super::super::body::Body;
 use super::super::index::Bounds;
 use super::super::sweep::Piece;
 use super::carve::CollisionKind;
-use super::rays::{Bins, Family, Lattice, TILE, Tile, across};
+use super::rays::{Bins, Family, Held, Lattice, Square, TILE, Tile, across};
 use nalgebra::{Point3, Vector3};
 
 /// A body over a piece of a move.
@@ -106,15 +106,21 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Whether a body may be deeper than `touch` \[mm\] in a tile's material.
-    pub(super) fn meets(&self, tile: &Tile, part: &Part, touch: f64) -> bool {
-        let Some([low, high]) = tile.within(self.bins, part.extent(self.along)) else {
+    /// Whether a body may be deeper than `touch` \[mm\] in the material of a square of rays.
+    pub(super) fn meets(
+        &self,
+        (tile, square, held): (&Tile, Square, &Held),
+        part: &Part,
+        touch: f64,
+    ) -> bool {
+        let Some([low, high]) = held.within(self.bins, part.extent(self.along)) else {
             return false;
         };
         let mut corners = [Point3::origin(); 2];
         for (k, axis) in across(self.along).into_iter().enumerate() {
-            corners[0][axis] = self.lattice.at(axis, tile.first[k]);
-            corners[1][axis] = self.lattice.at(axis, tile.first[k] + tile.size[k] - 1);
+            let first = tile.first[k] + square.from[k];
+            corners[0][axis] = self.lattice.at(axis, first);
+            corners[1][axis] = self.lattice.at(axis, first + square.size[k] - 1);
         }
         (corners[0][self.along], corners[1][self.along]) = (low, high);
         !part.clears(&corners, -touch)

@@ -93,10 +93,17 @@ pub(super) struct Tile {
     pub(super) size: [usize; 2],
     /// Ray after ray, the second parameter running fastest.
     pub(super) rays: Vec<Spans>,
-    /// Lowest and highest material; empty if the first is above the second.
+    /// Where material is on them.
+    pub(super) held: Held,
+}
+
+/// Where material is on some rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Held {
+    /// Lowest and highest; empty if the first is above the second.
     range: [f64; 2],
-    /// Which of the bins that part the length of all rays hold material.
-    held: u64,
+    /// Which of the bins that part the length of all rays hold some.
+    bins: u64,
 }
 
 /// Along a family, where its bins lie.
@@ -122,17 +129,16 @@ impl Bins {
     }
 }
 
-impl Tile {
-    /// Finds anew where material is.
-    pub(super) fn measure(&mut self, bins: Bins) {
-        self.range = [f64::INFINITY, f64::NEG_INFINITY];
-        self.held = 0;
-        for spans in &self.rays {
-            let Some([low, high]) = spans.range() else { continue };
-            self.range = [self.range[0].min(low), self.range[1].max(high)];
-            for span in spans.iter() {
-                self.held |= bins.mask(span);
-            }
+impl Held {
+    /// On no ray.
+    pub(super) const NONE: Self = Self { range: [f64::INFINITY, f64::NEG_INFINITY], bins: 0 };
+
+    /// Takes in a ray.
+    pub(super) fn add(&mut self, spans: &Spans, bins: Bins) {
+        let Some([low, high]) = spans.range() else { return };
+        self.range = [self.range[0].min(low), self.range[1].max(high)];
+        for span in spans.iter() {
+            self.bins |= bins.mask(span);
         }
     }
 
@@ -141,15 +147,65 @@ impl Tile {
         if high < self.range[0] || low > self.range[1] {
             return None;
         }
-        let held = self.held & bins.mask([low, high]);
+        let held = self.bins & bins.mask([low, high]);
         if held == 0 {
             return None;
         }
         let edge = |number: u32| bins.low + bins.size * f64::from(number);
-        let low = if held.trailing_zeros() == 0 { f64::MIN } else { edge(held.trailing_zeros()) };
-        let high =
-            if held.leading_zeros() == 0 { f64::MAX } else { edge(64 - held.leading_zeros()) };
+        let [below, above] = [held.trailing_zeros(), held.leading_zeros()];
+        let low = if below == 0 { f64::MIN } else { edge(below) };
+        let high = if above == 0 { f64::MAX } else { edge(64 - above) };
         Some([self.range[0].max(low), self.range[1].min(high)])
+    }
+}
+
+impl Tile {
+    /// Finds anew where material is.
+    pub(super) fn measure(&mut self, bins: Bins) {
+        self.held = Held::NONE;
+        for spans in &self.rays {
+            self.held.add(spans, bins);
+        }
+    }
+
+    /// Squares of rays within the tile, `side` along each side.
+    pub(super) fn squares(&self, side: usize) -> impl Iterator<Item = Square> + use<> {
+        let [rows, columns] = self.size;
+        (0..rows).step_by(side).flat_map(move |i| {
+            (0..columns).step_by(side).map(move |j| Square {
+                from: [i, j],
+                size: [side.min(rows - i), side.min(columns - j)],
+                columns,
+            })
+        })
+    }
+
+    /// All its rays.
+    pub(super) fn whole(&self) -> Square {
+        Square { from: [0, 0], size: self.size, columns: self.size[1] }
+    }
+}
+
+/// Some rays of a tile: the first by both parameters, how many, and how many the tile has in a row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Square {
+    pub(super) from: [usize; 2],
+    pub(super) size: [usize; 2],
+    columns: usize,
+}
+
+impl Square {
+    /// Their numbers in the tile.
+    pub(super) fn rays(self) -> impl Iterator<Item = usize> {
+        let Self { from, size, columns } = self;
+        (from[0]..from[0] + size[0])
+            .flat_map(move |i| (from[1]..from[1] + size[1]).map(move |j| i * columns + j))
+    }
+
+    /// The one in the middle.
+    pub(super) fn middle(self) -> usize {
+        let [i, j] = [0, 1].map(|k| self.from[k] + self.size[k] / 2);
+        i * self.columns + j
     }
 }
 
@@ -222,7 +278,7 @@ impl Family {
             tiles.extend((0..b).step_by(TILE).map(|j| {
                 let size = [TILE.min(a - i), TILE.min(b - j)];
                 let rays = Vec::with_capacity(size[0] * size[1]);
-                Tile { first: [i, j], size, rays, range: [0.0; 2], held: 0 }
+                Tile { first: [i, j], size, rays, held: Held::NONE }
             }));
             for row in rows.by_ref().take(TILE) {
                 let mut spans = row.into_iter();
@@ -294,18 +350,17 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_knows_its_gaps() {
+    fn rays_know_their_gaps() {
         let bins = Bins { low: 0.0, size: 1.0 };
         let mut spans = Spans::NONE;
         spans.push([2.5, 10.25]);
         spans.push([50.75, 63.5]);
-        let mut tile =
-            Tile { first: [0; 2], size: [1, 1], rays: vec![spans], range: [0.0; 2], held: 0 };
-        tile.measure(bins);
-        assert_eq!(tile.within(bins, [0.0, 64.0]), Some([2.5, 63.5]));
-        assert_eq!(tile.within(bins, [11.5, 49.5]), None);
-        assert_eq!(tile.within(bins, [5.0, 20.0]), Some([5.0, 11.0]));
-        assert_eq!(tile.within(bins, [40.0, 52.0]), Some([50.0, 53.0]));
-        assert_eq!(tile.within(bins, [70.0, 80.0]), None);
+        let mut held = Held::NONE;
+        held.add(&spans, bins);
+        assert_eq!(held.within(bins, [0.0, 64.0]), Some([2.5, 63.5]));
+        assert_eq!(held.within(bins, [11.5, 49.5]), None);
+        assert_eq!(held.within(bins, [5.0, 20.0]), Some([5.0, 11.0]));
+        assert_eq!(held.within(bins, [40.0, 52.0]), Some([50.0, 53.0]));
+        assert_eq!(held.within(bins, [70.0, 80.0]), None);
     }
 }
