@@ -67,7 +67,7 @@ enum Verb {
     Pose(pose::Args),
     /// One cutter location: the widest strip from a point of a face, explained.
     Position(position::Args),
-    /// A CL file to a program for a machine, with feeds that its axes can follow.
+    /// A CL file or program to a program for a machine, with feeds that its axes can follow.
     ///
     /// Poses become axis positions, moves are cut as finely as the control needs to stay within tolerance, and every
     /// block gets a feed at which no axis exceeds its velocity or acceleration. Memory stays the same however long
