@@ -23,7 +23,7 @@ const GUARDED_SHARE: f64 = 1e-7;
 
 /// Work, over that of passes at the fixed lean, after which these are given up as well: several times what they
 /// should take, as where the tool has to keep off something many leans are tried.
-const REST: f64 = 6.0;
+const REST: f64 = 10.0;
 
 /// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
 /// bend leaves an arc by less than [`LOOP_SHARE`].
