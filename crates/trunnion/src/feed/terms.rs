@@ -13,7 +13,7 @@ pub struct Limits<const N: usize> {
     pub rapid: SVector<f64, N>,
     /// Axis accelerations \[axis unit/s²\].
     pub acceleration: SVector<f64, N>,
-    /// Axis jerks \[axis unit/s³\]: kept by [`jerk`]; measured, not kept, by [`optimal`].
+    /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by [`super::optimal`].
     pub jerk: Option<SVector<f64, N>>,
 }
 
@@ -26,16 +26,16 @@ pub struct FeedOptions {
     pub link_feed: Option<f64>,
     /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
     pub tip: Option<f64>,
-    /// [`optimal`] inserts rows until the time still to gain is estimated below this fraction of the
-    /// piece's time, [`jerk`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
+    /// [`super::optimal`] inserts rows until the time still to gain is estimated below this fraction of the
+    /// piece's time, [`super::jerk()`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
     /// is fine, 1 never goes on for speed.
     pub time_tolerance: f64,
     /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
     /// meet.
     pub ends: [f64; 2],
-    /// Whether [`optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
+    /// Whether [`super::optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
     /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;
-    /// [`Plan::bounds`] tells by how much. [`jerk`] always keeps them.
+    /// [`Plan::bounds`] tells by how much. [`super::jerk()`] always keeps them.
     pub guarantee: bool,
 }
 
@@ -63,7 +63,7 @@ pub struct Ratios {
     pub velocity: f64,
     /// Accelerations.
     pub acceleration: f64,
-    /// Jerks between rows; `None` without jerk limits. At rows of [`optimal`] accelerations step.
+    /// Jerks between rows; `None` without jerk limits. At rows of [`super::optimal`] accelerations step.
     pub jerk: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ pub struct Plan {
     pub lower_bound: f64,
     /// Largest ratios found in a dense check.
     pub ratios: Ratios,
-    /// Guaranteed upper bounds of the ratios, everywhere; [`optimal`] does not bound `jerk`.
+    /// Guaranteed upper bounds of the ratios, everywhere; [`super::optimal`] does not bound `jerk`.
     pub bounds: Ratios,
     /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.
     pub acceleration_step: f64,
