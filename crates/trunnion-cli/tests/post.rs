@@ -128,6 +128,19 @@ fn the_worked_cut_is_written_as_by_hand() {
     }
 }
 
+#[test]
+fn programmed_axes_beyond_travel_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "G21 G90 G54 G0 X0 Y0 Z0 B0 C0\nG1 X10 B20 F100\nX20 B175\nM2\n";
+    fs::write(folder.path().join("far.ngc"), program).unwrap();
+    let arguments = ["far.ngc", "-m", "bc-trunnion", "-o", "out.nc", "--origin=-381,-254,-405"];
+    let output = post(folder.path(), &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("far.ngc:3: B = 175.0000 deg is outside its travel"), "{told}");
+    assert!(!folder.path().join("out.nc").exists());
+}
+
 /// The same words; F, where both have it, up to a hundredth below: the machine starts from rest.
 fn says(found: &str, wanted: &str) -> bool {
     let parts = |line: &str| -> (String, Option<f64>) {

@@ -16,7 +16,7 @@ use trunnion::setpoint::sample;
 use trunnion::types::{
     AxisNode, AxisPath, AxisPiece, Motion, Progress, SchedulePiece, Setpoint, Silent, Stage,
 };
-use waves::{Waves, any_waves};
+use waves::{Waves, any_waves, machine};
 
 const FREE: FeedOptions = FeedOptions {
     feed: None,
@@ -26,16 +26,6 @@ const FREE: FeedOptions = FeedOptions {
     ends: [0.0; 2],
     guarantee: true,
 };
-
-fn machine() -> Limits<5> {
-    let vector = |values: [f64; 5]| SVector::from(values);
-    Limits {
-        velocity: vector([500.0, 500.0, 500.0, 6.0, 10.0]),
-        rapid: vector([800.0, 800.0, 800.0, 6.0, 10.0]),
-        acceleration: vector([5000.0, 5000.0, 5000.0, 60.0, 100.0]),
-        jerk: Some(vector([1e5, 1e5, 1e5, 1200.0, 2000.0])),
-    }
-}
 
 fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, options: &FeedOptions) -> Plan {
     optimal(path, limits, options, &Silent).unwrap()

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use trunnion::feed::{FeedError, FeedOptions, Limits, Step, Stream, StreamOptions, optimal};
 use trunnion::types::{AxisNode, AxisPath, Motion, Silent};
-use waves::any_waves;
+use waves::{Event, any_event, any_waves};
 
 fn machine() -> Limits<5> {
     let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
@@ -168,24 +168,6 @@ fn wrong_data_is_named() {
     assert!(duration(&steps) <= 0.0);
 }
 
-/// What an operator and a slow feeder do.
-#[derive(Debug, Clone, Copy)]
-enum Event {
-    /// Nodes are pushed.
-    Push(usize),
-    /// Stretches are taken.
-    Take(usize),
-    Override(f64),
-}
-
-fn any_event() -> impl Strategy<Value = Event> {
-    prop_oneof![
-        3 => (1..60_usize).prop_map(Event::Push),
-        3 => (1..80_usize).prop_map(Event::Take),
-        1 => prop_oneof![Just(0.0), Just(1.0), Just(2.0), 0.05..2.0f64].prop_map(Event::Override),
-    ]
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -196,7 +178,7 @@ proptest! {
         feed in prop::option::of(5.0..300.0f64),
         window in 4..300_usize,
         step in prop::sample::select(vec![0.05, 0.5, 100.0]),
-        events in prop::collection::vec(any_event(), 0..60),
+        events in prop::collection::vec(any_event([60, 80]), 0..60),
     ) {
         let path = AxisPath {
             pieces: [Motion::Link, Motion::Cut].map(|motion| waves.piece(motion, intervals)).to_vec(),

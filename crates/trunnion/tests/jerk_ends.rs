@@ -4,12 +4,12 @@
 
 mod waves;
 
-use nalgebra::{SVector, Vector1};
+use nalgebra::Vector1;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use trunnion::feed::{FeedError, FeedOptions, Limits, Plan, jerk, jerk_between};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
-use waves::any_waves;
+use waves::{any_waves, machine};
 
 const FREE: FeedOptions = FeedOptions {
     feed: None,
@@ -19,16 +19,6 @@ const FREE: FeedOptions = FeedOptions {
     ends: [0.0; 2],
     guarantee: true,
 };
-
-fn machine() -> Limits<5> {
-    let vector = |linear: f64, tilt, turn| SVector::from([linear, linear, linear, tilt, turn]);
-    Limits {
-        velocity: vector(500.0, 6.0, 10.0),
-        rapid: vector(800.0, 6.0, 10.0),
-        acceleration: vector(5000.0, 60.0, 100.0),
-        jerk: Some(vector(1e5, 1200.0, 2000.0)),
-    }
-}
 
 /// Four fifths of the speed along the same path: what it does is inside the machine's limits.
 fn gentle() -> Limits<5> {

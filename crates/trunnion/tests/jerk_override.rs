@@ -8,17 +8,7 @@ use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
 use trunnion::feed::{FeedError, JerkStream, Limits, Step, StreamOptions};
 use trunnion::types::{AxisNode, AxisPath, Motion};
-use waves::any_waves;
-
-fn machine() -> Limits<5> {
-    let vector = |linear: f64, tilt, turn| SVector::from([linear, linear, linear, tilt, turn]);
-    Limits {
-        velocity: vector(500.0, 6.0, 10.0),
-        rapid: vector(800.0, 6.0, 10.0),
-        acceleration: vector(5000.0, 60.0, 100.0),
-        jerk: Some(vector(1e5, 1200.0, 2000.0)),
-    }
-}
+use waves::{Event, any_event, any_waves, machine};
 
 fn options(feed: Option<f64>, window: usize) -> StreamOptions {
     StreamOptions { feed, link_feed: None, tip: None, window, step: 1.0 }
@@ -148,22 +138,6 @@ fn an_override_out_of_range_is_refused() {
     assert!(matches!(error, FeedError::BadOverride { .. }), "{error}");
 }
 
-/// What an operator and a slow feeder do.
-#[derive(Debug, Clone, Copy)]
-enum Event {
-    Push(usize),
-    Take(usize),
-    Override(f64),
-}
-
-fn any_event() -> impl Strategy<Value = Event> {
-    prop_oneof![
-        3 => (1..120_usize).prop_map(Event::Push),
-        3 => (1..120_usize).prop_map(Event::Take),
-        1 => prop_oneof![Just(0.0), Just(1.0), Just(2.0), 0.05..2.0f64].prop_map(Event::Override),
-    ]
-}
-
 fn cases(count: u32) -> ProptestConfig {
     let count = if std::env::var("TRUNNION_TORTURE").is_ok() { 100 * count } else { count };
     ProptestConfig::with_cases(count)
@@ -178,7 +152,7 @@ proptest! {
         intervals in prop::sample::select(vec![20_u32, 150, 400]),
         feed in prop::option::of(5.0..300.0f64),
         window in 8..300_usize,
-        events in prop::collection::vec(any_event(), 0..24),
+        events in prop::collection::vec(any_event([120, 120]), 0..24),
     ) {
         let path = AxisPath {
             pieces: [Motion::Link, Motion::Cut].map(|motion| waves.piece(motion, intervals)).to_vec(),

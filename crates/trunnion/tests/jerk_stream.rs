@@ -9,17 +9,7 @@ use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use trunnion::feed::{FeedError, FeedOptions, JerkStream, Limits, Step, StreamOptions, jerk};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
-use waves::{Waves, any_waves};
-
-fn machine() -> Limits<5> {
-    let vector = |linear: f64, tilt, turn| SVector::from([linear, linear, linear, tilt, turn]);
-    Limits {
-        velocity: vector(500.0, 6.0, 10.0),
-        rapid: vector(800.0, 6.0, 10.0),
-        acceleration: vector(5000.0, 60.0, 100.0),
-        jerk: Some(vector(1e5, 1200.0, 2000.0)),
-    }
-}
+use waves::{Waves, any_waves, machine};
 
 fn options(window: usize) -> StreamOptions {
     StreamOptions { feed: None, link_feed: None, tip: None, window, step: 1.0 }

@@ -51,7 +51,7 @@ pub(super) fn read(said: &str) -> Result<Solid, Failure> {
         let mesh = stl::read(&bytes).map_err(|what| Failure::input(format!("{said}: {what}")))?;
         return Ok(Solid::Mesh(mesh));
     }
-    let help = "export it as STL: faces of a STEP file do not close to a watertight mesh here";
+    let help = "write box:x,y,z,X,Y,Z or cyl:x,y,z,radius,height, or name a closed .stl file (export a STEP solid as STL)";
     Err(Failure::input(format!("{said}: neither box:, cyl: nor an STL file\n  help: {help}")))
 }
 

@@ -279,6 +279,10 @@ fn material(args: &Args, of_job: Option<Solid>) -> Result<(Option<Stock>, Vec<St
             let help = "say what is cut with --stock";
             return Err(Failure::input(format!("--fixture needs --stock\n  help: {help}")));
         }
+        (None, None) if args.stock_cell.is_some() => {
+            let help = "say what is cut with --stock";
+            return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
+        }
         (None, None) => None,
     };
     let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, args.stock_cell);

@@ -264,7 +264,7 @@ impl Table {
             row,
             format!(
                 "{name}3 = {told}, but the quintic through {name}, {name}1, {name}2 of this row and its \
-                 neighbour has {got}"
+                 neighbour has {got:.6}"
             ),
             "are all derivatives by s? Otherwise: more decimals, or rows closer together; \
              --third-tolerance says how much is allowed",

@@ -4,7 +4,38 @@
 
 use nalgebra::SVector;
 use proptest::prelude::*;
+use trunnion::feed::Limits;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion};
+
+/// Limits of a machine that is quick for its jerk.
+pub(crate) fn machine() -> Limits<5> {
+    let vector = |linear: f64, tilt, turn| SVector::from([linear, linear, linear, tilt, turn]);
+    Limits {
+        velocity: vector(500.0, 6.0, 10.0),
+        rapid: vector(800.0, 6.0, 10.0),
+        acceleration: vector(5000.0, 60.0, 100.0),
+        jerk: Some(vector(1e5, 1200.0, 2000.0)),
+    }
+}
+
+/// What an operator and a slow feeder do.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Event {
+    /// Nodes are pushed.
+    Push(usize),
+    /// Stretches are taken.
+    Take(usize),
+    Override(f64),
+}
+
+/// Pushes and takes of up to so many.
+pub(crate) fn any_event([push, take]: [usize; 2]) -> impl Strategy<Value = Event> {
+    prop_oneof![
+        3 => (1..push).prop_map(Event::Push),
+        3 => (1..take).prop_map(Event::Take),
+        1 => prop_oneof![Just(0.0), Just(1.0), Just(2.0), 0.05..2.0f64].prop_map(Event::Override),
+    ]
+}
 
 /// Every axis: a slope and three sine waves over `s` in `[0, length]`.
 #[derive(Debug, Clone)]
