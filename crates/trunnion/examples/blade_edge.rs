@@ -45,26 +45,16 @@ const TOLERANCE: f64 = 0.02;
 const COUNTED: f64 = 0.01;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let kinematics = machine()?;
-    let inverse = Inverse::new(&kinematics)?;
-    let locations = cutter_locations();
-    let limit = Resolution { max_step: f64::INFINITY, max_turn: 0.08 };
-    let inserted = densify(&locations, limit)?;
-    let programs = [
-        ("blocks as they come, linear rotaries", axes(&inverse, &locations)?),
-        ("tool axes inserted, 0.08 rad", axes(&inverse, &inserted)?),
-        ("blocks for 0.02 mm", bounded(&kinematics, &locations)?),
-    ];
-    let cut: Vec<Cut> = programs.iter().map(|(_, q)| measure(&kinematics, q)).collect();
+    let programs = programs()?;
     println!(
         "{:<38}{:>7}  leading: gouge, excess   trailing: gouge, excess   gouges",
         "mm", "blocks"
     );
-    for ((name, q), cut) in programs.iter().zip(&cut) {
+    for Program { name, axes, cut } in &programs {
         let [a, b] = [cut.extremes(true), cut.extremes(false)];
         println!(
             "{name:<38}{:>7}{:>15.4}{:>9.4}{:>17.4}{:>9.4}{:>9}",
-            q.len() - 1,
+            axes.len() - 1,
             a[0],
             a[1],
             b[0],
@@ -73,10 +63,33 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     if let Some(place) = std::env::args().nth(1) {
-        std::fs::write(place, picture(&programs, &cut))?;
+        std::fs::write(place, picture(&programs))?;
     }
-    let kept = cut[2].left.iter().all(|(_, left)| left.abs() <= TOLERANCE);
+    let kept = programs[2].cut.within(TOLERANCE);
     if kept { Ok(()) } else { Err(format!("{TOLERANCE} mm were not kept").into()) }
+}
+
+/// Axes at block ends, and what they leave of the blade.
+struct Program {
+    name: &'static str,
+    axes: Vec<AxisVector>,
+    cut: Cut,
+}
+
+/// The blocks as they come, with tool axes inserted as in the paper, and for the tolerance.
+fn programs() -> Result<[Program; 3], Box<dyn Error>> {
+    let kinematics = machine()?;
+    let inverse = Inverse::new(&kinematics)?;
+    let locations = cutter_locations();
+    let limit = Resolution { max_step: f64::INFINITY, max_turn: 0.08 };
+    let inserted = densify(&locations, limit)?;
+    let program =
+        |name, axes: Vec<AxisVector>| Program { name, cut: measure(&kinematics, &axes), axes };
+    Ok([
+        program("blocks as they come, linear rotaries", axes(&inverse, &locations)?),
+        program("tool axes inserted, 0.08 rad", axes(&inverse, &inserted)?),
+        program("blocks for 0.02 mm", bounded(&kinematics, &locations)?),
+    ])
 }
 
 /// Table A and head B, the tool's tip 150 mm from the head's axis.
@@ -280,6 +293,10 @@ fn distance(centers: &[Vector3<f64>], near: usize, point: &Vector3<f64>) -> f64 
 }
 
 impl Cut {
+    fn within(&self, tolerance: f64) -> bool {
+        self.left.iter().all(|(_, left)| left.abs() <= tolerance)
+    }
+
     /// Deepest gouge (negative) and highest excess about the leading or the trailing edge.
     fn extremes(&self, leading: bool) -> [f64; 2] {
         let about = self.left.iter().filter(|(t, _)| (t.cos() > 0.0) == leading);
@@ -297,7 +314,7 @@ impl Cut {
 }
 
 /// What is left over the direction of the surface's normal, edge by edge.
-fn picture(programs: &[(&str, Vec<AxisVector>)], cut: &[Cut]) -> String {
+fn picture(programs: &[Program]) -> String {
     let colours = ["#cb181d", "#fd8d3c", "#08519c"];
     let mut svg = String::from(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1000 430\" font-family=\"sans-serif\" \
@@ -322,7 +339,7 @@ fn picture(programs: &[(&str, Vec<AxisVector>)], cut: &[Cut]) -> String {
             "<text x=\"{middle}\" y=\"20\" text-anchor=\"middle\">{name} edge: what is left, mm, by the direction \
              of the surface, -90 to 90 deg</text>"
         );
-        for (cut, colour) in cut.iter().zip(colours) {
+        for (Program { cut, .. }, colour) in programs.iter().zip(colours) {
             let mut d = String::new();
             for (t, left) in cut.left.iter().filter(|(t, _)| (t.cos() > 0.0) == leading) {
                 let normal = section(*t).1;
@@ -333,7 +350,7 @@ fn picture(programs: &[(&str, Vec<AxisVector>)], cut: &[Cut]) -> String {
             let _ = writeln!(svg, "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\"/>");
         }
     }
-    for (index, ((name, q), cut)) in programs.iter().zip(cut).enumerate() {
+    for (index, Program { name, axes, cut }) in programs.iter().enumerate() {
         let [a, b] = [cut.extremes(true), cut.extremes(false)];
         let row = 370 + 22 * index;
         let _ = writeln!(
@@ -342,7 +359,7 @@ fn picture(programs: &[(&str, Vec<AxisVector>)], cut: &[Cut]) -> String {
              leading {:.3}/{:+.3}, trailing {:.3}/{:+.3} mm, {} gouges</text>",
             colours[index],
             row + 4,
-            q.len() - 1,
+            axes.len() - 1,
             a[0],
             a[1],
             b[0],
@@ -351,4 +368,25 @@ fn picture(programs: &[(&str, Vec<AxisVector>)], cut: &[Cut]) -> String {
         );
     }
     svg + "</svg>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The trend of the paper's table 1, and the tolerance where one is asked for.
+    #[test]
+    fn edges_come_out_as_in_the_paper_and_within_the_tolerance_asked_for()
+    -> Result<(), Box<dyn Error>> {
+        let [plain, inserted, bounded] = programs()?;
+        for leading in [true, false] {
+            let [before, after] =
+                [&plain, &inserted].map(|program| program.cut.extremes(leading)[0]);
+            assert!(before < -TOLERANCE && after > 0.44 * before, "{before} -> {after} mm");
+        }
+        assert!(!plain.cut.within(TOLERANCE) && bounded.cut.within(TOLERANCE));
+        assert!(plain.cut.gouges() > 0 && bounded.cut.gouges() == 0);
+        assert!(bounded.axes.len() < inserted.axes.len());
+        Ok(())
+    }
 }

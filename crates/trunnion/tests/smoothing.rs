@@ -280,7 +280,7 @@ fn corners_are_blended_or_kept_and_reversed_axes_refused() {
 #[test]
 fn long_turns_keep_step_with_the_great_circle() {
     let tilted = |x: f64, tilt: f64| station([x, 0.0, 0.0], [tilt.sin(), 0.0, tilt.cos()]);
-    for turn in [0.25, 0.4, 1.2, 1.5] {
+    for turn in [0.25, 0.4, 1.2, 1.5, 2.0, 3.1] {
         let alone = [tilted(0.0, 0.0), tilted(47.0, turn)];
         assert!(check(&alone).report.deviated.axis_bound > 0.0);
         let mut many: Vec<_> = (0..40).map(|k| tilted(0.3 * f64::from(k), 0.0)).collect();

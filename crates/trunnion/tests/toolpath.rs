@@ -78,7 +78,8 @@ fn inserting_reproduces_the_listing_of_paper_003() {
             (printed[1], printed[2]) = (35.705, 53.415); // N105 put right
         }
         let [mm, deg] = apart(&middle, &printed);
-        assert!(mm <= 0.003 && deg <= 0.003, "{mm} mm {deg} deg");
+        // Half a unit of the last of three digits, printed in both ends and in the middle; of A at 64 mm.
+        assert!(mm <= 0.0013 && deg <= 0.0013, "{mm} mm {deg} deg");
         let eta = (0..=2000).map(|k| {
             let t = f64::from(k) / 2000.0;
             let even = kinematics.forward(&from.lerp(&to, t)).axis;

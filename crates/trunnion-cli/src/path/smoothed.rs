@@ -225,7 +225,9 @@ impl<W: Write> Rewriter<W> {
                 }
             }
             // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
-            Err(SmoothError::Stations(_)) => {
+            Err(SmoothError::Stations(stations)) => {
+                self.sheet.report.stations += stations;
+                self.sheet.report.merged += stations - 1;
                 let ClRecord { pose, motion, .. } = stretch.last;
                 self.goto(&pose, motion)?;
             }
@@ -312,7 +314,7 @@ fn refused(error: &SmoothError, line: u32) -> Stop {
     let fault = |message: String| Fault { line, column: 0, message, help: String::new() };
     Stop::Fault(match error {
         SmoothError::AxisReversal { .. } => {
-            let message = "the tool axis turns by more than a right angle to the next location: \
+            let message = "the tool axis is reversed at the next location: between opposite axes \
                            the way is not defined";
             fault(message.to_owned()).with_help("insert locations between, or make the move rapid")
         }

@@ -7,9 +7,13 @@ use super::{Limits, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothS
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCoordinates, Station, ToolPose};
 use nalgebra::Point3;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Beyond a right angle the chord of two axes passes closer than cos(45°) to zero.
-pub(super) const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
+pub(super) const LARGEST_TURN: f64 = FRAC_PI_2;
+
+/// Great circles go as far: so near to opposite axes their last digit, 1e-16, turns the plane by 1e-13.
+const DEFINED: f64 = PI - 1e-3;
 
 /// Share of the tolerances within which stations are taken for one.
 const SAME: f64 = 1.0 / 64.0;
@@ -25,8 +29,8 @@ const TINY: f64 = 16.0;
 /// circle.
 const OUT_OF_STEP: f64 = 1.0 / 16.0;
 
-/// Most places a move is divided into: a right angle at a tolerance of 1e-10 rad takes some 2000.
-const MOST_PARTS: f64 = 4096.0;
+/// Most places a move is divided into: half a turn at a tolerance of 1e-10 rad takes some 4600.
+const MOST_PARTS: f64 = 8192.0;
 
 /// Spans at the end of a window that are laid again with what follows: what is unknown beyond an
 /// end fades by 0.43 a span, the largest root of the quintic spline.
@@ -145,10 +149,11 @@ impl Smoother {
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
         // As in `bound::Frame::chord`; up to a right angle the factor is 0.147 at most.
         let shift = 0.16 * (0.5 * angle).powi(3);
-        if angle.is_nan() || angle > LARGEST_TURN || shift <= OUT_OF_STEP * self.limits.axis {
+        if angle.is_nan() || angle > DEFINED || shift <= OUT_OF_STEP * self.limits.axis {
             return Vec::new();
         }
-        let parts = (shift / (OUT_OF_STEP * self.limits.axis)).cbrt().ceil().min(MOST_PARTS);
+        let parts = (shift / (OUT_OF_STEP * self.limits.axis)).cbrt().min(MOST_PARTS);
+        let parts = parts.max(angle / LARGEST_TURN).ceil();
         let at = |part: f64| {
             let share = part / parts;
             let axis = great_circle(&last.pose.axis, &station.pose.axis, share)?;
@@ -202,8 +207,12 @@ impl Smoother {
         };
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
         if angle > LARGEST_TURN {
-            let station = index.saturating_sub(1);
-            return Err(SmoothError::AxisReversal { station, angle, limit: LARGEST_TURN });
+            let limit = if along.is_some() { LARGEST_TURN } else { DEFINED };
+            return Err(SmoothError::AxisReversal {
+                station: index.saturating_sub(1),
+                angle,
+                limit,
+            });
         }
         let moved = (station.pose.tip - last.pose.tip).norm();
         let moved = moved.max((station.contact - last.contact).norm());
