@@ -100,7 +100,7 @@ fn what_is_wrong_is_told() {
     let flipped = "RAPID\nGOTO/0,0,0,0,0,1\nFEDRAT/100\nGOTO/1,0,0\nGOTO/2,0,0,0,0,-1\nFINI\n";
     fs::write(folder.path().join("flip.cls"), flipped).unwrap();
     let cases: [(&[&str], &str); 4] = [
-        (&["flip.cls", "--smooth", "0.01,0.05"], "flip.cls:4: the tool axis turns"),
+        (&["flip.cls", "--smooth", "0.01,0.05"], "flip.cls:4: the tool axis is reversed"),
         (&["flip.cls", "--smooth", "0.01"], "two numbers above 0"),
         (&["flip.cls", "--json"], "name the CL file with -o"),
         (&["none.cls"], "none.cls"),

@@ -41,7 +41,7 @@ fn path(points: u32, last: impl Fn(f64) -> [f64; 4]) -> AxisPath {
 fn limits() -> Limits<5> {
     let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
     let acceleration = SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]);
-    Limits { velocity, rapid: velocity, acceleration, jerk: None }
+    Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None }
 }
 
 const OPTIONS: FeedOptions = FeedOptions {

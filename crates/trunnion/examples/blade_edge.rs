@@ -214,6 +214,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
         rapid: machine.vector(|axis| axis.rapid),
         acceleration: machine.vector(|axis| axis.acc),
         jerk: None,
+        minus: None,
     };
     let feed = FeedOptions {
         feed: Some(30.0),

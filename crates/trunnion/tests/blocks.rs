@@ -44,7 +44,7 @@ fn options(control: Control) -> BlockOptions {
 fn limits() -> Limits<5> {
     let velocity = SVector::from([500.0, 500.0, 500.0, 3.0, 3.0]);
     let acceleration = SVector::from([2500.0, 2500.0, 2500.0, 10.0, 10.0]);
-    Limits { velocity, rapid: velocity, acceleration, jerk: None }
+    Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None }
 }
 
 fn planned(path: &AxisPath) -> Schedule {

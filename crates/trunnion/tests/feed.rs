@@ -109,6 +109,7 @@ fn straight_blocks_take_the_time_worked_out_by_hand() {
             rapid: Vector1::new(get("F")),
             acceleration: Vector1::new(get("A")),
             jerk: None,
+            minus: None,
         };
         let path = straight(&[(get("L"), Vector1::new(get("L")))]);
         let plan = plan(&path, &limits, &FREE);
@@ -132,7 +133,7 @@ fn collinear_blocks_are_run_as_one() {
             .collect();
         let velocity = vector(&case["vmax"]);
         let acceleration = vector(&case["amax"]);
-        let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None };
+        let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
         let options = FeedOptions { feed: Some(number(&case["F"])), ..FREE };
         let plan = plan(&straight(&steps), &limits, &options);
         let total = number(&case["total"]);
@@ -144,7 +145,7 @@ fn collinear_blocks_are_run_as_one() {
 fn ceilings_of_coordinated_motion() {
     for case in cases("ceiling") {
         let [velocity, acceleration] = ["vmax", "amax"].map(|name| vector(&case[name]));
-        let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None };
+        let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
         let got = ceiling(&vector(&case["t"]), &vector(&case["K"]), &limits);
         for (got, want) in
             [(got.velocity, &case["velocity"]), (got.acceleration, &case["acceleration"])]
@@ -442,7 +443,7 @@ fn a_stop_asked_for_is_a_stop() {
     }
     let path = straight(&[(1.0, Vector1::new(1.0))]);
     let one = Vector1::new(1.0);
-    let limits = Limits { velocity: one, rapid: one, acceleration: one, jerk: None };
+    let limits = Limits { velocity: one, rapid: one, acceleration: one, jerk: None, minus: None };
     let error = optimal(&path, &limits, &FREE, &Stop).unwrap_err();
     assert!(matches!(error, FeedError::Cancelled(_)));
 }

@@ -18,6 +18,7 @@ fn machine() -> Limits<5> {
         rapid: velocity,
         acceleration: SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]),
         jerk: None,
+        minus: None,
     }
 }
 
@@ -108,8 +109,13 @@ fn a_window_of_512_rows_loses_next_to_nothing() {
 fn a_line_is_a_trapezoid_however_it_arrives() {
     let [zero, one] = [Vector1::zeros(), Vector1::new(1.0)];
     let velocity = Vector1::new(50.0);
-    let limits =
-        Limits { velocity, rapid: velocity, acceleration: Vector1::new(500.0), jerk: None };
+    let limits = Limits {
+        velocity,
+        rapid: velocity,
+        acceleration: Vector1::new(500.0),
+        jerk: None,
+        minus: None,
+    };
     for (count, step) in [(1_u32, 0.25), (40, 100.0), (40, 0.1)] {
         let options = StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step };
         let mut stream = Stream::new(limits, options).unwrap();

@@ -23,7 +23,13 @@ fn strip(x: Dual3_64) -> [Dual3_64; 5] {
 fn a_waved_pass_takes_what_its_feed_allows_whatever_the_blocks() -> Result<(), FeedError> {
     let turn = 100_f64.to_radians();
     let velocity = SVector::from([500.0, 500.0, 500.0, turn, turn]);
-    let limits = Limits { velocity, rapid: velocity, acceleration: velocity * 10.0, jerk: None };
+    let limits = Limits {
+        velocity,
+        rapid: velocity,
+        acceleration: velocity * 10.0,
+        jerk: None,
+        minus: None,
+    };
     let options = FeedOptions {
         feed: Some(50.0),
         link_feed: None,

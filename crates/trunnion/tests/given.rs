@@ -35,7 +35,13 @@ fn line() -> AxisPath<1> {
 
 fn limits(velocity: f64, acceleration: f64) -> Limits<1> {
     let velocity = Vector1::new(velocity);
-    Limits { velocity, rapid: velocity, acceleration: Vector1::new(acceleration), jerk: None }
+    Limits {
+        velocity,
+        rapid: velocity,
+        acceleration: Vector1::new(acceleration),
+        jerk: None,
+        minus: None,
+    }
 }
 
 /// Up to 100 mm/s over 10 mm, and down again: 500 mm/s².
@@ -137,7 +143,7 @@ fn machine() -> Limits<5> {
     let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
     let acceleration = SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]);
     let jerk = Some(SVector::from([1e5, 1e5, 1e5, 1200.0, 2000.0]));
-    Limits { velocity, rapid: velocity, acceleration, jerk }
+    Limits { velocity, rapid: velocity, acceleration, jerk, minus: None }
 }
 
 proptest! {

@@ -22,12 +22,13 @@ const FREE: FeedOptions = FeedOptions {
 
 /// Four fifths of the speed along the same path: what it does is inside the machine's limits.
 fn gentle() -> Limits<5> {
-    let Limits { velocity, rapid, acceleration, jerk } = machine();
+    let Limits { velocity, rapid, acceleration, jerk, .. } = machine();
     Limits {
         velocity: velocity * 0.8,
         rapid: rapid * 0.8,
         acceleration: acceleration * 0.64,
         jerk: jerk.map(|jerk| jerk * 0.512),
+        minus: None,
     }
 }
 
@@ -105,6 +106,7 @@ fn a_line_from_motion_to_motion_is_a_pencil_calculation() {
         rapid: one(50.0),
         acceleration: one(500.0),
         jerk: Some(one(1e4)),
+        minus: None,
     };
     let time = |length: f64, ends: [f64; 2]| {
         let options = FeedOptions { ends, ..FREE };

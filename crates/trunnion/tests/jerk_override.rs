@@ -60,7 +60,7 @@ fn line(length: u32) -> impl Iterator<Item = AxisNode<1>> {
 
 fn straight(feed: f64) -> JerkStream<1> {
     let [velocity, acceleration, jerk] = [100.0, 500.0, 5000.0].map(Vector1::new);
-    let limits = Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk) };
+    let limits = Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None };
     let mut stream = JerkStream::new(limits, options(Some(feed), 128)).unwrap();
     stream.begin(Motion::Cut);
     stream

@@ -274,6 +274,7 @@ fn derivatives_by_arc_length_on_the_twelve_layouts() {
             rapid: limit("vmax"),
             acceleration: limit("amax"),
             jerk: None,
+            minus: None,
         };
         let found = ceiling(&t, &k, &limits);
         let off = |found: f64, key: &str| (found / number(&case[key]) - 1.0).abs();

@@ -54,7 +54,7 @@ fn single_blocks_are_the_reference() {
 }
 
 fn limits<const N: usize>(velocity: SVector<f64, N>, acceleration: SVector<f64, N>) -> Limits<N> {
-    Limits { velocity, rapid: velocity, acceleration, jerk: None }
+    Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None }
 }
 
 fn whole(period: f64) -> BlockOptions {

@@ -116,6 +116,7 @@ fn limits(with_jerk: bool) -> Limits<5> {
         rapid: velocity,
         acceleration: SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]),
         jerk: with_jerk.then(|| SVector::from([1e5, 1e5, 1e5, 1200.0, 2000.0])),
+        minus: None,
     }
 }
 

@@ -56,6 +56,7 @@ if there, NAME3, which is checked. Between rows the path is the quintic through 
 with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
 by row; with --method given a column `speed` is ds/dt. Units are those of the columns, per second.
 Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table an axis
+                          vel_minus = 400  acc_minus = 4000     optional: towards minus
                           chord = 0.001                         optional: largest distance from the
                                                                 line between two setpoints, --period
                 [path]    feed = 50  acc, jerk, start, end      optional, along s

@@ -5,7 +5,7 @@ use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use nalgebra::SVector;
 use std::path::PathBuf;
-use trunnion::feed::{FeedError, GivenSpeed, Limits};
+use trunnion::feed::{FeedError, GivenSpeed, Limits, MinusLimits};
 use trunnion::files::limits::{AxisLimits, LimitsFile};
 use trunnion::files::table::Header;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Fault, Motion};
@@ -84,10 +84,10 @@ impl Table {
             vel: UNLIMITED,
             acc: file.path.acc.unwrap_or(UNLIMITED),
             jerk: Some(file.path.jerk.unwrap_or(UNLIMITED)),
-            chord: None,
+            ..AxisLimits::default()
         };
         // Axes that stand still never bind.
-        let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0), chord: None };
+        let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0), ..AxisLimits::default() };
         let of = |index: usize| match self.axes.get(index) {
             Some(name) => file.axes.get(name).copied().unwrap_or(still),
             None if index == self.axes.len() && self.path_axis => path,
@@ -95,11 +95,16 @@ impl Table {
         };
         let has_jerk = (0..N).all(|index| of(index).jerk.is_some());
         let vector = |get: &dyn Fn(AxisLimits) -> f64| SVector::from_fn(|row, _| get(of(row)));
+        let differs = |axis: AxisLimits| axis.vel_minus.or(axis.acc_minus).is_some();
+        let velocity = vector(&|axis| axis.vel_minus.unwrap_or(axis.vel));
+        let acceleration = vector(&|axis| axis.acc_minus.unwrap_or(axis.acc));
+        let minus = MinusLimits { velocity, rapid: velocity, acceleration };
         let limits = Limits {
             velocity: vector(&|axis| axis.vel),
             rapid: vector(&|axis| axis.vel),
             acceleration: vector(&|axis| axis.acc),
             jerk: has_jerk.then(|| vector(&|axis| axis.jerk.unwrap_or(UNLIMITED))),
+            minus: (0..N).any(|index| differs(of(index))).then_some(minus),
         };
         let chords = vector(&|axis| axis.chord.unwrap_or(f64::INFINITY));
         limits.with_chord_error(&chords, period)

@@ -7,6 +7,7 @@
 //! *everywhere* between the rows. The first and the last are the interpolation scheme of TOPP-RA.
 
 use super::Reciprocals;
+use super::strip::Strips;
 use crate::types::AxisNode;
 use nalgebra::SVector;
 
@@ -23,14 +24,6 @@ pub(super) struct Cell<const N: usize> {
     pub(super) feed_rate: [f64; 2],
     /// The same of the tool tip.
     pub(super) tip_rate: [f64; 2],
-}
-
-/// Constraints `|a x0 + b x1| <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
-/// per axis and row alone (`K` = 2).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Strips<const N: usize, const K: usize = 5> {
-    pub(super) a: [SVector<f64, N>; K],
-    pub(super) b: [SVector<f64, N>; K],
 }
 
 /// Weights of a quartic's Bernstein coefficients at the middle; those of the last two are the first two's.
@@ -93,9 +86,9 @@ impl<const N: usize> Cell<N> {
     #[inline]
     pub(super) fn accelerations(&self, limits: &Reciprocals<N>) -> Accelerations<N> {
         let per_length = 1.0 / self.h;
-        let mut scaled = Accelerations { r: [[0.0; N]; 5], d: [[0.0; N]; 4] };
+        let mut scaled = Accelerations::within(limits);
         for axis in 0..N {
-            let scale = limits.acceleration[axis] * per_length;
+            let scale = limits.acceleration.plus[axis] * per_length;
             for k in 0..5 {
                 scaled.r[k][axis] = self.rates[k][axis] * scale;
             }
@@ -115,9 +108,9 @@ impl<const N: usize> Cell<N> {
         limits: &Reciprocals<N>,
     ) -> Accelerations<N> {
         let per_length = 1.0 / (to.s - from.s);
-        let mut scaled = Accelerations { r: [[0.0; N]; 5], d: [[0.0; N]; 4] };
+        let mut scaled = Accelerations::within(limits);
         for axis in 0..N {
-            let inverse = limits.acceleration[axis];
+            let inverse = limits.acceleration.plus[axis];
             scaled.r[0][axis] = from.q[1][axis] * (inverse * per_length);
             scaled.r[4][axis] = to.q[1][axis] * (inverse * per_length);
             scaled.d[0][axis] = from.q[2][axis] * (0.25 * inverse);
@@ -133,7 +126,7 @@ impl<const N: usize> Cell<N> {
             let mut most =
                 largest(self.feed_rate[end] * limits.feed, self.tip_rate[end] * limits.tip);
             for axis in 0..N {
-                most = largest(most, rates[axis].abs() * limits.velocity[axis]);
+                most = largest(most, limits.velocity.share(axis, rates[axis]));
             }
             1.0 / (most * most)
         };
@@ -167,12 +160,12 @@ impl<const N: usize> Cell<N> {
     #[inline]
     pub(super) fn speed_lines(&self, limits: &Reciprocals<N>) -> [[f64; 2]; N] {
         std::array::from_fn(|axis| {
-            let rate = |k: usize| self.rates[k][axis].abs();
+            let rate = |k: usize| limits.velocity.share(axis, self.rates[k][axis]);
             let [first, last] = [rate(0), rate(4)];
             let quarter = 0.25 * (last - first);
             let above = |k: usize| rate(k) - (first + k as f64 * quarter);
             let rise = largest(largest(above(1), above(2)), largest(above(3), 0.0));
-            scaled([first + rise, last + rise], limits.velocity[axis])
+            [first + rise, last + rise]
         })
     }
 
@@ -231,6 +224,10 @@ const ROUNDINGS: f64 = 64.0;
 pub(super) struct Accelerations<const N: usize> {
     r: [[f64; N]; 5],
     d: [[f64; N]; 4],
+    /// Limit towards minus over the one towards plus.
+    pub(super) minus: [f64; N],
+    /// Its reciprocal.
+    per_minus: [f64; N],
 }
 
 /// Which of `K` constraints an axis has: all Bernstein coefficients (5), or those at rows alone (2).
@@ -239,6 +236,27 @@ const fn coefficient(place: usize, of: usize) -> usize {
 }
 
 impl<const N: usize> Accelerations<N> {
+    /// Nothing that moves, within these limits.
+    #[inline]
+    fn within(limits: &Reciprocals<N>) -> Self {
+        let sides = &limits.acceleration;
+        let ratio = |over: &SVector<f64, N>, under: &SVector<f64, N>| {
+            std::array::from_fn(|axis| over[axis] / under[axis])
+        };
+        Self {
+            r: [[0.0; N]; 5],
+            d: [[0.0; N]; 4],
+            minus: ratio(&sides.plus, &sides.minus),
+            per_minus: ratio(&sides.minus, &sides.plus),
+        }
+    }
+
+    /// Limit of a constraint of this axis, by the sign of the side.
+    #[inline]
+    pub(super) fn limit(&self, axis: usize, sign: f64) -> f64 {
+        if sign < 0.0 { self.minus[axis] } else { 1.0 }
+    }
+
     /// Coefficient `k` of one axis as `a x0 + b x1`.
     #[inline]
     fn row(&self, k: usize, axis: usize) -> [f64; 2] {
@@ -256,7 +274,8 @@ impl<const N: usize> Accelerations<N> {
 
     /// All constraints as `a x0 + b x1`.
     pub(super) fn strips<const K: usize>(&self) -> Strips<N, K> {
-        let mut strips = Strips { a: [SVector::zeros(); K], b: [SVector::zeros(); K] };
+        let mut strips =
+            Strips { a: [SVector::zeros(); K], b: [SVector::zeros(); K], minus: self.minus };
         for place in 0..K {
             for axis in 0..N {
                 let [a, b] = self.row(coefficient(place, K), axis);
@@ -278,21 +297,22 @@ impl<const N: usize> Accelerations<N> {
         })
     }
 
-    /// Largest size of any of the `K` constraints' values.
+    /// Largest share of its limit of any of the `K` constraints.
     #[inline]
     pub(super) fn most<const K: usize>(&self, x: [f64; 2]) -> f64 {
         let mut most = [0.0; N];
         for place in 0..K {
             let values = self.at(coefficient(place, K), x);
             for axis in 0..N {
-                let size = values[axis].abs();
+                let value = values[axis];
+                let size = largest(value, -value * self.per_minus[axis]);
                 most[axis] = if size > most[axis] { size } else { most[axis] };
             }
         }
         most.into_iter().fold(0.0, |most, size| if size > most { size } else { most })
     }
 
-    /// Accelerations of all axes over their limits at the start, in the middle and at the end.
+    /// Shares of their limits that the accelerations of all axes take at the start, in the middle and at the end.
     #[inline]
     pub(super) fn at_three(&self, x: [f64; 2]) -> [[f64; N]; 3] {
         let (r, d) = (&self.r, &self.d);
@@ -305,7 +325,9 @@ impl<const N: usize> Accelerations<N> {
             let bend = 0.5 * (d[0][axis] + d[3][axis]) + 1.5 * (d[1][axis] + d[2][axis]);
             rate * change + bend * mean
         });
-        [self.at(0, x), middle, self.at(4, x)]
+        [self.at(0, x), middle, self.at(4, x)].map(|values| {
+            std::array::from_fn(|axis| largest(values[axis], -values[axis] * self.per_minus[axis]))
+        })
     }
 }
 
@@ -321,6 +343,7 @@ pub(super) fn tangent(rate: [f64; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feed::sides::Sides;
     use nalgebra::Vector1;
 
     impl<const N: usize> Cell<N> {
@@ -391,7 +414,8 @@ mod tests {
     #[test]
     fn strips_are_the_acceleration_in_bernstein_form() {
         let cell = cell([0.0, 0.25, 0.5, 0.75, 1.0], 1.0);
-        let limits = Reciprocals { acceleration: Vector1::new(0.5), ..Reciprocals::none() };
+        let acceleration = Sides::both(Vector1::new(0.5));
+        let limits = Reciprocals { acceleration, ..Reciprocals::none() };
         let x = [3.0, 7.0];
         for (k, t) in [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().enumerate() {
             let want = (3.0 + 6.0 * t) * 0.5;

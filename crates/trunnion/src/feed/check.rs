@@ -104,10 +104,11 @@ impl<const N: usize> Curve<N> {
     #[inline]
     fn start(&self, motion: &Samples, limits: &Reciprocals<N>) -> f64 {
         let mut most = 0.0;
+        let sides = &limits.acceleration;
         for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
             let t = motion.at[0];
             let rate = (((c4 * t + c3) * t + c2) * t + c1) * t + c0;
-            most = largest(rate.abs() * limits.acceleration[axis], most);
+            most = largest(rate.abs() * sides.plus[axis].max(sides.minus[axis]), most);
         }
         most
     }
@@ -122,14 +123,13 @@ impl<const N: usize> Curve<N> {
             for k in 0..SAMPLES {
                 let rate = (((c4 * t[k] + c3) * t[k] + c2) * t[k] + c1) * t[k] + c0;
                 let bend = ((4.0 * c4 * t[k] + 3.0 * c3) * t[k] + 2.0 * c2) * t[k] + c1;
-                velocity[k] = (rate * v[k]).abs();
-                acceleration[k] = (rate * u + bend * vv[k]).abs();
+                velocity[k] = limits.velocity.share(axis, rate * v[k]);
+                acceleration[k] = limits.acceleration.share(axis, rate * u + bend * vv[k]);
             }
             let [velocity, acceleration] =
                 [velocity, acceleration].map(|[a, b, c, d]| largest(largest(a, b), largest(c, d)));
-            most.velocity = largest(velocity * limits.velocity[axis], most.velocity);
-            most.acceleration =
-                largest(acceleration * limits.acceleration[axis], most.acceleration);
+            most.velocity = largest(velocity, most.velocity);
+            most.acceleration = largest(acceleration, most.acceleration);
         }
         let Some(inverse) = limits.jerk else { return };
         for (axis, [_, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {

@@ -290,11 +290,15 @@ pub(super) fn validate<const N: usize>(
 }
 
 pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
-    let all: [(LimitKind, Option<SVector<f64, N>>); 4] = [
+    let minus = limits.minus;
+    let all: [(LimitKind, Option<SVector<f64, N>>); 7] = [
         (LimitKind::Velocity, Some(limits.velocity)),
         (LimitKind::Rapid, Some(limits.rapid)),
         (LimitKind::Acceleration, Some(limits.acceleration)),
         (LimitKind::Jerk, limits.jerk),
+        (LimitKind::Velocity, minus.map(|minus| minus.velocity)),
+        (LimitKind::Rapid, minus.map(|minus| minus.rapid)),
+        (LimitKind::Acceleration, minus.map(|minus| minus.acceleration)),
     ];
     for (kind, values) in all {
         for (axis, &value) in values.iter().flatten().enumerate() {

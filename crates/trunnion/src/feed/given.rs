@@ -2,6 +2,7 @@
 
 use super::cell::Cell;
 use super::profile::{Grid, Profile};
+use super::sides::Sides;
 use super::{
     Binding, Ends, FeedError, FeedOptions, Limits, Plan, Reciprocals, assemble, check, error,
     lower, plan_all, planned,
@@ -202,12 +203,13 @@ fn ratios<const N: usize>(
     let velocity = q[1] * v;
     let acceleration = q[1] * u + q[2] * (v * v);
     let jerk = q[2] * (3.0 * u * v) + q[3] * v.powi(3);
-    let over =
-        |values: SVector<f64, N>, inverse: SVector<f64, N>| values.component_mul(&inverse).abs();
+    let over = |values: SVector<f64, N>, sides: &Sides<N>| {
+        SVector::<f64, N>::from_fn(|axis, _| sides.share(axis, values[axis]))
+    };
     let all = [
-        over(velocity, limits.velocity),
-        over(acceleration, limits.acceleration),
-        over(jerk, limits.jerk.unwrap_or_else(SVector::zeros)),
+        over(velocity, &limits.velocity),
+        over(acceleration, &limits.acceleration),
+        over(jerk, &Sides::both(limits.jerk.unwrap_or_else(SVector::zeros))),
     ];
     let axes = all.iter().flat_map(|values| values.iter().copied());
     axes.chain([v * feed * limits.feed, v * tip * limits.tip]).collect()

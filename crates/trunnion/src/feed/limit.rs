@@ -29,7 +29,10 @@ impl<const N: usize> Limits<N> {
                 return Err(FeedError::BadChord { axis, value, period });
             }
             let most = 8.0 * value / (period * period);
-            self.acceleration[axis] = self.acceleration[axis].min(most);
+            let minus = self.minus.as_mut().map(|minus| &mut minus.acceleration[axis]);
+            for limit in std::iter::once(&mut self.acceleration[axis]).chain(minus) {
+                *limit = limit.min(most);
+            }
         }
         Ok(self)
     }
@@ -81,6 +84,7 @@ mod tests {
             rapid: Vector2::repeat(1e4),
             acceleration: Vector2::repeat(acceleration),
             jerk: Some(Vector2::repeat(1e6)),
+            minus: None,
         }
     }
 

@@ -14,6 +14,8 @@ use nalgebra::SVector;
 
 /// Lower bound of the time with the given speeds at the ends \[s\].
 pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> f64 {
+    // What holds with the larger limit of both directions holds with both.
+    let limits = &Reciprocals { acceleration: limits.acceleration.loosest(), ..*limits };
     let x = reachable(grid, limits, ends);
     let mut sum = 0.0;
     let mut ahead = x.last().map_or(0.0, |x| x.min(ends.end));
@@ -52,7 +54,7 @@ fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &End
 fn speed_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
     let mut most = largest(cell.feed_rate[0] * limits.feed, cell.tip_rate[0] * limits.tip);
     for axis in 0..N {
-        most = largest(cell.rates[0][axis].abs() * limits.velocity[axis], most);
+        most = largest(limits.velocity.share(axis, cell.rates[0][axis]), most);
     }
     1.0 / (most * most)
 }
@@ -63,25 +65,28 @@ struct Travel<const N: usize> {
     squares: [[f64; N]; 2],
     /// Twice the distance; infinite for an axis that may turn round, which says nothing then.
     twice: [f64; N],
-    /// Distance from one end to the other.
+    /// From one end to the other, towards plus or minus, and how far.
+    signed: [f64; N],
     net: [f64; N],
 }
 
 impl<const N: usize> Travel<N> {
     #[inline]
     fn of(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
-        let mut travel = Self { squares: [[0.0; N]; 2], twice: [0.0; N], net: [0.0; N] };
+        let mut travel =
+            Self { squares: [[0.0; N]; 2], twice: [0.0; N], signed: [0.0; N], net: [0.0; N] };
         let share = 0.2 * cell.h;
         for axis in 0..N {
             let rate = |k: usize| cell.rates[k][axis];
             let sum = (rate(0) + rate(1)) + (rate(2) + rate(3)) + rate(4);
             let sizes =
                 (rate(0).abs() + rate(1).abs()) + (rate(2).abs() + rate(3).abs()) + rate(4).abs();
+            travel.signed[axis] = share * sum;
             travel.net[axis] = share * sum.abs();
             // The same sum where all rates agree in direction, to the last bit.
             let one_way = sum.abs() >= sizes;
             travel.twice[axis] = if one_way { 2.0 * travel.net[axis] } else { f64::INFINITY };
-            let inverse = limits.acceleration[axis];
+            let inverse = limits.acceleration.plus[axis];
             travel.squares[0][axis] = rate(0) * rate(0) * inverse;
             travel.squares[1][axis] = rate(4) * rate(4) * inverse;
         }
@@ -112,7 +117,7 @@ impl<const N: usize> Travel<N> {
         for axis in 0..N {
             let [from, to] = [0, 1].map(|end| self.squares[end][axis] * x[end]);
             let energy = (if from < to { from } else { to }) + 0.5 * self.twice[axis];
-            let square = self.net[axis] * self.net[axis] * limits.acceleration[axis];
+            let square = self.net[axis] * self.net[axis] * limits.acceleration.plus[axis];
             // Quotients compared as products.
             if energy * weight < least * square {
                 (least, weight, slowest) = (energy, square, Some(axis));
@@ -130,7 +135,7 @@ fn bent<const N: usize>(
     limits: &Reciprocals<N>,
     x: f64,
 ) -> bool {
-    let inverse = &limits.acceleration;
+    let inverse = &limits.acceleration.plus;
     let s: [f64; N] = std::array::from_fn(|axis| s[axis] * inverse[axis]);
     let c: [f64; N] = std::array::from_fn(|axis| c[axis] * inverse[axis]);
     // Where no centripetal term alone is at its limit, no two are: x |s_j c_k| <= |s_j|.
@@ -159,17 +164,34 @@ pub(super) fn pair_cap<const N: usize>(
     blur: &SVector<f64, N>,
     limits: &Reciprocals<N>,
 ) -> f64 {
-    let [s, c, blur] = [s, c, *blur].map(|rate| rate.component_mul(&limits.acceleration));
+    let sides = &limits.acceleration;
+    let [s, c, blur] = [s, c, *blur].map(|rate| rate.component_mul(&sides.plus));
+    // Turned so that the axis moves towards plus: its rate, its bend, its limits ahead and behind.
+    let turned = |axis: usize| {
+        let minus = sides.plus[axis] / sides.minus[axis];
+        if s[axis] < 0.0 {
+            ([-s[axis], -c[axis]], [minus, 1.0])
+        } else {
+            ([s[axis], c[axis]], [1.0, minus])
+        }
+    };
     let mut cap = f64::INFINITY;
     for j in 0..N {
+        let ([sj, cj], limit) = turned(j);
         // An axis that only turns round: no u helps it.
-        if s[j] == 0.0 && c[j].abs() > blur[j] {
-            cap = cap.min(1.0 / (c[j].abs() - blur[j]));
+        if sj == 0.0 && cj.abs() > blur[j] {
+            cap = cap.min(limit[usize::from(cj < 0.0)] / (cj.abs() - blur[j]));
         }
         for k in 0..j {
-            let doubt = s[j].abs() * blur[k] + s[k].abs() * blur[j];
-            let cross = (s[j] * c[k] - s[k] * c[j]).abs() - doubt;
-            let room = s[j].abs() + s[k].abs();
+            let ([sk, ck], other) = turned(k);
+            let cross = sk * cj - sj * ck;
+            // Axis j needs less u than axis k, or the other way round.
+            let room = if cross > 0.0 {
+                limit[0] * sk + other[1] * sj
+            } else {
+                other[0] * sj + limit[1] * sk
+            };
+            let cross = cross.abs() - (sj * blur[k] + sk * blur[j]);
             if cap * cross > room {
                 cap = room / cross;
             }
@@ -190,11 +212,12 @@ fn cell_time<const N: usize>(
     let mut time =
         cell.h * largest(mean(cell.feed_rate) * limits.feed, mean(cell.tip_rate) * limits.tip);
     for axis in 0..N {
-        time = largest(travel.net[axis] * limits.velocity[axis], time);
+        time = largest(limits.velocity.share(axis, travel.signed[axis]), time);
     }
     if let Some(axis) = travel.slowest(squares, limits) {
         let speeds = [0, 1].map(|end| ends[end] * cell.rates[end * 4][axis].abs());
-        let [v, a] = [1.0 / limits.velocity[axis], 1.0 / limits.acceleration[axis]];
+        let v = travel.net[axis] / limits.velocity.share(axis, travel.signed[axis]);
+        let a = 1.0 / limits.acceleration.plus[axis];
         time = largest(ramp_time(travel.net[axis], speeds, v, a), time);
     }
     // The two-axis cap of the whole cell costs most: only where the one in the middle says it helps.
@@ -223,8 +246,8 @@ fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
 
 /// Upper bound of the two-axis cap over a whole cell, from Bernstein coefficients.
 fn cell_pair_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
-    let s = cell.rates.map(|rate| rate.component_mul(&limits.acceleration));
-    let blur = cell.blur().component_mul(&limits.acceleration);
+    let s = cell.rates.map(|rate| rate.component_mul(&limits.acceleration.plus));
+    let blur = cell.blur().component_mul(&limits.acceleration.plus);
     let largest = |axis: usize| s.iter().map(|rate| rate[axis].abs()).fold(0.0, f64::max);
     let mut cap = f64::INFINITY;
     for j in 0..N {

@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! terms    limits and options, plans and what is said about them
+//! sides    limits towards plus and minus
 //! cell     a stretch between two rows: its Bernstein coefficients and constraints
 //! strip    the two-variable linear program of one cell
 //! profile  backward and forward pass over a piece
@@ -29,6 +30,7 @@ mod limit;
 mod lower;
 mod profile;
 mod refine;
+mod sides;
 mod stream;
 mod strip;
 mod terms;
@@ -39,7 +41,7 @@ pub use given::{Breach, GivenSpeed, given};
 pub use jerk::{jerk, jerk_between};
 pub use limit::limit_speeds;
 pub use stream::{JerkStream, Step, Stream, StreamOptions, jerk_through_window};
-pub use terms::{Binding, Ceiling, FeedOptions, Limits, Plan, Ratios, ceiling};
+pub use terms::{Binding, Ceiling, FeedOptions, Limits, MinusLimits, Plan, Ratios, ceiling};
 
 use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};
 use profile::{Grid, Profile};
@@ -256,6 +258,7 @@ mod tests {
             rapid: SVector::repeat(2.0 * velocity),
             acceleration: SVector::repeat(acceleration),
             jerk: None,
+            minus: None,
         }
     }
 

@@ -52,7 +52,7 @@ impl Profile {
         let caps = nodes.iter().map(|node| {
             let mut most = largest(node.feed_rate * limits.feed, node.tip_rate * limits.tip);
             for axis in 0..N {
-                most = largest(most, node.q[1][axis].abs() * limits.velocity[axis]);
+                most = largest(most, limits.velocity.share(axis, node.q[1][axis]));
             }
             1.0 / (most * most)
         });

@@ -5,6 +5,7 @@
 
 use super::cell::{Cell, MIDDLE, largest};
 use super::profile::{Grid, Profile};
+use super::sides::Sides;
 use super::{Binding, Ends, FeedOptions, Reciprocals, lower};
 use crate::types::AxisPiece;
 use nalgebra::SVector;
@@ -139,8 +140,8 @@ pub(super) fn binding<const N: usize>(
     let [mut accelerations, mut velocities] = [[0.0; N]; 2];
     for axis in 0..N {
         let acceleration = rate[axis] * u + bend[axis] * square;
-        accelerations[axis] = (acceleration * limits.acceleration[axis]).abs();
-        let velocity = rate[axis] * limits.velocity[axis];
+        accelerations[axis] = limits.acceleration.share(axis, acceleration);
+        let velocity = limits.velocity.share(axis, rate[axis]);
         velocities[axis] = square * velocity * velocity;
     }
     let point = |rates: [f64; 2], inverse: f64| {
@@ -192,10 +193,10 @@ impl<const N: usize> Squares<N> {
             std::array::from_fn(|k| three[k] * (rates[k] * inverse).powi(2))
         };
         Self {
-            accelerations: accelerations.map(|values| values.map(f64::abs)),
+            accelerations,
             velocities: std::array::from_fn(|k| {
-                let inverse = &limits.velocity;
-                std::array::from_fn(|axis| three[k] * (velocities[k][axis] * inverse[axis]).powi(2))
+                let share = |axis| limits.velocity.share(axis, velocities[k][axis]);
+                std::array::from_fn(|axis| three[k] * share(axis).powi(2))
             }),
             feed: line(cell.feed_rate, limits.feed),
             tip: line(cell.tip_rate, limits.tip),
@@ -262,14 +263,18 @@ fn kink<const N: usize>(
         let [from, to] = profile.ends(neighbour);
         grid.cells.get(neighbour).map(|other| (to - from) * cell.h / other.h)
     };
-    let from_rest =
-        |rates: &SVector<f64, N>| 2.0 * cell.h / rates.component_mul(&limits.acceleration).amax();
+    let from_rest = |rates: &SVector<f64, N>, sides: [&SVector<f64, N>; 2]| {
+        let share =
+            |axis: usize| largest(rates[axis] * sides[0][axis], -rates[axis] * sides[1][axis]);
+        2.0 * cell.h / (0..N).map(share).fold(0.0, f64::max)
+    };
+    let Sides { plus, minus } = &limits.acceleration;
     let rise = match index.checked_sub(1) {
         Some(before) => slope(before)?,
-        None => from_rest(&cell.rates[0]),
+        None => from_rest(&cell.rates[0], [plus, minus]),
     };
     let last = index + 1 == grid.cells.len();
-    let fall = if last { -from_rest(&cell.rates[4]) } else { slope(index + 1)? };
+    let fall = if last { -from_rest(&cell.rates[4], [minus, plus]) } else { slope(index + 1)? };
     let [from, to] = profile.ends(index);
     let own = to - from;
     // Both neighbours must lie above: steeper before, steeper downwards after. Then this is in 0..1.

@@ -1,10 +1,11 @@
 //! What planners are told, and what they tell.
 
 use super::lower;
+use super::sides::Sides;
 use crate::types::{Motion, Schedule};
 use nalgebra::SVector;
 
-/// What the axes can do, in both directions alike. All finite and positive.
+/// What the axes can do. All finite and positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<const N: usize> {
     /// Axis velocities while cutting, leading in and leading out \[axis unit/s\].
@@ -15,6 +16,37 @@ pub struct Limits<const N: usize> {
     pub acceleration: SVector<f64, N>,
     /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by [`super::optimal`].
     pub jerk: Option<SVector<f64, N>>,
+    /// What differs towards minus; `None` for limits that are the same in both directions. Kept to the full by
+    /// [`super::optimal`], [`super::Stream`] and [`super::given()`]; planners with jerk limits and [`super::blocks()`]
+    /// keep the smaller of both directions.
+    pub minus: Option<MinusLimits<N>>,
+}
+
+/// What the axes can do towards minus: a falling axis is braked by less than it is sped up with. All finite
+/// and positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MinusLimits<const N: usize> {
+    /// As [`Limits::velocity`] \[axis unit/s\].
+    pub velocity: SVector<f64, N>,
+    /// As [`Limits::rapid`] \[axis unit/s\].
+    pub rapid: SVector<f64, N>,
+    /// As [`Limits::acceleration`] \[axis unit/s²\].
+    pub acceleration: SVector<f64, N>,
+}
+
+impl<const N: usize> Limits<N> {
+    /// The smaller of both directions, in both.
+    #[must_use]
+    pub fn smaller(&self) -> Self {
+        let Some(minus) = self.minus else { return *self };
+        Self {
+            velocity: self.velocity.inf(&minus.velocity),
+            rapid: self.rapid.inf(&minus.rapid),
+            acceleration: self.acceleration.inf(&minus.acceleration),
+            minus: None,
+            ..*self
+        }
+    }
 }
 
 /// How a path is to be run. No `Default`: the caller knows the part.
@@ -118,7 +150,10 @@ pub fn ceiling<const N: usize>(
     };
     let limits = Reciprocals::new(Motion::Cut, limits, &options);
     Ceiling {
-        velocity: rate.component_mul(&limits.velocity).amax().recip(),
+        velocity: (0..N)
+            .map(|axis| limits.velocity.share(axis, rate[axis]))
+            .fold(0.0, f64::max)
+            .recip(),
         acceleration: lower::pair_cap([*rate, *curvature], &SVector::zeros(), &limits).sqrt(),
     }
 }
@@ -126,8 +161,8 @@ pub fn ceiling<const N: usize>(
 /// Reciprocal limits of one kind of motion: 0 is unlimited.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reciprocals<const N: usize> {
-    pub(super) velocity: SVector<f64, N>,
-    pub(super) acceleration: SVector<f64, N>,
+    pub(super) velocity: Sides<N>,
+    pub(super) acceleration: Sides<N>,
     pub(super) jerk: Option<SVector<f64, N>>,
     pub(super) feed: f64,
     pub(super) tip: f64,
@@ -139,11 +174,16 @@ impl<const N: usize> Reciprocals<N> {
             Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
             _ => (limits.velocity, options.feed),
         };
-        let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);
+        let minus = limits.minus.map(|minus| {
+            (if motion.is_free() { minus.rapid } else { minus.velocity }, minus.acceleration)
+        });
         Self {
-            velocity: inverse(velocity),
-            acceleration: inverse(limits.acceleration),
-            jerk: limits.jerk.map(inverse),
+            velocity: Sides::of(velocity, minus.map(|(velocity, _)| velocity)),
+            acceleration: Sides::of(
+                limits.acceleration,
+                minus.map(|(_, acceleration)| acceleration),
+            ),
+            jerk: limits.jerk.map(|jerk| jerk.map(f64::recip)),
             feed: feed.map_or(0.0, f64::recip),
             tip: options.tip.map_or(0.0, f64::recip),
         }
@@ -153,7 +193,7 @@ impl<const N: usize> Reciprocals<N> {
     pub(super) fn at_override(&self, value: f64) -> Self {
         let speeds = 1.0 / value.min(1.0);
         Self {
-            velocity: self.velocity * speeds,
+            velocity: self.velocity.scaled(speeds),
             tip: self.tip * speeds,
             feed: self.feed / value,
             ..*self
@@ -162,7 +202,7 @@ impl<const N: usize> Reciprocals<N> {
 
     #[cfg(test)]
     pub(super) fn none() -> Self {
-        let zero = SVector::zeros();
+        let zero = Sides::both(SVector::zeros());
         Self { velocity: zero, acceleration: zero, jerk: None, feed: 0.0, tip: 0.0 }
     }
 }

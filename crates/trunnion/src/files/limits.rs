@@ -26,8 +26,8 @@ pub(super) struct RawLimits {
     path: PathLimits,
 }
 
-/// Limits of one axis, the same in both directions.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+/// Limits of one axis, in both directions unless one is named towards minus.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct AxisLimits {
     /// Largest velocity, in the units of the column per second.
@@ -36,6 +36,13 @@ pub struct AxisLimits {
     /// Largest acceleration, per second squared.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub acc: f64,
+    /// Largest velocity towards minus, where it differs from `vel`. Planning with jerk limits and the
+    /// method `blocks` keep the smaller of both.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub vel_minus: Option<f64>,
+    /// Largest acceleration towards minus, where it differs from `acc`; used as `vel_minus`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub acc_minus: Option<f64>,
     /// Largest jerk, per second cubed; needed by the method `jerk`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub jerk: Option<f64>,
@@ -113,7 +120,7 @@ mod tests {
         assert_eq!(file.axes.len(), 2);
         assert_eq!(
             file.axes["X"],
-            AxisLimits { vel: 500.0, acc: 5000.0, jerk: Some(1e5), chord: None }
+            AxisLimits { vel: 500.0, acc: 5000.0, jerk: Some(1e5), ..AxisLimits::default() }
         );
         assert_eq!(file.axes["C"].jerk, None);
         assert_eq!(file.path, PathLimits { feed: Some(50.0), start: 2.0, ..PathLimits::default() });

@@ -327,6 +327,7 @@ pub(super) fn feed(
         rapid: machine.vector(|axis| axis.rapid),
         acceleration: machine.vector(|axis| axis.acc),
         jerk: Some(machine.vector(|axis| axis.jerk)),
+        minus: None,
     };
     let options = FeedOptions {
         feed: Some(job.file.cutting.feed),

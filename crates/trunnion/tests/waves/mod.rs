@@ -15,6 +15,7 @@ pub(crate) fn machine() -> Limits<5> {
         rapid: vector(800.0, 6.0, 10.0),
         acceleration: vector(5000.0, 60.0, 100.0),
         jerk: Some(vector(1e5, 1200.0, 2000.0)),
+        minus: None,
     }
 }
 

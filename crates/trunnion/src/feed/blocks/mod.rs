@@ -97,6 +97,7 @@ pub fn look_ahead<const N: usize>(
     error::validate_limits(limits)?;
     validate(options)?;
     validate_moves(moves, weights, feed, ends)?;
+    let limits = limits.smaller();
     let mut sources = Vec::with_capacity(moves.len());
     let mut rows = Vec::with_capacity(moves.len());
     for (source, travel) in moves.iter().enumerate() {
@@ -164,6 +165,7 @@ pub fn blocks<const N: usize>(
 ) -> Result<Plan, FeedError> {
     error::validate(path, limits, feeds)?;
     validate(options)?;
+    let limits = &limits.smaller();
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
         let inverse = Reciprocals::new(piece.motion, limits, feeds);

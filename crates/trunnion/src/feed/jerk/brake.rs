@@ -57,7 +57,7 @@ impl Straight {
     ) -> Self {
         let largest = |inverse: &SVector<f64, N>| rate.component_mul(inverse).amax().recip();
         let jerk = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
-        let largest = largest(&limits.acceleration).max(-u);
+        let largest = largest(&limits.acceleration.plus).max(-u);
         Self { speed: x.sqrt(), before: -u, largest, jerk }
     }
 

@@ -43,8 +43,8 @@ fn each_moment<const N: usize>(
                 row,
                 &Moment {
                     axes: [
-                        (q1 * v).component_mul(&limits.velocity),
-                        (q1 * a + q2 * (v * v)).component_mul(&limits.acceleration),
+                        (q1 * v).component_mul(&limits.velocity.plus),
+                        (q1 * a + q2 * (v * v)).component_mul(&limits.acceleration.plus),
                         (q1 * j + q2 * (3.0 * v * a) + q3 * v.powi(3)).component_mul(&jerk_limits),
                     ],
                     points: [v * feed * limits.feed, v * tip * limits.tip],

@@ -214,7 +214,7 @@ impl<const N: usize> Course<N> {
         let near = |((s, speed), cell): ((&f64, &f64), &Cell<N>)| {
             let largest =
                 |inverse: &SVector<f64, N>| cell.rates[0].component_mul(inverse).amax().recip();
-            let a = largest(&limits.acceleration);
+            let a = largest(&limits.acceleration.plus);
             let j = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
             let v = *speed;
             let time = if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };

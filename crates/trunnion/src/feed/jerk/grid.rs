@@ -81,7 +81,7 @@ fn rest_length<const N: usize>(
 ) -> f64 {
     let jerks = limits.jerk.unwrap_or_else(SVector::zeros);
     let jerk = |values: SVector<f64, N>| values.component_mul(&jerks).amax();
-    let [a, j] = [rate.component_mul(&limits.acceleration).amax(), jerk(rate)];
+    let [a, j] = [rate.component_mul(&limits.acceleration.plus).amax(), jerk(rate)];
     let phase = (j / a).powi(2) / (6.0 * a);
     let curved = STRAIGHT / 9.0 * j / jerk(bend);
     let twisted = (STRAIGHT * 2.0 / 9.0 * j / jerk(third)).sqrt();

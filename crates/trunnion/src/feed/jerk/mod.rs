@@ -91,6 +91,7 @@ pub fn jerk_between<const N: usize>(
     if limits.jerk.is_none() {
         return Err(FeedError::NoJerkLimit);
     }
+    let limits = &limits.smaller();
     let ends = ends::borders(options.ends, accelerations)?;
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
@@ -254,7 +255,7 @@ mod tests {
 
     fn limits(velocity: f64, acceleration: f64, jerk: f64) -> Limits<1> {
         let [velocity, acceleration, jerk] = [velocity, acceleration, jerk].map(Vector1::new);
-        Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk) }
+        Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None }
     }
 
     fn line(length: f64, nodes: u32) -> AxisPath<1> {

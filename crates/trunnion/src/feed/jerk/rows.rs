@@ -80,7 +80,7 @@ impl<const N: usize> Rows<N> {
         let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
         let mut factors = [[[[0.0; LANES]; 3]; 2]; N];
         for (axis, kinds) in factors.iter_mut().enumerate() {
-            let scales = [jerk[axis] / (cell.h * cell.h), limits.acceleration[axis] / cell.h];
+            let scales = [jerk[axis] / (cell.h * cell.h), limits.acceleration.plus[axis] / cell.h];
             for ((unit, scale), factors) in UNIT.iter().zip(scales).zip(kinds) {
                 for (unit, rates) in unit.iter().zip(&cell.rates) {
                     let rate = rates[axis] * scale;
@@ -238,7 +238,7 @@ pub(super) fn rest_cap<const N: usize>(
                 4 => 12.0 * (r[4] - 2.0 * r[3] + r[2]),
                 _ => 0.0,
             };
-            let acceleration = (2.0 / 3.0 * r[k] + rise).abs() * limits.acceleration[axis];
+            let acceleration = (2.0 / 3.0 * r[k] + rise).abs() * limits.acceleration.plus[axis];
             let change = (bend + 2.0 * rise + 2.0 / 9.0 * r[k]).abs() * jerk[axis];
             most = [most[0].max(acceleration), most[1].max(change)];
         }
@@ -251,11 +251,12 @@ pub(super) fn rest_cap<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feed::sides::Sides;
     use nalgebra::Vector1;
 
     fn limits() -> Reciprocals<1> {
         let one = Vector1::new(1.0);
-        Reciprocals { acceleration: one, jerk: Some(one), ..Reciprocals::none() }
+        Reciprocals { acceleration: Sides::both(one), jerk: Some(one), ..Reciprocals::none() }
     }
 
     fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
@@ -307,7 +308,7 @@ mod tests {
         let rates = [1.0, 1.125, 1.25, 1.375, 1.5];
         for (a, j) in [(1.0, 0.1), (0.1, 1.0)] {
             let limits = Reciprocals {
-                acceleration: Vector1::new(a),
+                acceleration: Sides::both(Vector1::new(a)),
                 jerk: Some(Vector1::new(j)),
                 ..Reciprocals::none()
             };

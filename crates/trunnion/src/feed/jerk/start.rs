@@ -92,7 +92,7 @@ fn bound<const N: usize>(
     let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
     let [mut rate, mut brisk, mut bend] = [0.0_f64; 3];
     for k in 0..5 {
-        rate = rate.max(cell.rates[k].component_mul(&limits.acceleration).amax());
+        rate = rate.max(cell.rates[k].component_mul(&limits.acceleration.plus).amax());
         brisk = brisk.max(cell.rates[k].component_mul(&jerk).amax());
         if k < 4 {
             let rise = (cell.rates[k + 1] - cell.rates[k]).component_mul(&jerk);

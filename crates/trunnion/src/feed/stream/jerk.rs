@@ -52,6 +52,7 @@ impl<const N: usize> JerkStream<N> {
     /// As [`super::Stream::new`], and [`FeedError::NoJerkLimit`].
     pub fn new(limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
         let feeds = options.validated(&limits)?;
+        let limits = limits.smaller();
         if limits.jerk.is_none() {
             return Err(FeedError::NoJerkLimit);
         }

@@ -140,7 +140,7 @@ impl Step {
 /// use trunnion::types::{AxisNode, Motion};
 ///
 /// let [velocity, acceleration] = [Vector1::new(50.0), Vector1::new(400.0)];
-/// let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None };
+/// let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
 /// let options =
 ///     StreamOptions { feed: Some(40.0), link_feed: None, tip: None, window: 512, step: 0.5 };
 /// let mut stream = Stream::new(limits, options)?;

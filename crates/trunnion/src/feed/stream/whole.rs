@@ -45,7 +45,7 @@ pub fn jerk_through_window<const N: usize>(
     }
     let bounds = stream.bounds();
     let planned = path.pieces.iter().zip(pieces).map(|(piece, schedule)| {
-        let limits = Reciprocals::new(piece.motion, limits, options);
+        let limits = Reciprocals::new(piece.motion, &limits.smaller(), options);
         PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
     });
     Ok(assemble(planned.collect()))

@@ -132,6 +132,7 @@ impl Pace {
             rapid: machine.vector(|axis| axis.rapid),
             acceleration: machine.vector(|axis| axis.acc),
             jerk: Some(machine.vector(|axis| axis.jerk)),
+            minus: None,
         };
         let stream = StreamOptions {
             // The programmed point moves a second a second.

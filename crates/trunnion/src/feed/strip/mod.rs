@@ -1,115 +1,29 @@
 //! The two-variable linear program of one cell, in closed form.
 //!
 //! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
-//! `|a x + b y| <= 1` about the origin, so zero is always allowed and there is always an answer.
+//! `-minus <= a x + b y <= 1` about the origin, so zero is always allowed and there is always an answer.
 
-use super::cell::{Accelerations, Strips, largest};
+mod search;
 
-/// Most rounds of a search. Each round drops at least one line for good, and a cell has
-/// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
-const ROUNDS: usize = 64;
+use super::cell::{Accelerations, largest};
+use nalgebra::SVector;
+use search::{Line, search};
 
-/// Where the largest `x` of all leaves rest at the end of a cell, it would be bought dearly, and what
-/// rounding leaves of that rest would decide what comes after. There `x` is at most the largest from
-/// which the cell can stop over this, and this times as much as `y` more: about half the speed at the
-/// end. Whatever follows, the bound stays the same, so more room ahead never gives less.
-const STEEPEST: f64 = 4.0;
-
-/// A bound on `x` that is linear in `y`: `x <= at_zero + slope y`.
+/// Constraints `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
+/// per axis and row alone (`K` = 2).
 #[derive(Debug, Clone, Copy)]
-struct Line {
-    at_zero: f64,
-    slope: f64,
-    /// Coefficient and axis of the strip it bounds.
-    place: Option<[usize; 2]>,
+pub(super) struct Strips<const N: usize, const K: usize = 5> {
+    pub(super) a: [SVector<f64, N>; K],
+    pub(super) b: [SVector<f64, N>; K],
+    /// Limit towards minus, axis by axis.
+    pub(super) minus: [f64; N],
 }
 
-impl Line {
-    fn flat(at_zero: f64) -> Self {
-        Self { at_zero, slope: 0.0, place: None }
-    }
-}
-
-impl Line {
-    fn at(self, y: f64) -> f64 {
-        self.at_zero + self.slope * y
-    }
-}
-
-/// Upper and lower bounds of `x` as lines in `y`, one pair per strip.
-///
-/// Strips that hardly depend on `x` bound `y` instead.
-struct Bounds<const N: usize, const K: usize> {
-    at_zero: [[f64; N]; K],
-    slope: [[f64; N]; K],
-    x_max: f64,
-    y_max: f64,
-    steepest: Line,
-}
-
-impl<const N: usize, const K: usize> Bounds<N, K> {
-    fn new(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> Self {
-        let mut bounds = Self {
-            at_zero: [[f64::INFINITY; N]; K],
-            slope: [[0.0; N]; K],
-            x_max,
-            y_max,
-            steepest: Line::flat(f64::INFINITY),
-        };
-        // Below this a term a x is lost in the rounding of the limit 1.
-        let negligible = f64::EPSILON / x_max;
-        for k in 0..K {
-            for axis in 0..N {
-                let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-                if a.abs() > negligible {
-                    bounds.at_zero[k][axis] = 1.0 / a.abs();
-                    bounds.slope[k][axis] = -b / a;
-                } else if b != 0.0 {
-                    bounds.y_max = bounds.y_max.min(1.0 / b.abs());
-                }
-            }
-        }
-        let at_rest = bounds.upper(0.0);
-        if at_rest.slope < 0.0 {
-            let at_zero = at_rest.at_zero / STEEPEST;
-            bounds.steepest = Line { at_zero, slope: STEEPEST, place: None };
-        }
-        bounds
-    }
-
-    /// The lowest upper bound at `y`.
-    fn upper(&self, y: f64) -> Line {
-        let mut line = Line::flat(self.x_max);
-        let mut lowest = self.x_max;
-        if self.steepest.at(y) < lowest {
-            (lowest, line) = (self.steepest.at(y), self.steepest);
-        }
-        for k in 0..K {
-            for axis in 0..N {
-                let [at_zero, slope] = [self.at_zero[k][axis], self.slope[k][axis]];
-                let value = at_zero + slope * y;
-                if value < lowest {
-                    (lowest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
-                }
-            }
-        }
-        line
-    }
-
-    /// The highest lower bound at `y`.
-    fn lower(&self, y: f64) -> Line {
-        let mut line = Line::flat(0.0);
-        let mut highest = 0.0;
-        for k in 0..K {
-            for axis in 0..N {
-                let [at_zero, slope] = [-self.at_zero[k][axis], self.slope[k][axis]];
-                let value = at_zero + slope * y;
-                if value > highest {
-                    (highest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
-                }
-            }
-        }
-        line
+impl<const N: usize, const K: usize> Strips<N, K> {
+    /// Limit of a constraint of this axis, by the sign of the side.
+    #[inline]
+    pub(super) fn limit(&self, axis: usize, sign: f64) -> f64 {
+        if sign < 0.0 { self.minus[axis] } else { 1.0 }
     }
 }
 
@@ -125,7 +39,7 @@ pub(super) struct Guess {
     at_corner: bool,
 }
 
-/// `sign (a x + b y) = 1` for the strip of a coefficient and an axis.
+/// `sign (a x + b y) = limit` for the strip of a coefficient and an axis.
 #[derive(Debug, Clone, Copy)]
 struct Side {
     place: [usize; 2],
@@ -165,10 +79,11 @@ pub(super) fn backward<const N: usize, const K: usize>(
     let [mut x, mut term, mut slope] = [x_max, 0.0, 0.0];
     if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);
-        let room = 1.0 - b.copysign(a * b) * y;
+        let limit = cell.limit(place[1], a);
+        let room = limit - b.copysign(a * b) * y;
         if x * a.abs() > room {
             (x, slope) = (room / a.abs(), -a * b);
-            term = a * x;
+            term = a * x / limit;
         }
     }
     // At most this much by that one constraint, and allowed by the others.
@@ -205,10 +120,12 @@ fn corner<const N: usize, const K: usize>(
         return None;
     }
     let per = 1.0 / across;
-    let x = (p.sign * d - q.sign * b) * per;
-    let y = (q.sign * a - p.sign * c) * per;
+    let limits = [p, q].map(|side| cell.limit(side.place[1], side.sign));
+    let [e, f] = [p.sign * limits[0], q.sign * limits[1]];
+    let x = (e * d - f * b) * per;
+    let y = (f * a - e * c) * per;
     let inside = x >= 0.0 && x <= x_max && y >= 0.0 && y <= y_max;
-    let term = largest((a * x).abs(), (c * x).abs());
+    let term = largest((a * x).abs() / limits[0], (c * x).abs() / limits[1]);
     (inside && kept::<N, K>(cell, [x, y], term)).then_some(x)
 }
 
@@ -248,7 +165,7 @@ fn largest_at<const N: usize, const K: usize>(
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-            let room = 1.0 - b.copysign(a * b) * y;
+            let room = strips.limit(axis, a) - b.copysign(a * b) * y;
             if x * a.abs() > room {
                 (x, slope) = (room / a.abs(), -a * b);
                 place = Some([k, axis]);
@@ -262,66 +179,11 @@ fn largest_at<const N: usize, const K: usize>(
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-            let room = x * a.abs() + (1.0 + b.copysign(a * b) * y);
+            let room = x * a.abs() + (strips.limit(axis, -a) + b.copysign(a * b) * y);
             least = if room < least { room } else { least };
         }
     }
     (least >= 0.0).then_some((x, slope, place))
-}
-
-/// The answer wherever it lies, with the two lines that meet there: upper bounds of `x` (1) or lower
-/// ones (-1).
-#[cold]
-fn search<const N: usize, const K: usize>(
-    strips: &Strips<N, K>,
-    x_max: f64,
-    y_max: f64,
-) -> (f64, bool, [(Line, f64); 2]) {
-    let bounds = Bounds::new(strips, x_max, y_max);
-    let mut y = bounds.y_max;
-    let mut closing = (Line::flat(0.0), 1.0);
-    for _ in 0..ROUNDS {
-        let [upper, lower] = [bounds.upper(y), bounds.lower(y)];
-        // The gap closes between 0 and y: both lines leave some room at 0. Where rounding opens it
-        // again at the very place where it closes, it is closed.
-        let closer = (upper.at_zero - lower.at_zero) / (lower.slope - upper.slope);
-        if lower.at(y) <= upper.at(y) || closer >= y {
-            let below = upper.slope <= 0.0 || y < y_max;
-            if upper.slope >= 0.0 {
-                return (upper.at(y), below, [(upper, 1.0), closing]);
-            }
-            let (x, lines) = peak(&bounds, upper, y);
-            return (x, below, lines.map(|line| (line, 1.0)));
-        }
-        closing = (lower, -1.0);
-        y = closer;
-    }
-    let flat = Line::flat(0.0);
-    (bounds.upper(0.0).at(0.0), false, [(flat, 1.0); 2])
-}
-
-/// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`, and the lines that meet
-/// there.
-fn peak<const N: usize, const K: usize>(
-    bounds: &Bounds<N, K>,
-    mut right: Line,
-    mut y: f64,
-) -> (f64, [Line; 2]) {
-    let mut left = bounds.upper(0.0);
-    let mut best = left.at(0.0);
-    if left.slope <= 0.0 {
-        return (best, [left, right]);
-    }
-    for _ in 0..ROUNDS {
-        let crossing = (right.at_zero - left.at_zero) / (left.slope - right.slope);
-        let line = bounds.upper(crossing);
-        best = best.max(line.at(crossing));
-        if line.at(crossing) >= left.at(crossing) || line.slope == 0.0 || crossing >= y {
-            break;
-        }
-        if line.slope > 0.0 { left = line } else { (right, y) = (line, crossing) }
-    }
-    (best, [left, right])
 }
 
 /// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
@@ -335,10 +197,11 @@ pub(super) fn forward<const N: usize, const K: usize>(
     let [mut y, mut term] = [y_max, 0.0];
     if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);
-        let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };
+        let limit = cell.limit(place[1], b);
+        let room = if b > 0.0 { limit - a * x } else { limit + a * x };
         if y * b.abs() > room {
             y = room / b.abs();
-            term = b * y;
+            term = b * y / limit;
         }
     }
     if y >= 0.0 {
@@ -363,7 +226,8 @@ fn onward<const N: usize, const K: usize>(
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-            let room = if b > 0.0 { 1.0 - a * x } else { 1.0 + a * x };
+            let limit = strips.limit(axis, b);
+            let room = if b > 0.0 { limit - a * x } else { limit + a * x };
             // As a product: dividing is only worth it when this strip is the narrowest so far.
             if y * b.abs() > room {
                 y = room / b.abs();
@@ -380,7 +244,8 @@ pub(super) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f6
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-            let lacking = if b > 0.0 { -1.0 - a * x } else { a * x - 1.0 };
+            let limit = strips.limit(axis, -b);
+            let lacking = if b > 0.0 { -limit - a * x } else { a * x - limit };
             if b != 0.0 && y * b.abs() < lacking {
                 y = lacking / b.abs();
             }
@@ -394,12 +259,19 @@ mod tests {
     use super::*;
     use crate::feed::Reciprocals;
     use crate::feed::cell::Cell;
-    use nalgebra::SVector;
+    use crate::feed::sides::Sides;
     use proptest::prelude::*;
+    use search::STEEPEST;
+
+    /// The same with a limit of its own towards minus.
+    fn sided(rows: [[f64; 2]; 5], minus: f64) -> Strips<1> {
+        let [a, b] = [0, 1].map(|side| rows.map(|row: [f64; 2]| SVector::from([row[side]])));
+        Strips { a, b, minus: [minus] }
+    }
 
     /// Five strips on one axis.
     fn strips(rows: [[f64; 2]; 5]) -> Strips<1> {
-        Strips { a: rows.map(|row| SVector::from([row[0]])), b: rows.map(|row| [row[1]].into()) }
+        sided(rows, 1.0)
     }
 
     #[test]
@@ -428,11 +300,14 @@ mod tests {
             rows in prop::array::uniform5([-3.0..3.0f64, -3.0..3.0f64]),
             x_max in 0.01..10.0f64,
             y_max in 0.01..10.0f64,
+            minus in prop_oneof![Just(1.0), 0.1..10.0f64],
         ) {
-            let strips = strips(rows);
+            let strips = sided(rows, minus);
+            let side = |sign: f64| if sign < 0.0 { minus } else { 1.0 };
             // From where the end can be at rest, and whether more at the end only costs.
-            let steepest = rows.iter().max_by(|p, q| p[0].abs().total_cmp(&q[0].abs())).unwrap();
-            let at_rest = 1.0 / steepest[0].abs();
+            let share = |row: &[f64; 2]| row[0].abs() / side(row[0]);
+            let steepest = rows.iter().max_by(|p, q| share(p).total_cmp(&share(q))).unwrap();
+            let at_rest = 1.0 / share(steepest);
             let dear = at_rest < x_max && steepest[0] * steepest[1] > 0.0;
             let mut best: f64 = 0.0;
             for step in 0..=20_000 {
@@ -440,7 +315,7 @@ mod tests {
                 let bought = if dear { at_rest / STEEPEST + STEEPEST * y } else { x_max };
                 let mut range = [0.0, x_max.min(bought)];
                 for [a, b] in rows {
-                    let [low, high] = [(-1.0 - b * y) / a, (1.0 - b * y) / a];
+                    let [low, high] = [(-minus - b * y) / a, (1.0 - b * y) / a];
                     range = [range[0].max(low.min(high)), range[1].min(low.max(high))];
                 }
                 if range[0] <= range[1] {
@@ -452,7 +327,8 @@ mod tests {
             // Reached: going forward from it stays inside every strip.
             let y = onward(&strips, got, y_max, &mut Guess::default());
             for [a, b] in rows {
-                prop_assert!((a * got + b * y).abs() <= 1.0 + 1e-9);
+                let value = a * got + b * y;
+                prop_assert!(value <= 1.0 + 1e-9 && value >= -minus - 1e-9);
             }
         }
 
@@ -463,8 +339,10 @@ mod tests {
             x_max in 0.01..10.0f64,
             y_max in 0.01..10.0f64,
             place in prop::array::uniform2(0..2usize),
+            minus in prop::array::uniform2(prop_oneof![Just(1.0), 0.1..10.0f64]),
         ) {
-            let limits = Reciprocals { acceleration: SVector::repeat(1.0), ..Reciprocals::none() };
+            let acceleration = Sides { plus: SVector::repeat(1.0), minus: SVector::from(minus) };
+            let limits = Reciprocals { acceleration, ..Reciprocals::none() };
             let cell = Cell {
                 h: 1.0,
                 rates: rates.map(SVector::from),

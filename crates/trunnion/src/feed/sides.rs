@@ -1,0 +1,39 @@
+//! Limits of an axis in both directions.
+
+use super::cell::largest;
+use nalgebra::SVector;
+
+/// Reciprocal limits of what an axis does towards plus and towards minus; 0 is unlimited.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sides<const N: usize> {
+    pub(super) plus: SVector<f64, N>,
+    pub(super) minus: SVector<f64, N>,
+}
+
+impl<const N: usize> Sides<N> {
+    /// From limits; those towards minus where they differ.
+    pub(super) fn of(plus: SVector<f64, N>, minus: Option<SVector<f64, N>>) -> Self {
+        let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);
+        Self { plus: inverse(plus), minus: inverse(minus.unwrap_or(plus)) }
+    }
+
+    /// The same in both directions.
+    pub(super) fn both(inverse: SVector<f64, N>) -> Self {
+        Self { plus: inverse, minus: inverse }
+    }
+
+    /// Share of the limit that a value of this axis takes.
+    #[inline]
+    pub(super) fn share(&self, axis: usize, value: f64) -> f64 {
+        largest(value * self.plus[axis], -value * self.minus[axis])
+    }
+
+    /// The larger limit of each axis, in both directions.
+    pub(super) fn loosest(&self) -> Self {
+        Self::both(self.plus.inf(&self.minus))
+    }
+
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self { plus: self.plus * factor, minus: self.minus * factor }
+    }
+}
