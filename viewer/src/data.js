@@ -114,5 +114,6 @@ export function limitName(axes, binding) {
   if (binding === 0) return "nothing";
   if (binding === 1) return "feed";
   const { axis, rate } = limitOf(binding);
-  return `${axes[axis]?.name ?? "?"} ${["velocity", "acceleration", "jerk"][rate]}`;
+  const second = axes[axis]?.chord ? "chord error" : "acceleration";
+  return `${axes[axis]?.name ?? "?"} ${["velocity", second, "jerk"][rate]}`;
 }

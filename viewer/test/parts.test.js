@@ -71,6 +71,7 @@ test("limits have names", () => {
   const axes = [{ name: "X" }, { name: "C" }];
   const names = [0, 1, 2, 6, 7].map((binding) => limitName(axes, binding));
   assert.deepEqual(names, ["nothing", "feed", "X velocity", "C acceleration", "C jerk"]);
+  assert.equal(limitName([{ name: "X", chord: true }], 3), "X chord error");
 });
 
 test("ticks are round and within", () => {

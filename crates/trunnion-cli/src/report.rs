@@ -318,7 +318,12 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     let (path, schedule) = (&outcome.followed.path, &outcome.plan.schedule);
     let feed = job.file.cutting.feed;
     let jerk = job.file.motion.method == MotionMethod::Jerk;
-    let report_axes = axes.iter().map(|of| axis(of, jerk)).collect();
+    let (limits, chords) = pipeline::motion_limits(job)?;
+    let report_axes = axes
+        .iter()
+        .enumerate()
+        .map(|(index, of)| axis(of, (limits.acceleration[index], chords[index]), jerk))
+        .collect();
     let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
     let units = |values: &trunnion::types::AxisVector| {
         let mut out: Vec<f64> = values.iter().copied().collect();
@@ -343,8 +348,8 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     Ok(recorder.finish())
 }
 
-/// `jerk`: whether its limit is kept.
-fn axis(axis: &Axis, jerk: bool) -> ReportAxis {
+/// With the acceleration allowed, and whether the chord error lowers it; `jerk`: whether its limit is kept.
+fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) -> ReportAxis {
     let rotary = axis.kind == AxisKind::Rotary;
     let unit = |value: f64| if rotary { value.to_degrees() } else { value };
     ReportAxis {
@@ -352,7 +357,8 @@ fn axis(axis: &Axis, jerk: bool) -> ReportAxis {
         unit: if rotary { "deg" } else { "mm" }.to_owned(),
         travel: (!axis.cyclic).then(|| axis.limits.map(unit)),
         velocity: unit(axis.vel.max(axis.rapid)),
-        acceleration: unit(axis.acc),
+        acceleration: unit(acceleration),
+        chord,
         jerk: if jerk { unit(axis.jerk) } else { 0.0 },
     }
 }

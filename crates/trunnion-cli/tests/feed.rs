@@ -245,12 +245,27 @@ fn a_window_gives_the_schedule_of_the_whole_path() {
 fn a_chord_error_limits_acceleration() {
     let limits = LIMITS.replacen("acc", "chord = 1e-6\nacc", 1);
     let folder = folder(&table(&even(101, 1.0)), &limits);
-    let args = ["--method", "optimal", "--motion", "motion.csv", "--json", "-o", "out.csv"];
-    assert!(feed(folder.path(), &args).status.success());
+    let told = summary(folder.path(), &["--method", "optimal", "--motion", "motion.csv"]);
+    assert_eq!(told["binding"][0]["limit"], "chord error of X");
     let motion = rows(&fs::read_to_string(folder.path().join("motion.csv")).unwrap());
     let width = (motion[0].len() - 1) / 4;
     let most = motion.iter().map(|row| row[1 + 2 * width].abs()).fold(0.0, f64::max);
     assert!(most <= 8.0 * (1.0 + 1e-9) && most > 7.9, "{most}");
+}
+
+/// 100 along a straight line towards plus: a lower limit towards minus is felt where X slows down.
+#[test]
+fn directions_may_differ() {
+    let time = |limits: &str| {
+        let folder = folder(&table(&even(101, 1.0)), limits);
+        let told = summary(folder.path(), &["--method", "optimal"]);
+        assert!(told["bounds"]["acceleration"].as_f64().unwrap() <= 1.0 + 1e-9);
+        told["duration"].as_f64().unwrap()
+    };
+    let slower = LIMITS.replacen("acc = 500", "acc = 500\nacc_minus = 50", 1);
+    assert!(time(&slower) > 1.05 * time(LIMITS));
+    let wrong = LIMITS.replacen("acc = 500", "acc = 500\nacc_minus = -50", 1);
+    refused(&table(&even(9, 1.0)), &wrong, &[], "`axis.X.acc_minus` = -50 must be above 0");
 }
 
 #[test]

@@ -78,7 +78,15 @@ fn axes_at(t: f64) -> [f64; 5] {
 
 fn axis(name: &str, unit: &str, travel: Option<[f64; 2]>, limits: [f64; 3]) -> Axis {
     let [velocity, acceleration, jerk] = limits;
-    Axis { name: name.into(), unit: unit.into(), travel, velocity, acceleration, jerk }
+    Axis {
+        name: name.into(),
+        unit: unit.into(),
+        travel,
+        velocity,
+        acceleration,
+        chord: false,
+        jerk,
+    }
 }
 
 fn record() -> trunnion_report::Motion {

@@ -154,6 +154,8 @@ pub struct Axis {
     pub velocity: f64,
     /// Largest acceleration \[unit/s²\].
     pub acceleration: f64,
+    /// Whether that is what the chord error asked for allows, less than the axis can do.
+    pub chord: bool,
     /// Largest jerk \[unit/s³\]; 0 where none is kept.
     pub jerk: f64,
 }

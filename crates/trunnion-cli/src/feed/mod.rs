@@ -199,7 +199,7 @@ fn sized<const N: usize>(
     file: &LimitsFile,
     table: &Table,
 ) -> Result<Done, Failure> {
-    let limits: Limits<N> = table
+    let (limits, chords): (Limits<N>, _) = table
         .limits(file, args.period)
         .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     let path = table.path(&limits, args)?;
@@ -215,10 +215,11 @@ fn sized<const N: usize>(
     let start = Instant::now();
     let plan = plan::plan(args, (&path, table), (&limits, &options), &progress);
     let seconds = start.elapsed().as_secs_f64();
-    let (plan, breaches) = plan.map_err(|error| match error {
+    let (mut plan, breaches) = plan.map_err(|error| match error {
         FeedError::Cancelled(_) => Failure::Stopped,
         error => Failure::input(format!("{}: {error}", args.ends.name().display())),
     })?;
+    plan.name_chords(chords);
     let planned = Planned { path, plan, breaches, seconds };
     out::write(args, &planned, table)?;
     out::tell(args, json, &planned, table)

@@ -225,6 +225,7 @@ fn limit(name: Binding, table: &Table) -> String {
     match name {
         Binding::Velocity(axis) => of("velocity", axis),
         Binding::Acceleration(axis) => of("acceleration", axis),
+        Binding::Chord(axis) => of("chord error", axis),
         Binding::Jerk(axis) => of("jerk", axis),
         Binding::Feed => "feed".into(),
         Binding::Tip => "tip speed".into(),

@@ -74,12 +74,13 @@ impl Table {
         if self.has_feed { Some(1.0) } else { self.path_feed }
     }
 
-    /// Limits of the axes to plan for; `period` is that of the setpoints, for chord errors.
+    /// Limits of the axes to plan for, and which of their accelerations chord errors lower; `period` is that of
+    /// the setpoints.
     pub(super) fn limits<const N: usize>(
         &self,
         file: &LimitsFile,
         period: f64,
-    ) -> Result<Limits<N>, FeedError> {
+    ) -> Result<(Limits<N>, [bool; N]), FeedError> {
         let path = AxisLimits {
             vel: UNLIMITED,
             acc: file.path.acc.unwrap_or(UNLIMITED),
@@ -107,7 +108,8 @@ impl Table {
             minus: (0..N).any(|index| differs(of(index))).then_some(minus),
         };
         let chords = vector(&|axis| axis.chord.unwrap_or(f64::INFINITY));
-        limits.with_chord_error(&chords, period)
+        let limited = limits.with_chord_error(&chords, period)?;
+        Ok((limited, limited.lowered_from(&limits)))
     }
 
     /// The path, or everything wrong with it.

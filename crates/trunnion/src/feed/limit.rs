@@ -1,6 +1,6 @@
 //! Limits that follow from others: what a servo's straight lines may cut off, speeds point by point.
 
-use super::{FeedError, Limits};
+use super::{Binding, FeedError, Limits, Plan};
 use crate::types::{AxisNode, AxisPath};
 use nalgebra::SVector;
 
@@ -35,6 +35,24 @@ impl<const N: usize> Limits<N> {
             }
         }
         Ok(self)
+    }
+
+    /// Axes whose acceleration is limited to less than in `own`: by a chord error.
+    pub fn lowered_from(&self, own: &Self) -> [bool; N] {
+        std::array::from_fn(|axis| self.acceleration[axis] < own.acceleration[axis])
+    }
+}
+
+impl Plan {
+    /// Calls what binds by its name on axes whose acceleration limit is that of a chord error.
+    pub fn name_chords<const N: usize>(&mut self, lowered: [bool; N]) {
+        for binding in self.binding.iter_mut().flatten() {
+            if let Binding::Acceleration(axis) = *binding
+                && lowered.get(usize::from(axis)).is_some_and(|lowered| *lowered)
+            {
+                *binding = Binding::Chord(axis);
+            }
+        }
     }
 }
 
@@ -112,8 +130,12 @@ mod tests {
         let (error, period) = (1e-3, 0.01);
         let tight = limits(5000.0).with_chord_error(&Vector2::repeat(error), period).unwrap();
         assert!((tight.acceleration[0] - 80.0).abs() < 1e-12);
+        assert_eq!(tight.lowered_from(&limits(5000.0)), [true; 2]);
         let plans = [optimal, jerk].map(|plan| plan(&circle(), &tight, &FREE, &Silent).unwrap());
-        for plan in plans {
+        for mut plan in plans {
+            plan.name_chords([true, false]);
+            assert!(plan.binding[0].contains(&Binding::Chord(0)));
+            assert!(plan.binding[0].contains(&Binding::Acceleration(1)));
             let path = circle();
             let fine = sample(&path, &plan.schedule, 0.1 * period).unwrap();
             let points: Vec<_> = fine.map(|point| point.position).collect();

@@ -78,6 +78,8 @@ pub enum Binding {
     Velocity(u8),
     /// Acceleration limit of this axis.
     Acceleration(u8),
+    /// Chord error of this axis, see [`Plan::name_chords`].
+    Chord(u8),
     /// Jerk limit of this axis.
     Jerk(u8),
     /// Programmed feed.

@@ -26,7 +26,8 @@ pub use post::{
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
 pub use stages::{
-    CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS, smoothing,
+    CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS, motion_limits,
+    smoothing,
 };
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};

@@ -10,10 +10,10 @@ use crate::axes::{
     SingularOptions,
 };
 use crate::cover::{self, Clock, CoverOptions, Covering, Hops, LinkOptions, Turns, Ways};
-use crate::feed::{self, Ahead, BlockOptions, FeedOptions, Limits, Plan};
+use crate::feed::{self, Ahead, BlockOptions, FeedError, FeedOptions, Limits, Plan};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
-use crate::machine::Singular;
+use crate::machine::{AxisKind, Singular};
 use crate::positioning::{Band, ContactSide, Lean};
 use crate::surface::FaceIndex;
 use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
@@ -322,13 +322,7 @@ pub(super) fn feed(
     progress: &dyn Progress,
 ) -> Result<Plan, PipelineError> {
     let machine = job.kinematics.machine();
-    let limits = Limits::<AXES> {
-        velocity: machine.vector(|axis| axis.vel),
-        rapid: machine.vector(|axis| axis.rapid),
-        acceleration: machine.vector(|axis| axis.acc),
-        jerk: Some(machine.vector(|axis| axis.jerk)),
-        minus: None,
-    };
+    let (limits, chords) = motion_limits(job)?;
     let options = FeedOptions {
         feed: Some(job.file.cutting.feed),
         link_feed: None,
@@ -337,7 +331,7 @@ pub(super) fn feed(
         ends: [0.0; 2],
         guarantee: true,
     };
-    let plan = match job.file.motion.method {
+    let mut plan = match job.file.motion.method {
         file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,
         file::MotionMethod::Optimal => feed::optimal(path, &limits, &options, progress)?,
         file::MotionMethod::Blocks => {
@@ -349,5 +343,29 @@ pub(super) fn feed(
             feed::blocks(path, &limits, (&options, &classical), progress)?
         }
     };
+    plan.name_chords(chords);
     Ok(plan)
+}
+
+/// What the axes may do in a job's motion, and whose acceleration is that of the chord error asked for.
+///
+/// # Errors
+///
+/// [`FeedError::BadChord`].
+pub fn motion_limits(job: &Job) -> Result<(Limits<AXES>, [bool; AXES]), FeedError> {
+    let machine = job.kinematics.machine();
+    let own = Limits {
+        velocity: machine.vector(|axis| axis.vel),
+        rapid: machine.vector(|axis| axis.rapid),
+        acceleration: machine.vector(|axis| axis.acc),
+        jerk: Some(machine.vector(|axis| axis.jerk)),
+        minus: None,
+    };
+    let motion = &job.file.motion;
+    let chords = machine.vector(|axis| {
+        let rotary = axis.kind == AxisKind::Rotary;
+        motion.chord[usize::from(rotary)].unwrap_or(f64::INFINITY)
+    });
+    let limits = own.with_chord_error(&chords, motion.servo_period)?;
+    Ok((limits, limits.lowered_from(&own)))
 }

@@ -298,6 +298,9 @@ pub struct Motion {
     pub method: MotionMethod,
     /// Servo period \[s\].
     pub servo_period: f64,
+    /// Largest distance from the straight line between two setpoints, of linear axes \[mm\] and rotary ones
+    /// \[rad\].
+    pub chord: [Option<f64>; 2],
 }
 
 /// Speed planner.

@@ -355,6 +355,13 @@ pub(super) struct RawMotion {
     #[serde(default = "servo_period")]
     #[schemars(extend("minimum" = 1e-5, "maximum" = 1.0))]
     pub(super) servo_period: f64,
+    /// Largest distance of a linear axis from the straight line between two setpoints, in mm; none unless
+    /// given. Lowers accelerations to 8 chord / period².
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) chord: Option<f64>,
+    /// The same of a rotary axis, in deg.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) chord_angle: Option<f64>,
 }
 
 /// One millisecond: what most controls have.
@@ -364,7 +371,12 @@ fn servo_period() -> f64 {
 
 impl Default for RawMotion {
     fn default() -> Self {
-        Self { method: RawMotionMethod::Jerk, servo_period: servo_period() }
+        Self {
+            method: RawMotionMethod::Jerk,
+            servo_period: servo_period(),
+            chord: None,
+            chord_angle: None,
+        }
     }
 }
 

@@ -213,7 +213,11 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
             return None;
         }
     };
-    Some(Motion { method, servo_period: raw.servo_period })
+    Some(Motion {
+        method,
+        servo_period: raw.servo_period,
+        chord: [raw.chord, raw.chord_angle.map(f64::to_radians)],
+    })
 }
 
 fn dialects(raw: &RawOutput) -> Vec<Dialect> {
@@ -265,6 +269,10 @@ mod tests {
         assert!((job.setup.angles[1].to_degrees() - 20.0).abs() < 1e-12);
         assert_eq!(job.setup.rotation() * Vector3::y(), Vector3::y());
         assert_eq!(job.dialects, [Dialect::LinuxCnc, Dialect::G93]);
+        assert_eq!(job.motion.chord, [None; 2]);
+        let chords = with("servo_period", "chord = 0.001\nchord_angle = 0.18\nservo_period");
+        let chords = parse(&chords).unwrap().motion.chord.map(Option::unwrap);
+        assert!((chords[0] - 0.001).abs() < 1e-15 && (chords[1].to_degrees() - 0.18).abs() < 1e-12);
         assert_eq!(job.places.get("tool.minor_radius").line, 20);
         assert_eq!(job.places.get("tool.holder"), job.places.get("tool"));
     }
