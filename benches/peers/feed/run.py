@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Plans the same paths with trunnion and with its peers, side by side in one run.
 
-  cargo build --release && python3 run.py [--rows 1000,10000,100000] [--jerk]
+  cargo build --release && python3 run.py [--rows 1000,10000,100000] [--families walk,raster,...] [--jerk]
 
-Peers that are not installed are left out: toppra (pip install toppra, its Python solver), COPP (pip
-install copp-py). Times are thread CPU time a point; --jerk also plans with jerk limits (COPP: TOPP3, three
-passes, 1000 rows only).
+Peers that are not installed are left out: toppra (pip install toppra), COPP (pip install copp-py), Ruckig (pip
+install ruckig). Times are thread CPU time a point; --jerk also plans with jerk limits: COPP's TOPP3, whose passes go
+on until one gains less than a thousandth, with 1000 rows only; Ruckig from state to state on the family `line`.
 """
 import argparse
 import json
@@ -23,6 +23,8 @@ ACCELERATION = np.array([5000.0, 5000.0, 5000.0, 60.0, 100.0])
 JERK = np.array([1e5, 1e5, 1e5, 1200.0, 2000.0])
 # toppra fails on some of the paths with s as it is.
 SCALE = 0.01
+# Passes of TOPP3 at most, and what one has to gain for another.
+PASSES, CONVERGED = 8, 1e-3
 PROGRAM = pathlib.Path(__file__).parent / "target/release/trunnion-feed-peers"
 
 
@@ -96,22 +98,39 @@ def copp(name, jerk):
     third = copp_py.solver.topp3_socp
 
     def passes():
-        around = {}
-        line = x
-        for _ in range(3):
+        around, line, before = {}, x, np.inf
+        for count in range(1, PASSES + 1):
             found = third.solve(third.Problem(robot.constraints, line, **around), third.Options(allow_almost_solved=True))
-            line, around = np.asarray(found.a), {"b_linearization": np.asarray(found.b)}
-        return found
+            total = float(copp_py.interpolation.s_to_t_topp3(s, found)[0])
+            if total > (1 - CONVERGED) * before:
+                break
+            line, around, before = np.asarray(found.a), {"b_linearization": np.asarray(found.b)}, total
+        return min(total, before), count
 
-    found, seconds = timed(passes, 1)
-    total, _ = copp_py.interpolation.s_to_t_topp3(s, found)
-    return {"name": "COPP TOPP3, 3 passes", "duration": float(total), "ns": seconds / count * 1e9}
+    (total, needed), seconds = timed(passes, 1)
+    return {"name": f"COPP TOPP3, {needed} passes", "duration": total, "ns": seconds / count * 1e9}
 
 
-def peers(name, jerk, rows):
-    plans = [lambda: copp(name, jerk)] if jerk else [lambda: toppra(name), lambda: copp(name, False)]
+def ruckig(rows):
+    from ruckig import InputParameter, Result, Ruckig, Synchronization, Trajectory
+
+    move = InputParameter(5)
+    move.max_velocity, move.max_acceleration, move.max_jerk = list(VELOCITY), list(ACCELERATION), list(JERK)
+    move.current_position, move.target_position = map(list, workloads.LINE)
+    move.synchronization = Synchronization.Phase
+    planner, found = Ruckig(5, 0.001), Trajectory(5)
+    result, seconds = timed(lambda: planner.calculate(move, found))
+    if result != Result.Working:
+        raise RuntimeError(result)
+    return {"name": "Ruckig, the whole move", "duration": found.duration, "ns": seconds / rows * 1e9}
+
+
+def peers(name, family, jerk, rows):
     if jerk and rows > 1000:
         return
+    plans = [lambda: copp(name, jerk)] if jerk else [lambda: toppra(name), lambda: copp(name, False)]
+    if jerk and family == "line":
+        plans.append(lambda: ruckig(rows))
     for plan in plans:
         try:
             yield plan()
@@ -121,10 +140,10 @@ def peers(name, jerk, rows):
             print(f"    ({type(error).__name__}: {str(error)[:90]})")
 
 
-def show(name, method, rows):
+def show(name, family, method, rows):
     found = trunnion(name, method, 5 if method == "jerk" else max(5, 2_000_000 // rows))
     base = found[0]
-    for plan in found + list(peers(name, method == "jerk", rows)):
+    for plan in found + list(peers(name, family, method == "jerk", rows)):
         checked = "".join(f"  {key[0]} {plan[key]:.6f}" for key in ("velocity", "acceleration", "jerk") if key in plan)
         print(f"    {plan['name']:<22}{plan['duration']:>13.6f} s{plan['ns']:>12.0f} ns/pt"
               f"{plan['ns'] / base['ns']:>9.2f} x{plan['duration'] / base['duration'] - 1:>+11.1e}{checked}")
@@ -133,15 +152,16 @@ def show(name, method, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", default="1000,10000,100000")
+    parser.add_argument("--families", default=",".join(workloads.FAMILIES))
     parser.add_argument("--jerk", action="store_true")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for rows in map(int, arguments.rows.split(",")):
-            for family in workloads.FAMILIES:
+            for family in arguments.families.split(","):
                 name = workloads.write(pathlib.Path(folder), family, rows)
                 for method in ["optimal"] + ["jerk"] * arguments.jerk:
                     print(f"{family} {rows}, {method}", flush=True)
-                    show(name, method, rows)
+                    show(name, family, method, rows)
 
 
 if __name__ == "__main__":

@@ -4,11 +4,18 @@ NAME.npz (the same path as a spline of degree 5).
   walk    a random walk of X, Y, Z and both rotaries, twenty rows a span
   raster  a waved surface, tool tilted 30 degrees, on a table-table machine; rounded turns at the ends
   whip    straight lines whose tool axis passes the pole of C at 1.5 degrees: C whips half round
+
+Families that no planner was developed on:
+
+  dome    a spiral up a dome, the tool leaning to and fro across it
+  corners straight lines in all five axes, 5 to 80 mm long, with corners rounded over 1 mm
+  scales  sines of wavelengths from 0.5 to 200 mm over one another in all axes
+  line    one straight move of all axes, for planners from state to state
 """
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-FAMILIES = ("walk", "raster", "whip")
+FAMILIES = ("walk", "raster", "whip", "dome", "corners", "scales", "line")
 
 
 def walk(rows, random):
@@ -92,6 +99,60 @@ def whip(rows, _):
     two = np.vstack(axes)
     three = np.column_stack([two, np.sqrt(1 - (two**2).sum(axis=1))])
     return machine(np.vstack(tips), three)
+
+
+def dome(rows, random):
+    turns = max(2.0, rows / 2500)
+    t = np.linspace(0, 1, max(400, rows // 12))
+    radius, around = 40 * (1 - 0.9 * t), 2 * np.pi * turns * t
+    out = np.column_stack([np.cos(around), np.sin(around)])
+    tip = np.column_stack([radius[:, None] * out, -(radius**2) / 80])
+    lean = radius / 40 * 0.6 + 0.15 * np.sin(7.3 * around + random.uniform(0, 6))
+    across = 0.1 * np.sin(3.1 * around)
+    side = np.column_stack([-out[:, 1], out[:, 0]])
+    flat = np.sin(lean)[:, None] * out + across[:, None] * side
+    axis = np.column_stack([flat, np.cos(lean)])
+    return machine(tip, axis / np.linalg.norm(axis, axis=1)[:, None])
+
+
+def corners(rows, random):
+    places = [np.zeros(5)]
+    for _ in range(max(2, rows // 400)):
+        way = random.normal(0, 1, 5) * [1, 1, 0.3, 0.01, 0.02]
+        length = np.exp(random.uniform(np.log(5), np.log(80)))
+        places.append(places[-1] + way * length / np.linalg.norm(way[:3]))
+    points = [places[0]]
+    for before, here, after in zip(places, places[1:], places[2:]):
+        back, on = ((to - here) / np.linalg.norm((to - here)[:3]) for to in (before, after))
+        # Quadratic curves over 1 mm on either side, and the straight lines between them.
+        points.extend(straight(points[-1], here + back))
+        points.extend(here + back * (1 - t) ** 2 + on * t**2 for t in np.linspace(0, 1, 9))
+    points.extend(straight(points[-1], places[-1]))
+    return through(np.array(points + [places[-1]]))
+
+
+def straight(start, end):
+    count = max(3, int(np.linalg.norm((end - start)[:3]) / 0.5))
+    return [start + (end - start) * k / count for k in range(1, count)]
+
+
+def scales(rows, random):
+    length = 0.05 * rows
+    s = np.linspace(0, length, 3 * rows)
+    axes = [0.7 * s] + [0 * s for _ in range(4)]
+    for wave in np.exp(np.linspace(np.log(0.5), np.log(200), 9)):
+        for axis in range(5):
+            size = random.uniform(0, 0.03 if axis < 3 else 0.001) * wave
+            axes[axis] = axes[axis] + size * np.sin(2 * np.pi * s / wave + random.uniform(0, 6))
+    return through(np.column_stack(axes))
+
+
+# From and to, for planners that go from state to state.
+LINE = np.array([[0.0, 0, 0, 0, 0], [80.0, 30, -10, 0.3, 0.7]])
+
+
+def line(_, __):
+    return through(LINE[0] + np.linspace(0, 1, 40)[:, None] * (LINE[1] - LINE[0]))
 
 
 def write(folder, family, rows):

@@ -34,18 +34,27 @@ impl Ahead {
 }
 
 /// On a curved path a stop may be this much longer than on a straight one.
+///
+/// Where the curvature takes all of an axis' acceleration at `x0`, braking from `x` has `a (1 - x / x0)` left:
+/// `dx/ds = -(2 a / q') (1 - x / x0)` takes `ln(1 / (1 - x / x0))` times the straight way `x0 q' / 2 a`. Three is
+/// `ln 20`: enough up to 95 % of `x0`. Beyond it the window grows later than it could, which costs time but breaks
+/// no limit.
 const CURVED: f64 = 3.0;
 
 /// Controls before the last way down to rest that are set free with it.
 const BEFORE: usize = 128;
 /// Most sweeps in which the stop dissolves; it goes on while they gain so much time, or `x` grows by so
-/// much where the stop was: little at first, from rest.
+/// much where the stop was: little at first, from rest. In all ranges of [`AROUND`] that can be `1.05^144`, 1100
+/// times; from the end of a cell of rest, 0.0081 of the piece, to its full speed it is 600 times, as `x` goes with
+/// the power 4/3 of the distance.
 const DISSOLVE: usize = 24;
 const GAIN: f64 = 0.001;
 const GROWTH: f64 = 1.05;
 /// Most sweeps in which a motion that is too fast is made slower.
 const BRAKING: usize = 32;
-/// Controls around the stop that are searched first.
+/// Controls around the stop that are searched first. Cells grow by 1.26 to 1.35 times from a rest on, so that 16 to
+/// 21 lead from 0.0081 of the piece to all of it: the first range holds them. Each is two and a half times the one
+/// before: all smaller ones together cost two thirds of the largest.
 const AROUND: [usize; 6] = [24, 64, 160, 400, 1000, usize::MAX / 2];
 /// Fewest cells that a plan is led on from.
 const FEWEST: usize = 8;

@@ -15,19 +15,22 @@ use std::ops::Range;
 /// Barrier weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
 /// bring the path to a stand, a third of it would run on along the loosened limits.
 const WEIGHT: f64 = 0.018;
-/// That of caps as a part of it, or a path that starts at one would be driven off it.
+/// That of caps as a part of it, or a path that starts at one would be driven off it: a barrier of weight `w`
+/// balances the time at `w` from its limit, that of caps at 1.8e-4 of them.
 const CAUTION: f64 = 0.01;
 const STEPS: usize = 3;
-/// Limits are loosened to what is used and this much more.
+/// Limits are loosened to what is used and this much more: farther than the 1.8 % at which one side alone balances
+/// the time, so that the barrier does not push against what it starts from.
 const ROOM: f64 = 1.03;
 /// Shares of limits that are inside: a solution found earlier comes close to 1, and is not to be moved.
 const INSIDE: f64 = 1.0 - 1e-9;
 /// Most rounds; each takes a good part of what is too much.
 const ROUNDS: usize = 60;
-/// A share above its limit has to fall to this part of itself in [`PATIENCE`] rounds.
+/// A share above its limit has to fall to this part of itself in [`PATIENCE`] rounds: by what limits are loosened.
 const FALL: f64 = 0.97;
 const PATIENCE: usize = 6;
-/// Cells around those outside that move with them.
+/// Cells around those outside that move with them: all of a piece without rows of its own, which has 61 cells of
+/// 0.0163 of its length and 16 towards each rest.
 const AROUND: usize = 96;
 
 /// What a cell uses of its limits: accelerations, jerks, the caps of its control and of its end.

@@ -6,7 +6,9 @@ use crate::feed::jerk::{Ahead, Course, stop};
 use crate::feed::{FeedError, Limits, Ratios, Reciprocals, error};
 use crate::types::{AXES, AxisNode, Motion, Stretch};
 
-/// The window grows to this many times its rows where the distance to stop is longer.
+/// The window grows to this many times its rows where the distance to stop is longer. That goes with the square of
+/// the speed, or its power 3/2 where jerk alone limits: eight windows let it be 2.8 to 4 times what one can stop,
+/// for 4 MB at 512 rows of five axes.
 const WIDEST: usize = 8;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
@@ -196,7 +198,8 @@ impl<const N: usize> JerkStream<N> {
     fn led_on(&mut self, mut course: Course<N>) -> Option<Course<N>> {
         let more = self.known.piece() == Some(self.piece);
         let known = if more { self.known.of_a_piece() } else { 0 };
-        // With less than a quarter only where no more is at hand.
+        // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
+        // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
         let due = known > quarter || self.is_short() || course.stops_within(quarter);
         if known >= 2 && due {
