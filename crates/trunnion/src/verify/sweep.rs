@@ -69,39 +69,33 @@ pub(super) fn pieces(
     Ok(())
 }
 
-/// The same, cut further until, seen from the tool, points within `reach` of the tip move straight over a
-/// whole piece but for `tolerance` \[mm\]: that far can a distance be below its tangent over time, from
-/// either end, which is four times as far as from the middle.
-pub(super) fn straight_pieces(
+/// A piece cut further until, seen from the tool, points within `reach` of the tip are off the mean of moving
+/// straight and of moving on the parabola through its ends by at most `tolerance` \[mm\]: half of
+/// [`Piece::bend`].
+pub(super) fn straight(
     mover: &Mover<'_>,
     segment: &Segment,
-    reach: f64,
-    [error, tolerance]: [f64; 2],
-    out: &mut Vec<Piece>,
-) -> Result<(), VerifyError> {
-    let first = out.len();
-    pieces(mover, segment, reach, error, out)?;
-    let whole: Vec<Piece> = out.drain(first..).collect();
-    for piece in whole {
-        // The bend falls with the square of the length.
-        let count = (4.0 * piece.bend(reach) / tolerance).sqrt().ceil();
-        if count < 2.0 {
-            out.push(piece);
-            continue;
-        }
-        if count > MOST_PIECES {
-            return Err(VerifyError::TurnsTooFar { line: segment.line });
-        }
-        let [from, to] = piece.span;
-        let at = |index: f64| from + (to - from) * index / count;
-        let mut index = 0.0;
-        while index < count {
-            let times = [at(index), at(index + 0.5), at(index + 1.0)];
-            out.push(Piece::through(mover, segment, times)?);
-            index += 1.0;
-        }
+    piece: &Piece,
+    [reach, tolerance]: [f64; 2],
+) -> Result<Vec<Piece>, VerifyError> {
+    // The bend falls with the square of the length.
+    let count = (0.5 * piece.bend(reach) / tolerance).sqrt().ceil();
+    if count < 2.0 {
+        return Ok(vec![*piece]);
     }
-    Ok(())
+    if count > MOST_PIECES {
+        return Err(VerifyError::TurnsTooFar { line: segment.line });
+    }
+    let [from, to] = piece.span;
+    let at = |index: f64| from + (to - from) * index / count;
+    let mut straight = Vec::new();
+    let mut index = 0.0;
+    while index < count {
+        let times = [at(index), at(index + 0.5), at(index + 1.0)];
+        straight.push(Piece::through(mover, segment, times)?);
+        index += 1.0;
+    }
+    Ok(straight)
 }
 
 /// Quadratic through values at -1, 0, 1.
@@ -133,6 +127,7 @@ pub(super) struct Instant {
 }
 
 /// Tool at `u` from the coefficients of tip and axis vector.
+#[inline]
 fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant {
     let raw = axis[0] + (axis[1] + axis[2] * u) * u;
     let scale = 1.0 / raw.norm();
@@ -146,15 +141,16 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant
 }
 
 impl Instant {
-    /// Distance of a body from a point, its derivative by `u`, and its derivative along `way`.
+    /// Distance of a body from a point, its derivative by `u`, and its gradient.
     #[inline]
-    fn distance(&self, body: Body, point: &Point3<f64>, way: &Vector3<f64>) -> [f64; 3] {
+    fn distance(&self, body: Body, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
         let Self { stand, tip_rate, axis_rate } = self;
         let y = point - stand.tip;
         let probe = body.probe(&y, &stand.axis);
-        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
-        let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
-        [probe.distance, drift, probe.slope(&y, &stand.axis, way)]
+        let along = probe.axial - probe.radial * probe.height;
+        let gradient = y * probe.radial + stand.axis * along;
+        let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
+        (probe.distance, drift, gradient)
     }
 }
 
@@ -294,29 +290,23 @@ impl Piece {
         }
     }
 
-    /// Distance of a body from a point at `u`, its derivative by `u`, and its derivative along `way`.
+    /// Distance of a body from a point at `u`, its derivative by `u`, and its gradient.
     #[inline]
     pub(super) fn distance(
         &self,
         body: Body,
         u: f64,
         point: &Point3<f64>,
-        way: &Vector3<f64>,
-    ) -> [f64; 3] {
-        self.instant(u).distance(body, point, way)
+    ) -> (f64, f64, Vector3<f64>) {
+        self.instant(u).distance(body, point)
     }
 
     /// Plane below the distance of a body over the whole piece, but for bend and shear, from a point: its
     /// height there at the worst time, and its gradient.
     #[inline]
     pub(super) fn support(&self, body: Body, point: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let Instant { stand, tip_rate, axis_rate } = &self.middle;
-        let y = point - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
-        let gradient = (y - stand.axis * probe.height) * probe.radial + stand.axis * probe.axial;
-        let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
-        let drift = turning - gradient.dot(tip_rate);
-        (probe.distance - drift.abs(), gradient)
+        let (distance, drift, gradient) = self.middle.distance(body, point);
+        (distance - drift.abs(), gradient)
     }
 
     /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame

@@ -2,17 +2,18 @@
 
 use super::super::body::{self, Body};
 use super::super::replay::{self, Control, Mover, Replay, Segment};
-use super::super::sweep;
+use super::super::sweep::{self, Piece};
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
 use super::Stock;
 use super::cut;
-use super::near::{self, Part};
+use super::near::{self, Part, Stretch};
 use super::work::Work;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What went wrong between tool and material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -160,20 +161,30 @@ impl<'a> Carver<'a> {
         segment: &Segment,
         parts: &mut Vec<Part>,
     ) -> Result<(), VerifyError> {
-        let shares = [cut::ERROR * self.tolerance, cut::BEND * self.tolerance];
+        self.parts_of(mover, segment, parts)?;
+        mover.dog_leg(segment).iter().try_for_each(|other| self.parts_of(mover, other, parts))
+    }
+
+    fn parts_of(
+        &self,
+        mover: &Mover<'_>,
+        segment: &Segment,
+        parts: &mut Vec<Part>,
+    ) -> Result<(), VerifyError> {
+        let [error, bend] = [cut::ERROR, cut::BEND].map(|share| share * self.tolerance);
         let mut pieces = Vec::new();
-        sweep::straight_pieces(mover, segment, self.size, shares, &mut pieces)?;
-        for other in mover.dog_leg(segment) {
-            sweep::straight_pieces(mover, &other, self.size, shares, &mut pieces)?;
-        }
+        sweep::pieces(mover, segment, self.size, error, &mut pieces)?;
         for piece in &pieces {
+            let straight = sweep::straight(mover, segment, piece, [self.size, bend])?;
+            let stretch = |piece: &Piece| Stretch::new(piece, self.size);
+            let straight: Arc<[Stretch]> = straight.iter().map(stretch).collect();
             for (index, body) in self.bodies.iter().enumerate() {
                 let harm = match (index, segment.rapid) {
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),
                     _ => Some(CollisionKind::Holder),
                 };
-                parts.push(Part::new(piece, *body, self.size, harm));
+                parts.push(Part::new(&stretch(piece), Arc::clone(&straight), *body, harm));
             }
         }
         Ok(())
@@ -221,8 +232,8 @@ impl<'a> Carver<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cut::Line;
     use super::super::near::Frame;
+    use super::super::nearest::Line;
     use super::super::rays::unit;
     use super::*;
     use crate::cutter::{Construction, CutterSpec, Kind};
@@ -249,15 +260,36 @@ mod tests {
     }
 
     /// Forth and back, leaning this way and that, through the block and out of it.
-    fn any_path() -> impl Strategy<Value = Vec<ToolPose>> {
+    fn far_apart() -> impl Strategy<Value = Vec<ToolPose>> {
         let step = (-9.0..9.0, -7.0..7.0, -6.0..4.0, -0.5..0.5, -0.5..0.5);
         prop::collection::vec(step, 3..12).prop_map(|steps| {
-            let pose = |(x, y, z, a, b): (f64, f64, f64, f64, f64)| {
-                let axis = Rotation3::from_euler_angles(a, b, 0.0) * Vector3::z();
-                ToolPose { tip: Point3::new(x, y, z), axis: Unit::new_normalize(axis) }
-            };
-            steps.into_iter().map(pose).collect()
+            steps.into_iter().map(|(x, y, z, a, b)| pose([x, y, z], [a, b])).collect()
         })
+    }
+
+    /// Short moves that lean a little more or less every time, as along a surface.
+    fn close_by() -> impl Strategy<Value = Vec<ToolPose>> {
+        let start = (-9.0..-4.0, -5.0..5.0, -4.0..-1.0, -0.4..0.4, -0.4..0.4);
+        let rate = (-0.15..0.15, -0.3..0.3, -0.03..0.03, -0.03..0.03);
+        (start, rate, 0.3..1.0, 10..20u32).prop_map(|(start, rate, step, count)| {
+            let (x, y, z, a, b) = start;
+            let (swerve, dive, lean, tilt) = rate;
+            let at = |k: u32| {
+                let s: f64 = step * f64::from(k);
+                let z = z + dive * (0.5 * s).sin();
+                pose([x + s, y + swerve * s * s, z], [a + lean * s, b + tilt * s])
+            };
+            (0..=count).map(at).collect()
+        })
+    }
+
+    fn pose(tip: [f64; 3], [a, b]: [f64; 2]) -> ToolPose {
+        let axis = Rotation3::from_euler_angles(a, b, 0.0) * Vector3::z();
+        ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) }
+    }
+
+    fn any_path() -> impl Strategy<Value = Vec<ToolPose>> {
+        prop_oneof![far_apart(), close_by()]
     }
 
     fn distance(cutter: &Cutter, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
@@ -294,7 +326,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: cases(24), ..ProptestConfig::default() })]
+        #![proptest_config(ProptestConfig { cases: cases(32), ..ProptestConfig::default() })]
 
         /// On every ray, whatever was put off, grouped or passed over: what is left is outside the swept
         /// tool, what is gone is inside, to the tolerance.

@@ -1,9 +1,9 @@
 //! A ray against a body in motion over one piece of a move.
 //!
 //! The distance `d(s, u)` of a convex body from a point `s` along the ray at time `u` is convex in `s`. Seen
-//! from the tool a point moves straight while a piece lasts, but for the bend ([`Piece::bend`]), and pieces
-//! are cut until that is below the tolerance: then `d` is convex in `u` as well. In both together it is not,
-//! since the ray turns ([`Piece::shear`]). Hence
+//! from the tool a point moves straight while a piece lasts, but for the bend ([`Piece::bend`]); with as much of
+//! a parabola `d` is convex in `u` as well ([`Moving::tangent`]), and pieces are cut until that is below the
+//! tolerance. In both together it is not, since the ray turns ([`Piece::shear`]). Hence
 //!
 //! * from the tangents at a point of the ray a plane is known below `d` for all times, the less steep by the
 //!   shear the farther off: along such planes the search for where the body begins comes down to it from
@@ -12,95 +12,19 @@
 //!   point of the ray is in the body at the times of both ends: it is then in it at all times between.
 //!   Otherwise both halves of the time are looked at one by one.
 //!
-//! The motion is not simplified: distances are those over the piece as it is.
+//! But for that the motion is not simplified: distances are those over the piece as it is.
 
-use super::super::body::Body;
-use super::super::sweep::Piece;
-use nalgebra::{Point3, Vector3};
+use super::nearest::{Guess, Line, Moving, Nearest, SEARCH, STEPS};
 
-/// A body in motion over a part of a piece, and how exactly it is looked at \[mm\].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Moving<'a> {
-    piece: &'a Piece,
-    body: Body,
-    tolerance: f64,
-    /// From when to when.
-    time: [f64; 2],
-    /// By how much planes below the distance are less steep farther along the ray.
-    shear: f64,
-}
-
-/// A line of points `from + s way`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
-    pub(super) from: Point3<f64>,
-    /// Unit vector.
-    pub(super) way: Vector3<f64>,
-}
-
-impl Line {
-    #[inline]
-    pub(super) fn at(&self, s: f64) -> Point3<f64> {
-        self.from + self.way * s
-    }
-}
-
-/// The body at the time at which it is nearest to a point of a line: nowhere on the line is its distance
-/// below `bound + slope (s' - s)`.
-#[derive(Debug, Clone, Copy)]
-struct Nearest {
-    distance: f64,
-    bound: f64,
-    slope: f64,
-    u: f64,
-}
-
-/// Distance at a time, and its derivatives by time and along the line.
-#[derive(Debug, Clone, Copy)]
-struct Tangent {
-    u: f64,
-    distance: f64,
-    by_u: f64,
-    by_s: f64,
-}
-
-impl Tangent {
-    /// Least that is possible while the time is between here and `end`.
-    fn towards(&self, end: f64) -> Nearest {
-        let bound = self.distance - self.by_u.abs() * (end - self.u).abs();
-        Nearest { distance: self.distance, bound, slope: self.by_s, u: self.u }
-    }
-
-    /// Least that is possible where two planes meet, one falling by time and one rising: the mean of both
-    /// that does neither. At a sharp edge only this mean has the slope of what is nearest.
-    fn meet(&self, other: &Self) -> Nearest {
-        let weight = other.by_u / (other.by_u - self.by_u);
-        let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
-        let at_zero = |plane: &Self| plane.distance - plane.by_u * plane.u;
-        let near = if self.distance < other.distance { self } else { other };
-        Nearest {
-            distance: near.distance,
-            bound: mean(at_zero(self), at_zero(other)),
-            slope: mean(self.by_s, other.by_s),
-            u: near.u,
-        }
-    }
-}
-
-/// Shares of the tolerance: how far a distance may be below its tangent over time, how far off pieces are as
-/// quadratics, how deep a body may dip in without cutting, what a search over time may lose, when the way in
+/// Shares of the tolerance: half of how far points are from moving straight, how far off pieces are as quadratics, how deep a body may dip in without cutting, what a search over time may lose, when the way in
 /// counts as found, and what may be taken for a gap. What is cut is then at most
 /// `BEND + ERROR + SEARCH + CLOSE + GAP` outside, what is left at most `BEND + ERROR + SEARCH + TOUCH`
 /// inside, neither of them more than 1.
-pub(super) const BEND: f64 = 0.5;
+pub(super) const BEND: f64 = 0.55;
 pub(super) const ERROR: f64 = 0.1;
 pub(super) const TOUCH: f64 = 0.15;
-const SEARCH: f64 = 0.1;
-const CLOSE: f64 = 0.05;
-const GAP: f64 = 0.2;
-/// Steps of a search for the nearest instant: two of them halve at least, so that this many pass from a metre
-/// to below a nanometre.
-const STEPS: u32 = 80;
+pub(super) const CLOSE: f64 = 0.05;
+pub(super) const GAP: f64 = 0.2;
 /// Steps on the way in, which gain digits where the ray does not graze.
 const WAY_IN: u32 = 500;
 /// Places of a cut at which its depth is tried first.
@@ -119,11 +43,7 @@ impl Swept {
     }
 }
 
-impl<'a> Moving<'a> {
-    pub(super) fn new(piece: &'a Piece, body: Body, tolerance: f64) -> Self {
-        Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0) }
-    }
-
+impl Moving<'_> {
     /// Over both halves of the time.
     fn halves(&self) -> [Self; 2] {
         let [from, to] = self.time;
@@ -132,61 +52,16 @@ impl<'a> Moving<'a> {
         [[from, middle], [middle, to]].map(|time| Self { time, shear, ..*self })
     }
 
-    #[inline]
-    fn tangent(&self, line: &Line, s: f64, u: f64) -> Tangent {
-        let [distance, by_u, by_s] = self.piece.distance(self.body, u, &line.at(s), &line.way);
-        Tangent { u, distance, by_u, by_s }
-    }
-
-    /// Distance of the nearest instant from a point of the line; `guess` is where to look first.
-    #[inline]
-    fn nearest(&self, line: &Line, s: f64, guess: f64) -> Nearest {
-        let at = |u: f64| self.tangent(line, s, u);
-        let enough = SEARCH * self.tolerance;
-        let first = at(guess.clamp(self.time[0], self.time[1]));
-        let rises = first.by_u > 0.0;
-        let end = self.time[usize::from(!rises)];
-        let found = first.towards(end);
-        if found.distance - found.bound <= enough {
-            return found;
-        }
-        let last = at(end);
-        if (last.by_u > 0.0) == rises || last.by_u == 0.0 {
-            return last.towards(end);
-        }
-        let [mut falling, mut rising] = if rises { [last, first] } else { [first, last] };
-        let mut found = falling.meet(&rising);
-        for step in 0..STEPS {
-            if found.distance - found.bound <= enough {
-                break;
-            }
-            // Where the slope is zero if it is linear, and where the two planes meet if it jumps.
-            let share = if step % 2 == 0 {
-                falling.by_u / (falling.by_u - rising.by_u)
-            } else {
-                (found.bound - falling.distance) / (falling.by_u * (rising.u - falling.u))
-            };
-            let share = if (0.0..=1.0).contains(&share) { share } else { 0.5 };
-            let here = at(falling.u + share * (rising.u - falling.u));
-            let before = found;
-            *(if here.by_u > 0.0 { &mut rising } else { &mut falling }) = here;
-            found = falling.meet(&rising);
-            if before.distance < found.distance {
-                (found.distance, found.u) = (before.distance, before.u);
-            }
-        }
-        found
-    }
-
-    /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance.
-    pub(super) fn swept(&self, line: &Line, span: [f64; 2]) -> Swept {
+    /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance. `guess`: when it
+    /// may be nearest to the upper end.
+    pub(super) fn swept(&self, line: &Line, span: [f64; 2], guess: f64) -> Swept {
         let mut found = Swept::default();
-        self.sweep(line, span, &mut found);
+        self.sweep(line, span, guess, &mut found);
         found
     }
 
-    fn sweep(&self, line: &Line, span: [f64; 2], found: &mut Swept) {
-        let Some(cut) = self.hull(line, span) else { return };
+    fn sweep(&self, line: &Line, span: [f64; 2], guess: f64, found: &mut Swept) {
+        let Some(cut) = self.hull(line, span, Guess::at(guess)) else { return };
         let [low, high] = cut.map(|end| end.0);
         if self.has_no_gap(line, cut) {
             found.push([low, high]);
@@ -199,7 +74,7 @@ impl<'a> Moving<'a> {
             return;
         }
         for half in self.halves() {
-            half.sweep(line, [low, high], found);
+            half.sweep(line, [low, high], guess, found);
         }
     }
 
@@ -212,10 +87,10 @@ impl<'a> Moving<'a> {
     }
 
     /// Lowest and highest end of what is swept of a span, each with its time.
-    fn hull(&self, line: &Line, [low, high]: [f64; 2]) -> Option<[(f64, f64); 2]> {
+    fn hull(&self, line: &Line, [low, high]: [f64; 2], guess: Guess) -> Option<[(f64, f64); 2]> {
         let touch = -TOUCH * self.tolerance;
         let length = high - low;
-        let top = self.nearest(line, high, 0.0);
+        let top = self.nearest(line, high, guess);
         if top.distance <= touch {
             return Some([self.other_end(line, [high, low], &top), (high, top.u)]);
         }
@@ -223,31 +98,41 @@ impl<'a> Moving<'a> {
         if top.bound - (top.slope + self.shear).max(0.0) * length > touch {
             return None;
         }
-        let bottom = self.nearest(line, low, top.u);
+        let bottom = self.nearest(line, low, top.guess());
         if bottom.distance <= touch {
             return Some([(low, bottom.u), self.other_end(line, [low, high], &bottom)]);
         }
-        let from = self.enter(line, [low, high], bottom)?;
-        let to = self.enter(line, [high, low], top)?;
+        let time = |(s, here): (f64, Nearest)| (s, here.u);
+        let from = self.enter(line, [low, high], bottom).map(time)?;
+        let to = self.enter(line, [high, low], top).map(time)?;
         (from.0 < to.0 && self.deepest(line, [from.0, to.0], touch) <= touch).then_some([from, to])
     }
 
     /// From `inside` towards `end`: where the body ends, and when.
     fn other_end(&self, line: &Line, [inside, end]: [f64; 2], at: &Nearest) -> (f64, f64) {
-        let way = if end > inside { 1.0 } else { -1.0 };
-        // The plane from inside leads out.
-        let rise = at.slope * way - self.shear;
-        let steps = if rise > 0.0 { -at.bound / rise } else { f64::MAX };
-        let out = if steps < (end - inside) * way { inside + way * steps } else { end };
-        let here = self.nearest(line, out, at.u);
+        let out = self.beyond([inside, end], at).unwrap_or(end);
+        let here = self.nearest(line, out, at.guess());
         if here.bound <= CLOSE * self.tolerance {
             return (out, here.u);
         }
-        self.enter(line, [out, inside], here).unwrap_or((inside, at.u))
+        self.enter(line, [out, inside], here).map_or((inside, at.u), |(s, here)| (s, here.u))
     }
 
-    /// From `from`, outside, towards `to`: where the body begins, and when.
-    fn enter(&self, line: &Line, [from, to]: [f64; 2], mut here: Nearest) -> Option<(f64, f64)> {
+    /// Where the plane from `inside` leads out before `end`.
+    pub(super) fn beyond(&self, [inside, end]: [f64; 2], at: &Nearest) -> Option<f64> {
+        let way = if end > inside { 1.0 } else { -1.0 };
+        let rise = at.slope * way - self.shear;
+        let by = -at.bound / rise;
+        (rise > 0.0 && by < (end - inside) * way).then_some(inside + way * by)
+    }
+
+    /// From `from`, outside, towards `to`: where the body begins, and the nearest instant there.
+    pub(super) fn enter(
+        &self,
+        line: &Line,
+        [from, to]: [f64; 2],
+        mut here: Nearest,
+    ) -> Option<(f64, Nearest)> {
         let way = if to > from { 1.0 } else { -1.0 };
         let mut s = from;
         for _ in 0..WAY_IN {
@@ -262,9 +147,9 @@ impl<'a> Moving<'a> {
             if (to - s) * way < 0.0 {
                 return None;
             }
-            here = self.nearest(line, s, here.u);
+            here = self.nearest(line, s, here.guess());
         }
-        Some((s, here.u))
+        Some((s, here))
     }
 
     /// Least distance over an interval: the best of some places, and of what halving finds around it; the
@@ -275,7 +160,7 @@ impl<'a> Moving<'a> {
         // The middle first.
         for place in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
             let s = low + step * f64::from(place);
-            let distance = self.nearest(line, s, 0.0).distance;
+            let distance = self.nearest(line, s, Guess::at(0.0)).distance;
             if distance < best.0 {
                 best = (distance, s);
             }
@@ -286,7 +171,7 @@ impl<'a> Moving<'a> {
         let (mut deepest, middle) = best;
         let [mut low, mut high] = [(middle - step).max(low), (middle + step).min(high)];
         for _ in 0..STEPS {
-            let here = self.nearest(line, 0.5 * (low + high), 0.0);
+            let here = self.nearest(line, 0.5 * (low + high), Guess::at(0.0));
             deepest = deepest.min(here.distance);
             if deepest <= enough || here.slope.abs() * (high - low) <= SEARCH * self.tolerance {
                 break;
@@ -299,7 +184,7 @@ impl<'a> Moving<'a> {
     /// How deep the body gets below the surface of what it sweeps of a ray, if that is deeper than `known`.
     pub(super) fn depth(&self, line: &Line, [low, high]: [f64; 2], known: f64) -> Option<f64> {
         let half = 0.5 * (high - low);
-        let middle = self.nearest(line, low + half, 0.0);
+        let middle = self.nearest(line, low + half, Guess::at(0.0));
         if half * (middle.slope.abs() + self.shear) - middle.bound <= known {
             return None;
         }
@@ -309,22 +194,26 @@ impl<'a> Moving<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::body::Body;
     use super::super::super::replay::{Course, Mover, Segment};
-    use super::super::super::sweep::straight_pieces;
+    use super::super::super::sweep::{self, Piece};
+    use super::super::near::Stretch;
     use super::*;
     use crate::types::{AxisVector, ToolPose};
-    use nalgebra::{Rotation3, Unit};
+    use nalgebra::{Point3, Rotation3, Unit, Vector3};
     use proptest::prelude::*;
 
     const TOLERANCE: f64 = 1e-3;
 
-    fn pieces(ends: [ToolPose; 2]) -> Vec<Piece> {
+    fn pieces(ends: [ToolPose; 2]) -> Vec<Stretch> {
         let (joints, course) = ([AxisVector::zeros(); 2], Course::Circle { ends });
         let segment = Segment { line: 1, joints, course, duration: 1.0, rapid: false };
-        let mut pieces = Vec::new();
-        let shares = [ERROR * TOLERANCE, BEND * TOLERANCE];
-        straight_pieces(&Mover::Locations, &segment, 60.0, shares, &mut pieces).unwrap();
-        pieces
+        let mut whole = Vec::new();
+        sweep::pieces(&Mover::Locations, &segment, 60.0, ERROR * TOLERANCE, &mut whole).unwrap();
+        let straight = |piece: &Piece| {
+            sweep::straight(&Mover::Locations, &segment, piece, [60.0, BEND * TOLERANCE]).unwrap()
+        };
+        whole.iter().flat_map(straight).map(|piece| Stretch::new(&piece, 60.0)).collect()
     }
 
     /// Distance of a point from the tool at `t`, in cylinder coordinates and by slerp: nothing in common
@@ -396,7 +285,7 @@ mod tests {
                 let moving = Moving::new(piece, body, TOLERANCE);
                 for at in (0..left.len()).rev() {
                     let span = left.get(at).unwrap();
-                    let Swept { first, more } = moving.swept(&line, span);
+                    let Swept { first, more } = moving.swept(&line, span, 0.0);
                     for cut in first.into_iter().chain(more) {
                         prop_assert!(span[0] <= cut[0] && cut[0] < cut[1] && cut[1] <= span[1]);
                         left.take(cut);
@@ -429,7 +318,7 @@ mod tests {
         let moving = Moving::new(piece, body, TOLERANCE);
         let cut = |x: f64, y: f64, span| {
             let line = Line { from: Point3::new(x, y, 0.0), way: Vector3::z() };
-            moving.swept(&line, span).first
+            moving.swept(&line, span, 0.0).first
         };
         let close = |cut: Option<[f64; 2]>, [low, high]: [f64; 2]| {
             let cut = cut.unwrap();

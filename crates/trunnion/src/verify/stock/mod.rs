@@ -6,8 +6,11 @@
 
 mod carve;
 mod cut;
+mod follow;
 mod near;
+mod nearest;
 mod rays;
+mod settle;
 mod solid;
 mod surface;
 mod work;

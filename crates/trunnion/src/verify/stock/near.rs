@@ -6,28 +6,56 @@ use super::super::sweep::Piece;
 use super::carve::CollisionKind;
 use super::rays::{Bins, Family, Held, Lattice, Square, TILE, Tile, across};
 use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
+
+/// A piece of a move, and what bounds how it moves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch {
+    pub(super) piece: Piece,
+    /// How far the points a tool can hold are from moving straight in its frame \[mm\].
+    pub(super) bend: f64,
+    /// How much directions turn in its frame, to either side of the middle.
+    pub(super) shear: f64,
+}
+
+impl Stretch {
+    /// `reach` \[mm\]: how far points of the tool are from its tip.
+    pub(super) fn new(piece: &Piece, reach: f64) -> Self {
+        Self { piece: *piece, bend: piece.bend(reach), shear: piece.shear(1.0) }
+    }
+
+    /// A plane from a point: at no time is a body's distance from places `by` away below its first plus its
+    /// second times `by`, less `shear |by|`.
+    #[inline]
+    pub(super) fn support(&self, body: Body, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let (distance, gradient) = self.piece.support(body, point);
+        (distance - self.bend, gradient)
+    }
+}
 
 /// A body over a piece of a move.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Part {
-    pub(super) piece: Piece,
+    pub(super) whole: Stretch,
+    /// The same, in parts over which it moves straight.
+    pub(super) straight: Arc<[Stretch]>,
     pub(super) body: Body,
     /// What it is if it meets material; `None` for what is there to cut, at feed.
     pub(super) harm: Option<CollisionKind>,
     /// A box around it.
     bounds: Bounds,
-    /// How far the points it can hold are from moving straight in its frame \[mm\].
-    bend: f64,
-    /// How much directions turn in its frame, to either side of the middle.
-    pub(super) shear: f64,
 }
 
 impl Part {
-    pub(super) fn new(piece: &Piece, body: Body, reach: f64, harm: Option<CollisionKind>) -> Self {
-        let [low, high] = piece.axis_box(body.heights());
+    pub(super) fn new(
+        whole: &Stretch,
+        straight: Arc<[Stretch]>,
+        body: Body,
+        harm: Option<CollisionKind>,
+    ) -> Self {
+        let [low, high] = whole.piece.axis_box(body.heights());
         let bounds = Bounds { low, high }.grown(body.radius());
-        let (bend, shear) = (piece.bend(reach), piece.shear(1.0));
-        Self { piece: *piece, body, harm, bounds, bend, shear }
+        Self { whole: *whole, straight, body, harm, bounds }
     }
 
     /// Lowest and highest place along an axis.
@@ -35,32 +63,25 @@ impl Part {
         [self.bounds.low[axis], self.bounds.high[axis]]
     }
 
-    /// A plane from a point: at no time is the body's distance from places `by` away below its first plus its
-    /// second times `by`, less `shear |by|`.
-    #[inline]
-    pub(super) fn support(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let (distance, gradient) = self.piece.support(self.body, point);
-        (distance - self.bend, gradient)
-    }
-
-    /// Whether the body keeps off a box by more than `least` \[mm\]. A second and a third look from the
-    /// places of the box to which the looks before it point.
+    /// Whether the body keeps off a box by more than `least` \[mm\]. Every look is from the place of the
+    /// box to which the one before points.
     fn clears(&self, [low, high]: &[Point3<f64>; 2], least: f64) -> bool {
         let clamp = |p: Point3<f64>| p.sup(low).inf(high);
-        let stand = &self.piece.middle().stand;
+        let Stretch { piece, shear, .. } = &self.whole;
+        let stand = &piece.middle().stand;
         let middle = nalgebra::center(low, high);
         let [from, to] = self.body.heights();
         let height = stand.axis.dot(&(middle - stand.tip)).clamp(from, to);
         let mut at = clamp(stand.tip + stand.axis * height);
         let far = (high - low).norm();
         for _ in 0..LOOKS {
-            let (plane, gradient) = self.piece.support(self.body, &at);
+            let (plane, gradient) = piece.support(self.body, &at);
             let side = |k: usize| {
                 let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
                 ends[0].min(ends[1])
             };
-            let bend = self.piece.bend((at - stand.tip).norm() + far);
-            let off = self.shear * (high - at).sup(&(at - low)).norm();
+            let bend = piece.bend((at - stand.tip).norm() + far);
+            let off = shear * (high - at).sup(&(at - low)).norm();
             if plane - bend - off + side(0) + side(1) + side(2) > least {
                 return true;
             }
@@ -73,8 +94,8 @@ impl Part {
     }
 }
 
-/// Looks from a box at a body.
-const LOOKS: u32 = 3;
+/// Looks from a box at a body: two or three tell if it is far off.
+const LOOKS: u32 = 10;
 
 /// Which of `parts` may come near each tile of a family, in their order.
 pub(super) fn by_tile(parts: &[Part], lattice: &Lattice, family: &Family) -> Vec<Vec<u32>> {
@@ -113,9 +134,17 @@ impl Frame {
         part: &Part,
         touch: f64,
     ) -> bool {
-        let Some([low, high]) = held.within(self.bins, part.extent(self.along)) else {
-            return false;
-        };
+        let range = held.within(self.bins, part.extent(self.along));
+        range.is_some_and(|range| !part.clears(&self.corners(tile, square, range), -touch))
+    }
+
+    /// The box around the material of a square of rays between two places along them.
+    pub(super) fn corners(
+        &self,
+        tile: &Tile,
+        square: Square,
+        [low, high]: [f64; 2],
+    ) -> [Point3<f64>; 2] {
         let mut corners = [Point3::origin(); 2];
         for (k, axis) in across(self.along).into_iter().enumerate() {
             let first = tile.first[k] + square.from[k];
@@ -123,7 +152,7 @@ impl Frame {
             corners[1][axis] = self.lattice.at(axis, first + square.size[k] - 1);
         }
         (corners[0][self.along], corners[1][self.along]) = (low, high);
-        !part.clears(&corners, -touch)
+        corners
     }
 
     /// Where ray `index` of a tile runs.

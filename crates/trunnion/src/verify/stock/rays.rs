@@ -95,6 +95,8 @@ pub(super) struct Tile {
     pub(super) rays: Vec<Spans>,
     /// Where material is on them.
     pub(super) held: Held,
+    /// Its length \[mm\].
+    pub(super) length: f64,
 }
 
 /// Where material is on some rays.
@@ -160,12 +162,26 @@ impl Held {
 }
 
 impl Tile {
-    /// Finds anew where material is.
+    /// Finds anew where material is, and how much.
     pub(super) fn measure(&mut self, bins: Bins) {
-        self.held = Held::NONE;
+        (self.held, self.length) = (Held::NONE, 0.0);
         for spans in &self.rays {
             self.held.add(spans, bins);
+            self.length += spans.iter().map(|[low, high]| high - low).sum::<f64>();
         }
+    }
+
+    /// Row and column of a ray.
+    pub(super) fn place(&self, ray: usize) -> [usize; 2] {
+        let columns = self.size[1].max(1);
+        [ray / columns, ray % columns]
+    }
+
+    /// Some rays: in the middle, and in the middle of each quarter.
+    pub(super) fn places(&self) -> [usize; 5] {
+        let [rows, columns] = self.size;
+        let at = |[i, j]: [usize; 2]| rows * i / 4 * columns + columns * j / 4;
+        [[2, 2], [1, 1], [1, 3], [3, 1], [3, 3]].map(at)
     }
 
     /// Squares of rays within the tile, `side` along each side.
@@ -200,6 +216,15 @@ impl Square {
         let Self { from, size, columns } = self;
         (from[0]..from[0] + size[0])
             .flat_map(move |i| (from[1]..from[1] + size[1]).map(move |j| i * columns + j))
+    }
+
+    /// The same row by row, every other one backwards.
+    pub(super) fn to_and_fro(self) -> impl Iterator<Item = usize> {
+        let Self { from, size, columns } = self;
+        (0..size[0]).flat_map(move |i| {
+            let column = move |k| if i % 2 == 0 { k } else { size[1] - 1 - k };
+            (0..size[1]).map(move |k| (from[0] + i) * columns + from[1] + column(k))
+        })
     }
 
     /// The one in the middle.
@@ -278,7 +303,7 @@ impl Family {
             tiles.extend((0..b).step_by(TILE).map(|j| {
                 let size = [TILE.min(a - i), TILE.min(b - j)];
                 let rays = Vec::with_capacity(size[0] * size[1]);
-                Tile { first: [i, j], size, rays, held: Held::NONE }
+                Tile { first: [i, j], size, rays, held: Held::NONE, length: 0.0 }
             }));
             for row in rows.by_ref().take(TILE) {
                 let mut spans = row.into_iter();
@@ -300,10 +325,7 @@ impl Family {
 
     /// Length of all material \[mm\].
     pub(super) fn length(&self) -> f64 {
-        let spans = |tile: &Tile| -> f64 {
-            tile.rays.iter().flat_map(Spans::iter).map(|[low, high]| high - low).sum()
-        };
-        self.tiles.iter().map(spans).sum()
+        self.tiles.iter().map(|tile| tile.length).sum()
     }
 }
 

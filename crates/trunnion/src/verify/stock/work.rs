@@ -1,26 +1,21 @@
 //! A batch of moves against the tiles of a family.
 
 use super::carve::{Collision, CollisionKind};
-use super::cut::{self, Line, Moving, Swept};
-use super::near::{Frame, Part};
-use super::rays::{Family, Held, Lattice, Spans, Square, Tile, unit};
+use super::cut::{self, Swept};
+use super::near::{Frame, Part, Stretch};
+use super::nearest::{Line, Moving};
+use super::rays::{Family, Lattice, Spans, Tile, unit};
 
 /// Planes laid below the distance of a body from a span before it is looked at closely.
 const PLANES: u32 = 6;
 
-/// Rays along the side of the squares in which a tile is worked, so that what only comes near the rest of it is
-/// left out.
-const SIDE: usize = 4;
-/// Bodies by which a square is cut before the rest is looked at again.
-const DEEPEST: u32 = 2;
-
 /// A batch against one family.
 pub(super) struct Work<'a> {
-    frame: Frame,
+    pub(super) frame: Frame,
     parts: &'a [Part],
-    tolerance: f64,
+    pub(super) tolerance: f64,
     /// What dips in by less than this is not cut \[mm\].
-    touch: f64,
+    pub(super) touch: f64,
 }
 
 impl<'a> Work<'a> {
@@ -46,21 +41,13 @@ impl<'a> Work<'a> {
 
     /// Cuts a tile.
     pub(super) fn cut(&self, tile: &mut Tile, near: &[u32]) -> Vec<Collision> {
-        let mut near = self.near(tile, near);
+        let near = self.near(tile, near);
         let mut hits = Vec::new();
         if near.iter().any(|part| part.harm.is_some()) {
             self.in_order(tile, &near, &mut hits);
-            return hits;
-        }
-        // What is cut in the end does not depend on the order: what leaves the others little comes first.
-        self.telling_first(tile, &mut near);
-        let (first, rest) = near.split_at(near.len().min(2));
-        self.in_order(tile, first, &mut hits);
-        near = rest.iter().copied().filter(|part| self.meets(tile, part)).collect();
-        if !near.is_empty() {
-            for square in tile.squares(SIDE) {
-                self.square(tile, square, &near);
-            }
+        } else if !near.is_empty() {
+            // What is cut in the end does not depend on the order.
+            self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
         hits
@@ -82,67 +69,36 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Cuts a square: first by what gets deepest into its middle ray, after that one ray after the other by what
-    /// is left, deepest first.
-    fn square(&self, tile: &mut Tile, square: Square, near: &[&Part]) {
-        let mut held = self.held(tile, square);
-        let mut near: Vec<&Part> = near.to_vec();
-        for _ in 0..DEEPEST {
-            near.retain(|part| self.frame.meets((tile, square, &held), part, self.touch));
-            let Some(deepest) = self.deepest(tile, square, &near) else { return };
-            let part = near.swap_remove(deepest);
-            for index in square.rays() {
-                self.ray(tile, index, part, &mut Vec::new());
-            }
-            held = self.held(tile, square);
-        }
-        near.retain(|part| self.frame.meets((tile, square, &held), part, self.touch));
-        for index in square.rays() {
-            for part in &near {
-                self.ray(tile, index, part, &mut Vec::new());
-            }
-        }
-    }
-
-    fn held(&self, tile: &Tile, square: Square) -> Held {
-        let mut held = Held::NONE;
-        for spans in square.rays().filter_map(|index| tile.rays.get(index)) {
-            held.add(spans, self.frame.bins);
-        }
-        held
-    }
-
-    /// Which of the bodies is deepest in an end of the middle ray of a square.
-    fn deepest(&self, tile: &Tile, square: Square, near: &[&Part]) -> Option<usize> {
-        let middle = square.middle();
-        let line = self.line(tile, middle);
-        let spans = tile.rays.get(middle);
-        let ends = || spans.into_iter().flat_map(Spans::iter).flatten();
-        let distance = |part: &Part| {
-            let distances = ends().map(|end| part.support(&line.at(end)).0);
-            distances.fold(f64::INFINITY, f64::min)
-        };
-        let distances: Vec<f64> = near.iter().map(|part| distance(part)).collect();
-        (0..near.len()).min_by(|&a, &b| {
-            let at = |index: usize| distances.get(index).copied().unwrap_or(f64::INFINITY);
-            at(a).total_cmp(&at(b))
-        })
-    }
-
     /// Cuts a ray by one body over one piece; whether anything was cut.
     fn ray(&self, tile: &mut Tile, index: usize, part: &Part, hits: &mut Vec<Collision>) -> bool {
         let line = self.line(tile, index);
         let Some(spans) = tile.rays.get_mut(index) else { return false };
         let mut changed = false;
-        for at in (0..spans.len()).rev() {
-            let Some(span) = spans.get(at).and_then(|span| self.meeting(part, &line, span)) else {
-                continue;
-            };
-            let Swept { first, more } = self.moving(part).swept(&line, span);
-            for cut in first.into_iter().chain(more) {
+        for stretch in part.straight.iter() {
+            changed |= self.cut_spans((part, stretch, 0.0), &line, spans, &mut |cut| {
                 if let Some(kind) = part.harm {
-                    self.hit((part, kind), &line, cut, hits);
+                    self.hit((part, stretch, kind), &line, cut, hits);
                 }
+            });
+        }
+        changed
+    }
+
+    /// Cuts the spans of a ray by a body over a stretch; `guess`: when it is nearest. Whether anything was cut.
+    pub(super) fn cut_spans(
+        &self,
+        (part, stretch, guess): (&Part, &Stretch, f64),
+        line: &Line,
+        spans: &mut Spans,
+        tell: &mut dyn FnMut([f64; 2]),
+    ) -> bool {
+        let mut changed = false;
+        for at in (0..spans.len()).rev() {
+            let met = |span| self.meeting(part, stretch, line, span);
+            let Some(span) = spans.get(at).and_then(met) else { continue };
+            let Swept { first, more } = self.moving(part, stretch).swept(line, span, guess);
+            for cut in first.into_iter().chain(more) {
+                tell(cut);
                 spans.take(cut);
                 changed = true;
             }
@@ -150,31 +106,7 @@ impl<'a> Work<'a> {
         changed
     }
 
-    /// Puts first what gets nearest to the lower end of the middle ray, and to the upper; then the others,
-    /// those in the middle of the program before those beside them.
-    fn telling_first(&self, tile: &Tile, near: &mut Vec<&'a Part>) {
-        if near.len() < 3 {
-            return;
-        }
-        let middle = tile.rays.len() / 2;
-        let Some(range) = tile.rays.get(middle).and_then(Spans::range) else { return };
-        let line = self.line(tile, middle);
-        let mut order: Vec<usize> = Vec::with_capacity(near.len() + 2);
-        for s in range {
-            let point = line.at(s);
-            let distance = |at: &usize| near.get(*at).map_or(0.0, |part| part.support(&point).0);
-            let least = (0..near.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            order.extend(least);
-        }
-        let bits = usize::BITS - near.len().leading_zeros();
-        let halving = (0..1usize << bits).map(|at| at.reverse_bits() >> (usize::BITS - bits));
-        order.extend(halving);
-        let mut left: Vec<Option<&Part>> = near.iter().copied().map(Some).collect();
-        near.clear();
-        near.extend(order.into_iter().filter_map(|at| left.get_mut(at).and_then(Option::take)));
-    }
-
-    fn line(&self, tile: &Tile, index: usize) -> Line {
+    pub(super) fn line(&self, tile: &Tile, index: usize) -> Line {
         Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
     }
 
@@ -184,11 +116,12 @@ impl<'a> Work<'a> {
         for part in self.near(tile, near) {
             for (index, spans) in tile.rays.iter().enumerate() {
                 let line = self.line(tile, index);
-                for span in spans.iter().filter_map(|span| self.meeting(part, &line, span)) {
-                    let Swept { first, more } = self.moving(part).swept(&line, span);
-                    for cut in first.into_iter().chain(more) {
-                        self.hit((part, CollisionKind::Fixture), &line, cut, &mut hits);
-                    }
+                for stretch in part.straight.iter() {
+                    // What is taken off is a copy.
+                    let mut left = spans.clone();
+                    self.cut_spans((part, stretch, 0.0), &line, &mut left, &mut |cut| {
+                        self.hit((part, stretch, CollisionKind::Fixture), &line, cut, &mut hits);
+                    });
                 }
             }
         }
@@ -198,7 +131,13 @@ impl<'a> Work<'a> {
     /// The part of a span along which a body has anything, if it may meet it there. Most do not, which planes
     /// below the distance from both ends and from where these planes meet tell.
     #[inline]
-    fn meeting(&self, part: &Part, line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    pub(super) fn meeting(
+        &self,
+        part: &Part,
+        stretch: &Stretch,
+        line: &Line,
+        [from, to]: [f64; 2],
+    ) -> Option<[f64; 2]> {
         let along = self.frame.along;
         let [low, high] = part.extent(along);
         let span = [from.max(low), to.min(high)];
@@ -207,15 +146,15 @@ impl<'a> Work<'a> {
         }
         // Place, height there, and slope.
         let plane = |s: f64| {
-            let (height, gradient) = part.support(&line.at(s));
+            let (height, gradient) = stretch.support(part.body, &line.at(s));
             (s, height + self.touch, gradient[along])
         };
         let mut upper = plane(span[1]);
-        if upper.2 <= -part.shear {
+        if upper.2 <= -stretch.shear {
             return (upper.1 <= 0.0).then_some(span);
         }
         let mut lower = plane(span[0]);
-        if lower.2 >= part.shear {
+        if lower.2 >= stretch.shear {
             return (lower.1 <= 0.0).then_some(span);
         }
         for _ in 0..PLANES {
@@ -223,7 +162,8 @@ impl<'a> Work<'a> {
                 break;
             }
             // How fast they fall towards each other.
-            let [rise, fall] = [part.shear - lower.2, part.shear + upper.2].map(|by| by.max(0.0));
+            let [rise, fall] =
+                [stretch.shear - lower.2, stretch.shear + upper.2].map(|by| by.max(0.0));
             let width = upper.0 - lower.0;
             let at = (width * fall + lower.1 - upper.1) / (rise + fall);
             let height = lower.1 - rise * at.clamp(0.0, width);
@@ -236,22 +176,22 @@ impl<'a> Work<'a> {
         Some(span)
     }
 
-    fn moving<'b>(&self, part: &'b Part) -> Moving<'b> {
-        Moving::new(&part.piece, part.body, self.tolerance)
+    pub(super) fn moving<'b>(&self, part: &Part, stretch: &'b Stretch) -> Moving<'b> {
+        Moving::new(stretch, part.body, self.tolerance)
     }
 
     /// Notes what a cut tells, if it is the deepest of its kind on its line.
     fn hit(
         &self,
-        (part, kind): (&Part, CollisionKind),
+        (part, stretch, kind): (&Part, &Stretch, CollisionKind),
         line: &Line,
         cut: [f64; 2],
         hits: &mut Vec<Collision>,
     ) {
-        let number = part.piece.line;
+        let number = stretch.piece.line;
         let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
         let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
-        let Some(depth) = self.moving(part).depth(line, cut, known) else { return };
+        let Some(depth) = self.moving(part, stretch).depth(line, cut, known) else { return };
         let point = line.at(0.5 * (cut[0] + cut[1]));
         let found = Collision { kind, line: number, depth, point };
         match same {

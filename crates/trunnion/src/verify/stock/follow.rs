@@ -1,0 +1,87 @@
+//! Where a body ends on a ray, from where it ends on the ray beside.
+
+use super::cut::{CLOSE, TOUCH};
+use super::nearest::{Guess, Line, Moving, Nearest, STEPS};
+use nalgebra::{Point3, Vector3};
+
+/// Where the surface of what a body sweeps was met on a ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trace {
+    at: Point3<f64>,
+    gradient: Vector3<f64>,
+    guess: Guess,
+}
+
+/// Where it is expected on the ray beside.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Expected {
+    pub(super) s: f64,
+    pub(super) guess: Guess,
+    /// 1 if the body is below along the ray, -1 if it is above.
+    pub(super) way: f64,
+}
+
+/// Least cosine between a ray and a surface that is followed along it: rays that graze are cut one by one.
+const STEEPEST: f64 = 0.05;
+
+impl Trace {
+    pub(super) fn new(line: &Line, s: f64, near: &Nearest) -> Self {
+        Self { at: line.at(s), gradient: near.gradient, guess: near.guess() }
+    }
+
+    /// Where the tangent plane meets a line.
+    pub(super) fn on(&self, line: &Line) -> Option<Expected> {
+        let along = self.gradient.dot(&line.way);
+        let s = self.gradient.dot(&(self.at - line.from)) / along;
+        let way = along.signum();
+        (along.abs() > STEEPEST).then_some(Expected { s, guess: self.guess, way })
+    }
+}
+
+impl Moving<'_> {
+    /// What the body sweeps of a span from one of its ends to where its surface is expected, where that is, and
+    /// what is nearest there; `here`: what is nearest to where it is expected; `None` if that is not all there is to it.
+    pub(super) fn follow(
+        &self,
+        line: &Line,
+        span: [f64; 2],
+        expected: &Expected,
+        here: Nearest,
+    ) -> Option<([f64; 2], f64, Nearest)> {
+        let &Expected { s, way, .. } = expected;
+        let [inside, end] = if way > 0.0 { span } else { [span[1], span[0]] };
+
+        // Farther out there is nothing, then.
+        if here.slope * way <= self.shear {
+            return None;
+        }
+        let (s, here) = if here.bound >= -TOUCH * self.tolerance {
+            self.enter(line, [s, inside], here)?
+        } else {
+            let out = self.beyond([s, end], &here)?;
+            self.enter(line, [out, s], self.nearest(line, out, here.guess()))?
+        };
+        // At this time the body reaches from there to the end of the span, or less far.
+        let other = self.through(line, [inside, s], here.u)?;
+        Some(([s.min(other), s.max(other)], s, here))
+    }
+
+    /// From outside a body or an end of a span towards its surface at `to`: where it begins at time `u`. Newton
+    /// steps on a convex function come down to it from outside.
+    fn through(&self, line: &Line, [from, to]: [f64; 2], u: f64) -> Option<f64> {
+        let way = if to > from { 1.0 } else { -1.0 };
+        let mut s = from;
+        for _ in 0..STEPS {
+            let here = self.tangent(line, s, u);
+            if here.distance <= CLOSE * self.tolerance {
+                return Some(s);
+            }
+            let fall = -here.by_s * way;
+            s += way * here.distance / fall;
+            if fall <= 0.0 || (to - s) * way <= 0.0 {
+                return None;
+            }
+        }
+        None
+    }
+}
