@@ -10,6 +10,8 @@ mod machine;
 mod motion;
 mod outcome;
 mod output;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod part;
 mod path;
 mod pose;

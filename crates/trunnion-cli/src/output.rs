@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 /// Writes one file, by `fill`, whole or not at all.
 pub(crate) fn file(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    fill: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
 ) -> std::result::Result<(), Failure> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let name = name
@@ -52,7 +52,7 @@ impl Outputs {
     pub(crate) fn add(
         &mut self,
         name: &str,
-        fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
     ) -> Result<()> {
         let place = self.folder.join(name);
         let context = || format!("writing {}", place.display());

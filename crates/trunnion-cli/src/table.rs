@@ -141,7 +141,7 @@ impl Ends {
         fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         if !self.to_stdout() {
-            return output::file(&self.output, fill);
+            return output::file(&self.output, |out| fill(out));
         }
         let mut out = BufWriter::new(io::stdout().lock());
         match fill(&mut out).and_then(|()| out.flush()) {

@@ -253,6 +253,20 @@ fn a_chord_error_limits_acceleration() {
     assert!(most <= 8.0 * (1.0 + 1e-9) && most > 7.9, "{most}");
 }
 
+/// Without its feature, Parquet is refused with a remedy; with it, the file begins and ends as such files do.
+#[test]
+fn parquet_is_a_feature() {
+    let table = table(&even(9, 1.0));
+    if !cfg!(feature = "parquet") {
+        refused(&table, LIMITS, &["--motion", "motion.parquet"], "--features parquet");
+        return;
+    }
+    let folder = folder(&table, LIMITS);
+    summary(folder.path(), &["--motion", "motion.parquet"]);
+    let bytes = fs::read(folder.path().join("motion.parquet")).unwrap();
+    assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
+}
+
 /// 100 along a straight line towards plus: a lower limit towards minus is felt where X slows down.
 #[test]
 fn directions_may_differ() {

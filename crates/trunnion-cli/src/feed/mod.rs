@@ -42,7 +42,8 @@ pub(crate) struct Args {
     /// largest NAME3 or of what the limits notice.
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
     third_tolerance: f64,
-    /// Also write the axes at every servo period: position, velocity, acceleration, jerk.
+    /// Also write the axes at every servo period: position, velocity, acceleration, jerk. As CSV, or as Parquet
+    /// where the name ends in .parquet and trunnion is built with that feature.
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
     /// Servo period of --motion, of chord errors and of the junctions of --method blocks, in s.
@@ -135,6 +136,11 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
     if json && args.ends.to_stdout() {
         return Err(Failure::input(
             "--json prints a summary on stdout\n  help: give the schedule a file with -o",
+        ));
+    }
+    if !cfg!(feature = "parquet") && args.motion.as_deref().is_some_and(out::is_parquet) {
+        return Err(Failure::input(
+            "this trunnion writes no Parquet\n  help: build it with --features parquet, or name a .csv file",
         ));
     }
     let optimal = args.method == Method::Optimal;

@@ -8,6 +8,7 @@ use crate::{output, text};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{Error, Result as Written, Write};
+use std::path::Path;
 use trunnion::feed::{Binding, Breach, Plan, Ratios};
 use trunnion::files::table::write_number;
 use trunnion::setpoint;
@@ -28,7 +29,13 @@ pub(super) fn write<const N: usize>(
     table: &Table,
 ) -> Result<(), Failure> {
     if let Some(place) = &args.motion {
-        output::file(place, |out| motion(out, planned, table.names(), args.period))?;
+        output::file(place, |out| {
+            #[cfg(feature = "parquet")]
+            if is_parquet(place) {
+                return columns(out, planned, table.names(), args.period);
+            }
+            motion(out, planned, table.names(), args.period)
+        })?;
     }
     args.ends.write(|out| schedule(out, &planned.plan))
 }
@@ -78,6 +85,31 @@ fn motion<const N: usize>(
         out.write_all(line.as_bytes())?;
     }
     Ok(())
+}
+
+/// Whether a place is named as a Parquet file.
+pub(super) fn is_parquet(place: &Path) -> bool {
+    place.extension().is_some_and(|name| name.eq_ignore_ascii_case("parquet"))
+}
+
+#[cfg(feature = "parquet")]
+fn columns<const N: usize>(
+    out: &mut (dyn Write + Send),
+    planned: &Planned<N>,
+    names: &[String],
+    period: f64,
+) -> Written<()> {
+    let all =
+        SUFFIXES.iter().flat_map(|suffix| names.iter().map(move |name| format!("{name}{suffix}")));
+    let all: Vec<String> = std::iter::once("t".to_owned()).chain(all).collect();
+    let points =
+        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
+    let rows = points.map(|point| {
+        let tables = [point.position, point.velocity, point.acceleration, point.jerk];
+        let values = tables.iter().flat_map(|values| values.iter().take(names.len()).copied());
+        std::iter::once(point.t).chain(values).collect()
+    });
+    crate::parquet::write(out, &all, rows)
 }
 
 fn numbers<const M: usize>(line: &mut String, values: [f64; M]) {
