@@ -3,7 +3,7 @@
 use super::subject::{Found, Motion, Subject};
 use std::path::PathBuf;
 use trunnion::machine::AxisKind;
-use trunnion::verify::{AxisAudit, Collision, CollisionKind, Extreme, Ratio};
+use trunnion::verify::{AxisAudit, Brief, Collision, CollisionKind, Extreme, Ratio, Singular};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -20,6 +20,12 @@ pub(super) struct Told {
     duration: Option<f64>,
     rapid: Option<f64>,
     moves: Option<usize>,
+    /// Time when no block is shorter than its fastest axis needs.
+    held: Option<f64>,
+    /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
+    brief: Option<BriefTold>,
+    /// Passages through the singular cone; null if there are none.
+    singular: Option<SingularTold>,
     pub(super) axes: Vec<AxisTold>,
     /// Null without stock.
     pub(super) stock: Option<StockTold>,
@@ -88,6 +94,36 @@ pub(super) struct AxisTold {
     range: [f64; 2],
     pub(super) velocity: Fraction,
     pub(super) acceleration: Fraction,
+    /// If the control keeps the times of the blocks; told, not judged.
+    pub(super) jerk: Fraction,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct BriefTold {
+    count: usize,
+    line: u32,
+    shortest: f64,
+    period: f64,
+}
+
+#[derive(Debug, serde::Serialize)]
+struct SingularTold {
+    passages: usize,
+    line: u32,
+    angle: f64,
+    turn: f64,
+}
+
+impl BriefTold {
+    fn of(Brief { count, line, shortest, period }: Brief) -> Self {
+        Self { count, line, shortest, period }
+    }
+}
+
+impl SingularTold {
+    fn of(Singular { passages, line, angle, turn }: Singular) -> Self {
+        Self { passages, line, angle: angle.to_degrees(), turn: turn.to_degrees() }
+    }
 }
 
 /// Of a limit.
@@ -190,6 +226,9 @@ impl Told {
             duration: audit.map(|audit| audit.duration),
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
+            held: audit.map(|audit| audit.held),
+            brief: audit.and_then(|audit| audit.brief).map(BriefTold::of),
+            singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings: subject.warnings.clone(),
             stock: found.stock.as_ref().map(|(carving, stock)| StockTold {
@@ -216,6 +255,23 @@ impl Told {
         if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
         {
             row("time", format!("{duration:.1} s, of it rapid {rapid:.1} s, for {moves} moves"));
+        }
+        if let Some(held) = self.held {
+            row("with limits", format!("{held:.1} s, no axis above its velocity"));
+        }
+        if let Some(BriefTold { count, line, shortest, period }) = &self.brief {
+            let told = format!(
+                "{count} shorter than the servo period {:.3} ms, the shortest {:.3} ms at line {line}",
+                1e3 * period,
+                1e3 * shortest
+            );
+            row("blocks", told);
+        }
+        if let Some(SingularTold { passages, line, angle, turn }) = &self.singular {
+            let told = format!(
+                "{passages} passages, nearest {angle:.3} deg at line {line}, turns up to {turn:.2} deg a block"
+            );
+            row("singular", told);
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
@@ -287,6 +343,7 @@ fn axis(subject: &Subject, audit: &AxisAudit) -> AxisTold {
         range: if rotary { audit.range.map(f64::to_degrees) } else { audit.range },
         velocity: Fraction::of(&audit.velocity),
         acceleration: Fraction::of(&audit.acceleration),
+        jerk: Fraction::of(&audit.jerk),
     }
 }
 
@@ -295,12 +352,15 @@ impl AxisTold {
         let [low, high] = self.range;
         let percent = |of: Fraction| 100.0 * of.ratio;
         format!(
-            "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {})",
+            "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {}), \
+             jerk {:.1} % (line {}) at the blocks' own times",
             self.unit,
             percent(self.velocity),
             self.velocity.line,
             percent(self.acceleration),
-            self.acceleration.line
+            self.acceleration.line,
+            percent(self.jerk),
+            self.jerk.line
         )
     }
 }

@@ -1,5 +1,6 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
+use super::blocks::Blocks;
 use super::replay::{Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::{Input, VerifyError};
@@ -30,24 +31,28 @@ pub(super) fn audit(
 ) -> Result<Audit, VerifyError> {
     let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
     let mut before = None;
+    let mut change = Change::REST;
+    let mut blocks = Blocks::new(control);
     for segment in segments {
         for_positions(control, segment, |q| {
             axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
         })?;
         if segment.rapid || matches!(segment.course, Course::Rest) {
             // The machine rests before and after: the stretch before runs into a standstill.
-            between(&mut axes, before.take().as_ref(), None);
+            between(&mut axes, before.take().as_ref(), None, &mut change);
+            change = Change::REST;
             continue;
         }
         if segment.duration <= 0.0 {
             continue;
         }
         let stretch = stretch(control, segment, input)?;
-        inner_velocities(control, segment, &stretch, &mut axes)?;
-        between(&mut axes, before.as_ref(), Some(&stretch));
+        let fastest = inner_velocities(control, segment, &stretch, &mut axes)?;
+        blocks.take(control, segment, &fastest)?;
+        between(&mut axes, before.as_ref(), Some(&stretch), &mut change);
         before = Some(stretch);
     }
-    between(&mut axes, before.as_ref(), None);
+    between(&mut axes, before.as_ref(), None, &mut change);
     let time = |rapid: bool| -> f64 {
         segments.iter().filter(|s| s.rapid || !rapid).map(|s| s.duration).sum()
     };
@@ -56,6 +61,9 @@ pub(super) fn audit(
         duration: time(false),
         rapid: time(true),
         moves: segments.len(),
+        held: blocks.held + time(true),
+        brief: blocks.brief,
+        singular: blocks.singular,
     })
 }
 
@@ -138,7 +146,7 @@ fn inner_velocities(
     segment: &Segment,
     stretch: &Stretch,
     axes: &mut [AxisState<'_>; AXES],
-) -> Result<(), VerifyError> {
+) -> Result<AxisVector, VerifyError> {
     let mut last: Option<(f64, AxisVector)> = None;
     let mut fastest = AxisVector::zeros();
     for t in looks(segment) {
@@ -152,24 +160,57 @@ fn inner_velocities(
     for (index, axis) in axes.iter_mut().enumerate() {
         axis.velocity.take(fastest[index], stretch.slack[index], axis.axis.vel, stretch.line);
     }
-    Ok(())
+    Ok(fastest)
 }
 
-/// Acceleration from one stretch to the next; `None` is a standstill.
+/// Mean acceleration from one stretch to the next, what rounding can have added to it, and when it begins: at
+/// the beginning of the first of both.
+struct Change {
+    acceleration: AxisVector,
+    slack: AxisVector,
+    /// Time of the first of both \[s\].
+    before: f64,
+}
+
+impl Change {
+    /// A standstill.
+    const REST: Self = Self {
+        acceleration: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
+        slack: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
+        before: 0.0,
+    };
+}
+
+/// Acceleration from one stretch to the next, and jerk since the one before; `None` is a standstill.
 ///
 /// The divided difference of two mean velocities is a weighted mean of the acceleration over both
-/// stretches (weights form a trapezoid of area 1), so it cannot exceed a limit that is kept.
-fn between(axes: &mut [AxisState<'_>; AXES], from: Option<&Stretch>, to: Option<&Stretch>) {
-    let at = |stretch: Option<&Stretch>, index: usize| {
-        stretch.map_or([0.0, 0.0], |s| [s.velocity[index], s.slack[index]])
+/// stretches (weights form a trapezoid of area 1), so it cannot exceed a limit that is kept. That of two such
+/// accelerations, over a third of the time of all three stretches, is one of the jerk (weights form a B-spline
+/// of the second degree).
+fn between(
+    axes: &mut [AxisState<'_>; AXES],
+    from: Option<&Stretch>,
+    to: Option<&Stretch>,
+    last: &mut Change,
+) {
+    let at = |stretch: Option<&Stretch>| {
+        stretch.map_or((AxisVector::zeros(), AxisVector::zeros(), 0.0), |s| {
+            (s.velocity, s.slack, s.duration)
+        })
     };
-    let time = 0.5 * (from.map_or(0.0, |s| s.duration) + to.map_or(0.0, |s| s.duration));
+    let ((v1, slack1, time1), (v2, slack2, time2)) = (at(from), at(to));
     let Some(line) = to.or(from).map(|s| s.line) else { return };
+    let time = 0.5 * (time1 + time2);
+    let change =
+        Change { acceleration: (v2 - v1) / time, slack: (slack1 + slack2) / time, before: time1 };
+    let whole = (last.before + time1 + time2) / 3.0;
     for (index, axis) in axes.iter_mut().enumerate() {
-        let ([v1, slack1], [v2, slack2]) = (at(from, index), at(to, index));
-        let (acceleration, slack) = ((v2 - v1) / time, (slack1 + slack2) / time);
+        let (acceleration, slack) = (change.acceleration[index], change.slack[index]);
         axis.acceleration.take(acceleration, slack, axis.axis.acc, line);
+        let jerk = (acceleration - last.acceleration[index]) / whole;
+        axis.jerk.take(jerk, (slack + last.slack[index]) / whole, axis.axis.jerk, line);
     }
+    *last = change;
 }
 
 /// Running results of an axis.
@@ -179,6 +220,7 @@ struct AxisState<'a> {
     travel: Option<Overrun>,
     velocity: Ratio,
     acceleration: Ratio,
+    jerk: Ratio,
 }
 
 impl<'a> AxisState<'a> {
@@ -190,6 +232,7 @@ impl<'a> AxisState<'a> {
             travel: None,
             velocity: none,
             acceleration: none,
+            jerk: none,
         }
     }
 
@@ -210,6 +253,7 @@ impl<'a> AxisState<'a> {
             travel: self.travel,
             velocity: self.velocity,
             acceleration: self.acceleration,
+            jerk: self.jerk,
         }
     }
 }

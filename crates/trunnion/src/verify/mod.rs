@@ -12,6 +12,7 @@
 //! (`docs/sources.md`, verification).
 
 mod audit;
+mod blocks;
 mod body;
 mod bounds;
 mod deviation;
@@ -25,8 +26,8 @@ mod sweep;
 mod track;
 
 pub use report::{
-    Audit, AxisAudit, Bin, Bounds, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio, Report,
-    Sample, Sensitivity,
+    Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
+    Report, Sample, Sensitivity, Singular,
 };
 pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
 pub use track::{Track, track, track_cl};

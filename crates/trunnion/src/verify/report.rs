@@ -237,6 +237,39 @@ pub struct Audit {
     pub rapid: f64,
     /// Moves.
     pub moves: usize,
+    /// Time of all blocks when each lasts as long as the fastest of its axes needs \[s\]: a control cannot be
+    /// faster.
+    pub held: f64,
+    /// Feed moves shorter than the servo period; `None` if there are none, or the machine does not name it.
+    pub brief: Option<Brief>,
+    /// Feed moves that come within the machine's singular cone; `None` if there are none.
+    pub singular: Option<Singular>,
+}
+
+/// Blocks shorter than the servo period: a control joins them, slows down or skips some.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Brief {
+    /// How many.
+    pub count: usize,
+    /// Line of the shortest.
+    pub line: u32,
+    /// Its time \[s\].
+    pub shortest: f64,
+    /// The servo period \[s\].
+    pub period: f64,
+}
+
+/// Where the tool axis is nearly along the rotary axis next to the workpiece, and turns fast for little.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Singular {
+    /// How often the program enters the cone.
+    pub passages: usize,
+    /// Line that comes nearest to the singular direction.
+    pub line: u32,
+    /// How near \[rad\].
+    pub angle: f64,
+    /// Largest turn of a rotary axis in one of these blocks \[rad\].
+    pub turn: f64,
 }
 
 /// One axis.
@@ -252,6 +285,9 @@ pub struct AxisAudit {
     pub velocity: Ratio,
     /// Largest acceleration between feed moves, against the limit.
     pub acceleration: Ratio,
+    /// Largest jerk over three feed moves, against the limit, if the control keeps the times of the blocks and
+    /// stands still without acceleration. It is told, not judged: not every control limits it.
+    pub jerk: Ratio,
 }
 
 /// A position outside the travel.

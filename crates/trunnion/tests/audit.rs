@@ -1,0 +1,140 @@
+//! What the audit of a program says beside velocity and acceleration: jerk, short blocks, singular directions,
+//! time. Faults are planted in one block and have to be told there.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+#[path = "shop/mod.rs"]
+mod shop;
+
+use nalgebra::Point3;
+use shop::Layout;
+use std::f64::consts::PI;
+use std::fmt::Write;
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::machine::{Kinematics, Machine};
+use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
+use trunnion::surface::{Face, NurbsSurface, Surface};
+use trunnion::types::Silent;
+use trunnion::verify::{self, Audit, Input, Options};
+
+fn machine() -> Machine {
+    shop::machine(Layout::TableTable)
+}
+
+/// A face that no tool comes near: only the axes are looked at.
+fn face() -> Face {
+    let knots = || vec![0.0, 0.0, 1.0, 1.0];
+    let point = |x: f64, y: f64| Point3::new(x, y, -900.0);
+    let net = vec![vec![point(0.0, 0.0), point(0.0, 1.0)], vec![point(1.0, 0.0), point(1.0, 1.0)]];
+    let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
+    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+}
+
+fn audit(text: &str, machine: &Machine) -> Audit {
+    let words = AxisWords::of(machine, false).unwrap().with_decimals(6, 6);
+    let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
+    let kinematics = Kinematics::new(machine, &shop::setup(Layout::TableTable));
+    let (kind, construction) = (Kind::Ball, Construction::Solid);
+    let spec =
+        CutterSpec { kind, major: 0.0, minor: 3.0, length: 60.0, construction, shank: vec![] };
+    let input = Input {
+        program: &program,
+        believed: &kinematics,
+        real: &kinematics,
+        faces: &[face()],
+        cutter: &Cutter::new(spec).unwrap(),
+        rest: &[],
+    };
+    let options = Options {
+        grid: 1.0,
+        reach: 1.0,
+        ray_tolerance: 1e-3,
+        total: 0.1,
+        gouge: 0.1,
+        most_points: 1000,
+        promise: None,
+    };
+    verify::check(&input, &options, &Silent).unwrap().audit.unwrap()
+}
+
+const JERK: f64 = 5000.0;
+const BLOCKS: u32 = 10;
+const TIME: f64 = 0.01;
+/// Lines before the first block that moves.
+const HEAD: u32 = 2;
+
+/// From rest to rest with jerk `+J -J -J +J`, exact at the ends of all blocks; one of them off by `fault`.
+fn s_curve(wrong: u32, fault: f64) -> String {
+    let mut text = String::from("G21 G90 G93\nG1 X0 F60\n");
+    let (mut x, mut v, mut a) = (0.0, 0.0, 0.0);
+    for block in 0..4 * BLOCKS {
+        let jerk = if (BLOCKS..3 * BLOCKS).contains(&block) { -JERK } else { JERK };
+        x += v * TIME + 0.5 * a * TIME * TIME + jerk * TIME.powi(3) / 6.0;
+        v += a * TIME + 0.5 * jerk * TIME * TIME;
+        a += jerk * TIME;
+        let off = if block == wrong { fault } else { 0.0 };
+        writeln!(text, "G1 X{:.6} F{:.5}", x + off, 60.0 / TIME).unwrap();
+    }
+    text + "M2\n"
+}
+
+fn limited() -> Machine {
+    let mut machine = machine();
+    machine.axes[0].jerk = JERK;
+    machine
+}
+
+#[test]
+fn a_jerk_that_is_kept_is_told_as_kept() {
+    let jerk = audit(&s_curve(0, 0.0), &limited()).axes[0].jerk;
+    assert!(jerk.broken == 0 && jerk.worst <= 1.0, "{jerk:?}");
+    // A micrometre of rounding in 10 ms blocks is a jerk of 1e-6 * 8 / 1e-6 s3.
+    assert!((jerk.raw - 1.0).abs() < 0.01, "{jerk:?}");
+    assert!(jerk.worst > 0.99, "{jerk:?}");
+}
+
+#[test]
+fn a_block_that_is_off_shows_as_jerk_at_its_line() {
+    let wrong = 17;
+    let jerk = audit(&s_curve(wrong, 2e-3), &limited()).axes[0].jerk;
+    // The third difference of a spike is 3 at its worst: over 10 ms, 2 um are 6 m/s3 more.
+    assert!((jerk.worst - (1.0 + 3.0 * 2e-3 / TIME.powi(3) / JERK)).abs() < 0.02, "{jerk:?}");
+    let line = HEAD + wrong + 1;
+    assert!((line..=line + 2).contains(&jerk.line), "{jerk:?}");
+    assert!(jerk.broken >= 1 && jerk.broken <= 4, "{jerk:?}");
+}
+
+#[test]
+fn a_block_shorter_than_the_servo_period_is_named() {
+    let mut machine = machine();
+    let text = "G21 G90 G93\nG1 X1 F600\nG1 X1.01 F120000\nG1 X2 F600\nM2\n";
+    assert_eq!(audit(text, &machine).brief, None);
+    machine.cycle.servo_period = Some(0.001);
+    let brief = audit(text, &machine).brief.unwrap();
+    assert_eq!((brief.count, brief.line), (1, 3));
+    assert!((brief.shortest - 0.0005).abs() < 1e-9, "{brief:?}");
+}
+
+#[test]
+fn passages_by_the_singular_direction_are_counted() {
+    // B is the angle between tool and C; the cone is 3 degrees. The last move runs through it and out again.
+    let mut machine = machine();
+    machine.axes[4].home = 20.0 * PI / 180.0;
+    let text = "G21 G90 G93\nG1 B2 F60\nG1 B0.5 C40 F60\nG1 B10 F60\nG1 B-10 F60\nM2\n";
+    let singular = audit(text, &machine).singular.unwrap();
+    assert_eq!((singular.passages, singular.line), (2, 5));
+    assert!(singular.angle < 0.4 * PI / 180.0, "{singular:?}");
+    assert!((singular.turn - 40.0 * PI / 180.0).abs() < 1e-9, "{singular:?}");
+    assert_eq!(audit("G21 G90 G93\nG1 B8 F60\nM2\n", &machine).singular, None);
+}
+
+#[test]
+fn what_asks_too_much_takes_longer() {
+    let mut machine = machine();
+    machine.axes[0].vel = 10.0;
+    // To the origin in a minute; 10 mm in half a second, at 10 mm/s; the last block is slow enough.
+    let text = "G21 G90 G93\nG1 X0 F1\nG1 X10 F120\nG1 X15 F60\nM2\n";
+    let audit = audit(text, &machine);
+    assert!((audit.duration - 61.5).abs() < 1e-6, "{}", audit.duration);
+    assert!((audit.held - 62.0).abs() < 1e-4, "{}", audit.held);
+}
