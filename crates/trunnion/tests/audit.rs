@@ -15,7 +15,7 @@ use trunnion::machine::{Kinematics, Machine};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
-use trunnion::verify::{self, Audit, Input, Options};
+use trunnion::verify::{self, Audit, Input, Options, Report};
 
 fn machine() -> Machine {
     shop::machine(Layout::TableTable)
@@ -31,6 +31,10 @@ fn face() -> Face {
 }
 
 fn audit(text: &str, machine: &Machine) -> Audit {
+    check(text, machine).audit.unwrap()
+}
+
+fn check(text: &str, machine: &Machine) -> Report {
     let words = AxisWords::of(machine, false).unwrap().with_decimals(6, 6);
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
     let kinematics = Kinematics::new(machine, &shop::setup(Layout::TableTable));
@@ -54,7 +58,7 @@ fn audit(text: &str, machine: &Machine) -> Audit {
         most_points: 1000,
         promise: None,
     };
-    verify::check(&input, &options, &Silent).unwrap().audit.unwrap()
+    verify::check(&input, &options, &Silent).unwrap()
 }
 
 const JERK: f64 = 5000.0;
@@ -137,4 +141,23 @@ fn what_asks_too_much_takes_longer() {
     let audit = audit(text, &machine);
     assert!((audit.duration - 61.5).abs() < 1e-6, "{}", audit.duration);
     assert!((audit.held - 62.0).abs() < 1e-4, "{}", audit.held);
+}
+
+#[test]
+fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_told() {
+    let machine = machine();
+    let text = "G21 G90 G93\nG1 B30 C20 F6\nG1 B-10 C-5 F6\nM2\n";
+    let pivot = check(text, &machine).deviation.sensitivity.pivot.unwrap();
+    assert!((pivot - 2.0 * (15.0 * PI / 180.0).sin()).abs() < 1e-9, "{pivot}");
+    let setup = shop::setup(Layout::TableTable);
+    let right = Kinematics::new(&machine, &setup);
+    let q = trunnion::types::AxisVector::new(-300.0, -200.0, -150.0, 20.0 * PI / 180.0, PI / 6.0);
+    for (axis, way) in [(3, [0.01, 0.0, 0.0]), (4, [0.0, 0.0, 0.01]), (4, [0.01, 0.0, 0.0])] {
+        let mut off = machine.clone();
+        off.axes[axis].point += nalgebra::Vector3::from(way);
+        let wrong = Kinematics::new(&off, &setup);
+        let by = (wrong.forward(&q).tip - right.forward(&q).tip).norm();
+        assert!(by <= 0.01 * pivot * (1.0 + 1e-6), "{by}");
+        assert!(by > 0.3 * 0.01 * pivot, "{by}");
+    }
 }

@@ -63,6 +63,8 @@ pub(super) struct Heights {
     /// What 0.01 mm of tool length, and of its corner radius, would add at most.
     length_adds: f64,
     radius_adds: f64,
+    /// What 0.01 mm of the place of a rotary axis would add at most; null without a machine.
+    pivot_adds: Option<f64>,
     /// Points on faces that are not cut, and the deepest gouge there.
     pub(super) others: usize,
     pub(super) others_gouge: f64,
@@ -215,6 +217,7 @@ impl Told {
                 excess: height(&deviation.highest).max(0.0),
                 length_adds: 0.01 * deviation.sensitivity.length,
                 radius_adds: 0.01 * deviation.sensitivity.radius,
+                pivot_adds: deviation.sensitivity.pivot.map(|pivot| 0.01 * pivot),
                 gouge_bound: deviation.bounds.map(|bounds| bounds.gouge),
                 excess_bound: deviation.bounds.and_then(|bounds| bounds.excess),
                 unbounded_area: deviation.bounds.map_or(0.0, |bounds| bounds.open),
@@ -317,9 +320,12 @@ impl Heights {
             let told = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
             rows.push(("between, too", told));
         }
+        let pivot = |adds: f64| format!(", of a rotary axis's place {adds:.4}");
         let told = format!(
-            "tool length adds up to {:.4}, of corner radius {:.4} mm",
-            self.length_adds, self.radius_adds
+            "tool length adds up to {:.4}, of corner radius {:.4}{} mm",
+            self.length_adds,
+            self.radius_adds,
+            self.pivot_adds.map_or_else(String::new, pivot)
         );
         rows.push(("0.01 mm of", told));
         if self.others > 0 {

@@ -40,6 +40,7 @@ use crate::types::{Cancelled, Progress, Rest, Stage};
 use deviation::Sweep;
 use grid::Grid;
 use replay::{Control, Mover, Segment};
+use std::f64::consts::PI;
 
 /// What is checked, and against what.
 #[derive(Debug, Clone, Copy)]
@@ -182,8 +183,9 @@ pub fn check(
     let segments = replay::replay(&control, input)?;
     let audit = audit::audit(&control, &segments, input)?;
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
-    let (maps, deviation) =
+    let (maps, mut deviation) =
         measure(&Mover::Machine(&control), &segments, &subject, options, progress)?;
+    deviation.sensitivity.pivot = Some(pivot(&audit));
     let mut findings = left(&maps, &deviation, options);
     findings.extend(broken(&audit));
     Ok(Report { maps, deviation, audit: Some(audit), findings })
@@ -282,7 +284,7 @@ fn sensitivity(
     faces: &[Face],
     measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
 ) -> Sensitivity {
-    let mut worst = Sensitivity { length: 0.0, radius: 0.0 };
+    let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
     for (face, (map, deciding)) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
             let axis = by.and_then(|by| sweep.axis(&by));
@@ -296,6 +298,20 @@ fn sensitivity(
         }
     }
     worst
+}
+
+/// How far the tool is off the workpiece at most, by how far a rotary axis is: turned by `q`, the place that was
+/// set at zero comes `2 sin(q / 2)` times as far out.
+fn pivot(audit: &Audit) -> f64 {
+    let chord = |[low, high]: [f64; 2]| {
+        // Half a turn, or an odd number of them, is farthest.
+        let half_turns = |q: f64| ((q - PI) / (2.0 * PI)).floor();
+        if half_turns(low) < half_turns(high) {
+            return 2.0;
+        }
+        [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
+    };
+    audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
 }
 
 /// Least share of the margin that is used where the tolerance leaves less room.

@@ -146,6 +146,9 @@ pub struct Sensitivity {
     pub length: f64,
     /// With the radius of its rounding: a larger one gouges.
     pub radius: f64,
+    /// With the place of one rotary axis, whichever way it is off, if the workpiece was set with the rotaries at
+    /// zero; `None` without a machine.
+    pub pivot: Option<f64>,
 }
 
 /// What holds all over the faces, between the measured points as well: for the modelled geometry.
@@ -198,7 +201,7 @@ impl Deviation {
             // The sum of nothing is -0.
             uncut_area: uncut().map(|(_, s)| s.area).sum::<f64>() + 0.0,
             unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
-            sensitivity: Sensitivity { length: 0.0, radius: 0.0 },
+            sensitivity: Sensitivity { length: 0.0, radius: 0.0, pivot: None },
             bounds: None,
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {
