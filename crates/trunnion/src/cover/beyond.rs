@@ -4,6 +4,7 @@ use super::chart::Chart;
 use super::clock::Clock;
 use super::fit::{self, Spot};
 use super::region::Local;
+use super::sheet::edge;
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use rayon::prelude::*;
@@ -27,10 +28,7 @@ impl Beyond {
     /// for slivers far smaller than a cell.
     pub(super) fn of(face: &FaceIndex, cutter: &Cutter, clock: &dyn Clock) -> Option<Self> {
         let (bounds, periods) = (face.face().bounds(), face.face().surface.periods());
-        let line = |k: usize, i: usize| {
-            let [low, high] = bounds[k];
-            low + (high - low) * i as f64 / CELLS as f64
-        };
+        let line = |k: usize, i: usize| edge(bounds[k], i as f64 / CELLS as f64);
         let wide = CELLS + 1;
         let out: Vec<bool> = (0..wide * wide)
             .into_par_iter()
@@ -71,8 +69,7 @@ impl Beyond {
     }
 
     fn line(&self, k: usize, i: usize) -> f64 {
-        let [low, high] = self.bounds[k];
-        low + (high - low) * i as f64 / CELLS as f64
+        edge(self.bounds[k], i as f64 / CELLS as f64)
     }
 
     /// Ranges of u and v that together are all of it.

@@ -8,7 +8,7 @@
 use super::chart::Chart;
 use super::region::{Local, Region, meets};
 use super::settle::settle;
-use super::sheet::Cell;
+use super::sheet::{Cell, edge};
 use super::split::Part;
 use super::sweep::Sweep;
 use crate::cutter::solid::Solid;
@@ -88,13 +88,13 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
     /// Columns across, from `from` to `end`, in order along. Widths are told as if everywhere a step across were
     /// `rate` \[mm\] long: on a fan the same step finishes little at the tip and much at the rim.
     pub(super) fn columns(&self, [from, end]: [f64; 2], rate: f64) -> Vec<Column> {
-        let [low, high] = self.region.bounds[1];
+        let range = self.region.bounds[1];
         let at = self.at();
-        let whole = Cell::new([[from, end], [low, high]], &at);
+        let whole = Cell::new([[from, end], range], &at);
         let count = (whole.extent(1) / (COLUMN * self.smallest)).ceil().clamp(1.0, COLUMNS);
         let edges: Vec<[f64; 2]> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
             .take_while(|i| *i < count)
-            .map(|i| [i, i + 1.0].map(|i| low + (high - low) * i / count))
+            .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
             .collect();
         // No pass cuts farther across than it is wide: what it may finish is looked at first.
         let window = [from, end.min(from + WINDOW * self.end.width() / rate)];
@@ -121,10 +121,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Swept<'_, Inside> {
             let high = boxes.iter().map(|range| range[k][1]).fold(f64::NEG_INFINITY, f64::max);
             [low, high]
         });
-        let part = |k: usize, i: u32| {
-            let [low, high] = counts[k];
-            [i, i + 1].map(|i| low + (high - low) * f64::from(i) / f64::from(TILES))
-        };
+        let part =
+            |k: usize, i: u32| [i, i + 1].map(|i| edge(counts[k], f64::from(i) / f64::from(TILES)));
         let all = self.poses();
         let tiles: Vec<[u32; 2]> =
             (0..TILES).flat_map(|i| (0..TILES).map(move |j| [i, j])).collect();

@@ -3,13 +3,15 @@
 use super::fit::{self, Spot};
 use super::left::Swept;
 use super::region::{Local, Region};
-use super::sheet::Cell;
+use super::sheet::{Cell, edge};
 use super::site::Site;
 use super::state::State;
 use super::sweep::Sweep;
 use crate::types::{Rest, RestReason};
 use nalgebra::Point3;
 use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Size of the cells at the edges of what is left, as a share of a narrow strip.
 const CELL: f64 = 1.0 / 16.0;
@@ -191,10 +193,8 @@ fn image(range: Range, exchanged: bool, map: &dyn Fn([f64; 2]) -> [f64; 2]) -> R
         let [a, b] = map(local);
         Point3::new(a, b, 0.0)
     };
-    let part = |k: usize, i: u32| {
-        let [low, high] = range[k];
-        [i, i + 1].map(|i| low + (high - low) * f64::from(i) / f64::from(PARTS))
-    };
+    let part =
+        |k: usize, i: u32| [i, i + 1].map(|i| edge(range[k], f64::from(i) / f64::from(PARTS)));
     let of = |i: u32| {
         let cell = Cell::new([part(0, i / PARTS), part(1, i % PARTS)], &at);
         let corners = cell.corners().map(|p| [[p.x, p.x], [p.y, p.y]]);
@@ -220,17 +220,13 @@ fn parts(cells: &[Range]) -> Vec<Vec<Range>> {
     let mut order: Vec<usize> = (0..cells.len()).collect();
     order.sort_by(|&i, &j| cells[i][0][0].total_cmp(&cells[j][0][0]).then(i.cmp(&j)));
     let mut parent: Vec<usize> = (0..cells.len()).collect();
-    let mut active: Vec<usize> = Vec::new();
+    let mut front = Front::default();
     for &i in &order {
-        // Halves of one range share their ends exactly.
-        active.retain(|&j| cells[j][0][1] >= cells[i][0][0]);
-        for &j in &active {
-            if cells[j][1][0] <= cells[i][1][1] && cells[j][1][1] >= cells[i][1][0] {
-                let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-                parent[a.max(b)] = a.min(b);
-            }
-        }
-        active.push(i);
+        front.touching(cells, i, |j| {
+            let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+            parent[a.max(b)] = a.min(b);
+        });
+        front.add(cells, i);
     }
     let mut parts: Vec<(usize, Vec<Range>)> = Vec::new();
     let mut known = std::collections::HashMap::new();
@@ -245,6 +241,71 @@ fn parts(cells: &[Range]) -> Vec<Vec<Range>> {
     parts.into_iter().map(|(_, cells)| cells).collect()
 }
 
+/// The cells that a line of constant first parameter meets while it moves on. Those of like height, within a factor of
+/// two, are ordered by where they begin: only a few of each kind can touch a cell.
+#[derive(Default)]
+struct Front {
+    /// By the exponent of their height: the largest height, and where they begin with their indices.
+    kinds: BTreeMap<u64, (f64, BTreeSet<(Ordered, usize)>)>,
+}
+
+impl Front {
+    fn add(&mut self, cells: &[Range], i: usize) {
+        let [low, high] = cells[i][1];
+        let height = high - low;
+        let kind = self.kinds.entry(height.to_bits() >> (f64::MANTISSA_DIGITS - 1)).or_default();
+        kind.0 = kind.0.max(height);
+        kind.1.insert((Ordered(low), i));
+    }
+
+    /// Tells of each cell that touches cell `i`, which begins no earlier than any before it; those that end before it are
+    /// dropped.
+    fn touching(&mut self, cells: &[Range], i: usize, mut tell: impl FnMut(usize)) {
+        let [[start, _], [low, high]] = cells[i];
+        for (most, kind) in self.kinds.values_mut() {
+            // A sum is rounded: what begins a little lower is looked at as well.
+            let first = low - *most * (1.0 + f64::EPSILON) - low.abs() * f64::EPSILON;
+            let near = (Ordered(first), 0)..=(Ordered(high), usize::MAX);
+            let mut ended = Vec::new();
+            for &(begin, j) in kind.range(near) {
+                // Halves of one range share their ends exactly.
+                if cells[j][0][1] < start {
+                    ended.push((begin, j));
+                } else if cells[j][1][1] >= low {
+                    tell(j);
+                }
+            }
+            for one in ended {
+                kind.remove(&one);
+            }
+        }
+    }
+}
+
+/// A number by its total order.
+#[derive(Clone, Copy)]
+struct Ordered(f64);
+
+impl PartialEq for Ordered {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Ordered {}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
 fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
@@ -256,6 +317,57 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Halves of halves of a square, some of them left out, against every pair.
+    #[test]
+    fn parts_are_those_of_all_pairs() {
+        let mut state = 7_u64;
+        let mut roll = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state >> 40
+        };
+        for _ in 0..20 {
+            let mut cells: Vec<Range> = Vec::new();
+            let mut waiting = vec![([[-0.3, 1.1], [0.7, 2.9]], 0_u32)];
+            while let Some(([a, b], depth)) = waiting.pop() {
+                let halves = |[low, high]: [f64; 2]| {
+                    let middle = 0.5 * (low + high);
+                    [[low, middle], [middle, high]]
+                };
+                match roll() % 8 {
+                    0 if depth > 3 => {}
+                    1 | 2 if depth > 3 => cells.push([a, b]),
+                    n if depth < 11 => {
+                        let split = if n % 2 == 0 {
+                            halves(a).map(|a| [a, b])
+                        } else {
+                            halves(b).map(|b| [a, b])
+                        };
+                        waiting.extend(split.map(|cell| (cell, depth + 1)));
+                    }
+                    _ => cells.push([a, b]),
+                }
+            }
+            cells.retain(|_| roll() % 2 == 0);
+            let touch =
+                |a: &Range, b: &Range| (0..2).all(|k| a[k][0] <= b[k][1] && b[k][0] <= a[k][1]);
+            let mut parent: Vec<usize> = (0..cells.len()).collect();
+            for i in 0..cells.len() {
+                for j in (0..i).filter(|j| touch(&cells[i], &cells[*j])) {
+                    let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+                    parent[a.max(b)] = a.min(b);
+                }
+            }
+            let roots = (0..cells.len()).filter(|i| parent[*i] == *i).count();
+            let found = parts(&cells);
+            assert_eq!(found.len(), roots);
+            let of = |cell: &Range| cells.iter().position(|c| c == cell).unwrap();
+            for part in &found {
+                let first = root(&mut parent, of(&part[0]));
+                assert!(part.iter().all(|cell| root(&mut parent, of(cell)) == first));
+            }
+        }
+    }
 
     #[test]
     fn cells_that_touch_are_one_part() {

@@ -168,6 +168,11 @@ pub(super) enum Below {
 /// Places of a cell, as shares of it, at which its edges are tried.
 const PROBES: [[f64; 2]; 4] = [[0.07, 0.11], [0.91, 0.06], [0.08, 0.93], [0.94, 0.92]];
 
+/// The end of a share of a range. The last is the range's own, to the bit: places on it are then in one of the parts.
+pub(super) fn edge([low, high]: [f64; 2], share: f64) -> f64 {
+    if share < 1.0 { low + (high - low) * share } else { high }
+}
+
 /// Whether the way between two places crosses an odd number of edges.
 fn crossed(edges: &[[Local; 2]], from: Local, to: Local) -> bool {
     // Each vertex is on one side for both of its edges.
@@ -253,9 +258,7 @@ impl Sheet {
             count
         });
         let part = |k: usize, i: usize| {
-            let [low, high] = region.bounds[k];
-            let edge = |i: usize| low + (high - low) * i as f64 / counts[k] as f64;
-            [edge(i), edge(i + 1)]
+            [i, i + 1].map(|i| edge(region.bounds[k], i as f64 / counts[k] as f64))
         };
         let all: Vec<[usize; 2]> =
             (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j])).collect();
@@ -403,6 +406,22 @@ fn place(local: Local, bounds: [[f64; 2]; 2]) -> [usize; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_of_a_range_end_where_it_ends() {
+        for k in 1..2000_u32 {
+            let low = 0.047_625_5 * f64::from(k) - 3.0;
+            let high = low + 1.0 / f64::from(k % 17 + 1);
+            for count in [1, 3, 7, 64] {
+                let edges: Vec<f64> = (0..=count)
+                    .map(|i| edge([low, high], f64::from(i) / f64::from(count)))
+                    .collect();
+                let [first, .., last] = edges[..] else { panic!("two ends") };
+                assert_eq!([first, last].map(f64::to_bits), [low, high].map(f64::to_bits));
+                assert!(edges.windows(2).all(|pair| pair[0] < pair[1]), "{edges:?}");
+            }
+        }
+    }
 
     #[test]
     fn a_way_is_in_or_out_by_its_crossings() {
