@@ -68,29 +68,39 @@ impl Clearing<'_> {
     /// What the tool keeps from the face at least during a span, looked at in `slabs`: the target, less
     /// the precision, or more if it keeps that; otherwise some distance that is less.
     pub(super) fn least(&self, sweep: &Sweep, span: usize, slabs: u32) -> f64 {
-        let [start, end] = [sweep.curve.knots[span], sweep.curve.knots[span + 1]];
         let mut least = self.target;
         for solid in self.tool.solids() {
-            let mut search = Search {
-                clearing: self,
-                sweep,
-                solid,
-                slabs: Vec::new(),
-                tiles: Vec::new(),
-                known: HashMap::new(),
-                found: f64::INFINITY,
-                bound: least,
+            let Some(search) = self.search((solid, least), sweep, (span, slabs)) else {
+                return f64::NEG_INFINITY;
             };
-            for i in 0..slabs {
-                let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
-                match Slab::new(sweep, span, [at(i), at(i + 1)]) {
-                    Some(slab) => search.root(slab),
-                    None => return f64::NEG_INFINITY,
-                }
-            }
             least = search.bound.min(search.found - self.precision);
         }
         least
+    }
+
+    /// What one body of the tool keeps; `None` where there is no pose.
+    fn search<'a>(
+        &'a self,
+        (solid, bound): (&'a Solid, f64),
+        sweep: &'a Sweep,
+        (span, slabs): (usize, u32),
+    ) -> Option<Search<'a>> {
+        let [start, end] = [sweep.curve.knots[span], sweep.curve.knots[span + 1]];
+        let mut search = Search {
+            clearing: self,
+            sweep,
+            solid,
+            slabs: Vec::new(),
+            tiles: Vec::new(),
+            known: HashMap::new(),
+            found: f64::INFINITY,
+            bound,
+        };
+        for i in 0..slabs {
+            let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
+            search.root(Slab::new(sweep, span, [at(i), at(i + 1)])?);
+        }
+        Some(search)
     }
 
     /// Part of a cell of the sheet, by what is known of the part it is a half of.
@@ -262,8 +272,8 @@ impl Search<'_> {
             least = least.max(over(&slab, &centre, &corners, plane).least);
         }
         let ways = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.way(k)).abs());
-        if share.has_middle() {
-            self.found = self.found.min(gap.distance);
+        if let Some(away) = cell.to_some(share) {
+            self.found = self.found.min(gap.distance + away);
         }
         let bound = least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
@@ -365,5 +375,33 @@ mod tests {
         let lean = 80_f64.to_radians();
         assert!(least(&tool(Vec::new()), 4.0, lean, 0.1) >= 0.1 - 1e-4);
         assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
+    }
+
+    /// Trims of real parts have corners with hardly anything between their edges: no middle of a cell is ever on the face
+    /// there. The tool goes over one, and that is seen before cells are as small as rounding.
+    #[test]
+    fn a_spike_of_the_trims_is_looked_at_no_closer_than_asked() {
+        let (face, chart, tool) = (plate(), Chart::straight(Along::V), tool(Vec::new()));
+        let spike =
+            [[0.1, 0.1], [0.1, 0.4], [0.25, 0.4], [0.25, 0.5], [0.25, 0.4], [0.4, 0.4], [0.4, 0.1]];
+        let inside = |[u, v]: Local| (0.1..=0.4).contains(&u) && (0.1..=0.4).contains(&v);
+        let region = Region::new([[0.1, 0.4], [0.1, 0.5]], vec![spike.to_vec()], inside);
+        let sheet = Sheet::adaptive(&face, &chart, &region, [3.0, 0.2]);
+        let at = |x: f64| {
+            let tip = Point3::new(x, 11.5, -0.7);
+            Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+        };
+        let sweep = Sweep::of(PoseCurve::through(&[at(-5.0), at(4.0), at(15.0)], 3.0), 3.0);
+        let (target, precision) = (0.0, 1e-4);
+        let clearing =
+            Clearing { face: &face, chart: &chart, sheet: &sheet, tool: &tool, target, precision };
+        let solid = tool.solids().next().unwrap();
+        let mut kept = f64::INFINITY;
+        for span in 0..2 {
+            let search = clearing.search((solid, target), &sweep, (span, 1)).unwrap();
+            kept = kept.min(search.bound.min(search.found - precision));
+            assert!(search.slabs.len() + search.tiles.len() < 20_000);
+        }
+        assert!(kept < target - precision, "{kept}");
     }
 }

@@ -151,11 +151,10 @@ impl Search<'_> {
             }
             let point = cell.centre();
             let gap = self.solid.gap(&point, self.pose);
-            if share.has_middle()
-                && gap.distance < found.map_or(self.look.within, |near| near.distance)
-            {
-                let face = self.index;
-                *found = Some(Near { distance: gap.distance, face, point });
+            let known = found.map_or(self.look.within, |near| near.distance);
+            let some = cell.to_some(share).map(|away| gap.distance + away);
+            if let Some(distance) = some.filter(|distance| *distance < known) {
+                *found = Some(Near { distance, face: self.index, point });
             }
             let sags = [cell.sag(0), cell.sag(1)];
             let lowest = |plane: &crate::cutter::solid::Gap| {

@@ -88,6 +88,17 @@ impl Cell {
         far + self.sag(0) + self.sag(1)
     }
 
+    /// How far from the centre a place that the face has is at most \[mm\]; `None` if it has none. Where an edge of its
+    /// trims runs through a cell without its middle, that is all that is known: without it a cell at a corner of the
+    /// trims, that the tool goes into, would be halved until rounding ends it.
+    pub(super) fn to_some(&self, share: Share) -> Option<f64> {
+        match share {
+            Share::Whole | Share::Cut(true) => Some(0.0),
+            Share::Cut(false) => Some(self.radius()),
+            Share::None => None,
+        }
+    }
+
     /// Halves by parameter `k`.
     pub(super) fn halves(&self, k: usize, at: &impl Fn(Local) -> Point3<f64>) -> [Self; 2] {
         let [low, high] = self.range[k];
@@ -212,13 +223,6 @@ pub(super) enum Share {
     /// Some, and whether its middle.
     Cut(bool),
     None,
-}
-
-impl Share {
-    /// Whether the middle of the cell is on the face.
-    pub(super) fn has_middle(self) -> bool {
-        matches!(self, Self::Whole | Self::Cut(true))
-    }
 }
 
 /// The cells that hold some of the face, in a tree of balls.
