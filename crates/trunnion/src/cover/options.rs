@@ -194,8 +194,6 @@ pub struct Fallback {
     pub at: [f64; 2],
     /// Ranges of u and v that it was for.
     pub uv: [[f64; 2]; 2],
-    /// Their area \[mm²\].
-    pub area: f64,
     /// Why no wide strips were taken.
     pub reason: FallbackReason,
 }
@@ -206,12 +204,10 @@ pub struct Fallback {
 pub enum FallbackReason {
     /// There is none somewhere on the pass.
     NoStrip(PositioningError),
-    /// The next pass would have come only this much further \[mm\].
-    NoAdvance(f64),
     /// On this many columns across nothing would have been finished.
     Missed(usize),
-    /// The curve between two stations that lie apart would have gouged, this deep beyond the band \[mm\].
-    Gouge(f64),
+    /// Wide strips had taken the work that is allowed them.
+    Effort,
 }
 
 /// A place of a face, and what fits there.

@@ -85,7 +85,7 @@ impl Lot {
             || ([a.finished, a.along[0]], FallbackReason::Missed(last + 1 - first)),
             |(at, error)| (at, FallbackReason::NoStrip(error)),
         );
-        Some(Fallback { face, at: chart.uv(at), uv: [[0.0; 2]; 2], area: 0.0, reason })
+        Some(Fallback { face, at: chart.uv(at), uv: [[0.0; 2]; 2], reason })
     }
 }
 

@@ -1,7 +1,7 @@
 //! A rectangle of a face, and the passes that finish it.
 
 use super::left::Column;
-use super::options::{CoverError, Direction, Fallback, Method};
+use super::options::{CoverError, Direction, Fallback, FallbackReason, Method};
 use super::region::{Local, Region};
 use super::site::Site;
 use super::split;
@@ -137,9 +137,12 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         if self.work <= self.limits[0] || task.method == Method::Inclined {
             return *task;
         }
-        let at = self.site.chart.uv([across, task.bounds[1][0]]);
         if self.state.report.given_up.is_none() {
+            let [[_, end], along] = self.site.whole.bounds;
+            let at = self.site.chart.uv([across, task.bounds[1][0]]);
+            let (uv, reason) = (self.site.uv_range([[across, end], along]), FallbackReason::Effort);
             self.state.report.given_up = Some((face, at, self.share));
+            self.state.report.fallbacks.push(Fallback { face, at, uv, reason });
         }
         Task { method: Method::Inclined, ..*task }
     }
@@ -224,8 +227,11 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         lot: &Lot,
     ) -> Result<Option<Step>, CoverError> {
         if task.method == Method::Widest {
-            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)], region.bounds);
-            return self.lane(region, across, &Task { method: Method::Inclined, ..*task });
+            let step = self.lane(region, across, &Task { method: Method::Inclined, ..*task })?;
+            let [[_, end], along] = region.bounds;
+            let next = step.as_ref().map_or(end, |step| step.next);
+            self.fall_back(lot, [0, lot.parts.len().saturating_sub(1)], [[across, next], along]);
+            return Ok(step);
         }
         let [_, end] = region.bounds[0];
         let next = (across + STEP * lot.costs.narrow / lot.rate).min(end);
@@ -300,9 +306,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Job<'_, Inside> {
         let site = self.site;
         let fallback = lot.fallback(range, (site.face.face().number, &site.chart));
         let uv = site.uv_range(bounds);
-        let length = lot.parts[range[0]..=range[1]].iter().map(|part| part.length).sum::<f64>();
-        let area = length * (bounds[0][1] - bounds[0][0]) * lot.rate;
-        self.state.report.fallbacks.extend(fallback.map(|one| Fallback { uv, area, ..one }));
+        self.state.report.fallbacks.extend(fallback.map(|one| Fallback { uv, ..one }));
     }
 
     fn least(&self) -> f64 {

@@ -4,47 +4,76 @@ use super::job::Job;
 use super::summary::{counted, reason};
 use crate::cover::{Covering, Fallback};
 use crate::files::summary::{RegionSummary, RestSummary};
+use crate::import::inspect::{AreaElement, elements};
+use crate::surface::{Face, FaceIndex};
 use crate::types::{Rest, RestReason};
 
 /// Regions that are told at most, in words.
 const TOLD: usize = 5;
 
-/// Where wide strips did not fit, the largest first: what touches is one region.
-pub(super) fn summaries(covering: &Covering) -> Vec<RegionSummary> {
-    let mut regions: Vec<RegionSummary> = Vec::new();
-    for fallback in &covering.report.fallbacks {
-        add(&mut regions, region(fallback));
+/// Ranges of u and v.
+type Range = [[f64; 2]; 2];
+
+/// What touches is one region.
+struct Joined {
+    face: usize,
+    parts: Vec<Range>,
+    why: String,
+}
+
+/// Where wide strips did not fit, the largest first.
+pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionSummary> {
+    let mut joined: Vec<Joined> = Vec::new();
+    for Fallback { face, uv, reason: why, .. } in &covering.report.fallbacks {
+        join(&mut joined, Joined { face: *face, parts: vec![*uv], why: reason(why) });
     }
-    for region in &mut regions {
-        // Passes of a region may overlap: it is no larger than the faces.
-        region.share = (region.area / covering.report.area.max(f64::MIN_POSITIVE)).min(1.0);
-    }
+    let all = covering.report.area.max(f64::MIN_POSITIVE);
+    let summary = |Joined { face, parts, why }: Joined| {
+        let of = faces.iter().find(|one| one.face().number == face);
+        let area = of.map_or(0.0, |of| area(of.face(), &parts));
+        RegionSummary { face, uv: hull(&parts), area, share: area / all, why }
+    };
+    let mut regions: Vec<RegionSummary> = joined.into_iter().map(summary).collect();
     regions.sort_by(|a, b| b.area.total_cmp(&a.area));
     regions
 }
 
-fn region(fallback: &Fallback) -> RegionSummary {
-    let Fallback { face, uv, area, .. } = *fallback;
-    RegionSummary { face, uv, area, share: 0.0, why: reason(&fallback.reason) }
+/// Area of a face in any of some ranges, which may overlap \[mm²\].
+fn area(face: &Face, parts: &[Range]) -> f64 {
+    let within = |element: &AreaElement| {
+        let holds = |part: &Range| {
+            (0..2).all(|k| part[k][0] <= element.uv[k] && element.uv[k] <= part[k][1])
+        };
+        parts.iter().any(holds)
+    };
+    elements(face).iter().filter(|one| within(one)).map(|one| one.area.norm()).sum()
+}
+
+fn hull(parts: &[Range]) -> Range {
+    [0, 1].map(|k| {
+        let low = parts.iter().map(|part| part[k][0]).fold(f64::INFINITY, f64::min);
+        let high = parts.iter().map(|part| part[k][1]).fold(f64::NEG_INFINITY, f64::max);
+        [low, high]
+    })
 }
 
 /// Joins a region to those it touches; the reason of the first stays.
-fn add(regions: &mut Vec<RegionSummary>, mut new: RegionSummary) {
-    let touch = |a: &RegionSummary, b: &RegionSummary| {
-        let over = |k: usize| a.uv[k][0] <= b.uv[k][1] && b.uv[k][0] <= a.uv[k][1];
-        a.face == b.face && over(0) && over(1)
+fn join(regions: &mut Vec<Joined>, mut new: Joined) {
+    let over = |a: &Range, b: &Range| (0..2).all(|k| a[k][0] <= b[k][1] && b[k][0] <= a[k][1]);
+    let touch = |a: &Joined, b: &Joined| {
+        a.face == b.face && a.parts.iter().any(|a| b.parts.iter().any(|b| over(a, b)))
     };
     while let Some(index) = regions.iter().position(|old| touch(old, &new)) {
-        let old = regions.swap_remove(index);
-        let hull = |k: usize| [old.uv[k][0].min(new.uv[k][0]), old.uv[k][1].max(new.uv[k][1])];
-        new = RegionSummary { uv: [hull(0), hull(1)], area: old.area + new.area, ..old };
+        let mut old = regions.swap_remove(index);
+        old.parts.append(&mut new.parts);
+        new = old;
     }
     regions.push(new);
 }
 
 /// What to know of regions at a fixed lean.
-pub(super) fn fixed(covering: &Covering) -> Option<String> {
-    let regions = summaries(covering);
+pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> {
+    let regions = summaries(faces, covering);
     let first = regions.first()?;
     let area: f64 = regions.iter().map(|region| region.area).sum();
     let all = covering.report.area.max(f64::MIN_POSITIVE);
@@ -53,7 +82,7 @@ pub(super) fn fixed(covering: &Covering) -> Option<String> {
         "wide strips do not fit in {} ({area:.1} mm2, {:.1} % of the faces), finished at a fixed lean; the largest \
          is on face {} at u {a:.4}..{b:.4}, v {c:.4}..{d:.4}: {}",
         counted(regions.len(), "region"),
-        (100.0 * area / all).min(100.0),
+        100.0 * area / all,
         first.face,
         first.why
     ))
@@ -150,21 +179,34 @@ pub(super) fn unguarded(job: &Job) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{Frame, Sphere, Surface};
+    use nalgebra::{Point3, Vector3};
+    use std::f64::consts::PI;
 
     #[test]
     fn regions_that_touch_are_one() {
-        let region = |low: f64, face: usize| RegionSummary {
+        let region = |low: f64, face: usize| Joined {
             face,
-            uv: [[low, low + 1.0], [0.0, 1.0]],
-            area: 1.0,
-            share: 0.0,
+            parts: vec![[[low, low + 1.0], [0.0, 1.0]]],
             why: String::new(),
         };
         let mut regions = Vec::new();
         for (low, face) in [(0.0, 1), (2.0, 1), (0.5, 2), (1.0, 1)] {
-            add(&mut regions, region(low, face));
+            join(&mut regions, region(low, face));
         }
-        let found: Vec<_> = regions.iter().map(|r| (r.face, r.uv[0], r.area)).collect();
-        assert_eq!(found, [(2, [0.5, 1.5], 1.0), (1, [0.0, 3.0], 3.0)]);
+        let found: Vec<_> =
+            regions.iter().map(|r| (r.face, hull(&r.parts)[0], r.parts.len())).collect();
+        assert_eq!(found, [(2, [0.5, 1.5], 1), (1, [0.0, 3.0], 3)]);
+    }
+
+    /// Ranges that overlap count once: a quarter of a sphere and half of that again.
+    #[test]
+    fn what_overlaps_is_measured_once() {
+        let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let sphere = Surface::Sphere(Sphere::new(frame, 10.0).unwrap());
+        let face = Face::new(1, sphere, Vec::new(), false).unwrap();
+        let parts = [[[0.0, 0.5 * PI], [-0.5 * PI, 0.5 * PI]], [[0.0, 0.25 * PI], [-1.0, 1.0]]];
+        let quarter = 100.0 * PI;
+        assert!((area(&face, &parts) / quarter - 1.0).abs() < 0.03, "{}", area(&face, &parts));
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn of(
         job: job.file.name.clone(),
         passed: failures.is_empty(),
         failures,
-        warnings: warnings(covering)
+        warnings: warnings(job, covering)
             .into_iter()
             .chain(regions::unguarded(job))
             .chain(retracts::warning(moved.retracts))
@@ -75,10 +75,10 @@ fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> 
 }
 
 /// What a user has to know although no tolerance is broken.
-fn warnings(covering: &Covering) -> Vec<String> {
+fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     let report = &covering.report;
     let mut warnings = Vec::new();
-    warnings.extend(regions::fixed(covering));
+    warnings.extend(regions::fixed(&job.faces, covering));
     if let Some((face, [u, v], share)) = report.given_up {
         warnings.push(format!(
             "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
@@ -122,15 +122,10 @@ pub(super) fn reason(reason: &FallbackReason) -> String {
             format!("no wide strip fits, held back by {binding}")
         }
         FallbackReason::NoStrip(error) => error.to_string(),
-        FallbackReason::NoAdvance(advance) => {
-            format!("the widest strips would bring the next pass only {advance:.3} mm further")
-        }
         FallbackReason::Missed(lines) => {
             format!("the widest strips would leave {lines} columns across the pass unfinished")
         }
-        FallbackReason::Gouge(depth) => {
-            format!("between two strips that lie apart the cutter would go {depth:.4} mm too deep")
-        }
+        FallbackReason::Effort => "wide strips had taken the work that is allowed them".to_owned(),
     }
 }
 
@@ -150,7 +145,7 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         strip_width,
         area: covering.report.area,
         along: job.faces.iter().map(|face| along(face.face().number, covering)).collect(),
-        fixed: regions::summaries(covering),
+        fixed: regions::summaries(&job.faces, covering),
         rest: covering.report.rest.iter().map(regions::rest).collect(),
     }
 }

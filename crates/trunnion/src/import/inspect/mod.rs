@@ -36,6 +36,8 @@ pub struct FaceSummary {
 /// A small piece of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AreaElement {
+    /// Parameters.
+    pub uv: [f64; 2],
     /// Where \[mm\].
     pub point: Point3<f64>,
     /// Its area times the unit normal on the cutter's side \[mm²\].
@@ -48,7 +50,7 @@ pub fn elements(face: &Face) -> Vec<AreaElement> {
     let element = |node: &Node| {
         let jet = face.surface.jet1(node.uv[0], node.uv[1]);
         let side = if face.flip { -node.weight } else { node.weight };
-        AreaElement { point: jet.s, area: jet.su.cross(&jet.sv) * side }
+        AreaElement { uv: node.uv, point: jet.s, area: jet.su.cross(&jet.sv) * side }
     };
     quadrature::nodes(face).iter().map(element).collect()
 }
