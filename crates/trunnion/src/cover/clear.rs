@@ -272,7 +272,7 @@ impl Search<'_> {
             least = least.max(over(&slab, &centre, &corners, plane).least);
         }
         let ways = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.way(k)).abs());
-        if let Some(away) = cell.to_some(share) {
+        if let Some(away) = cell.some_within(share) {
             self.found = self.found.min(gap.distance + away);
         }
         let bound = least - sags[0] - sags[1] - rest;

@@ -152,7 +152,7 @@ impl Search<'_> {
             let point = cell.centre();
             let gap = self.solid.gap(&point, self.pose);
             let known = found.map_or(self.look.within, |near| near.distance);
-            let some = cell.to_some(share).map(|away| gap.distance + away);
+            let some = cell.some_within(share).map(|away| gap.distance + away);
             if let Some(distance) = some.filter(|distance| *distance < known) {
                 *found = Some(Near { distance, face: self.index, point });
             }

@@ -91,7 +91,7 @@ impl Cell {
     /// How far from the centre a place that the face has is at most \[mm\]; `None` if it has none. Where an edge of its
     /// trims runs through a cell without its middle, that is all that is known: without it a cell at a corner of the
     /// trims, that the tool goes into, would be halved until rounding ends it.
-    pub(super) fn to_some(&self, share: Share) -> Option<f64> {
+    pub(super) fn some_within(&self, share: Share) -> Option<f64> {
         match share {
             Share::Whole | Share::Cut(true) => Some(0.0),
             Share::Cut(false) => Some(self.radius()),
