@@ -49,21 +49,31 @@ impl Leads<'_> {
     /// The way from one place over the part, as seen along its axis, to another one: its stations, ends and all.
     /// The axis turns on a great circle, the tip goes straight but for what it is lifted along the axis.
     ///
-    /// Where the machine does not get to the axes on the way, it turns over another one, the shortest way.
+    /// Where the machine does not get to the axes on the way, it turns over another one, the shortest way. The curve
+    /// through stations so far apart leaves the great circle by some tenths of a degree next to its ends: what counts
+    /// is the curve.
     pub(super) fn around(
         &self,
         from: &Station,
         to: &Station,
         turns: Option<&Turns<'_>>,
     ) -> Option<Vec<Station>> {
-        let ways = corners([&from.pose.axis, &to.pose.axis], turns);
-        ways.iter().find_map(|axes| {
-            (0..RAISES)
-                .map(|raise| {
-                    self.stations([from, to], axes, self.options.clearance * f64::from(raise))
-                })
-                .find(|stations| self.keeps_off(stations))
-        })
+        let over = |axes: &[UnitVector3<f64>], turns: Option<&Turns<'_>>| {
+            (0..RAISES).find_map(|raise| {
+                let stations =
+                    self.stations([from, to], axes, self.options.clearance * f64::from(raise));
+                let curve = PoseCurve::through(&stations, self.lever);
+                let within = turns.is_none_or(|turns| turns.reach_on(&curve));
+                (within && self.keeps_off(curve)).then_some(stations)
+            })
+        };
+        let ends = [&from.pose.axis, &to.pose.axis];
+        let direct = direct(ends);
+        let Some(turns) = turns else { return over(&direct, None) };
+        let first = turns.reach(&direct).then(|| over(&direct, Some(turns))).flatten();
+        let others = || corners(ends, turns).iter().find_map(|axes| over(axes, Some(turns)));
+        // Better told by the axes than not at all.
+        first.or_else(others).or_else(|| over(&direct, None))
     }
 
     fn stations(
@@ -99,10 +109,8 @@ impl Leads<'_> {
         Station { pose: ToolPose { tip, axis }, contact: tip }
     }
 
-    /// Whether the tool keeps a share of the clearance from all faces on the curve through the stations: proven,
-    /// not sampled.
-    fn keeps_off(&self, stations: &[Station]) -> bool {
-        let curve = PoseCurve::through(stations, self.lever);
+    /// Whether the tool keeps a share of the clearance from all faces on a curve: proven, not sampled.
+    fn keeps_off(&self, curve: PoseCurve) -> bool {
         let spans = curve.spans.len();
         if !curve.knots.iter().all(|knot| knot.is_finite()) {
             return false;
@@ -117,24 +125,23 @@ impl Leads<'_> {
     }
 }
 
-/// Axes over which the tool may turn, ends and all; the shortest way first. All axes between are within reach.
-fn corners(
-    [from, to]: [&UnitVector3<f64>; 2],
-    turns: Option<&Turns<'_>>,
-) -> Vec<Vec<UnitVector3<f64>>> {
-    let direct = match corner(from, to) {
+/// Axes of the shortest way, ends and all.
+fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
+    match corner(from, to) {
         Some(corner) => vec![*from, corner, *to],
         None => vec![*from, *to],
-    };
-    let Some(turns) = turns.filter(|turns| !turns.reach(&direct)) else { return vec![direct] };
+    }
+}
+
+/// Axes over one about home, ends and all; the shortest way first. All axes between are within reach.
+fn corners([from, to]: [&UnitVector3<f64>; 2], turns: &Turns<'_>) -> Vec<Vec<UnitVector3<f64>>> {
     let over = turns.around_home().map(|corner| vec![*from, corner, *to]);
     let mut ways: Vec<_> = over.filter(|axes| turns.reach(axes)).collect();
     let length = |axes: &Vec<UnitVector3<f64>>| -> f64 {
         axes.windows(2).map(|pair| angle_between(&pair[0], &pair[1])).sum()
     };
     ways.sort_by(|a, b| length(a).total_cmp(&length(b)));
-    // Better told by the axes than not at all.
-    if ways.is_empty() { vec![direct] } else { ways }
+    ways
 }
 
 /// A direction between two opposite ones, which no great circle joins.

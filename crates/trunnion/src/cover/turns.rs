@@ -1,6 +1,7 @@
 //! Tool axes between passes that the machine gets to.
 
 use crate::math::angle::{angle_between, great_circle};
+use crate::types::PoseCurve;
 use nalgebra::{Unit, UnitVector3, Vector3};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -42,6 +43,21 @@ impl Turns<'_> {
         })
     }
 
+    /// Whether the machine gets to all axes of a curve.
+    pub(super) fn reach_on(&self, curve: &PoseCurve) -> bool {
+        (0..curve.spans.len()).all(|span| {
+            let [start, end] = [curve.knots[span], curve.knots[span + 1]];
+            let at = |share: f64| Some(curve.pose_in(span, start + (end - start) * share)?.axis);
+            let Some((from, to)) = at(0.0).zip(at(1.0)) else { return false };
+            // Between its ends the curve turns by a little more than they are apart.
+            let parts = (2.0 * angle_between(&from, &to) / STEP).ceil().max(2.0);
+            let shares = (0_u32..).map(f64::from).take_while(|k| *k <= parts);
+            shares
+                .map(|k| k / parts)
+                .all(|share| at(share).is_some_and(|axis| (self.reaches)(&axis)))
+        })
+    }
+
     /// Axes about the home axis.
     pub(super) fn around_home(&self) -> impl Iterator<Item = UnitVector3<f64>> {
         let home = self.home;
@@ -60,6 +76,8 @@ impl Turns<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::types::{Station, ToolPose};
+    use nalgebra::Point3;
 
     /// A table that tilts by 100 degrees: opposite sides are joined over the top, not from below.
     #[test]
@@ -71,5 +89,29 @@ mod tests {
         assert!(!turns.reach(&[left, right]));
         let over = turns.around_home().find(|corner| turns.reach(&[left, *corner, right]));
         assert!(over.is_some_and(|axis| axis.z > 0.4));
+    }
+
+    /// A spline through axes, some of them at the end of travel, leaves it between them.
+    #[test]
+    fn a_curve_is_asked_for_all_of_it() {
+        const TILT: f64 = 2.0;
+        let reaches = |axis: &UnitVector3<f64>| axis.z.acos() <= TILT + 1e-9;
+        let turns = Turns { home: Vector3::z_axis(), reaches: &reaches };
+        let curve = |tilts: [f64; 4]| {
+            let stations: Vec<Station> = tilts
+                .into_iter()
+                .zip([0.0, 10.0, 20.0, 30.0])
+                .map(|(tilt, x)| {
+                    let axis = Unit::new_normalize(Vector3::new(tilt.sin(), 0.0, tilt.cos()));
+                    let tip = Point3::new(x, 0.0, 0.0);
+                    Station { pose: ToolPose { tip, axis }, contact: tip }
+                })
+                .collect();
+            let axes: Vec<_> = stations.iter().map(|station| station.pose.axis).collect();
+            assert!(turns.reach(&axes));
+            PoseCurve::through(&stations, 10.0)
+        };
+        assert!(turns.reach_on(&curve([1.2, 1.4, 1.6, 1.8])));
+        assert!(!turns.reach_on(&curve([TILT, TILT, 1.8, 1.4])));
     }
 }
