@@ -6,7 +6,7 @@ use super::super::index::Bounds;
 use super::super::ray::Deciding;
 use super::super::report::{Extreme, Sample};
 use super::shape::{Cell, Rectangle, quarters};
-use super::{Known, MOST_PIECES, Place, Survey, TILE};
+use super::{Known, Place, Survey, TILE};
 use nalgebra::Point3;
 
 /// Quarterings after which a larger bound is tried.
@@ -25,8 +25,8 @@ struct Open {
     border: Option<Vec<u32>>,
 }
 
-/// The highest excess in a tile, bounded.
-pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2]) -> Known {
+/// The highest excess in a tile, bounded by `most` pieces.
+pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
     let mut known = survey.start[1];
     let mut open = Vec::new();
     let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
@@ -46,8 +46,8 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2]) -> Known {
         if next.poses.iter().any(|pose| holds(survey, &piece, known.aim(), pose)) {
             continue;
         }
-        if count > MOST_PIECES {
-            known.open += piece.area();
+        if count > most {
+            known.end(piece.area());
             continue;
         }
         let around = around.get_or_insert_with(|| nearby(survey, at));

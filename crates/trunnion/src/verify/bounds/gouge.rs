@@ -5,7 +5,7 @@ use super::super::index::Bounds;
 use super::super::report::Extreme;
 use super::super::sweep::{Margin, Patch};
 use super::shape::{Cell, Rectangle, quarters};
-use super::{Known, MOST_PIECES, Place, Survey, TILE};
+use super::{Known, Place, Survey, TILE};
 use nalgebra::Vector3;
 
 /// Quarterings after which the height in the middle of a piece is measured, where no answer came.
@@ -29,8 +29,8 @@ struct Open {
     border: Option<Vec<u32>>,
 }
 
-/// The deepest gouge in a tile, bounded.
-pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2]) -> Known {
+/// The deepest gouge in a tile, bounded by `most` pieces.
+pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
     let mut known = survey.start[0];
     let Some(whole) = survey.rectangle(at, TILE) else { return known };
     let mut open: Vec<Open> = survey
@@ -42,8 +42,8 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2]) -> Known {
     let mut count = 0;
     while let Some(next) = open.pop() {
         count += 1;
-        if count > MOST_PIECES {
-            known.open += area(survey, &next.rectangle);
+        if count > most {
+            known.end(area(survey, &next.rectangle));
             continue;
         }
         quarter(survey, next, &mut known, &mut open);

@@ -21,7 +21,13 @@ use shape::{Rectangle, Shape, Side, Trims};
 
 /// Cells along the side of a tile.
 const TILE: usize = 8;
-/// Pieces looked at in one tile; more only where the bound cannot come near the truth.
+/// Pieces looked at in every tile, for each of both bounds: several times what a tile takes on average where strips of
+/// round corners meet.
+const FEW_PIECES: usize = 400;
+/// Pieces for tiles that take more, together: about half a minute of one core. What a sharp edge leaves is held by
+/// one pose only in pieces as small as micrometres, and a face full of that is not worth hours.
+const ALL_PIECES: usize = 1_500_000;
+/// The same of one tile; more only where the bound cannot come near the truth.
 const MOST_PIECES: usize = 60_000;
 /// Share of a cell's parameters to which trims are followed.
 const TRIM_SHARE: f64 = 1e-3;
@@ -39,11 +45,19 @@ struct Known {
     place: Option<Extreme>,
     /// Area of which nothing is certain \[mm²\].
     open: f64,
+    /// Whether some of that was not looked at any more.
+    ended: bool,
 }
 
 impl Known {
     fn new(worst: f64, margin: f64) -> Self {
-        Self { worst, margin, beyond: 0.0, place: None, open: 0.0 }
+        Self { worst, margin, beyond: 0.0, place: None, open: 0.0, ended: false }
+    }
+
+    /// A piece that is not looked at any more.
+    fn end(&mut self, area: f64) {
+        self.open += area;
+        self.ended = true;
     }
 
     /// What is tried next.
@@ -165,9 +179,7 @@ pub(super) fn of(
         let trims = Trims::new(face, tolerance)?;
         let excess = promise.excess;
         let survey = Survey { sweep, shape, trims, map, deciding, start, excess };
-        let tiles: Vec<[Known; 2]> =
-            survey.tiles().par_iter().map(|&tile| survey.tile(tile)).collect();
-        for [gouge, excess] in &tiles {
+        for [gouge, excess] in &survey.all() {
             known = [known[0].join(gouge), known[1].join(excess)];
         }
     }
@@ -181,9 +193,27 @@ pub(super) fn of(
 }
 
 impl Survey<'_> {
-    fn tile(&self, at: [usize; 2]) -> [Known; 2] {
-        let gouge = gouge::tile(self, at);
-        let excess = if self.excess { excess::tile(self, at) } else { self.start[1] };
+    /// All tiles: those that take many pieces share what there is for them.
+    fn all(&self) -> Vec<[Known; 2]> {
+        let places = self.tiles();
+        let mut tiles: Vec<[Known; 2]> =
+            places.par_iter().map(|&at| self.tile(at, FEW_PIECES)).collect();
+        let ended = |tile: &[Known; 2]| tile.iter().any(|known| known.ended);
+        let count = tiles.iter().filter(|tile| ended(tile)).count();
+        let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
+        if most > FEW_PIECES {
+            tiles
+                .par_iter_mut()
+                .zip(&places)
+                .filter(|(tile, _)| ended(tile))
+                .for_each(|(tile, &at)| *tile = self.tile(at, most));
+        }
+        tiles
+    }
+
+    fn tile(&self, at: [usize; 2], most: usize) -> [Known; 2] {
+        let gouge = gouge::tile(self, at, most);
+        let excess = if self.excess { excess::tile(self, at, most) } else { self.start[1] };
         [gouge, excess]
     }
 }
