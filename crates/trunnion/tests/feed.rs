@@ -16,16 +16,7 @@ use trunnion::setpoint::sample;
 use trunnion::types::{
     AxisNode, AxisPath, AxisPiece, Motion, Progress, SchedulePiece, Setpoint, Silent, Stage,
 };
-use waves::{Waves, any_waves, machine};
-
-const FREE: FeedOptions = FeedOptions {
-    feed: None,
-    link_feed: None,
-    tip: None,
-    time_tolerance: 2e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+use waves::{FREE, Waves, any_waves, machine};
 
 fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, options: &FeedOptions) -> Plan {
     optimal(path, limits, options, &Silent).unwrap()

@@ -7,21 +7,11 @@ mod waves;
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
 use trunnion::feed::{
-    FeedOptions, GivenSpeed, Limits, MinusLimits, Plan, Stream, StreamOptions, ceiling, given,
-    jerk, optimal,
+    GivenSpeed, Limits, MinusLimits, Plan, Stream, StreamOptions, ceiling, given, jerk, optimal,
 };
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
-use waves::{any_waves, machine};
-
-const FREE: FeedOptions = FeedOptions {
-    feed: None,
-    link_feed: None,
-    tip: None,
-    time_tolerance: 2e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+use waves::{FREE, any_waves, machine};
 
 fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>) -> Plan {
     optimal(path, limits, &FREE, &Silent).unwrap()

@@ -2,23 +2,12 @@
 
 mod waves;
 
-use nalgebra::{SVector, Vector1};
+use nalgebra::Vector1;
 use proptest::prelude::*;
-use trunnion::feed::{
-    Binding, Breach, FeedError, FeedOptions, GivenSpeed, Limits, Plan, given, optimal,
-};
+use trunnion::feed::{Binding, Breach, FeedError, GivenSpeed, Limits, Plan, given, optimal};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
-use waves::any_waves;
-
-const FREE: FeedOptions = FeedOptions {
-    feed: None,
-    link_feed: None,
-    tip: None,
-    time_tolerance: 2e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+use waves::{FREE, any_waves, machine};
 
 /// 100 mm by one axis.
 fn line() -> AxisPath<1> {
@@ -137,13 +126,6 @@ fn wrong_speeds_are_named() {
     assert!(error(GivenSpeed::default()).contains("at least two rows"));
     let none = given(&line(), &[], (&limits(80.0, 400.0), &FREE), &Silent).unwrap_err();
     assert_eq!(none, FeedError::GivenPieces { path: 1, given: 0 });
-}
-
-fn machine() -> Limits<5> {
-    let velocity = SVector::from([500.0, 500.0, 500.0, 6.0, 10.0]);
-    let acceleration = SVector::from([5000.0, 5000.0, 5000.0, 60.0, 100.0]);
-    let jerk = Some(SVector::from([1e5, 1e5, 1e5, 1200.0, 2000.0]));
-    Limits { velocity, rapid: velocity, acceleration, jerk, minus: None }
 }
 
 proptest! {

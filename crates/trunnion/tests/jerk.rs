@@ -12,30 +12,7 @@ use rayon::prelude::*;
 use trunnion::feed::{Binding, FeedOptions, Limits, Plan, jerk, optimal};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
-use waves::{Waves, any_waves};
-
-const FREE: FeedOptions = FeedOptions {
-    feed: None,
-    link_feed: None,
-    tip: None,
-    time_tolerance: 2e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
-
-/// Machine limits with lengths in another unit, so many of which make a millimetre.
-fn machine(unit: f64) -> Limits<5> {
-    let vector = |linear: f64, tilt: f64, turn: f64| {
-        SVector::from([linear * unit, linear * unit, linear * unit, tilt, turn])
-    };
-    Limits {
-        velocity: vector(500.0, 6.0, 10.0),
-        rapid: vector(800.0, 6.0, 10.0),
-        acceleration: vector(5000.0, 60.0, 100.0),
-        jerk: Some(vector(1e5, 1200.0, 2000.0)),
-        minus: None,
-    }
-}
+use waves::{FREE, Waves, any_waves, machine_in as machine};
 
 /// The same path with lengths in another unit.
 fn scaled(path: &AxisPath, unit: f64) -> AxisPath {

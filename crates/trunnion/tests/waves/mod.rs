@@ -4,12 +4,29 @@
 
 use nalgebra::SVector;
 use proptest::prelude::*;
-use trunnion::feed::Limits;
+use trunnion::feed::{FeedOptions, Limits};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion};
+
+/// Nothing but the axes limits the speed.
+pub(crate) const FREE: FeedOptions = FeedOptions {
+    feed: None,
+    link_feed: None,
+    tip: None,
+    time_tolerance: 2e-3,
+    ends: [0.0; 2],
+    guarantee: true,
+};
 
 /// Limits of a machine that is quick for its jerk.
 pub(crate) fn machine() -> Limits<5> {
-    let vector = |linear: f64, tilt, turn| SVector::from([linear, linear, linear, tilt, turn]);
+    machine_in(1.0)
+}
+
+/// The same with lengths in another unit, so many of which make a millimetre.
+pub(crate) fn machine_in(unit: f64) -> Limits<5> {
+    let vector = |linear: f64, tilt, turn| {
+        SVector::from([linear * unit, linear * unit, linear * unit, tilt, turn])
+    };
     Limits {
         velocity: vector(500.0, 6.0, 10.0),
         rapid: vector(800.0, 6.0, 10.0),
