@@ -18,7 +18,7 @@ use trunnion_report::{
 };
 
 /// Slots of the charts over time: about three a pixel of a wide screen.
-const SLOTS: usize = 6000;
+pub(crate) const SLOTS: usize = 6000;
 
 /// Bins of the histogram of deviations.
 const BINS: usize = 60;
@@ -349,7 +349,7 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
 }
 
 /// With the acceleration allowed, and whether the chord error lowers it; `jerk`: whether its limit is kept.
-fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) -> ReportAxis {
+pub(crate) fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) -> ReportAxis {
     let rotary = axis.kind == AxisKind::Rotary;
     let unit = |value: f64| if rotary { value.to_degrees() } else { value };
     ReportAxis {

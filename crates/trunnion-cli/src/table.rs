@@ -108,31 +108,13 @@ impl Ends {
         &self,
         choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
     ) -> Result<Rows, Failure> {
-        let name = self.name();
-        let failure = |faults: &[Fault]| Failure::faults(name, faults);
-        let stop = |stop: Stop| match stop {
-            Stop::Line(fault) => failure(&[fault]),
-            Stop::Failure(failure) => failure,
-        };
-        let mut lines = Lines { source: self.open()?, number: 0, bytes: Vec::new() };
-        let Some((number, line)) = lines.next(name).map_err(stop)? else {
-            return Err(failure(&[Fault::whole("the table is empty")]));
-        };
-        let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
-        let names = choose(&header).map_err(|faults| failure(&faults))?;
-        let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
-        let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
-        let mut rows = Rows { names, lines: Vec::new(), values: Vec::new() };
-        let mut faults = Faults::default();
-        let mut values = Vec::new();
-        while let Some((number, line)) = lines.next(name).map_err(stop)? {
-            match columns.read(number, line, &mut values) {
-                Ok(()) => rows.values.extend_from_slice(&values),
-                Err(fault) => faults.add(fault),
-            }
-            rows.lines.push(u32::try_from(number).unwrap_or(u32::MAX));
-        }
-        if faults.list.is_empty() { Ok(rows) } else { Err(failure(&faults.told())) }
+        let (mut lines, mut all) = (Vec::new(), Vec::new());
+        let names = each(self.name(), self.open()?, choose, |line, _, _, values| {
+            lines.push(line);
+            all.extend_from_slice(values);
+            Ok(())
+        })?;
+        Ok(Rows { names, lines, values: all })
     }
 
     /// Writes the result whole or not at all.
@@ -159,14 +141,7 @@ impl Ends {
             }
             return Ok(Box::new(io::stdin().lock()));
         }
-        let fault = |what: &dyn std::fmt::Display| {
-            Failure::input(format!("{}: {what}", self.input.display()))
-        };
-        let file = File::open(&self.input).map_err(|error| fault(&error))?;
-        if file.metadata().is_ok_and(|data| data.is_dir()) {
-            return Err(fault(&"is a folder; a file is wanted"));
-        }
-        Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
+        open(&self.input)
     }
 
     /// A place for the result that vanishes with the process.
@@ -237,6 +212,60 @@ impl Ends {
         tally.end();
         Ok(tally)
     }
+}
+
+/// Opens a table.
+fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
+    let fault =
+        |what: &dyn std::fmt::Display| Failure::input(format!("{}: {what}", path.display()));
+    let file = File::open(path).map_err(|error| fault(&error))?;
+    if file.metadata().is_ok_and(|data| data.is_dir()) {
+        return Err(fault(&"is a folder; a file is wanted"));
+    }
+    Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
+}
+
+/// Hands every row of a table file to `row`: line, text, columns, and their values. `choose` names the columns,
+/// in order; they are returned.
+pub(crate) fn each_of(
+    path: &Path,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
+) -> Result<Vec<String>, Failure> {
+    each(path, open(path)?, choose, row)
+}
+
+fn each(
+    name: &Path,
+    source: Box<dyn BufRead>,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    mut row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
+) -> Result<Vec<String>, Failure> {
+    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let stop = |stop: Stop| match stop {
+        Stop::Line(fault) => failure(&[fault]),
+        Stop::Failure(failure) => failure,
+    };
+    let mut lines = Lines { source, number: 0, bytes: Vec::new() };
+    let Some((number, line)) = lines.next(name).map_err(stop)? else {
+        return Err(failure(&[Fault::whole("the table is empty")]));
+    };
+    let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
+    let names = choose(&header).map_err(|faults| failure(&faults))?;
+    let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
+    let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
+    let mut faults = Faults::default();
+    let mut values = Vec::new();
+    while let Some((number, line)) = lines.next(name).map_err(stop)? {
+        match columns.read(number, line, &mut values) {
+            Ok(()) if faults.is_empty() => {
+                row(u32::try_from(number).unwrap_or(u32::MAX), line, &columns, &values)?;
+            }
+            Ok(()) => {}
+            Err(fault) => faults.add(fault),
+        }
+    }
+    if faults.is_empty() { Ok(names) } else { Err(failure(&faults.told())) }
 }
 
 /// The columns that a row is read from.

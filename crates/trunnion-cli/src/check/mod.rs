@@ -1,7 +1,8 @@
-//! `trunnion check`: a program against the part, and against the machine.
+//! `trunnion check`: a program against the part, and against the machine; or a table of setpoints.
 
 mod export;
 mod page;
+mod setpoints;
 mod stock;
 mod subject;
 mod told;
@@ -19,7 +20,7 @@ use trunnion::nc::read::Dialect;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Program (G-code), or a CL file.
+    /// Program (G-code), a CL file, or axis setpoints as a run writes them: motion.csv.
     program: PathBuf,
     /// Take machine, part, setup, tool, tolerance and grid from a job file.
     #[arg(long, value_name = "JOB.toml", conflicts_with_all = ["machine", "part", "faces", "flip",
@@ -29,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M")]
     machine: Option<String>,
     /// Surface JSON or STEP file.
-    #[arg(long, value_name = "FILE", required_unless_present = "job")]
+    #[arg(long, value_name = "FILE")]
     part: Option<PathBuf>,
     /// Numbers of the faces that are cut, see `trunnion inspect`; all if left out. On all others the
     /// tool must not gouge.
@@ -40,7 +41,7 @@ pub(crate) struct Args {
     flip: bool,
     /// Radii in mm: R of the centre circle, r of the corner; L, gauge point to tip, if it is not
     /// --tool-length.
-    #[arg(long, value_name = "R=10,r=6", required_unless_present = "job")]
+    #[arg(long, value_name = "R=10,r=6")]
     cutter: Option<String>,
     /// Profile above the cutting part: height above the tip and radius in mm, from below up.
     #[arg(long, value_name = "H:R,H:R..")]
@@ -62,7 +63,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "A,B,C", value_parser = tool::three, default_value = "0,0,0", allow_hyphen_values = true)]
     rotation: [f64; 3],
     /// Most material left and deepest gouge in mm.
-    #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::two, required_unless_present = "job")]
+    #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::two)]
     tolerance: Option<[f64; 2]>,
     /// Largest distance between measured points in mm [default: 0.2, or the job's].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
@@ -78,6 +79,12 @@ pub(crate) struct Args {
     /// [default: 400 on the longest side].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     stock_cell: Option<f64>,
+    /// Servo period of a table of setpoints in s [default: the job's, the machine's or that of its rows].
+    #[arg(long, value_name = "S", value_parser = tool::positive)]
+    period: Option<f64>,
+    /// Tell the jerk of a table of setpoints, but do not judge it: for motion that was planned without.
+    #[arg(long)]
+    no_jerk: bool,
     /// Folder for summary.json, report.html, deviation.vtp and stock.stl; none are written if left out.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -98,15 +105,27 @@ offset and tool length at the control to be right; see the setup sheet of a run.
 With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
 own speed), shank or holder in it, and anything in a --fixture are told with line, depth and place; what is
 left is written as stock.stl.
+Setpoints (a .csv file) are held against the machine alone. Columns: t in s, then X,Y,.. in mm and degrees, and
+X_vel,..; X_acc,..; X_jerk,.. as far as there are any. Every row must keep the period and every limit; between
+two rows, the least acceleration and jerk of any motion through both must. The decimals' own rounding is taken
+off, so that what is told as broken is broken.
 Exit codes: 0 everything is kept; 1 something is broken, and where; 2 malformed input, nothing written.
 
   trunnion check out/program.linuxcnc.ngc --job job.toml -o checked
   trunnion check part.ngc --machine bc-trunnion --part part.step --faces 2,3 --cutter R=10,r=6 \\
       --tool-length 120 --origin -381,-254,-505 --rotation 0,20,0 --tolerance 0.02,0.002 -o checked
   trunnion check part.ngc --job job.toml --stock box:-60,-75,-30,60,75,5 --fixture clamp.stl -o checked
+  trunnion check out/motion.csv --machine bc-trunnion
   trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+    if setpoints::is_table(&args.program) {
+        return setpoints::check(args, json);
+    }
+    if args.period.is_some() || args.no_jerk {
+        let message = "--period and --no-jerk go with a table of setpoints (.csv)";
+        return Err(Failure::input(message));
+    }
     let bars = Bars::new();
     let subject = Subject::load(args, &bars)?;
     if let Some(folder) = &args.output {

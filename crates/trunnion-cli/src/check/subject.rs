@@ -238,7 +238,10 @@ impl Setting {
 
     /// The arguments are there: clap sees to that where there is no job.
     fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
-        let missing = |name: &str| Failure::input(format!("{name} is missing"));
+        let missing = |name: &str| {
+            let help = "say --part, --cutter and --tolerance, or --job JOB.toml";
+            Failure::input(format!("{name} is missing\n  help: {help}"))
+        };
         let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
         let said = Said {
             cutter: args.cutter.as_deref().ok_or_else(|| missing("--cutter"))?,

@@ -130,6 +130,14 @@ impl Columns {
         if count == self.width { Ok(()) } else { Err(self.width_fault(line, text)) }
     }
 
+    /// Raises each entry of `most` to the decimals that the wanted number of the same place is written with.
+    pub fn decimals(&self, text: &str, most: &mut [usize]) {
+        let fields: Vec<&str> = fields(text).map(|(_, word)| word).collect();
+        for ((place, _), most) in self.wanted.iter().zip(most) {
+            *most = (*most).max(fields.get(*place).map_or(0, |word| decimals(word)));
+        }
+    }
+
     /// Whether all wanted fields of a row are empty: a row that says "none".
     pub fn are_empty(&self, text: &str) -> bool {
         fields(text).count() == self.width
@@ -162,6 +170,15 @@ fn number(line: u64, text: &str, start: usize, (name, word): (&str, &str)) -> Re
             .map_err(|fault: Fault| fault.with_help(SEPARATORS)),
         Err(_) => wrong(format!("{name} = {word:?} is not a number")),
     }
+}
+
+/// Decimals of a number as it is written: `-1.250` has 3, `2.5e-4` has 5.
+fn decimals(word: &str) -> usize {
+    let (digits, exponent) = word.split_once(['e', 'E']).unwrap_or((word, "0"));
+    let behind = digits.split_once('.').map_or(0, |(_, behind)| behind.len());
+    let exponent: i64 = exponent.parse().unwrap_or(0);
+    let behind = i64::try_from(behind).unwrap_or(i64::MAX).saturating_sub(exponent);
+    usize::try_from(behind).unwrap_or(0)
 }
 
 /// Byte offset and text of every field, blanks and quotes around it left out.
@@ -235,6 +252,15 @@ mod tests {
             let found = read(header, &["x", "y"], row).unwrap_err();
             assert!(found.starts_with(start), "{found}");
         }
+    }
+
+    #[test]
+    fn decimals_are_counted_as_they_are_written() {
+        let columns = Header::parse(1, "a,b,c,d").unwrap().columns(&["d", "a", "b"]).unwrap();
+        let mut most = [0, 2, 9];
+        columns.decimals("-1.250, 3. ,x,\"2.5E-4\"", &mut most);
+        columns.decimals("1e3,1,1,1", &mut most);
+        assert_eq!(most, [5, 3, 9]);
     }
 
     #[test]

@@ -18,6 +18,7 @@ mod bounds;
 mod deviation;
 mod grid;
 mod index;
+mod motion;
 mod ray;
 mod replay;
 mod report;
@@ -25,6 +26,10 @@ mod stock;
 mod sweep;
 mod track;
 
+pub use motion::{
+    AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
+    RowRatio, Unevenness,
+};
 pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
     Report, Sample, Sensitivity, Singular,
