@@ -4,6 +4,7 @@
 
 mod chains;
 mod every_choice;
+mod property;
 
 use chains::{V3, axis, cases, curve, knots, layout, number, slides, spec};
 use every_choice::{
@@ -304,7 +305,7 @@ fn a_turn_at_rest_is_refused_or_done_out_of_the_part() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(property::cases(60))]
 
     #[test]
     fn the_choice_is_the_best_of_all(
@@ -635,7 +636,7 @@ fn the_machine_says_how_to_retract() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(cases_of_proptest()))]
+    #![proptest_config(property::cases(128))]
 
     /// Branch, whole turns, travel and retracts: as cheap as the cheapest of all sequences.
     #[test]
@@ -680,11 +681,6 @@ proptest! {
             prop_assert!(refused, "{:?}", found.map(|found| found.rotary_travel));
         }
     }
-}
-
-/// More with `PROPTEST_CASES`, as the long runs set it.
-fn cases_of_proptest() -> u32 {
-    ProptestConfig::default().cases.min(100_000) / 2
 }
 
 /// The refusal of a bad origin names good ones, and they are good: on a tilting table, where each pose

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
+
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use std::ops::{Add, Div, Mul, Sub};
@@ -216,7 +218,7 @@ fn plane() -> Face {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 8, max_shrink_iters: 0, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 0, ..property::cases(8) })]
 
     /// A tenth of a micrometre below what is told no tool is met, as much above it one is.
     #[test]

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod waves;
 
 use nalgebra::{SVector, Vector1};
@@ -222,7 +223,7 @@ fn differences(setpoints: &[Setpoint], limits: &Limits<5>) -> [f64; 2] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(property::cases(96))]
 
     #[test]
     fn limits_hold_in_differences_of_setpoints(

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod waves;
 
 use nalgebra::{SVector, Vector1};
@@ -158,7 +159,7 @@ fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> Plan {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(property::cases(40))]
 
     /// Kept everywhere and used; no slower than with the smaller limit of both directions, no faster than with the
     /// larger; the same in a mirror.

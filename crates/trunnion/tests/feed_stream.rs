@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod waves;
 
 use nalgebra::{SVector, Vector1};
@@ -175,7 +176,7 @@ fn wrong_data_is_named() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(property::cases(64))]
 
     #[test]
     fn limits_hold_whatever_the_feeder_and_the_operator_do(

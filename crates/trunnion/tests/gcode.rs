@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod readings;
 
 use proptest::prelude::*;
@@ -356,7 +357,7 @@ fn expression() -> impl Strategy<Value = (String, f64)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(property::cases(300))]
 
     #[test]
     fn expressions_agree_with_independent_arithmetic((text, value) in expression()) {

@@ -1,5 +1,6 @@
 //! Speeds the user gives: times, axis values, and where limits break.
 
+mod property;
 mod waves;
 
 use nalgebra::Vector1;
@@ -129,7 +130,7 @@ fn wrong_speeds_are_named() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+    #![proptest_config(property::cases(32))]
 
     /// The optimum given back is the optimum; run faster it breaks what was binding.
     #[test]

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod waves;
 
 use nalgebra::SVector;
@@ -85,7 +86,7 @@ fn third_differences(setpoints: &[Setpoint], limits: &Limits<5>) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(property::cases(48))]
 
     #[test]
     fn limits_hold_in_differences_of_setpoints(

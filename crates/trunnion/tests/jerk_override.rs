@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod waves;
 
 use nalgebra::{SVector, Vector1};
@@ -138,13 +139,8 @@ fn an_override_out_of_range_is_refused() {
     assert!(matches!(error, FeedError::BadOverride { .. }), "{error}");
 }
 
-fn cases(count: u32) -> ProptestConfig {
-    let count = if std::env::var("TRUNNION_TORTURE").is_ok() { 100 * count } else { count };
-    ProptestConfig::with_cases(count)
-}
-
 proptest! {
-    #![proptest_config(cases(12))]
+    #![proptest_config(property::cases(12))]
 
     #[test]
     fn limits_hold_whatever_the_feeder_and_the_operator_do(

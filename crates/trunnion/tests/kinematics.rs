@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
 
 mod chains;
+mod property;
 
 use chains::{V3, axis, cases, joints, layout, number, numbers, pose, spec, vector};
 use nalgebra::{Rotation3, UnitVector3};
@@ -490,7 +491,7 @@ fn round_trip(kinematics: &Kinematics, q: &AxisVector) -> Option<([f64; 2], [f64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    #![proptest_config(property::cases(1500))]
 
     /// Forward of inverse is the pose, on both branches, and one of them is where it came from.
     #[test]
@@ -553,7 +554,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(600))]
+    #![proptest_config(property::cases(600))]
 
     /// Inside travel, no branch and no turn is nearer; from positions that tie as well.
     #[test]
@@ -647,7 +648,7 @@ fn layout_11([l, r, t]: [V3; 3], tip: [Dual3_64; 3], axis: [Dual3_64; 3], s: f64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(property::cases(400))]
 
     /// Three derivatives on both branches against dual numbers through the closed form.
     #[test]

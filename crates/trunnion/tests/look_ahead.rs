@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
+
 use nalgebra::{SVector, Vector2};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -221,7 +223,7 @@ fn a_path_that_stands_still_takes_no_time() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(property::cases(64))]
 
     /// Straight moves, in any unit: blocks keep their limits and speeds go on from block to block.
     #[test]

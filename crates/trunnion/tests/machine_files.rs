@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 mod chains;
+mod property;
 mod validator;
 
 use chains::{V3, pose};
@@ -148,7 +149,7 @@ fn slides(kind: Kind, [r1, r2]: [Rotation3<f64>; 2], [d, r, t]: [V3; 3]) -> V3 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(property::cases(400))]
 
     /// The file's chain and the general inverse against the closed forms, on both branches.
     #[test]

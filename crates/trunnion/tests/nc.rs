@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 mod posted;
+mod property;
 mod shop;
 
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -192,6 +193,30 @@ fn blocks_that_no_program_can_say_are_refused() {
     assert!(matches!(write(&lost), Err(WriteError::Number { block: 0, .. })));
 }
 
+/// However little a planned time is above that of a round word: a program never asks for more than was planned.
+#[test]
+fn a_block_by_time_is_never_quicker_than_planned() {
+    let kinematics = shop::kinematics(Layout::TableTable);
+    let axes = words(Layout::TableTable, false);
+    for share in [0.0, 1e-15, 1e-12, 5e-10, 1e-6] {
+        let times = [0.001, 0.03, 1.0, 4.8].map(|time: f64| time * (1.0 + share));
+        let at = |k: usize| AxisVector::new(-300.0 + k as f64, -200.0, -200.0, 0.1, 0.2);
+        let mut blocks = vec![block(&kinematics, at(0), 0.0)];
+        blocks.extend((1..).zip(times).map(|(k, time)| block(&kinematics, at(k), time)));
+        let text = posted::plain(&kinematics, &blocks, (axes, false));
+        let program = read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
+        let read = moves(&program).into_iter().filter_map(|step| match step.pace {
+            Pace::Inverse { seconds } => Some(seconds),
+            _ => None,
+        });
+        let read: Vec<_> = read.collect();
+        assert_eq!(read.len(), times.len());
+        for (read, time) in read.iter().zip(times) {
+            assert!((time..time * 1.001).contains(read), "{read} for {time}");
+        }
+    }
+}
+
 /// Axis values near a workpiece, and times.
 fn any_blocks() -> impl Strategy<Value = Vec<(AxisVector, f64)>> {
     let q = (prop::array::uniform3(-80.0..80.0f64), prop::array::uniform2(-1.5..1.5f64));
@@ -206,7 +231,7 @@ fn any_layout() -> impl Strategy<Value = Layout> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(property::cases(64))]
 
     /// Written and read back, every target and time is the same within rounding, and time is
     /// never shorter.

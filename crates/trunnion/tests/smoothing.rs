@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod shop;
 
 use nalgebra::Vector3;
@@ -199,7 +200,7 @@ fn walk(features: Vec<(u32, usize, f64, f64, u64)>) -> Vec<Station> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
+    #![proptest_config(property::cases(8))]
     #[test]
     fn random_paths_keep_tolerance_and_are_c3(stations in any_path()) {
         let moved = stations.iter().any(|s| (s.pose.tip - stations[0].pose.tip).norm() > TIP);
@@ -353,7 +354,7 @@ fn jerks(inverse: &Inverse, curve: &PoseCurve, u: f64, h: f64) -> [AxisVector; 3
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3))]
+    #![proptest_config(property::cases(3))]
 
     /// Random paths, leant so far that no axis is free: over a join the third difference of every axis is no larger
     /// than beside it. Were the second derivative to jump there, it would grow with the inverse of the step.

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
+
 use proptest::prelude::*;
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{Reference, SmoothError, SmoothOptions, Smoother, local_cubic, smooth};
@@ -116,7 +118,7 @@ fn worst(stations: &[Station], options: &SmoothOptions) -> [f64; 2] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(property::cases(24))]
 
     /// Far from the origin, on lines and nearly on lines, where rounding is all there is.
     #[test]

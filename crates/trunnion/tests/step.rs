@@ -8,6 +8,8 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 #![expect(clippy::print_stdout, reason = "a test says what it could not compare")]
 
+mod property;
+
 use nalgebra::Point3;
 use proptest::prelude::*;
 use serde_json::Value;
@@ -313,7 +315,7 @@ fn damaged(mut bytes: Vec<u8>, damage: &[(usize, u8, usize, u8)]) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(property::cases(150))]
 
     /// Whatever happens to a file: faces or a message, soon, and never a panic.
     #[test]

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 mod posted;
+mod property;
 mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -113,7 +114,7 @@ fn any_cutter() -> impl Strategy<Value = Cutter> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 8, max_shrink_iters: 0, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 0, ..property::cases(8) })]
 
     /// Heights over a small curved face against dense sampling of time and ray by the outline of
     /// the tool, on tilting moves, with and without TCP.

@@ -41,7 +41,6 @@ impl Fixed {
     }
 
     /// The value that is written.
-    #[cfg(test)]
     pub(super) fn value(self) -> f64 {
         self.digits as f64 / scale(self.decimals)
     }
@@ -85,6 +84,12 @@ impl Fixed {
             put(b'+');
         }
         out.push_str(std::str::from_utf8(text.get(at..).unwrap_or_default()).unwrap_or_default());
+    }
+
+    /// Itself if it holds, or else one last digit less.
+    pub(super) fn lowered_to(self, holds: impl Fn(f64) -> bool) -> Self {
+        let lower = i64::from(!holds(self.value()));
+        Self { digits: self.digits - lower, ..self }
     }
 
     /// With as many leading digits as `most` has less one, the others 0: rounded down, for values above 0.

@@ -19,8 +19,8 @@ const FEED_DECIMALS: u8 = 3;
 /// Significant digits of tip feeds: they change where that matters, by up to a hundredth.
 const FEED_DIGITS: i64 = 1000;
 
-/// A time is a sum of some thousand rounded ones: a feed that falls short of a round number by less than this share
-/// is that number.
+/// A tip feed that falls short of a round number by less than this share is that number: its time is a sum of some
+/// thousand rounded ones, and a last digit less would cost a hundredth.
 const ROUNDED: f64 = 1e-9;
 
 /// How a program is written. No `Default`: the caller knows the machine.
@@ -291,16 +291,15 @@ impl ProgramWriter {
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
         }
-        let value = if self.style.inverse_time {
-            (60.0 / of.seconds).min(LARGEST_FEED)
-        } else if of.length > 0.0 {
-            60.0 * of.length / of.seconds
-        } else {
-            60.0 * of.turn.to_degrees() / of.seconds
-        };
-        let feed = Fixed::down(value * (1.0 + ROUNDED), FEED_DECIMALS);
-        let feed = feed.filter(|feed| !feed.is_zero()).ok_or(failed)?;
-        Ok(if self.style.inverse_time { feed } else { feed.coarse(FEED_DIGITS) })
+        if self.style.inverse_time {
+            let feed = Fixed::down((60.0 / of.seconds).min(LARGEST_FEED), FEED_DECIMALS);
+            // The quotient itself was rounded, maybe up.
+            let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
+            return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
+        }
+        let way = if of.length > 0.0 { of.length } else { of.turn.to_degrees() };
+        let feed = Fixed::down(60.0 * way / of.seconds * (1.0 + ROUNDED), FEED_DECIMALS);
+        feed.filter(|feed| !feed.is_zero()).map(|feed| feed.coarse(FEED_DIGITS)).ok_or(failed)
     }
 
     /// X Y Z and the rotaries, rounded.
