@@ -151,7 +151,11 @@ fn planned(summary: &Summary) -> Vec<Number> {
     let bound = format!("no schedule within the limits beats {:.1} s", motion.lower_bound);
     let passes = format!("{} cutter locations", cover.stations);
     let [least, mean, most] = cover.strip_width;
-    let range = format!("{least:.2} to {most:.2} mm");
+    let held = cover.turn_limit.map_or_else(String::new, |limit| {
+        let [length, time] = [limit.length, limit.time].map(|share| 100.0 * share);
+        format!("; the limit of the axis's turn costs {length:+.1} % of length, {time:+.1} % of time (estimated)")
+    });
+    let range = format!("{least:.2} to {most:.2} mm{held}");
     let length = format!("{:.0}", cover.cutting_length);
     vec![
         large(plain("planned time", format!("{:.1}", motion.duration), "s", bound)),

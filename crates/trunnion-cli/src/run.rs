@@ -7,7 +7,7 @@ use crate::{machine, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
 use trunnion::files::summary::{
-    CheckSummary, CoverSummary, SingularSummary, Summary, ToleranceSummary,
+    CheckSummary, CoverSummary, SingularSummary, Summary, ToleranceSummary, TurnLimitSummary,
 };
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 
@@ -217,6 +217,14 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
         ("cutting length", format!("{:.0} mm", cover.cutting_length)),
         ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
     ];
+    if let Some(TurnLimitSummary { free_passes, free_length, length, time }) = &cover.turn_limit {
+        let [length, time] = [length, time].map(|share| 100.0 * share);
+        let told = format!(
+            "{length:+.1} % of length, {time:+.1} % of time (estimated) against {free_passes} passes of {free_length:.0} mm \
+             with the axis free to turn"
+        );
+        rows.push(("turn limit costs", told));
+    }
     if !cover.fixed.is_empty() {
         let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
         let told = format!("{:.1} % of the faces, regions: {}", 100.0 * share, cover.fixed.len());

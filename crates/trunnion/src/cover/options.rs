@@ -126,6 +126,8 @@ pub struct CoverReport {
     pub length: f64,
     /// Number of stations.
     pub stations: usize,
+    /// What all passes take with the ways between them, as the length that is cut at the feed in that time \[mm\].
+    pub price: f64,
     /// Passes placed [`Method::Inclined`] because wide strips failed somewhere, with the reason.
     pub fallbacks: Vec<Fallback>,
     /// Passes that could not be run out in full beyond the face.
@@ -159,6 +161,7 @@ impl CoverReport {
     pub(super) fn add(&mut self, other: Self) {
         self.length += other.length;
         self.stations += other.stations;
+        self.price += other.price;
         self.fallbacks.extend(other.fallbacks);
         self.shortened += other.shortened;
         self.coarse_spans += other.coarse_spans;

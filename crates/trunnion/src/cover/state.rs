@@ -149,7 +149,7 @@ impl State {
     /// The result.
     pub(super) fn covering(self) -> Covering {
         let passes = self.passes.into_iter().map(Arc::unwrap_or_clone).collect();
-        Covering { passes, report: self.report }
+        Covering { passes, report: CoverReport { price: self.price, ..self.report } }
     }
 
     /// Adds the passes of one lane on a face, whose curves are `sweeps`.

@@ -90,11 +90,6 @@ impl Solid {
         self.rounding.max(0.05 * self.low[0])
     }
 
-    /// Whether its rims have no rounding.
-    pub(crate) fn is_sharp(&self) -> bool {
-        self.rounding <= 0.0
-    }
-
     pub(crate) fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);

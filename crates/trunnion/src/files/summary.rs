@@ -72,6 +72,8 @@ pub struct CoverSummary {
     pub cutting_length: f64,
     /// Least, mean and largest strip width, in mm.
     pub strip_width: [f64; 3],
+    /// What the limit of the axis's turn costs; null where that was not asked for or takes long to find out.
+    pub turn_limit: Option<TurnLimitSummary>,
     /// Area of the faces, in mm2.
     pub area: f64,
     /// Which way the passes of each face run: "u", "v", or "bent" to the face.
@@ -80,6 +82,20 @@ pub struct CoverSummary {
     pub fixed: Vec<RegionSummary>,
     /// Parts of the faces that the tool does not finish, the largest first.
     pub rest: Vec<RestSummary>,
+}
+
+/// Passes under the limit of the axis's turn, beside those of an axis that may turn freely.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct TurnLimitSummary {
+    /// Passes of the free axis.
+    pub free_passes: usize,
+    /// Their length along the cutter contact, in mm.
+    pub free_length: f64,
+    /// Share by which the limit makes cutting longer; below 0: shorter.
+    pub length: f64,
+    /// Share by which it makes passes with the ways between them take longer, estimated from the speeds of the axes;
+    /// below 0: the axes follow the limited passes sooner.
+    pub time: f64,
 }
 
 /// Part of a face where wide strips did not fit.

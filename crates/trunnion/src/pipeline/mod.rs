@@ -15,6 +15,7 @@ mod regions;
 mod retracts;
 mod stages;
 mod summary;
+mod turn_limit;
 
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
@@ -72,6 +73,7 @@ pub struct Outcome {
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     reach(job)?;
     let covering = covered(job, progress)?;
+    let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
     let SmoothedPath { path: tool_path, report, along } = stages::tool_path(job, &legs, progress)?;
     let followed = stages::axes(job, &tool_path, progress)?;
@@ -82,7 +84,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };
     let programs = programs::write(job, (&moved, &covering.report.rest), progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
-    let summary = summary::of(job, &covering, &moved, &programs)?;
+    let summary = summary::of(job, (&covering, turn_limit), &moved, &programs)?;
     Ok(Outcome {
         covering,
         legs,

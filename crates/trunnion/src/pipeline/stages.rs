@@ -75,6 +75,15 @@ pub(super) fn rows(job: &Job, plan: &Plan) -> Result<(), PipelineError> {
 }
 
 pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
+    cover_turning(job, job.file.strategy.max_axis_turn, progress)
+}
+
+/// Passes with another limit of the turn of the tool axis \[rad/mm\].
+pub(super) fn cover_turning(
+    job: &Job,
+    max_axis_turn: f64,
+    progress: &dyn Progress,
+) -> Result<Covering, PipelineError> {
     let strategy = &job.file.strategy;
     let (method, lean) = match strategy.method {
         file::Method::Widest => {
@@ -103,7 +112,7 @@ pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, Pipe
         link: link_length(job),
         path_share: job.budget.shares.path,
         spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),
-        max_axis_turn: strategy.max_axis_turn,
+        max_axis_turn,
         offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
         lean,
         effort: EFFORT,

@@ -10,7 +10,7 @@ use crate::feed::Plan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary,
-    SingularSummary, Summary,
+    SingularSummary, Summary, TurnLimitSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::positioning::PositioningError;
@@ -22,7 +22,7 @@ const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
 
 pub(super) fn of(
     job: &Job,
-    covering: &Covering,
+    (covering, turn_limit): (&Covering, Option<TurnLimitSummary>),
     moved: &Moved<'_>,
     programs: &[Program],
 ) -> Result<Summary, PipelineError> {
@@ -49,7 +49,7 @@ pub(super) fn of(
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
             .collect(),
         tolerance: job.budget.summary(),
-        cover: cover(job, covering),
+        cover: CoverSummary { turn_limit, ..cover(job, covering) },
         motion: motion(job, moved)?,
         programs: programs.iter().map(|one| program(job, one)).collect(),
         files: Vec::new(),
@@ -138,6 +138,7 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         widths().fold(0.0, f64::max),
     ];
     CoverSummary {
+        turn_limit: None,
         faces: job.faces.iter().map(|face| face.face().number).collect(),
         passes: covering.passes.len(),
         stations: covering.report.stations,

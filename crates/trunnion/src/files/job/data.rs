@@ -188,6 +188,8 @@ pub struct Strategy {
     pub side: Side,
     /// Most turn of the tool axis along a pass \[rad/mm\].
     pub max_axis_turn: f64,
+    /// Whether a run finds out what that costs; `None`: where it takes little.
+    pub turn_cost: Option<bool>,
     /// How the tool comes down to a pass.
     pub lead: LeadKind,
     /// How it goes from pass to pass.

@@ -65,6 +65,11 @@ fn all() -> RawFaces {
     RawFaces::Word(RawAll::All)
 }
 
+/// Free, the axis turns to and fro for strips that are hardly wider.
+fn usual_turn() -> f64 {
+    3.0
+}
+
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum RawFaces {
@@ -249,7 +254,11 @@ pub(super) struct RawStrategy {
     pub(super) side: RawSide,
     /// Most turn of the tool axis along a pass, in degrees per mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[serde(default = "usual_turn")]
     pub(super) max_axis_turn: f64,
+    /// Whether a run covers the faces once more with the axis free to turn and tells what the limit costs. Unless said, where
+    /// that takes seconds.
+    pub(super) turn_cost: Option<bool>,
     /// How the tool comes down to a pass: along its axis or tangentially.
     #[serde(default)]
     pub(super) lead: RawLead,

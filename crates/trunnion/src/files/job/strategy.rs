@@ -38,6 +38,7 @@ pub(super) fn strategy(
             RawSide::Either => Side::Either,
         },
         max_axis_turn: raw.max_axis_turn.to_radians(),
+        turn_cost: raw.turn_cost,
         lead: match raw.lead {
             RawLead::Axis => LeadKind::Axis,
             RawLead::Tangent => LeadKind::Tangent,

@@ -1,0 +1,37 @@
+//! What the limit of the turn of the tool axis costs.
+
+use super::error::PipelineError;
+use super::job::Job;
+use super::stages;
+use crate::cover::CoverReport;
+use crate::files::job::Method;
+use crate::files::summary::TurnLimitSummary;
+use crate::types::Progress;
+
+/// Turn of an axis that is free \[rad/mm\]: no passes come near it.
+const FREE: f64 = 10.0;
+
+/// Work of passes up to which the others are laid unasked: some seconds.
+const LITTLE: u64 = 30_000;
+
+/// Covers the faces again with the axis free to turn, and compares. `None` where the tool is placed at a fixed lean, and
+/// where it was not asked for and takes long, or there is no limit to speak of.
+pub(super) fn cost(
+    job: &Job,
+    report: &CoverReport,
+    progress: &dyn Progress,
+) -> Result<Option<TurnLimitSummary>, PipelineError> {
+    let strategy = &job.file.strategy;
+    let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE);
+    if strategy.method != Method::Widest || strategy.max_axis_turn >= FREE || !wanted {
+        return Ok(None);
+    }
+    let free = stages::cover_turning(job, FREE, progress)?;
+    let over = |limited: f64, free: f64| limited / free.max(f64::MIN_POSITIVE) - 1.0;
+    Ok(Some(TurnLimitSummary {
+        free_passes: free.passes.len(),
+        free_length: free.report.length,
+        length: over(report.length, free.report.length),
+        time: over(report.price, free.report.price),
+    }))
+}
