@@ -7,6 +7,7 @@ mod check;
 mod feed;
 mod inspect;
 mod machine;
+mod material;
 mod motion;
 mod outcome;
 mod output;

@@ -1,5 +1,6 @@
 //! Results of a run as the data of a report page.
 
+use crate::material;
 use crate::path::chart;
 use crate::path::profile::Profile;
 use anyhow::Result;
@@ -50,6 +51,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         path: path(outcome),
         motion: motion(job, outcome)?,
         check: shown.map(|program| check(job, program)).unwrap_or_default(),
+        stock: material::left(outcome).map(material::drawn),
         smoothing: smoothing(job, outcome),
     };
     Ok(trunnion_report::render(&data)?)
@@ -94,7 +96,7 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         .collect()
 }
 
-fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
+pub(crate) fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
     Number {
         label: label.to_owned(),
         value,
@@ -103,6 +105,10 @@ fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
         state: State::Plain,
         headline: false,
     }
+}
+
+pub(crate) fn judged(good: bool, number: Number, headline: bool) -> Number {
+    Number { state: if good { State::Good } else { State::Bad }, headline, ..number }
 }
 
 /// What the check of one program found; `first` stands large at the top of the page.
@@ -114,11 +120,6 @@ fn checked(
 ) -> Vec<Number> {
     let tolerance = &summary.tolerance;
     let name = |what: &str| format!("{what}, {}", program.dialect);
-    let judged = |good: bool, number: Number, headline: bool| Number {
-        state: if good { State::Good } else { State::Bad },
-        headline,
-        ..number
-    };
     let micro = |value: f64| format!("{value:.4}");
     let at = |bound: Option<f64>| {
         let everywhere =
@@ -142,6 +143,7 @@ fn checked(
         numbers.push(judged(ratio <= 1.0, plain(&label, micro(ratio), "", note), false));
     }
     numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
+    numbers.extend(program.stock.iter().flat_map(|stock| material::numbers(stock, name)));
     numbers
 }
 

@@ -3,9 +3,10 @@
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{machine, motion, part, report, text};
+use crate::{machine, material, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
+use trunnion::files::job::Stock;
 use trunnion::files::summary::{
     CheckSummary, CoverSummary, SingularSummary, Summary, ToleranceSummary, TurnLimitSummary,
 };
@@ -33,6 +34,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     Outputs::probe(&folder)?;
     if args.dry_run {
         pipeline::reach(&job).map_err(failure)?;
+        pipeline::stock(&job).map_err(failure)?;
     }
     if args.dry_run && json {
         return text::print_json(&DryRun::of(&job, warnings));
@@ -67,6 +69,13 @@ pub(crate) fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failu
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
     let job = Job::new(file, &part.faces, &machine.machine)
         .map_err(|faults| Failure::faults(path, &faults))?;
+    let job = match &job.file.stock {
+        Some(Stock::Stl { file }) => {
+            let mesh = material::mesh(&beside(file))?;
+            job.with_stock(mesh)
+        }
+        _ => job,
+    };
     Ok((job, warnings))
 }
 
@@ -123,6 +132,10 @@ fn write(
     }
     outputs.text("setup.txt", &outcome.setup)?;
     outputs.add("motion.csv", |out| motion::write(out, job, outcome))?;
+    if let Some(left) = material::left(outcome) {
+        summary.files.push("stock.stl".to_owned());
+        outputs.add("stock.stl", |out| material::write(out, &left.mesh()))?;
+    }
     outputs.text("report.html", &report::page(job, outcome, summary)?)?;
     let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(json + "\n"))?;
@@ -194,6 +207,9 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     for program in &summary.programs {
         let Some(check) = &program.check else { continue };
         row(&program.dialect, checked(program.blocks, check));
+        for words in program.stock.iter().flat_map(material::words) {
+            row("", words);
+        }
     }
     lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));

@@ -235,6 +235,7 @@ fn data() -> ReportData {
         path: path(),
         motion: record(),
         check: check(&deviations),
+        stock: None,
         smoothing: String::new(),
         surface,
     }

@@ -35,6 +35,8 @@ pub struct ReportData {
     pub motion: Motion,
     /// What the final check found.
     pub check: Check,
+    /// What is left of the stock; `None` for none.
+    pub stock: Option<Solid>,
     /// Drawing (SVG) of how far the smoothed path strays, put in as it stands; empty for none.
     pub smoothing: String,
 }
@@ -103,6 +105,15 @@ pub struct Surface {
     /// Material left at each vertex, negative for a gouge \[mm\]; `None` where nothing was cut.
     /// As long as `vertices`, or empty if nothing was measured.
     pub deviation: Vec<Option<f64>>,
+}
+
+/// The surface of a solid, to be drawn.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Solid {
+    /// Vertices \[mm\].
+    pub vertices: Vec<[f64; 3]>,
+    /// Corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
 }
 
 /// What the tool does along a piece of path.

@@ -6,12 +6,13 @@
 mod data;
 mod page;
 mod payload;
+mod picture;
 mod record;
 mod thin;
 
 pub use data::{
     Axis, AxisBands, Band, Budget, Check, Histogram, Motion, MotionKind, Number, PathPiece,
-    PathPoint, ReportData, Share, State, Surface, WorstPlace,
+    PathPoint, ReportData, Share, Solid, State, Surface, WorstPlace,
 };
 pub use page::{ReportError, render};
 pub use record::{Recorder, Sample};

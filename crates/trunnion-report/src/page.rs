@@ -2,6 +2,7 @@
 
 use crate::data::{Budget, Number, ReportData, WorstPlace};
 use crate::payload::Payload;
+use crate::picture;
 use minijinja::Environment;
 use minijinja::value::Serde;
 use serde::Serialize;
@@ -46,6 +47,7 @@ struct Page<'a> {
     places: Vec<Row<'a>>,
     more_places: usize,
     has_motion: bool,
+    stock: Option<String>,
     smoothing: &'a str,
     script: &'static str,
     style: &'static str,
@@ -97,6 +99,7 @@ pub fn render(data: &ReportData) -> Result<String, ReportError> {
         places: data.check.places.iter().take(PLACES).map(row).collect(),
         more_places: data.check.places.len().saturating_sub(PLACES),
         has_motion: !data.motion.binding.is_empty(),
+        stock: data.stock.as_ref().and_then(picture::of),
         smoothing: &data.smoothing,
         script: SCRIPT,
         style: STYLE,

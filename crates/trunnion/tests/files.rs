@@ -153,8 +153,8 @@ fn nothing_in_a_job_is_passed_over() {
     assert_eq!(number.message, "`part.faces.0` = -1 must be at least 0");
     let number = refused("faces = \"all\"", "faces = [1.5]");
     assert!(number.message.contains("must be a whole number"), "{number:?}");
-    let stock = refused("[tool]", "[stock]\nkind = \"stl\"\nfile = \"block.stl\"\n[tool]");
-    assert!(stock.message.contains("STL"), "{stock:?}");
+    let stock = refused("[tool]", "[stock]\nkind = \"stl\"\n[tool]");
+    assert!(stock.message.contains("needs file"), "{stock:?}");
     let profile = "shank = [[40, 8]]\nholder = [[30, 25], [60, 30]]\nlength";
     let holder = refused("length", profile);
     assert!(holder.message.contains("below the shank's end at 40 mm"), "{holder:?}");

@@ -11,7 +11,7 @@ mod tool;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::text;
+use crate::{material, text};
 use std::path::PathBuf;
 use subject::Subject;
 use told::Told;
@@ -160,7 +160,7 @@ fn write(
     outputs.text("report.html", &page::page(subject, found, told)?)?;
     outputs.add("deviation.vtp", |out| export::vtp(out, &found.report.maps))?;
     if let Some((_, left)) = &found.stock {
-        outputs.add("stock.stl", |out| stock::write(out, &left.mesh()))?;
+        outputs.add("stock.stl", |out| material::write(out, &left.mesh()))?;
     }
     let summary = serde_json::to_string_pretty(told).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(summary + "\n"))?;

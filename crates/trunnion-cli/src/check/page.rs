@@ -3,7 +3,7 @@
 use super::subject::{Found, Subject};
 use super::told::{Fraction, Told};
 use crate::outcome::Failure;
-use crate::report;
+use crate::{material, report};
 use trunnion::verify::{Sample, Track};
 use trunnion_report::{
     Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
@@ -45,6 +45,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
         check: check(subject, found),
+        stock: found.stock.as_ref().map(|(_, left)| material::drawn(left)),
         smoothing: String::new(),
     };
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
@@ -67,10 +68,7 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true),
     ];
     if let Some(stock) = &told.stock {
-        let hit = stock.collisions.len();
-        numbers.push(number("lines in collision", hit.to_string(), "", hit == 0, true));
-        numbers.push(number("taken away", format!("{:.1}", stock.removed), "mm3", true, false));
-        numbers.push(number("stock left", format!("{:.1}", stock.left), "mm3", true, false));
+        numbers.extend(material::numbers(stock, str::to_owned));
     }
     let percent = |label: String, of: Fraction| Number {
         note: format!("of its limit, at line {}", of.line),

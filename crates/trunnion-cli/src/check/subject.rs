@@ -31,9 +31,6 @@ const RAY_SHARE: f64 = 0.005;
 const MARGIN_SHARE: f64 = 0.05;
 /// Most measured points on one face.
 const MOST_POINTS: usize = 20_000_000;
-/// How exactly rays of stock are cut: shares of the total tolerance and of the cell.
-const STOCK_SHARE: f64 = 0.05;
-const STOCK_CELL_SHARE: f64 = 0.01;
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
@@ -80,6 +77,7 @@ struct Setting {
     grid: f64,
     /// Of a job.
     stock: Option<Solid>,
+    stock_cell: Option<f64>,
     warnings: Vec<String>,
 }
 
@@ -91,7 +89,7 @@ impl Subject {
             None => Setting::of_arguments(args, bars)?,
         };
         let motion = motion(args, setting.kinematics)?;
-        let (stock, fixtures) = material(args, setting.stock)?;
+        let (stock, fixtures) = material(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => &program.warnings,
@@ -150,8 +148,7 @@ impl Subject {
     fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
         let Some(mut stock) = self.stock.clone() else { return Ok(None) };
         let (faces, cutter) = (&self.faces[..], &self.cutter);
-        let cell = stock.cell().into_iter().fold(f64::INFINITY, f64::min);
-        let tolerance = (STOCK_SHARE * self.options.total).min(STOCK_CELL_SHARE * cell);
+        let tolerance = stock.tolerance(self.options.total);
         let carving = match &self.motion {
             Motion::Program(program, kinematics) => {
                 let input = self.input(program, kinematics, faces);
@@ -229,7 +226,8 @@ impl Setting {
             others: plain(&job.others),
             tolerance: [job.budget.total, job.budget.gouge],
             grid: job.file.verify_grid,
-            stock: job.file.stock.as_ref().and_then(stock::of_job),
+            stock: job.stock,
+            stock_cell: job.file.stock_cell,
             cutter: job.cutter,
             kinematics: Some(job.kinematics),
             warnings,
@@ -268,13 +266,19 @@ impl Setting {
             tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
             grid: GRID,
             stock: None,
+            stock_cell: None,
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
 }
 
 /// Stock, as it is said or as the job has it, and fixtures.
-fn material(args: &Args, of_job: Option<Solid>) -> Result<(Option<Stock>, Vec<Stock>), Failure> {
+fn material(
+    args: &Args,
+    of_job: Option<Solid>,
+    cell: Option<f64>,
+) -> Result<(Option<Stock>, Vec<Stock>), Failure> {
+    let cell = args.stock_cell.or(cell);
     let stock = match (&args.stock, of_job) {
         (Some(said), _) => Some((said.as_str(), stock::read(said)?)),
         (None, Some(solid)) => Some(("the job's stock", solid)),
@@ -288,7 +292,7 @@ fn material(args: &Args, of_job: Option<Solid>) -> Result<(Option<Stock>, Vec<St
         }
         (None, None) => None,
     };
-    let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, args.stock_cell);
+    let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, cell);
     let fixture = |said: &String| rays((said, stock::read(said)?));
     let fixtures: Result<Vec<Stock>, Failure> = args.fixture.iter().map(fixture).collect();
     Ok((stock.map(rays).transpose()?, fixtures?))

@@ -1,9 +1,12 @@
 //! What a check says: for scripts and for people.
 
 use super::subject::{Found, Motion, Subject};
+use crate::material;
 use std::path::PathBuf;
+use trunnion::files::summary::StockSummary;
 use trunnion::machine::AxisKind;
-use trunnion::verify::{AxisAudit, Brief, Collision, CollisionKind, Extreme, Ratio, Singular};
+use trunnion::pipeline;
+use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -28,7 +31,7 @@ pub(super) struct Told {
     singular: Option<SingularTold>,
     pub(super) axes: Vec<AxisTold>,
     /// Null without stock.
-    pub(super) stock: Option<StockTold>,
+    pub(super) stock: Option<StockSummary>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Files beside this one.
@@ -142,49 +145,6 @@ impl Fraction {
     }
 }
 
-/// Lines that run into something which the table names.
-const MOST_TOLD: usize = 10;
-
-/// What became of the stock \[mm³\].
-#[derive(Debug, serde::Serialize)]
-pub(super) struct StockTold {
-    /// Distance of the rays by x, y and z \[mm\].
-    cell: [f64; 3],
-    pub(super) removed: f64,
-    pub(super) left: f64,
-    pub(super) collisions: Vec<CollisionTold>,
-}
-
-#[derive(Debug, serde::Serialize)]
-pub(super) struct CollisionTold {
-    kind: &'static str,
-    line: u32,
-    depth: f64,
-    point: [f64; 3],
-}
-
-impl CollisionTold {
-    fn of(collision: &Collision) -> Self {
-        let Collision { kind, line, depth, point } = *collision;
-        let kind = match kind {
-            CollisionKind::Rapid => "rapid",
-            CollisionKind::Holder => "holder",
-            CollisionKind::Fixture => "fixture",
-        };
-        Self { kind, line, depth, point: point.coords.into() }
-    }
-}
-
-fn collided(collision: &Collision) -> String {
-    let Collision { kind, line, depth, point: p } = collision;
-    let what = match kind {
-        CollisionKind::Rapid => "cuts at rapid speed",
-        CollisionKind::Holder => "shank or holder run into the stock",
-        CollisionKind::Fixture => "runs into a fixture",
-    };
-    format!("line {line}: {what}, {depth:.4} mm deep at X {:.3} Y {:.3} Z {:.3}", p.x, p.y, p.z)
-}
-
 impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
@@ -193,10 +153,7 @@ impl Told {
         let carving = found.stock.as_ref().map(|(carving, _)| carving);
         let collisions = carving.map_or(&[][..], |carving| &carving.collisions);
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(collisions.iter().take(MOST_TOLD).map(collided));
-        if let Some(more) = collisions.len().checked_sub(MOST_TOLD + 1) {
-            failures.push(format!("and {} more lines that run into something", more + 1));
-        }
+        failures.extend(carving.into_iter().flat_map(pipeline::collided));
         let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
@@ -234,12 +191,10 @@ impl Told {
             singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings: subject.warnings.clone(),
-            stock: found.stock.as_ref().map(|(carving, stock)| StockTold {
-                cell: stock.cell(),
-                removed: carving.removed,
-                left: carving.left,
-                collisions: carving.collisions.iter().map(CollisionTold::of).collect(),
-            }),
+            stock: found
+                .stock
+                .as_ref()
+                .map(|(carving, left)| pipeline::stock_summary(carving, left)),
             failures,
             files: Vec::new(),
         }
@@ -280,13 +235,9 @@ impl Told {
             row(&format!("axis {}", axis.name), axis.words());
         }
         if let Some(stock) = &self.stock {
-            let StockTold { cell, removed, left, collisions } = stock;
-            let cell = cell.iter().copied().fold(0.0, f64::max);
-            let told =
-                format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart");
+            let [told, hit] = material::words(stock);
             lines.push(format!("  {:<14}{told}", "stock"));
-            let told = format!("{} lines run into stock or fixtures", collisions.len());
-            lines.push(format!("  {:<14}{told}", "collisions"));
+            lines.push(format!("  {:<14}{hit}", "collisions"));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));

@@ -220,6 +220,36 @@ pub struct ProgramSummary {
     /// What the check of this very program found; left out if it was not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub check: Option<CheckSummary>,
+    /// What it does to the stock; left out if none is known, or the program was not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stock: Option<StockSummary>,
+}
+
+/// What a program does to the stock.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct StockSummary {
+    /// Distance of the rays that stand for it, by x, y and z, in mm.
+    pub cell: [f64; 3],
+    /// Volume taken away, in mm3.
+    pub removed: f64,
+    /// Volume left, in mm3.
+    pub left: f64,
+    /// Lines that run into something, the deepest place of each kind on each.
+    pub collisions: Vec<CollisionSummary>,
+}
+
+/// A line of a program that runs into something.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct CollisionSummary {
+    /// "rapid": the cutting part is in the stock at rapid speed; "holder": shank or holder are in the stock; "fixture":
+    /// any part of the tool is in a fixture.
+    pub kind: String,
+    /// Line of the program.
+    pub line: u32,
+    /// How deep, on the rays looked at, in mm.
+    pub depth: f64,
+    /// In the middle of the deepest ray, in mm.
+    pub point: [f64; 3],
 }
 
 /// What the check of a program found.

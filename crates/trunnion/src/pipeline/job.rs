@@ -1,14 +1,15 @@
 //! One job: everything the chain needs, checked and in internal units.
 
 use super::budget::{Budget, BudgetError, Shares};
-use super::programs;
+use super::{material, programs};
 use crate::cover;
 use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
 use crate::files::job::{self, JobFile};
 use crate::import::inspect;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
-use crate::types::Fault;
+use crate::types::{Fault, Mesh};
+use crate::verify::Solid;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
 /// Everything one run needs. Made by [`Job::new`] from files that were read elsewhere.
@@ -22,6 +23,8 @@ pub struct Job {
     pub others: Vec<FaceIndex>,
     /// Numbers of other faces that nothing can be kept off, and why.
     pub unguarded: Vec<(usize, SurfaceError)>,
+    /// What it is cut from, if that is known as a solid: [`Job::with_stock`] for one from a file.
+    pub stock: Option<Solid>,
     /// The cutter.
     pub cutter: Cutter,
     /// Machine, setup and tool as one chain.
@@ -102,13 +105,22 @@ impl Job {
         let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
         match (cutter, faces, budget) {
             (Some(cutter), Some(faces), Some(budget)) => {
-                Ok(Self { file, faces, others, unguarded, cutter, kinematics, budget })
+                let stock = file.stock.as_ref().and_then(material::solid);
+                Ok(Self { file, faces, others, unguarded, stock, cutter, kinematics, budget })
             }
             _ => Err(faults
                 .into_iter()
                 .map(|fault| file.places.fault(fault.key(), fault.to_string()))
                 .collect()),
         }
+    }
+}
+
+impl Job {
+    /// With what the job's stock file holds.
+    #[must_use]
+    pub fn with_stock(self, mesh: Mesh) -> Self {
+        Self { stock: Some(Solid::Mesh(mesh)), ..self }
     }
 }
 
@@ -130,20 +142,11 @@ impl Job {
         cover::height(&self.boxes(), up) + self.thickness()
     }
 
-    /// Boxes that hold part and stock, but for [`Job::thickness`]. The stock of an STL file counts as the part
-    /// alone: its mesh is not read.
+    /// Boxes that hold part and stock, but for [`Job::thickness`].
     pub(super) fn boxes(&self) -> Vec<[Point3<f64>; 2]> {
         let all = self.faces.iter().chain(&self.others);
         let faces = all.map(|face| inspect::summary(face.face()).bounds);
-        let stock = match &self.file.stock {
-            Some(job::Stock::Box { min, max }) => Some([*min, *max]),
-            Some(job::Stock::Cylinder { base, radius, height }) => {
-                let side = Vector3::new(*radius, *radius, 0.0);
-                Some([base - side, base + side + Vector3::z() * *height])
-            }
-            _ => None,
-        };
-        faces.chain(stock).collect()
+        faces.chain(self.stock.as_ref().and_then(Solid::bounds)).collect()
     }
 
     /// What the stock stands out from the part all over \[mm\].

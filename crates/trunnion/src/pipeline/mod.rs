@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod estimate;
 mod job;
+mod material;
 mod pace;
 mod post;
 mod programs;
@@ -20,6 +21,7 @@ mod turn_limit;
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
+pub use material::{MOST_RAYS, collided, stock, summary as stock_summary};
 pub use post::{
     Left, POST_WINDOW, PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace,
     PostReport, PostSource, Poster, ProgramMoves, control_of,
@@ -72,6 +74,7 @@ pub struct Outcome {
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     reach(job)?;
+    let stock = stock(job)?;
     let covering = covered(job, progress)?;
     let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
@@ -82,7 +85,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let retracts = retracts::summaries(job, &followed, &plan.schedule);
     let singular = stages::singular_gain(job, &tool_path, (&followed, &plan), progress)?;
     let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };
-    let programs = programs::write(job, (&moved, &covering.report.rest), progress)?;
+    let programs = programs::write(job, (&moved, &covering.report.rest, stock.as_ref()), progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
     let summary = summary::of(job, (&covering, turn_limit), &moved, &programs)?;
     Ok(Outcome {

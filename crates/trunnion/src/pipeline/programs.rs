@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::material;
 use super::post::control_of;
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
@@ -20,7 +21,7 @@ use crate::nc::write::{
 };
 use crate::surface::FaceIndex;
 use crate::types::{Block, Leg, Motion, Progress, Rest, ToolPose};
-use crate::verify;
+use crate::verify::{self, Carving, Stock};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
@@ -74,6 +75,8 @@ pub struct Program {
     /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
     /// is among those of the check.
     pub others: (usize, f64),
+    /// What it does to the stock of the job and what is left of it; `None` without stock, or if it is not read back.
+    pub carving: Option<(Carving, Stock)>,
 }
 
 /// What tells the dialects apart here.
@@ -111,7 +114,7 @@ pub(super) struct Moved<'a> {
 /// Writes every program of the job and checks what was written.
 pub(super) fn write(
     job: &Job,
-    (moved, rest): (&Moved<'_>, &[Rest]),
+    (moved, rest, stock): (&Moved<'_>, &[Rest], Option<&Stock>),
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;
@@ -129,17 +132,18 @@ pub(super) fn write(
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
         let text = text(job, &form, &blocks, words, (moved, &remarks))?;
-        let (check, others) = if form.checked {
+        let (check, others, carving) = if form.checked {
             let program = read_back(&text, form.file, words)?;
             let mut check = check(job, &program, rest, progress)?;
             let others = others(job, &program, &mut check, progress)?;
-            (Some(check), others)
+            let carve = |stock| material::carve(job, (&program, stock), progress);
+            (Some(check), others, stock.map(carve).transpose()?)
         } else {
-            (None, (0, 0.0))
+            (None, (0, 0.0), None)
         };
         let Form { dialect, file, .. } = form;
         let dialect = dialect.name();
-        programs.push(Program { dialect, file, text, blocks, rounding, check, others });
+        programs.push(Program { dialect, file, text, blocks, rounding, check, others, carving });
     }
     Ok(programs)
 }

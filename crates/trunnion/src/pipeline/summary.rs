@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::material;
 use super::programs::{Moved, Program};
 use super::regions;
 use super::retracts;
@@ -33,6 +34,7 @@ pub(super) fn of(
             let findings = program.check.iter().flat_map(|check| &check.findings);
             findings.map(move |finding| format!("{name}: {finding}"))
         })
+        .chain(programs.iter().flat_map(material::failures))
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
         .collect();
@@ -45,6 +47,7 @@ pub(super) fn of(
         warnings: warnings(job, covering)
             .into_iter()
             .chain(regions::unguarded(job))
+            .chain(material::unknown(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
             .collect(),
@@ -269,6 +272,7 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
             velocity_ratio: worst(check, |axis| axis.velocity.worst),
             acceleration_ratio: Some(worst(check, |axis| axis.acceleration.worst)),
         }),
+        stock: program.carving.as_ref().map(|(carving, left)| material::summary(carving, left)),
     }
 }
 

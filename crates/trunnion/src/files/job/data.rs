@@ -30,6 +30,8 @@ pub struct JobFile {
     pub dialects: Vec<Dialect>,
     /// Largest distance between two measured points of the final check \[mm\].
     pub verify_grid: f64,
+    /// Largest distance of the rays that stand for the stock \[mm\]; `None`: by its size.
+    pub stock_cell: Option<f64>,
     /// Where each key stands in the file.
     pub places: Places,
 }
@@ -98,6 +100,11 @@ pub enum Stock {
         radius: f64,
         /// Height \[mm\].
         height: f64,
+    },
+    /// What a closed mesh encloses.
+    Stl {
+        /// STL file in mm, as written in the job.
+        file: String,
     },
 }
 

@@ -435,6 +435,9 @@ pub(super) struct RawVerify {
     #[serde(default = "grid")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) grid: f64,
+    /// Largest distance of the rays that stand for the stock, in mm; its longest side has 400 if left out.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) stock_cell: Option<f64>,
 }
 
 /// As in the example.
@@ -444,6 +447,6 @@ fn grid() -> f64 {
 
 impl Default for RawVerify {
     fn default() -> Self {
-        Self { grid: grid() }
+        Self { grid: grid(), stock_cell: None }
     }
 }

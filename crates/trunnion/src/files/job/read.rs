@@ -57,6 +57,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         Some(stock) => Some(stock?),
         None => None,
     };
+    let verify = verify?;
     Some(JobFile {
         name: name?,
         part: part?,
@@ -69,7 +70,8 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         machine: machine?,
         motion: motion?,
         dialects: dialects?,
-        verify_grid: verify?.grid,
+        verify_grid: verify.grid,
+        stock_cell: verify.stock_cell,
         places: super::super::Places::default(),
     })
 }
@@ -148,11 +150,7 @@ fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
             let base = Point3::from(raw.base?);
             Stock::Cylinder { base, radius: raw.radius?, height: raw.height? }
         }
-        RawStockKind::Stl => {
-            let message = "stock from an STL file cannot be read yet";
-            doc.fault("stock.kind", message, "write `kind = \"box\"` with min and max round it");
-            return None;
-        }
+        RawStockKind::Stl => Stock::Stl { file: raw.file.clone()? },
     })
 }
 

@@ -13,6 +13,7 @@ use crate::types::{Progress, Stage};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 /// What went wrong between tool and material.
@@ -37,6 +38,22 @@ pub struct Collision {
     pub depth: f64,
     /// In the middle of the deepest ray \[mm\].
     pub point: Point3<f64>,
+}
+
+impl fmt::Display for Collision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, line, depth, point: p } = self;
+        let what = match kind {
+            CollisionKind::Rapid => "cuts at rapid speed",
+            CollisionKind::Holder => "shank or holder run into the stock",
+            CollisionKind::Fixture => "runs into a fixture",
+        };
+        write!(
+            f,
+            "line {line}: {what}, {depth:.4} mm deep at X {:.3} Y {:.3} Z {:.3}",
+            p.x, p.y, p.z
+        )
+    }
 }
 
 /// What a program does to the stock.

@@ -28,6 +28,10 @@ pub struct Stock {
     families: [Family; 3],
 }
 
+/// Shares of a tolerance and of the cell by which rays are cut inexactly at most.
+const TOLERANCE_SHARE: f64 = 0.05;
+const CELL_SHARE: f64 = 0.01;
+
 impl Stock {
     /// Material of a solid, rays at most `cell` \[mm\] apart: they part its box evenly.
     ///
@@ -42,6 +46,13 @@ impl Stock {
     /// Distance of the rays by x, y and z \[mm\].
     pub fn cell(&self) -> [f64; 3] {
         self.lattice.cell
+    }
+
+    /// How exactly to cut it where the finished part has a tolerance of `total` \[mm\]: well within that, and within
+    /// what the distance of the rays leaves open anyway.
+    pub fn tolerance(&self, total: f64) -> f64 {
+        let cell = self.cell().into_iter().fold(f64::INFINITY, f64::min);
+        (TOLERANCE_SHARE * total).min(CELL_SHARE * cell)
     }
 
     /// Number of rays.

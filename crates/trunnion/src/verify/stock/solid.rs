@@ -30,7 +30,15 @@ pub enum Solid {
     Mesh(Mesh),
 }
 
+/// Rays along the longest side where nothing is said.
+const USUAL_RAYS: f64 = 400.0;
+
 impl Solid {
+    /// Distance of rays where nothing is said \[mm\]: its longest side has 400.
+    pub fn usual_cell(&self) -> f64 {
+        self.bounds().map_or(1.0, |[low, high]| (high - low).amax()) / USUAL_RAYS
+    }
+
     /// Lowest and highest corner of its box; `None` for a mesh without a triangle.
     pub fn bounds(&self) -> Option<[Point3<f64>; 2]> {
         match self {
@@ -131,8 +139,14 @@ fn check_corners(mesh: &Mesh) -> Result<(), VerifyError> {
 /// Rays of a mesh.
 fn of_mesh(mesh: &Mesh, along: usize, lattice: &Lattice) -> Result<Family, VerifyError> {
     let rows = Rows::new(mesh, along, lattice);
-    let (spans, lost): (Vec<_>, Vec<_>) =
-        (0..rows.triangles.len()).into_par_iter().map(|i| rows.spans(i)).unzip();
+    let all = |inside: fn(i32, usize) -> bool| -> (Vec<_>, Vec<_>) {
+        (0..rows.triangles.len()).into_par_iter().map(|i| rows.spans(i, inside)).unzip()
+    };
+    let (mut spans, mut lost) = all(|wound, _| wound != 0);
+    // Triangles that turn this way and that enclose what is behind an odd number of them.
+    if lost.iter().any(Option::is_some) {
+        (spans, lost) = all(|_, count| count % 2 == 1);
+    }
     if let Some([i, j]) = lost.iter().enumerate().find_map(|(i, lost)| lost.map(|j| [i, j])) {
         let point = lattice.ray(along, [i, j]);
         let words = ["X", "Y", "Z"].iter().zip(point.iter()).enumerate();
@@ -169,9 +183,9 @@ impl<'a> Rows<'a> {
         Self { mesh, along, triangles, lattice: *lattice }
     }
 
-    /// Material between crossings into the mesh and out of it, for all rays of a row; the number of a ray
-    /// whose crossings do not cancel.
-    fn spans(&self, row: usize) -> (Vec<Spans>, Option<usize>) {
+    /// Material of all rays of a row, by how often the mesh was wound round and how many crossings there were; the
+    /// number of a ray that ends inside.
+    fn spans(&self, row: usize, inside: fn(i32, usize) -> bool) -> (Vec<Spans>, Option<usize>) {
         let [a, b] = across(self.along);
         let count = self.lattice.size[b];
         let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); count];
@@ -185,9 +199,10 @@ impl<'a> Rows<'a> {
                 list.extend(crossing([p, q, r], [a, b, self.along], &ray));
             }
         }
-        let lost =
-            crossings.iter().position(|all| all.iter().map(|(_, sense)| sense).sum::<i32>() != 0);
-        (crossings.into_iter().map(wound).collect(), lost)
+        let ends =
+            |all: &Vec<(f64, i32)>| inside(all.iter().map(|(_, sense)| sense).sum(), all.len());
+        let lost = crossings.iter().position(ends);
+        (crossings.into_iter().map(|all| enclosed(all, inside)).collect(), lost)
     }
 }
 
@@ -198,15 +213,15 @@ fn extent(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> [f64; 2] {
     })
 }
 
-/// Intervals where the crossings before do not cancel.
-fn wound(mut crossings: Vec<(f64, i32)>) -> Spans {
+/// Intervals that the crossings before them put inside.
+fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> Spans {
     crossings.sort_by(|x, y| x.0.total_cmp(&y.0));
     let mut spans = Spans::NONE;
     let mut entered = None;
-    let mut inside = 0;
-    for (s, sense) in crossings {
-        inside += sense;
-        match (entered, inside != 0) {
+    let mut wound = 0;
+    for (before, (s, sense)) in crossings.into_iter().enumerate() {
+        wound += sense;
+        match (entered, inside(wound, before + 1)) {
             (None, true) => entered = Some(s),
             (Some(from), false) => {
                 spans.push([from, s]);
@@ -314,6 +329,10 @@ mod tests {
         let mut mesh = octahedron();
         let plain = Stock::new(&Solid::Mesh(mesh.clone()), 0.1, 10_000).unwrap();
         for triangle in &mut mesh.triangles {
+            triangle.swap(0, 1);
+        }
+        assert_eq!(Stock::new(&Solid::Mesh(mesh.clone()), 0.1, 10_000).unwrap(), plain);
+        for triangle in mesh.triangles.iter_mut().step_by(3) {
             triangle.swap(0, 1);
         }
         assert_eq!(Stock::new(&Solid::Mesh(mesh.clone()), 0.1, 10_000).unwrap(), plain);

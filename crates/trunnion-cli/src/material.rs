@@ -1,0 +1,98 @@
+//! Stock that was cut: in files, words, numbers and pictures.
+
+use crate::outcome::Failure;
+use crate::report::{judged, plain};
+use crate::text;
+use nalgebra::Vector3;
+use std::io::{Result as IoResult, Write};
+use std::path::Path;
+use trunnion::files::summary::StockSummary;
+use trunnion::import::stl;
+use trunnion::pipeline::Outcome;
+use trunnion::types::Mesh;
+use trunnion::verify;
+use trunnion_report::{Number, Solid};
+
+/// Triangles of an STL file.
+pub(crate) fn mesh(path: &Path) -> Result<Mesh, Failure> {
+    let bytes = text::read_bytes(path)?;
+    stl::read(&bytes).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
+}
+
+/// Writes a mesh as binary STL.
+pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
+    let mut header = [b' '; 80];
+    for (to, from) in header.iter_mut().zip(b"trunnion: stock left") {
+        *to = *from;
+    }
+    out.write_all(&header)?;
+    let count = u32::try_from(mesh.triangles.len()).map_err(std::io::Error::other)?;
+    out.write_all(&count.to_le_bytes())?;
+    for triangle in &mesh.triangles {
+        let at = |corner: u32| mesh.vertices.get(corner as usize).copied().unwrap_or_default();
+        let [a, b, c] = triangle.map(at);
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+        let vectors: [Vector3<f64>; 4] = [normal, a.coords, b.coords, c.coords];
+        for value in vectors.iter().flat_map(|vector| vector.iter()) {
+            #[expect(clippy::cast_possible_truncation, reason = "STL has single precision")]
+            out.write_all(&(*value as f32).to_le_bytes())?;
+        }
+        out.write_all(&[0, 0])?;
+    }
+    Ok(())
+}
+
+/// What became of the stock, and how many lines run into something.
+pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
+    let StockSummary { cell, removed, left, collisions } = stock;
+    let cell = cell.iter().copied().fold(0.0, f64::max);
+    [
+        format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
+        format!("{} lines run into stock or fixtures", collisions.len()),
+    ]
+}
+
+/// What a program does to the stock.
+pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [Number; 3] {
+    let hits = stock.collisions.len();
+    let cell = stock.cell.iter().copied().fold(0.0, f64::max);
+    let volume = |what: &str, of: f64| {
+        plain(&name(what), format!("{of:.1}"), "mm3", format!("rays {cell:.3} mm apart"))
+    };
+    let note = "rapid through the stock, or shank or holder in it".to_owned();
+    [
+        judged(hits == 0, plain(&name("lines in collision"), hits.to_string(), "", note), hits > 0),
+        volume("taken away", stock.removed),
+        volume("stock left", stock.left),
+    ]
+}
+
+/// What is left of the stock by the program that hits most.
+pub(crate) fn left(outcome: &Outcome) -> Option<&verify::Stock> {
+    let carved = outcome.programs.iter().filter_map(|program| program.carving.as_ref());
+    // The first of equals, as the last is taken.
+    carved.rev().max_by_key(|(carving, _)| carving.collisions.len()).map(|(_, left)| left)
+}
+
+/// Stock to be drawn.
+pub(crate) fn drawn(stock: &verify::Stock) -> Solid {
+    let mesh = stock.mesh();
+    let vertices = mesh.vertices.iter().map(|vertex| vertex.coords.into()).collect();
+    Solid { vertices, triangles: mesh.triangles }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+
+    #[test]
+    fn stl_is_read_as_it_is_written() {
+        let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 1.5]];
+        let mesh =
+            Mesh { vertices: corners.map(Point3::from).to_vec(), triangles: vec![[0, 1, 2]] };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &mesh).unwrap();
+        assert_eq!(stl::read(&bytes), Ok(mesh));
+    }
+}
