@@ -94,6 +94,24 @@ fn a_cl_file_is_smoothed_between_rapid_moves() {
     assert!(json["smoothing"]["axis_bound"].as_f64().unwrap() <= 0.05);
 }
 
+/// Where nothing is bent nothing is said to be.
+#[test]
+fn rapid_moves_alone_stray_by_their_decimals() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = [
+        ("RAPID\nGOTO/0,0,0,0,0,1\nRAPID\nGOTO/5,0,0\nFINI\n", 1e-6),
+        ("RAPID\nGOTO/0,0,0,0,0,1\nFEDRAT/100\nGOTO/0.00001,0,0\nFINI\n", 0.01 / 32.0 + 1e-6),
+    ];
+    for (text, most) in cases {
+        fs::write(folder.path().join("in.cls"), text).unwrap();
+        let output =
+            path(folder.path(), &["in.cls", "--smooth", "0.01,0.05", "-o", "out.cls", "--json"]);
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(json["smoothing"]["spans"], 0, "{json}");
+        assert!(json["smoothing"]["tip_bound"].as_f64().unwrap() <= most, "{json}");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_told() {
     let folder = tempfile::tempdir().unwrap();

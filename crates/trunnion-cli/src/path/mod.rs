@@ -17,6 +17,7 @@ use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{ClItem, ClReader};
 use trunnion::pipeline;
+use trunnion::toolpath::SAME;
 use trunnion::types::{Progress, Stage};
 
 /// Most faults of a CL file that are told.
@@ -248,13 +249,19 @@ fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
 fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
     let report = &sheet.report;
     let most = &report.deviated;
+    // Without spans nothing is bent: locations taken for one are as far from it as they may be, on either side.
+    let [tip_share, axis_share] = match (report.spans, report.merged) {
+        (0, 0) => [0.0; 2],
+        (0, _) => [2.0 * SAME; 2],
+        _ => [SHARE + ARC_SHARE, SHARE],
+    };
     Smoothing {
         tip_tolerance: tip,
         axis_tolerance: axis.to_degrees(),
         tip_deviation: most.tip,
-        tip_bound: most.tip_bound + (SHARE + ARC_SHARE) * tip + WRITTEN[0],
+        tip_bound: most.tip_bound + tip_share * tip + WRITTEN[0],
         axis_deviation: most.axis.to_degrees(),
-        axis_bound: (most.axis_bound + SHARE * axis + WRITTEN[1]).to_degrees(),
+        axis_bound: (most.axis_bound + axis_share * axis + WRITTEN[1]).to_degrees(),
         spans: report.spans,
         merged: report.merged,
         corners_blended: report.blended,

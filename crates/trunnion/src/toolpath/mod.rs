@@ -16,8 +16,8 @@ pub use densify::{Resolution, densify};
 pub use deviation::{Deviation, deviation};
 pub use interpolation::{GreatCircle, InterpolationError, local_cubic};
 pub use smooth::{
-    Deviated, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoothed, Smoother,
-    smooth,
+    Deviated, Reference, SAME, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoothed,
+    Smoother, smooth,
 };
 
 use crate::math::angle::angle_between;

@@ -10,7 +10,7 @@ mod knots;
 mod run;
 
 pub use error::SmoothError;
-pub use run::Smoother;
+pub use run::{SAME, Smoother};
 
 use crate::math::angle::angle_between;
 use crate::types::{PoseCoordinates, PoseCurve, Span, Station, ToolPose};

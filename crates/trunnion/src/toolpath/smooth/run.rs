@@ -16,7 +16,7 @@ pub(super) const LARGEST_TURN: f64 = FRAC_PI_2;
 const DEFINED: f64 = PI - 1e-3;
 
 /// Share of the tolerances within which stations are taken for one.
-const SAME: f64 = 1.0 / 64.0;
+pub const SAME: f64 = 1.0 / 64.0;
 
 /// A station farther than four tolerances from the chord of its neighbours: the chords to them
 /// leave any smooth curve through all three by more than the tolerance.
