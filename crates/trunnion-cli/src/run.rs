@@ -129,6 +129,10 @@ fn write(
     outputs.text("toolpath.cls", &outcome.cl)?;
     for program in &outcome.programs {
         outputs.text(program.file, &program.text)?;
+        if let Some(unread) = &program.unread {
+            let file = program.file;
+            eprintln!("warning: {file}:{unread}\nwarning: from there on it was not read back");
+        }
     }
     outputs.text("setup.txt", &outcome.setup)?;
     outputs.add("motion.csv", |out| motion::write(out, job, outcome))?;

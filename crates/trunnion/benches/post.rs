@@ -50,6 +50,7 @@ fn blocks(bencher: Bencher, name: &str) {
         method: PostMethod::Optimal,
         window: POST_WINDOW,
         filter: PostFilter::None,
+        unwind: None,
     };
     let note = Note {
         name: "bench",

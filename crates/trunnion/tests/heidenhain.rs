@@ -63,7 +63,7 @@ fn parameters_are_reckoned_with() {
     assert_eq!(places(&program), [[5.0, 2.5, -12.5], [2.5, 2.5, -12.5]]);
     assert_eq!(moves(&program)[1].pace, Pace::PerMinute { speed: 5.0 / 60.0 });
     refuses("L X+Q9 FMAX", 1, "no value");
-    refuses("FN 9: IF +Q1 EQU +1 GOTO LBL 5", 1, "FN 9");
+    refuses("FN 14: ERROR = 1000", 1, "not understood");
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn what_changes_motion_is_refused() {
     refuses("L X+1 RL FMAX", 1, "compensation");
     refuses("L X+1 M140 MB MAX", 1, "M140");
     refuses("PLANE RESET STAY", 1, "PLANE");
-    refuses("CALL LBL 1 REP3", 1, "CALL");
+    refuses("CALL LBL 1 REP3", 1, "LBL 1 is not in the file");
     refuses("CYCL DEF 200 DRILLING Q200=2", 1, "not understood");
     refuses("TOOL CALL 1 Z S1 DL+0.5", 1, "oversize");
     refuses("FUNCTION TCPM F TCP AXIS SPAT PATHCTRL AXIS\nL A+5 FMAX", 2, "AXIS SPAT");

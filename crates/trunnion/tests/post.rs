@@ -15,8 +15,8 @@ use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, work_offset,
 };
 use trunnion::pipeline::{
-    PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
-    control_of,
+    PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
+    Poster, control_of,
 };
 use trunnion::types::{AxisVector, ToolPose};
 
@@ -46,6 +46,7 @@ fn options(control: Control) -> PostOptions {
         method: PostMethod::Optimal,
         window: 512,
         filter: PostFilter::None,
+        unwind: None,
     }
 }
 
@@ -55,20 +56,30 @@ fn posted(
     dialect: Dialect,
     moves: &[PostMove],
 ) -> (String, PostReport) {
+    let options = options(control_of(kinematics, dialect));
+    let template = Template::of(dialect).unwrap();
+    posted_with(kinematics, source, (dialect, &template), moves, &options).unwrap()
+}
+
+fn posted_with(
+    kinematics: &Kinematics,
+    source: PostSource,
+    (dialect, template): (Dialect, &Template),
+    moves: &[PostMove],
+    options: &PostOptions,
+) -> Result<(String, PostReport), PostError> {
     let axes = AxisWords::of(kinematics.machine(), false).unwrap();
     let style = Style {
         inverse_time: dialect == Dialect::LinuxCnc || dialect == Dialect::G93,
         ..Style::of(kinematics, dialect, axes)
     };
-    let template = Template::of(dialect).unwrap();
-    let options = options(control_of(kinematics, dialect));
-    let mut poster = Poster::new(kinematics, source, &options, &style).unwrap();
+    let mut poster = Poster::new(kinematics, source, options, &style).unwrap();
     let mut text = String::new();
     for one in moves {
-        poster.push(&mut text, one, (&note(), &template)).unwrap();
+        poster.push(&mut text, one, (&note(), template))?;
     }
-    let report = poster.finish(&mut text, (&note(), &template)).unwrap();
-    (text, report)
+    let report = poster.finish(&mut text, (&note(), template))?;
+    Ok((text, report))
 }
 
 /// A path that the machine reaches: forward images of a smooth path of its axes about the middle of their travel.
@@ -291,6 +302,98 @@ fn programs_read_back_are_the_moves_they_were_posted_from() {
             assert!(report.seconds[1] >= report.seconds[0] * (1.0 - 1e-9), "{name}: {report:?}");
         }
     }
+}
+
+/// A helix about z in moves of a degree and a half, the tool leaning outwards by 20 degrees: the turning axis goes round
+/// with it.
+fn helix(count: u32) -> Vec<PostMove> {
+    let lean = 20.0_f64.to_radians();
+    (0..=count)
+        .map(|line| {
+            let k = f64::from(line);
+            let (sin, cos) = (1.5 * k).to_radians().sin_cos();
+            let axis = [lean.sin() * cos, lean.sin() * sin, lean.cos()];
+            let tip = [60.0 * cos, 60.0 * sin, 100.0 - 0.05 * k];
+            let pace = if line == 0 { PostPace::Rapid } else { PostPace::Feed(50.0) };
+            let pose = ToolPose::new(tip, axis).unwrap();
+            PostMove { line: line + 1, pose, q: None, pace, way: Control::GreatCircle }
+        })
+        .collect()
+}
+
+#[test]
+fn a_helix_beyond_the_travel_of_a_rotary_goes_round_off_the_part() {
+    let (_, text) = BUILT_IN.into_iter().find(|(name, _)| *name == "gantry-ca-fork").unwrap();
+    let machine = parse(text).unwrap().machine;
+    let setup = Setup::new(Vector3::new(1500.0, 700.0, -800.0), [0.0; 3], 100.0);
+    let kinematics = Kinematics::new(&machine, &setup);
+    let axes = AxisWords::of(&machine, false).unwrap();
+    for dialect in [Dialect::Fanuc, Dialect::G93] {
+        let template = Template::of(dialect).unwrap();
+        let plain = options(control_of(&kinematics, dialect));
+        let post = |moves: &[PostMove], unwind| {
+            let options = PostOptions { unwind, ..plain };
+            posted_with(&kinematics, PostSource::Locations, (dialect, &template), moves, &options)
+        };
+        // From the turn next to home the axis comes to its end after 1.3 turns at most, from another after 1.7.
+        let (_, report) = post(&helix(408), None).unwrap();
+        assert!(report.unwound.is_empty());
+        let moves = helix(720);
+        assert!(matches!(post(&moves, None), Err(PostError::Strays { .. })));
+        let (text, report) = post(&moves, Some(50.0)).unwrap();
+        assert_eq!(report.unwound.len(), 1);
+        let read = ReadOptions::new(reader(dialect).unwrap(), axes, 5);
+        let program = read::read(&text.replace("G91 G28 Z0.\nG90\n", ""), &read).unwrap();
+        let ran = run(&kinematics, dialect, &moves_of(&program.steps));
+        let start = ran.iter().position(|one| (one.pose.tip - moves[0].pose.tip).norm() < ROUNDING);
+        let mut wanted = moves[1..].iter().peekable();
+        for pair in ran[start.unwrap()..].windows(2) {
+            let [before, now] = [&pair[0], &pair[1]];
+            assert!(machine.out_of_travel(&now.q).is_none(), "{now:?}");
+            let turned = (now.q - before.q).fixed_rows::<2>(3).amax();
+            if now.pace == Pace::Rapid && turned > 0.1 {
+                let out = |one: &PostMove| one.pose.tip + one.pose.axis.scale(50.0);
+                let is = |one: &PostMove| (out(one) - now.pose.tip).norm() < ROUNDING;
+                assert!(moves.iter().any(is), "{now:?}");
+            }
+            let at = |one: &PostMove| (one.pose.tip - now.pose.tip).norm() < ROUNDING;
+            while wanted.next_if(|one| at(one)).is_some() {}
+        }
+        assert!(wanted.count() == 0, "{dialect:?}: places are left out");
+        assert!(report.ratios_after.iter().all(|&ratio| ratio <= 1.0 + 1e-6), "{report:?}");
+    }
+}
+
+#[test]
+fn a_template_that_says_something_else_is_found_by_reading_back() {
+    let machine = parse(BUILT_IN[0].1).unwrap().machine;
+    let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 100.0));
+    let moves = path(&kinematics, &mut Random(dice::seed()), 20);
+    let plain = options(control_of(&kinematics, Dialect::G93));
+    let post = |start: &str| {
+        let text =
+            format!("{{% extends \"g93\" %}}\n{{% block start %}}\n{start}\n{{% endblock %}}\n");
+        let template = Template::new(&text).unwrap();
+        let to = (Dialect::G93, &template);
+        posted_with(&kinematics, PostSource::Locations, to, &moves, &plain)
+    };
+    let good =
+        "G21 G90 G54 G94 G49\nT1 M6\nG43 H1\nG0 {{ first.rotary }}\nG0 {{ first.axes }}\nG93";
+    let (_, report) = post(good).unwrap();
+    assert_eq!(report.unread, None);
+    for (good_word, bad_word, part) in [
+        ("G43 H1\n", "", "instead of"),
+        ("G21", "G20", "instead of"),
+        ("G0 {{ first.axes }}\n", "", "instead of"),
+        ("G93", "G91 G93", "instead of"),
+        ("G93", "", "instead of"),
+    ] {
+        let told = post(&good.replace(good_word, bad_word)).unwrap_err().to_string();
+        assert!(told.contains("read back") && told.contains(part), "{bad_word:?}: {told}");
+    }
+    // Words that are not known are told, and the program is written.
+    let (_, report) = post(&good.replace("T1 M6", "G65 P9810 Z10.")).unwrap();
+    assert!(report.unread.unwrap().message.contains("G65"));
 }
 
 #[test]

@@ -123,7 +123,6 @@ fn words_without_motion_are_kept_or_refused() {
         .collect();
     assert_eq!(kept, ["MSG(\"cut; and run\")", "G64", "FFWON", "SOFT"]);
     refuses("G0 X1\nROT Z30", 2, "ROT");
-    refuses("IF R1==1 GOTOF ENDE", 1, "not understood");
     refuses("G1 X1 A3=1 F5", 1, "without TRAORI");
     refuses("TRAORI\nG1 X1 A3=0 B3=0 F5", 2, "length zero");
     refuses("TRAORI(2)", 1, "TRAORI with");

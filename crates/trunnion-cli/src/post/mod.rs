@@ -67,6 +67,10 @@ pub(crate) struct Args {
     /// Leave out moves that a longer one stands for.
     #[arg(long)]
     reduce: bool,
+    /// Where a rotary axis comes to the end of its travel inside a cut: go out along the tool so far, in mm, let the
+    /// rotaries go round, and come back. Without it such a cut is refused.
+    #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
+    unwind: Option<f64>,
     /// Feed in mm/min to which feeds may be raised where the axes allow; without it those of the input stay the most.
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     max_feed: Option<f64>,
@@ -186,6 +190,10 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let posted = posted.transpose()?;
     written?;
     let Some((report, note)) = posted else { return Ok(Done::Kept) };
+    if let Some(unread) = &report.unread {
+        let path = output.display();
+        eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
+    }
     let sheet = plan.sheet(&name, &note)?;
     outputs.text(&sheet_name(&name), &sheet)?;
     outputs.commit()?;
@@ -220,7 +228,7 @@ struct Plan {
 }
 
 /// What the program's head says, owned.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Head {
     name: String,
     tool: Option<u32>,
@@ -289,6 +297,7 @@ impl Plan {
                 (_, true) => PostFilter::Reduce,
                 _ => PostFilter::None,
             },
+            unwind: args.unwind,
         };
         Ok(Self {
             kinematics,
@@ -320,20 +329,22 @@ impl Plan {
         let poster = Poster::new(&self.kinematics, source, &self.options, &self.style);
         let mut poster = poster.map_err(|error| input.failure(&error))?;
         let mut text = String::with_capacity(2 * CHUNK);
-        let mut head = Head::default();
+        let (mut head, mut first) = (Head::default(), None);
         let unwritten = |error| anyhow::Error::new(error).context("writing the program");
         while let Some(one) = input.next()? {
             input.head(&mut head);
             head.spindle = self.spindle.unwrap_or(head.spindle);
             head.coolant = self.coolant;
-            let told = (&head.note(), &self.template);
+            // The head says what holds where the program starts, whenever it is written.
+            let first: &Head = first.get_or_insert_with(|| head.clone());
+            let told = (&first.note(), &self.template);
             poster.push(&mut text, &one, told).map_err(|error| input.failure(&error))?;
             if text.len() > CHUNK {
                 out.write_all(text.as_bytes()).map_err(unwritten)?;
                 text.clear();
             }
         }
-        let last = (&head.note(), &self.template);
+        let last = (&first.as_ref().unwrap_or(&head).note(), &self.template);
         let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;
         head.duration = report.seconds[1] + report.rapid_seconds;

@@ -36,6 +36,10 @@ pub(super) struct Told {
     tip_bound: f64,
     axis_bound: f64,
     rounding: f64,
+    /// Lines of the input before which the tool went out of the cut, so that rotaries could go round.
+    unwound: Vec<u32>,
+    /// The text was read back and says what was meant; false where it has words that are not understood.
+    read_back: bool,
     kept: bool,
 }
 
@@ -62,6 +66,8 @@ impl Told {
             tip_bound: report.strayed[0],
             axis_bound: report.strayed[1].to_degrees(),
             rounding: report.rounding,
+            unwound: report.unwound.clone(),
+            read_back: report.unread.is_none(),
             kept: report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
     }
@@ -95,6 +101,15 @@ impl Told {
                 ),
             ),
         ];
+        if let Some(first) = self.unwound.first() {
+            let count = self.unwound.len();
+            let times = if count == 1 { "once" } else { "times" };
+            let count = if count == 1 { String::new() } else { format!("{count} ") };
+            let text = format!(
+                "{count}{times} off the part in a cut, first before line {first} of the input"
+            );
+            lines.push(row("rotaries go round", text));
+        }
         let capped =
             self.feed_word == "tip feed" && Dialect::from_name(self.dialect) != Some(Dialect::Apt);
         if capped {

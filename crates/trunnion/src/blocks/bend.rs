@@ -20,7 +20,7 @@ pub(super) struct Bend {
 }
 
 /// Distances of the tip from the two rotary axes, workpiece side first \[mm\].
-pub(super) type Arms = [f64; 2];
+pub(crate) type Arms = [f64; 2];
 
 impl Rates {
     /// Of a straight move by `travel` over an interval of length 1.
@@ -77,7 +77,7 @@ fn stages(chain: &ChainGeometry, of: &AxisVector) -> [f64; 3] {
 }
 
 /// Distances of the tip from the rotary axes at `q`.
-pub(super) fn arms(chain: &ChainGeometry, q: &AxisVector) -> Arms {
+pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> Arms {
     let [first, second] = &chain.rotary;
     let linear = Vector3::new(q[0], q[1], q[2]);
     let inner = chain.slides[2] * linear + (chain.tip - second.point);

@@ -7,6 +7,7 @@ mod reduce;
 mod search;
 mod smooth;
 
+pub(crate) use bend::arms;
 pub use deviation::{bend, moved};
 pub use error::BlocksError;
 pub use reduce::{ReduceOptions, reduce};

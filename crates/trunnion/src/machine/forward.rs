@@ -125,6 +125,28 @@ impl Kinematics {
         // A product of two rotations of a unit vector: unit to a few roundings, no need to divide.
         ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_unchecked(axis) }
     }
+
+    /// How tip and tool axis change at `q` where the axes change by `rate`: the derivative of [`Self::forward`] along
+    /// it, workpiece frame \[mm and 1 per unit of the rate\].
+    pub fn forward_rate(&self, q: &AxisVector, rate: &AxisVector) -> [Vector3<f64>; 2] {
+        let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
+        let [linear, slide] = [q, rate].map(|of| Vector3::new(of[0], of[1], of[2]));
+        let [sin_cos1, sin_cos2] = [q[FIRST_ROTARY].sin_cos(), q[SECOND_ROTARY].sin_cos()];
+        let [spin1, spin2] = [
+            first.dir.into_inner() * rate[FIRST_ROTARY],
+            second.dir.into_inner() * rate[SECOND_ROTARY],
+        ];
+        let inner = second.turn(sin_cos2, &(slides[2] * linear + (tip - second.point)));
+        let inner_rate = spin2.cross(&inner) + second.turn(sin_cos2, &(slides[2] * slide));
+        let middle = slides[1] * linear + (second.point - first.point) + inner;
+        let middle_rate = slides[1] * slide + inner_rate;
+        let turned = first.turn(sin_cos1, &middle);
+        let tip = slides[0] * slide + spin1.cross(&turned) + first.turn(sin_cos1, &middle_rate);
+        let inner_axis = second.turn(sin_cos2, axis);
+        let axis = spin1.cross(&first.turn(sin_cos1, &inner_axis))
+            + first.turn(sin_cos1, &spin2.cross(&inner_axis));
+        [tip, axis]
+    }
 }
 
 impl RotaryJoint {
@@ -181,6 +203,28 @@ mod tests {
         assert!((*pose.axis - Vector3::new(-1.0, 0.0, 0.0)).norm() < 1e-15);
         let tip_in_machine = setup.rotation * pose.tip.coords + origin;
         assert!((tip_in_machine - Vector3::new(0.0, 0.0, -100.0)).norm() < 1e-12);
+    }
+
+    /// Against central differences: third derivatives are of the size of arms, so that a step of 1e-5 leaves 1e-8.
+    #[test]
+    fn the_rate_is_the_derivative_of_the_forward_map() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let setup = Setup::new(Vector3::new(40.0, -30.0, 20.0), [0.1, 0.2, 0.3], 120.0);
+        let kinematics = Kinematics::new(&machine, &setup);
+        for seed in 0..20_u32 {
+            let of = |k: f64| {
+                AxisVector::from_fn(|i, _| {
+                    let size = if i < 3 { 50.0 } else { 1.5 };
+                    size * (f64::from(seed) * 1.3 + k + 1.7 * i as f64).sin()
+                })
+            };
+            let (q, rate, step) = (of(0.0), of(0.7), 1e-5);
+            let [before, after] =
+                [q - rate * step, q + rate * step].map(|q| kinematics.forward(&q));
+            let [tip, axis] = kinematics.forward_rate(&q, &rate);
+            assert!((tip - (after.tip - before.tip) / (2.0 * step)).norm() < 1e-5, "{seed}");
+            assert!((axis - (*after.axis - *before.axis) / (2.0 * step)).norm() < 1e-7, "{seed}");
+        }
     }
 
     #[test]

@@ -88,6 +88,16 @@ pub enum PipelineError {
         /// What is wrong with it.
         faults: Vec<Fault>,
     },
+    /// A program that says something else than was meant: of the strings in the machine file, or a mistake of the writer.
+    #[error("{file}, line {line}: {what}")]
+    Differs {
+        /// Program file.
+        file: &'static str,
+        /// Line of the program.
+        line: u32,
+        /// What was read and what was meant.
+        what: String,
+    },
     /// The check of a program.
     #[error("checking the program: {0}")]
     Verify(VerifyError),

@@ -12,6 +12,7 @@ mod pace;
 mod post;
 mod programs;
 mod reach;
+mod read_back;
 mod regions;
 mod retracts;
 mod stages;
@@ -28,6 +29,7 @@ pub use post::{
 };
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
+pub use read_back::ReadBackError;
 pub use stages::{
     CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS, motion_limits,
     smoothing,

@@ -4,6 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::material;
 use super::post::control_of;
+use super::read_back::{self, ReadBackError};
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
 use crate::axes::Followed;
@@ -20,7 +21,7 @@ use crate::nc::write::{
     self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
 use crate::surface::FaceIndex;
-use crate::types::{Block, Leg, Motion, Progress, Rest, ToolPose};
+use crate::types::{Block, Fault, Leg, Motion, Progress, Rest, ToolPose};
 use crate::verify::{self, Carving, Stock};
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -70,6 +71,9 @@ pub struct Program {
     pub blocks: Vec<Block>,
     /// Bound on what rounding its words does at the cutter \[mm\].
     pub rounding: f64,
+    /// Every block was read back from the text and found to say what was meant, unless there is something here: the
+    /// first words that the reader does not understand, such as strings of the machine file.
+    pub unread: Option<Fault>,
     /// What replaying the text found; `None` for a dialect that is not read back.
     pub check: Option<verify::Report>,
     /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
@@ -131,7 +135,7 @@ pub(super) fn write(
         if rounding > share {
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
-        let text = text(job, &form, &blocks, words, (moved, &remarks))?;
+        let (text, unread) = text(job, &form, &blocks, words, (moved, &remarks))?;
         let (check, others, carving) = if form.checked {
             let program = read_back(&text, form.file, words)?;
             let mut check = check(job, &program, rest, progress)?;
@@ -143,7 +147,9 @@ pub(super) fn write(
         };
         let Form { dialect, file, .. } = form;
         let dialect = dialect.name();
-        programs.push(Program { dialect, file, text, blocks, rounding, check, others, carving });
+        let program =
+            Program { dialect, file, text, blocks, rounding, unread, check, others, carving };
+        programs.push(program);
     }
     Ok(programs)
 }
@@ -218,7 +224,7 @@ fn text(
     blocks: &[Block],
     axes: AxisWords,
     (moved, remarks): (&Moved<'_>, &[Remark]),
-) -> Result<String, PipelineError> {
+) -> Result<(String, Option<Fault>), PipelineError> {
     let control = job.budget.shares.control;
     let blend = Some([control, control / cover::lever(&job.cutter)]);
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
@@ -226,8 +232,14 @@ fn text(
     let shares = shares(job);
     let note = Note { remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let mut text = String::new();
-    write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
-    Ok(text)
+    let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
+    match read_back::whole(&job.kinematics, &style, blocks, (&text, &ends)) {
+        Ok(()) => Ok((text, None)),
+        Err(ReadBackError::Unread(faults)) => Ok((text, faults.into_iter().next())),
+        Err(ReadBackError::Differs { line, what }) => {
+            Err(PipelineError::Differs { file: form.file, line, what })
+        }
+    }
 }
 
 fn read_back(

@@ -1,4 +1,4 @@
-//! Arithmetic as Sinumerik and Klartext write it: `R1 + 2*(3 - SIN(30))`.
+//! Arithmetic and conditions as Sinumerik and Klartext write them: `R1 + 2*(3 - SIN(30))`, `R1 < 5 AND NOT R2 == 3`.
 
 use super::log::{Remark, excerpt};
 use super::number;
@@ -6,6 +6,10 @@ use std::collections::HashMap;
 
 /// Brackets in brackets.
 const DEEPEST: u32 = 60;
+
+/// Two values closer than this share of the larger, or of 1, are equal: a thousand sums of numbers such as 0.1 differ
+/// by less.
+const EQUAL: f64 = 1e-10;
 
 /// An expression and where it stands.
 pub(super) struct Written<'a> {
@@ -18,14 +22,14 @@ pub(super) struct Written<'a> {
     pub(super) comma: bool,
 }
 
-/// Its value; `variables` have upper-case names.
+/// Its value, 1 and 0 of what holds and does not; `variables` have upper-case names.
 pub(super) fn value(
     written: &Written<'_>,
     variables: &HashMap<Box<str>, f64>,
 ) -> Result<f64, Remark> {
     let Written { text, from, at: offset, comma } = *written;
     let mut scan = Scan { text, at: from, offset, depth: 0, comma, variables };
-    let value = scan.sum()?;
+    let value = scan.any()?;
     scan.blanks();
     if scan.at < text.len() {
         let message = format!("{} is not understood", excerpt(text));
@@ -66,6 +70,55 @@ impl Scan<'_> {
         Err(self.remark("this has no finite value", "look at what it is made of"))
     }
 
+    /// Passes a word, if it stands here.
+    fn takes(&mut self, word: &str) -> bool {
+        self.blanks();
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
+        let found = rest.get(..length).is_some_and(|name| name.eq_ignore_ascii_case(word));
+        self.at += if found { length } else { 0 };
+        found
+    }
+
+    /// `a OR b`.
+    fn any(&mut self) -> Result<f64, Remark> {
+        let mut left = self.all()?;
+        while self.takes("OR") {
+            let right = self.all()?;
+            left = flag(left.abs() > 0.0 || right.abs() > 0.0);
+        }
+        Ok(left)
+    }
+
+    /// `a AND b`.
+    fn all(&mut self) -> Result<f64, Remark> {
+        let mut left = self.comparison()?;
+        while self.takes("AND") {
+            let right = self.comparison()?;
+            left = flag(left.abs() > 0.0 && right.abs() > 0.0);
+        }
+        Ok(left)
+    }
+
+    /// `a < b`, `NOT a == b`.
+    fn comparison(&mut self) -> Result<f64, Remark> {
+        let mut not = false;
+        while self.takes("NOT") {
+            not = !not;
+        }
+        let left = self.sum()?;
+        self.blanks();
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let Some((sign, holds)) = COMPARISONS.iter().find(|(sign, _)| rest.starts_with(sign))
+        else {
+            return Ok(if not { flag(left.abs() <= 0.0) } else { left });
+        };
+        self.at += sign.len();
+        let right = self.sum()?;
+        let equal = (left - right).abs() <= EQUAL * left.abs().max(right.abs()).max(1.0);
+        Ok(flag(not != holds(left - right, equal)))
+    }
+
     fn sum(&mut self) -> Result<f64, Remark> {
         let mut left = self.product()?;
         loop {
@@ -84,15 +137,19 @@ impl Scan<'_> {
     fn product(&mut self) -> Result<f64, Remark> {
         let mut left = self.factor()?;
         loop {
-            self.blanks();
-            let times = match self.peek() {
-                Some(b'*') => true,
-                Some(b'/') => false,
-                _ => return Ok(left),
-            };
-            self.at += 1;
+            let [whole, rest] = [self.takes("DIV"), self.takes("MOD")];
+            let sign = self.peek().filter(|byte| matches!(byte, b'*' | b'/'));
+            if sign.is_none() && !whole && !rest {
+                return Ok(left);
+            }
+            self.at += usize::from(sign.is_some());
             let right = self.factor()?;
-            left = self.finite(if times { left * right } else { left / right })?;
+            left = self.finite(match sign {
+                Some(b'*') => left * right,
+                Some(_) => left / right,
+                None if whole => (left / right).trunc(),
+                None => left % right,
+            })?;
         }
     }
 
@@ -133,13 +190,32 @@ impl Scan<'_> {
 
     fn bracket(&mut self) -> Result<f64, Remark> {
         self.at += 1;
-        let value = self.sum()?;
+        let value = self.any()?;
         self.blanks();
         if self.peek() != Some(b')') {
             return Err(self.remark(") is missing here", "close the bracket"));
         }
         self.at += 1;
         Ok(value)
+    }
+
+    /// `ATAN2(y, x)`, behind its name.
+    fn arc_tangent(&mut self) -> Result<f64, Remark> {
+        let mut arguments = [0.0; 2];
+        for (place, mark) in arguments.iter_mut().zip([b'(', b',']) {
+            self.blanks();
+            if self.peek() != Some(mark) {
+                return Err(self.remark("ATAN2 needs two values", "write ATAN2(y, x)"));
+            }
+            self.at += 1;
+            *place = self.any()?;
+        }
+        self.blanks();
+        if self.peek() != Some(b')') {
+            return Err(self.remark(") is missing here", "close the bracket"));
+        }
+        self.at += 1;
+        Ok(arguments[0].atan2(arguments[1]).to_degrees())
     }
 
     /// `R1`, `SIN(30)`.
@@ -150,11 +226,16 @@ impl Scan<'_> {
         let start = self.at;
         self.at += length;
         self.blanks();
-        if self.peek() == Some(b'(')
-            && let Some(function) = function(&name)
-        {
-            let argument = self.bracket()?;
-            return self.finite(function(argument));
+        if name == "PI" {
+            return Ok(std::f64::consts::PI);
+        }
+        if name == "ATAN2" {
+            return self.arc_tangent();
+        }
+        if let Some(function) = function(&name) {
+            // Klartext writes SIN 30, too.
+            let argument = if self.peek() == Some(b'(') { self.bracket() } else { self.factor() };
+            return self.finite(function(argument?));
         }
         self.variables.get(name.as_str()).copied().ok_or_else(|| {
             let message = format!("{} has no value", excerpt(&name));
@@ -163,6 +244,24 @@ impl Scan<'_> {
         })
     }
 }
+
+/// What holds is 1.
+fn flag(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+/// By the difference of both sides, and whether they are equal.
+type Holds = fn(f64, bool) -> bool;
+
+/// The longer sign first.
+const COMPARISONS: [(&str, Holds); 6] = [
+    ("==", |_, equal| equal),
+    ("<>", |_, equal| !equal),
+    ("<=", |by, equal| by < 0.0 || equal),
+    (">=", |by, equal| by > 0.0 || equal),
+    ("<", |by, equal| by < 0.0 && !equal),
+    (">", |by, equal| by > 0.0 && !equal),
+];
 
 /// Functions; angles in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
@@ -174,8 +273,10 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
         "ACOS" => |x| x.acos().to_degrees(),
         "SQRT" => f64::sqrt,
         "ABS" => f64::abs,
-        "POT" => |x| x * x,
-        "TRUNC" => f64::trunc,
+        "POT" | "SQ" => |x| x * x,
+        "TRUNC" | "INT" => f64::trunc,
+        "FRAC" => f64::fract,
+        "NEG" => |x| -x,
         "ROUND" => f64::round,
         "LN" => f64::ln,
         "EXP" => f64::exp,
@@ -191,7 +292,7 @@ mod tests {
     fn products_bind_before_sums() {
         let variables = HashMap::from([("R1".into(), 2.0)]);
         let found = |text: &str| {
-            let written = Written { text, from: 0, at: 0, comma: true };
+            let written = Written { text, from: 0, at: 0, comma: !text.contains("ATAN2") };
             value(&written, &variables).map_err(|remark| remark.message)
         };
         let cases = [
@@ -200,6 +301,13 @@ mod tests {
             ("SIN(30)*2,5", 1.25),
             ("+R1 + +5", 7.0),
             ("8-2-1", 5.0),
+            ("SIN 30 * 2", 1.0),
+            ("7 MOD 4 + 9 DIV 2", 7.0),
+            ("ATAN2(1, -1)", 135.0),
+            ("0.1 + 0.2 == 0.3", 1.0),
+            ("R1 < 2 OR NOT R1 <> 2", 1.0),
+            ("(R1 >= 2) AND (R1 + 1 <= 2)", 0.0),
+            ("NOT 1", 0.0),
         ];
         for (text, expected) in cases {
             assert!((found(text).unwrap() - expected).abs() < 1e-12, "{text}");

@@ -60,6 +60,25 @@ const STARTS: [(&str, Dialect); 20] = [
     ("DEF INT", Dialect::Siemens),
 ];
 
+/// Statements that only one language begins a block with, behind its number and label.
+const STATEMENTS: [(&str, Dialect); 15] = [
+    ("GOTOF", Dialect::Siemens),
+    ("GOTOB", Dialect::Siemens),
+    ("FOR ", Dialect::Siemens),
+    ("WHILE R", Dialect::Siemens),
+    ("IF R", Dialect::Siemens),
+    ("ENDIF", Dialect::Siemens),
+    ("ENDFOR", Dialect::Siemens),
+    ("ENDWHILE", Dialect::Siemens),
+    ("ENDLOOP", Dialect::Siemens),
+    ("IF[", Dialect::Fanuc),
+    ("IF [", Dialect::Fanuc),
+    ("WHILE[", Dialect::Fanuc),
+    ("WHILE [", Dialect::Fanuc),
+    ("CALL LBL", Dialect::Heidenhain),
+    ("LBL ", Dialect::Heidenhain),
+];
+
 /// Words that only one language has, anywhere on a line.
 const WORDS: [(&str, Dialect); 27] = [
     ("TRAORI", Dialect::Siemens),
@@ -136,6 +155,10 @@ impl Dialect {
         if is_klartext(after_number) {
             return Some(Self::Heidenhain);
         }
+        let bare = behind_number_and_label(after_number);
+        if let Some((_, dialect)) = STATEMENTS.iter().find(|(word, _)| bare.starts_with(word)) {
+            return Some(*dialect);
+        }
         let said = without_comments(&upper);
         WORDS.iter().find(|(word, _)| said.contains(word)).map(|&(_, dialect)| dialect)
     }
@@ -145,6 +168,16 @@ impl fmt::Display for Dialect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// A block without `N10` and `LABEL:`.
+fn behind_number_and_label(line: &str) -> &str {
+    let number =
+        line.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    let line = number.unwrap_or(line).trim_start();
+    let name = |label: &str| label.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let label = line.split_once(':').filter(|(label, _)| label.len() > 1 && name(label));
+    label.map_or(line, |(_, rest)| rest).trim_start()
 }
 
 /// `L X+10`, `LN X-3`.
@@ -235,6 +268,11 @@ mod tests {
             ("PARTNO DEMO\nUNITS/MM\n", Dialect::Apt),
             ("goto / 1,2,3\n", Dialect::Apt),
             ("G0 X1\nG234 H1\n", Dialect::Haas),
+            ("N10 R1=0\nN20 AGAIN: IF R1==5 GOTOF ENDE\n", Dialect::Siemens),
+            ("G0 X1\nENDWHILE\n", Dialect::Siemens),
+            ("o1 while [#1 lt 2]\no1 endwhile\n", Dialect::LinuxCnc),
+            ("#1=1\nN5 WHILE [#1 LT 5] DO 1\n", Dialect::Fanuc),
+            ("12 CALL LBL 3 REP 2\n", Dialect::Heidenhain),
             ("", Dialect::LinuxCnc),
         ];
         for (text, dialect) in cases {

@@ -38,6 +38,7 @@ mod siemens;
 mod step;
 mod steps;
 mod tally;
+mod tape;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
@@ -46,7 +47,7 @@ pub use cl::{
 };
 pub use dialect::Dialect;
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
-pub use steps::{Steps, read, steps};
+pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;
 
 use crate::types::AXES;

@@ -75,14 +75,19 @@ impl Reader {
     pub(super) fn is_busy(&self) -> bool {
         match &self.language {
             Language::Gcode(gcode) => !self.is_over() && gcode.is_busy(),
-            _ => false,
+            Language::Siemens(siemens) => !self.is_over() && siemens.is_busy(),
+            Language::Heidenhain(klartext) => !self.is_over() && klartext.is_busy(),
+            Language::None => false,
         }
     }
 
     /// Runs it.
     pub(super) fn advance(&mut self) {
-        if let Language::Gcode(gcode) = &mut self.language {
-            gcode.advance(&mut self.state);
+        match &mut self.language {
+            Language::Gcode(gcode) => gcode.advance(&mut self.state),
+            Language::Siemens(siemens) => siemens.advance(&mut self.state),
+            Language::Heidenhain(klartext) => klartext.advance(&mut self.state),
+            Language::None => {}
         }
     }
 
@@ -112,20 +117,19 @@ impl Reader {
     /// Every fault, once the program is over.
     pub(super) fn finish(&mut self) -> Vec<Fault> {
         if self.state.log.faults.is_empty() {
-            let ended = self.state.control.ended;
-            let message = "the program has no end: a line is missing, or the file was cut";
             match &mut self.language {
                 Language::Gcode(gcode) => gcode.finish(&mut self.state),
-                Language::Siemens(_) if !ended => {
-                    self.state.log.whole(message, "end it with M30, M17 or RET");
-                }
-                Language::Heidenhain(_) if !ended => {
-                    self.state.log.whole(message, "end it with END PGM or M30");
-                }
-                _ => {}
+                Language::Siemens(siemens) => siemens.finish(&mut self.state),
+                Language::Heidenhain(klartext) => klartext.finish(&mut self.state),
+                Language::None => {}
             }
         }
         self.state.log.faults.clone()
+    }
+
+    /// Faults so far.
+    pub(super) fn faults(&self) -> &[Fault] {
+        &self.state.log.faults
     }
 
     pub(super) fn warnings(&self) -> &[Fault] {

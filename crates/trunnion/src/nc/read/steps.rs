@@ -25,6 +25,54 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Vec<Fault>> {
     })
 }
 
+/// A program that is handed in line by line, for one that is read while it is written; see [`steps`].
+#[derive(Debug)]
+pub struct LineReader {
+    reader: Reader,
+}
+
+impl LineReader {
+    /// Starts a program.
+    pub fn new(options: &ReadOptions) -> Self {
+        Self { reader: Reader::new(options) }
+    }
+
+    /// Takes in a line, without its line break; the steps it makes are appended.
+    ///
+    /// # Errors
+    ///
+    /// Every fault so far.
+    pub fn line(&mut self, line: &str, out: &mut Vec<Step>) -> Result<(), Vec<Fault>> {
+        if !self.reader.is_over() {
+            self.reader.line(line);
+        }
+        loop {
+            out.extend(std::iter::from_fn(|| self.reader.pop()));
+            if !self.reader.is_busy() {
+                break;
+            }
+            self.reader.advance();
+        }
+        let faults = self.reader.faults();
+        if faults.is_empty() { Ok(()) } else { Err(faults.to_vec()) }
+    }
+
+    /// What was kept but not understood, or looks like a slip, so far.
+    pub fn warnings(&self) -> &[Fault] {
+        self.reader.warnings()
+    }
+
+    /// Ends the program.
+    ///
+    /// # Errors
+    ///
+    /// Every fault.
+    pub fn finish(mut self) -> Result<(), Vec<Fault>> {
+        let faults = self.reader.finish();
+        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+}
+
 /// Steps of a program whose lines come one by one. In memory is the longest loop or subprogram; the rest
 /// of the program, too, once a subprogram is called that stands behind its call.
 ///

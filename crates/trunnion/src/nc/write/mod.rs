@@ -21,6 +21,7 @@ pub use error_bound::{Coordinates, rounding};
 pub use program::{BlockPace, ProgramWriter, Style};
 pub use sheet::{program_sheet, setup_sheet, work_offset};
 pub use template::{Template, TemplateError};
+pub(crate) use whole::pace;
 pub use whole::program;
 
 use std::fmt;

@@ -16,6 +16,9 @@ const LARGEST_FEED: f64 = 99_999.999;
 /// Decimals of feed words.
 const FEED_DECIMALS: u8 = 3;
 
+/// Decimals of inverse-time words below 1, of blocks longer than a minute: three would be too coarse.
+const SLOW_DECIMALS: u8 = 6;
+
 /// Significant digits of tip feeds: they change where that matters, by up to a hundredth.
 const FEED_DIGITS: i64 = 1000;
 
@@ -73,7 +76,7 @@ pub enum BlockPace {
         seconds: f64,
         /// Way of the tip in the workpiece frame \[mm\].
         length: f64,
-        /// Way of both rotaries together \[rad\]; where the tip stands, F is theirs.
+        /// Way of the rotaries, the root of the sum of both squares \[rad\]; where the tip stands, F is theirs.
         turn: f64,
     },
 }
@@ -211,7 +214,9 @@ impl ProgramWriter {
             return Ok(());
         }
         self.waiting = Waiting::default();
-        let feed = feed.map(|of| self.feed_word(&of)).transpose()?;
+        // Where no word of the tip changes, a control takes F as the speed of the rotaries.
+        let still = words.iter().take(3).zip(&self.last).all(|(now, last)| Some(*now) == *last);
+        let feed = feed.map(|of| self.feed_word(&of, still)).transpose()?;
         self.blocks += 1;
         if self.style.dialect == Dialect::Apt {
             self.location(out, (&words, vector), feed);
@@ -286,18 +291,21 @@ impl ProgramWriter {
     }
 
     /// Feed word, rounded down: never faster than planned.
-    fn feed_word(&self, of: &Waiting) -> Result<Fixed, WriteError> {
+    fn feed_word(&self, of: &Waiting, still: bool) -> Result<Fixed, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
         }
         if self.style.inverse_time {
-            let feed = Fixed::down((60.0 / of.seconds).min(LARGEST_FEED), FEED_DECIMALS);
+            let value = (60.0 / of.seconds).min(LARGEST_FEED);
+            let decimals = if value < 1.0 { SLOW_DECIMALS } else { FEED_DECIMALS };
             // The quotient itself was rounded, maybe up.
+            let feed = Fixed::down(value, decimals);
             let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
             return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
         }
-        let way = if of.length > 0.0 { of.length } else { of.turn.to_degrees() };
+        let moves = of.length > 0.0 && !(still && of.turn > 0.0);
+        let way = if moves { of.length } else { of.turn.to_degrees() };
         let feed = Fixed::down(60.0 * way / of.seconds * (1.0 + ROUNDED), FEED_DECIMALS);
         feed.filter(|feed| !feed.is_zero()).map(|feed| feed.coarse(FEED_DIGITS)).ok_or(failed)
     }

@@ -6,7 +6,8 @@ use super::{Note, WriteError};
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{Block, Motion};
 
-/// Writes blocks with their passes and the remarks of `note`; how many are written.
+/// Writes blocks with their passes and the remarks of `note`; the bytes at which the text of each ends, the first being
+/// the start of the program.
 ///
 /// The first block says where the program starts. Links run at their planned time, too: all axes together. A block
 /// whose words all round to those before it is left out, and its time is added to the next.
@@ -19,10 +20,11 @@ pub fn program(
     kinematics: &Kinematics,
     blocks: &[Block],
     (note, style, template): (&Note<'_>, &Style, &Template),
-) -> Result<usize, WriteError> {
+) -> Result<Vec<usize>, WriteError> {
     let (mut before, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
     let start = (&before.q, &before.pose);
     let mut writer = ProgramWriter::new(out, kinematics, (note, style, template), start)?;
+    let mut ends = vec![out.len()];
     let mut remarks = note.remarks.iter().peekable();
     let mut passes = Passes::default();
     for (index, block) in rest.iter().enumerate() {
@@ -33,13 +35,19 @@ pub fn program(
         if let Some(line) = passes.line(block.motion) {
             writer.comment(out, &line);
         }
-        let length = (block.pose.tip - before.pose.tip).norm();
-        let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
-        let pace = BlockPace::Timed { seconds: block.duration, length, turn };
-        writer.block(out, (&block.q, &block.pose), pace)?;
+        writer.block(out, (&block.q, &block.pose), pace(before, block))?;
+        ends.push(out.len());
         before = block;
     }
-    Ok(writer.finish(out))
+    writer.finish(out);
+    Ok(ends)
+}
+
+/// How a block is run.
+pub(crate) fn pace(before: &Block, block: &Block) -> BlockPace {
+    let length = (block.pose.tip - before.pose.tip).norm();
+    let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();
+    BlockPace::Timed { seconds: block.duration, length, turn }
 }
 
 /// Counts passes; one that a remark parts goes on.

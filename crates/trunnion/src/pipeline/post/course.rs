@@ -1,5 +1,6 @@
 //! Moves of an input to places on the machine, close enough for its control to stay within tolerance.
 
+use super::ahead::{Part, Planned};
 use super::{PostError, PostMove, PostOptions, PostPace, PostSource};
 use crate::blocks::{Control, bend, moved};
 use crate::inverse::{Inverse, InverseError};
@@ -34,9 +35,11 @@ pub(super) struct Place {
     pub(super) pose: ToolPose,
     /// A block ends here.
     pub(super) block: bool,
+    /// The first of a retract.
+    pub(super) goes_out: bool,
     /// Least time from the place before, by what is programmed; `None` for rapid \[s\].
     pub(super) least: Option<f64>,
-    /// Way of the tip and turn of both rotaries from the place before \[mm, rad\].
+    /// Way of the tip, and of both rotaries (the root of the sum of squares), from the place before \[mm, rad\].
     pub(super) tip: f64,
     pub(super) turn: f64,
 }
@@ -138,11 +141,13 @@ impl Course {
     }
 
     /// Takes in a move: places up to its end are appended. The first only says where the program starts.
-    pub(super) fn go(&mut self, one: &PostMove, out: &mut Vec<Place>) -> Result<(), PostError> {
+    pub(super) fn go(&mut self, planned: &Planned, out: &mut Vec<Place>) -> Result<(), PostError> {
+        let one = &planned.one;
         let home = self.target.inverse.kinematics().machine().home();
         let near = self.at.as_ref().map_or(home, |at| at.q);
-        let q = match one.q {
-            Some(q) if self.own => self.inside_travel(one.line, q)?,
+        let q = match (planned.stand, one.q) {
+            (Some(q), _) => q,
+            (_, Some(q)) if self.own => self.inside_travel(one.line, q)?,
             _ => self.axes(one.line, &one.pose, &near)?,
         };
         let to = Stop { q, pose: one.pose, source: one.q.unwrap_or(q) };
@@ -170,7 +175,8 @@ impl Course {
             per_share,
             out,
         };
-        if same || (rapid && self.target.control != Control::Axes) {
+        let turns = planned.part == Some(Part::Turn);
+        if same || turns || (rapid && self.target.control != Control::Axes) {
             return self.direct([from, to], 1.0, &mut leg);
         }
         let source = std::mem::replace(&mut self.source, PostSource::Locations);
@@ -429,12 +435,13 @@ struct Leg<'a> {
 impl Leg<'_> {
     fn push(&mut self, from: &Stop, to: &Stop, (block, share): (bool, f64)) {
         let tip = (to.pose.tip - from.pose.tip).norm();
-        let turn = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
+        let turn = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).norm();
         let least = self.per_length * tip + self.per_share * share;
         self.out.push(Place {
             q: to.q,
             pose: to.pose,
             block,
+            goes_out: false,
             least: (!self.rapid).then_some(least),
             tip,
             turn,

@@ -3,6 +3,7 @@
 use crate::feed::FeedError;
 use crate::inverse::InverseError;
 use crate::nc::write::WriteError;
+use crate::pipeline::ReadBackError;
 use crate::toolpath::SmoothError;
 
 /// Why an input was not posted.
@@ -64,6 +65,9 @@ pub enum PostError {
     /// Writing failed.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The text says something else than was meant.
+    #[error("the program was read back: {0}")]
+    ReadBack(#[from] ReadBackError),
 }
 
 impl PostError {
@@ -91,10 +95,14 @@ impl PostError {
             }
             Self::Reach { .. } => "turn the part (--rotation), or post it for another machine",
             Self::Strays { .. } => {
-                "part the cut by a rapid move off the part before this line, or turn the part (--rotation)"
+                "let the rotaries go round off the part (--unwind), part the cut by a rapid move before this line, or turn \
+                 the part (--rotation)"
             }
             Self::Refused { help, .. } => help,
             Self::Reversal { .. } => "insert locations between",
+            Self::ReadBack(_) => {
+                "look at what the template and the strings of the machine file switch on before"
+            }
             _ => "",
         }
     }

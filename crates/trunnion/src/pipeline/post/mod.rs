@@ -3,6 +3,7 @@
 //! ```text
 //! replay  steps of a program to moves
 //! filter  moves smoothed, or fewer of them
+//! ahead   which way round the rotaries go, so that cuts stay inside travel
 //! course  moves to places on the machine, close enough for its control
 //! pace    times of places, window by window
 //! gauge   what it asks of the axes, what it takes on a control without look-ahead
@@ -10,6 +11,8 @@
 //!
 //! Memory is that of the window, however long the input is.
 
+mod ahead;
+mod corner;
 mod course;
 mod error;
 mod filter;
@@ -22,15 +25,19 @@ pub use filter::PostFilter;
 pub use replay::{Left, ProgramMoves};
 
 use crate::blocks::Control;
+use crate::inverse::Inverse;
 use crate::machine::{Interpolation, Kinematics};
 use crate::nc::write::{
     BlockPace, Coordinates, Dialect, Note, ProgramWriter, Style, Template, rounding,
 };
-use crate::types::{AxisVector, ToolPose};
+use crate::pipeline::read_back::{ReadBack, ReadBackError};
+use crate::types::{AxisVector, Fault, ToolPose};
+use ahead::{Ahead, Part, Planned};
 use course::{Course, Place};
 use filter::Filter;
 use gauge::{ControlModel, Gauge};
 use pace::{Pace, Timed};
+use std::collections::VecDeque;
 
 /// Where moves come from, and with that what the tool does between them.
 #[derive(Debug, Clone)]
@@ -92,13 +99,17 @@ pub struct PostOptions {
     pub window: usize,
     /// What is done to the moves first; it takes part of the tolerance.
     pub filter: PostFilter,
+    /// Where a rotary axis comes to the end of its travel inside a cut, and no other way from the start of the cut leads
+    /// farther: the tool goes so far out along its axis \[mm\], the rotaries go round, and it comes back. `None`: such
+    /// a cut is refused. Controls that choose the rotaries themselves are left to do so.
+    pub unwind: Option<f64>,
 }
 
 /// Rows that let a machine stop from full speed in fine programs.
 pub const POST_WINDOW: usize = 4096;
 
 /// What posting did.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PostReport {
     /// Moves read, blocks written.
     pub blocks: [usize; 2],
@@ -118,6 +129,11 @@ pub struct PostReport {
     pub strayed: [f64; 2],
     /// Bound on what rounding the words moves the tip by \[mm\].
     pub rounding: f64,
+    /// Lines of the input before which the tool went out and back, so that rotaries could go round.
+    pub unwound: Vec<u32>,
+    /// Every block was read back from the text and found to say what was meant, unless there is something here: the
+    /// first words of the program that its reader does not understand, such as those of a shop's own template.
+    pub unread: Option<Fault>,
 }
 
 /// Times and counts of blocks, input or output.
@@ -152,8 +168,10 @@ pub struct Poster {
     course: Course,
     filter: Filter,
     filtered: Vec<PostMove>,
-    /// How fast the input asks for the move that was read last.
-    asked: PostPace,
+    ahead: Ahead,
+    planned: Vec<Planned>,
+    /// How fast the input asks for the moves that are looked at ahead.
+    asked: VecDeque<PostPace>,
     /// Where the input is, on the machine; moves that are not filtered are their own measure.
     read: Option<(AxisVector, ToolPose)>,
     running: Option<Running>,
@@ -169,6 +187,8 @@ pub struct Poster {
 struct Running {
     pace: Pace,
     writer: ProgramWriter,
+    /// Reads what the writer writes; `None` once it does not understand it.
+    read_back: Option<ReadBack>,
     /// The last place whose time is known, and the last block end.
     at: (AxisVector, ToolPose),
     block: (AxisVector, ToolPose),
@@ -196,7 +216,9 @@ impl Poster {
             style: *style,
             filter: Filter::new(options.filter, source.clone(), options.tolerance),
             filtered: Vec::new(),
-            asked: PostPace::Rapid,
+            ahead: Ahead::new(chooses(kinematics, &source, style)?, options.unwind),
+            planned: Vec::new(),
+            asked: VecDeque::new(),
             read: None,
             course: Course::new(kinematics, source, &rest)?,
             running: None,
@@ -220,48 +242,74 @@ impl Poster {
         one: &PostMove,
         head: (&Note<'_>, &Template),
     ) -> Result<(), PostError> {
-        self.asked = one.pace;
+        let asked = one.pace;
         let one = PostMove { pace: self.capped(one.pace), ..*one };
         if self.options.filter == PostFilter::None {
-            return self.take(out, &one, head);
+            self.asked.push_back(asked);
+            return self.look(out, &one, head);
         }
         let to = (self.course.near(&one, self.read.as_ref())?, one.pose);
         if let Some(from) = self.read.replace(to) {
-            self.tell_before(&from, &to, &one);
+            self.tell_before(&from, &to, asked);
         }
         let mut filtered = std::mem::take(&mut self.filtered);
         self.filter.push(&one, &mut filtered)?;
         for one in filtered.drain(..) {
-            self.take(out, &one, head)?;
+            self.look(out, &one, head)?;
         }
         self.filtered = filtered;
         Ok(())
     }
 
-    /// Takes in a move that is to be posted as it is.
-    fn take(
+    /// Takes in a move that is to be posted as it is, once its rotaries are chosen.
+    fn look(
         &mut self,
         out: &mut String,
         one: &PostMove,
         head: (&Note<'_>, &Template),
     ) -> Result<(), PostError> {
+        let mut planned = std::mem::take(&mut self.planned);
+        self.ahead.push(one, &mut planned);
+        for one in planned.drain(..) {
+            self.take(out, &one, head)?;
+        }
+        self.planned = planned;
+        Ok(())
+    }
+
+    /// Runs a move.
+    fn take(
+        &mut self,
+        out: &mut String,
+        planned: &Planned,
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
         let from = self.course.place();
         self.places.clear();
-        self.course.go(one, &mut self.places)?;
+        self.course.go(planned, &mut self.places)?;
         let Some(to) = self.course.place() else { return Ok(()) };
+        let asked = if planned.part.is_none() { self.asked.pop_front() } else { None };
         let Some(from) = from else {
+            let begin = out.len();
             let writer = ProgramWriter::new(
                 out,
                 &self.kinematics,
                 (head.0, &self.style, head.1),
                 (&to.0, &to.1),
             )?;
-            let pace = Pace::new(self.kinematics.machine(), &self.options, to.0)?;
-            self.running = Some(Running { pace, writer, at: to, block: to, waiting: [0.0; 3] });
+            let pace = Pace::new(&self.kinematics, &self.options, to.0)?;
+            let text = out.get(begin..).unwrap_or_default();
+            let read = ReadBack::new(&self.kinematics, &self.style, (text, &to.1));
+            let read_back = self.understood(read)?;
+            let waiting = [0.0; 3];
+            self.running = Some(Running { pace, writer, read_back, at: to, block: to, waiting });
             return Ok(());
         };
-        if self.options.filter == PostFilter::None {
-            self.tell_before(&from, &to, one);
+        if let Some(asked) = asked {
+            self.tell_before(&from, &to, asked);
+        }
+        if let (Some(Part::Out), Some(place)) = (planned.part, self.places.first_mut()) {
+            place.goes_out = true;
         }
         let Some(running) = &mut self.running else { return Ok(()) };
         for place in &self.places {
@@ -283,24 +331,35 @@ impl Poster {
         let mut filtered = std::mem::take(&mut self.filtered);
         self.filter.finish(&mut filtered)?;
         for one in &filtered {
+            self.look(out, one, head)?;
+        }
+        let mut planned = Vec::new();
+        self.ahead.finish(&mut planned);
+        for one in &planned {
             self.take(out, one, head)?;
         }
         let Some(running) = self.running.take() else { return Err(PostError::Empty) };
-        let Running { pace, writer, at, block, waiting } = running;
+        let Running { pace, writer, read_back, at, block, waiting } = running;
         pace.finish(&mut self.timed)?;
         // The rest is written by the same code, with a planner that has nothing left.
-        let rest = Pace::new(self.kinematics.machine(), &self.options, at.0)?;
-        self.running = Some(Running { pace: rest, writer, at, block, waiting });
+        let rest = Pace::new(&self.kinematics, &self.options, at.0)?;
+        self.running = Some(Running { pace: rest, writer, read_back, at, block, waiting });
         self.write(out)?;
         let Some(running) = self.running.take() else { return Err(PostError::Empty) };
         self.before.rapid();
         self.after.rapid();
+        let begin = out.len();
         self.report.blocks[1] = running.writer.finish(out);
+        if let Some(read) = running.read_back {
+            let ended = read.end(out.get(begin..).unwrap_or_default());
+            self.understood(ended)?;
+        }
         self.report.seconds = [self.before.seconds, self.after.seconds];
         self.report.model_seconds = [self.before.model, self.after.model];
         self.report.ratios_before = self.before.gauge.worst;
         self.report.ratios_after = self.after.gauge.worst;
         let [course, filter] = [self.course.strayed, self.filter.strayed()];
+        self.report.unwound = std::mem::take(&mut self.ahead.unwound);
         self.report.strayed = [course[0] + filter[0], course[1] + filter[1]];
         Ok(self.report)
     }
@@ -308,6 +367,18 @@ impl Poster {
     /// Report so far.
     pub fn moves(&self) -> usize {
         self.report.blocks[0]
+    }
+
+    /// What reading back gives, if the reader understands the text; if not, that is noted.
+    fn understood<T>(&mut self, read: Result<T, ReadBackError>) -> Result<Option<T>, PostError> {
+        match read {
+            Ok(read) => Ok(Some(read)),
+            Err(ReadBackError::Unread(faults)) => {
+                self.report.unread = faults.into_iter().next();
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 
     fn capped(&self, pace: PostPace) -> PostPace {
@@ -322,15 +393,15 @@ impl Poster {
         &mut self,
         from: &(AxisVector, ToolPose),
         to: &(AxisVector, ToolPose),
-        one: &PostMove,
+        asked: PostPace,
     ) {
         self.report.blocks[0] += 1;
-        if one.pace == PostPace::Rapid {
+        if asked == PostPace::Rapid {
             return self.before.rapid();
         }
         let travel = to.0 - from.0;
         let length = (to.1.tip - from.1.tip).norm();
-        let told = match self.asked {
+        let told = match asked {
             PostPace::Feed(feed) => length / feed,
             PostPace::Seconds(seconds) => seconds,
             PostPace::Rapid => 0.0,
@@ -384,7 +455,16 @@ impl Poster {
                 let off = rounding(&self.kinematics, &place.q, words, coordinates, 0.0);
                 self.report.rounding = self.report.rounding.max(off);
             }
+            let begin = out.len();
+            if place.goes_out {
+                running.writer.comment(out, "out of the cut, rotaries go round, and back");
+            }
             running.writer.block(out, (&place.q, &place.pose), pace)?;
+            if let Some(mut read) = running.read_back.take() {
+                let text = out.get(begin..).unwrap_or_default();
+                let done = read.block(text, (&place.q, &place.pose), pace);
+                running.read_back = self.understood(done)?.map(|()| read);
+            }
             running.waiting = [0.0; 3];
             running.block = running.at;
         }
@@ -404,6 +484,21 @@ impl Poster {
         self.after.gauge.push(&(one.place.q - running.at.0), one.seconds);
         self.after.seconds += one.seconds;
     }
+}
+
+/// The inverse, where rotaries are chosen here: not for a program that is for the machine already, nor for a control that
+/// is told vectors.
+fn chooses(
+    kinematics: &Kinematics,
+    source: &PostSource,
+    style: &Style,
+) -> Result<Option<Inverse>, PostError> {
+    let own = matches!(source, PostSource::Program(of) if **of == *kinematics);
+    let vectors = style.dialect.is_vector() || style.dialect == Dialect::Apt;
+    if own || vectors {
+        return Ok(None);
+    }
+    Inverse::new(kinematics).map(Some).map_err(|error| PostError::reach(0, error))
 }
 
 /// How a dialect's control moves between blocks, as the machine file says where it speaks of that dialect.

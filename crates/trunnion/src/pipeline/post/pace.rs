@@ -1,9 +1,10 @@
 //! Times of places: the axes along a smooth path that passes all of them, window by window.
 
+use super::corner::Corner;
 use super::course::Place;
 use super::{PostError, PostMethod, PostOptions};
 use crate::feed::{JerkStream, Limits, Step, Stream, StreamOptions};
-use crate::machine::Machine;
+use crate::machine::Kinematics;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisNode, AxisVector, Motion};
 use std::collections::VecDeque;
@@ -25,11 +26,6 @@ const CHANGE: f64 = 0.5;
 
 /// Programmed speeds count as different from this ratio on.
 const DIFFERENT: f64 = 1.05;
-
-/// Between its straight part and a block end, the path that is timed strays by at most a third of the distance
-/// times the change of direction: from the Bernstein coefficients of the quintic, 0.3 of it, where the neighbour is
-/// short.
-const STRAY: f64 = 1.0 / 3.0;
 
 /// A place and when it is passed.
 #[derive(Debug, Clone, Copy)]
@@ -104,6 +100,7 @@ struct Closing {
 /// Takes in places, hands out their times.
 #[derive(Debug)]
 pub(super) struct Pace {
+    kinematics: Kinematics,
     planner: Planner,
     /// Velocities and accelerations of the axes.
     limits: [AxisVector; 2],
@@ -123,10 +120,11 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(
-        machine: &Machine,
+        kinematics: &Kinematics,
         options: &PostOptions,
         at: AxisVector,
     ) -> Result<Self, PostError> {
+        let machine = kinematics.machine();
         let limits = Limits {
             velocity: machine.vector(|axis| axis.vel),
             rapid: machine.vector(|axis| axis.rapid),
@@ -147,6 +145,7 @@ impl Pace {
             PostMethod::Jerk => Planner::Jerk(Box::new(JerkStream::new(limits, stream)?)),
         };
         Ok(Self {
+            kinematics: kinematics.clone(),
             planner,
             limits: [limits.velocity, limits.acceleration],
             tolerance: options.tolerance,
@@ -230,9 +229,12 @@ impl Pace {
     /// the path that is timed may leave them.
     fn corner(&mut self, before: &Straight, mut after: Straight) -> Result<(), PostError> {
         let change = after.rate - before.rate;
-        let [linear, rotary] = [change.fixed_rows::<3>(0).norm(), change.fixed_rows::<2>(3).norm()];
-        let [tip, axis] = self.tolerance;
-        let reach = (tip / linear).min(axis / rotary) / STRAY;
+        let corner = Corner {
+            q: before.place.q,
+            rates: [before.rate, after.rate],
+            length: before.length.max(after.length),
+        };
+        let reach = corner.reach(&self.kinematics, self.tolerance);
         let within = |length: f64| if reach >= length { length } else { reach.min(0.5 * length) };
         let [near, far] = [within(before.length), within(after.length)];
         let weight = 1.0 / (near + far);

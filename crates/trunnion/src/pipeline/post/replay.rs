@@ -96,6 +96,11 @@ impl ProgramMoves {
         self.spindle
     }
 
+    /// Where the tool is.
+    pub fn pose(&self) -> ToolPose {
+        self.inverse[0].kinematics().forward(&self.q)
+    }
+
     /// What was left out so far.
     pub fn left(&self) -> Left {
         let mut left = self.left;

@@ -183,7 +183,7 @@ impl Block {
             return Err(Remark::new(scan.at, "= is missing here", help));
         }
         scan.at += 1;
-        let value = scan.value(env)?.number;
+        let value = if env.fanuc { scan.sum(env)? } else { scan.value(env)?.number };
         if self.assignments.len() >= MOST {
             let message = format!("more than {MOST} parameters set on a line");
             return Err(Remark::new(scan.at, message, "break it up"));
@@ -234,8 +234,9 @@ fn letter_alone(scan: &Scan<'_>, at: usize, remark: Remark) -> Remark {
     let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
     let word = rest.get(..end).unwrap_or_default().to_ascii_uppercase();
     if ["IF", "GOTO", "WHILE", "DO", "END", "THEN", "POPEN", "DPRNT"].contains(&word.as_str()) {
-        let message = format!("{word}: macro statements are not understood");
-        return Remark::new(at, message, "run them in CAM, or write o-words as LinuxCNC has them");
+        let message = format!("{word}: not a macro statement that is understood");
+        let help = "IF .. GOTO, IF .. THEN, WHILE .. DO, END and GOTO are, at Fanuc and Haas, on a line of their own";
+        return Remark::new(at, message, help);
     }
     let next = rest.as_bytes().get(1);
     let word = next.is_some_and(u8::is_ascii_alphabetic) && remark.message.contains("no function");

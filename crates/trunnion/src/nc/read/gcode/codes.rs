@@ -50,6 +50,8 @@ pub(super) struct Now {
     pub(super) returns: bool,
     /// Subprogram, times, place.
     pub(super) call: Option<(Box<str>, u32, usize)>,
+    /// Parameters of its own.
+    pub(super) arguments: Option<Vec<f64>>,
 }
 
 impl Now {
@@ -66,6 +68,10 @@ impl Gcode {
         block: &mut Block,
         (text, now): (&str, &mut Now),
     ) -> Result<(), Remark> {
+        let calls = |code: &Code| code.letter == b'G' && code.tenths == 650;
+        if self.dialect != Dialect::LinuxCnc && block.codes.iter().any(calls) {
+            return super::macros::macro_call(block, (text, now));
+        }
         for at in 0..block.codes.len() {
             let Some(&code) = block.codes.get(at) else { break };
             let group = if code.letter == b'G' {
@@ -451,7 +457,7 @@ pub(super) fn not_understood(code: Code, text: &str, dialect: Dialect) -> Remark
         (b'G', 330..=339 | 760) => "threading follows the spindle; read the program without it",
         (b'G', 380..=389 | 310) => "where a probe stops is not in the program",
         (b'G', 160 | 510 | 511 | 680) => "polar, scaled or turned coordinates: post plain ones",
-        (b'G', 650..=669) => "macro calls: write o-words, or M98",
+        (b'G', 650..=669) => "modal macro calls: write G65 or M98 at each place",
         (b'G', 70 | 80 | 960) => "of lathes",
         (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
         (b'M', _) => "it may move the machine; leave it out of the program to be checked",

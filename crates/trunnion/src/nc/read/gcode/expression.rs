@@ -16,6 +16,8 @@ pub(super) struct Env<'a> {
     pub(super) parameters: &'a Parameters,
     pub(super) control: &'a Control,
     pub(super) line: u32,
+    /// Rounding functions and ATAN as Fanuc has them.
+    pub(super) fanuc: bool,
 }
 
 /// A cursor on a line.
@@ -233,6 +235,11 @@ impl<'a> Scan<'a> {
         Ok(value)
     }
 
+    /// `a + b * c`: Fanuc has it without brackets behind =.
+    pub(super) fn sum(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        self.operations(1, env)
+    }
+
     /// Operators from a level on; equal levels bind from the left.
     fn operations(&mut self, level: u8, env: &Env<'_>) -> Result<f64, Remark> {
         if level > TIGHTEST {
@@ -306,11 +313,19 @@ impl<'a> Scan<'a> {
             return Err(Remark::new(at, message, help));
         };
         let argument = self.bracket(env)?;
-        if name == "ATAN" {
+        self.blanks();
+        if name == "ATAN" && !(env.fanuc && self.peek() != Some(b'/')) {
             self.expect(b'/')?;
             self.blanks();
             let below = self.bracket(env)?;
             return Ok(argument.atan2(below).to_degrees());
+        }
+        match name.as_str() {
+            "ATAN" => return Ok(argument.atan().to_degrees()),
+            // Towards zero and away from it; LinuxCNC goes down and up.
+            "FIX" if env.fanuc => return Ok(argument.trunc()),
+            "FUP" if env.fanuc => return Ok(argument.abs().ceil().copysign(argument)),
+            _ => {}
         }
         finite(function(argument), at, || format!("{name}[{argument}]"))
     }
@@ -343,7 +358,7 @@ mod tests {
 
     fn value(text: &str) -> Result<f64, String> {
         let (parameters, control) = env(&[("7", 2.0), ("depth", -3.5), ("3", 7.0)]);
-        let env = Env { parameters: &parameters, control: &control, line: 1 };
+        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: false };
         let mut scan = Scan::new(text, 0);
         let value = scan.value(&env).map_err(|remark| remark.message)?.number;
         scan.blanks();
@@ -376,6 +391,18 @@ mod tests {
         for (text, expected) in cases {
             let found = value(text).unwrap();
             assert!((found - expected).abs() < 1e-12, "{text} is {found}");
+        }
+    }
+
+    #[test]
+    fn fanuc_rounds_towards_zero_and_has_one_sided_arc_tangents() {
+        let (parameters, control) = env(&[]);
+        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: true };
+        let value = |text: &str| Scan::new(text, 0).value(&env).unwrap().number;
+        for (text, expected) in
+            [("FIX[-2.5]", -2.0), ("FUP[-2.5]", -3.0), ("ATAN[1]", 45.0), ("ATAN[1]/[-1]", 135.0)]
+        {
+            assert!((value(text) - expected).abs() < 1e-12, "{text}");
         }
     }
 

@@ -45,8 +45,8 @@ pub(super) enum Of {
     File,
     /// `o<name> sub`.
     Sub,
-    /// `O1000 .. M99`, to be run so often again.
-    Numbered { again: u32 },
+    /// `O1000 .. M99`, to be run so often again; with parameters of its own (`G65`).
+    Numbered { again: u32, scoped: bool },
 }
 
 /// Lines being collected.
@@ -70,7 +70,8 @@ struct Wanted {
 /// A call.
 #[derive(Debug, Clone)]
 pub(super) struct Call {
-    pub(super) arguments: Vec<f64>,
+    /// Parameters of its own begin with these; `None`: it has those of its caller.
+    pub(super) arguments: Option<Vec<f64>>,
     pub(super) times: u32,
 }
 
@@ -169,10 +170,14 @@ impl Flow {
     }
 
     fn enter(&mut self, lines: Arc<[Line]>, numbered: bool, call: Call) -> Called {
-        let of =
-            if numbered { Of::Numbered { again: call.times.saturating_sub(1) } } else { Of::Sub };
+        let of = if numbered {
+            let scoped = call.arguments.is_some();
+            Of::Numbered { again: call.times.saturating_sub(1), scoped }
+        } else {
+            Of::Sub
+        };
         self.frames.push(Frame { lines, next: 1, loops: Vec::new(), of });
-        Called::Runs((!numbered).then_some(call.arguments))
+        Called::Runs(call.arguments)
     }
 
     /// Looks whether a line ahead begins or ends the subprogram that is wanted.
@@ -222,6 +227,11 @@ impl Flow {
 }
 
 impl Frame {
+    /// Its parameters are its own.
+    pub(super) fn is_scoped(&self) -> bool {
+        matches!(self.of, Of::Sub | Of::Numbered { scoped: true, .. })
+    }
+
     /// The line of a label and one of some keywords, from a line on.
     pub(super) fn find(&self, label: &str, keywords: &[Keyword], from: usize) -> Option<usize> {
         let is = |line: &Line| {

@@ -7,6 +7,7 @@ mod cycle;
 mod expression;
 mod flow;
 mod label;
+mod macros;
 mod motion;
 mod offsets;
 mod owords;
@@ -25,6 +26,7 @@ use cycle::Cycle;
 use expression::Env;
 use flow::{Call, Flow, Of, Taken};
 use label::OWord;
+use macros::Macros;
 use parameters::Parameters;
 
 /// What axis words do.
@@ -72,6 +74,7 @@ pub(super) struct Gcode {
     block: Option<Box<Block>>,
     parameters: Parameters,
     flow: Flow,
+    macros: Macros,
     /// A line said something.
     ran: bool,
     /// Lines of the file so far, and lone `%` among them.
@@ -104,6 +107,7 @@ impl Gcode {
             block: Some(Box::new(Block::new())),
             parameters: Parameters::new(&options.parameters),
             flow: Flow::default(),
+            macros: Macros::new(options.most_repeated),
             ran: false,
             lines: 0,
             percents: 0,
@@ -111,31 +115,27 @@ impl Gcode {
     }
 
     fn env<'a>(&'a self, state: &'a State) -> Env<'a> {
-        Env { parameters: &self.parameters, control: &state.control, line: state.log.line }
+        Env {
+            parameters: &self.parameters,
+            control: &state.control,
+            line: state.log.line,
+            fanuc: self.dialect != Dialect::LinuxCnc,
+        }
     }
 
     /// There are lines to run before the file's next.
     pub(super) fn is_busy(&self) -> bool {
-        self.flow.is_busy()
+        self.flow.is_busy() || self.macros.tape.is_busy()
     }
 
     /// Runs one of them.
     pub(super) fn advance(&mut self, state: &mut State) {
-        let Some(frame) = self.flow.frames.last_mut() else {
-            if let Some((number, text)) = self.flow.next_ahead() {
-                self.of_file(state, (number, &text));
-            }
-            return;
-        };
+        let Some(frame) = self.flow.frames.last_mut() else { return self.advance_file(state) };
         let at = frame.next;
         frame.next += 1;
         let lines = std::sync::Arc::clone(&frame.lines);
         let Some((number, text)) = lines.get(at) else {
-            if frame.of == Of::Sub {
-                self.parameters.leave();
-            }
-            self.flow.frames.pop();
-            return;
+            return self.leave();
         };
         state.log.line = *number;
         if !self.may_repeat(state, text) {
@@ -146,9 +146,34 @@ impl Gcode {
                 let done = self.o_word_in_frame(state, &word, (at, text));
                 note(state, text, done);
             }
-            Some((from, None)) => self.plain(state, (text, from)),
+            Some((from, None)) => self.statement_or_plain(state, (text, from), at),
             None => {}
         }
+    }
+
+    /// Runs a line of the file again, or one that was read ahead of its turn.
+    fn advance_file(&mut self, state: &mut State) {
+        match self.macros.tape.play() {
+            Ok(Some((number, text))) => self.run_of_file(state, (number, &text)),
+            Ok(None) => {
+                if let Some((number, text)) = self.flow.next_ahead() {
+                    self.of_file(state, (number, &text));
+                }
+            }
+            Err(remark) => {
+                state.log.fault("", remark);
+                state.control.ended = true;
+            }
+        }
+    }
+
+    /// Ends the lines that run.
+    fn leave(&mut self) {
+        if self.flow.frames.pop().is_some_and(|frame| frame.is_scoped()) {
+            self.parameters.leave();
+        }
+        let level = self.flow.frames.len();
+        self.macros.leave(level);
     }
 
     /// Counts a line that is run out of turn.
@@ -180,14 +205,38 @@ impl Gcode {
     }
 
     fn of_file(&mut self, state: &mut State, (number, text): (u32, &str)) {
+        self.macros.tape.record(number, text);
+        if self.dialect != Dialect::LinuxCnc && text.as_bytes().contains(&b'#') {
+            // From here on a loop may count, and lead back to any line.
+            self.macros.tape.keep(text);
+        }
+        self.run_of_file(state, (number, text));
+    }
+
+    fn run_of_file(&mut self, state: &mut State, (number, text): (u32, &str)) {
         state.log.line = number;
+        if self.macros.passes(text) {
+            return;
+        }
         match self.beginning(state, text) {
             Some((_, Some(word))) => {
                 let done = self.o_word_of_file(state, &word, (number, text));
                 note(state, text, done);
             }
-            Some((from, None)) => self.plain(state, (text, from)),
+            Some((from, None)) => {
+                let line = usize::try_from(number).unwrap_or(usize::MAX);
+                self.statement_or_plain(state, (text, from), line);
+            }
             None => {}
+        }
+    }
+
+    /// A line without O-word, which is number `line` of the file or of the subprogram that runs.
+    fn statement_or_plain(&mut self, state: &mut State, (text, from): (&str, usize), line: usize) {
+        match self.statement(state, (text, from), line) {
+            Ok(true) => {}
+            Ok(false) => self.plain(state, (text, from)),
+            Err(remark) => state.log.fault(text, remark),
         }
     }
 
@@ -224,13 +273,14 @@ impl Gcode {
         (false, from)
     }
 
-    /// A line without O-word.
+    /// Words.
     fn plain(&mut self, state: &mut State, (text, from): (&str, usize)) {
         let mut block = self.block.take().unwrap_or_else(|| Box::new(Block::new()));
         let before = state.log.faults.len();
         {
             let State { control, log } = state;
-            let env = Env { parameters: &self.parameters, control, line: log.line };
+            let fanuc = self.dialect != Dialect::LinuxCnc;
+            let env = Env { parameters: &self.parameters, control, line: log.line, fanuc };
             block.scan((text, from), &env, |remark| log.fault(text, remark));
         }
         if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
@@ -252,6 +302,10 @@ impl Gcode {
             state.log.fault(text, remark);
         }
         for (key, value) in block.assignments.drain(..) {
+            if key == parameters::ALARM && self.dialect != Dialect::LinuxCnc {
+                let message = "the program raises an alarm here (#3000)";
+                state.log.fault(text, Remark::new(0, message, "look at what it found wrong"));
+            }
             self.parameters.set(key, value);
         }
         self.after(state, &now, text);
@@ -264,7 +318,7 @@ impl Gcode {
         }
         state.control.ended |= now.ends;
         if let Some((label, times, at)) = &now.call {
-            let call = Call { arguments: Vec::new(), times: *times };
+            let call = Call { arguments: now.arguments.clone(), times: *times };
             let done = self.run_sub((label, true), call, *at);
             note(state, text, done);
         }
@@ -277,8 +331,8 @@ impl Gcode {
     fn return_numbered(&mut self, state: &mut State) {
         match self.flow.frames.last_mut() {
             Some(frame) => match &mut frame.of {
-                Of::Numbered { again: 0 } => _ = self.flow.frames.pop(),
-                Of::Numbered { again } => (*again, frame.next) = (*again - 1, 1),
+                Of::Numbered { again: 0, .. } => self.leave(),
+                Of::Numbered { again, .. } => (*again, frame.next) = (*again - 1, 1),
                 _ => state.control.ended = true,
             },
             // The main program would begin anew, and what it does is known by then.
@@ -290,6 +344,9 @@ impl Gcode {
     pub(super) fn finish(&mut self, state: &mut State) {
         if let Some(open) = self.flow.open().filter(|_| !state.control.ended) {
             state.log.whole(&open.message, &open.help);
+        } else if let Some((line, remark)) = self.macros.open().filter(|_| !state.control.ended) {
+            state.log.line = line;
+            state.log.fault("", remark);
         } else if !state.control.ended && (self.ran || !self.flow.has_subs()) {
             let message = "the program has no end: a line is missing, or the file was cut";
             state.log.whole(message, "end it with M2 or M30");

@@ -228,7 +228,7 @@ impl Gcode {
             arguments.push(scan.bracket(&env)?);
         }
         nothing_more(&scan)?;
-        self.run_sub((&word.label, false), Call { arguments, times: 1 }, word.at)
+        self.run_sub((&word.label, false), Call { arguments: Some(arguments), times: 1 }, word.at)
     }
 
     /// Calls a subprogram, now or once it is found.

@@ -13,6 +13,9 @@ const HIGHEST: f64 = 1e6;
 /// Parameters that stay in memory; a program that makes up more is not one for a machine.
 const MOST: usize = 100_000;
 
+/// Fanuc stops with an alarm where this one is set.
+pub(super) const ALARM: Key = Key::Number(3000);
+
 /// Which parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Key {

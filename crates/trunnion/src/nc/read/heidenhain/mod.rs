@@ -1,5 +1,6 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
+mod flow;
 mod function;
 mod path;
 mod token;
@@ -8,6 +9,7 @@ use super::control::SLOTS;
 use super::log::{Remark, excerpt};
 use super::reader::State;
 use super::{ReadOptions, Step};
+use flow::Flow;
 use std::collections::HashMap;
 use token::{Token, Tokens};
 
@@ -29,6 +31,7 @@ pub(super) struct Heidenhain {
     spatial: bool,
     /// The cycle being defined.
     cycle: u32,
+    flow: Flow,
     lines: u32,
     /// A block that goes on, and its first line.
     joined: String,
@@ -47,6 +50,7 @@ impl Heidenhain {
             shortest: false,
             spatial: false,
             cycle: 0,
+            flow: Flow::new(options.most_repeated),
             lines: 0,
             joined: String::new(),
             first: 0,
@@ -54,15 +58,48 @@ impl Heidenhain {
         }
     }
 
-    /// Reads a line.
+    /// There are blocks to run before the file's next.
+    pub(super) fn is_busy(&self) -> bool {
+        self.flow.tape.is_busy()
+    }
+
+    /// Runs one of them.
+    pub(super) fn advance(&mut self, state: &mut State) {
+        match self.flow.tape.play() {
+            Ok(Some((number, text))) => self.run_line(state, (number, &text)),
+            Ok(None) => {}
+            Err(remark) => {
+                state.log.fault("", remark);
+                state.control.ended = true;
+            }
+        }
+    }
+
+    /// What is missing at the end.
+    pub(super) fn finish(&self, state: &mut State) {
+        if let Some((line, remark)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = line;
+            state.log.fault("", remark);
+        } else if !state.control.ended {
+            let message = "the program has no end: a line is missing, or the file was cut";
+            state.log.whole(message, "end it with END PGM or M30");
+        }
+    }
+
+    /// Reads a line of the file.
     pub(super) fn line(&mut self, state: &mut State, text: &str) {
         self.lines = self.lines.saturating_add(1);
-        state.log.line = self.lines;
+        self.flow.tape.record(self.lines, text);
+        self.run_line(state, (self.lines, text));
+    }
+
+    fn run_line(&mut self, state: &mut State, (number, text): (u32, &str)) {
+        state.log.line = number;
         // A tool called before the program begins is as good as one called in it.
         state.control.length |= self.lines == 1;
         let code = text.split(';').next().unwrap_or_default().trim_end();
         if let Some(part) = code.strip_suffix('~') {
-            self.begin_or_go_on(part);
+            self.begin_or_go_on(number, part);
             if self.joined.len() > LONGEST {
                 let message = format!("a block of more than {LONGEST} bytes");
                 state
@@ -75,15 +112,15 @@ impl Heidenhain {
         if self.joined.is_empty() {
             return self.block(state, code);
         }
-        self.begin_or_go_on(code);
+        self.begin_or_go_on(number, code);
         state.log.line = self.first;
         let block = std::mem::take(&mut self.joined);
         self.block(state, &block);
     }
 
-    fn begin_or_go_on(&mut self, part: &str) {
+    fn begin_or_go_on(&mut self, number: u32, part: &str) {
         if self.joined.is_empty() {
-            self.first = self.lines;
+            self.first = number;
         }
         self.joined.push_str(part);
         self.joined.push(' ');
@@ -127,6 +164,21 @@ impl Heidenhain {
     }
 
     fn statement(&mut self, state: &mut State, code: &str, from: usize) -> Result<(), Remark> {
+        let label = flow::label_of(code, from);
+        if label.is_some() || starts(code, from, "CALL") || starts(code, from, "FN") {
+            // Blocks may be run again from here on.
+            self.flow.tape.keep(code);
+        }
+        if let Some(label) = label.filter(|label| *label != "0") {
+            self.flow.note(label, state.log.line);
+        }
+        if self.flow.passes(label) {
+            return Ok(());
+        }
+        if let Some(label) = label {
+            self.label(label);
+            return Ok(());
+        }
         let mut tokens = Tokens::new(code, from);
         let Some(first) = tokens.next_token() else { return Ok(()) };
         let word = first.text.to_ascii_uppercase();
@@ -142,8 +194,8 @@ impl Heidenhain {
             }
             "FUNCTION" => self.function(state, (&first, code), &mut tokens),
             "CYCL" => self.cycle(state, (&first, code), &mut tokens),
-            "FN" => self.formula(&mut tokens, code),
-            "LBL" => Ok(()),
+            "FN" => self.formula(state, &mut tokens, code),
+            "CALL" => self.call(state, (&first, code), &mut tokens),
             _ if is_q(&word) => self.assign((&first, code), 0),
             // `M3` and the like stand alone, too.
             _ if word.starts_with('M') || word.starts_with('S') => {
@@ -259,18 +311,25 @@ impl Heidenhain {
         Ok(())
     }
 
-    /// `FN 0: Q1 = +5`, up to `FN 4`.
-    fn formula(&mut self, tokens: &mut Tokens<'_>, code: &str) -> Result<(), Remark> {
+    /// `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
+    fn formula(
+        &mut self,
+        state: &State,
+        tokens: &mut Tokens<'_>,
+        code: &str,
+    ) -> Result<(), Remark> {
         let Some(kind) = tokens.next_token() else { return Ok(()) };
         let number = kind.text.trim_end_matches(':').parse::<u32>().unwrap_or(u32::MAX);
-        if number > 4 {
+        if !matches!(number, 0..=7 | 9..=12) {
             let message = format!("FN {} is not understood", excerpt(kind.text));
-            let help = "FN 0 to FN 4 are; jumps are not run: post the path itself";
-            return Err(Remark::new(kind.at, message, help));
+            return Err(Remark::new(kind.at, message, "FN 0 to FN 7 and FN 9 to FN 12 are"));
         }
         let after = code.get(kind.at..).unwrap_or_default().find(':').map_or(0, |at| at + 1);
         let text = code.get(kind.at + after..).unwrap_or_default();
         let from = kind.at + after + text.len() - text.trim_start().len();
+        if number >= 9 {
+            return self.condition(state, (number, code, from));
+        }
         let first = Token { text: "", at: from };
         self.assign((&first, code), from)
     }
@@ -289,6 +348,11 @@ impl Heidenhain {
     }
 }
 
+/// A block begins with a word.
+fn starts(code: &str, from: usize, word: &str) -> bool {
+    code.get(from..from + word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word))
+}
+
 /// `Q1`, `QL2`, `QR3`.
 fn is_q(word: &str) -> bool {
     let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
@@ -298,7 +362,6 @@ fn is_q(word: &str) -> bool {
 fn not_understood(token: &Token<'_>, code: &str) -> Remark {
     let rest = excerpt(code.get(token.at..).unwrap_or_default());
     let help = match token.text.to_ascii_uppercase().as_str() {
-        "CALL" => "labels and programs are not called; post the path itself",
         "PLANE" => "tilted planes are not followed; post with TCPM",
         "RND" | "CHF" | "CT" | "APPR" | "DEP" | "FL" | "FC" | "FLT" | "FCT" | "FPOL" => {
             "write the contour as L, C and CR"

@@ -176,8 +176,8 @@ fn not_understood(item: &Item<'_>, code: &str) -> Remark {
     let text = super::super::log::excerpt(code.get(item.at..item.end).unwrap_or_default());
     let name = item.text_name().to_ascii_uppercase();
     let help = match name.as_str() {
-        "IF" | "GOTOF" | "GOTOB" | "GOTO" | "WHILE" | "FOR" | "LOOP" | "REPEAT" | "CALL" => {
-            "jumps, loops and subprograms are not run; post the path itself"
+        "CALL" | "PCALL" | "EXTCALL" | "MCALL" | "CASE" | "PROC" | "EXTERN" => {
+            "programs of other files are not known; put their lines here"
         }
         "ROT" | "AROT" | "MIRROR" | "SCALE" | "CYCLE800" | "TOROT" | "TOFRAME" => {
             "turned frames are not followed; post plain coordinates"
@@ -185,7 +185,6 @@ fn not_understood(item: &Item<'_>, code: &str) -> Remark {
         "A2" | "B2" | "C2" | "LEAD" | "TILT" | "A4" | "A5" | "A6" | "A7" => {
             "write the tool axis as A3= B3= C3=, or rotary axes"
         }
-        "DEF" => "use R parameters",
         _ => "is it the right dialect?",
     };
     Remark::new(item.at, format!("{text} is not understood as siemens"), help)

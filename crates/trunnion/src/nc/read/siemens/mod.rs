@@ -1,6 +1,7 @@
 //! Sinumerik programs: `X10`, `A3=0.5`, `C=ACP(33)`, `CYCLE832(..)`, `R1=5`.
 
 mod codes;
+mod flow;
 mod value;
 mod word;
 
@@ -10,6 +11,7 @@ use super::gcode::axis_of;
 use super::log::{Remark, column};
 use super::reader::State;
 use super::{Pace, ReadOptions, Step, Turning, Way};
+use flow::{Flow, Head};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -33,6 +35,7 @@ pub(super) struct Siemens {
     plane: usize,
     /// R parameters and variables, upper case.
     variables: HashMap<Box<str>, f64>,
+    flow: Flow,
     lines: u32,
     block_delete: Option<bool>,
 }
@@ -92,15 +95,49 @@ impl Siemens {
             incremental: false,
             plane: 0,
             variables: given.collect(),
+            flow: Flow::new(options.most_repeated),
             lines: 0,
             block_delete: options.block_delete,
         }
     }
 
-    /// Reads a line.
+    /// There are lines to run before the file's next.
+    pub(super) fn is_busy(&self) -> bool {
+        self.flow.tape.is_busy()
+    }
+
+    /// Runs one of them.
+    pub(super) fn advance(&mut self, state: &mut State) {
+        match self.flow.tape.play() {
+            Ok(Some((number, text))) => self.run_line(state, (number, &text)),
+            Ok(None) => {}
+            Err(remark) => {
+                state.log.fault("", remark);
+                state.control.ended = true;
+            }
+        }
+    }
+
+    /// What is missing at the end.
+    pub(super) fn finish(&self, state: &mut State) {
+        if let Some((line, remark)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = line;
+            state.log.fault("", remark);
+        } else if !state.control.ended {
+            let message = "the program has no end: a line is missing, or the file was cut";
+            state.log.whole(message, "end it with M30, M17 or RET");
+        }
+    }
+
+    /// Reads a line of the file.
     pub(super) fn line(&mut self, state: &mut State, text: &str) {
         self.lines = self.lines.saturating_add(1);
-        state.log.line = self.lines;
+        self.flow.tape.record(self.lines, text);
+        self.run_line(state, (self.lines, text));
+    }
+
+    fn run_line(&mut self, state: &mut State, (number, text): (u32, &str)) {
+        state.log.line = number;
         let code = word::without_comment(text);
         state.control.length |= self.lines == 1;
         let start = code.len() - code.trim_start().len();
@@ -120,7 +157,18 @@ impl Siemens {
                 }
             }
         }
-        if let Err(remark) = self.block(state, code, from) {
+        let head = Head::of(code, from);
+        if head.may_return() {
+            self.flow.tape.keep(text);
+        }
+        if self.flow.passes(&head) {
+            return;
+        }
+        let done = match head.word {
+            Some(word) => self.decide(state, (code, &head), word),
+            None => self.block(state, code, head.at),
+        };
+        if let Err(remark) = done {
             state.log.fault(text, remark);
         }
     }
@@ -151,9 +199,13 @@ impl Siemens {
         (item, code): (&Item<'_>, &str),
     ) -> Result<(), Remark> {
         let name = item.text_name().to_ascii_uppercase();
-        if name.starts_with('R') && item.is_assignment() && item.number_of("R").is_some() {
+        let named = name.bytes().take(2).all(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+        let known = name.len() > 1 && named && self.variables.contains_key(name.as_str());
+        if (known || item.number_of("R").is_some()) && item.is_assignment() {
             let (value, _) = self.value(item)?;
             self.variables.insert(name.into(), value.number);
+            // From here on a loop may count, and lead back to any block number.
+            self.flow.tape.keep(code);
             return Ok(());
         }
         if let Some(at) = ["A3", "B3", "C3"].iter().position(|known| *known == name) {
