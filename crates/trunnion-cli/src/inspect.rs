@@ -3,6 +3,8 @@
 mod cl;
 mod program;
 
+pub(crate) use program::parameter;
+
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, part, text};

@@ -271,3 +271,42 @@ fn smoothing_takes_less_time_and_reducing_fewer_blocks() {
         assert!(number(&told[better][1]) < number(&plain[better][1]), "{told}\n{plain}");
     }
 }
+
+#[test]
+fn a_program_with_two_tools_is_posted_tool_by_tool() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "G21 G90 G94 G54\nT1 M6\nG43 H1\nG0 X0 Y0 Z60 B0 C0\nG1 Z50 F600\nX10\nG0 Z90\n\
+                T2 M6\nG43 H2\nG0 X0 Y20 Z60\nG1 Z55 F300\nX#<_hal[wide]>\n/ Y30\nG0 Z90\nM2\n";
+    fs::write(folder.path().join("two.ngc"), text).unwrap();
+    let input = folder.path().join("two.ngc");
+    let output = post(
+        folder.path(),
+        &[
+            &["two.ngc", "--set", "_hal[wide]=25", "--block-delete=false"],
+            &on_bc("g93", "one.nc")[..],
+        ]
+        .concat(),
+    );
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        output.status.code() == Some(2) && told.contains("two.ngc:8:") && told.contains("--tool"),
+        "{told}"
+    );
+    for (tool, way, last) in [("1", 10.0 + 10.0, "X10"), ("2", 5.0 + 25.0, "X25")] {
+        let mut arguments = on_bc("g93", "one.nc");
+        arguments.extend(["--tool", tool, "--set", "_hal[wide]=25", "--block-delete=false"]);
+        let told = posted(folder.path(), &input, &arguments);
+        assert!((number(&told["length"]) - way).abs() < 1e-9, "{told}");
+        let text = fs::read_to_string(folder.path().join("one.nc")).unwrap();
+        assert!(text.contains(&format!("T{tool} M6")) && text.contains(last), "{text}");
+    }
+    let told = trunnion(
+        folder.path(),
+        &["inspect", "two.ngc", "--json", "--set", "_hal[wide]=25", "--block-delete=false"],
+    );
+    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let seconds: Vec<f64> =
+        told["by_tool"].as_array().unwrap().iter().map(|own| number(&own["seconds"])).collect();
+    // 10 mm down at 10 mm/s, 10 across; the second 5 down and 25 across at 5 mm/s.
+    assert!((seconds[0] - 2.0).abs() < 1e-9 && (seconds[1] - 6.0).abs() < 1e-9, "{seconds:?}");
+}

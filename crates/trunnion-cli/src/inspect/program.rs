@@ -7,7 +7,7 @@ use crate::text;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use trunnion::nc::read::{self, AxisWord, AxisWords, Dialect, ReadOptions, Tally};
+use trunnion::nc::read::{self, AxisWord, AxisWords, Dialect, ReadOptions, Step, Tally};
 
 /// How programs are called.
 const ENDINGS: [&str; 11] =
@@ -43,7 +43,7 @@ fn dialect(name: &str) -> Result<Dialect, String> {
     })
 }
 
-fn parameter(text: &str) -> Result<(String, f64), String> {
+pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.rsplit_once('=').ok_or("write NAME=VALUE")?;
     let value: f64 = value.trim().parse().map_err(|_| format!("{value} is no number"))?;
     if value.is_finite() {
@@ -58,6 +58,22 @@ fn parameter(text: &str) -> Result<(String, f64), String> {
 struct Axis {
     name: char,
     range: [f64; 2],
+}
+
+/// Moves from one tool change to the next.
+#[derive(Debug, serde::Serialize)]
+struct ByTool {
+    tool: u32,
+    blocks: usize,
+    /// With rapid speed, and with feed.
+    length: [f64; 2],
+    seconds: f64,
+}
+
+impl ByTool {
+    fn new(tool: u32, tally: &Tally) -> Self {
+        Self { tool, blocks: tally.blocks, length: tally.length, seconds: tally.seconds }
+    }
 }
 
 /// What `--json` says; mm, degrees, s.
@@ -75,6 +91,8 @@ struct Told {
     seconds: f64,
     axes: Vec<Axis>,
     tools: Vec<u32>,
+    /// What each tool does, in order; what stands before the first is left out.
+    by_tool: Vec<ByTool>,
     warnings: Vec<String>,
 }
 
@@ -133,9 +151,18 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<Told, Failure> {
     let mut source = FileLines::open(path)?;
     let mut steps = read::steps(&mut source, &options);
     let mut tally = Tally::new(axes.0.map(|word| word.rotary));
+    let mut tools: Vec<(u32, Tally)> = Vec::new();
     for step in &mut steps {
-        tally.push(&step.map_err(|faults| Failure::faults(path, &faults))?);
+        let step = step.map_err(|faults| Failure::faults(path, &faults))?;
+        tally.push(&step);
+        if let Step::Tool { number, .. } = &step {
+            tools.push((*number, Tally::new(axes.0.map(|word| word.rotary))));
+        }
+        if let Some((_, own)) = tools.last_mut() {
+            own.push(&step);
+        }
     }
+    let by_tool = tools.iter().map(|(tool, tally)| ByTool::new(*tool, tally)).collect();
     let warnings = steps.warnings().iter().map(|warning| format!("{}:{warning}", path.display()));
     let (warnings, tools) = (warnings.collect(), steps.tools().to_vec());
     drop(steps);
@@ -160,6 +187,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<Told, Failure> {
         seconds: tally.seconds,
         axes: ranges.collect(),
         tools,
+        by_tool,
         warnings,
     })
 }
@@ -217,6 +245,11 @@ fn words(told: &Told) -> String {
     if !told.tools.is_empty() {
         let tools: Vec<_> = told.tools.iter().map(ToString::to_string).collect();
         rows.push(row("tools", tools.join(", ")));
+    }
+    for own in told.by_tool.iter().filter(|_| told.by_tool.len() > 1) {
+        let ByTool { tool, blocks, length: [_, feed], seconds } = own;
+        let text = format!("{blocks} blocks, {feed:.3} mm with feed, {seconds:.1} s");
+        rows.push(row(&format!("tool {tool}"), text));
     }
     rows.join("\n") + "\n"
 }

@@ -52,6 +52,18 @@ impl Source<'_> {
     }
 }
 
+/// What is taken of an input, and how a program is read.
+pub(super) struct Taken {
+    /// Its dialect.
+    pub(super) from: Option<Dialect>,
+    /// Moves of this tool only.
+    pub(super) tool: Option<u32>,
+    /// Values of parameters.
+    pub(super) parameters: Vec<(String, f64)>,
+    /// Whether lines that begin with / are run.
+    pub(super) block_delete: Option<bool>,
+}
+
 /// What is read.
 pub(super) enum Input<'a> {
     Locations(Box<Locations<'a>>),
@@ -62,7 +74,8 @@ impl<'a> Input<'a> {
     /// Opens a file; `machine` and `words`: for which a program is.
     pub(super) fn open(
         path: &Path,
-        (from, machine, words): (Option<Dialect>, &Kinematics, AxisWords),
+        (machine, words): (&Kinematics, AxisWords),
+        taken: &Taken,
         bars: &'a Bars,
     ) -> Result<Self, Failure> {
         let (mut file, size): (Box<dyn BufRead>, u64) = if path == Path::new("-") {
@@ -79,7 +92,7 @@ impl<'a> Input<'a> {
         let mut head = Vec::new();
         let unread = || format!("reading {}", path.display());
         file.by_ref().take(BUFFER as u64).read_to_end(&mut head).with_context(unread)?;
-        let dialect = from.unwrap_or_else(|| {
+        let dialect = taken.from.unwrap_or_else(|| {
             let text = String::from_utf8_lossy(&head);
             if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) }
         });
@@ -87,9 +100,9 @@ impl<'a> Input<'a> {
         let source =
             Source { path: path.to_owned(), lines: Lines::new(lines), size, count: 0, bars };
         if dialect == Dialect::Apt {
-            return Ok(Self::Locations(Box::new(Locations::new(source))));
+            return Ok(Self::Locations(Box::new(Locations::new(source, taken.tool))));
         }
-        Ok(Self::Program(Box::new(Program::new(source, dialect, (machine, words))?)))
+        Ok(Self::Program(Box::new(Program::new(source, dialect, (machine, words), taken)?)))
     }
 
     /// Whether axes count, not poses alone.

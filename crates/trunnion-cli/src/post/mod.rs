@@ -6,8 +6,8 @@ mod told;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{machine, text};
-use input::Input;
+use crate::{inspect, machine, text};
+use input::{Input, Taken};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use told::Told;
@@ -60,6 +60,15 @@ pub(crate) struct Args {
     /// Rotaries of the program read count against ISO 841.
     #[arg(long)]
     from_reversed_rotaries: bool,
+    /// Take the moves of this tool only; --tool-length and --from-tool-length are its own.
+    #[arg(long, value_name = "NUMBER")]
+    tool: Option<u32>,
+    /// A parameter that a program does not set itself, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = inspect::parameter)]
+    parameters: Vec<(String, f64)>,
+    /// Whether lines of a program that begin with / are run.
+    #[arg(long, value_name = "RUN")]
+    block_delete: Option<bool>,
     /// Lay a C3 path through the moves between rapid ones: fewer and longer blocks, and no corners that hold the
     /// axes back.
     #[arg(long, conflicts_with = "reduce")]
@@ -111,6 +120,7 @@ Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out 
 
   trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 -d fanuc -o part.nc
   trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 --tool-length 120 -d g93 -o new.nc
+  trunnion post two-tools.ngc -m new.toml --tool 2 --tool-length 95 -d g93 -o second.nc
   trunnion post --print-template fanuc > shop.j2
   trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
 
@@ -221,7 +231,7 @@ struct Plan {
     template: Template,
     spindle: Option<f64>,
     coolant: bool,
-    from: Option<read::Dialect>,
+    taken: Taken,
     /// The machine that a program is for, and its words.
     from_machine: Kinematics,
     from_words: AxisWords,
@@ -306,7 +316,12 @@ impl Plan {
             template: template?,
             spindle: args.spindle,
             coolant: args.coolant,
-            from: args.from,
+            taken: Taken {
+                from: args.from,
+                tool: args.tool,
+                parameters: args.parameters.clone(),
+                block_delete: args.block_delete,
+            },
             from_machine: Kinematics::new(&from_machine, &from_setup),
             from_words: from_words.map_err(Failure::input)?,
         })
@@ -319,8 +334,8 @@ impl Plan {
         bars: &Bars,
         out: &mut dyn Write,
     ) -> Result<(PostReport, Head), Failure> {
-        let from = (self.from, &self.from_machine, self.from_words);
-        let mut input = Input::open(path, from, bars)?;
+        let from = (&self.from_machine, self.from_words);
+        let mut input = Input::open(path, from, &self.taken, bars)?;
         let source = if input.is_program() {
             PostSource::Program(Box::new(self.from_machine.clone()))
         } else {

@@ -17,17 +17,20 @@ pub(in crate::post) struct Locations<'a> {
     waiting: VecDeque<ClRecord>,
     place: Option<ToolPose>,
     tool: Option<u32>,
+    /// Locations of this tool only.
+    only: Option<u32>,
     feed: f64,
 }
 
 impl<'a> Locations<'a> {
-    pub(super) fn new(source: Source<'a>) -> Self {
+    pub(super) fn new(source: Source<'a>, only: Option<u32>) -> Self {
         Self {
             source,
             reader: Some(ClReader::new(MOST_FAULTS)),
             waiting: VecDeque::new(),
             place: None,
             tool: None,
+            only,
             feed: 0.0,
         }
     }
@@ -75,30 +78,42 @@ impl<'a> Locations<'a> {
         if let (Some(ClItem::Location(record)), true) = (item, reader.faults().is_empty()) {
             let record = record.moved(&reader.first_from_written());
             let tool = reader.tool();
-            self.one_tool(tool, record.line)?;
+            let from = self.place.replace(record.end());
+            if !self.is_wanted(tool, record.line)? {
+                return Ok(true);
+            }
             if record.way == trunnion::nc::read::ClWay::Straight {
                 self.waiting.push_back(record);
             } else {
-                self.waiting.extend(record.straight(self.place.as_ref(), ARC_TOLERANCE));
+                self.waiting.extend(record.straight(from.as_ref(), ARC_TOLERANCE));
             }
-            self.place = Some(record.end());
         }
         Ok(true)
     }
 
-    /// A program is for one tool: its length is in every number where there is no tool-centre-point control.
-    fn one_tool(&mut self, tool: Option<u32>, line: u32) -> Result<(), Failure> {
-        match (self.tool, tool) {
-            (Some(before), Some(now)) if before != now => {
+    /// Whether a location is taken. A program is for one tool: its length is in every number where there is no
+    /// tool-centre-point control.
+    fn is_wanted(&mut self, tool: Option<u32>, line: u32) -> Result<bool, Failure> {
+        let before = self.tool;
+        self.tool = tool.or(before);
+        let refused = |message: String, help: &str| {
+            let fault = Fault { line, column: 0, message, help: String::new() };
+            Failure::faults(&self.source.path, &[fault.with_help(help)])
+        };
+        match (self.only, before, self.tool) {
+            (Some(only), _, now) if now != Some(only) => Ok(false),
+            (Some(only), Some(before), _) if before != only && self.feed > 0.0 => {
+                let message = format!("tool {only} comes a second time, after another");
+                Err(refused(message, "post the part of the file from here on by itself"))
+            }
+            (None, Some(before), Some(now)) if before != now => {
                 let message = format!("tool {now} after tool {before}: a program has one tool");
-                let fault = Fault { line, column: 0, message, help: String::new() };
-                let fault = fault.with_help("post the operations of each tool on their own");
-                Err(Failure::faults(&self.source.path, &[fault]))
+                Err(refused(
+                    message,
+                    "post the locations of one tool at a time: --tool and its number",
+                ))
             }
-            _ => {
-                self.tool = tool.or(self.tool);
-                Ok(())
-            }
+            _ => Ok(true),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Programs.
 
-use super::{ARC_TOLERANCE, Source, failure, stem};
+use super::{ARC_TOLERANCE, Source, Taken, failure, stem};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::post::Head;
@@ -49,12 +49,20 @@ impl<'a> Program<'a> {
         source: Source<'a>,
         dialect: Dialect,
         (machine, words): (&Kinematics, AxisWords),
+        taken: &Taken,
     ) -> Result<Self, Failure> {
         let path = source.path.clone();
         let failed = Rc::new(RefCell::new(None));
         let text = Text { source, failed: Rc::clone(&failed) };
-        let options = ReadOptions::new(dialect, words, MOST_FAULTS);
-        let moves = ProgramMoves::new(machine, ARC_TOLERANCE);
+        let options = ReadOptions {
+            parameters: taken.parameters.clone(),
+            block_delete: taken.block_delete,
+            ..ReadOptions::new(dialect, words, MOST_FAULTS)
+        };
+        let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match taken.tool {
+            Some(tool) => moves.only(tool),
+            None => moves,
+        });
         Ok(Self {
             steps: steps(text, &options),
             moves: moves.map_err(|error| failure(&path, &error))?,

@@ -1,6 +1,7 @@
 //! Moves of an input to places on the machine, close enough for its control to stay within tolerance.
 
 use super::ahead::{Part, Planned};
+use super::leg::{Leg, Place, Stop};
 use super::{PostError, PostMove, PostOptions, PostPace, PostSource};
 use crate::blocks::{Control, bend, moved};
 use crate::inverse::{Inverse, InverseError};
@@ -27,31 +28,6 @@ const RAPID_TOLERANCE: f64 = 1.0;
 
 /// Positions are sums of a few numbers below 1e6, each rounded by 2^-53 of it \[mm or rad\].
 const TRAVEL_ROUNDING: f64 = 1e-9;
-
-/// A place the axes pass.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) q: AxisVector,
-    pub(super) pose: ToolPose,
-    /// A block ends here.
-    pub(super) block: bool,
-    /// The first of a retract.
-    pub(super) goes_out: bool,
-    /// Least time from the place before, by what is programmed; `None` for rapid \[s\].
-    pub(super) least: Option<f64>,
-    /// Way of the tip, and of both rotaries (the root of the sum of squares), from the place before \[mm, rad\].
-    pub(super) tip: f64,
-    pub(super) turn: f64,
-}
-
-/// Where the machine is.
-#[derive(Debug, Clone, Copy)]
-struct Stop {
-    q: AxisVector,
-    pose: ToolPose,
-    /// Axes of the machine the input is for.
-    source: AxisVector,
-}
 
 /// A machine with what its control does between blocks.
 #[derive(Debug)]
@@ -415,37 +391,6 @@ impl Course {
         let found = inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns);
         let [q, ..] = found.map_err(|error| PostError::reach(line, error))?;
         Ok(Stop { q, pose: inverse.kinematics().forward(&q), source: q })
-    }
-}
-
-/// A move that becomes places.
-struct Leg<'a> {
-    line: u32,
-    rapid: bool,
-    /// The target does just what the input does.
-    same: bool,
-    tolerance: [f64; 2],
-    /// What the way to poses may have used up of the tolerance of the tip \[mm\].
-    bowed: f64,
-    per_length: f64,
-    per_share: f64,
-    out: &'a mut Vec<Place>,
-}
-
-impl Leg<'_> {
-    fn push(&mut self, from: &Stop, to: &Stop, (block, share): (bool, f64)) {
-        let tip = (to.pose.tip - from.pose.tip).norm();
-        let turn = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).norm();
-        let least = self.per_length * tip + self.per_share * share;
-        self.out.push(Place {
-            q: to.q,
-            pose: to.pose,
-            block,
-            goes_out: false,
-            least: (!self.rapid).then_some(least),
-            tip,
-            turn,
-        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! Times of places: the axes along a smooth path that passes all of them, window by window.
 
 use super::corner::Corner;
-use super::course::Place;
+use super::leg::Place;
 use super::{PostError, PostMethod, PostOptions};
 use crate::feed::{JerkStream, Limits, Step, Stream, StreamOptions};
 use crate::machine::Kinematics;

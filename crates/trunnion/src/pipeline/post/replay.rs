@@ -32,12 +32,22 @@ pub struct ProgramMoves {
     started: bool,
     work: Option<u8>,
     tool: Option<u32>,
+    /// The only tool whose moves are wanted, and how far the program is with it.
+    only: Option<(u32, Turn)>,
     /// Moves in machine coordinates, of which is not known yet whether others follow.
     away: Vec<PostMove>,
     /// Left out: moves at the start, dwells, and lines of words.
     left: Left,
     /// Spindle speed, clockwise positive \[1/min\].
     spindle: f64,
+}
+
+/// Where a program is with the tool that is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Turn {
+    Before,
+    Now,
+    Over,
 }
 
 /// What was read and does not show in moves.
@@ -80,10 +90,17 @@ impl ProgramMoves {
             started: false,
             work: None,
             tool: None,
+            only: None,
             away: Vec::new(),
             left: Left::default(),
             spindle: 0.0,
         })
+    }
+
+    /// Takes only the moves of one tool, for which the tool length of the setup is.
+    #[must_use]
+    pub fn only(self, tool: u32) -> Self {
+        Self { only: Some((tool, Turn::Before)), ..self }
     }
 
     /// Number of the tool in the spindle, if the program says.
@@ -119,41 +136,66 @@ impl ProgramMoves {
             Step::Dwell { .. } => self.left.dwells += 1,
             Step::Words { .. } => self.left.words += 1,
             Step::Spindle { speed, .. } => {
-                if *speed != 0.0 {
+                let over = self.only.is_some_and(|(_, turn)| turn == Turn::Over);
+                if *speed != 0.0 && !over {
                     self.spindle = *speed;
                 }
             }
-            Step::Tool { line, number } => {
-                if self.tool.is_some_and(|before| before != *number) && self.started {
-                    return Err(refused(
-                        *line,
-                        "a second tool",
-                        "post the operations of each tool on their own",
-                    ));
-                }
-                self.tool = Some(*number);
-            }
+            Step::Tool { line, number } => return self.change(*line, *number),
             Step::Offset(of) => {
                 let help =
                     "enter the work offset at the control, and give the origin with --from-origin";
                 return Err(refused(of.line, "a work offset written by the program", help));
             }
-            Step::Plane(of) => {
+            Step::Plane(of) if self.is_wanted() => {
                 return Err(refused(of.line, "a tilted plane", "post it without tilted planes"));
             }
+            Step::Plane(_) => {}
         }
         Ok(())
     }
 
+    fn change(&mut self, line: u32, number: u32) -> Result<(), PostError> {
+        let Some((only, turn)) = &mut self.only else {
+            if self.tool.is_some_and(|before| before != number) && self.started {
+                let help = "post the moves of one tool at a time: --tool and its number";
+                return Err(refused(line, "a second tool", help));
+            }
+            self.tool = Some(number);
+            return Ok(());
+        };
+        *turn = match (*turn, number == *only) {
+            (Turn::Over, true) if self.started => {
+                let help = "post the part of the program behind this line on its own";
+                return Err(refused(line, "this tool a second time, after another", help));
+            }
+            (Turn::Now, false) => Turn::Over,
+            (_, true) => {
+                // It starts where this tool is first told to go to.
+                (self.started, self.known, self.work) = (false, [false; 3], None);
+                self.away.clear();
+                self.tool = Some(number);
+                Turn::Now
+            }
+            (turn, false) => turn,
+        };
+        Ok(())
+    }
+
+    /// Moves are those of the tool that is wanted.
+    fn is_wanted(&self) -> bool {
+        self.only.is_none_or(|(_, turn)| turn == Turn::Now)
+    }
+
     fn go(&mut self, one: &Move, out: &mut Vec<PostMove>) -> Result<(), PostError> {
-        if one.sixth.is_some() || one.plane != 0 {
+        if self.is_wanted() && (one.sixth.is_some() || one.plane != 0) {
             let what = one.special().unwrap_or("a sixth axis");
             return Err(refused(one.line, what, "only five axes without tilted planes are posted"));
         }
         let (tcp, length) = match one.frame {
             Frame::Machine => return self.go_in_machine(one),
             Frame::Work { offset, length, tcp } => {
-                if *self.work.get_or_insert(offset) != offset {
+                if self.is_wanted() && *self.work.get_or_insert(offset) != offset {
                     let help = "post the parts of the program with one work offset each";
                     return Err(refused(one.line, "a second work offset", help));
                 }
@@ -163,16 +205,11 @@ impl ProgramMoves {
         for (known, word) in self.known.iter_mut().zip(one.words) {
             *known |= word.is_some() && !one.incremental;
         }
-        out.append(&mut self.away);
-        let from = self.words(tcp, length);
-        let mut to = from;
-        for (value, word) in to.values.iter_mut().zip(one.words) {
-            *value = match word {
-                Some(word) if one.incremental => *value + word,
-                Some(word) => word,
-                None => *value,
-            };
+        if self.is_wanted() {
+            out.append(&mut self.away);
         }
+        let from = self.words(tcp, length);
+        let to = end_of(from, one);
         let parts = match one.way {
             Way::Line => 1,
             Way::Arc(arc) => arc.parts(self.arc_tolerance).min(MOST_PARTS),
@@ -196,7 +233,12 @@ impl ProgramMoves {
                 }
             }
             let before = self.q;
-            let pose = self.take(one, &at)?;
+            let pose = match self.take(one, &at) {
+                Ok(pose) => pose,
+                // Where another tool goes does not matter.
+                Err(_) if !self.is_wanted() => return Ok(()),
+                Err(error) => return Err(error),
+            };
             let pace = self.pace(one, travel / f64::from(parts), &before, tcp);
             self.push(one, pose, pace, (tcp, out));
         }
@@ -212,7 +254,7 @@ impl ProgramMoves {
             let what = "a move with feed in machine coordinates";
             return Err(refused(one.line, what, "program it in a work offset"));
         }
-        if self.started {
+        if self.started && self.is_wanted() {
             let pose = self.inverse[0].kinematics().forward(&self.q);
             let (line, q) = (one.line, Some(self.q));
             self.away.push(PostMove { line, pose, q, pace: PostPace::Rapid, way: Control::Axes });
@@ -229,7 +271,7 @@ impl ProgramMoves {
         pace: PostPace,
         (tcp, out): (bool, &mut Vec<PostMove>),
     ) {
-        if !self.started && self.known != [true; 3] {
+        if !self.is_wanted() || (!self.started && self.known != [true; 3]) {
             self.left.moves += 1;
             return;
         }
@@ -307,6 +349,19 @@ impl ProgramMoves {
         let long = self.inverse[0].kinematics().setup().tool_length;
         self.offset + Vector3::z() * if length { long } else { 0.0 }
     }
+}
+
+/// Where a move leads to from a position.
+fn end_of(from: Words, one: &Move) -> Words {
+    let mut to = from;
+    for (value, word) in to.values.iter_mut().zip(one.words) {
+        *value = match word {
+            Some(word) if one.incremental => *value + word,
+            Some(word) => word,
+            None => *value,
+        };
+    }
+    to
 }
 
 /// Way of X Y Z \[mm\].

@@ -2,8 +2,9 @@
 
 use super::super::control::FeedMode;
 use super::super::log::Remark;
+use super::motion::set_turning;
 use super::word::{Behind, Item};
-use super::{Line, Motion, Siemens, set_turning};
+use super::{Line, Motion, Siemens};
 use crate::nc::read::reader::State;
 
 /// Words that say how, not where.

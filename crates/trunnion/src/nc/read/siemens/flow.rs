@@ -4,35 +4,11 @@ use super::super::arithmetic::{self, Written};
 use super::super::log::{Remark, excerpt};
 use super::super::reader::State;
 use super::super::tape::Tape;
+use super::head::{Head, Kind, Word, blanks, jump_in, name_at};
 use super::{Siemens, value, word};
 
 /// Loops in loops.
 const DEEPEST: usize = 100;
-
-/// What encloses lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    If,
-    While,
-    For,
-    Loop,
-    Repeat,
-}
-
-/// First words of lines that decide which comes next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Word {
-    Open(Kind),
-    Close(Kind),
-    Else,
-    /// `IF .. GOTO`.
-    If,
-    Jump,
-    /// `REPEAT LABEL P=3`.
-    Section,
-    /// `DEF REAL LENGTH = 5`.
-    Define,
-}
 
 /// A loop that runs.
 #[derive(Debug)]
@@ -64,98 +40,6 @@ pub(super) struct Flow {
     loops: Vec<Loop>,
     /// Lines with `REPEAT LABEL`, and how often they still jump.
     sections: Vec<(u32, u32)>,
-}
-
-/// What stands at the beginning of a block.
-pub(super) struct Head<'a> {
-    /// `N10`.
-    number: &'a str,
-    label: &'a str,
-    pub(super) word: Option<Word>,
-    /// Where the block goes on behind number and label.
-    pub(super) at: usize,
-}
-
-impl<'a> Head<'a> {
-    #[inline]
-    pub(super) fn of(code: &'a str, from: usize) -> Self {
-        let (mut number, mut label, mut at) = ("", "", from);
-        let rest = code.get(at..).unwrap_or_default();
-        let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
-        if rest.starts_with(['N', 'n']) && digits(rest.get(1..).unwrap_or_default()) > 0 {
-            let length = 1 + digits(rest.get(1..).unwrap_or_default());
-            number = rest.get(..length).unwrap_or_default();
-            at += length;
-            at += blanks(code, at);
-        }
-        let name = name_at(code, at);
-        if name.len() > 1 && code.as_bytes().get(at + name.len()) == Some(&b':') {
-            label = name;
-            at += name.len() + 1;
-            at += blanks(code, at);
-        }
-        let name = if label.is_empty() { name } else { name_at(code, at) };
-        let word = if name.len() > 1 { word_of(code, at, name) } else { None };
-        Self { number, label, word, at }
-    }
-
-    /// A later line may lead back here.
-    pub(super) fn may_return(&self) -> bool {
-        !self.label.is_empty() || matches!(self.word, Some(Word::Open(_)))
-    }
-
-    fn is(&self, target: &str) -> bool {
-        let [label, number] = [self.label, self.number];
-        label.eq_ignore_ascii_case(target) || number.eq_ignore_ascii_case(target)
-    }
-}
-
-fn blanks(code: &str, at: usize) -> usize {
-    let rest = code.get(at..).unwrap_or_default();
-    rest.len() - rest.trim_start().len()
-}
-
-fn name_at(code: &str, at: usize) -> &str {
-    let rest = code.get(at..).unwrap_or_default();
-    let letter = rest.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
-    if letter { rest.get(..length).unwrap_or_default() } else { "" }
-}
-
-const WORDS: [(&str, Word); 17] = [
-    ("IF", Word::Open(Kind::If)),
-    ("ELSE", Word::Else),
-    ("ENDIF", Word::Close(Kind::If)),
-    ("WHILE", Word::Open(Kind::While)),
-    ("ENDWHILE", Word::Close(Kind::While)),
-    ("FOR", Word::Open(Kind::For)),
-    ("ENDFOR", Word::Close(Kind::For)),
-    ("LOOP", Word::Open(Kind::Loop)),
-    ("ENDLOOP", Word::Close(Kind::Loop)),
-    ("REPEAT", Word::Open(Kind::Repeat)),
-    ("UNTIL", Word::Close(Kind::Repeat)),
-    ("GOTO", Word::Jump),
-    ("GOTOF", Word::Jump),
-    ("GOTOB", Word::Jump),
-    ("GOTOC", Word::Jump),
-    ("GOTOS", Word::Jump),
-    ("DEF", Word::Define),
-];
-
-fn word_of(code: &str, at: usize, name: &str) -> Option<Word> {
-    let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
-    let behind = || code.get(at + name.len()..).unwrap_or_default().trim();
-    Some(match word {
-        Word::Open(Kind::If) if jump_in(code, at).is_some() => Word::If,
-        Word::Open(Kind::Repeat) if !behind().is_empty() => Word::Section,
-        word => *word,
-    })
-}
-
-/// Where `GOTO..` stands in a line.
-fn jump_in(code: &str, from: usize) -> Option<usize> {
-    let upper = code.get(from..)?.to_ascii_uppercase();
-    upper.find("GOTO").map(|at| from + at)
 }
 
 impl Flow {
