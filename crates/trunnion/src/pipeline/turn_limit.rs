@@ -11,8 +11,8 @@ use crate::types::Progress;
 /// Turn of an axis that is free \[rad/mm\]: no passes come near it.
 const FREE: f64 = 10.0;
 
-/// Work of passes up to which the others are laid unasked: some seconds.
-const LITTLE: u64 = 30_000;
+/// Work of passes up to which the others are laid unasked: some seconds, if there are no other faces to keep off.
+const LITTLE: u64 = 15_000;
 
 /// Covers the faces again with the axis free to turn, and compares. `None` where the tool is placed at a fixed lean, and
 /// where it was not asked for and takes long, or there is no limit to speak of.
@@ -22,7 +22,7 @@ pub(super) fn cost(
     progress: &dyn Progress,
 ) -> Result<Option<TurnLimitSummary>, PipelineError> {
     let strategy = &job.file.strategy;
-    let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE);
+    let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE && job.others.is_empty());
     if strategy.method != Method::Widest || strategy.max_axis_turn >= FREE || !wanted {
         return Ok(None);
     }
