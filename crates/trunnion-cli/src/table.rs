@@ -134,6 +134,47 @@ impl Ends {
         }
     }
 
+    /// As [`Ends::write`], by what may refuse on the way.
+    pub(crate) fn write_checked<T>(
+        &self,
+        fill: impl FnOnce(&mut dyn Write) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let mut outcome = None;
+        if self.to_stdout() {
+            let mut spool = BufWriter::new(self.spool()?);
+            let filled = fill(&mut spool)?;
+            let mut spool =
+                spool.into_inner().map_err(|error| anyhow::Error::new(error.into_error()))?;
+            spool.rewind().context("reading back the result")?;
+            to_stdout(&mut spool)?;
+            return Ok(filled);
+        }
+        let written = output::file(&self.output, |out| {
+            let filled = outcome.insert(fill(out));
+            filled.as_ref().map(drop).map_err(|_| io::Error::other("refused"))
+        });
+        match outcome {
+            Some(Err(refused)) => Err(refused),
+            Some(Ok(filled)) => written.map(|()| filled),
+            None => Err(written.err().unwrap_or_else(|| Failure::input("nothing was written"))),
+        }
+    }
+
+    /// Whether the table comes from stdin.
+    pub(crate) fn is_stdin(&self) -> bool {
+        is_dash(&self.input)
+    }
+
+    /// The columns that `choose` takes from the header.
+    pub(crate) fn columns(
+        &self,
+        choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    ) -> Result<Vec<String>, Failure> {
+        let name = self.name();
+        first(&mut Lines { source: self.open()?, number: 0, bytes: Vec::new() }, name, choose)
+            .map(|(names, _)| names)
+    }
+
     fn open(&self) -> Result<Box<dyn BufRead>, Failure> {
         if is_dash(&self.input) {
             if io::stdin().is_terminal() {
@@ -241,19 +282,10 @@ fn each(
     choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
     mut row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
-    let failure = |faults: &[Fault]| Failure::faults(name, faults);
-    let stop = |stop: Stop| match stop {
-        Stop::Line(fault) => failure(&[fault]),
-        Stop::Failure(failure) => failure,
-    };
     let mut lines = Lines { source, number: 0, bytes: Vec::new() };
-    let Some((number, line)) = lines.next(name).map_err(stop)? else {
-        return Err(failure(&[Fault::whole("the table is empty")]));
-    };
-    let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
-    let names = choose(&header).map_err(|faults| failure(&faults))?;
-    let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
-    let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
+    let (names, columns) = first(&mut lines, name, choose)?;
+    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let stop = |stop: Stop| stop.failure(name);
     let mut faults = Faults::default();
     let mut values = Vec::new();
     while let Some((number, line)) = lines.next(name).map_err(stop)? {
@@ -266,6 +298,23 @@ fn each(
         }
     }
     if faults.is_empty() { Ok(names) } else { Err(failure(&faults.told())) }
+}
+
+/// Reads the header line: names of the columns chosen, and where they stand.
+fn first(
+    lines: &mut Lines,
+    name: &Path,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+) -> Result<(Vec<String>, Columns), Failure> {
+    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let Some((number, line)) = lines.next(name).map_err(|stop| stop.failure(name))? else {
+        return Err(failure(&[Fault::whole("the table is empty")]));
+    };
+    let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
+    let names = choose(&header).map_err(|faults| failure(&faults))?;
+    let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
+    let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
+    Ok((names, columns))
 }
 
 /// The columns that a row is read from.
@@ -352,6 +401,15 @@ struct Lines {
 enum Stop {
     Line(Fault),
     Failure(Failure),
+}
+
+impl Stop {
+    fn failure(self, name: &Path) -> Failure {
+        match self {
+            Self::Line(fault) => Failure::faults(name, &[fault]),
+            Self::Failure(failure) => failure,
+        }
+    }
 }
 
 impl Lines {

@@ -335,3 +335,51 @@ fn given_speeds_are_run_and_their_breaches_told() {
     let wrong = text.replace("5,5,1,0,20", "5,5,1,0,-3");
     refused(&wrong, limits, &["--method", "given"], "speeds be finite and not negative");
 }
+
+/// Row by row, the schedule is that of the whole table through the same window; faults are told as they are there.
+#[test]
+fn a_streamed_table_gives_the_schedule_of_its_window() {
+    // Two pieces: the sine is left for a straight line in both axes.
+    let mut text = table(&even(201, 0.5));
+    let (sin, _) = (0.1_f64 * 100.0).sin_cos();
+    for k in 0..40_u32 {
+        let s = 100.0 + f64::from(k);
+        writeln!(text, "{s},{s},1,0,0,{},0.25,0,0", 20.0 * sin + 0.25 * f64::from(k)).unwrap();
+    }
+    let folder = folder(&text, LIMITS);
+    for method in ["jerk", "optimal"] {
+        let window = ["--method", method, "--window", "64"];
+        let whole = summary(folder.path(), &window);
+        let read = |name: &str| rows(&fs::read_to_string(folder.path().join(name)).unwrap());
+        let expected = read("out.csv");
+        let found = summary(folder.path(), &[&window[..], &["--stream"]].concat());
+        let got = read("out.csv");
+        assert_eq!(got.len(), expected.len(), "{method}");
+        assert_eq!(found["points"].as_u64().unwrap(), got.len() as u64);
+        assert_eq!([&found["read"], &found["rests"]], [241, 1]);
+        for (got, expected) in got.iter().zip(&expected) {
+            for (column, (got, expected)) in got.iter().zip(expected).enumerate().take(3) {
+                let off = (got - expected).abs();
+                assert!(
+                    off <= 1e-9 * expected.abs().max(1.0),
+                    "{method} {column}: {got} {expected}"
+                );
+            }
+        }
+        let [long, short] = [&whole, &found].map(|told| told["duration"].as_f64().unwrap());
+        assert!((long - short).abs() <= 1e-9 * long, "{method}: {long} {short}");
+    }
+    let stream = ["--window", "64", "--stream"];
+    refused(&text.replace("103,103,", "102,102,"), LIMITS, &stream, "C jumps by 0.25");
+    refused(
+        &text.replace("105,105,1,", "105,105,0.5,"),
+        LIMITS,
+        &stream,
+        "but the quintic through",
+    );
+    refused(&table(&[0.0]), LIMITS, &stream, "at least two rows");
+    refused(&table(&[0.0, 1.0, 1.0]), LIMITS, &stream, "once too often");
+    refused(&text, LIMITS, &["--stream"], "--window");
+    let args = ["feed", "-", "--limits", "limits.toml", "--window", "64", "--stream"];
+    assert!(stderr(&trunnion(folder.path(), &args)).contains("name a file"));
+}

@@ -1,8 +1,10 @@
 //! `trunnion feed`: a speed schedule for a table of axis positions.
 
+mod layout;
 mod out;
 mod path;
 mod plan;
+mod streamed;
 
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
@@ -34,6 +36,10 @@ pub(crate) struct Args {
     /// limits up to eight times as many where the way to stop is longer.
     #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(4..))]
     window: Option<u32>,
+    /// With --window: read, plan and write row by row as well, whatever the length of the table; it is read twice. Numbers
+    /// that need the whole path are left out: the certified bound, what binds.
+    #[arg(long, requires = "window", conflicts_with = "motion")]
+    stream: bool,
     /// Stop searching when less than this share of the time is to gain; 5e-3 for optimal, which
     /// takes long to come below, 1e-3 for jerk, unless given.
     #[arg(long, value_name = "SHARE", value_parser = share)]
@@ -69,6 +75,7 @@ written.
   trunnion feed path.csv --limits machine.toml -o profile.csv
   trunnion feed path.csv --limits machine.toml --method optimal --json -o profile.csv
   trunnion feed path.csv --limits machine.toml --window 512 -o profile.csv
+  trunnion feed long.csv --limits machine.toml --window 512 --stream -o profile.csv
   trunnion feed path.csv --limits machine.toml -o profile.csv --motion motion.csv --period 0.002";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -118,18 +125,32 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         .map_err(|faults| Failure::faults(&args.limits, &faults))?;
     jerks(args, &limits)?;
     rests(args, &limits)?;
+    if args.stream {
+        let axes = streamed::axes(args, &limits)?;
+        return match axes {
+            0..=3 => streamed::run::<3>(args, json, &limits),
+            4..=5 => streamed::run::<5>(args, json, &limits),
+            6 => streamed::run::<6>(args, json, &limits),
+            7..=10 => streamed::run::<10>(args, json, &limits),
+            many => Err(too_many(args, many)),
+        };
+    }
     let table = Table::read(&args.ends, &limits, args.method)?;
-    match table.axes() {
+    match table.layout.axes() {
         0..=3 => sized::<3>(args, json, &limits, &table),
         4..=5 => sized::<5>(args, json, &limits, &table),
         6 => sized::<6>(args, json, &limits, &table),
         7..=10 => sized::<10>(args, json, &limits, &table),
-        many => Err(Failure::input(format!(
-            "{}: {many} axes, with the path's own limits; at most {} can be planned together",
-            args.limits.display(),
-            SIZES[3]
-        ))),
+        many => Err(too_many(args, many)),
     }
+}
+
+fn too_many(args: &Args, axes: usize) -> Failure {
+    Failure::input(format!(
+        "{}: {axes} axes, with the path's own limits; at most {} can be planned together",
+        args.limits.display(),
+        SIZES[3]
+    ))
 }
 
 fn usage(args: &Args, json: bool) -> Result<(), Failure> {
@@ -151,6 +172,11 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
     if args.window.is_some() && (!streams || args.no_guarantee) {
         return Err(Failure::input(
             "--window goes with --method optimal or jerk, and always keeps the limits",
+        ));
+    }
+    if args.stream && args.ends.is_stdin() {
+        return Err(Failure::input(
+            "--stream reads the table twice, which stdin cannot be\n  help: name a file",
         ));
     }
     Ok(())
@@ -206,11 +232,12 @@ fn sized<const N: usize>(
     table: &Table,
 ) -> Result<Done, Failure> {
     let (limits, chords): (Limits<N>, _) = table
+        .layout
         .limits(file, args.period)
         .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     let path = table.path(&limits, args)?;
     let options = FeedOptions {
-        feed: table.feed(),
+        feed: table.layout.feed(),
         link_feed: None,
         tip: None,
         time_tolerance: args.time_tolerance.unwrap_or(args.method.time_tolerance()),

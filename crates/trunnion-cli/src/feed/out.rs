@@ -16,11 +16,13 @@ use trunnion::setpoint;
 /// Ratios above 1 by no more than this are rounding. An acceleration between rows `h` apart is a
 /// difference of terms as large as the distance to rest over `h`; rows keep half of their digits apart,
 /// so those terms are below `1 / sqrt(eps)`, and their rounding is below `sqrt(eps)`.
-const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
+pub(super) const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
 /// What to do about a broken limit.
 const HINT: &str = " between rows; plan without --no-guarantee";
 /// Rests that are told one by one.
-const TOLD: usize = 10;
+pub(super) const TOLD: usize = 10;
+/// Columns of a schedule.
+pub(super) const HEADER: &str = "s,t,speed,acceleration,jerk";
 
 /// Writes the schedule, and the axes at the servo period where asked for.
 pub(super) fn write<const N: usize>(
@@ -32,24 +34,23 @@ pub(super) fn write<const N: usize>(
         output::file(place, |out| {
             #[cfg(feature = "parquet")]
             if is_parquet(place) {
-                return columns(out, planned, table.names(), args.period);
+                return columns(out, planned, table.layout.names(), args.period);
             }
-            motion(out, planned, table.names(), args.period)
+            motion(out, planned, table.layout.names(), args.period)
         })?;
     }
     args.ends.write(|out| schedule(out, &planned.plan))
 }
 
 fn schedule(out: &mut dyn Write, plan: &Plan) -> Written<()> {
-    writeln!(out, "s,t,speed,acceleration,jerk")?;
+    writeln!(out, "{HEADER}")?;
     let mut line = String::new();
     for piece in &plan.schedule.pieces {
         for (row, t) in piece.t.iter().enumerate() {
             let at = |list: &[f64]| list.get(row).copied().unwrap_or_default();
             let jerk = piece.at_time(*t).map_or(0.0, |moment| moment.jerk);
-            line.clear();
-            numbers(&mut line, [at(&piece.s), *t, at(&piece.speed), at(&piece.acceleration), jerk]);
-            line.push('\n');
+            let numbers = [at(&piece.s), *t, at(&piece.speed), at(&piece.acceleration), jerk];
+            write_row(&mut line, numbers);
             out.write_all(line.as_bytes())?;
         }
     }
@@ -112,13 +113,16 @@ fn columns<const N: usize>(
     crate::parquet::write(out, &all, rows)
 }
 
-fn numbers<const M: usize>(line: &mut String, values: [f64; M]) {
+/// Puts a row of a schedule into `line`.
+pub(super) fn write_row(line: &mut String, values: [f64; 5]) {
+    line.clear();
     for (index, value) in values.into_iter().enumerate() {
         if index > 0 {
             line.push(',');
         }
         write_number(line, value);
     }
+    line.push('\n');
 }
 
 /// What came out, for scripts.
@@ -151,7 +155,7 @@ struct Summary {
 }
 
 #[derive(Debug, serde::Serialize)]
-struct Share {
+pub(super) struct Share {
     velocity: f64,
     acceleration: f64,
     jerk: Option<f64>,
@@ -178,7 +182,8 @@ pub(super) fn tell<const N: usize>(
 ) -> Result<Done, Failure> {
     let plan = &planned.plan;
     let rests = table.rests(&planned.path);
-    tell_rests(&rests);
+    let told = rests.len().min(TOLD);
+    tell_rests(&rests[..told], rests.len() - told);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
     let within = if args.method == Method::Given {
@@ -213,8 +218,9 @@ pub(super) fn tell<const N: usize>(
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-fn tell_rests(rests: &[Rest]) {
-    for Rest { s, line, jump } in rests.iter().take(TOLD) {
+/// Tells where the axes rest, and in how many places `more`.
+pub(super) fn tell_rests(rests: &[Rest], more: usize) {
+    for Rest { s, line, jump } in rests {
         match jump {
             Some((name, by)) => {
                 eprintln!("line {line}: the axes rest at s = {s}, where {name} jumps by {by}");
@@ -222,8 +228,8 @@ fn tell_rests(rests: &[Rest]) {
             None => eprintln!("line {line}: the axes rest at s = {s}, where the row is repeated"),
         }
     }
-    if rests.len() > TOLD {
-        eprintln!("and at {} more places; smooth the path to run through them", rests.len() - TOLD);
+    if more > 0 {
+        eprintln!("and at {more} more places; smooth the path to run through them");
     }
 }
 
@@ -253,7 +259,7 @@ fn binding(plan: &Plan, table: &Table) -> Vec<Bound> {
 }
 
 fn limit(name: Binding, table: &Table) -> String {
-    let of = |what: &str, axis: u8| format!("{what} of {}", table.axis(usize::from(axis)));
+    let of = |what: &str, axis: u8| format!("{what} of {}", table.layout.axis(usize::from(axis)));
     match name {
         Binding::Velocity(axis) => of("velocity", axis),
         Binding::Acceleration(axis) => of("acceleration", axis),

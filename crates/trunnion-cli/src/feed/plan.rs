@@ -12,7 +12,7 @@ use trunnion::types::{AxisNode, AxisPath, Progress};
 const BLOCKS_AHEAD: Ahead = Ahead::Dynamic { blocks: 5, periods: 1000.0 };
 
 /// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
-const LEAST_ROWS: f64 = 128.0;
+pub(super) const LEAST_ROWS: f64 = 128.0;
 
 /// Plans by the method asked for; breaches are those of given speeds.
 pub(super) fn plan<const N: usize>(

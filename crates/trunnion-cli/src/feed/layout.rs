@@ -1,0 +1,302 @@
+//! What the columns of a table of axis positions are, and what is wrong with its rows.
+
+use super::{Args, Method};
+use crate::table::Faults;
+use nalgebra::SVector;
+use trunnion::feed::{FeedError, Limits, MinusLimits};
+use trunnion::files::limits::{AxisLimits, LimitsFile};
+use trunnion::files::table::Header;
+use trunnion::types::{AxisNode, AxisPiece, Fault};
+
+/// A limit that never binds: its square is still a number.
+const UNLIMITED: f64 = 1e150;
+
+/// What the columns are.
+pub(super) struct Layout {
+    /// Axes of the table, in order.
+    axes: Vec<String>,
+    /// Whether NAME3 stands in the table.
+    has_third: Vec<bool>,
+    has_feed: bool,
+    /// Whether the path parameter itself is limited, as an axis more.
+    path_axis: bool,
+    path_feed: Option<f64>,
+}
+
+/// How a row goes on from the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Next {
+    On,
+    /// At the same place, where another piece begins.
+    Piece,
+}
+
+impl Layout {
+    /// Of columns that [`columns`] chose. Axes are those of the limits file.
+    pub(super) fn new(names: &[String], limits: &LimitsFile) -> Self {
+        let has = |name: &str| names.iter().any(|column| column == name);
+        let axes = in_order(names, limits);
+        Self {
+            has_third: axes.iter().map(|axis| has(&format!("{axis}3"))).collect(),
+            has_feed: has("feed"),
+            path_feed: limits.path.feed,
+            axes,
+            path_axis: limits.path.acc.is_some() || limits.path.jerk.is_some(),
+        }
+    }
+
+    /// Axes to plan for.
+    pub(super) fn axes(&self) -> usize {
+        self.axes.len() + usize::from(self.path_axis)
+    }
+
+    /// Name of an axis in messages.
+    pub(super) fn axis(&self, index: usize) -> &str {
+        self.axes.get(index).map_or("the path", String::as_str)
+    }
+
+    /// Names of the axes of the table.
+    pub(super) fn names(&self) -> &[String] {
+        &self.axes
+    }
+
+    /// Axes whose third derivative stands in the table.
+    pub(super) fn thirds(&self) -> impl Iterator<Item = usize> {
+        (0..self.axes.len()).filter(|axis| self.has_third.get(*axis) == Some(&true))
+    }
+
+    /// What feed rates are measured in: with a column `feed` they are shares of it.
+    pub(super) fn feed(&self) -> Option<f64> {
+        if self.has_feed { Some(1.0) } else { self.path_feed }
+    }
+
+    /// Limits of the axes to plan for, and which of their accelerations chord errors lower; `period` is that of
+    /// the setpoints.
+    pub(super) fn limits<const N: usize>(
+        &self,
+        file: &LimitsFile,
+        period: f64,
+    ) -> Result<(Limits<N>, [bool; N]), FeedError> {
+        let path = AxisLimits {
+            vel: UNLIMITED,
+            acc: file.path.acc.unwrap_or(UNLIMITED),
+            jerk: Some(file.path.jerk.unwrap_or(UNLIMITED)),
+            ..AxisLimits::default()
+        };
+        // Axes that stand still never bind.
+        let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0), ..AxisLimits::default() };
+        let of = |index: usize| match self.axes.get(index) {
+            Some(name) => file.axes.get(name).copied().unwrap_or(still),
+            None if index == self.axes.len() && self.path_axis => path,
+            None => still,
+        };
+        let has_jerk = (0..N).all(|index| of(index).jerk.is_some());
+        let vector = |get: &dyn Fn(AxisLimits) -> f64| SVector::from_fn(|row, _| get(of(row)));
+        let differs = |axis: AxisLimits| axis.vel_minus.or(axis.acc_minus).is_some();
+        let velocity = vector(&|axis| axis.vel_minus.unwrap_or(axis.vel));
+        let acceleration = vector(&|axis| axis.acc_minus.unwrap_or(axis.acc));
+        let minus = MinusLimits { velocity, rapid: velocity, acceleration };
+        let limits = Limits {
+            velocity: vector(&|axis| axis.vel),
+            rapid: vector(&|axis| axis.vel),
+            acceleration: vector(&|axis| axis.acc),
+            jerk: has_jerk.then(|| vector(&|axis| axis.jerk.unwrap_or(UNLIMITED))),
+            minus: (0..N).any(|index| differs(of(index))).then_some(minus),
+        };
+        let chords = vector(&|axis| axis.chord.unwrap_or(f64::INFINITY));
+        let limited = limits.with_chord_error(&chords, period)?;
+        Ok((limited, limited.lowered_from(&limits)))
+    }
+
+    /// A row as a node.
+    pub(super) fn node<const N: usize>(
+        &self,
+        line: u32,
+        values: &[f64],
+        faults: &mut Faults,
+    ) -> AxisNode<N> {
+        let mut values = values.iter().copied();
+        let s = values.next().unwrap_or_default();
+        let mut q = [SVector::zeros(); 4];
+        for (axis, third) in self.has_third.iter().enumerate() {
+            for derivative in &mut q[..if *third { 4 } else { 3 }] {
+                derivative[axis] = values.next().unwrap_or_default();
+            }
+        }
+        if self.path_axis {
+            (q[0][self.axes.len()], q[1][self.axes.len()]) = (s, 1.0);
+        }
+        let feed = values.next().filter(|_| self.has_feed);
+        if let Some(feed) = feed.filter(|feed| *feed <= 0.0) {
+            let help = "write the largest ds/dt at this row, or leave the column out";
+            faults.add(fault(line, format!("feed = {feed} must be above 0"), help));
+        }
+        let most = feed.map(|feed| feed.min(self.path_feed.unwrap_or(feed)));
+        AxisNode { s, q, tip_rate: 0.0, feed_rate: most.map_or(1.0, f64::recip) }
+    }
+
+    /// Whether a row goes on or begins a piece; `inside` where neither end of the path nor another such row is next
+    /// to it.
+    pub(super) fn next<const N: usize>(
+        &self,
+        line: u32,
+        [before, node]: [&AxisNode<N>; 2],
+        inside: bool,
+        faults: &mut Faults,
+    ) -> Next {
+        if node.s > before.s {
+            return Next::On;
+        }
+        if node.s < before.s {
+            let message = format!("s = {} falls back from {}", node.s, before.s);
+            let help =
+                "sort the rows by s; two rows with the same s mark a jump of the derivatives";
+            faults.add(fault(line, message, help));
+            return Next::On;
+        }
+        self.joint(line, before, node, faults);
+        if !inside {
+            let message = format!("s = {} stands here once too often", node.s);
+            let help = "two rows with the same s mark a jump inside the path, not at its ends; remove the others";
+            faults.add(fault(line, message, help));
+        }
+        Next::Piece
+    }
+
+    /// Both rows of a jump must be at the same place.
+    fn joint<const N: usize>(
+        &self,
+        line: u32,
+        before: &AxisNode<N>,
+        node: &AxisNode<N>,
+        faults: &mut Faults,
+    ) {
+        for (axis, name) in self.axes.iter().enumerate() {
+            let [from, to] = [before.q[0][axis], node.q[0][axis]];
+            if from.to_bits() != to.to_bits() && (from - to).abs() > 0.0 {
+                faults.add(fault(
+                    line,
+                    format!("{name} jumps by {} from {from} to {to} at s = {}", to - from, node.s),
+                    "no axis can jump: derivatives may differ between rows with the same s, values may not",
+                ));
+            }
+        }
+    }
+
+    /// Compares NAME3 of two neighbouring rows of a piece with the third derivative of the quintic between them;
+    /// `largest` is that of the whole table.
+    pub(super) fn third<const N: usize>(
+        &self,
+        (lines, piece, interval): ([u32; 2], &AxisPiece<N>, usize),
+        (axis, largest): (usize, f64),
+        (limits, args): (&Limits<N>, &Args),
+        faults: &mut Faults,
+    ) {
+        let Some((_, quintic)) = piece.quintic(interval) else { return };
+        let Some(pair) = piece.nodes.get(interval..interval + 2) else { return };
+        let h = pair[1].s - pair[0].s;
+        for ((line, node), x) in lines.into_iter().zip(pair).zip([0.0, h]) {
+            let [told, got] = [node.q[3][axis], quintic.at(x)[3][axis]];
+            let noticed = noticed(node, (axis, h), limits, args.method);
+            let share = args.third_tolerance * largest.max(noticed);
+            if (got - told).abs() > share + rounding(pair, axis, h) {
+                faults.add(self.disagrees(line, axis, [told, got]));
+            }
+        }
+    }
+
+    fn disagrees(&self, line: u32, axis: usize, [told, got]: [f64; 2]) -> Fault {
+        let name = self.axis(axis);
+        fault(
+            line,
+            format!(
+                "{name}3 = {told}, but the quintic through {name}, {name}1, {name}2 of this row and its \
+                 neighbour has {got:.6}"
+            ),
+            "are all derivatives by s? Otherwise: more decimals, or rows closer together; \
+             --third-tolerance says how much is allowed",
+        )
+    }
+
+    /// The derivative that jumps most between the rows of a rest, and by how much.
+    pub(super) fn jump<const N: usize>(
+        &self,
+        [before, after]: [&AxisNode<N>; 2],
+    ) -> Option<(String, f64)> {
+        let jumps = (1..3).flat_map(|order| {
+            self.axes.iter().enumerate().map(move |(axis, name)| {
+                (format!("{name}{order}"), after.q[order][axis] - before.q[order][axis])
+            })
+        });
+        // A jump of the direction matters more than one of the curvature: first one wins.
+        jumps.into_iter().find(|(_, jump)| jump.abs() > 0.0)
+    }
+}
+
+fn fault(line: u32, message: String, help: &str) -> Fault {
+    Fault { line, column: 0, message, help: help.to_owned() }
+}
+
+/// Third derivatives below this change neither jerk nor acceleration by more than their limits.
+fn noticed<const N: usize>(
+    node: &AxisNode<N>,
+    (axis, h): (usize, f64),
+    limits: &Limits<N>,
+    method: Method,
+) -> f64 {
+    let fastest = node.q[1].component_div(&limits.velocity).amax().recip();
+    match (method, &limits.jerk) {
+        (Method::Jerk, Some(jerk)) => jerk[axis] / fastest.powi(3),
+        _ => limits.acceleration[axis] / (fastest * fastest * h),
+    }
+}
+
+/// Rounding of the quintic's third derivative at an end: `60 q / h³ - 36 q' / h² + 9 q'' / h`, each
+/// number to half a unit of its last place and a few sums.
+fn rounding<const N: usize>(pair: &[AxisNode<N>], axis: usize, h: f64) -> f64 {
+    const SUMS: f64 = 16.0 * f64::EPSILON;
+    let size = |order: usize| pair.iter().map(|node| node.q[order][axis].abs()).sum::<f64>();
+    SUMS * (60.0 * size(0) / h.powi(3) + 36.0 * size(1) / (h * h) + 9.0 * size(2) / h)
+}
+
+/// Columns to read: s, the axes with limits in the table's order, `feed` if it is there, `speed` if it is
+/// asked for.
+pub(super) fn columns(
+    header: &Header,
+    limits: &LimitsFile,
+    speed: bool,
+) -> Result<Vec<String>, Vec<Fault>> {
+    let has = |name: &str| header.names().iter().any(|column| column == name);
+    let mut faults = Vec::new();
+    for name in header.names() {
+        let is_axis = has(&format!("{name}1")) && has(&format!("{name}2"));
+        if is_axis && !limits.axes.contains_key(name) {
+            let help = format!("add [axis.{name}] with vel, acc, jerk to the limits file");
+            faults.push(Fault::whole(format!("axis {name} has no limits")).with_help(help));
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let mut wanted = vec!["s".to_owned()];
+    for axis in in_order(header.names(), limits) {
+        let third = has(&format!("{axis}3"));
+        let orders = ["", "1", "2", "3"].into_iter().take(if third { 4 } else { 3 });
+        wanted.extend(orders.map(|order| format!("{axis}{order}")));
+    }
+    if has("feed") {
+        wanted.push("feed".into());
+    }
+    if speed {
+        wanted.push("speed".into());
+    }
+    Ok(wanted)
+}
+
+/// Axes of the limits file: those in the table in its order, then those that are missing there.
+fn in_order(names: &[String], limits: &LimitsFile) -> Vec<String> {
+    let place = |axis: &&String| names.iter().position(|name| name == *axis).unwrap_or(usize::MAX);
+    let mut axes: Vec<&String> = limits.axes.keys().collect();
+    axes.sort_by_key(place);
+    axes.into_iter().cloned().collect()
+}

@@ -1,0 +1,319 @@
+//! `trunnion feed --stream`: a table of any length, planned row by row through a window.
+
+use super::layout::{Layout, Next, columns};
+use super::out::{HEADER, ROUNDING, Share, TOLD, tell_rests, write_row};
+use super::path::Rest;
+use super::plan::LEAST_ROWS;
+use super::{Args, Method};
+use crate::outcome::{Done, Failure};
+use crate::table::{Faults, each_of};
+use crate::text;
+use anyhow::Context;
+use std::io::Write;
+use std::time::Instant;
+use trunnion::feed::{FeedError, JerkStream, Limits, Ratios, Step, Stream, StreamOptions};
+use trunnion::files::limits::LimitsFile;
+use trunnion::types::{AxisNode, AxisPiece, Fault, Motion};
+
+/// What the first reading finds; the second plans.
+struct Survey {
+    layout: Layout,
+    rows: u64,
+    /// Length of all pieces.
+    length: f64,
+    /// Largest third derivative of each axis of the table.
+    largest: Vec<f64>,
+    /// Lines of the rows that begin a piece.
+    rests: Vec<Rest>,
+    more_rests: usize,
+}
+
+/// A row, and those before it that tell what it is.
+#[derive(Clone, Copy)]
+struct Last<const N: usize> {
+    line: u32,
+    node: AxisNode<N>,
+    /// Rows of its piece up to it.
+    of_piece: usize,
+}
+
+enum Planner<const N: usize> {
+    Optimal(Box<Stream<N>>),
+    Jerk(Box<JerkStream<N>>),
+}
+
+/// Rows of the schedule as they are written: the last of a piece waits for what comes after it.
+struct Writer<'a> {
+    out: &'a mut dyn Write,
+    line: String,
+    last: Option<Step>,
+    rows: u64,
+}
+
+/// What was planned.
+struct Outcome {
+    duration: f64,
+    points: u64,
+    /// Guaranteed bounds, where the planner keeps them.
+    bounds: Option<Ratios>,
+}
+
+/// What came out, for scripts.
+#[derive(Debug, serde::Serialize)]
+struct Summary {
+    method: &'static str,
+    window: Option<u32>,
+    stream: bool,
+    guarantee: bool,
+    /// Time the schedule takes \[s\].
+    duration: f64,
+    /// Time reading, planning and writing took \[s\], wall clock; not part of what is the same from run to run.
+    seconds: f64,
+    /// Rows read.
+    read: u64,
+    /// Rows of the schedule.
+    points: u64,
+    /// Largest values over their limits, guaranteed everywhere; without jerk limits they are kept by how it is planned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bounds: Option<Share>,
+    /// Places inside the path at which the axes rest.
+    rests: usize,
+    within_limits: bool,
+    output: String,
+}
+
+/// Axes that are planned for.
+pub(super) fn axes(args: &Args, limits: &LimitsFile) -> Result<usize, Failure> {
+    let names = args.ends.columns(|header| columns(header, limits, false))?;
+    Ok(Layout::new(&names, limits).axes())
+}
+
+pub(super) fn run<const N: usize>(
+    args: &Args,
+    json: bool,
+    file: &LimitsFile,
+) -> Result<Done, Failure> {
+    let start = Instant::now();
+    let survey = survey::<N>(args, file)?;
+    let limits: Result<(Limits<N>, _), _> = survey.layout.limits(file, args.period);
+    let (limits, _) =
+        limits.map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
+    tell_rests(&survey.rests, survey.more_rests);
+    let Outcome { duration, points, bounds } =
+        args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
+    let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
+    let within = bounds.is_none_or(|bounds| {
+        let Ratios { velocity, acceleration, jerk } = bounds;
+        kept(velocity) && kept(acceleration) && jerk.is_none_or(kept)
+    });
+    let summary = Summary {
+        method: args.method.name(),
+        window: args.window,
+        stream: true,
+        guarantee: true,
+        duration,
+        seconds: start.elapsed().as_secs_f64(),
+        read: survey.rows,
+        points,
+        bounds: bounds.map(Share::from),
+        rests: survey.rests.len() + survey.more_rests,
+        within_limits: within,
+        output: args.ends.output().display().to_string(),
+    };
+    if json {
+        text::print_json(&summary)?;
+    } else if args.ends.to_stdout() {
+        eprint!("{}", words(&summary));
+    } else {
+        text::print(&words(&summary))?;
+    }
+    Ok(if within { Done::Kept } else { Done::Broken })
+}
+
+fn words(summary: &Summary) -> String {
+    let Summary { duration, seconds, read, points, within_limits, .. } = summary;
+    let kept = if *within_limits { "every limit is kept" } else { "a limit is broken" };
+    let wrote = &summary.output;
+    let wrote = if wrote == "-" { String::new() } else { format!("wrote {wrote}\n") };
+    format!("{duration:.6} s; {kept}\n{points} rows of {read} read, in {seconds:.4} s\n{wrote}")
+}
+
+/// Reads the table once: what is wrong with its rows, and what planning needs to know beforehand.
+fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Failure> {
+    let name = args.ends.name();
+    let names = args.ends.columns(|header| columns(header, file, false))?;
+    let layout = Layout::new(&names, file);
+    let mut faults = Faults::default();
+    let (mut rows, mut length) = (0, 0.0);
+    let mut largest = vec![0.0_f64; layout.names().len()];
+    let (mut rests, mut more_rests) = (Vec::new(), 0);
+    let mut last: Option<Last<N>> = None;
+    let choose = |header: &_| columns(header, file, false);
+    each_of(name, choose, |line, _, _, values| {
+        let node: AxisNode<N> = layout.node(line, values, &mut faults);
+        for (most, third) in largest.iter_mut().zip(node.q[3].iter()) {
+            *most = most.max(third.abs());
+        }
+        let mut of_piece = 1;
+        if let Some(Last { node: before, of_piece: up_to, .. }) = &last {
+            let pair = [before, &node];
+            if layout.next(line, pair, *up_to >= 2, &mut faults) == Next::On {
+                of_piece = up_to + 1;
+                length += node.s - before.s;
+            } else if rests.len() < TOLD {
+                rests.push(Rest { s: node.s, line, jump: layout.jump(pair) });
+            } else {
+                more_rests += 1;
+            }
+        }
+        rows += 1;
+        last = Some(Last { line, node, of_piece });
+        Ok(())
+    })?;
+    if rows < 2 {
+        faults.add(Fault::whole("a path needs at least two rows"));
+    }
+    // A jump at the end of the path.
+    if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {
+        layout.next(line, [&node, &node], false, &mut faults);
+    }
+    if !faults.is_empty() {
+        return Err(Failure::faults(name, &faults.told()));
+    }
+    Ok(Survey { layout, rows, length, largest, rests, more_rests })
+}
+
+/// Reads the table again, plans and writes.
+fn planned<const N: usize>(
+    args: &Args,
+    file: &LimitsFile,
+    (survey, limits): (&Survey, &Limits<N>),
+    out: &mut dyn Write,
+) -> Result<Outcome, Failure> {
+    let (name, layout) = (args.ends.name(), &survey.layout);
+    let refused = |error: FeedError| Failure::input(format!("{}: {error}", name.display()));
+    let mut planner = Planner::new(args, (survey, limits)).map_err(refused)?;
+    let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
+    writeln!(writer.out, "{HEADER}").context(WRITING)?;
+    let mut faults = Faults::default();
+    let mut last: Option<Last<N>> = None;
+    let mut pair = AxisPiece { motion: Motion::Cut, source: 0, nodes: Vec::with_capacity(2) };
+    let choose = |header: &_| columns(header, file, false);
+    each_of(name, choose, |line, _, _, values| {
+        let node = layout.node(line, values, &mut faults);
+        let before = last.replace(Last { line, node, of_piece: 0 });
+        match before.filter(|before| node.s > before.node.s) {
+            Some(before) => {
+                pair.nodes.clear();
+                pair.nodes.extend([before.node, node]);
+                for axis in layout.thirds() {
+                    let of = (axis, survey.largest.get(axis).copied().unwrap_or(0.0));
+                    let at = ([before.line, line], &pair, 0);
+                    layout.third(at, of, (limits, args), &mut faults);
+                }
+            }
+            None => planner.begin(),
+        }
+        // After a fault nothing will be written; the rest is read for its faults only.
+        if !faults.is_empty() {
+            return Ok(());
+        }
+        planner.push(node).map_err(refused)?;
+        while !planner.wants() {
+            let Some(step) = planner.next() else { break };
+            writer.step(step)?;
+        }
+        Ok(())
+    })?;
+    if !faults.is_empty() {
+        return Err(Failure::faults(name, &faults.told()));
+    }
+    while let Some(step) = planner.next() {
+        writer.step(step)?;
+    }
+    writer.end_piece()?;
+    Ok(Outcome { duration: planner.time(), points: writer.rows, bounds: planner.bounds() })
+}
+
+const WRITING: &str = "writing the result";
+
+impl Writer<'_> {
+    /// Takes a stretch: its start is a row, its end one only if the piece ends there.
+    fn step(&mut self, step: Step) -> Result<(), Failure> {
+        if self.last.is_some_and(|last| last.piece != step.piece) {
+            self.end_piece()?;
+        }
+        let Step { s, t, speed, acceleration, .. } = step;
+        self.row([s[0], t, speed[0], acceleration, step.at(0.0).jerk])?;
+        self.last = Some(step);
+        Ok(())
+    }
+
+    fn end_piece(&mut self) -> Result<(), Failure> {
+        let Some(step) = self.last.take() else { return Ok(()) };
+        let Step { s, t, duration, speed, end_acceleration, .. } = step;
+        self.row([s[1], t + duration, speed[1], end_acceleration, step.at(duration).jerk])
+    }
+
+    fn row(&mut self, numbers: [f64; 5]) -> Result<(), Failure> {
+        self.rows += 1;
+        write_row(&mut self.line, numbers);
+        Ok(self.out.write_all(self.line.as_bytes()).context(WRITING)?)
+    }
+}
+
+impl<const N: usize> Planner<N> {
+    fn new(args: &Args, (survey, limits): (&Survey, &Limits<N>)) -> Result<Self, FeedError> {
+        let feed = survey.layout.feed();
+        let window = args.window.unwrap_or(0) as usize;
+        let step = survey.length / LEAST_ROWS;
+        let options = StreamOptions { feed, link_feed: None, tip: None, window, step };
+        Ok(if args.method == Method::Jerk {
+            Self::Jerk(Box::new(JerkStream::new(*limits, options)?))
+        } else {
+            Self::Optimal(Box::new(Stream::new(*limits, options)?))
+        })
+    }
+
+    fn begin(&mut self) {
+        match self {
+            Self::Optimal(stream) => stream.begin(Motion::Cut),
+            Self::Jerk(stream) => stream.begin(Motion::Cut),
+        }
+    }
+
+    fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
+        match self {
+            Self::Optimal(stream) => stream.push(node),
+            Self::Jerk(stream) => stream.push(node),
+        }
+    }
+
+    fn wants(&self) -> bool {
+        match self {
+            Self::Optimal(stream) => stream.wants(),
+            Self::Jerk(stream) => stream.wants(),
+        }
+    }
+
+    fn next(&mut self) -> Option<Step> {
+        match self {
+            Self::Optimal(stream) => stream.next(),
+            Self::Jerk(stream) => stream.next(),
+        }
+    }
+
+    fn bounds(&self) -> Option<Ratios> {
+        match self {
+            Self::Optimal(_) => None,
+            Self::Jerk(stream) => Some(stream.bounds()),
+        }
+    }
+
+    fn time(&self) -> f64 {
+        match self {
+            Self::Optimal(stream) => stream.time(),
+            Self::Jerk(stream) => stream.time(),
+        }
+    }
+}
