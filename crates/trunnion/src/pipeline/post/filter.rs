@@ -26,21 +26,26 @@ pub enum PostFilter {
 /// for the way to the machine cuts chords finely just where rotaries turn fast.
 const SMOOTH: [f64; 3] = [0.8, 0.15, 0.01];
 
+/// The same for a control that moves the axes linearly: the bow of the tip needs a part, too, and is not much less than it
+/// where blocks are few.
+const SMOOTH_AXES: [f64; 3] = [0.5, 0.08, 0.02];
+
 /// The same where moves are left out: the rest lets the planner round the corners, which are sharper.
 const REDUCE: [f64; 3] = [0.5, 0.0, 0.05];
 
 impl PostFilter {
-    fn shares(self) -> [f64; 3] {
-        match self {
-            Self::None => [0.0; 3],
-            Self::Smooth => SMOOTH,
-            Self::Reduce => REDUCE,
+    fn shares(self, control: Control) -> [f64; 3] {
+        match (self, control) {
+            (Self::None, _) => [0.0; 3],
+            (Self::Smooth, Control::Axes) => SMOOTH_AXES,
+            (Self::Smooth, _) => SMOOTH,
+            (Self::Reduce, _) => REDUCE,
         }
     }
 
     /// Share of the tolerance that is left for the way to the machine.
-    pub(super) fn left(self) -> f64 {
-        1.0 - self.shares().iter().sum::<f64>()
+    pub(super) fn left(self, control: Control) -> f64 {
+        1.0 - self.shares(control).iter().sum::<f64>()
     }
 }
 
@@ -54,6 +59,7 @@ const MOST: usize = 256;
 #[derive(Debug)]
 pub(super) struct Filter {
     kind: PostFilter,
+    shares: [f64; 3],
     source: PostSource,
     tolerance: [f64; 2],
     place: Option<PostMove>,
@@ -113,9 +119,15 @@ fn common_feed(parts: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
 }
 
 impl Filter {
-    pub(super) fn new(kind: PostFilter, source: PostSource, tolerance: [f64; 2]) -> Self {
+    /// `control`: of the target.
+    pub(super) fn new(
+        (kind, control): (PostFilter, Control),
+        source: PostSource,
+        tolerance: [f64; 2],
+    ) -> Self {
         Self {
             kind,
+            shares: kind.shares(control),
             source,
             tolerance,
             place: None,
@@ -129,7 +141,7 @@ impl Filter {
 
     /// Bounds on what it moved tip \[mm\] and axis \[rad\].
     pub(super) fn strayed(&self) -> [f64; 2] {
-        let [_, chords, bows] = self.kind.shares();
+        let [_, chords, bows] = self.shares;
         let share = chords + bows;
         match self.kind {
             PostFilter::None => [0.0; 2],
@@ -213,7 +225,7 @@ impl Filter {
         let pair: [(&AxisVector, &ToolPose); 2] = [(&a, &from.pose), (&b, &to.pose)];
         let [tip, axis] = bend(kinematics, to.way, pair);
         let turn = angle_between(&from.pose.axis, &to.pose.axis);
-        let [.., share] = self.kind.shares();
+        let [.., share] = self.shares;
         let [most_tip, most_axis] = self.tolerance.map(|most| share * most);
         let excess = (tip / most_tip).max((axis + turn * turn) / most_axis);
         let parts = (0.125 * excess).sqrt().ceil().clamp(1.0, 4096.0);
@@ -253,7 +265,7 @@ impl Filter {
     }
 
     fn begin(&self, one: &PostMove) -> Result<Stretch, PostError> {
-        let [tip, axis] = self.tolerance.map(|most| SMOOTH[0] * most);
+        let [tip, axis] = self.tolerance.map(|most| self.shares[0] * most);
         let options = SmoothOptions {
             tip,
             axis,
@@ -292,7 +304,7 @@ impl Filter {
 
     /// Chords of a span, each at the feed of the moves it stands for.
     fn cut(&self, stretch: &mut Stretch, span: &SmoothSpan, out: &mut Vec<PostMove>) {
-        let [tip, axis] = self.tolerance.map(|most| SMOOTH[1] * most);
+        let [tip, axis] = self.tolerance.map(|most| self.shares[1] * most);
         let parts = span.chords(tip, axis);
         let [start, end] = span.range;
         let width = (end - start) / f64::from(parts);
@@ -311,7 +323,7 @@ impl Filter {
         self.chain.push(*one);
         let fits = self.chain.len() <= MOST && alike(&start, &self.chain);
         let off = if fits { chord_off(&start.pose, &self.chain) } else { [f64::INFINITY; 2] };
-        let [tip, axis] = self.tolerance.map(|most| REDUCE[0] * most);
+        let [tip, axis] = self.tolerance.map(|most| self.shares[0] * most);
         if off[0] <= tip && off[1] <= axis {
             self.reduced = [0, 1].map(|k: usize| self.reduced[k].max(off[k]));
             return;
@@ -415,7 +427,11 @@ mod tests {
         let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
         let last =
             PostMove { line: 1, pose, q: None, pace: PostPace::Rapid, way: Control::GreatCircle };
-        let filter = Filter::new(PostFilter::Smooth, PostSource::Locations, [0.01, 1e-3]);
+        let filter = Filter::new(
+            (PostFilter::Smooth, Control::GreatCircle),
+            PostSource::Locations,
+            [0.01, 1e-3],
+        );
         let mut stretch = filter.begin(&last).unwrap();
         // 30 mm/s for 5 mm, 2 for 1 mm, then 20.
         stretch.feeds = [(0.0, 30.0), (5.0, 2.0), (6.0, 20.0)].into();

@@ -117,13 +117,17 @@ impl Poster {
         options: &PostOptions,
         style: &Style,
     ) -> Result<Self, PostError> {
-        let share = options.filter.left();
+        let share = options.filter.left(options.control);
         let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
         Ok(Self {
             kinematics: kinematics.clone(),
             options: *options,
             style: *style,
-            filter: Filter::new(options.filter, source.clone(), options.tolerance),
+            filter: Filter::new(
+                (options.filter, options.control),
+                source.clone(),
+                options.tolerance,
+            ),
             filtered: Vec::new(),
             ahead: Ahead::new(chooses(kinematics, &source, style)?, options.unwind),
             planned: Vec::new(),
