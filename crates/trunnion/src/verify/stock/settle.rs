@@ -83,6 +83,16 @@ struct End {
     s: f64,
 }
 
+impl End {
+    /// Its time as a stretch has it, or the end of that stretch next to it.
+    fn seen_from(&self, number: usize) -> f64 {
+        (self.time - 2.0 * number as f64).clamp(-1.0, 1.0)
+    }
+}
+
+/// Where a ray was followed to, by the number of what followed it.
+type Ends = [Option<End>; 2];
+
 /// What is followed from ray to ray.
 struct Follower {
     trace: Trace,
@@ -100,7 +110,7 @@ impl Work<'_> {
     pub(super) fn settle(&self, tile: &mut Tile, parts: &[&Part]) {
         let chain = Chain::new(parts);
         let all: Vec<usize> = (0..parts.len()).collect();
-        let mut ends = vec![None; tile.rays.len()];
+        let mut ends: Vec<Ends> = vec![[None; 2]; tile.rays.len()];
         let mut planes = Vec::new();
         for ray in tile.places() {
             let (below, followers) = self.decide(tile, ray, &chain, &all);
@@ -109,8 +119,8 @@ impl Work<'_> {
             }
             if !followers.is_empty() {
                 let whole = tile.whole();
-                for follower in followers {
-                    self.walk(tile, whole, (&chain, follower), &mut ends);
+                for (which, follower) in followers.into_iter().enumerate() {
+                    self.walk(tile, whole, (&chain, follower), (which, &mut ends));
                 }
                 break;
             }
@@ -126,7 +136,7 @@ impl Work<'_> {
         tile: &mut Tile,
         square: Square,
         (chain, planes): (&Chain<'_>, &[Plane]),
-        ends: &mut [Option<End>],
+        ends: &mut [Ends],
     ) {
         let boxes = self.boxes(tile, square);
         let off = |planes: &[Plane], [low, high]: &[Point3<f64>; 2]| {
@@ -142,16 +152,16 @@ impl Work<'_> {
         if near.is_empty() {
             near = planes.iter().filter(|plane| close.contains(&plane.part)).copied().collect();
         }
-        for follower in followers {
-            self.walk(tile, square, (chain, follower), ends);
+        for (which, follower) in followers.into_iter().enumerate() {
+            self.walk(tile, square, (chain, follower), (which, ends));
         }
         let near = halving(near.chunk_by(|a, b| a.part == b.part).collect());
         for index in square.rays() {
             let line = self.line(tile, index);
             let Some(spans) = tile.rays.get_mut(index) else { continue };
-            let end = ends.get(index).copied().flatten();
+            let ends = ends.get(index).copied().unwrap_or_default();
             for planes in &near {
-                self.try_on(chain, planes, end, (&line, spans));
+                self.try_on(chain, planes, ends, (&line, spans));
             }
         }
     }
@@ -257,13 +267,14 @@ impl Work<'_> {
         tile: &mut Tile,
         square: Square,
         (chain, mut follower): (&Chain<'_>, Follower),
-        ends: &mut [Option<End>],
+        (which, ends): (usize, &mut [Ends]),
     ) {
         for index in square.to_and_fro() {
             let (line, place) = (self.line(tile, index), tile.place(index));
             let Some(spans) = tile.rays.get_mut(index) else { continue };
             let end = self.step(chain, &mut follower, place, (&line, spans));
-            if let (Some(_), Some(known)) = (end, ends.get_mut(index)) {
+            let known = ends.get_mut(index).and_then(|ends| ends.get_mut(which));
+            if let (Some(_), Some(known)) = (end, known) {
                 *known = end;
             }
         }
@@ -340,51 +351,62 @@ impl Work<'_> {
         Some((s, near))
     }
 
-    /// Cuts a ray by a body unless its planes hold it off; `end`: where it was followed to.
+    /// Cuts a ray by a body unless its planes hold it off; `ends`: where it was followed to.
     fn try_on(
         &self,
         chain: &Chain<'_>,
         planes: &[Plane],
-        end: Option<End>,
+        ends: Ends,
         (line, spans): (&Line, &mut Spans),
     ) {
+        let Some(which) = planes.first().map(|plane| plane.part) else { return };
         let off = |span| planes.iter().any(|plane| plane.along(line, span) > -self.touch);
-        let Some(number) = planes.first().map(|plane| plane.part) else { return };
-        let Some(part) = chain.parts.get(number) else { return };
-        let met = |span| !off(span) && self.meeting(part, &part.whole, line, span).is_some();
-        if !spans.iter().any(met) {
+        if spans.iter().all(off) {
             return;
         }
-        for number in chain.of(number) {
+        let mut met = false;
+        for number in chain.of(which) {
             let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
-            // What is nearest when the ray is decided, or just before or after, may be so for longer.
-            let when = |end: End| (end.time - 2.0 * number as f64).clamp(-1.0, 1.0);
-            let guess = end.map_or(0.0, when);
-            if let (Some(end), Some(span), 1) = (end, spans.get(0), spans.len()) {
-                let known =
-                    span.iter().any(|s| s.total_cmp(&end.s).is_eq()) && end.number == number;
-                if known || self.passes((part, stretch), Guess::at(guess), line, span) {
-                    continue;
-                }
+            if spans.iter().all(|span| self.passes((part, stretch), (ends, number), line, span)) {
+                continue;
             }
+            // None of its stretches meets what the whole does not meet.
+            met = met
+                || spans.iter().any(|span| {
+                    !off(span) && self.meeting(part, &part.whole, line, span).is_some()
+                });
+            if !met {
+                return;
+            }
+            let end = ends.iter().flatten().next();
+            let guess = end.map_or(0.0, |end| end.seen_from(number));
             self.cut_spans((part, stretch, guess), line, spans, &mut |_| ());
         }
     }
 
-    /// Whether the nearest instant at one end of a span tells that a body keeps off it.
+    /// Whether a stretch keeps off a span for certain, as its nearest instant at an end that was followed tells: what
+    /// is nearest when the ray is decided, or just before or after, may be so for longer.
     fn passes(
         &self,
         (part, stretch): (&Part, &Stretch),
-        guess: Guess,
+        (ends, number): (Ends, usize),
         line: &Line,
-        [low, high]: [f64; 2],
+        span: [f64; 2],
     ) -> bool {
+        let followed = |end: &&End| span.iter().any(|s| s.total_cmp(&end.s).is_eq());
+        let Some(end) = ends.iter().flatten().find(followed) else { return false };
+        if end.number == number {
+            return true;
+        }
         let moving = self.moving(part, stretch);
-        let holds = |s: f64, way: f64| {
+        let guess = Guess::at(end.seen_from(number));
+        let holds = |(s, way): (f64, f64)| {
             let near = moving.nearest(line, s, guess);
             near.bound > -self.touch && near.slope * way >= moving.shear
         };
-        holds(high, -1.0) || holds(low, 1.0)
+        let [low, high] = [(span[0], 1.0), (span[1], -1.0)];
+        let [first, other] = if end.s > span[0] { [high, low] } else { [low, high] };
+        holds(first) || holds(other)
     }
 }
 
