@@ -28,7 +28,7 @@ const SMOOTH: [f64; 3] = [0.8, 0.15, 0.01];
 
 /// The same for a control that moves the axes linearly: the bow of the tip needs a part, too, and is not much less than it
 /// where blocks are few.
-const SMOOTH_AXES: [f64; 3] = [0.5, 0.08, 0.02];
+const SMOOTH_AXES: [f64; 3] = [0.5, 0.1, 0.02];
 
 /// The same where moves are left out: the rest lets the planner round the corners, which are sharper.
 const REDUCE: [f64; 3] = [0.5, 0.0, 0.05];
