@@ -208,14 +208,24 @@ pub(super) fn tell<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    if json {
-        text::print_json(&summary)?;
-    } else if args.ends.to_stdout() {
-        eprint!("{}", words(&summary));
-    } else {
-        text::print(&words(&summary))?;
-    }
+    say((args, json), &summary, words)?;
     Ok(if within { Done::Kept } else { Done::Broken })
+}
+
+/// Prints a summary: as JSON, or in words where the schedule itself does not go.
+pub(super) fn say<S: serde::Serialize>(
+    (args, json): (&Args, bool),
+    summary: &S,
+    words: impl Fn(&S) -> String,
+) -> Result<(), Failure> {
+    if json {
+        text::print_json(summary)?;
+    } else if args.ends.to_stdout() {
+        eprint!("{}", words(summary));
+    } else {
+        text::print(&words(summary))?;
+    }
+    Ok(())
 }
 
 /// Tells where the axes rest, and in how many places `more`.

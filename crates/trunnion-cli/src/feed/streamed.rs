@@ -1,17 +1,16 @@
 //! `trunnion feed --stream`: a table of any length, planned row by row through a window.
 
 use super::layout::{Layout, Next, columns};
-use super::out::{HEADER, ROUNDING, Share, TOLD, tell_rests, write_row};
+use super::out::{HEADER, ROUNDING, Share, TOLD, say, tell_rests, write_row};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
 use super::{Args, Method};
 use crate::outcome::{Done, Failure};
 use crate::table::{Faults, each_of};
-use crate::text;
 use anyhow::Context;
 use std::io::Write;
 use std::time::Instant;
-use trunnion::feed::{FeedError, JerkStream, Limits, Ratios, Step, Stream, StreamOptions};
+use trunnion::feed::{AnyStream, FeedError, Limits, Ratios, Step, StreamOptions};
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPiece, Fault, Motion};
 
@@ -35,11 +34,6 @@ struct Last<const N: usize> {
     node: AxisNode<N>,
     /// Rows of its piece up to it.
     of_piece: usize,
-}
-
-enum Planner<const N: usize> {
-    Optimal(Box<Stream<N>>),
-    Jerk(Box<JerkStream<N>>),
 }
 
 /// Rows of the schedule as they are written: the last of a piece waits for what comes after it.
@@ -120,13 +114,7 @@ pub(super) fn run<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    if json {
-        text::print_json(&summary)?;
-    } else if args.ends.to_stdout() {
-        eprint!("{}", words(&summary));
-    } else {
-        text::print(&words(&summary))?;
-    }
+    say((args, json), &summary, words)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
@@ -192,7 +180,11 @@ fn planned<const N: usize>(
 ) -> Result<Outcome, Failure> {
     let (name, layout) = (args.ends.name(), &survey.layout);
     let refused = |error: FeedError| Failure::input(format!("{}: {error}", name.display()));
-    let mut planner = Planner::new(args, (survey, limits)).map_err(refused)?;
+    let window = args.window.unwrap_or(0) as usize;
+    let (feed, step) = (layout.feed(), survey.length / LEAST_ROWS);
+    let options = StreamOptions { feed, link_feed: None, tip: None, window, step };
+    let jerk = args.method == Method::Jerk;
+    let mut planner = AnyStream::new(jerk, *limits, options).map_err(refused)?;
     let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
     writeln!(writer.out, "{HEADER}").context(WRITING)?;
     let mut faults = Faults::default();
@@ -212,7 +204,7 @@ fn planned<const N: usize>(
                     layout.third(at, of, (limits, args), &mut faults);
                 }
             }
-            None => planner.begin(),
+            None => planner.begin(Motion::Cut),
         }
         // After a fault nothing will be written; the rest is read for its faults only.
         if !faults.is_empty() {
@@ -228,7 +220,7 @@ fn planned<const N: usize>(
     if !faults.is_empty() {
         return Err(Failure::faults(name, &faults.told()));
     }
-    while let Some(step) = planner.next() {
+    for step in planner.by_ref() {
         writer.step(step)?;
     }
     writer.end_piece()?;
@@ -259,61 +251,5 @@ impl Writer<'_> {
         self.rows += 1;
         write_row(&mut self.line, numbers);
         Ok(self.out.write_all(self.line.as_bytes()).context(WRITING)?)
-    }
-}
-
-impl<const N: usize> Planner<N> {
-    fn new(args: &Args, (survey, limits): (&Survey, &Limits<N>)) -> Result<Self, FeedError> {
-        let feed = survey.layout.feed();
-        let window = args.window.unwrap_or(0) as usize;
-        let step = survey.length / LEAST_ROWS;
-        let options = StreamOptions { feed, link_feed: None, tip: None, window, step };
-        Ok(if args.method == Method::Jerk {
-            Self::Jerk(Box::new(JerkStream::new(*limits, options)?))
-        } else {
-            Self::Optimal(Box::new(Stream::new(*limits, options)?))
-        })
-    }
-
-    fn begin(&mut self) {
-        match self {
-            Self::Optimal(stream) => stream.begin(Motion::Cut),
-            Self::Jerk(stream) => stream.begin(Motion::Cut),
-        }
-    }
-
-    fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
-        match self {
-            Self::Optimal(stream) => stream.push(node),
-            Self::Jerk(stream) => stream.push(node),
-        }
-    }
-
-    fn wants(&self) -> bool {
-        match self {
-            Self::Optimal(stream) => stream.wants(),
-            Self::Jerk(stream) => stream.wants(),
-        }
-    }
-
-    fn next(&mut self) -> Option<Step> {
-        match self {
-            Self::Optimal(stream) => stream.next(),
-            Self::Jerk(stream) => stream.next(),
-        }
-    }
-
-    fn bounds(&self) -> Option<Ratios> {
-        match self {
-            Self::Optimal(_) => None,
-            Self::Jerk(stream) => Some(stream.bounds()),
-        }
-    }
-
-    fn time(&self) -> f64 {
-        match self {
-            Self::Optimal(stream) => stream.time(),
-            Self::Jerk(stream) => stream.time(),
-        }
     }
 }

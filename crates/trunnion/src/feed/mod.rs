@@ -40,7 +40,7 @@ pub use error::{FeedError, LimitKind};
 pub use given::{Breach, GivenSpeed, given};
 pub use jerk::{jerk, jerk_between};
 pub use limit::limit_speeds;
-pub use stream::{JerkStream, Step, Stream, StreamOptions, jerk_through_window};
+pub use stream::{AnyStream, JerkStream, Step, Stream, StreamOptions, jerk_through_window};
 pub use terms::{Binding, Ceiling, FeedOptions, Limits, MinusLimits, Plan, Ratios, ceiling};
 
 use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};

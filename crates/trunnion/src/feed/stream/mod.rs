@@ -4,14 +4,17 @@
 //! window   rows ahead, and the backward pass over them
 //! jerk     the same with jerk limits, plan by plan
 //! known    the nodes of those plans, and the ones after them
+//! any      a stream of either kind
 //! whole    a path that is known as a whole
 //! ```
 
+mod any;
 mod jerk;
 mod known;
 mod whole;
 mod window;
 
+pub use any::AnyStream;
 pub use jerk::JerkStream;
 pub use whole::jerk_through_window;
 

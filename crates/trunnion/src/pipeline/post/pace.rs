@@ -3,7 +3,7 @@
 use super::corner::Corner;
 use super::leg::Place;
 use super::{PostError, PostMethod, PostOptions};
-use crate::feed::{JerkStream, Limits, Step, Stream, StreamOptions};
+use crate::feed::{AnyStream, Limits, Step, StreamOptions};
 use crate::machine::Kinematics;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisNode, AxisVector, Motion};
@@ -35,43 +35,6 @@ pub(super) struct Timed {
     pub(super) seconds: f64,
 }
 
-#[derive(Debug)]
-enum Planner {
-    Optimal(Box<Stream>),
-    Jerk(Box<JerkStream>),
-}
-
-impl Planner {
-    fn begin(&mut self, motion: Motion) {
-        match self {
-            Self::Optimal(stream) => stream.begin(motion),
-            Self::Jerk(stream) => stream.begin(motion),
-        }
-    }
-
-    fn push(&mut self, node: AxisNode) -> Result<(), PostError> {
-        match self {
-            Self::Optimal(stream) => stream.push(node)?,
-            Self::Jerk(stream) => stream.push(node)?,
-        }
-        Ok(())
-    }
-
-    fn wants(&self) -> bool {
-        match self {
-            Self::Optimal(stream) => stream.wants(),
-            Self::Jerk(stream) => stream.wants(),
-        }
-    }
-
-    fn next(&mut self) -> Option<Step> {
-        match self {
-            Self::Optimal(stream) => stream.next(),
-            Self::Jerk(stream) => stream.next(),
-        }
-    }
-}
-
 /// A straight stretch between two places.
 #[derive(Debug, Clone, Copy)]
 struct Straight {
@@ -101,7 +64,7 @@ struct Closing {
 #[derive(Debug)]
 pub(super) struct Pace {
     kinematics: Kinematics,
-    planner: Planner,
+    planner: AnyStream,
     /// Velocities and accelerations of the axes.
     limits: [AxisVector; 2],
     tolerance: [f64; 2],
@@ -140,10 +103,7 @@ impl Pace {
             window: options.window,
             step: STEP,
         };
-        let planner = match options.method {
-            PostMethod::Optimal => Planner::Optimal(Box::new(Stream::new(limits, stream)?)),
-            PostMethod::Jerk => Planner::Jerk(Box::new(JerkStream::new(limits, stream)?)),
-        };
+        let planner = AnyStream::new(options.method == PostMethod::Jerk, limits, stream)?;
         Ok(Self {
             kinematics: kinematics.clone(),
             planner,

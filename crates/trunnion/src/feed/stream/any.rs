@@ -1,0 +1,85 @@
+//! A stream of either kind.
+
+use super::{JerkStream, Step, Stream, StreamOptions};
+use crate::feed::{FeedError, Limits, Ratios};
+use crate::types::{AXES, AxisNode, Motion};
+
+/// A stream that keeps jerk limits or does without, as the user chooses.
+#[derive(Debug, Clone)]
+pub enum AnyStream<const N: usize = AXES> {
+    /// Velocity and acceleration limits.
+    Optimal(Box<Stream<N>>),
+    /// Jerk limits as well.
+    Jerk(Box<JerkStream<N>>),
+}
+
+impl<const N: usize> AnyStream<N> {
+    /// A stream without nodes, at rest.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stream::new`] and [`JerkStream::new`].
+    pub fn new(jerk: bool, limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
+        Ok(if jerk {
+            Self::Jerk(Box::new(JerkStream::new(limits, options)?))
+        } else {
+            Self::Optimal(Box::new(Stream::new(limits, options)?))
+        })
+    }
+
+    /// Begins a piece: the next node is its first, at rest.
+    pub fn begin(&mut self, motion: Motion) {
+        match self {
+            Self::Optimal(stream) => stream.begin(motion),
+            Self::Jerk(stream) => stream.begin(motion),
+        }
+    }
+
+    /// Takes the next node of the piece.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stream::push`].
+    pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
+        match self {
+            Self::Optimal(stream) => stream.push(node),
+            Self::Jerk(stream) => stream.push(node),
+        }
+    }
+
+    /// Whether more nodes are of use before the next stretch is taken.
+    pub fn wants(&self) -> bool {
+        match self {
+            Self::Optimal(stream) => stream.wants(),
+            Self::Jerk(stream) => stream.wants(),
+        }
+    }
+
+    /// Time at the end of what was handed out, without the time it was held \[s\].
+    pub fn time(&self) -> f64 {
+        match self {
+            Self::Optimal(stream) => stream.time(),
+            Self::Jerk(stream) => stream.time(),
+        }
+    }
+
+    /// Guaranteed upper bounds of the ratios over all that was handed out, where they are counted: without jerk limits
+    /// the way of planning keeps them.
+    pub fn bounds(&self) -> Option<Ratios> {
+        match self {
+            Self::Optimal(_) => None,
+            Self::Jerk(stream) => Some(stream.bounds()),
+        }
+    }
+}
+
+impl<const N: usize> Iterator for AnyStream<N> {
+    type Item = Step;
+
+    fn next(&mut self) -> Option<Step> {
+        match self {
+            Self::Optimal(stream) => stream.next(),
+            Self::Jerk(stream) => stream.next(),
+        }
+    }
+}
