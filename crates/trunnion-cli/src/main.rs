@@ -5,6 +5,7 @@
 
 mod check;
 mod feed;
+mod figure;
 mod inspect;
 mod machine;
 mod material;

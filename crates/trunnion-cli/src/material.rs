@@ -1,7 +1,7 @@
 //! Stock that was cut: in files, words, numbers and pictures.
 
+use crate::figure::{judged, plain};
 use crate::outcome::Failure;
-use crate::report::{judged, plain};
 use crate::text;
 use nalgebra::Vector3;
 use std::io::{Result as IoResult, Write};

@@ -1,5 +1,6 @@
 //! Results of a run as the data of a report page.
 
+use crate::figure::{judged, plain};
 use crate::material;
 use crate::path::chart;
 use crate::path::profile::Profile;
@@ -94,21 +95,6 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         .chain(summary.cover.rest.iter().map(left))
         .chain(summary.motion.axes.iter().map(axis_number))
         .collect()
-}
-
-pub(crate) fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
-    Number {
-        label: label.to_owned(),
-        value,
-        unit: unit.to_owned(),
-        note,
-        state: State::Plain,
-        headline: false,
-    }
-}
-
-pub(crate) fn judged(good: bool, number: Number, headline: bool) -> Number {
-    Number { state: if good { State::Good } else { State::Bad }, headline, ..number }
 }
 
 /// What the check of one program found; `first` stands large at the top of the page.

@@ -5,9 +5,10 @@ use super::gcode::Gcode;
 use super::heidenhain::Heidenhain;
 use super::log::{Log, Remark, excerpt};
 use super::siemens::Siemens;
+use super::tape::Tape;
 use super::{Dialect, ReadOptions, Step};
-use crate::types::AxisVector;
-use crate::types::Fault;
+use crate::types::{AxisVector, Fault};
+use std::sync::Arc;
 
 /// Longest line \[bytes\]; a longer one is not of a program.
 const LONGEST: usize = 100_000;
@@ -17,6 +18,31 @@ const LONGEST: usize = 100_000;
 pub(super) struct State {
     pub(super) control: Control,
     pub(super) log: Log,
+}
+
+impl State {
+    /// The line to run again, if there is one; what is run too often ends the program.
+    pub(super) fn replayed(&mut self, tape: &mut Tape) -> Option<(u32, Arc<str>)> {
+        tape.play().unwrap_or_else(|remark| {
+            self.log.fault("", remark);
+            self.control.ended = true;
+            None
+        })
+    }
+
+    /// Tells what is missing at the end of the file: that of a loop or a condition, or that of the program, which is `end`.
+    pub(super) fn unended(&mut self, open: Option<(u32, Remark)>, end: &str) {
+        if self.control.ended {
+            return;
+        }
+        if let Some((line, remark)) = open {
+            self.log.line = line;
+            self.log.fault("", remark);
+        } else {
+            let message = "the program has no end: a line is missing, or the file was cut";
+            self.log.whole(message, end);
+        }
+    }
 }
 
 /// The dialect's own part.

@@ -344,12 +344,12 @@ impl Gcode {
     pub(super) fn finish(&mut self, state: &mut State) {
         if let Some(open) = self.flow.open().filter(|_| !state.control.ended) {
             state.log.whole(&open.message, &open.help);
-        } else if let Some((line, remark)) = self.macros.open().filter(|_| !state.control.ended) {
-            state.log.line = line;
-            state.log.fault("", remark);
-        } else if !state.control.ended && (self.ran || !self.flow.has_subs()) {
-            let message = "the program has no end: a line is missing, or the file was cut";
-            state.log.whole(message, "end it with M2 or M30");
+            return;
+        }
+        let open = self.macros.open();
+        // A file of subprograms alone needs no end.
+        if open.is_some() || self.ran || !self.flow.has_subs() {
+            state.unended(open, "end it with M2 or M30");
         }
     }
 }

@@ -108,25 +108,14 @@ impl Siemens {
 
     /// Runs one of them.
     pub(super) fn advance(&mut self, state: &mut State) {
-        match self.flow.tape.play() {
-            Ok(Some((number, text))) => self.run_line(state, (number, &text)),
-            Ok(None) => {}
-            Err(remark) => {
-                state.log.fault("", remark);
-                state.control.ended = true;
-            }
+        if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
+            self.run_line(state, (number, &text));
         }
     }
 
     /// What is missing at the end.
     pub(super) fn finish(&self, state: &mut State) {
-        if let Some((line, remark)) = self.flow.open().filter(|_| !state.control.ended) {
-            state.log.line = line;
-            state.log.fault("", remark);
-        } else if !state.control.ended {
-            let message = "the program has no end: a line is missing, or the file was cut";
-            state.log.whole(message, "end it with M30, M17 or RET");
-        }
+        state.unended(self.flow.open(), "end it with M30, M17 or RET");
     }
 
     /// Reads a line of the file.
