@@ -36,6 +36,31 @@ fn the_classical_planner_says_which_limits_it_breaks() {
     assert!(told || most("velocity_ratio").max(most("acceleration_ratio")) <= 1.0 + 1e-9);
 }
 
+/// What the limit of the axis's turn is said to cost is the difference of two runs.
+#[test]
+fn the_cost_of_the_turn_limit_is_that_of_another_run() {
+    let summary = |turn: &str| {
+        let folder = folder();
+        replace(folder.path(), "job.toml", "max_axis_turn = 3", turn);
+        let output = trunnion(folder.path(), &["run", "job.toml", "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        summary["cover"].clone()
+    };
+    let number = |of: &serde_json::Value, name: &str| of[name].as_f64().unwrap();
+    let limited = summary("max_axis_turn = 0.3\nturn_cost = true");
+    // 10 rad/mm: no axis turns as fast.
+    let free = summary("max_axis_turn = 572.9\nturn_cost = false");
+    let told = &limited["turn_limit"];
+    assert_eq!(told["free_passes"], free["passes"]);
+    let [long, short] = [&limited, &free].map(|cover| number(cover, "cutting_length"));
+    assert!((number(told, "free_length") - short).abs() <= 1e-9 * short, "{told} {short}");
+    assert!((number(told, "length") - (long / short - 1.0)).abs() <= 1e-9, "{told} {long}");
+    // To either side: passes of a free axis do not always meet as well.
+    assert!((long - short).abs() > 0.01 * short, "the limit changes nothing: {long} {short}");
+    assert!(free["turn_limit"].is_null(), "{free}");
+}
+
 #[test]
 fn a_job_writes_all_its_files_and_keeps_its_tolerance() {
     let folder = folder();

@@ -300,6 +300,13 @@ fn a_program_with_two_tools_is_posted_tool_by_tool() {
         let text = fs::read_to_string(folder.path().join("one.nc")).unwrap();
         assert!(text.contains(&format!("T{tool} M6")) && text.contains(last), "{text}");
     }
+    let mut none = vec![input.to_str().unwrap()];
+    none.extend(on_bc("g93", "none.nc"));
+    none.extend(["--tool", "9", "--set", "_hal[wide]=25", "--block-delete=false"]);
+    let output = post(folder.path(), &none);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("which tools it calls"), "{told}");
+    assert!(!folder.path().join("none.nc").exists());
     let told = trunnion(
         folder.path(),
         &["inspect", "two.ngc", "--json", "--set", "_hal[wide]=25", "--block-delete=false"],

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod property;
 mod readings;
 
 use proptest::prelude::*;
@@ -115,7 +116,7 @@ fn what_cannot_be_followed_is_told_with_its_line() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(property::cases(64))]
 
     #[test]
     fn nested_loops_are_the_same_in_every_language(outer in 1..6_u32, inner in 0..6_u32, skip in 1..6_u32) {

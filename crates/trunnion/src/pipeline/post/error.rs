@@ -100,6 +100,7 @@ impl PostError {
             }
             Self::Refused { help, .. } => help,
             Self::Reversal { .. } => "insert locations between",
+            Self::Empty => "inspect tells what the file holds; with --tool, which tools it calls",
             Self::ReadBack(_) => {
                 "look at what the template and the strings of the machine file switch on before"
             }
