@@ -36,11 +36,37 @@ pub(super) struct Told {
     tip_bound: f64,
     axis_bound: f64,
     rounding: f64,
+    /// What `--smooth` chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smoothing: Option<Smoothing>,
     /// Lines of the input before which the tool went out of the cut, so that rotaries could go round.
     unwound: Vec<u32>,
     /// The text was read back and says what was meant; false where it has words that are not understood.
     read_back: bool,
     kept: bool,
+}
+
+/// Cuts that were smoothed where that is quicker.
+#[derive(Debug, Serialize)]
+struct Smoothing {
+    /// Cuts left as they are, changed in part, and as a whole.
+    cuts: [usize; 3],
+    /// Time with nothing changed, and as chosen.
+    seconds: [f64; 2],
+    /// Which time decided: `linuxcnc` (the control model) or `axes` (their limits).
+    by: &'static str,
+}
+
+impl Smoothing {
+    fn words(&self) -> String {
+        let [kept, part, whole] = self.cuts;
+        let [before, after] = self.seconds;
+        let by =
+            if self.by == "axes" { "by the limits of the axes" } else { "on the control model" };
+        format!(
+            "{whole} cuts, {part} in part; {kept} are quicker as they are: {before:.2} -> {after:.2} s {by}"
+        )
+    }
 }
 
 impl Told {
@@ -66,6 +92,11 @@ impl Told {
             tip_bound: report.strayed[0],
             axis_bound: report.strayed[1].to_degrees(),
             rounding: report.rounding,
+            smoothing: report.smoothing.map(|of| Smoothing {
+                cuts: of.cuts,
+                seconds: of.seconds,
+                by: if of.by_model { "linuxcnc" } else { "axes" },
+            }),
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
             kept: report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
@@ -101,6 +132,9 @@ impl Told {
                 ),
             ),
         ];
+        if let Some(smoothing) = &self.smoothing {
+            lines.push(row("smoothed", smoothing.words()));
+        }
         if let Some(first) = self.unwound.first() {
             let count = self.unwound.len();
             let times = if count == 1 { "once" } else { "times" };

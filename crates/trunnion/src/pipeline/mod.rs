@@ -24,8 +24,8 @@ pub use error::PipelineError;
 pub use job::{Job, JobError};
 pub use material::{MOST_RAYS, collided, stock, summary as stock_summary};
 pub use post::{
-    Left, POST_WINDOW, PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace,
-    PostReport, PostSource, Poster, ProgramMoves, control_of,
+    Left, POST_WINDOW, PostChoice, PostError, PostFilter, PostMethod, PostMove, PostOptions,
+    PostPace, PostReport, PostSource, Poster, ProgramMoves, control_of,
 };
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};

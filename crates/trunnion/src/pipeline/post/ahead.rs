@@ -38,7 +38,7 @@ pub(super) enum Part {
 }
 
 /// Holds moves back until it is known how far the ways to run them lead.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Ahead {
     /// `None`: moves are run as they come.
     inverse: Option<Inverse>,

@@ -30,20 +30,20 @@ const RAPID_TOLERANCE: f64 = 1.0;
 const TRAVEL_ROUNDING: f64 = 1e-9;
 
 /// A machine with what its control does between blocks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Target {
     inverse: Inverse,
     control: Control,
 }
 
 /// Takes in moves, hands out places.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Course {
     target: Target,
     source: PostSource,
     /// The input is for the same machine, set up alike: its rotaries count.
     own: bool,
-    tolerance: [f64; 2],
+    pub(super) tolerance: [f64; 2],
     most_turn: f64,
     at: Option<Stop>,
     /// Largest bounds so far: tip \[mm\], axis \[rad\].

@@ -158,6 +158,11 @@ impl Filter {
         }
     }
 
+    /// The next move begins where this one ends; it itself is not handed out.
+    pub(super) fn start_at(&mut self, one: &PostMove) {
+        (self.place, self.start) = (Some(*one), Some(*one));
+    }
+
     /// Takes in a move; those to post are appended.
     pub(super) fn push(
         &mut self,

@@ -1,7 +1,9 @@
 //! What a program asks of the axes, and what it takes on a control without look-ahead.
 
-use crate::machine::{FIRST_ROTARY, Machine};
-use crate::types::{AXES, AxisVector};
+use super::pace::Timed;
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
+use crate::nc::write::{Coordinates, Dialect, Style};
+use crate::types::{AXES, AxisVector, ToolPose};
 
 /// Largest mean velocities of blocks, and changes of them over the time between their middles, over the limits of
 /// the axes. The machine rests before and after.
@@ -91,6 +93,66 @@ impl ControlModel {
             speed = speed.min((0.5 * along(&self.acceleration) * length).sqrt());
         }
         seconds.max(length / speed)
+    }
+}
+
+/// Words by which a dialect's block moves, from one place to another \[mm, rad\].
+pub(super) fn words(
+    kinematics: &Kinematics,
+    dialect: Dialect,
+    [from, to]: [&(AxisVector, ToolPose); 2],
+) -> AxisVector {
+    let mut words = to.0 - from.0;
+    if dialect.coordinates() == Coordinates::Tip {
+        let tip = kinematics.setup().rotation * (to.1.tip - from.1.tip);
+        words.fixed_rows_mut::<3>(0).copy_from(&tip);
+    }
+    words
+}
+
+/// Time that a program's own control takes: `LinuxCNC`'s by its model, others look ahead and are timed by the limits
+/// of the axes.
+#[derive(Debug)]
+pub(super) struct Clock<'a> {
+    kinematics: &'a Kinematics,
+    dialect: Dialect,
+    model: Option<ControlModel>,
+    /// Where the last block ended, and time since.
+    block: (AxisVector, ToolPose),
+    waiting: f64,
+}
+
+impl<'a> Clock<'a> {
+    pub(super) fn new(
+        kinematics: &'a Kinematics,
+        style: &Style,
+        start: (AxisVector, ToolPose),
+    ) -> Self {
+        let model =
+            Self::by_model(kinematics, style).then(|| ControlModel::new(kinematics.machine()));
+        Self { kinematics, dialect: style.dialect, model, block: start, waiting: 0.0 }
+    }
+
+    /// The program runs on `LinuxCNC`, as its dialect or the machine file says.
+    pub(super) fn by_model(kinematics: &Kinematics, style: &Style) -> bool {
+        let own = Dialect::from_name(&kinematics.machine().dialect.name);
+        let linuxcnc = Dialect::LinuxCnc;
+        style.dialect == linuxcnc || (style.dialect == Dialect::G93 && own == Some(linuxcnc))
+    }
+
+    /// Time with feed that a place adds \[s\].
+    pub(super) fn seconds(&mut self, one: &Timed) -> f64 {
+        let feed = one.place.least.is_some();
+        let Some(model) = &self.model else { return if feed { one.seconds } else { 0.0 } };
+        self.waiting += one.seconds;
+        if !one.place.block {
+            return 0.0;
+        }
+        let to = (one.place.q, one.place.pose);
+        let words = words(self.kinematics, self.dialect, [&self.block, &to]);
+        self.block = to;
+        let waited = std::mem::take(&mut self.waiting);
+        if feed { model.seconds(&words, waited) } else { 0.0 }
     }
 }
 

@@ -17,6 +17,8 @@ pub(super) struct Place {
     /// Way of the tip, and of both rotaries (the root of the sum of squares), from the place before \[mm, rad\].
     pub(super) tip: f64,
     pub(super) turn: f64,
+    /// Part of the cut, where some of them are smoothed.
+    pub(super) part: usize,
 }
 
 /// Where the machine is.
@@ -55,6 +57,7 @@ impl Leg<'_> {
             least: (!self.rapid).then_some(least),
             tip,
             turn,
+            part: 0,
         });
     }
 }

@@ -1,6 +1,6 @@
 //! What is posted and how, and what that did.
 
-use super::PostFilter;
+use super::{PostChoice, PostFilter};
 use crate::blocks::Control;
 use crate::machine::Kinematics;
 use crate::types::{AxisVector, Fault, ToolPose};
@@ -95,6 +95,8 @@ pub struct PostReport {
     pub strayed: [f64; 2],
     /// Bound on what rounding the words moves the tip by \[mm\].
     pub rounding: f64,
+    /// Where smoothing was chosen, if it was asked for.
+    pub smoothing: Option<PostChoice>,
     /// Lines of the input before which the tool went out and back, so that rotaries could go round.
     pub unwound: Vec<u32>,
     /// Every block was read back from the text and found to say what was meant, unless there is something here: the

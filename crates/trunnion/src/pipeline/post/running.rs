@@ -1,0 +1,179 @@
+//! The program as it is written: places are timed, and every block is read back.
+
+use super::gauge::{ControlModel, Gauge, words};
+use super::leg::Place;
+use super::pace::{Pace, Timed};
+use super::{PostError, Poster};
+use crate::machine::Kinematics;
+use crate::nc::write::{BlockPace, Note, ProgramWriter, Template, rounding};
+use crate::pipeline::read_back::{ReadBack, ReadBackError};
+use crate::types::{AxisVector, ToolPose};
+
+/// Times and counts of blocks, input or output.
+#[derive(Debug)]
+pub(super) struct Tally {
+    pub(super) gauge: Gauge,
+    pub(super) seconds: f64,
+    pub(super) model: f64,
+    pub(super) cutting: bool,
+}
+
+impl Tally {
+    pub(super) fn new(kinematics: &Kinematics) -> Self {
+        let gauge = Gauge::new(kinematics.machine());
+        Self { gauge, seconds: 0.0, model: 0.0, cutting: false }
+    }
+
+    pub(super) fn rapid(&mut self) {
+        if self.cutting {
+            self.gauge.rest();
+        }
+        self.cutting = false;
+    }
+}
+
+/// What exists from the first move on.
+#[derive(Debug)]
+pub(super) struct Running {
+    pace: Pace,
+    pub(super) writer: ProgramWriter,
+    /// Reads what the writer writes; `None` once it does not understand it.
+    pub(super) read_back: Option<ReadBack>,
+    /// The last place whose time is known, and the last block end.
+    at: (AxisVector, ToolPose),
+    block: (AxisVector, ToolPose),
+    /// Time, way and turn since the last block end.
+    waiting: [f64; 3],
+}
+
+/// Places that are timed before what is known is written.
+const BATCH: usize = 1024;
+
+impl Poster {
+    /// Writes the head of the program, up to where it starts.
+    pub(super) fn begin(
+        &mut self,
+        out: &mut String,
+        to: (AxisVector, ToolPose),
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
+        let begin = out.len();
+        let style = &self.style;
+        let writer =
+            ProgramWriter::new(out, &self.kinematics, (head.0, style, head.1), (&to.0, &to.1))?;
+        let pace = Pace::new(&self.kinematics, &self.options, to.0)?;
+        let text = out.get(begin..).unwrap_or_default();
+        let read = ReadBack::new(&self.kinematics, style, (text, &to.1));
+        let read_back = self.understood(read)?;
+        let waiting = [0.0; 3];
+        self.running = Some(Running { pace, writer, read_back, at: to, block: to, waiting });
+        Ok(())
+    }
+
+    /// Times places, and writes the blocks whose time is known.
+    pub(super) fn run(&mut self, out: &mut String, places: &[Place]) -> Result<(), PostError> {
+        for batch in places.chunks(BATCH) {
+            let Some(running) = &mut self.running else { return Ok(()) };
+            for place in batch {
+                running.pace.push(place, &mut self.timed)?;
+            }
+            self.write(out)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the motion: all that is left is written.
+    pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
+        let Some(running) = self.running.take() else { return Ok(()) };
+        let next = Pace::new(&self.kinematics, &self.options, running.at.0)?;
+        running.pace.finish(&mut self.timed)?;
+        self.running = Some(Running { pace: next, ..running });
+        self.write(out)?;
+        self.before.rapid();
+        self.after.rapid();
+        Ok(())
+    }
+
+    /// Time of a block on the control model \[s\].
+    pub(super) fn model(
+        &self,
+        from: &(AxisVector, ToolPose),
+        to: &(AxisVector, ToolPose),
+        seconds: f64,
+    ) -> f64 {
+        let words = words(&self.kinematics, self.style.dialect, [from, to]);
+        ControlModel::new(self.kinematics.machine()).seconds(&words, seconds)
+    }
+
+    /// What reading back gives, if the reader understands the text; if not, that is noted.
+    pub(super) fn understood<T>(
+        &mut self,
+        read: Result<T, ReadBackError>,
+    ) -> Result<Option<T>, PostError> {
+        match read {
+            Ok(read) => Ok(Some(read)),
+            Err(ReadBackError::Unread(faults)) => {
+                self.report.unread = faults.into_iter().next();
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Writes the blocks whose time is known.
+    fn write(&mut self, out: &mut String) -> Result<(), PostError> {
+        let Some(mut running) = self.running.take() else { return Ok(()) };
+        let timed = std::mem::take(&mut self.timed);
+        for one in &timed {
+            self.tell_after(&running, one);
+            let place = &one.place;
+            running.at = (place.q, place.pose);
+            let [seconds, length, turn] = &mut running.waiting;
+            *seconds += one.seconds;
+            *length += place.tip;
+            *turn += place.turn;
+            if !place.block {
+                continue;
+            }
+            let pace = match place.least {
+                None => BlockPace::Rapid,
+                Some(_) => BlockPace::Timed { seconds: *seconds, length: *length, turn: *turn },
+            };
+            if place.least.is_some() {
+                let time = *seconds;
+                self.after.model += self.model(&running.block, &running.at, time);
+                let words = &self.style.axes;
+                let coordinates = self.style.dialect.coordinates();
+                let off = rounding(&self.kinematics, &place.q, words, coordinates, 0.0);
+                self.report.rounding = self.report.rounding.max(off);
+            }
+            let begin = out.len();
+            if place.goes_out {
+                running.writer.comment(out, "out of the cut, rotaries go round, and back");
+            }
+            running.writer.block(out, (&place.q, &place.pose), pace)?;
+            if let Some(mut read) = running.read_back.take() {
+                let text = out.get(begin..).unwrap_or_default();
+                let done = read.block(text, (&place.q, &place.pose), pace);
+                running.read_back = self.understood(done)?.map(|()| read);
+            }
+            running.waiting = [0.0; 3];
+            running.block = running.at;
+        }
+        self.timed = timed;
+        self.timed.clear();
+        self.running = Some(running);
+        Ok(())
+    }
+
+    /// Takes down what the output does.
+    fn tell_after(&mut self, running: &Running, one: &Timed) {
+        if one.place.least.is_none() {
+            self.report.rapid_seconds += one.seconds;
+            return self.after.rapid();
+        }
+        self.after.cutting = true;
+        self.after.gauge.push(&(one.place.q - running.at.0), one.seconds);
+        self.after.seconds += one.seconds;
+    }
+}
