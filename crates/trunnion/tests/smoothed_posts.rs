@@ -61,6 +61,10 @@ fn moves(kinematics: &Kinematics, random: &mut Random) -> Vec<PostMove> {
         add(&q, PostPace::Rapid);
         q += AxisVector::from([5.0, -5.0, 3.0, 0.01, 0.02]);
     }
+    // Nothing to gain on a straight line.
+    add(&q, PostPace::Rapid);
+    q[0] += 20.0;
+    add(&q, PostPace::Feed(30.0));
     moves
 }
 
@@ -130,7 +134,7 @@ fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
             assert!(after <= before * (1.0 + 1e-9), "{name} {dialect:?}: {before} -> {after}");
             assert!((choice.seconds[0] - before).abs() <= 1e-6 * before, "{choice:?} {before}");
             assert!((choice.seconds[1] - after).abs() <= 1e-6 * after, "{choice:?} {after}");
-            assert_eq!(choice.cuts.iter().sum::<usize>(), 3, "{choice:?}");
+            assert_eq!(choice.cuts.iter().sum::<usize>(), 4, "{choice:?}");
             gained += choice.cuts[1] + choice.cuts[2];
             kept += choice.cuts[0];
             assert!(smooth.1.strayed[0] <= TOLERANCE[0] && smooth.1.strayed[1] <= TOLERANCE[1]);
