@@ -83,7 +83,7 @@ pub(crate) struct Args {
     /// Feed in mm/min to which feeds may be raised where the axes allow; without it those of the input stay the most.
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     max_feed: Option<f64>,
-    /// Which limits of the axes times keep.
+    /// How the times of blocks are found, and with them F.
     #[arg(long, value_enum, default_value_t = Method::Optimal)]
     feed: Method,
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
@@ -126,10 +126,14 @@ Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out 
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Method {
-    /// Velocities and accelerations.
+    /// Quickest within velocities and accelerations.
     Optimal,
-    /// Jerks as well.
+    /// Jerks as well: gentler, and a little longer.
     Jerk,
+    /// Block after block with look-ahead, as classical controls run them: what to expect of one that does not smooth.
+    Blocks,
+    /// As the input says; what that asks of the axes is told. For controls with a tip feed that plan by themselves.
+    Programmed,
 }
 
 fn dialect(name: &str) -> Result<Dialect, String> {
@@ -300,6 +304,8 @@ impl Plan {
             method: match args.feed {
                 Method::Optimal => PostMethod::Optimal,
                 Method::Jerk => PostMethod::Jerk,
+                Method::Blocks => PostMethod::Blocks,
+                Method::Programmed => PostMethod::Programmed,
             },
             window: POST_WINDOW,
             filter: match (args.smooth, args.reduce) {

@@ -4,7 +4,7 @@ use super::Plan;
 use serde::Serialize;
 use std::path::Path;
 use trunnion::nc::write::Dialect;
-use trunnion::pipeline::PostReport;
+use trunnion::pipeline::{PostMethod, PostReport};
 
 /// A limit is kept if it is to within this: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;
@@ -24,6 +24,9 @@ pub(super) struct Told {
     length: f64,
     /// Time with feed: as programmed, and with the limits of the axes kept.
     seconds: [f64; 2],
+    /// What the second of them is.
+    #[serde(skip)]
+    timed: &'static str,
     rapid_seconds: f64,
     control_model: &'static str,
     model_seconds: [f64; 2],
@@ -82,6 +85,11 @@ impl Told {
             blocks: report.blocks,
             length: report.length,
             seconds: report.seconds,
+            timed: match plan.options.method {
+                PostMethod::Optimal | PostMethod::Jerk => "s, as programmed -> limits kept",
+                PostMethod::Blocks => "s, as programmed -> block after block",
+                PostMethod::Programmed => "s, as programmed, and so written",
+            },
             rapid_seconds: report.rapid_seconds,
             control_model: "linuxcnc",
             model_seconds: report.model_seconds,
@@ -99,7 +107,9 @@ impl Told {
             }),
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
-            kept: report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
+            // A tip feed is a cap: the control keeps the limits itself.
+            kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
+                || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
     }
 
@@ -116,7 +126,7 @@ impl Told {
         let mut lines = vec![
             format!("{}: {} for {}", self.output, self.dialect, self.machine),
             row("blocks", format!("{:>12} -> {}", self.blocks[0], self.blocks[1])),
-            row("time with feed", pair(self.seconds, "s, as programmed -> limits kept")),
+            row("time with feed", pair(self.seconds, self.timed)),
             row(
                 "on the control model",
                 pair(self.model_seconds, "s, linuxcnc: no look-ahead over rotary moves"),

@@ -6,7 +6,8 @@ use super::course::Course;
 use super::filter::Filter;
 use super::gauge::Clock;
 use super::leg::Place;
-use super::pace::Pace;
+use super::pace::Timed;
+use super::timer::Timer;
 use super::{PostError, PostFilter, PostMove, PostOptions, PostPace, PostSource};
 use crate::machine::Kinematics;
 use crate::nc::write::Style;
@@ -96,6 +97,15 @@ impl Parts {
 
 /// What may be done to a part.
 const KINDS: [PostFilter; 2] = [PostFilter::Smooth, PostFilter::Reduce];
+
+/// Moves of a unit with parts of its cut changed.
+struct Filtered {
+    moves: Vec<PostMove>,
+    /// Of which part each is.
+    tags: Vec<usize>,
+    /// Bounds on what that moved them by \[mm, rad\].
+    strayed: [f64; 2],
+}
 
 /// What runs units.
 pub(super) struct Choice<'a> {
@@ -189,7 +199,7 @@ impl Choice<'_> {
     }
 
     fn run(&self, unit: &Unit, parts: &Parts) -> Result<Trial, PostError> {
-        let (moves, tags, filtered) = self.filtered(unit, parts)?;
+        let Filtered { moves, tags, strayed: filtered } = self.filtered(unit, parts)?;
         let mut trial = Trial {
             ahead: self.ahead.clone(),
             course: self.course.clone(),
@@ -225,9 +235,8 @@ impl Choice<'_> {
             if starts {
                 trial.start = trial.course.place();
             }
-            for k in 0..2 {
-                trial.strayed[k] = trial.strayed[k].max(moved[k] + trial.course.strayed[k]);
-            }
+            let off = [0, 1].map(|k: usize| moved[k] + trial.course.strayed[k]);
+            trial.strayed = [0, 1].map(|k: usize| trial.strayed[k].max(off[k]));
             for place in trial.places.get_mut(begin..).unwrap_or_default() {
                 place.part = part;
             }
@@ -239,19 +248,17 @@ impl Choice<'_> {
         Ok(trial)
     }
 
-    /// Moves of a unit with parts of its cut smoothed, of which part each is, and bounds on what that moved them by.
-    fn filtered(
-        &self,
-        unit: &Unit,
-        parts: &Parts,
-    ) -> Result<(Vec<PostMove>, Vec<usize>, [f64; 2]), PostError> {
+    /// Does to the parts of a cut what is to be done.
+    fn filtered(&self, unit: &Unit, parts: &Parts) -> Result<Filtered, PostError> {
         let options = self.options;
         let mut filters = KINDS.map(|kind| {
             let kind = (kind, options.control);
             Filter::new(kind, self.source.clone(), options.tolerance)
         });
         if let Some(from) = &unit.from {
-            filters.iter_mut().for_each(|filter| filter.start_at(from));
+            for filter in &mut filters {
+                filter.start_at(from);
+            }
         }
         let (mut moves, mut tags) = (Vec::new(), Vec::new());
         let (mut count, mut part) = (0, 0);
@@ -287,16 +294,16 @@ impl Choice<'_> {
                 |kind: PostFilter, of: f64| if parts.kinds.contains(&kind) { of } else { 0.0 };
             used(PostFilter::Smooth, smooth[k]).max(used(PostFilter::Reduce, reduce[k]))
         });
-        Ok((moves, tags, strayed))
+        Ok(Filtered { moves, tags, strayed })
     }
 
     /// Times of the parts.
     fn time(&self, trial: &mut Trial) -> Result<(), PostError> {
         let Some(start) = self.course.place().or(trial.start) else { return Ok(()) };
         let mut clock = Clock::new(self.kinematics, self.style, start);
-        let mut pace = Pace::new(self.kinematics, self.options, start.0)?;
+        let mut pace = Timer::new(self.kinematics, self.options, start.0)?;
         let mut timed = Vec::new();
-        let mut add = |timed: &mut Vec<super::pace::Timed>| {
+        let mut add = |timed: &mut Vec<Timed>| {
             for one in timed.drain(..) {
                 if let Some(cost) = trial.costs.get_mut(one.place.part) {
                     *cost += clock.seconds(&one);

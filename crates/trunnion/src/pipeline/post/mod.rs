@@ -6,7 +6,7 @@
 //! choice  where smoothing is quicker
 //! ahead   which way round the rotaries go, so that cuts stay inside travel
 //! course  moves to places on the machine, close enough for its control
-//! pace    times of places, window by window
+//! timer   times of places: pace along a smooth path, classic block after block, window by window
 //! gauge   what it asks of the axes, what it takes on a control without look-ahead
 //! running the program as it is written and read back
 //! ```
@@ -15,6 +15,7 @@
 
 mod ahead;
 mod choice;
+mod classic;
 mod corner;
 mod course;
 mod error;
@@ -25,6 +26,7 @@ mod options;
 mod pace;
 mod replay;
 mod running;
+mod timer;
 
 pub use choice::PostChoice;
 pub use error::PostError;

@@ -40,13 +40,19 @@ pub struct PostMove {
     pub way: Control,
 }
 
-/// Which limits of the axes times keep.
+/// How times are found, and which limits of the axes they keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PostMethod {
-    /// Velocities and accelerations.
+    /// Velocities and accelerations, along a smooth path that passes the ends of all blocks.
     Optimal,
     /// Jerks as well.
     Jerk,
+    /// Velocities and accelerations of straight blocks, speed changing at a constant rate; where two meet the axes
+    /// step by what they change in a servo period, which is not kept to the letter of the limit. What a control
+    /// without smoothing does: [`look_ahead`](crate::feed::look_ahead).
+    Blocks,
+    /// None: times are those of the input, and what they ask of the axes is only told.
+    Programmed,
 }
 
 /// How to post. No `Default`: the caller knows part and machine.

@@ -10,13 +10,13 @@ use crate::types::{AxisNode, AxisVector, Motion};
 use std::collections::VecDeque;
 
 /// What a turn counts in the path parameter beside the way of the tip \[mm/rad\].
-const LEVER: f64 = 10.0;
+pub(super) const LEVER: f64 = 10.0;
 
 /// Longest distance of two rows, so that speed can change on the way \[mm\].
 const STEP: f64 = 5.0;
 
 /// Nine decimals are the most that words have \[mm\].
-const LEAST: f64 = 1e-9;
+pub(super) const LEAST: f64 = 1e-9;
 
 /// Shortest run-up, over the length of its stretch.
 const SHORTEST: f64 = 1e-4;

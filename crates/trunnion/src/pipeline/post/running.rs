@@ -2,7 +2,8 @@
 
 use super::gauge::{ControlModel, Gauge, words};
 use super::leg::Place;
-use super::pace::{Pace, Timed};
+use super::pace::Timed;
+use super::timer::Timer;
 use super::{PostError, Poster};
 use crate::machine::Kinematics;
 use crate::nc::write::{BlockPace, Note, ProgramWriter, Template, rounding};
@@ -35,7 +36,7 @@ impl Tally {
 /// What exists from the first move on.
 #[derive(Debug)]
 pub(super) struct Running {
-    pace: Pace,
+    pace: Timer,
     pub(super) writer: ProgramWriter,
     /// Reads what the writer writes; `None` once it does not understand it.
     pub(super) read_back: Option<ReadBack>,
@@ -61,7 +62,7 @@ impl Poster {
         let style = &self.style;
         let writer =
             ProgramWriter::new(out, &self.kinematics, (head.0, style, head.1), (&to.0, &to.1))?;
-        let pace = Pace::new(&self.kinematics, &self.options, to.0)?;
+        let pace = Timer::new(&self.kinematics, &self.options, to.0)?;
         let text = out.get(begin..).unwrap_or_default();
         let read = ReadBack::new(&self.kinematics, style, (text, &to.1));
         let read_back = self.understood(read)?;
@@ -85,7 +86,7 @@ impl Poster {
     /// Ends the motion: all that is left is written.
     pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
         let Some(running) = self.running.take() else { return Ok(()) };
-        let next = Pace::new(&self.kinematics, &self.options, running.at.0)?;
+        let next = Timer::new(&self.kinematics, &self.options, running.at.0)?;
         running.pace.finish(&mut self.timed)?;
         self.running = Some(Running { pace: next, ..running });
         self.write(out)?;
