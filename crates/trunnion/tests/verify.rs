@@ -484,6 +484,21 @@ fn the_same_report_on_one_and_two_threads() {
     assert_eq!(on(1), on(2));
 }
 
+/// A program that stays text is checked as its steps are.
+#[test]
+fn the_same_report_from_steps_and_from_text() {
+    let job = Job::new();
+    let plain = job.check_text(&job.text);
+    let options = ReadOptions::new(Dialect::LinuxCnc, words(&job.machine), 5);
+    let text = read::ProgramText::new(job.text.clone(), options).unwrap();
+    let kinematics = Kinematics::new(&job.machine, &job.setup);
+    let (believed, real) = (&kinematics, &kinematics);
+    let (faces, cutter) = (std::slice::from_ref(&job.face), &job.cutter);
+    let input = Input { program: &text, believed, real, faces, cutter, rest: &[] };
+    let options = Options { grid: 0.1, ..OPTIONS };
+    assert_eq!(verify::check(&input, &options, &Silent).unwrap(), plain);
+}
+
 #[test]
 fn a_stop_on_request_stops() {
     struct Stop;

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, ProgramText, ReadOptions};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
@@ -36,7 +36,7 @@ const DRAWN_STEP: f64 = 1.0;
 
 /// What moves the tool.
 pub(super) enum Motion {
-    Program(Box<Program>, Box<Kinematics>),
+    Program(Box<ProgramText>, Box<Kinematics>),
     Locations(ClFile),
 }
 
@@ -92,8 +92,8 @@ impl Subject {
         let (stock, fixtures) = material(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
-            Motion::Program(program, _) => &program.warnings,
-            Motion::Locations(file) => &file.warnings,
+            Motion::Program(program, _) => program.warnings(),
+            Motion::Locations(file) => &file.warnings[..],
         };
         let place = args.program.display();
         warnings.extend(said.iter().map(|warning| format!("{place}:{warning}")));
@@ -183,7 +183,7 @@ impl Subject {
 
     fn input<'a>(
         &'a self,
-        program: &'a Program,
+        program: &'a ProgramText,
         kinematics: &'a Kinematics,
         faces: &'a [Face],
     ) -> Input<'a> {
@@ -341,6 +341,6 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     };
     let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
     let options = ReadOptions::new(dialect, axes, MOST_FAULTS);
-    let program = read::read(&text, &options).map_err(faults)?;
+    let program = ProgramText::new(text, options).map_err(faults)?;
     Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
 }

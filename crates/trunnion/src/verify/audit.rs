@@ -1,7 +1,7 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
 use super::blocks::Blocks;
-use super::replay::{Control, Course, Segment};
+use super::replay::{Control, Course, Run, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::{Input, VerifyError};
 use crate::machine::Axis;
@@ -23,17 +23,22 @@ struct Stretch {
     slack: AxisVector,
 }
 
-/// Audits all segments.
+/// Audits all moves.
 pub(super) fn audit(
     control: &Control<'_>,
-    segments: &[Segment],
+    run: &Run<'_>,
     input: &Input<'_>,
 ) -> Result<Audit, VerifyError> {
     let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
     let mut before = None;
     let mut change = Change::REST;
     let mut blocks = Blocks::new(control);
-    for segment in segments {
+    let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
+    for segment in run.segments() {
+        let segment = &segment?;
+        moves += 1;
+        all += segment.duration;
+        rapid += if segment.rapid { segment.duration } else { 0.0 };
         for_positions(control, segment, |q| {
             axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
         })?;
@@ -53,15 +58,15 @@ pub(super) fn audit(
         before = Some(stretch);
     }
     between(&mut axes, before.as_ref(), None, &mut change);
-    let time = |rapid: bool| -> f64 {
-        segments.iter().filter(|s| s.rapid || !rapid).map(|s| s.duration).sum()
-    };
+    if moves == 0 {
+        return Err(VerifyError::NoMotion);
+    }
     Ok(Audit {
         axes: axes.map(AxisState::finish),
-        duration: time(false),
-        rapid: time(true),
-        moves: segments.len(),
-        held: blocks.held + time(true),
+        duration: all,
+        rapid,
+        moves,
+        held: blocks.held + rapid,
         brief: blocks.brief,
         singular: blocks.singular,
     })
@@ -104,9 +109,9 @@ fn stretch(
 ) -> Result<Stretch, VerifyError> {
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
-    let error = joint_rounding(control, segment, &input.program.rounding)?;
+    let error = joint_rounding(control, segment, input.program.rounding())?;
     // F = 60 / duration in inverse time; under G94 this overstates the effect.
-    let feed = 2.0 * input.program.feed_rounding * duration / 60.0;
+    let feed = 2.0 * input.program.feed_rounding() * duration / 60.0;
     let slack = error * (2.0 / duration) + velocity.abs() * feed.min(1.0);
     Ok(Stretch { line: segment.line, velocity, duration, slack })
 }

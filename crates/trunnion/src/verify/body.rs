@@ -108,7 +108,7 @@ fn capped(side: (f64, f64, f64), height: f64, [low, high]: [f64; 2]) -> (f64, f6
 }
 
 /// Where and how a tool stands.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stand {
     pub(super) tip: Point3<f64>,
     /// Unit vector.

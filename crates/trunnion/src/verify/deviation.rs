@@ -1,17 +1,16 @@
 //! Material left over the faces: the lowest the tool ever gets on the normal of each grid point.
 
-use super::body::{self, Body, Ray};
+use super::VerifyError;
+use super::body::Ray;
+use super::chunks::{Chunk, Chunks, Look};
 use super::grid::Grid;
-use super::index::{Bounds, Item, Tree};
-use super::ray::{Deciding, Lowest, Part};
-use super::replay::{Mover, Segment};
+use super::index::Bounds;
+use super::ray::{Deciding, Lowest};
 use super::report::{FaceMap, Sample};
-use super::sweep::{self, Piece};
-use super::{Options, VerifyError};
-use crate::cutter::Cutter;
+use super::sweep::Disc;
 use crate::surface::Face;
 use crate::types::Cancelled;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// Grid points along the side of a tile: points that share one look into the tree.
@@ -19,221 +18,157 @@ const TILE: usize = 8;
 /// Tiles worked on between two looks at the progress.
 const BATCH: usize = 128;
 
-/// The moving tool, ready to be measured against.
-pub(super) struct Sweep {
-    pieces: Vec<Piece>,
-    bodies: Vec<Body>,
-    pub(super) tree: Tree,
-    reach: f64,
-    tolerance: f64,
+/// A face under measurement.
+pub(super) struct Field<'a> {
+    face: &'a Face,
+    grid: Grid,
+    tiles: Vec<Tile>,
+    /// Points without a normal.
+    bare: usize,
 }
 
-impl Sweep {
-    /// Cuts all moves into pieces and sorts them by place.
-    pub(super) fn new(
-        mover: &Mover<'_>,
-        segments: &[Segment],
-        cutter: &Cutter,
-        options: &Options,
-    ) -> Result<Self, VerifyError> {
-        let bodies = body::bodies(cutter);
-        let size = cutter.length().hypot(widest(&bodies));
-        let error = ERROR_SHARE * options.ray_tolerance;
-        let mut pieces = Vec::with_capacity(segments.len());
-        for segment in segments {
-            sweep::pieces(mover, segment, size + options.reach, error, &mut pieces)?;
+/// Some points of a face, by their places in the map, and what is known over them.
+struct Tile {
+    places: Vec<usize>,
+    lowest: Vec<Lowest>,
+    /// Around all rays.
+    region: Bounds,
+}
+
+/// A map with what decided at its points.
+pub(super) type Measured = (FaceMap, Vec<Option<Deciding>>);
+
+/// Measures faces at the points of their grids; `advance` is told which share is done.
+pub(super) fn maps(
+    chunks: &Chunks<'_>,
+    faces: &[Face],
+    grids: Vec<Grid>,
+    advance: &mut dyn FnMut(f64) -> Result<(), Cancelled>,
+) -> Result<Vec<Measured>, VerifyError> {
+    let fields = faces.iter().zip(grids);
+    let mut fields: Vec<Field<'_>> =
+        fields.map(|(face, grid)| Field::new(face, grid, &chunks.look)).collect();
+    let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
+    chunks.each(|chunk, [from, to]| {
+        let mut done = 0;
+        for field in &mut fields {
+            let Field { face, grid, tiles, .. } = field;
+            for batch in tiles.chunks_mut(BATCH) {
+                batch.par_iter_mut().for_each(|tile| tile.take(chunk, face, grid));
+                done += batch.len();
+                advance(from + (to - from) * done as f64 / all as f64)?;
+            }
         }
-        let mut items = Vec::new();
-        for (index, piece) in pieces.iter().enumerate() {
-            for (part, body) in bodies.iter().enumerate() {
-                let content = (narrow(index), narrow(part));
-                for bounds in boxes(piece, *body) {
-                    items.push(Item { bounds: bounds.grown(error), content });
+        Ok(())
+    })?;
+    Ok(fields.into_iter().map(Field::finish).collect())
+}
+
+/// A ray from a point of a face, if that has a normal.
+fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<Ray> {
+    let normal = face.normal(u, v)?.into_inner();
+    Some(Ray { origin: face.point(u, v), normal, below })
+}
+
+impl<'a> Field<'a> {
+    fn new(face: &'a Face, grid: Grid, look: &Look) -> Self {
+        let [rows, columns] = grid.size();
+        let corners: Vec<[usize; 2]> = (0..rows)
+            .step_by(TILE)
+            .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
+            .collect();
+        let tile = |&corner| Tile::new(face, &grid, corner, look);
+        let (tiles, bare): (Vec<Tile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
+        Self { face, tiles, bare: bare.iter().sum(), grid }
+    }
+
+    fn finish(self) -> Measured {
+        let Self { face, grid, tiles, bare: mut unmeasured } = self;
+        let [rows, columns] = grid.size();
+        let mut samples = vec![None; rows * columns];
+        let mut deciding = vec![None; rows * columns];
+        for tile in tiles {
+            for (place, lowest) in tile.places.into_iter().zip(tile.lowest) {
+                unmeasured += usize::from(lowest.unresolved);
+                if let (Some(sample), Some(by)) = (samples.get_mut(place), deciding.get_mut(place))
+                {
+                    *sample = self::sample(face, &grid, place, &lowest);
+                    *by = lowest.by;
                 }
             }
         }
-        let tree = Tree::new(items);
-        let (reach, tolerance) = (options.reach, options.ray_tolerance);
-        Ok(Self { pieces, bodies, tree, reach, tolerance })
+        let Grid { u, v } = grid;
+        let unfinished = Vec::new();
+        (FaceMap { face: face.number, u, v, samples, unmeasured, unfinished }, deciding)
     }
+}
 
-    /// Lowest entry for every ray of a tile.
-    fn measure(&self, rays: &[Ray]) -> Vec<Lowest> {
-        let Some(centre) = rays.get(rays.len() / 2).map(|ray| ray.origin) else {
-            return Vec::new();
-        };
-        let region = rays.iter().fold(Bounds::empty(), |all, ray| {
-            let [a, b] = [ray.at(-self.reach), ray.at(self.reach)];
-            all.join(&Bounds { low: a.inf(&b), high: a.sup(&b) })
-        });
-        let around = self.around(&region, centre);
-        rays.iter().map(|ray| self.lowest(&around, ray)).collect()
-    }
+fn sample(face: &Face, grid: &Grid, place: usize, lowest: &Lowest) -> Option<Sample> {
+    let (uv, cell) = at(grid, place)?;
+    let [u, v] = uv;
+    let jet = face.surface.jet1(u, v);
+    let area = Vector3::cross(&jet.su, &jet.sv).norm() * cell;
+    let height = lowest.line.map(|_| lowest.s);
+    Some(Sample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
+}
 
-    /// What can come near a region, by distance from a centre: what cuts lowest comes early, and most
-    /// of the rest is refused at a glance.
-    pub(super) fn around(&self, region: &Bounds, centre: Point3<f64>) -> Around<'_> {
-        let mut near = Vec::new();
-        self.tree.near(region, &mut near);
-        let mut parts = Vec::with_capacity(near.len());
-        for &numbers in &near {
-            if let Some(part) = self.part(numbers) {
-                parts.push((part.piece.clearance(part.body, &centre), part));
+/// Parameters of a place, and the area of u, v that it stands for.
+fn at(grid: &Grid, place: usize) -> Option<([f64; 2], f64)> {
+    let columns = grid.size()[1];
+    let [i, j] = [place / columns, place % columns];
+    Some((grid.at(i, j)?, grid.cell(i, j)))
+}
+
+impl Tile {
+    /// The points of a tile that are on the face, and how many there have no normal.
+    fn new(face: &Face, grid: &Grid, [row, column]: [usize; 2], look: &Look) -> (Self, usize) {
+        let [rows, columns] = grid.size();
+        let (mut places, mut region, mut bare) = (Vec::new(), Bounds::empty(), 0);
+        for i in row..(row + TILE).min(rows) {
+            for j in column..(column + TILE).min(columns) {
+                let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
+                    continue;
+                };
+                let Some(ray) = ray(face, uv, look.reach) else {
+                    bare += 1;
+                    continue;
+                };
+                let [a, b] = [ray.at(-look.reach), ray.at(look.reach)];
+                region = region.join(&Bounds { low: a.inf(&b), high: a.sup(&b) });
+                places.push(i * columns + j);
             }
         }
-        // Stable: equal distances keep the order of the program.
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Around { centre, parts }
+        let lowest = vec![Lowest::none(look.reach); places.len()];
+        (Self { places, lowest, region }, bare)
     }
 
-    /// A body in motion by its numbers.
-    pub(super) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
-        let piece = self.pieces.get(numbers.0 as usize)?;
-        let body = *self.bodies.get(numbers.1 as usize)?;
-        Some(Part { piece, body, numbers })
-    }
-
-    /// Lowest entry of a ray.
-    pub(super) fn lowest(&self, around: &Around<'_>, ray: &Ray) -> Lowest {
-        let mut lowest = Lowest { s: self.reach, line: None, by: None, unresolved: false };
-        let aside = (ray.origin - around.centre).norm();
-        for (clearance, part) in &around.parts {
+    /// Takes in what some moves do.
+    fn take(&mut self, chunk: &Chunk, face: &Face, grid: &Grid) {
+        let Self { places, lowest, region } = self;
+        if !chunk.tree.meets(region) {
+            return;
+        }
+        let Look { reach, tolerance, .. } = chunk.parts.look;
+        let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
+        let rays: Vec<Ray> = rays.collect();
+        let Some(middle) = rays.get(rays.len() / 2) else { return };
+        let around = chunk.around(region, middle.origin);
+        let disc = Disc::around(middle, &rays);
+        let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
+        for (clearance, part) in &around {
+            let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
             // Distances change by at most 1 a millimetre, and the rest is farther still.
-            if *clearance > aside + self.reach.max(lowest.s) {
+            if *clearance > disc.radius + disc.bulge + reach.max(top) {
                 break;
             }
-            lowest.search(part, ray, self.tolerance);
-        }
-        lowest
-    }
-
-    /// Tool axis at the instant that decided.
-    pub(super) fn axis(&self, by: &Deciding) -> Option<Vector3<f64>> {
-        let piece = self.pieces.get(by.piece as usize)?;
-        Some(piece.instant(by.u).stand.axis)
-    }
-
-    /// Lowest entry of a ray into some of the bodies in motion.
-    pub(super) fn lowest_of(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
-        let mut lowest = Lowest { s: self.reach, line: None, by: None, unresolved: false };
-        for part in numbers.filter_map(|numbers| self.part(numbers)) {
-            lowest.search(&part, ray, self.tolerance);
-        }
-        lowest
-    }
-
-    /// How far along a normal is looked \[mm\].
-    pub(super) fn reach(&self) -> f64 {
-        self.reach
-    }
-
-    /// How far the tool may be from where the pieces have it \[mm\].
-    pub(super) fn error(&self) -> f64 {
-        ERROR_SHARE * self.tolerance
-    }
-}
-
-/// Share of the ray tolerance that replacing moves by quadratics may take.
-const ERROR_SHARE: f64 = 0.1;
-
-/// Bodies in motion with what at least lies between them and a centre \[mm\], nearest first.
-pub(super) struct Around<'a> {
-    centre: Point3<f64>,
-    parts: Vec<(f64, Part<'a>)>,
-}
-
-fn narrow(index: usize) -> u32 {
-    u32::try_from(index).unwrap_or(u32::MAX)
-}
-
-fn widest(bodies: &[Body]) -> f64 {
-    bodies.iter().map(|body| body.radius()).fold(0.0, f64::max)
-}
-
-/// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
-/// tool does not claim all the space beside it.
-fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
-    let [low, high] = body.heights();
-    let radius = body.radius();
-    let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
-    let mut index = 0.0;
-    std::iter::from_fn(move || {
-        if index >= count {
-            return None;
-        }
-        let [from, to] = [index, index + 1.0].map(|i| low + (high - low) * i / count);
-        index += 1.0;
-        let [low, high] = piece.axis_box([from, to]);
-        Some(Bounds { low, high }.grown(radius))
-    })
-}
-
-/// Measures a face at the points of a grid; `advance` is told how many points are done.
-pub(super) fn map(
-    sweep: &Sweep,
-    face: &Face,
-    grid: &Grid,
-    advance: &mut dyn FnMut(usize) -> Result<(), Cancelled>,
-) -> Result<(FaceMap, Vec<Option<Deciding>>), VerifyError> {
-    let [rows, columns] = grid.size();
-    let mut samples = vec![None; rows * columns];
-    let mut deciding = vec![None; rows * columns];
-    let mut unmeasured = 0;
-    let tiles: Vec<[usize; 2]> = (0..rows)
-        .step_by(TILE)
-        .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
-        .collect();
-    for batch in tiles.chunks(BATCH) {
-        let results: Vec<Tile> = batch.par_iter().map(|&at| tile(sweep, face, grid, at)).collect();
-        for tile in results {
-            unmeasured += tile.unmeasured;
-            for (place, sample, by) in tile.samples {
-                if let (Some(found), Some(decided)) =
-                    (samples.get_mut(place), deciding.get_mut(place))
-                {
-                    (*found, *decided) = (Some(sample), by);
+            if part.piece.keeps_off_rays(part.body, &disc, [reach, top]) > 0.0 {
+                continue;
+            }
+            for ((ray, aside), lowest) in rays.iter().zip(&aside).zip(lowest.iter_mut()) {
+                if *clearance <= aside + reach.max(lowest.s) {
+                    lowest.search(part, ray, tolerance);
                 }
             }
         }
-        advance(batch.len() * TILE * TILE)?;
     }
-    let Grid { u, v } = grid.clone();
-    Ok((FaceMap { face: face.number, u, v, samples, unmeasured, unfinished: Vec::new() }, deciding))
-}
-
-/// Samples of a tile with their places in the map.
-struct Tile {
-    samples: Vec<(usize, Sample, Option<Deciding>)>,
-    unmeasured: usize,
-}
-
-fn tile(sweep: &Sweep, face: &Face, grid: &Grid, [row, column]: [usize; 2]) -> Tile {
-    let [rows, columns] = grid.size();
-    let mut rays = Vec::with_capacity(TILE * TILE);
-    let mut places = Vec::with_capacity(TILE * TILE);
-    let mut unmeasured = 0;
-    for i in row..(row + TILE).min(rows) {
-        for j in column..(column + TILE).min(columns) {
-            let Some([u, v]) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
-                continue;
-            };
-            let origin = face.point(u, v);
-            let Some(normal) = face.normal(u, v) else {
-                unmeasured += 1;
-                continue;
-            };
-            let jet = face.surface.jet1(u, v);
-            let area = Vector3::cross(&jet.su, &jet.sv).norm() * grid.cell(i, j);
-            rays.push(Ray { origin, normal: normal.into_inner(), below: sweep.reach });
-            places.push((i * columns + j, [u, v], area));
-        }
-    }
-    let lowest = sweep.measure(&rays);
-    unmeasured += lowest.iter().filter(|lowest| lowest.unresolved).count();
-    let samples = rays.iter().zip(places).zip(lowest).map(|((ray, (place, uv, area)), lowest)| {
-        let height = lowest.line.map(|_| lowest.s);
-        let (point, line) = (ray.origin, lowest.line);
-        (place, Sample { uv, point, height, line, area, rest: false }, lowest.by)
-    });
-    Tile { samples: samples.collect(), unmeasured }
 }

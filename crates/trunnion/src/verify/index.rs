@@ -77,6 +77,11 @@ impl Tree {
         Self { nodes, items }
     }
 
+    /// Whether anything may be in a region.
+    pub(super) fn meets(&self, region: &Bounds) -> bool {
+        self.nodes.first().is_some_and(|all| all.bounds.meets(region))
+    }
+
     /// Contents of all boxes that meet a region, each once, in ascending order.
     pub(super) fn near(&self, region: &Bounds, found: &mut Vec<(u32, u32)>) {
         found.clear();

@@ -3,21 +3,24 @@
 //! Shares only surface, cutter, machine and `nc::read` with the makers and never calls an inverse,
 //! so that a maker's mistake cannot hide in the checker.
 //!
-//! [`check`] runs a [`Program`] from the machine's home position: without TCP all axes are linear in
+//! [`check`] runs a [program](ProgramSource) from the machine's home position: without TCP all axes are linear in
 //! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
 //! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
 //! in any pose of any move, links and rapids included: below 0 a gouge, above 0 excess. A tool that is on the
 //! normal only below `p` is behind a wall thinner than the check looks, and gouges, if anything, the face
 //! on its other side. That is a minimum over continuous time to a stated tolerance, not over sampled poses
-//! (`docs/sources.md`, verification).
+//! (`docs/sources.md`, verification). Moves are taken so many at a time: memory is that of the measured points and
+//! of the program's source, [`ProgramText`](crate::nc::read::ProgramText) for a long one.
 
 mod audit;
 mod blocks;
 mod body;
 mod bounds;
+mod chunks;
 mod deviation;
 mod grid;
 mod index;
+mod measure;
 mod motion;
 mod ray;
 mod replay;
@@ -39,19 +42,17 @@ pub use track::{Track, track, track_cl};
 
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
-use crate::nc::read::{ClFile, Program};
+use crate::nc::read::{ClFile, ProgramSource};
 use crate::surface::Face;
-use crate::types::{Cancelled, Progress, Rest, Stage};
-use deviation::Sweep;
-use grid::Grid;
-use replay::{Control, Mover, Segment};
-use std::f64::consts::PI;
+use crate::types::{Cancelled, Progress, Rest};
+use measure::Subject;
+use replay::{Control, Run};
 
 /// What is checked, and against what.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a> {
-    /// The program, as read from its text.
-    pub program: &'a Program,
+    /// The program: its steps, or its text where it is long.
+    pub program: &'a dyn ProgramSource,
     /// Machine and setup as the control has them: work offset, tool length, pivots.
     pub believed: &'a Kinematics,
     /// Machine and setup as they are; the same, unless an error of either is to be studied.
@@ -183,14 +184,13 @@ pub fn check(
     progress: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
-    one_tool(&input.program.tools)?;
+    one_tool(input.program.tools())?;
     let control = Control::new(input)?;
-    let segments = replay::replay(&control, input)?;
-    let audit = audit::audit(&control, &segments, input)?;
+    let run = Run::program(&control, input.program);
+    let audit = audit::audit(&control, &run, input)?;
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
-    let (maps, mut deviation) =
-        measure(&Mover::Machine(&control), &segments, &subject, options, progress)?;
-    deviation.sensitivity.pivot = Some(pivot(&audit));
+    let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
+    deviation.sensitivity.pivot = Some(measure::pivot(&audit));
     let mut findings = left(&maps, &deviation, options);
     findings.extend(broken(&audit));
     Ok(Report { maps, deviation, audit: Some(audit), findings })
@@ -221,9 +221,9 @@ pub fn check_cl(
     progress: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
-    let segments = replay::locations(input.file, CHORD_SHARE * options.ray_tolerance)?;
+    let run = Run::locations(input.file, CHORD_SHARE * options.ray_tolerance);
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
-    let (maps, deviation) = measure(&Mover::Locations, &segments, &subject, options, progress)?;
+    let (maps, deviation) = measure::measure(&run, &subject, options, progress)?;
     let findings = left(&maps, &deviation, options);
     Ok(Report { maps, deviation, audit: None, findings })
 }
@@ -235,125 +235,6 @@ fn one_tool(tools: &[u32]) -> Result<(), VerifyError> {
     let mut tools = tools.to_vec();
     tools.dedup();
     if tools.len() > 1 { Err(VerifyError::Tools { count: tools.len() }) } else { Ok(()) }
-}
-
-/// What a motion is measured against.
-#[derive(Clone, Copy)]
-struct Subject<'a> {
-    faces: &'a [Face],
-    cutter: &'a Cutter,
-    rest: &'a [Rest],
-}
-
-/// Heights over all faces.
-fn measure(
-    mover: &Mover<'_>,
-    segments: &[Segment],
-    subject: &Subject<'_>,
-    options: &Options,
-    progress: &dyn Progress,
-) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    let sweep = Sweep::new(mover, segments, subject.cutter, options)?;
-    let grids: Result<Vec<Grid>, _> =
-        subject.faces.iter().map(|face| Grid::over(face, options)).collect();
-    let grids = grids?;
-    let total: u64 = grids.iter().map(|grid| grid.size().iter().product::<usize>() as u64).sum();
-    let mut done = 0u64;
-    let mut advance = |points: usize| {
-        done = total.min(done + points as u64);
-        progress.step(Stage::Verify, done, total)
-    };
-    let mut measured = Vec::with_capacity(grids.len());
-    for (face, grid) in subject.faces.iter().zip(grids) {
-        let (mut map, deciding) = deviation::map(&sweep, face, &grid, &mut advance)?;
-        map.note(subject.rest);
-        measured.push((map, deciding));
-    }
-    let mut deviation = Deviation::of(&measured.iter().map(|(map, _)| map));
-    deviation.sensitivity = sensitivity(&sweep, subject.faces, &measured);
-    if let Some(promise) = &options.promise {
-        promised((&sweep, subject.faces), &measured, (promise, options), &mut deviation)?;
-    }
-    if let Some(lowest) = &mut deviation.lowest {
-        lowest.or_deeper = lowest.height <= -options.reach;
-    }
-    Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
-}
-
-/// Every how manieth point is asked for its sensitivity.
-const STRIDE: usize = 7;
-
-/// What errors of the tool would do where it cuts.
-fn sensitivity(
-    sweep: &Sweep,
-    faces: &[Face],
-    measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
-) -> Sensitivity {
-    let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
-    for (face, (map, deciding)) in faces.iter().zip(measured) {
-        for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
-            let axis = by.and_then(|by| sweep.axis(&by));
-            let normal = sample.as_ref().and_then(|s| face.normal(s.uv[0], s.uv[1]));
-            let (Some(axis), Some(normal)) = (axis, normal) else { continue };
-            // The tool touches with its outward normal against the surface's; its tip stays where it is
-            // measured, so that a larger rounding goes up with its centre.
-            let along = axis.dot(&normal);
-            worst.length = worst.length.max(along.abs());
-            worst.radius = worst.radius.max(1.0 - along);
-        }
-    }
-    worst
-}
-
-/// How far the tool is off the workpiece at most, by how far a rotary axis is: turned by `q`, the place that was
-/// set at zero comes `2 sin(q / 2)` times as far out.
-fn pivot(audit: &Audit) -> f64 {
-    let chord = |[low, high]: [f64; 2]| {
-        // Half a turn, or an odd number of them, is farthest.
-        let half_turns = |q: f64| ((q - PI) / (2.0 * PI)).floor();
-        if half_turns(low) < half_turns(high) {
-            return 2.0;
-        }
-        [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
-    };
-    audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
-}
-
-/// Least share of the margin that is used where the tolerance leaves less room.
-const LEAST_MARGIN: f64 = 0.05;
-
-/// Share of what a tolerance is exceeded by, as margin of the bound.
-const BROKEN_SHARE: f64 = 0.1;
-
-/// Bounds what lies between the points, and takes in worse places that turn up.
-fn promised(
-    (sweep, faces): (&Sweep, &[Face]),
-    measured: &[(FaceMap, Vec<Option<ray::Deciding>>)],
-    (promise, options): (&Promise, &Options),
-    deviation: &mut Deviation,
-) -> Result<(), VerifyError> {
-    let heights = [&deviation.lowest, &deviation.highest]
-        .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
-    if heights[0].is_some_and(|lowest| lowest <= -options.reach) {
-        // Deeper than is looked at: there is nothing to promise.
-        return Ok(());
-    }
-    // Where the tolerance is kept, so should the bound be; where it is broken, the first digits will do.
-    let room = |margin: f64, room: f64| {
-        let share = margin.min(0.5 * room).max(LEAST_MARGIN * margin);
-        if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
-    };
-    let [gouge, excess] = promise.margin;
-    let margin = [
-        room(gouge, options.gouge + heights[0].unwrap_or(0.0).min(0.0)),
-        room(excess, options.total - heights[1].unwrap_or(0.0).max(0.0)),
-    ];
-    let promise = Promise { margin, ..*promise };
-    let (found, [lowest, highest]) = bounds::of(sweep, faces, measured, &promise, heights)?;
-    deviation.bounds = Some(found);
-    deviation.lowest = lowest.or(deviation.lowest);
-    deviation.highest = highest.or(deviation.highest);
-    Ok(())
 }
 
 fn check_options(options: &Options) -> Result<(), VerifyError> {

@@ -1,6 +1,6 @@
 //! The lowest point of a ray that the moving tool reaches.
 
-use super::body::{Body, Ray};
+use super::body::{Body, Ray, Stand};
 use super::sweep::{Instant, Piece, Target};
 
 /// The lowest entry found so far, of tools that come out again at the surface or above it.
@@ -13,26 +13,25 @@ pub(super) struct Lowest {
     pub(super) s: f64,
     /// Line of the program that got there.
     pub(super) line: Option<u32>,
-    /// Piece, body and instant that got there.
+    /// The tool that got there.
     pub(super) by: Option<Deciding>,
     /// The search was given up: `s` may be too high.
     pub(super) unresolved: bool,
 }
 
-/// Piece and body by number, and the instant, at which the tool is where it is.
+/// How the tool stands, and which of its bodies it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Deciding {
-    pub(super) piece: u32,
+    pub(super) stand: Stand,
     pub(super) body: u32,
-    pub(super) u: f64,
 }
 
-/// A body in motion over a piece, with both numbers.
+/// A body in motion over a piece, and its number.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<'a> {
     pub(super) piece: &'a Piece,
     pub(super) body: Body,
-    pub(super) numbers: (u32, u32),
+    pub(super) number: u32,
 }
 
 /// Share of the tolerance by which a tool may cut into the ray unnoticed.
@@ -43,6 +42,11 @@ const MOST_STEPS: u32 = 50_000;
 const DEEPEST: u32 = 30;
 
 impl Lowest {
+    /// Nothing below `reach` \[mm\].
+    pub(super) fn none(reach: f64) -> Self {
+        Self { s: reach, line: None, by: None, unresolved: false }
+    }
+
     /// Lowers `s` to the lowest entry of the ray into `body` during `piece`, to within `tolerance`
     /// \[mm\].
     ///
@@ -50,7 +54,6 @@ impl Lowest {
     /// tolerance is dropped, otherwise its middle is tried exactly and both halves are searched.
     /// A touch that cuts into the ray by less than a tenth of the tolerance may be dropped: without
     /// that a tool sliding along the ray would be searched for ever.
-    #[inline]
     pub(super) fn search(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
         let Part { piece, body, .. } = *part;
         let limit = self.s - tolerance;
@@ -68,7 +71,7 @@ impl Lowest {
 
     /// The search proper.
     fn refine(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
-        let Part { piece, body, numbers } = *part;
+        let Part { piece, body, number } = *part;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -101,7 +104,7 @@ impl Lowest {
             let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
-                let by = Deciding { piece: numbers.0, body: numbers.1, u };
+                let by = Deciding { stand: instant.stand, body: number };
                 (self.s, self.line, self.by) = (s, Some(piece.line), Some(by));
             }
             if depth + 1 >= DEEPEST {

@@ -3,7 +3,7 @@
 use super::{Input, VerifyError};
 use crate::machine::{Kinematics, Setup};
 use crate::math::angle::{angle_between, great_circle};
-use crate::nc::read::{ClFile, ClMotion, Frame, Move, Pace, Step};
+use crate::nc::read::{ClFile, ClMotion, Frame, Move, Pace, ProgramSource, Step};
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
@@ -270,28 +270,63 @@ fn linear_joints(
     Matrix3::from_columns(&columns).lu().solve(&(tip - start))
 }
 
-/// Runs a program from the machine's home position.
-pub(super) fn replay(
-    control: &Control<'_>,
-    input: &Input<'_>,
-) -> Result<Vec<Segment>, VerifyError> {
-    let segments: Vec<Segment> = Replay::new(control, input).collect::<Result<_, _>>()?;
-    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
+/// All that moves the tool, from the start as often as it is asked for.
+pub(super) struct Run<'a> {
+    pub(super) mover: Mover<'a>,
+    source: Source<'a>,
 }
 
-/// A program being run from the machine's home position, move by move.
-pub(super) struct Replay<'a> {
+/// Where moves come from.
+enum Source<'a> {
+    Program(&'a dyn ProgramSource),
+    /// And how far chords of arcs may be off \[mm\].
+    Locations(&'a ClFile, f64),
+}
+
+/// Moves one by one.
+pub(super) type Segments<'a> = Box<dyn Iterator<Item = Result<Segment, VerifyError>> + 'a>;
+
+impl<'a> Run<'a> {
+    /// A program from the machine's home position.
+    pub(super) fn program(control: &'a Control<'a>, program: &'a dyn ProgramSource) -> Self {
+        Self { mover: Mover::Machine(control), source: Source::Program(program) }
+    }
+
+    /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
+    /// time: nothing is known of a machine.
+    pub(super) fn locations(file: &'a ClFile, tolerance: f64) -> Self {
+        Self { mover: Mover::Locations, source: Source::Locations(file, tolerance) }
+    }
+
+    /// The moves, from the start.
+    pub(super) fn segments(&self) -> Segments<'_> {
+        match (&self.mover, &self.source) {
+            (Mover::Machine(control), Source::Program(program)) => {
+                let q = control.real().machine().home();
+                Box::new(Replay { control, steps: program.steps(), q })
+            }
+            (_, Source::Locations(file, tolerance)) => Box::new(locations(file, *tolerance)),
+            (Mover::Locations, Source::Program(_)) => Box::new(std::iter::empty()),
+        }
+    }
+
+    /// About how many moves there are.
+    pub(super) fn steps(&self) -> usize {
+        match &self.source {
+            Source::Program(program) => program.count(),
+            Source::Locations(file, _) => file.records.len(),
+        }
+    }
+}
+
+/// A program being run, move by move.
+struct Replay<'a> {
     control: &'a Control<'a>,
-    steps: std::slice::Iter<'a, Step>,
+    steps: Box<dyn Iterator<Item = Step> + 'a>,
     q: AxisVector,
 }
 
-impl<'a> Replay<'a> {
-    pub(super) fn new(control: &'a Control<'a>, input: &Input<'a>) -> Self {
-        let q = control.real().machine().home();
-        Self { control, steps: input.program.steps.iter(), q }
-    }
-
+impl Replay<'_> {
     /// What a step does; `None` if it moves nothing and takes no time.
     fn segment(&self, step: &Step) -> Result<Option<Segment>, VerifyError> {
         let q = self.q;
@@ -335,7 +370,7 @@ impl Iterator for Replay<'_> {
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             let step = self.steps.next()?;
-            match self.segment(step) {
+            match self.segment(&step) {
                 Ok(None) => {}
                 Ok(Some(segment)) => {
                     self.q = segment.joints[1];
@@ -365,24 +400,24 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
     }
 }
 
-/// Runs through cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\].
-/// Rapid moves take no time: nothing is known of a machine.
-pub(super) fn locations(file: &ClFile, tolerance: f64) -> Result<Vec<Segment>, VerifyError> {
-    let mut segments = Vec::with_capacity(file.records.len());
+/// Runs through cutter locations.
+fn locations(
+    file: &ClFile,
+    tolerance: f64,
+) -> impl Iterator<Item = Result<Segment, VerifyError>> + '_ {
     let mut before: Option<ToolPose> = None;
-    for record in &file.records {
-        for part in record.straight(before.as_ref(), tolerance) {
-            let from = before.replace(part.pose);
-            let Some(from) = from else { continue };
-            let ends = [from, part.pose];
+    file.records.iter().flat_map(move |record| {
+        let parts = record.straight(before.as_ref(), tolerance).into_iter();
+        let segments = parts.filter_map(|part| {
+            let ends = [before.replace(part.pose)?, part.pose];
             let (duration, rapid) = match part.motion {
                 ClMotion::Rapid => (0.0, true),
                 ClMotion::Feed(speed) => ((ends[1].tip - ends[0].tip).norm() / speed, false),
             };
             let joints = [AxisVector::zeros(); 2];
             let course = Course::Circle { ends };
-            segments.push(Segment { line: part.line, joints, course, duration, rapid });
-        }
-    }
-    if segments.is_empty() { Err(VerifyError::NoMotion) } else { Ok(segments) }
+            Some(Ok(Segment { line: part.line, joints, course, duration, rapid }))
+        });
+        segments.collect::<Vec<_>>()
+    })
 }

@@ -1,6 +1,6 @@
 //! Where the tool goes, for pictures.
 
-use super::replay::{self, Control, Course, Mover, Segment};
+use super::replay::{Control, Course, Run, Segment};
 use super::{CHORD_SHARE, ClInput, Input, VerifyError};
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
@@ -20,16 +20,19 @@ pub struct Track {
 const TURN: f64 = 0.1;
 /// Positions within one move at most.
 const MOST: f64 = 1000.0;
+/// Positions in all, at first: a picture of some tens of megabytes.
+const MOST_POSES: usize = 200_000;
+/// Share of the step by which positions are thinned out first.
+const FINEST: f64 = 0.125;
 
-/// Tool positions of a program, at most `step` \[mm\] apart.
+/// Tool positions of a program, at most `step` \[mm\] apart; of some hundred thousand, every other or fewer.
 ///
 /// # Errors
 ///
 /// [`VerifyError`].
 pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
     let control = Control::new(input)?;
-    let segments = replay::replay(&control, input)?;
-    tracks(&Mover::Machine(&control), &segments, step)
+    tracks(&Run::program(&control, input.program), step)
 }
 
 /// Tool positions of a CL file, at most `step` \[mm\] apart.
@@ -38,32 +41,99 @@ pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
 ///
 /// [`VerifyError`].
 pub fn track_cl(input: &ClInput<'_>, tolerance: f64, step: f64) -> Result<Vec<Track>, VerifyError> {
-    let segments = replay::locations(input.file, CHORD_SHARE * tolerance)?;
-    tracks(&Mover::Locations, &segments, step)
+    tracks(&Run::locations(input.file, CHORD_SHARE * tolerance), step)
 }
 
-fn tracks(mover: &Mover<'_>, segments: &[Segment], step: f64) -> Result<Vec<Track>, VerifyError> {
-    let mut tracks: Vec<Track> = Vec::new();
+fn tracks(run: &Run<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
+    let mut drawing = Drawing { tracks: Vec::new(), count: 0, most: MOST_POSES, spacing: 0.0 };
     let mut now = 0.0;
-    for segment in segments {
+    let mover = &run.mover;
+    for segment in run.segments() {
+        let segment = &segment?;
         if !matches!(segment.course, Course::Rest) {
             let [from, to] = [mover.pose(segment, 0.0)?, mover.pose(segment, 1.0)?];
             let turn = angle_between(&from.axis, &to.axis) / TURN;
             let count = ((to.tip - from.tip).norm() / step).max(turn).ceil().clamp(1.0, MOST);
-            let continued = tracks.last().is_some_and(|track| track.rapid == segment.rapid);
-            if !continued {
-                let poses = vec![(now, from)];
-                tracks.push(Track { line: segment.line, rapid: segment.rapid, poses });
-            }
-            let Some(track) = tracks.last_mut() else { continue };
+            let track = drawing.track(segment, (now, from));
             let mut index = 1.0;
             while index <= count {
                 let t = index / count;
-                track.poses.push((now + t * segment.duration, mover.pose(segment, t)?));
+                track.push((now + t * segment.duration, mover.pose(segment, t)?));
                 index += 1.0;
             }
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
+            drawing.drawn(count as usize, step);
         }
         now += segment.duration;
     }
-    Ok(tracks)
+    Ok(drawing.tracks)
+}
+
+/// Tracks, with no more positions than a picture needs.
+struct Drawing {
+    tracks: Vec<Track>,
+    /// Positions in all.
+    count: usize,
+    /// Positions at which they are thinned out next.
+    most: usize,
+    /// Length of the path between two positions at least \[mm\].
+    spacing: f64,
+}
+
+impl Drawing {
+    /// The poses to which a move is added that begins at `from`.
+    fn track(&mut self, segment: &Segment, from: (f64, ToolPose)) -> &mut Vec<(f64, ToolPose)> {
+        let Segment { line, rapid, .. } = *segment;
+        if self.tracks.last().is_none_or(|track| track.rapid != rapid) {
+            self.tracks.push(Track { line, rapid, poses: vec![from] });
+        }
+        let last = self.tracks.len() - 1;
+        &mut self.tracks[last].poses
+    }
+
+    /// Notes how many positions were added, and leaves some out where there are too many.
+    fn drawn(&mut self, count: usize, step: f64) {
+        self.count += count;
+        if self.count <= self.most {
+            return;
+        }
+        self.spacing = (2.0 * self.spacing).max(FINEST * step);
+        self.tracks.iter_mut().for_each(|track| thin(&mut track.poses, self.spacing));
+        self.count = self.tracks.iter().map(|track| track.poses.len()).sum();
+        self.most = MOST_POSES.max(2 * self.count);
+    }
+}
+
+/// Leaves out positions nearer to the last one than `spacing` \[mm\] along the path that turned little since; not
+/// the first, nor the last.
+fn thin(poses: &mut Vec<(f64, ToolPose)>, spacing: f64) {
+    let Some(&(_, first)) = poses.first() else { return };
+    let (mut kept, mut before, mut length, mut left) = (first, first, 0.0, poses.len());
+    poses.retain(|(_, pose)| {
+        length += (pose.tip - before.tip).norm();
+        before = *pose;
+        left -= 1;
+        let far = length >= spacing || angle_between(&kept.axis, &pose.axis) >= TURN;
+        if far || left == 0 || pose == &first {
+            (kept, length) = (*pose, 0.0);
+            return true;
+        }
+        false
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Point3, Vector3};
+
+    #[test]
+    fn positions_close_together_are_left_out() {
+        let pose =
+            |x: f64| (x, ToolPose { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() });
+        let mut poses: Vec<_> = (0..=10).map(|k| pose(f64::from(k) * 0.1)).collect();
+        thin(&mut poses, 0.35);
+        let left: Vec<f64> = poses.iter().map(|(t, _)| (10.0 * t).round()).collect();
+        assert_eq!(left, [0.0, 4.0, 8.0, 10.0]);
+    }
 }

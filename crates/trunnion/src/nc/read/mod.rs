@@ -1,7 +1,7 @@
 //! Programs and CL files from text: every word with its place, all faults at once.
 //!
 //! [`read`] takes a program whole, [`steps`] line by line with memory for its longest loop or
-//! subprogram; both give [`Step`]s, whatever the [`Dialect`]. [`cl`](cl()) reads APT/CL files. What is
+//! subprogram, [`ProgramText`] keeps the text to read it again and again; all give [`Step`]s, whatever the [`Dialect`]. [`cl`](cl()) reads APT/CL files. What is
 //! not understood is a [`Fault`], never skipped motion; words that cannot move anything are kept
 //! ([`Step::Words`]). Kinematics is not applied here, only units, signs, modal state and arithmetic.
 //!
@@ -35,6 +35,7 @@ mod log;
 mod number;
 mod reader;
 mod siemens;
+mod source;
 mod step;
 mod steps;
 mod tally;
@@ -46,6 +47,7 @@ pub use cl::{
     cl_records,
 };
 pub use dialect::Dialect;
+pub use source::{ProgramSource, ProgramText};
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
 pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;

@@ -1,13 +1,11 @@
 //! A tool holds each piece of the face moved outwards.
 
 use super::super::body::Ray;
-use super::super::deviation::Around;
-use super::super::index::Bounds;
 use super::super::ray::Deciding;
 use super::super::report::{Extreme, Sample};
 use super::shape::{Cell, Rectangle, quarters};
 use super::{Known, Place, Survey, TILE};
-use nalgebra::Point3;
+use std::rc::Rc;
 
 /// Quarterings after which a larger bound is tried.
 const DEEPEST: u32 = 14;
@@ -21,6 +19,8 @@ struct Open {
     rectangle: Rectangle,
     level: u32,
     poses: Vec<Deciding>,
+    /// What may come to it.
+    items: Rc<[(u32, u32)]>,
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
 }
@@ -29,13 +29,13 @@ struct Open {
 pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
     let mut known = survey.start[1];
     let mut open = Vec::new();
+    let items: Rc<[(u32, u32)]> = survey.parts.numbers().collect();
     let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
     for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
         for j in at[1]..(at[1] + TILE).min(columns.saturating_sub(1)) {
-            cell(survey, [i, j], &mut open);
+            cell(survey, [i, j], &items, &mut open);
         }
     }
-    let mut around = None;
     let mut count = 0;
     while let Some(next) = open.pop() {
         count += 1;
@@ -50,15 +50,14 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
             known.end(piece.area());
             continue;
         }
-        let around = around.get_or_insert_with(|| nearby(survey, at));
-        search(survey, (next, &piece), around, (&mut known, &mut open));
+        search(survey, (next, &piece), (&mut known, &mut open));
     }
     known
 }
 
 /// The pieces of a grid cell, with the poses that decided at its corners. Cells with a corner that is
 /// uncut, and those that meet the rest, are told as such and left out.
-fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], open: &mut Vec<Open>) {
+fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], items: &Rc<[(u32, u32)]>, open: &mut Vec<Open>) {
     let columns = survey.map.v.len();
     if survey.map.unfinished.get(i * columns.saturating_sub(1) + j).is_some_and(|meets| *meets) {
         return;
@@ -81,21 +80,22 @@ fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], open: &mut Vec<Open>) {
             Place::Inside => None,
             Place::Border(segments) => Some(segments),
         };
-        open.push(Open { rectangle, level: 0, poses: poses.clone(), border });
+        let (poses, items) = (poses.clone(), Rc::clone(items));
+        open.push(Open { rectangle, level: 0, poses, items, border });
     }
 }
 
 /// Whether a pose holds all of a piece moved outwards by `height`: a convex body does if it holds the
 /// corners of the plane piece with room for what the piece may differ from it.
 fn holds(survey: &Survey<'_>, cell: &Cell, height: f64, pose: &Deciding) -> bool {
-    let Some(part) = survey.sweep.part((pose.piece, pose.body)) else { return false };
-    let stand = part.piece.instant(pose.u).stand;
-    let room = cell.bulge + height * cell.turn + survey.sweep.error();
+    let Some(body) = survey.parts.body(pose.body) else { return false };
+    let stand = pose.stand;
+    let room = cell.bulge + height * cell.turn + survey.parts.look.error();
     let [a, b] = cell.half;
     let middle = cell.centre + cell.normal * height - stand.tip;
     [a + b, a - b, b - a, -a - b]
         .iter()
-        .all(|corner| part.body.probe(&(middle + corner), &stand.axis).distance <= -room)
+        .all(|corner| body.probe(&(middle + corner), &stand.axis).distance <= -room)
 }
 
 fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
@@ -104,8 +104,9 @@ fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
     }
     let border = border.or(next.border);
     for rectangle in quarters(next.rectangle) {
-        let (poses, border) = (next.poses.clone(), border.clone());
-        open.push(Open { rectangle, level: next.level + 1, poses, border });
+        let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
+        let (level, border) = (next.level + 1, border.clone());
+        open.push(Open { rectangle, level, poses, items, border });
     }
 }
 
@@ -114,16 +115,21 @@ fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
 fn search(
     survey: &Survey<'_>,
     (mut next, piece): (Open, &Cell),
-    around: &Around<'_>,
     (known, open): (&mut Known, &mut Vec<Open>),
 ) {
     let place = survey.place(&next.rectangle, next.border.as_deref());
     if matches!(place, Place::Outside) {
         return;
     }
-    let ray = Ray { origin: piece.centre, normal: piece.normal, below: survey.sweep.reach() };
-    let lowest = survey.sweep.lowest(around, &ray);
+    let ray = Ray { origin: piece.centre, normal: piece.normal, below: survey.parts.look.reach };
+    next.items = coming(survey, piece, &next.items);
+    let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
     let inside = survey.holds_middle(&next.rectangle, &place);
+    if inside && lowest.s > survey.top {
+        known.short = true;
+        open.clear();
+        return;
+    }
     match (lowest.by, lowest.line) {
         (Some(pose), Some(line)) => {
             next.poses.insert(0, pose);
@@ -164,7 +170,7 @@ fn search(
 fn beyond(survey: &Survey<'_>, piece: &Cell, poses: &[Deciding], known: &mut Known) {
     for doubling in 1..DOUBLINGS {
         let height = known.worst.max(0.0) + known.margin * 2f64.powi(doubling);
-        if height > survey.sweep.reach() {
+        if height > survey.parts.look.reach {
             break;
         }
         if poses.iter().any(|pose| holds(survey, piece, height, pose)) {
@@ -175,19 +181,12 @@ fn beyond(survey: &Survey<'_>, piece: &Cell, poses: &[Deciding], known: &mut Kno
     known.open += piece.area();
 }
 
-/// All that can come near a tile.
-fn nearby<'a>(survey: &Survey<'a>, at: [usize; 2]) -> Around<'a> {
-    let mut region = Bounds::empty();
-    let mut middle = Point3::origin();
-    let reach = survey.sweep.reach();
-    if let Some(whole) = survey.rectangle(at, TILE) {
-        for part in survey.shape.smooth_parts(whole) {
-            if let Some(cell) = survey.shape.cell(&part) {
-                let here = Bounds { low: cell.centre, high: cell.centre };
-                region = region.join(&here.grown(cell.radius() + reach));
-                middle = cell.centre;
-            }
-        }
-    }
-    survey.sweep.around(&region, middle)
+/// What of some may come to a piece, lowest first.
+fn coming(survey: &Survey<'_>, piece: &Cell, items: &[(u32, u32)]) -> Rc<[(u32, u32)]> {
+    let disc = piece.disc();
+    let keeps =
+        |&numbers: &(u32, u32)| Some((survey.parts.comes(numbers, &disc, survey.top)?, numbers));
+    let mut coming: Vec<(f64, (u32, u32))> = items.iter().filter_map(keeps).collect();
+    coming.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    coming.into_iter().map(|(_, numbers)| numbers).collect()
 }

@@ -1,12 +1,10 @@
 //! No tool comes to the face moved inwards.
 
 use super::super::body::Ray;
-use super::super::index::Bounds;
 use super::super::report::Extreme;
 use super::super::sweep::{Margin, Patch};
 use super::shape::{Cell, Rectangle, quarters};
 use super::{Known, Place, Survey, TILE};
-use nalgebra::Vector3;
 
 /// Quarterings after which the height in the middle of a piece is measured, where no answer came.
 const MEASURED_FROM: u32 = 3;
@@ -37,7 +35,7 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
         .shape
         .smooth_parts(whole)
         .into_iter()
-        .filter_map(|rectangle| first(survey, rectangle, &known))
+        .filter_map(|rectangle| first(survey, rectangle))
         .collect();
     let mut count = 0;
     while let Some(next) = open.pop() {
@@ -55,30 +53,14 @@ fn area(survey: &Survey<'_>, rectangle: &Rectangle) -> f64 {
     survey.shape.cell(rectangle).map_or(0.0, |cell| cell.area())
 }
 
-/// A piece with all that comes near it.
-fn first(survey: &Survey<'_>, rectangle: Rectangle, known: &Known) -> Option<Open> {
+/// A piece with all that comes near the tile.
+fn first(survey: &Survey<'_>, rectangle: Rectangle) -> Option<Open> {
     let border = match survey.first_place(&rectangle) {
         Place::Outside => return None,
         Place::Inside => None,
         Place::Border(segments) => Some(segments),
     };
-    let cell = survey.shape.cell(&rectangle);
-    // Without a normal in the middle of all places, the box of a quarter of it says as much.
-    let sizes = cell.map_or_else(
-        || {
-            let centre = survey.shape.face.point(rectangle[0][0], rectangle[1][0]);
-            (centre, Vector3::repeat(survey.sweep.reach()))
-        },
-        |cell| {
-            let [a, b] = cell.half;
-            let slack = cell.bulge + 3.0 * known.aim() + survey.sweep.error();
-            (cell.centre, a.abs() + b.abs() + Vector3::repeat(slack))
-        },
-    );
-    let region = Bounds { low: sizes.0 - sizes.1, high: sizes.0 + sizes.1 };
-    let mut near = Vec::new();
-    survey.sweep.tree.near(&region, &mut near);
-    let items = near.into_iter().map(|numbers| (numbers, 0.0, 1.0)).collect();
+    let items = survey.parts.numbers().map(|numbers| (numbers, 0.0, 1.0)).collect();
     Some(Open { rectangle, level: 0, items, border })
 }
 
@@ -128,13 +110,13 @@ fn coming(survey: &Survey<'_>, cell: &Cell, depth: f64, items: &[Item]) -> Vec<I
     let mut left = Vec::new();
     let mut stretches = Vec::new();
     for &(numbers, u, half) in items {
-        let Some(part) = survey.sweep.part(numbers) else { continue };
+        let Some(part) = survey.parts.part(numbers) else { continue };
         stretches.push((u, half));
         while let Some((u, half)) = stretches.pop() {
             let instant = part.piece.instant(u);
             let Margin { distance, place, time } =
                 part.piece.keeps_off(&instant, half, part.body, &patch);
-            if distance - place - time > survey.sweep.error() {
+            if distance - place - time > survey.parts.look.error() {
                 continue;
             }
             if place >= time || half < SHORTEST {
@@ -154,9 +136,9 @@ fn measure(
     items: &[Item],
     known: &mut Known,
 ) {
-    let below = survey.sweep.reach();
+    let below = survey.parts.look.reach;
     let ray = Ray { origin: cell.centre, normal: cell.normal, below };
-    let lowest = survey.sweep.lowest_of(items.iter().map(|item| item.0), &ray);
+    let lowest = survey.parts.lowest(items.iter().map(|item| item.0), &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
         let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
@@ -176,7 +158,7 @@ fn measure(
 fn beyond(survey: &Survey<'_>, cell: &Cell, items: &[Item], known: &mut Known) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin * 2f64.powi(doubling);
-        if depth > survey.sweep.reach() {
+        if depth > survey.parts.look.reach {
             break;
         }
         if coming(survey, cell, depth, items).is_empty() {

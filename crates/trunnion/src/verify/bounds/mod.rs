@@ -8,15 +8,16 @@
 //! tell.
 
 mod excess;
+mod gather;
 mod gouge;
 mod shape;
 
-use super::deviation::Sweep;
+use super::chunks::{Chunks, Parts};
+use super::deviation::Measured;
 use super::ray::Deciding;
 use super::report::{Bounds, Extreme, FaceMap};
 use super::{Promise, VerifyError};
 use crate::surface::Face;
-use rayon::prelude::*;
 use shape::{Rectangle, Shape, Side, Trims};
 
 /// Cells along the side of a tile.
@@ -47,11 +48,13 @@ struct Known {
     open: f64,
     /// Whether some of that was not looked at any more.
     ended: bool,
+    /// Whether moves that keep farther off than those that were looked at may count.
+    short: bool,
 }
 
 impl Known {
     fn new(worst: f64, margin: f64) -> Self {
-        Self { worst, margin, beyond: 0.0, place: None, open: 0.0, ended: false }
+        Self { worst, margin, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
     }
 
     /// A piece that is not looked at any more.
@@ -81,8 +84,7 @@ impl Known {
 }
 
 /// A face with what was measured on it.
-struct Survey<'a> {
-    sweep: &'a Sweep,
+struct Ground<'a> {
     shape: Shape<'a>,
     trims: Trims,
     map: &'a FaceMap,
@@ -90,6 +92,22 @@ struct Survey<'a> {
     /// The worst gouge and excess known at the start.
     start: [Known; 2],
     excess: bool,
+}
+
+/// A tile of a face, with the moves that come to it.
+struct Survey<'a> {
+    ground: &'a Ground<'a>,
+    parts: Parts,
+    /// Moves that get no lower than this over the face may be missing \[mm\].
+    top: f64,
+}
+
+impl<'a> std::ops::Deref for Survey<'a> {
+    type Target = Ground<'a>;
+
+    fn deref(&self) -> &Ground<'a> {
+        self.ground
+    }
 }
 
 /// Where a piece of a face lies.
@@ -100,7 +118,7 @@ enum Place {
     Border(Vec<u32>),
 }
 
-impl Survey<'_> {
+impl Ground<'_> {
     /// Where a rectangle lies; `among` are the trim segments that may touch it, `None` if none does.
     fn place(&self, rectangle: &Rectangle, among: Option<&[u32]>) -> Place {
         let Some(among) = among else { return Place::Inside };
@@ -152,9 +170,9 @@ impl Survey<'_> {
 /// Bounds the deviation over faces of which the maps are given; the worst places that turn up on the
 /// way are told as well.
 pub(super) fn of(
-    sweep: &Sweep,
+    chunks: &Chunks<'_>,
     faces: &[Face],
-    measured: &[(FaceMap, Vec<Option<Deciding>>)],
+    measured: &[Measured],
     promise: &Promise,
     extremes: [Option<f64>; 2],
 ) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
@@ -164,6 +182,7 @@ pub(super) fn of(
         Known::new(high.unwrap_or(0.0), promise.margin[1]),
     ];
     let mut known = start;
+    let mut grounds = Vec::new();
     for (face, (map, deciding)) in faces.iter().zip(measured) {
         let Some(shape) = Shape::new(face) else {
             let area = map.samples.iter().flatten().map(|sample| sample.area).sum::<f64>();
@@ -178,10 +197,10 @@ pub(super) fn of(
         });
         let trims = Trims::new(face, tolerance)?;
         let excess = promise.excess;
-        let survey = Survey { sweep, shape, trims, map, deciding, start, excess };
-        for [gouge, excess] in &survey.all() {
-            known = [known[0].join(gouge), known[1].join(excess)];
-        }
+        grounds.push(Ground { shape, trims, map, deciding, start, excess });
+    }
+    for [gouge, excess] in &all(chunks, &grounds)? {
+        known = [known[0].join(gouge), known[1].join(excess)];
     }
     let [gouge, excess] = known;
     let bounds = Bounds {
@@ -192,28 +211,95 @@ pub(super) fn of(
     Ok((bounds, [gouge.place, excess.place]))
 }
 
-impl Survey<'_> {
-    /// All tiles: those that take many pieces share what there is for them.
-    fn all(&self) -> Vec<[Known; 2]> {
-        let places = self.tiles();
-        let mut tiles: Vec<[Known; 2]> =
-            places.par_iter().map(|&at| self.tile(at, FEW_PIECES)).collect();
-        let ended = |tile: &[Known; 2]| tile.iter().any(|known| known.ended);
-        let count = tiles.iter().filter(|tile| ended(tile)).count();
+/// A tile to be looked at: of which face, where, how many pieces of it at most, and up to which height moves count.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    ground: &'a Ground<'a>,
+    at: [usize; 2],
+    most: usize,
+    top: f64,
+}
+
+/// All tiles of all faces: those of a face that take many pieces share what there is for them.
+fn all(chunks: &Chunks<'_>, grounds: &[Ground<'_>]) -> Result<Vec<[Known; 2]>, VerifyError> {
+    let mut tasks = Vec::new();
+    for ground in grounds {
+        let top = ground.top(chunks.look.reach);
+        tasks.extend(ground.tiles().into_iter().map(|at| Task {
+            ground,
+            at,
+            most: FEW_PIECES,
+            top,
+        }));
+    }
+    let mut tiles = look(chunks, &mut tasks)?;
+    let ended = |tile: &[Known; 2]| tile.iter().any(|known| known.ended);
+    let mut again = Vec::new();
+    for ground in grounds {
+        let of = |(task, tile): &(&Task<'_>, &[Known; 2])| {
+            std::ptr::eq(task.ground, ground) && ended(tile)
+        };
+        let count = tasks.iter().zip(&tiles).filter(of).count();
         let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
         if most > FEW_PIECES {
-            tiles
-                .par_iter_mut()
-                .zip(&places)
-                .filter(|(tile, _)| ended(tile))
-                .for_each(|(tile, &at)| *tile = self.tile(at, most));
+            let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
+            again.extend(places.map(|(index, (task, _))| (index, Task { most, ..*task })));
         }
-        tiles
+    }
+    let (places, mut more): (Vec<usize>, Vec<Task<'_>>) = again.into_iter().unzip();
+    for (index, known) in places.into_iter().zip(look(chunks, &mut more)?) {
+        if let Some(tile) = tiles.get_mut(index) {
+            *tile = known;
+        }
+    }
+    Ok(tiles)
+}
+
+/// Looks at tiles; where higher moves may count, with all that come within reach.
+fn look(chunks: &Chunks<'_>, tasks: &mut [Task<'_>]) -> Result<Vec<[Known; 2]>, VerifyError> {
+    let mut tiles = gather::each(chunks, tasks)?;
+    let short = |tile: &[Known; 2]| tile.iter().any(|known| known.short);
+    let mut higher = Vec::new();
+    for (index, (task, tile)) in tasks.iter_mut().zip(&tiles).enumerate() {
+        if short(tile) {
+            task.top = chunks.look.reach;
+            higher.push((index, *task));
+        }
+    }
+    let (places, higher): (Vec<usize>, Vec<Task<'_>>) = higher.into_iter().unzip();
+    let found = gather::each(chunks, &higher)?;
+    for (index, known) in places.into_iter().zip(found) {
+        if let Some(tile) = tiles.get_mut(index) {
+            *tile = known;
+        }
+    }
+    Ok(tiles)
+}
+
+impl Ground<'_> {
+    /// Moves that get no lower are not looked at before it turns out that they count \[mm\].
+    fn top(&self, reach: f64) -> f64 {
+        let Known { margin, .. } = self.start[1];
+        if self.excess { reach.min(2.0 * self.start[1].aim() + margin) } else { 0.0 }
     }
 
-    fn tile(&self, at: [usize; 2], most: usize) -> [Known; 2] {
-        let gouge = gouge::tile(self, at, most);
-        let excess = if self.excess { excess::tile(self, at, most) } else { self.start[1] };
+    /// What is known of a tile to which more moves come than can be looked at.
+    fn crowded(&self, at: [usize; 2]) -> [Known; 2] {
+        let area = |rectangle: &Rectangle| self.shape.cell(rectangle).map_or(0.0, |c| c.area());
+        let parts = self.rectangle(at, TILE).map(|whole| self.shape.smooth_parts(whole));
+        let area = parts.iter().flatten().map(area).sum();
+        self.start.map(|mut known| {
+            known.end(area);
+            known
+        })
+    }
+}
+
+impl Survey<'_> {
+    fn tile(&self, task: &Task<'_>) -> [Known; 2] {
+        let gouge = gouge::tile(self, task.at, task.most);
+        let excess =
+            if self.excess { excess::tile(self, task.at, task.most) } else { self.start[1] };
         [gouge, excess]
     }
 }

@@ -1,6 +1,7 @@
 //! A face as pieces that are planes to within a stated error.
 
 use super::super::VerifyError;
+use super::super::sweep::Disc;
 use crate::surface::{Face, NurbsSurface, Patch, Surface};
 use nalgebra::{Point3, Vector3, Vector4};
 
@@ -35,6 +36,12 @@ impl Cell {
     pub(super) fn radius(&self) -> f64 {
         let [a, b] = &self.half;
         (a + b).norm().max((a - b).norm()) + self.bulge
+    }
+
+    /// The rays along its normals.
+    pub(super) fn disc(&self) -> Disc {
+        let (centre, normal, radius) = (self.centre, self.normal, self.radius());
+        Disc { centre, normal, radius, bulge: self.bulge, turn: self.turn }
     }
 
     /// About its area \[mm²\].

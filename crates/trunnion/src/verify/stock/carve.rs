@@ -1,7 +1,7 @@
 //! Material under a moving tool.
 
 use super::super::body::{self, Body};
-use super::super::replay::{self, Control, Mover, Replay, Segment};
+use super::super::replay::{Control, Mover, Run, Segment};
 use super::super::sweep::{self, Piece};
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
 use super::Stock;
@@ -87,10 +87,8 @@ pub fn simulate(
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let control = Control::new(input)?;
-    let mover = Mover::Machine(&control);
-    let mut carver = Carver::new(stock, fixtures, input.cutter, tolerance)?;
-    let steps = input.program.steps.len();
-    carver.run(&mover, &mut Replay::new(&control, input), steps, progress)
+    let run = Run::program(&control, input.program);
+    Carver::new(stock, fixtures, input.cutter, tolerance)?.run(&run, progress)
 }
 
 /// Runs cutter locations through stock and fixtures; see [`simulate`].
@@ -105,10 +103,8 @@ pub fn simulate_cl(
     tolerance: f64,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
-    let segments = replay::locations(input.file, CHORD_SHARE * tolerance)?;
-    let mut carver = Carver::new(stock, fixtures, input.cutter, tolerance)?;
-    let steps = segments.len();
-    carver.run(&Mover::Locations, &mut segments.into_iter().map(Ok), steps, progress)
+    let run = Run::locations(input.file, CHORD_SHARE * tolerance);
+    Carver::new(stock, fixtures, input.cutter, tolerance)?.run(&run, progress)
 }
 
 /// A tool in stock.
@@ -139,20 +135,15 @@ impl<'a> Carver<'a> {
         Ok(Self { stock, fixtures, bodies, size, tolerance, found: BTreeMap::new() })
     }
 
-    fn run(
-        &mut self,
-        mover: &Mover<'_>,
-        segments: &mut dyn Iterator<Item = Result<Segment, VerifyError>>,
-        steps: usize,
-        progress: &dyn Progress,
-    ) -> Result<Carving, VerifyError> {
+    fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
+        let (mut segments, steps) = (run.segments(), run.steps());
         let before = self.stock.volume();
         let mut done = 0;
         loop {
             let mut parts = Vec::new();
             let mut count = 0;
-            for segment in segments.take(BATCH) {
-                self.parts(mover, &segment?, &mut parts)?;
+            for segment in segments.by_ref().take(BATCH) {
+                self.parts(&run.mover, &segment?, &mut parts)?;
                 count += 1;
             }
             if count == 0 {

@@ -1,0 +1,235 @@
+//! The moving tool, ready to be measured against: so much of a program at a time that memory does not grow
+//! with it.
+
+use super::body::{self, Body, Ray};
+use super::index::{Bounds, Item, Tree};
+use super::ray::{Lowest, Part};
+use super::replay::{Run, Segment, Segments};
+use super::sweep::{self, Disc, Piece};
+use super::{Options, VerifyError};
+use crate::cutter::Cutter;
+use nalgebra::Point3;
+use std::sync::Arc;
+
+/// Pieces of moves that are looked at together: some tens of megabytes.
+const PIECES: usize = 32_768;
+/// Chunks whose pieces may be kept for a closer look.
+const KEPT: usize = 2;
+/// Share of the ray tolerance that replacing moves by quadratics may take.
+const ERROR_SHARE: f64 = 0.1;
+
+/// How far and how exactly is looked at which tool.
+#[derive(Clone)]
+pub(super) struct Look {
+    bodies: Arc<[Body]>,
+    /// How far along a normal is looked \[mm\].
+    pub(super) reach: f64,
+    /// How exactly heights are found \[mm\].
+    pub(super) tolerance: f64,
+}
+
+impl Look {
+    /// How far the tool may be from where the pieces have it \[mm\].
+    pub(super) fn error(&self) -> f64 {
+        ERROR_SHARE * self.tolerance
+    }
+}
+
+/// All moves of a program, chunk by chunk.
+pub(super) struct Chunks<'a> {
+    run: &'a Run<'a>,
+    pub(super) look: Look,
+    /// No point that is looked at is farther from the tip when it matters \[mm\].
+    far: f64,
+    /// Pieces of a chunk.
+    size: usize,
+    /// All moves, where they are few.
+    whole: Option<Chunk>,
+}
+
+impl<'a> Chunks<'a> {
+    /// Chunks of a usual size.
+    pub(super) fn new(
+        run: &'a Run<'a>,
+        cutter: &Cutter,
+        options: &Options,
+    ) -> Result<Self, VerifyError> {
+        Self::of(run, (cutter, options), PIECES)
+    }
+
+    /// Chunks of about `size` pieces.
+    pub(super) fn of(
+        run: &'a Run<'a>,
+        (cutter, options): (&Cutter, &Options),
+        size: usize,
+    ) -> Result<Self, VerifyError> {
+        let bodies: Arc<[Body]> = body::bodies(cutter).into();
+        let widest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
+        let far = cutter.length().hypot(widest) + options.reach;
+        let look = Look { bodies, reach: options.reach, tolerance: options.ray_tolerance };
+        let mut chunks = Self { run, look, far, size, whole: None };
+        let mut segments = run.segments();
+        let first = chunks.next(&mut segments)?.ok_or(VerifyError::NoMotion)?;
+        if chunks.next(&mut segments)?.is_none() {
+            chunks.whole = Some(Chunk::new(first.0, &chunks.look));
+        }
+        Ok(chunks)
+    }
+
+    /// Hands out chunk by chunk in the order of the program, with how much of it is done before and after \[0..=1\].
+    pub(super) fn each(
+        &self,
+        mut work: impl FnMut(&Chunk, [f64; 2]) -> Result<(), VerifyError>,
+    ) -> Result<(), VerifyError> {
+        if let Some(whole) = &self.whole {
+            return work(whole, [0.0, 1.0]);
+        }
+        let (mut segments, mut before) = (self.run.segments(), 0);
+        while let Some((pieces, moves)) = self.next(&mut segments)? {
+            let ends = [before, before + moves].map(|done| done as f64 / self.run.steps() as f64);
+            work(&Chunk::new(pieces, &self.look), ends.map(|share| share.min(1.0)))?;
+            before += moves;
+        }
+        Ok(())
+    }
+
+    /// Pieces that may be kept for a closer look.
+    pub(super) fn kept(&self) -> usize {
+        KEPT * self.size
+    }
+
+    /// The next pieces and of how many moves they are; `None` at the end.
+    fn next(
+        &self,
+        segments: &mut Segments<'_>,
+    ) -> Result<Option<(Vec<Piece>, usize)>, VerifyError> {
+        let (mut pieces, mut moves) = (Vec::new(), 0);
+        while pieces.len() < self.size {
+            let Some(segment) = segments.next() else { break };
+            let segment: Segment = segment?;
+            let (mover, error) = (&self.run.mover, self.look.error());
+            sweep::pieces(mover, &segment, self.far, error, &mut pieces)?;
+            moves += 1;
+        }
+        Ok((moves > 0).then_some((pieces, moves)))
+    }
+}
+
+/// Some moves.
+pub(super) struct Parts {
+    pub(super) pieces: Vec<Piece>,
+    pub(super) look: Look,
+}
+
+impl Parts {
+    /// A body in motion by its numbers.
+    pub(super) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
+        let piece = self.pieces.get(numbers.0 as usize)?;
+        let body = self.body(numbers.1)?;
+        Some(Part { piece, body, number: numbers.1 })
+    }
+
+    /// The body of that number.
+    pub(super) fn body(&self, number: u32) -> Option<Body> {
+        self.look.bodies.get(number as usize).copied()
+    }
+
+    /// Numbers of all bodies in all pieces.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (u32, u32)> {
+        let [pieces, bodies] = [self.pieces.len(), self.look.bodies.len()].map(narrow);
+        (0..pieces).flat_map(move |piece| (0..bodies).map(move |body| (piece, body)))
+    }
+
+    /// Lowest entry of a ray into some of the bodies in motion.
+    pub(super) fn lowest(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
+        let mut lowest = Lowest::none(self.look.reach);
+        for part in numbers.filter_map(|numbers| self.part(numbers)) {
+            lowest.search(&part, ray, self.look.tolerance);
+        }
+        lowest
+    }
+
+    /// Whether a part may come to rays through a disc, from the reach below up to `top` \[mm\]; about how far it
+    /// keeps off, then.
+    pub(super) fn comes(&self, numbers: (u32, u32), disc: &Disc, top: f64) -> Option<f64> {
+        let Part { piece, body, .. } = self.part(numbers)?;
+        piece.comes(body, disc, [self.look.reach, top], self.look.error())
+    }
+}
+
+/// Some moves, sorted by place.
+pub(super) struct Chunk {
+    pub(super) parts: Parts,
+    pub(super) tree: Tree,
+}
+
+impl Chunk {
+    fn new(pieces: Vec<Piece>, look: &Look) -> Self {
+        let mut items = Vec::new();
+        for (index, piece) in pieces.iter().enumerate() {
+            for (part, body) in look.bodies.iter().enumerate() {
+                let content = (narrow(index), narrow(part));
+                for bounds in boxes(piece, *body) {
+                    items.push(Item { bounds: bounds.grown(look.error()), content });
+                }
+            }
+        }
+        Self { parts: Parts { pieces, look: look.clone() }, tree: Tree::new(items) }
+    }
+
+    /// What can come near a region, by distance from a centre, with what at least lies between \[mm\]: what cuts
+    /// lowest comes early, and most of the rest is refused at a glance.
+    pub(super) fn around(&self, region: &Bounds, centre: Point3<f64>) -> Vec<(f64, Part<'_>)> {
+        let mut near = Vec::new();
+        self.tree.near(region, &mut near);
+        let mut parts = Vec::with_capacity(near.len());
+        for &numbers in &near {
+            if let Some(part) = self.parts.part(numbers) {
+                parts.push((part.piece.clearance(part.body, &centre), part));
+            }
+        }
+        // Stable: equal distances keep the order of the program.
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        parts
+    }
+
+    /// Numbers of the pieces that may come to rays through one of some discs, from the reach below up to `top`
+    /// \[mm\]; ascending.
+    pub(super) fn coming(&self, discs: &[Disc], top: f64) -> Vec<u32> {
+        let look = &self.parts.look;
+        let mut found = Vec::new();
+        let mut near = Vec::new();
+        for disc in discs {
+            let here = Bounds { low: disc.centre, high: disc.centre };
+            let far = disc.radius + disc.bulge + look.reach.max(top) + look.error();
+            self.tree.near(&here.grown(far), &mut near);
+            let comes = |numbers: &&(u32, u32)| self.parts.comes(**numbers, disc, top).is_some();
+            found.extend(near.iter().filter(comes).map(|numbers| numbers.0));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+fn narrow(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+/// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
+/// tool does not claim all the space beside it.
+fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
+    let [low, high] = body.heights();
+    let radius = body.radius();
+    let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
+    let mut index = 0.0;
+    std::iter::from_fn(move || {
+        if index >= count {
+            return None;
+        }
+        let [from, to] = [index, index + 1.0].map(|i| low + (high - low) * i / count);
+        index += 1.0;
+        let [low, high] = piece.axis_box([from, to]);
+        Some(Bounds { low, high }.grown(radius))
+    })
+}
