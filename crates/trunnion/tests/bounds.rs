@@ -5,7 +5,9 @@
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
-use trunnion::surface::{Face, NurbsSurface, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{
+    Curve, Extrusion, Face, NurbsCurve, NurbsSurface, Revolution, Surface, TrimCurve, TrimLoop,
+};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, ClInput, Deviation, Options, Promise};
 
@@ -25,26 +27,72 @@ fn patch(loops: Vec<TrimLoop>) -> Face {
     Face::new(1, Surface::Nurbs(surface), loops, false).unwrap()
 }
 
-fn cutter() -> Cutter {
-    let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
-    let (major, minor, length) = (0.0, RADIUS, 60.0);
+fn cutter(kind: Kind) -> Cutter {
+    let (construction, shank, length) = (Construction::Solid, Vec::new(), 60.0);
+    let (major, minor) = if kind == Kind::Ball { (0.0, RADIUS) } else { (RADIUS, 0.0) };
     Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
 }
 
-/// Rows over the patch, leaning, 0.6 mm apart; `deeper` at one place between grid points.
+/// A profile with a bend that jumps, extruded.
+fn extruded() -> Face {
+    let points = [[-6.0, 0.0, 0.4], [-2.0, 0.0, 0.0], [2.0, 0.0, 0.3], [6.0, 0.0, 0.2]];
+    let knots = vec![0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0];
+    let curve = NurbsCurve::new(2, knots, &points.map(Point3::from), None).unwrap();
+    let surface = Extrusion::new(Curve::Nurbs(curve), Vector3::new(0.0, 2.0, 0.1)).unwrap();
+    Face::new(1, Surface::Extrusion(surface), vec![rectangle([0.0, 1.0], [-3.0, 3.0])], false)
+        .unwrap()
+}
+
+/// An arc of a rational profile, turned about an axis.
+fn revolved() -> Face {
+    let points = [[12.0, 0.0, -5.0], [10.0, 0.0, 0.0], [12.5, 0.0, 5.0]];
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    let weights = Some(&[1.0, 0.8, 1.0][..]);
+    let curve = NurbsCurve::new(2, knots, &points.map(Point3::from), weights).unwrap();
+    let surface =
+        Revolution::new(Curve::Nurbs(curve), Point3::origin(), Vector3::z_axis()).unwrap();
+    let trim = rectangle([0.5, 1.3], [0.0, 1.0]);
+    Face::new(1, Surface::Revolution(surface), vec![trim], false).unwrap()
+}
+
+fn rectangle([a, b]: [f64; 2], [c, d]: [f64; 2]) -> TrimLoop {
+    let corners = [[a, c], [b, c], [b, d], [a, d], [a, c]];
+    TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9).unwrap()
+}
+
+/// A ball over a point of a face, leaning.
+fn ball(face: &Face, [u, v]: [f64; 2], [lean, lift]: [f64; 2]) -> ToolPose {
+    let n = face.normal(u, v).unwrap();
+    let lean = Rotation3::from_axis_angle(&Vector3::y_axis(), lean);
+    let axis = Unit::new_normalize(lean * n.into_inner());
+    let centre = face.point(u, v) + n.into_inner() * (RADIUS + lift);
+    ToolPose { tip: centre - axis.into_inner() * RADIUS, axis }
+}
+
+/// A flat end mill touching a point of a face with its edge.
+fn edge(face: &Face, [u, v]: [f64; 2], [lean, lift]: [f64; 2]) -> ToolPose {
+    let n = face.normal(u, v).unwrap().into_inner();
+    let axis = Unit::new_normalize(Rotation3::from_axis_angle(&Vector3::x_axis(), lean) * n);
+    let out = (axis.into_inner() * n.dot(&axis) - n).normalize();
+    ToolPose { tip: face.point(u, v) + n * lift - out * RADIUS, axis }
+}
+
+/// Rows over a face, leaning, 0.6 mm apart; `deeper` at one place between grid points.
 fn rows(face: &Face, deeper: f64) -> ClFile {
+    rows_of(face, deeper, ball)
+}
+
+fn rows_of(face: &Face, deeper: f64, pose: fn(&Face, [f64; 2], [f64; 2]) -> ToolPose) -> ClFile {
     let mut records = Vec::new();
+    let at =
+        |k: usize, share: f64| face.bounds()[k][0] * (1.0 - share) + face.bounds()[k][1] * share;
     let mut line = 0;
     for row in 0..=21 {
         for step in 0..=30 {
             let [u, v] = [f64::from(row) / 20.0 - 0.025, f64::from(step) / 30.0];
             let v = if row % 2 == 0 { v } else { 1.0 - v };
-            let n = face.normal(u, v).unwrap();
-            let lean = Rotation3::from_axis_angle(&Vector3::y_axis(), 0.3 + 0.1 * v);
-            let axis = Unit::new_normalize(lean * n.into_inner());
             let lift = if row == 9 && step == 13 { -deeper } else { 0.001 };
-            let centre = face.point(u, v) + n.into_inner() * (RADIUS + lift);
-            let pose = ToolPose { tip: centre - axis.into_inner() * RADIUS, axis };
+            let pose = pose(face, [at(0, u), at(1, v)], [0.3 + 0.1 * v, lift]);
             line += 1;
             records.push(ClRecord {
                 line,
@@ -58,8 +106,17 @@ fn rows(face: &Face, deeper: f64) -> ClFile {
 }
 
 fn measure(face: &Face, file: &ClFile, grid: f64, promise: Option<Promise>) -> Deviation {
-    let (faces, cutter) = (std::slice::from_ref(face), cutter());
-    let input = ClInput { file, faces, cutter: &cutter, rest: &[] };
+    measure_with(&cutter(Kind::Ball), (face, file), grid, promise)
+}
+
+fn measure_with(
+    cutter: &Cutter,
+    (face, file): (&Face, &ClFile),
+    grid: f64,
+    promise: Option<Promise>,
+) -> Deviation {
+    let faces = std::slice::from_ref(face);
+    let input = ClInput { file, faces, cutter, rest: &[] };
     let options = Options {
         grid,
         reach: 1.0,
@@ -97,6 +154,36 @@ fn bounds_hold_on_a_finer_grid_and_are_near() {
             assert!(bounds.gouge > 0.0035, "{bounds:?}");
         }
     }
+}
+
+/// Bounds hold on a finer grid, are within `near` \[mm\] of it, and leave nothing open.
+fn bound(cutter: &Cutter, face: &Face, file: &ClFile, near: f64) {
+    let bounds = measure_with(cutter, (face, file), 0.37, Some(PROMISE)).bounds.unwrap();
+    let [lowest, highest] = heights(&measure_with(cutter, (face, file), 0.07, None));
+    assert!(bounds.open <= 0.0, "{bounds:?}");
+    let excess = bounds.excess.unwrap();
+    assert!(
+        lowest >= -bounds.gouge - 1e-5 && highest <= excess + 1e-5,
+        "{lowest} {highest} {bounds:?}"
+    );
+    assert!(bounds.gouge <= -lowest.min(0.0) + 1.2e-3, "{lowest} {bounds:?}");
+    assert!(excess <= highest + near, "{highest} {bounds:?}");
+}
+
+#[test]
+fn extruded_and_revolved_faces_are_bounded() {
+    for face in [extruded(), revolved()] {
+        for deeper in [0.0, 0.004] {
+            bound(&cutter(Kind::Ball), &face, &rows(&face, deeper), 1.2e-3);
+        }
+    }
+}
+
+#[test]
+fn what_a_sharp_edge_leaves_is_bounded() {
+    let face = patch(Vec::new());
+    // Ridges as steep as the tool leans, half a diagonal of the fine grid off its points.
+    bound(&cutter(Kind::Flat), &face, &rows_of(&face, 0.0, edge), 1.2e-3 + 0.05 * 0.4);
 }
 
 #[test]

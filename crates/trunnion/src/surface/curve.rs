@@ -169,6 +169,11 @@ impl NurbsCurve {
         &self.net
     }
 
+    /// Control points of the Bezier pieces between the breaks, one piece after the other.
+    pub(crate) fn pieces(&self) -> std::slice::ChunksExact<'_, Vector4<f64>> {
+        self.pieces.chunks_exact(self.knots.degree() + 1)
+    }
+
     fn closes(&self, points: &[Point3<f64>]) -> bool {
         let [low, high] = self.knots.range();
         let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);

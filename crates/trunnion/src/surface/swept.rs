@@ -46,6 +46,11 @@ impl Extrusion {
         1e-3 / self.direction.norm()
     }
 
+    /// The curve that is moved.
+    pub(crate) fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
     pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
         [self.curve.domain(), [f64::NEG_INFINITY, f64::INFINITY]]
     }
@@ -96,6 +101,16 @@ impl Revolution {
             return Err(SurfaceError::NotFinite { what: "axis of revolution".into(), value });
         }
         Ok(Self { curve, origin, axis })
+    }
+
+    /// The curve that is turned.
+    pub(crate) fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    /// Distance of a place from the axis \[mm\].
+    pub(crate) fn radius(&self, place: &Vector3<f64>) -> f64 {
+        self.axis.cross(&(place - self.origin.coords)).norm()
     }
 
     pub(crate) fn domain(&self) -> [[f64; 2]; 2] {

@@ -58,6 +58,22 @@ impl Body {
         }
     }
 
+    /// How far the body reaches along a unit vector, from the tip \[mm\].
+    pub(super) fn extent(self, axis: &Vector3<f64>, way: &Vector3<f64>) -> f64 {
+        let up = way.dot(axis);
+        let out = (way - axis * up).norm();
+        match self {
+            Self::Nose { major, minor, top } => {
+                let rounding = major * out + minor * up + minor;
+                rounding.max((major + minor) * out + top * up)
+            }
+            Self::Frustum { low, high, radius, slope } => {
+                let end = radius + slope * (high - low);
+                (radius * out + low * up).max(end * out + high * up)
+            }
+        }
+    }
+
     /// Probes a point `y` (from the tip) for a tool along the unit vector `axis`.
     ///
     /// Every piece is a convex function of `y`, so their maximum is; where it has a kink, the
@@ -261,6 +277,17 @@ mod tests {
         let (distance, slope) = flat.along(&stand, &ray, s);
         assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");
         assert!((distance - 2.0f64.sqrt() * 1e-5).abs() < 1e-7);
+    }
+
+    #[test]
+    fn extents_are_where_no_point_is_beyond() {
+        let way = Vector3::new(0.6, 0.0, -0.8);
+        // Edge of the disc at 10, rounding 6 about height 6: 10 0.6 - 6 0.8 + 6.
+        assert!((BULL.extent(&Vector3::z(), &way) - 7.2).abs() < 1e-12);
+        assert!((BULL.extent(&Vector3::z(), &Vector3::z()) - 50.0).abs() < 1e-12);
+        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        assert!((body.extent(&Vector3::z(), &Vector3::x()) - 12.5).abs() < 1e-12);
+        assert!((body.extent(&Vector3::z(), &way) - (5.0 * 0.6 - 8.0)).abs() < 1e-12);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Pieces of moves that are looked at together: some tens of megabytes.
 const PIECES: usize = 32_768;
 /// Chunks whose pieces may be kept for a closer look.
-const KEPT: usize = 2;
+const KEPT: usize = 4;
 /// Share of the ray tolerance that replacing moves by quadratics may take.
 const ERROR_SHARE: f64 = 0.1;
 
@@ -29,6 +29,12 @@ pub(super) struct Look {
 }
 
 impl Look {
+    /// A box around rays through a disc, from the reach below up to `top` \[mm\].
+    pub(super) fn around(&self, disc: &Disc, top: f64) -> Bounds {
+        let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
+        Bounds { low: disc.centre, high: disc.centre }.grown(far)
+    }
+
     /// How far the tool may be from where the pieces have it \[mm\].
     pub(super) fn error(&self) -> f64 {
         ERROR_SHARE * self.tolerance
@@ -71,14 +77,16 @@ impl<'a> Chunks<'a> {
         let mut segments = run.segments();
         let first = chunks.next(&mut segments)?.ok_or(VerifyError::NoMotion)?;
         if chunks.next(&mut segments)?.is_none() {
-            chunks.whole = Some(Chunk::new(first.0, &chunks.look));
+            chunks.whole = Some(Chunk::new(first.0, &chunks.look, &Bounds::everywhere()));
         }
         Ok(chunks)
     }
 
     /// Hands out chunk by chunk in the order of the program, with how much of it is done before and after \[0..=1\].
+    /// Its tree may lack what does not come `within` a region.
     pub(super) fn each(
         &self,
+        within: &Bounds,
         mut work: impl FnMut(&Chunk, [f64; 2]) -> Result<(), VerifyError>,
     ) -> Result<(), VerifyError> {
         if let Some(whole) = &self.whole {
@@ -87,7 +95,7 @@ impl<'a> Chunks<'a> {
         let (mut segments, mut before) = (self.run.segments(), 0);
         while let Some((pieces, moves)) = self.next(&mut segments)? {
             let ends = [before, before + moves].map(|done| done as f64 / self.run.steps() as f64);
-            work(&Chunk::new(pieces, &self.look), ends.map(|share| share.min(1.0)))?;
+            work(&Chunk::new(pieces, &self.look, within), ends.map(|share| share.min(1.0)))?;
             before += moves;
         }
         Ok(())
@@ -126,7 +134,7 @@ impl Parts {
     pub(super) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
         let piece = self.pieces.get(numbers.0 as usize)?;
         let body = self.body(numbers.1)?;
-        Some(Part { piece, body, number: numbers.1 })
+        Some(Part { piece, body, numbers })
     }
 
     /// The body of that number.
@@ -164,14 +172,14 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    fn new(pieces: Vec<Piece>, look: &Look) -> Self {
+    fn new(pieces: Vec<Piece>, look: &Look, within: &Bounds) -> Self {
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
             for (part, body) in look.bodies.iter().enumerate() {
                 let content = (narrow(index), narrow(part));
-                for bounds in boxes(piece, *body) {
-                    items.push(Item { bounds: bounds.grown(look.error()), content });
-                }
+                let grown = boxes(piece, *body).map(|bounds| bounds.grown(look.error()));
+                let near = grown.filter(|bounds| bounds.meets(within));
+                items.extend(near.map(|bounds| Item { bounds, content }));
             }
         }
         Self { parts: Parts { pieces, look: look.clone() }, tree: Tree::new(items) }
@@ -200,9 +208,7 @@ impl Chunk {
         let mut found = Vec::new();
         let mut near = Vec::new();
         for disc in discs {
-            let here = Bounds { low: disc.centre, high: disc.centre };
-            let far = disc.radius + disc.bulge + look.reach.max(top) + look.error();
-            self.tree.near(&here.grown(far), &mut near);
+            self.tree.near(&look.around(disc, top), &mut near);
             let comes = |numbers: &&(u32, u32)| self.parts.comes(**numbers, disc, top).is_some();
             found.extend(near.iter().filter(comes).map(|numbers| numbers.0));
         }

@@ -49,7 +49,7 @@ pub(super) fn maps(
     let mut fields: Vec<Field<'_>> =
         fields.map(|(face, grid)| Field::new(face, grid, &chunks.look)).collect();
     let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
-    chunks.each(|chunk, [from, to]| {
+    chunks.each(&Bounds::everywhere(), |chunk, [from, to]| {
         let mut done = 0;
         for field in &mut fields {
             let Field { face, grid, tiles, .. } = field;

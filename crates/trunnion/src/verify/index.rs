@@ -15,6 +15,11 @@ impl Bounds {
         Self { low: Point3::from([f64::INFINITY; 3]), high: Point3::from([f64::NEG_INFINITY; 3]) }
     }
 
+    /// Holds everything.
+    pub(super) fn everywhere() -> Self {
+        Self { low: Point3::from([f64::NEG_INFINITY; 3]), high: Point3::from([f64::INFINITY; 3]) }
+    }
+
     /// The smallest box around both.
     pub(super) fn join(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
@@ -26,7 +31,7 @@ impl Bounds {
         Self { low: self.low - margin, high: self.high + margin }
     }
 
-    fn meets(&self, other: &Self) -> bool {
+    pub(super) fn meets(&self, other: &Self) -> bool {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 

@@ -19,19 +19,20 @@ pub(super) struct Lowest {
     pub(super) unresolved: bool,
 }
 
-/// How the tool stands, and which of its bodies it is.
+/// How the tool stands, which of its bodies it is, and when: in which of the pieces that were looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Deciding {
     pub(super) stand: Stand,
     pub(super) body: u32,
+    pub(super) piece: u32,
 }
 
-/// A body in motion over a piece, and its number.
+/// A body in motion over a piece, with both numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<'a> {
     pub(super) piece: &'a Piece,
     pub(super) body: Body,
-    pub(super) number: u32,
+    pub(super) numbers: (u32, u32),
 }
 
 /// Share of the tolerance by which a tool may cut into the ray unnoticed.
@@ -71,7 +72,7 @@ impl Lowest {
 
     /// The search proper.
     fn refine(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
-        let Part { piece, body, number } = *part;
+        let Part { piece, body, numbers } = *part;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -104,8 +105,9 @@ impl Lowest {
             let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
-                let by = Deciding { stand: instant.stand, body: number };
-                (self.s, self.line, self.by) = (s, Some(piece.line), Some(by));
+                let (stand, body, piece) = (instant.stand, numbers.1, numbers.0);
+                let by = Deciding { stand, body, piece };
+                (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }
             if depth + 1 >= DEEPEST {
                 continue;

@@ -5,6 +5,10 @@ use super::body::{Body, Probe, Ray, Stand};
 use super::replay::{Mover, Segment, Swing};
 use nalgebra::{Point3, Vector3};
 
+mod rays;
+
+pub(super) use rays::Disc;
+
 /// A piece of a move, over `u` in -1..=1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
@@ -31,8 +35,8 @@ pub(super) struct Piece {
 const INTERPOLATION: f64 = 0.06416 / 8.0;
 /// Largest turn of a piece \[rad\]: keeps the quadratic axis vector close to length 1.
 const LARGEST_TURN: f64 = 0.2;
-/// Halvings of a piece in time end here: a millionth of it.
-const SHORTEST: f64 = 1e-6;
+/// Halvings to the time at which a point is deepest: to a millionth of the piece.
+const DEEPEST_STEPS: u32 = 20;
 /// Pieces of one move; more only in a program that turns a thousand times in a block.
 const MOST_PIECES: f64 = 1e6;
 
@@ -183,34 +187,8 @@ pub(super) struct Patch<'a> {
     pub(super) bulge: f64,
     /// No point is farther from the centre.
     pub(super) radius: f64,
-}
-
-/// Rays that begin near each other: within `bulge` of a flat disc, along normals within `turn` of its own.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Disc {
-    pub(super) centre: Point3<f64>,
+    /// Unit vector across it.
     pub(super) normal: Vector3<f64>,
-    pub(super) radius: f64,
-    pub(super) bulge: f64,
-    pub(super) turn: f64,
-}
-
-impl Disc {
-    /// The disc across one of some rays, around them all.
-    pub(super) fn around(middle: &Ray, rays: &[Ray]) -> Self {
-        let Ray { origin: centre, normal, .. } = *middle;
-        let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
-        rays.iter().fold(none, |disc, ray| {
-            let aside = ray.origin - centre;
-            let up = aside.dot(&normal);
-            Self {
-                radius: disc.radius.max((aside - normal * up).norm()),
-                bulge: disc.bulge.max(up.abs()),
-                turn: disc.turn.max((ray.normal - normal).norm()),
-                ..disc
-            }
-        })
-    }
 }
 
 /// Distance of a body from a patch's centre at an instant, and what other places and other times can
@@ -220,6 +198,13 @@ pub(super) struct Margin {
     pub(super) distance: f64,
     pub(super) place: f64,
     pub(super) time: f64,
+}
+
+impl Margin {
+    /// What is left at least.
+    pub(super) fn least(&self) -> f64 {
+        self.distance - self.place - self.time
+    }
 }
 
 impl Piece {
@@ -320,68 +305,6 @@ impl Piece {
         }
     }
 
-    /// Bounds the distance of a body from rays over `u` within `half` of the instant, from `below` under the disc
-    /// they begin at up to `top` over it: the distance function's linear part at the top of the middle ray supports
-    /// it, as in [`Piece::keeps_off`].
-    fn off_rays(
-        &self,
-        (instant, half): (&Instant, f64),
-        body: Body,
-        disc: &Disc,
-        [below, top]: [f64; 2],
-    ) -> Margin {
-        let Instant { stand, tip_rate, axis_rate } = instant;
-        let y = disc.centre + disc.normal * top - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
-        let along = probe.axial - probe.radial * probe.height;
-        let gradient = y * probe.radial + stand.axis * along;
-        let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
-        let up = gradient.dot(&disc.normal);
-        let aside = (gradient - disc.normal * up).norm();
-        let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
-        let radius = disc.radius + top + below + bulge;
-        let square = 0.5 * half * half;
-        let far = y.norm() + self.speed * half + radius;
-        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let shear = self.turn * half + self.turn_change * square;
-        Margin {
-            distance: probe.distance,
-            place: aside * disc.radius + bulge + up.max(0.0) * (top + below),
-            time: drift.abs() * half + bend * square + shear * radius,
-        }
-    }
-
-    /// Lower bound of the distance of a body from rays over the whole piece, see [`Piece::off_rays`].
-    pub(super) fn keeps_off_rays(&self, body: Body, disc: &Disc, range: [f64; 2]) -> f64 {
-        let Margin { distance, place, time } =
-            self.off_rays((&self.middle, 1.0), body, disc, range);
-        distance - place - time
-    }
-
-    /// Whether a body may come within `slack` of rays during the piece, and about how far it keeps off, then; time is
-    /// halved as long as that tells more than place does.
-    pub(super) fn comes(
-        &self,
-        body: Body,
-        disc: &Disc,
-        range: [f64; 2],
-        slack: f64,
-    ) -> Option<f64> {
-        let mut open = vec![(0.0, 1.0)];
-        while let Some((u, half)) = open.pop() {
-            let margin = self.off_rays((&self.instant(u), half), body, disc, range);
-            let Margin { distance, place, time } = margin;
-            if distance - place - time > slack {
-                continue;
-            }
-            if time <= place || half < SHORTEST {
-                return Some(distance);
-            }
-            open.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
-        }
-        None
-    }
-
     /// Distance of a body from a point at `u`, its derivative by `u`, and its gradient.
     #[inline]
     pub(super) fn distance(
@@ -391,6 +314,17 @@ impl Piece {
         point: &Point3<f64>,
     ) -> (f64, f64, Vector3<f64>) {
         self.instant(u).distance(body, point)
+    }
+
+    /// When a point is deepest in a body, or nearest to it, but for bend: the distance is nearly convex in time. The
+    /// motion is taken to go on beyond both ends of the piece, as far again.
+    pub(super) fn deepest(&self, body: Body, point: &Point3<f64>) -> f64 {
+        let (mut low, mut high) = (-2.0, 2.0);
+        for _ in 0..DEEPEST_STEPS {
+            let u = 0.5 * (low + high);
+            if self.distance(body, u, point).1 > 0.0 { high = u } else { low = u }
+        }
+        0.5 * (low + high)
     }
 
     /// Plane below the distance of a body over the whole piece, but for bend and shear, from a point: its

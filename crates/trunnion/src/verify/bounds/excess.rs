@@ -1,4 +1,4 @@
-//! A tool holds each piece of the face moved outwards.
+//! A tool holds each piece of the face moved outwards, or passes over it.
 
 use super::super::body::Ray;
 use super::super::ray::Deciding;
@@ -19,6 +19,8 @@ struct Open {
     rectangle: Rectangle,
     level: u32,
     poses: Vec<Deciding>,
+    /// The pose of those that was found last, if it was found among what may come to the piece.
+    found: Option<Deciding>,
     /// What may come to it.
     items: Rc<[(u32, u32)]>,
     /// Trim segments that may touch it.
@@ -43,7 +45,10 @@ pub(super) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
             halve(next, None, &mut open);
             continue;
         };
-        if next.poses.iter().any(|pose| holds(survey, &piece, known.aim(), pose)) {
+        let aim = known.aim();
+        if next.poses.iter().any(|pose| holds(survey, &piece, aim, pose))
+            || next.found.is_some_and(|pose| passes(survey, &piece, aim, &pose))
+        {
             continue;
         }
         if count > most {
@@ -81,7 +86,7 @@ fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], items: &Rc<[(u32, u32)]>, open:
             Place::Border(segments) => Some(segments),
         };
         let (poses, items) = (poses.clone(), Rc::clone(items));
-        open.push(Open { rectangle, level: 0, poses, items, border });
+        open.push(Open { rectangle, level: 0, poses, found: None, items, border });
     }
 }
 
@@ -98,6 +103,34 @@ fn holds(survey: &Survey<'_>, cell: &Cell, height: f64, pose: &Deciding) -> bool
         .all(|corner| body.probe(&(middle + corner), &stand.axis).distance <= -room)
 }
 
+/// Whether a tool in motion passes over all of a piece moved outwards by `height`, one place after the other, as a
+/// sharp edge does that holds no two places at once.
+///
+/// Give every place `p` the time `u(p)`, linear in `p`: seen from the tool, `p` at that time depends linearly on `p`,
+/// but for the bend of the motion, and a convex body that holds the corners holds all in between. Any such `u` will
+/// do; it is taken from when the middles of the sides are deepest.
+fn passes(survey: &Survey<'_>, cell: &Cell, height: f64, by: &Deciding) -> bool {
+    let Some(part) = survey.parts.part((by.piece, by.body)) else { return false };
+    let [a, b] = cell.half;
+    let place = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
+    let deepest = |s: f64, t: f64| part.piece.deepest(part.body, &place(s, t));
+    let sides = [deepest(-1.0, 0.0), deepest(1.0, 0.0), deepest(0.0, -1.0), deepest(0.0, 1.0)];
+    let rates = [0.5 * (sides[1] - sides[0]), 0.5 * (sides[3] - sides[2])];
+    // Within the piece of the move: a little early or late does for some micrometres.
+    let width = rates[0].abs() + rates[1].abs();
+    let [p, q] = rates.map(|rate| rate / width.max(1.0));
+    let width = width.min(1.0);
+    let middle = (0.25 * sides.iter().sum::<f64>()).clamp(width - 1.0, 1.0 - width);
+    let far = (cell.centre - part.piece.middle().stand.tip).norm() + cell.radius() + height;
+    // Both a place and the corners may be off what is linear.
+    let bend =
+        2.0 * (part.piece.bend(far) * width * width + part.piece.shear(width) * cell.radius());
+    let room = cell.bulge + height * cell.turn + survey.parts.look.error() + bend;
+    [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].iter().all(|[s, t]| {
+        part.piece.distance(part.body, middle + p * s + q * t, &place(*s, *t)).0 <= -room
+    })
+}
+
 fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
     if next.level >= DEEPEST {
         return;
@@ -106,7 +139,7 @@ fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
     for rectangle in quarters(next.rectangle) {
         let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
         let (level, border) = (next.level + 1, border.clone());
-        open.push(Open { rectangle, level, poses, items, border });
+        open.push(Open { rectangle, level, poses, found: next.found, items, border });
     }
 }
 
@@ -141,7 +174,9 @@ fn search(
                 known.place =
                     Some(Extreme { face, uv, point, height: lowest.s, or_deeper: false, line });
             }
-            if holds(survey, piece, known.aim(), &pose) {
+            next.found = Some(pose);
+            if holds(survey, piece, known.aim(), &pose) || passes(survey, piece, known.aim(), &pose)
+            {
                 return;
             }
         }
@@ -153,7 +188,7 @@ fn search(
         _ => {}
     }
     if next.level >= DEEPEST {
-        beyond(survey, piece, &next.poses, known);
+        beyond(survey, piece, &next, known);
         return;
     }
     let border = match place {
@@ -167,13 +202,15 @@ fn search(
 }
 
 /// Looks for a larger bound that holds.
-fn beyond(survey: &Survey<'_>, piece: &Cell, poses: &[Deciding], known: &mut Known) {
+fn beyond(survey: &Survey<'_>, piece: &Cell, next: &Open, known: &mut Known) {
     for doubling in 1..DOUBLINGS {
         let height = known.worst.max(0.0) + known.margin * 2f64.powi(doubling);
         if height > survey.parts.look.reach {
             break;
         }
-        if poses.iter().any(|pose| holds(survey, piece, height, pose)) {
+        if next.poses.iter().any(|pose| holds(survey, piece, height, pose))
+            || next.found.is_some_and(|pose| passes(survey, piece, height, &pose))
+        {
             known.beyond = known.beyond.max(height);
             return;
         }

@@ -2,6 +2,7 @@
 
 use super::super::VerifyError;
 use super::super::chunks::{Chunk, Chunks, Parts};
+use super::super::index::Bounds;
 use super::super::sweep::{Disc, Piece};
 use super::shape::{Rectangle, quarters};
 use super::{Ground, Known, Survey, TILE, Task};
@@ -53,7 +54,11 @@ fn gather(chunks: &Chunks<'_>, tasks: &[Task<'_>]) -> Result<Gathered, VerifyErr
     let count = tasks.len();
     let mut all =
         Gathered { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
-    chunks.each(|chunk, _| {
+    let boxes = tiles
+        .iter()
+        .flat_map(|(discs, top)| discs.iter().map(|disc| chunks.look.around(disc, *top)));
+    let within = boxes.fold(Bounds::empty(), |all, each| all.join(&each));
+    chunks.each(&within, |chunk, _| {
         if all.crowded {
             return Ok(());
         }

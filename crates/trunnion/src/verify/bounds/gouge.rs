@@ -106,19 +106,25 @@ fn coming(survey: &Survey<'_>, cell: &Cell, depth: f64, items: &[Item]) -> Vec<I
         half: &cell.half,
         bulge: cell.bulge + slack,
         radius: cell.radius() + slack,
+        normal: cell.normal,
     };
     let mut left = Vec::new();
     let mut stretches = Vec::new();
+    let error = survey.parts.look.error();
     for &(numbers, u, half) in items {
         let Some(part) = survey.parts.part(numbers) else { continue };
         stretches.push((u, half));
         while let Some((u, half)) = stretches.pop() {
             let instant = part.piece.instant(u);
-            let Margin { distance, place, time } =
-                part.piece.keeps_off(&instant, half, part.body, &patch);
-            if distance - place - time > survey.parts.look.error() {
+            let near = part.piece.keeps_off(&instant, half, part.body, &patch);
+            if near.least() > error {
                 continue;
             }
+            let flat = part.piece.keeps_above(&instant, half, part.body, &patch);
+            if flat.least() > error {
+                continue;
+            }
+            let Margin { place, time, .. } = if flat.least() > near.least() { flat } else { near };
             if place >= time || half < SHORTEST {
                 left.push((numbers, u, half));
             } else {

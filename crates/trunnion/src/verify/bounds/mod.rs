@@ -3,7 +3,8 @@
 //!
 //! `h >= -G` everywhere if no tool ever comes to the face moved inwards by `G`: a tool that is convex,
 //! holds a point of the face and gets below `-G` on its normal is at `-G` as well. `h <= E` over a
-//! piece of the face if one tool, at one instant, holds the whole piece moved outwards by `E`. Both are
+//! piece of the face if one tool, at one instant, holds the whole piece moved outwards by `E`, or holds one place of it
+//! after the other while it moves. Both are
 //! asked of pieces that are planes to within a known error, and pieces are quartered as far as they
 //! tell.
 
@@ -25,8 +26,8 @@ const TILE: usize = 8;
 /// Pieces looked at in every tile, for each of both bounds: several times what a tile takes on average where strips of
 /// round corners meet.
 const FEW_PIECES: usize = 400;
-/// Pieces for tiles that take more, together: about half a minute of one core. What a sharp edge leaves is held by
-/// one pose only in pieces as small as micrometres, and a face full of that is not worth hours.
+/// Pieces for tiles that take more, together: about half a minute of one core. What a sharp edge leaves where one move
+/// meets the next is held only in pieces as small as micrometres, and a face full of that is not worth hours.
 const ALL_PIECES: usize = 1_500_000;
 /// The same of one tile; more only where the bound cannot come near the truth.
 const MOST_PIECES: usize = 60_000;
@@ -184,13 +185,7 @@ pub(super) fn of(
     let mut known = start;
     let mut grounds = Vec::new();
     for (face, (map, deciding)) in faces.iter().zip(measured) {
-        let Some(shape) = Shape::new(face) else {
-            let area = map.samples.iter().flatten().map(|sample| sample.area).sum::<f64>();
-            for known in &mut known {
-                known.open += area;
-            }
-            continue;
-        };
+        let shape = Shape::new(face);
         let tolerance = [&map.u, &map.v].map(|values| {
             let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
             TRIM_SHARE * width / values.len().max(2) as f64

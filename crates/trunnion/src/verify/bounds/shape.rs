@@ -2,7 +2,7 @@
 
 use super::super::VerifyError;
 use super::super::sweep::Disc;
-use crate::surface::{Face, NurbsSurface, Patch, Surface};
+use crate::surface::{Curve, Face, NurbsSurface, Patch, Surface};
 use nalgebra::{Point3, Vector3, Vector4};
 
 /// A rectangle of parameters.
@@ -51,8 +51,8 @@ impl Cell {
 }
 
 impl<'a> Shape<'a> {
-    /// Bounds of a face; `None` for a kind of surface whose derivatives are not bounded here.
-    pub(super) fn new(face: &'a Face) -> Option<Self> {
+    /// Bounds of a face.
+    pub(super) fn new(face: &'a Face) -> Self {
         let [u, v] = face.bounds();
         let ends = |[low, high]: [f64; 2]| vec![low, high];
         let jet = |u: f64, v: f64| face.surface.jet2(u, v);
@@ -60,7 +60,7 @@ impl<'a> Shape<'a> {
         let plain = |second: [f64; 3], curvature: f64| {
             let breaks = [ends(u), ends(v)];
             let (bends, curvature) = (vec![second], Some(curvature));
-            Some(Self { face, breaks, bends, anywhere: None, curvature })
+            Self { face, breaks, bends, anywhere: None, curvature }
         };
         match &face.surface {
             Surface::Plane(_) => plain([0.0; 3], 0.0),
@@ -83,22 +83,41 @@ impl<'a> Shape<'a> {
                 let curvature = (1.0 / minor).max(if inner > 0.0 { 1.0 / inner } else { 0.0 });
                 plain([outer, minor, minor], curvature)
             }
-            Surface::Nurbs(surface) => Some(Self::of_nurbs(face, surface)),
-            _ => None,
+            Surface::Nurbs(surface) => Self::of_nurbs(face, surface),
+            Surface::Extrusion(surface) => {
+                let Strip { breaks, bounds } = Strip::new(surface.curve(), u, |_| 0.0);
+                let bends = bounds.iter().map(|[_, second, _]| [*second, 0.0, 0.0]).collect();
+                Self::of_pieces(face, [breaks, ends(v)], bends)
+            }
+            Surface::Revolution(surface) => {
+                let radius = |place: &Vector3<f64>| surface.radius(place);
+                let Strip { breaks, bounds } = Strip::new(surface.curve(), v, radius);
+                let bends = bounds.iter().map(|[first, second, radius]| [*radius, *first, *second]);
+                Self::of_pieces(face, [ends(u), breaks], bends.collect())
+            }
         }
     }
 
     fn of_nurbs(face: &'a Face, surface: &NurbsSurface) -> Self {
         let [columns, rows] = surface.patch_count();
         let degree = surface.degree();
-        let mut breaks = [0, 1].map(|k: usize| surface.knots()[k].breaks().to_vec());
+        let breaks = [0, 1].map(|k: usize| surface.knots()[k].breaks().to_vec());
         let patches = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| surface.patch(i, j)));
         let bends: Vec<[f64; 3]> = patches.map(|patch| second(&patch, degree)).collect();
-        let (bounds, domain) = (face.bounds(), surface.domain());
-        let beyond = |k: usize| bounds[k][0] < domain[k][0] || bounds[k][1] > domain[k][1];
+        Self::of_pieces(face, breaks, bends)
+    }
+
+    /// A face between breaks, continued from turn to turn where it is periodic.
+    fn of_pieces(face: &'a Face, mut breaks: [Vec<f64>; 2], bends: Vec<[f64; 3]>) -> Self {
+        let bounds = face.bounds();
+        let beyond = |k: usize| {
+            let [first, last] = [breaks[k].first(), breaks[k].last()];
+            first.is_none_or(|low| bounds[k][0] < *low)
+                || last.is_none_or(|high| bounds[k][1] > *high)
+        };
         let most = |k: usize| bends.iter().map(|bend| bend[k]).fold(0.0, f64::max);
         let anywhere = (beyond(0) || beyond(1)).then(|| [most(0), most(1), most(2)]);
-        for (breaks, period) in breaks.iter_mut().zip(surface.periods()) {
+        for (breaks, period) in breaks.iter_mut().zip(face.surface.periods()) {
             if let (Some(period), Some(_)) = (period, anywhere) {
                 let once = breaks.clone();
                 breaks.extend(once.iter().flat_map(|x| [x - period, x + period]));
@@ -190,17 +209,23 @@ impl Net {
     }
 }
 
+/// Control points about their middle, in rows of so many; the least weight, and the largest distance from the middle.
+fn centred(points: &[Vector4<f64>], columns: usize) -> (Net, f64, f64) {
+    let count = points.len().max(1) as f64;
+    let middle = points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
+    let shifted = points.iter().map(|p| (p.xyz() - middle * p.w).push(p.w));
+    let net = Net { points: shifted.collect(), columns };
+    let least = net.points.iter().map(|p| p.w).fold(f64::INFINITY, f64::min);
+    let far = net.points.iter().map(|p| p.xyz().norm() / p.w).fold(0.0, f64::max);
+    (net, least, far)
+}
+
 /// Bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over a patch.
 ///
 /// With `S = A / w` about the middle of the control points: `S_u = (A_u - w_u S) / w` and
 /// `S_uv = (A_uv - w_u S_v - w_v S_u - w_uv S) / w`, each derivative within the hull of its net.
 fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
-    let count = patch.points.len().max(1) as f64;
-    let middle = patch.points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
-    let shifted = patch.points.iter().map(|p| (p.xyz() - middle * p.w).push(p.w));
-    let net = Net { points: shifted.collect(), columns: degree[1] + 1 };
-    let least = net.points.iter().map(|p| p.w).fold(f64::INFINITY, f64::min);
-    let far = net.points.iter().map(|p| p.xyz().norm() / p.w).fold(0.0, f64::max);
+    let (net, least, far) = centred(patch.points, degree[1] + 1);
     let [u, v] = [net.derivative(0), net.derivative(1)];
     let first = [u.size(), v.size()];
     let slope = first.map(|[vector, weight]| (vector + weight * far) / least);
@@ -215,6 +240,50 @@ fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
         bound(u.derivative(1), 0, 1) / (du * dv),
         bound(v.derivative(1), 1, 1) / (dv * dv),
     ]
+}
+
+/// A curve between breaks.
+struct Strip {
+    breaks: Vec<f64>,
+    /// Bounds of its first and second derivative, and of a distance that is convex in the place, piece by piece.
+    bounds: Vec<[f64; 3]>,
+}
+
+impl Strip {
+    fn new(curve: &Curve, [low, high]: [f64; 2], distance: impl Fn(&Vector3<f64>) -> f64) -> Self {
+        let plain = |bound: [f64; 3]| Self { breaks: vec![low, high], bounds: vec![bound] };
+        let at = |t: f64| curve.point(t).coords;
+        match curve {
+            Curve::Line { direction, .. } => {
+                plain([direction.norm(), 0.0, distance(&at(low)).max(distance(&at(high)))])
+            }
+            Curve::Ellipse { frame, radii } => {
+                let most = radii[0].max(radii[1]);
+                plain([most, most, distance(&frame.origin().coords) + most])
+            }
+            Curve::Nurbs(curve) => {
+                let breaks = curve.knots().breaks().to_vec();
+                let bounds = curve.pieces().zip(breaks.windows(2)).map(|(points, ends)| {
+                    let [first, second] = along(points, ends[1] - ends[0]);
+                    // A convex function is largest at a corner of the hull.
+                    let far = points.iter().map(|p| distance(&(p.xyz() / p.w)));
+                    [first, second, far.fold(0.0, f64::max)]
+                });
+                Self { bounds: bounds.collect(), breaks }
+            }
+        }
+    }
+}
+
+/// Bounds of the first and second derivative over a Bezier piece of a curve; as in [`second`].
+fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
+    let (net, least, far) = centred(points, 1);
+    let first = net.derivative(0);
+    let [vector, weight] = first.size();
+    let slope = (vector + weight * far) / least;
+    let [bend, flare] = first.derivative(0).size();
+    let second = (bend + 2.0 * weight * slope + flare * far) / least;
+    [slope / length, second / (length * length)]
 }
 
 /// Trim curves of a face as segments.
@@ -326,7 +395,7 @@ mod tests {
         let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
         let surface = NurbsSurface::new([2, 1], knots, points, Some(weights)).unwrap();
         let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap();
-        let shape = Shape::new(&face).unwrap();
+        let shape = Shape::new(&face);
         let [uu, uv, vv] = shape.bend(0.5, 0.5);
         for k in 0..=20 {
             let jet = face.surface.jet2(f64::from(k) / 20.0, 0.3);
@@ -348,7 +417,7 @@ mod tests {
         let surface =
             NurbsSurface::new([2, 2], [knots(), knots()], (0..4).map(row).collect(), None).unwrap();
         let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), true).unwrap();
-        let shape = Shape::new(&face).unwrap();
+        let shape = Shape::new(&face);
         let rectangle = [[0.1, 0.3], [0.55, 0.8]];
         assert_eq!(shape.smooth_parts([[0.4, 0.6], [0.0, 0.5]]).len(), 2);
         let cell = shape.cell(&rectangle).unwrap();
