@@ -259,7 +259,7 @@ fn smoothing_takes_less_time_and_reducing_fewer_blocks() {
     let plain = posted(folder.path(), &wave(), &loose("plain.ngc"));
     let fine = posted(folder.path(), &wave(), &on_bc("linuxcnc", "plain.ngc"));
     let cases = [
-        ("--smooth", "seconds", on_bc("linuxcnc", "other.ngc"), &fine),
+        ("--smooth", "model_seconds", on_bc("linuxcnc", "other.ngc"), &fine),
         ("--reduce", "blocks", loose("other.ngc"), &plain),
     ];
     for (option, better, mut arguments, plain) in cases {
@@ -292,6 +292,7 @@ fn a_program_with_two_tools_is_posted_tool_by_tool() {
         output.status.code() == Some(2) && told.contains("two.ngc:8:") && told.contains("--tool"),
         "{told}"
     );
+    whole_program_of_two_tools(folder.path(), &input);
     for (tool, way, last) in [("1", 10.0 + 10.0, "X10"), ("2", 5.0 + 25.0, "X25")] {
         let mut arguments = on_bc("g93", "one.nc");
         arguments.extend(["--tool", tool, "--set", "_hal[wide]=25", "--block-delete=false"]);
@@ -316,4 +317,53 @@ fn a_program_with_two_tools_is_posted_tool_by_tool() {
         told["by_tool"].as_array().unwrap().iter().map(|own| number(&own["seconds"])).collect();
     // 10 mm down at 10 mm/s, 10 across; the second 5 down and 25 across at 5 mm/s.
     assert!((seconds[0] - 2.0).abs() < 1e-9 && (seconds[1] - 6.0).abs() < 1e-9, "{seconds:?}");
+}
+
+/// Both tools in one program, in every dialect: each with its own length, the change between, and read back; the
+/// blocks are those of the tools posted alone.
+fn whole_program_of_two_tools(folder: &Path, input: &Path) {
+    let set = ["--set", "_hal[wide]=25", "--block-delete=false"];
+    for dialect in DIALECTS {
+        let mut whole = on_bc(dialect, "both.nc");
+        whole.retain(|word| !word.starts_with("--tool-length"));
+        let without_length = whole.iter().position(|word| *word == "120");
+        if let Some(at) = without_length {
+            whole.remove(at);
+        }
+        whole.extend(set);
+        whole.extend(["--tool-length", "1=120", "--tool-length", "2=95"]);
+        let told = posted(folder, input, &whole);
+        assert_eq!(told["tools"], serde_json::json!([1, 2]), "{dialect}: {told}");
+        assert_eq!(told["read_back"], true, "{dialect}: {told}");
+        let sheet = fs::read_to_string(folder.join("both.setup.txt")).unwrap();
+        assert!(sheet.contains("H1") && sheet.contains("120.0000"), "{sheet}");
+        assert!(sheet.contains("H2") && sheet.contains("95.0000"), "{sheet}");
+        let both = fs::read_to_string(folder.join("both.nc")).unwrap();
+        let mut lines = both.lines().map(bare);
+        for (tool, length) in [("1", "1=120"), ("2", "2=95")] {
+            let mut alone = on_bc(dialect, "alone.nc");
+            alone.retain(|word| !word.starts_with("--tool-length"));
+            if let Some(at) = alone.iter().position(|word| *word == "120") {
+                alone.remove(at);
+            }
+            alone.extend(set);
+            alone.extend(["--tool-length", length, "--tool", tool]);
+            posted(folder, input, &alone);
+            let alone = fs::read_to_string(folder.join("alone.nc")).unwrap();
+            let cuts = alone
+                .lines()
+                .map(bare)
+                .filter(|line| line.contains('F') && line.contains(char::is_numeric));
+            for line in cuts.filter(|line| {
+                ["G1", "X", "L ", "LN", "GOTO"].iter().any(|of| line.starts_with(of))
+            }) {
+                assert!(lines.any(|other| other == line), "{dialect}, tool {tool}: {line}\n{both}");
+            }
+        }
+    }
+}
+
+/// A line without its number.
+fn bare(line: &str) -> &str {
+    line.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
 }

@@ -116,7 +116,7 @@ fn tcpm_shifts_and_shortest_ways() {
 fn what_changes_motion_is_refused() {
     refuses("L X+1 RL FMAX", 1, "compensation");
     refuses("L X+1 M140 MB MAX", 1, "M140");
-    refuses("PLANE RESET STAY", 1, "PLANE");
+    refuses("PLANE AXIAL B+30 TURN", 1, "PLANE");
     refuses("CALL LBL 1 REP3", 1, "LBL 1 is not in the file");
     refuses("CYCL DEF 200 DRILLING Q200=2", 1, "not understood");
     refuses("TOOL CALL 1 Z S1 DL+0.5", 1, "oversize");

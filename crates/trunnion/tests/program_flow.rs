@@ -86,6 +86,12 @@ fn fanuc_macros_loop_and_jump() {
     assert_eq!(fanuc(loops), [11.0, 12.0, 21.0, 22.0]);
     let call = "O1\n#1=5\nG65 P100 A1. X2.\nG0 X#1\nM30\nO100\nG0 X[#1+#24]\n#3=0\nN1 #3=#3+1\nX[#3*100]\nIF [#3 LT 2] GOTO 1\nM99\n";
     assert_eq!(fanuc(call), [3.0, 100.0, 200.0, 5.0]);
+    let modal = "O1\nG66 P100 A5.\nG0 X1.\nX2.\nG67\nX3.\nM30\nO100\nX[#1*10]\nX[#1*20]\nM99\n";
+    assert_eq!(fanuc(modal), [1.0, 50.0, 100.0, 2.0, 50.0, 100.0, 3.0]);
+    let past = "O1\nM98 P100\nG0 X8.\nN20 X9.\nM30\nO100\nG0 X1.\nM99 P20\n";
+    assert_eq!(fanuc(past), [1.0, 9.0]);
+    let back = "O1\n#1=0\nN10 #1=#1+1\nIF [#1 GT 2] GOTO 30\nM98 P100\nN30 G0 X9.\nM30\nO100\nG0 X#1\nM99 P10\n";
+    assert_eq!(fanuc(back), [1.0, 2.0, 9.0]);
 }
 
 #[test]
@@ -111,7 +117,9 @@ fn what_cannot_be_followed_is_told_with_its_line() {
     fanuc("O1\nGOTO 50\nG0 X1.\nM30\n", 2, "N50 is not in the file");
     fanuc("O1\nEND 1\nM30\n", 2, "nothing was begun");
     fanuc("O1\nWHILE [0] DO 1\nG0 X1.\nM30\n", 2, "DO 1 has no END 1");
-    fanuc("O1\nG66 P1\nM30\n", 2, "macro calls");
+    fanuc("O1\nG66 P7\nG0 X1.\nM30\n", 0, "subprogram 7");
+    fanuc("O1\nG66 A1.\nM30\n", 2, "without a program");
+    fanuc("O1\n#1=1\nN5 M99 P5\nM30\n", 3, "more than 1000 lines");
     fanuc("O1\n#3000=1(CHECK TOOL)\nM30\n", 2, "alarm");
 }
 

@@ -127,7 +127,7 @@ fn words_without_motion_are_kept_or_refused() {
     refuses("TRAORI\nG1 X1 A3=0 B3=0 F5", 2, "length zero");
     refuses("TRAORI(2)", 1, "TRAORI with");
     refuses("MSG(\"open", 1, "not closed");
-    refuses("CYCLE800(0)", 1, "not understood");
+    refuses("ROT X10", 1, "not understood");
     refuses("G0 B10", 1, "machine's axes");
     refuses("G0 X1 X2", 1, "second X");
 }

@@ -16,7 +16,7 @@ use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect};
-use trunnion::pipeline::{PostError, PostMove};
+use trunnion::pipeline::{PostError, PostMove, PostSource};
 use trunnion::types::{Fault, Progress, Stage};
 
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
@@ -58,6 +58,8 @@ pub(super) struct Taken {
     pub(super) from: Option<Dialect>,
     /// Moves of this tool only.
     pub(super) tool: Option<u32>,
+    /// Lengths of several tools that a program assumes, by number \[mm\].
+    pub(super) lengths: Vec<(u32, f64)>,
     /// Values of parameters.
     pub(super) parameters: Vec<(String, f64)>,
     /// Whether lines that begin with / are run.
@@ -100,14 +102,25 @@ impl<'a> Input<'a> {
         let source =
             Source { path: path.to_owned(), lines: Lines::new(lines), size, count: 0, bars };
         if dialect == Dialect::Apt {
-            return Ok(Self::Locations(Box::new(Locations::new(source, taken.tool))));
+            return Ok(Self::Locations(Box::new(Locations::new(source, taken))));
         }
         Ok(Self::Program(Box::new(Program::new(source, dialect, (machine, words), taken)?)))
     }
 
-    /// Whether axes count, not poses alone.
-    pub(super) fn is_program(&self) -> bool {
-        matches!(self, Self::Program(_))
+    /// What the moves come from, with the tool that is in the spindle.
+    pub(super) fn source(&self) -> PostSource {
+        match self {
+            Self::Locations(_) => PostSource::Locations,
+            Self::Program(of) => PostSource::Program(Box::new(of.kinematics().clone())),
+        }
+    }
+
+    /// The tool of the last move.
+    pub(super) fn tool(&self) -> Option<u32> {
+        match self {
+            Self::Locations(of) => of.tool(),
+            Self::Program(of) => of.tool(),
+        }
     }
 
     /// The next move; `None` at the end.

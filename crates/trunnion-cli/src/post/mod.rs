@@ -2,6 +2,7 @@
 
 mod input;
 mod told;
+mod tools;
 
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
@@ -11,13 +12,14 @@ use input::{Input, Taken};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use told::Told;
+use tools::{ToolLength, Tools};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read;
 use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, program_sheet,
 };
 use trunnion::pipeline::{
-    POST_WINDOW, PostFilter, PostMethod, PostOptions, PostReport, PostSource, Poster, control_of,
+    POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, control_of,
 };
 
 /// Bytes of text that are kept before they are written.
@@ -54,9 +56,9 @@ pub(crate) struct Args {
     /// Rotation of the workpiece that a program assumes [default: --rotation].
     #[arg(long, value_name = "RX,RY,RZ", value_parser = three, allow_hyphen_values = true)]
     from_rotation: Option<[f64; 3]>,
-    /// Tool length that a program assumes [default: --tool-length].
-    #[arg(long, value_name = "L", value_parser = finite, allow_hyphen_values = true)]
-    from_tool_length: Option<f64>,
+    /// Tool length that a program assumes [default: --tool-length]; NUMBER=L for each of several tools.
+    #[arg(long, value_name = "L|NUMBER=L", value_parser = tools::length, allow_hyphen_values = true)]
+    from_tool_length: Vec<ToolLength>,
     /// Rotaries of the program read count against ISO 841.
     #[arg(long)]
     from_reversed_rotaries: bool,
@@ -92,9 +94,10 @@ pub(crate) struct Args {
     /// Rotation of the workpiece about the fixed x, then y, then z, in degrees.
     #[arg(long, value_name = "RX,RY,RZ", default_value = "0,0,0", value_parser = three, allow_hyphen_values = true)]
     rotation: [f64; 3],
-    /// Length of the tool, gauge point to tip, in mm.
-    #[arg(long, value_name = "L", default_value = "0", value_parser = finite, allow_hyphen_values = true)]
-    tool_length: f64,
+    /// Length of the tool, gauge point to tip, in mm [default: 0]. NUMBER=L, once for each tool, posts an input with
+    /// several tools as one program.
+    #[arg(long, value_name = "L|NUMBER=L", value_parser = tools::length, allow_hyphen_values = true)]
+    tool_length: Vec<ToolLength>,
     /// Rotaries are written against ISO 841, as trunnion kinematics of `LinuxCNC` count them by default.
     #[arg(long)]
     reversed_rotaries: bool,
@@ -121,6 +124,7 @@ Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out 
   trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 -d fanuc -o part.nc
   trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 --tool-length 120 -d g93 -o new.nc
   trunnion post two-tools.ngc -m new.toml --tool 2 --tool-length 95 -d g93 -o second.nc
+  trunnion post two-tools.ngc -m new.toml --tool-length 1=120 --tool-length 2=95 -d fanuc -o both.nc
   trunnion post --print-template fanuc > shop.j2
   trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
 
@@ -212,7 +216,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     outputs.text(&sheet_name(&name), &sheet)?;
     outputs.commit()?;
     bars.finish();
-    let told = Told::new(&plan, &report, output);
+    let told = Told::new(&plan, (&report, &note.tools), output);
     if json {
         text::print_json(&told)?
     } else {
@@ -236,6 +240,8 @@ struct Plan {
     spindle: Option<f64>,
     coolant: bool,
     taken: Taken,
+    /// Lengths of tools by number, where there are several.
+    tools: Tools,
     /// The machine that a program is for, and its words.
     from_machine: Kinematics,
     from_words: AxisWords,
@@ -246,6 +252,8 @@ struct Plan {
 struct Head {
     name: String,
     tool: Option<u32>,
+    /// All that were posted.
+    tools: Vec<u32>,
     cutter: Option<[f64; 2]>,
     spindle: f64,
     coolant: bool,
@@ -277,7 +285,8 @@ impl Plan {
     fn new(args: &Args, name: &str) -> Result<Self, Failure> {
         let machine = machine::load(name)?.machine;
         let rotation = args.rotation.map(f64::to_radians);
-        let setup = Setup::new(args.origin.into(), rotation, args.tool_length);
+        let tools = Tools::new(&args.tool_length, &args.from_tool_length, args.tool);
+        let setup = Setup::new(args.origin.into(), rotation, tools.length);
         let kinematics = Kinematics::new(&machine, &setup);
         let dialect = args.dialect.unwrap_or_else(|| Dialect::of(&machine));
         let from_machine = match &args.from_machine {
@@ -287,7 +296,7 @@ impl Plan {
         let from_setup = Setup::new(
             args.from_origin.unwrap_or(args.origin).into(),
             args.from_rotation.unwrap_or(args.rotation).map(f64::to_radians),
-            args.from_tool_length.unwrap_or(args.tool_length),
+            tools.from_length,
         );
         let from_words = AxisWords::of(&from_machine, args.from_reversed_rotaries);
         let axes = AxisWords::of(&machine, args.reversed_rotaries).map_err(Failure::input)?;
@@ -325,9 +334,11 @@ impl Plan {
             taken: Taken {
                 from: args.from,
                 tool: args.tool,
+                lengths: tools.assumed(),
                 parameters: args.parameters.clone(),
                 block_delete: args.block_delete,
             },
+            tools,
             from_machine: Kinematics::new(&from_machine, &from_setup),
             from_words: from_words.map_err(Failure::input)?,
         })
@@ -342,23 +353,38 @@ impl Plan {
     ) -> Result<(PostReport, Head), Failure> {
         let from = (&self.from_machine, self.from_words);
         let mut input = Input::open(path, from, &self.taken, bars)?;
-        let source = if input.is_program() {
-            PostSource::Program(Box::new(self.from_machine.clone()))
-        } else {
-            PostSource::Locations
-        };
-        let poster = Poster::new(&self.kinematics, source, &self.options, &self.style);
-        let mut poster = poster.map_err(|error| input.failure(&error))?;
+        let mut poster: Option<Poster> = None;
         let mut text = String::with_capacity(2 * CHUNK);
         let (mut head, mut first) = (Head::default(), None);
         let unwritten = |error| anyhow::Error::new(error).context("writing the program");
+        let mut tools: Vec<u32> = Vec::new();
         while let Some(one) = input.next()? {
+            let changed = self.tools.are_several() && head.tool != input.tool();
+            let begun = poster.as_mut().filter(|_| changed);
+            if let (Some(poster), Some(before)) = (begun, first.take_if(|_| changed)) {
+                let before: Head = before;
+                let told = (&before.note(), &self.template);
+                let to = (&self.with_tool(input.tool()), input.source());
+                let done = poster.change_tool(&mut text, to, told);
+                done.map_err(|error| input.failure(&error))?;
+            }
             input.head(&mut head);
             head.spindle = self.spindle.unwrap_or(head.spindle);
             head.coolant = self.coolant;
             // The head says what holds where the program starts, whenever it is written.
             let first: &Head = first.get_or_insert_with(|| head.clone());
             let told = (&first.note(), &self.template);
+            if let Some(number) = head.tool.filter(|number| tools.last() != Some(number)) {
+                tools.push(number);
+            }
+            let poster = match &mut poster {
+                Some(poster) => poster,
+                none => {
+                    let machine = self.with_tool(head.tool);
+                    let new = Poster::new(&machine, input.source(), &self.options, &self.style);
+                    none.insert(new.map_err(|error| input.failure(&error))?)
+                }
+            };
             poster.push(&mut text, &one, told).map_err(|error| input.failure(&error))?;
             if text.len() > CHUNK {
                 out.write_all(text.as_bytes()).map_err(unwritten)?;
@@ -366,16 +392,30 @@ impl Plan {
             }
         }
         let last = (&first.as_ref().unwrap_or(&head).note(), &self.template);
+        let poster = poster.ok_or_else(|| input.failure(&PostError::Empty))?;
         let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;
         head.duration = report.seconds[1] + report.rapid_seconds;
+        head.tools = tools;
         Ok((report, head))
+    }
+
+    /// The machine with a tool.
+    fn with_tool(&self, number: Option<u32>) -> Kinematics {
+        let tool_length = self.tools.length_of(number);
+        let setup = Setup { tool_length, ..*self.kinematics.setup() };
+        Kinematics::new(self.kinematics.machine(), &setup)
     }
 
     fn sheet(&self, file: &str, head: &Head) -> Result<String, Failure> {
         let mut sheet = String::new();
-        program_sheet(&mut sheet, &self.kinematics, &head.note(), (file, &self.style))
-            .map_err(|error| Failure::input(error.to_string()))?;
+        program_sheet(
+            &mut sheet,
+            &self.kinematics,
+            &head.note(),
+            (file, &self.style, self.tools.lengths()),
+        )
+        .map_err(|error| Failure::input(error.to_string()))?;
         Ok(sheet)
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct Told {
     dialect: &'static str,
     /// Whether F is a cap under the control's own planning, or the time of the block.
     feed_word: &'static str,
+    /// Numbers of the tools, in order; several are in a program that was posted whole.
+    tools: Vec<u32>,
     /// Of the input and of the output, here and below.
     blocks: [usize; 2],
     /// Way of the tip with feed.
@@ -73,7 +75,7 @@ impl Smoothing {
 }
 
 impl Told {
-    pub(super) fn new(plan: &Plan, report: &PostReport, output: &Path) -> Self {
+    pub(super) fn new(plan: &Plan, (report, tools): (&PostReport, &[u32]), output: &Path) -> Self {
         let style = &plan.style;
         let [tip, axis] = plan.options.tolerance;
         Self {
@@ -82,6 +84,7 @@ impl Told {
             machine: plan.kinematics.machine().name.clone(),
             dialect: style.dialect.name(),
             feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
+            tools: tools.to_vec(),
             blocks: report.blocks,
             length: report.length,
             seconds: report.seconds,
@@ -142,6 +145,10 @@ impl Told {
                 ),
             ),
         ];
+        if self.tools.len() > 1 {
+            let tools: Vec<String> = self.tools.iter().map(u32::to_string).collect();
+            lines.push(row("tools", tools.join(", ")));
+        }
         if let Some(smoothing) = &self.smoothing {
             lines.push(row("smoothed", smoothing.words()));
         }

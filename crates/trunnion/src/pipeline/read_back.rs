@@ -67,6 +67,8 @@ pub(super) struct ReadBack {
     /// Time, way and turn of blocks whose words did not change.
     waiting: [f64; 3],
     before: ToolPose,
+    /// Axes there, as the reader understands them.
+    axes: AxisVector,
 }
 
 /// The reader of a dialect.
@@ -130,19 +132,51 @@ impl ReadBack {
             lines: 0,
             waiting: [0.0; 3],
             before: *pose,
+            axes: AxisVector::zeros(),
         };
-        read.take(text)?;
-        let stands = match &read.language {
+        read.start(text, pose)?;
+        Ok(read)
+    }
+
+    /// Goes on with another tool: takes in the text of the change, up to where the tool starts.
+    ///
+    /// # Errors
+    ///
+    /// [`ReadBackError`].
+    pub(super) fn change_tool(
+        &mut self,
+        kinematics: &Kinematics,
+        (text, pose): (&str, &ToolPose),
+    ) -> Result<(), ReadBackError> {
+        self.kinematics = kinematics.clone();
+        if let Language::Program(of) = &mut self.language {
+            of.1 =
+                ProgramMoves::new(kinematics, ARC).map_err(|error| unread(self.lines, &error))?;
+        }
+        self.waiting = [0.0; 3];
+        self.start(text, pose)
+    }
+
+    /// Text up to a place where the tool starts.
+    fn start(&mut self, text: &str, pose: &ToolPose) -> Result<(), ReadBackError> {
+        self.moves.clear();
+        self.take(text)?;
+        let stands = match &self.language {
             Language::Program(of) => Some(of.1.pose()),
             Language::Locations(cl) => cl.place(),
         };
-        let q = kinematics.machine().home();
+        let q = self.kinematics.machine().home();
         match stands {
-            Some(stands) => read.place(&stands, (&q, pose), [PLACES + 1.0, 1.0])?,
-            None => return Err(read.differs("the start of the program moves nothing".to_owned())),
+            Some(stands) => self.place(&stands, (&q, pose), [PLACES + 1.0, 1.0])?,
+            None => return Err(self.differs("the start of the program moves nothing".to_owned())),
         }
-        read.moves.clear();
-        Ok(read)
+        self.before = *pose;
+        self.axes = match &self.language {
+            Language::Program(of) => of.1.axes(),
+            Language::Locations(_) => AxisVector::zeros(),
+        };
+        self.moves.clear();
+        Ok(())
     }
 
     /// Takes in the text of a block, which may be none, and compares it with what is meant.
@@ -171,6 +205,7 @@ impl ReadBack {
         self.place(&one.pose, (q, pose), [0.0; 2])?;
         self.pace(&one, pace)?;
         self.before = one.pose;
+        self.axes = one.q.unwrap_or(self.axes);
         self.waiting = [0.0; 3];
         Ok(())
     }
@@ -257,14 +292,19 @@ impl ReadBack {
             (PostPace::Seconds(time), _) if self.style.inverse_time => {
                 (60.0 / time, (60.0 / seconds).min(LARGEST_FEED))
             }
-            // Degrees per minute of both rotaries: words and turn may differ by their rounding.
-            (PostPace::Seconds(_) | PostPace::Feed(_), _) => {
-                return if turn > 0.0 {
-                    Ok(())
-                } else {
-                    Err(self.differs("F of nothing".to_owned()))
-                };
+            (PostPace::Seconds(_) | PostPace::Feed(_), _) if turn <= 0.0 => {
+                return Err(self.differs("F of nothing".to_owned()));
             }
+            // Degrees per minute of both rotaries: the reader's time is that of its own turn.
+            (PostPace::Seconds(time), _) => {
+                let turned = read.q.map_or(0.0, |q| (q - self.axes).fixed_rows::<2>(3).norm());
+                if !(turned > 0.0 && time > 0.0) {
+                    return Ok(());
+                }
+                (60.0 * turned.to_degrees() / time, 60.0 * turn.to_degrees() / seconds)
+            }
+            // Rounding moves the tip where none was meant.
+            (PostPace::Feed(_), _) => return Ok(()),
         };
         let fits = said <= meant * (1.0 + SUMS) && said >= meant * (1.0 - FEED_SHARE) - FEED_DIGIT;
         if fits {

@@ -1,6 +1,6 @@
 //! Cutter locations.
 
-use super::{ARC_TOLERANCE, Source, stem};
+use super::{ARC_TOLERANCE, Source, Taken, stem};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::post::Head;
@@ -19,18 +19,21 @@ pub(in crate::post) struct Locations<'a> {
     tool: Option<u32>,
     /// Locations of this tool only.
     only: Option<u32>,
+    /// Tools whose lengths are known; none: one tool.
+    known: Vec<u32>,
     feed: f64,
 }
 
 impl<'a> Locations<'a> {
-    pub(super) fn new(source: Source<'a>, only: Option<u32>) -> Self {
+    pub(super) fn new(source: Source<'a>, taken: &Taken) -> Self {
         Self {
             source,
             reader: Some(ClReader::new(MOST_FAULTS)),
             waiting: VecDeque::new(),
             place: None,
             tool: None,
-            only,
+            only: taken.tool,
+            known: taken.lengths.iter().map(|(number, _)| *number).collect(),
             feed: 0.0,
         }
     }
@@ -100,6 +103,13 @@ impl<'a> Locations<'a> {
             let fault = Fault { line, column: 0, message, help: String::new() };
             Failure::faults(&self.source.path, &[fault.with_help(help)])
         };
+        if let (None, Some(now), false) = (self.only, self.tool, self.known.is_empty()) {
+            if self.known.contains(&now) {
+                return Ok(true);
+            }
+            let help = "say how long it is: --tool-length NUMBER=L";
+            return Err(refused(format!("tool {now}: its length is not known"), help));
+        }
         match (self.only, before, self.tool) {
             (Some(only), _, now) if now != Some(only) => Ok(false),
             (Some(only), Some(before), _) if before != only && self.feed > 0.0 => {
@@ -110,11 +120,15 @@ impl<'a> Locations<'a> {
                 let message = format!("tool {now} after tool {before}: a program has one tool");
                 Err(refused(
                     message,
-                    "post the locations of one tool at a time: --tool and its number",
+                    "say how long each is, --tool-length NUMBER=L for each; or post one: --tool NUMBER",
                 ))
             }
             _ => Ok(true),
         }
+    }
+
+    pub(super) fn tool(&self) -> Option<u32> {
+        self.tool
     }
 
     pub(super) fn head(&self, head: &mut Head) {

@@ -61,7 +61,7 @@ impl<'a> Program<'a> {
         };
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match taken.tool {
             Some(tool) => moves.only(tool),
-            None => moves,
+            None => moves.with_lengths(&taken.lengths),
         });
         Ok(Self {
             steps: steps(text, &options),
@@ -102,6 +102,15 @@ impl<'a> Program<'a> {
                 }
             }
         }
+    }
+
+    pub(super) fn tool(&self) -> Option<u32> {
+        self.moves.tool()
+    }
+
+    /// The machine with the tool that is in the spindle.
+    pub(super) fn kinematics(&self) -> &Kinematics {
+        self.moves.kinematics()
     }
 
     fn end(&mut self) {

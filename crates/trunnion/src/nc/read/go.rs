@@ -147,11 +147,13 @@ impl Control {
         }
         if rotary {
             let message = "rotary words in a tilted plane";
-            return Err(Remark::new(target.at, message, "end the plane before (G69)"));
+            let help = "end the plane before (G69, PLANE RESET, CYCLE800())";
+            return Err(Remark::new(target.at, message, help));
         }
         if !tilted.ready {
             let message = "a move in a tilted plane to which the tool was not turned";
-            return Err(Remark::new(target.at, message, "write G53.1 after G68.2"));
+            let help = "write G53.1, PLANE .. TURN, or CYCLE800 with a direction";
+            return Err(Remark::new(target.at, message, help));
         }
         Ok(())
     }

@@ -40,6 +40,7 @@ mod step;
 mod steps;
 mod tally;
 mod tape;
+mod tilt;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{

@@ -98,6 +98,9 @@ pub enum WriteError {
     /// A template that cannot be filled.
     #[error(transparent)]
     Template(#[from] TemplateError),
+    /// A second tool, and a template that does not say how it is changed.
+    #[error("the template has no block `toolchange`, which a program with several tools needs")]
+    NoToolChange,
     /// X, Y and Z do not span space.
     #[error("the linear axes do not reach every position, so there is no work offset")]
     WorkOffset,

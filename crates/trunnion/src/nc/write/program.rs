@@ -126,6 +126,7 @@ impl ProgramWriter {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         let empty = Frame {
             start: String::new(),
+            toolchange: None,
             end: String::new(),
             comment: [const { String::new() }; 2],
             number: [const { String::new() }; 2],
@@ -155,6 +156,32 @@ impl ProgramWriter {
         writer.lines(out, &start);
         writer.rapid = None;
         Ok(writer)
+    }
+
+    /// Goes on with another tool, whose length is that of the setup: writes the change, up to where it starts.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`]; [`WriteError::NoToolChange`] for a template without such a block.
+    pub fn change_tool(
+        &mut self,
+        out: &mut String,
+        kinematics: &Kinematics,
+        (note, template): (&Note<'_>, &Template),
+        (q, pose): (&AxisVector, &ToolPose),
+    ) -> Result<(), WriteError> {
+        let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
+        self.kinematics = kinematics.clone();
+        self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
+        self.waiting = Waiting::default();
+        let first = self.first(q, pose)?;
+        let context = self.context(note, offset, first)?;
+        self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
+        let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
+        self.lines(out, &text);
+        (self.rapid, self.feed) = (None, None);
+        self.locations = Locations::default();
+        Ok(())
     }
 
     /// Writes the end of the program; how many blocks it has.

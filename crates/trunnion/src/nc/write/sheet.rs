@@ -44,7 +44,7 @@ pub fn setup_sheet(
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, note)?;
+    entries(out, kinematics, (note, &[]))?;
     writeln!(out)?;
     meanings(out, kinematics)?;
     writeln!(out)?;
@@ -62,7 +62,7 @@ pub fn setup_sheet(
     Ok(())
 }
 
-/// Writes the setup sheet of one program; `file` is its name.
+/// Writes the setup sheet of one program; `file` is its name, `lengths` those of several tools by number \[mm\].
 ///
 /// # Errors
 ///
@@ -71,7 +71,7 @@ pub fn program_sheet(
     out: &mut impl Write,
     kinematics: &Kinematics,
     note: &Note<'_>,
-    (file, style): (&str, &Style),
+    (file, style, lengths): (&str, &Style, &[(u32, f64)]),
 ) -> Result<(), WriteError> {
     writeln!(out, "Setup sheet of {file}")?;
     writeln!(out)?;
@@ -79,7 +79,7 @@ pub fn program_sheet(
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, note)?;
+    entries(out, kinematics, (note, lengths))?;
     writeln!(out)?;
     let [roll, pitch, yaw] = turns(kinematics);
     let turned = format!("{roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z");
@@ -121,7 +121,7 @@ pub fn program_sheet(
 fn entries(
     out: &mut impl Write,
     kinematics: &Kinematics,
-    note: &Note<'_>,
+    (note, lengths): (&Note<'_>, &[(u32, f64)]),
 ) -> Result<(), WriteError> {
     let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
     writeln!(out, "Enter at the control")?;
@@ -131,8 +131,10 @@ fn entries(
         offset.x, offset.y, offset.z
     )?;
     writeln!(out, "  G54 of the rotaries   0, and no rotation of the work offset")?;
-    let length = kinematics.setup().tool_length;
-    writeln!(out, "  tool length H{:<8} Z {length:.4}", note.tool.number)?;
+    let one = [(note.tool.number, kinematics.setup().tool_length)];
+    for (number, length) in if lengths.is_empty() { &one } else { lengths } {
+        writeln!(out, "  tool length H{number:<8} Z {length:.4}")?;
+    }
     writeln!(out, "Pivots assumed (machine coordinates, all axes at zero)")?;
     for axis in kinematics.machine().axes.iter().filter(|axis| axis.kind == AxisKind::Rotary) {
         let (p, d) = (axis.point, axis.dir);

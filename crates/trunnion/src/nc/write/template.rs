@@ -3,10 +3,10 @@
 use super::Dialect;
 use super::dialect::DIALECTS;
 use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior};
+use minijinja::{Environment, ErrorKind, UndefinedBehavior};
 use serde::Serialize;
 
-/// A template, ready to be filled. Its blocks are `start`, `end`, `comment` (of `text`) and `number` (of
+/// A template, ready to be filled. Its blocks are `start`, `toolchange`, `end`, `comment` (of `text`) and `number` (of
 /// `number`). One that begins with `{% extends "fanuc" %}` changes only the blocks it has.
 #[derive(Debug)]
 pub struct Template {
@@ -89,6 +89,8 @@ struct Filled<'a> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Frame {
     pub(super) start: String,
+    /// From one tool to the next; `None` where a shop's template has no such block.
+    pub(super) toolchange: Option<String>,
     pub(super) end: String,
     /// Before and behind the text of a comment, and the number of a line.
     pub(super) comment: [String; 2],
@@ -131,12 +133,17 @@ impl Template {
         let mut rendered = template.render_captured(Serde(&filled))?;
         let mut block = |name: &str| rendered.with_state_mut(|state| state.render_block(name));
         let [start, end] = [block("start")?, block("end")?];
+        let toolchange = match block("toolchange") {
+            Ok(text) => Some(text),
+            Err(error) if error.kind() == ErrorKind::UnknownBlock => None,
+            Err(error) => return Err(error.into()),
+        };
         let halves = |text: String| match text.split_once(HOLE) {
             Some((before, behind)) => [before.to_owned(), behind.to_owned()],
             None => [text, String::new()],
         };
         let comment = halves(block("comment")?);
-        Ok(Frame { start, end, comment, number: halves(block("number")?) })
+        Ok(Frame { start, toolchange, end, comment, number: halves(block("number")?) })
     }
 }
 
@@ -172,6 +179,7 @@ mod tests {
         for (name, dialect) in DIALECTS {
             let frame = Template::of(dialect).unwrap().fill(&context(), &BTreeMap::new()).unwrap();
             assert!(!frame.start.is_empty() && !frame.end.is_empty(), "{name}");
+            assert!(frame.toolchange.is_some_and(|text| text.contains('1')), "{name}");
             assert!(!frame.comment[0].is_empty(), "{name}");
         }
     }

@@ -223,6 +223,28 @@ impl Poster {
         Ok(())
     }
 
+    /// Goes on with another tool: `kinematics` has its length, `source` that which the input assumes. The next move
+    /// only says where it starts, and writes the change from note and template.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn change_tool(
+        &mut self,
+        out: &mut String,
+        (kinematics, source): (&Kinematics, PostSource),
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
+        self.settle(out, head)?;
+        let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
+        self.report.unwound.append(&mut self.ahead.unwound);
+        let Self { ahead, course, filter, source, kinematics, .. } = fresh;
+        (self.ahead, self.course, self.filter) = (ahead, course, filter);
+        (self.kinematics, self.source) = (kinematics, source);
+        (self.unit, self.read) = (Unit::default(), None);
+        Ok(())
+    }
+
     /// Ends the program.
     ///
     /// # Errors
@@ -245,7 +267,7 @@ impl Poster {
         self.report.model_seconds = [self.before.model, self.after.model];
         self.report.ratios_before = self.before.gauge.worst;
         self.report.ratios_after = self.after.gauge.worst;
-        self.report.unwound = std::mem::take(&mut self.ahead.unwound);
+        self.report.unwound.append(&mut self.ahead.unwound);
         Ok(self.report)
     }
 

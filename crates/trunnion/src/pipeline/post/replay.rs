@@ -8,7 +8,7 @@ use crate::math::jet::{Jet, Real};
 use crate::nc::read::{Frame, Move, Pace, Step, Turning, Way};
 use crate::nc::write::work_offset;
 use crate::types::{AXES, AxisVector, ToolPose};
-use nalgebra::{Point3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 /// Most straight moves for one arc.
 const MOST_PARTS: u32 = 65_535;
@@ -34,6 +34,10 @@ pub struct ProgramMoves {
     tool: Option<u32>,
     /// The only tool whose moves are wanted, and how far the program is with it.
     only: Option<(u32, Turn)>,
+    /// Tools that may be called, and their lengths \[mm\]; none: one tool, whose length is that of the setup.
+    lengths: Vec<(u32, f64)>,
+    /// The last tilted plane: its number, and from its coordinates to those without it.
+    plane: (u16, Isometry3<f64>),
     /// Moves in machine coordinates, of which is not known yet whether others follow.
     away: Vec<PostMove>,
     /// Left out: moves at the start, dwells, and lines of words.
@@ -67,6 +71,8 @@ struct Words {
     values: [f64; AXES],
     tcp: bool,
     length: bool,
+    /// From the coordinates of X Y Z to those without tilted plane.
+    plane: Isometry3<f64>,
 }
 
 impl ProgramMoves {
@@ -76,13 +82,9 @@ impl ProgramMoves {
     ///
     /// [`PostError::Reach`], [`PostError::Write`] for a setup without numbers or work offset.
     pub fn new(kinematics: &Kinematics, arc_tolerance: f64) -> Result<Self, PostError> {
-        let bare = Setup { tool_length: 0.0, ..*kinematics.setup() };
-        let bare = Kinematics::new(kinematics.machine(), &bare);
-        let inverse =
-            |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
         let offset = work_offset(kinematics).ok_or(crate::nc::write::WriteError::WorkOffset)?;
         Ok(Self {
-            inverse: [inverse(kinematics)?, inverse(&bare)?],
+            inverse: inverses(kinematics)?,
             offset,
             arc_tolerance,
             q: kinematics.machine().home(),
@@ -91,6 +93,8 @@ impl ProgramMoves {
             work: None,
             tool: None,
             only: None,
+            lengths: Vec::new(),
+            plane: (0, Isometry3::identity()),
             away: Vec::new(),
             left: Left::default(),
             spindle: 0.0,
@@ -101,6 +105,23 @@ impl ProgramMoves {
     #[must_use]
     pub fn only(self, tool: u32) -> Self {
         Self { only: Some((tool, Turn::Before)), ..self }
+    }
+
+    /// Takes the moves of all these tools, each with its own length \[mm\]. They begin anew where a tool is first told
+    /// X, Y and Z; ways to and from the change are left out.
+    #[must_use]
+    pub fn with_lengths(self, lengths: &[(u32, f64)]) -> Self {
+        Self { lengths: lengths.to_vec(), ..self }
+    }
+
+    /// The machine with the tool that is in the spindle.
+    pub fn kinematics(&self) -> &Kinematics {
+        self.inverse[0].kinematics()
+    }
+
+    /// Axes as they stand.
+    pub fn axes(&self) -> AxisVector {
+        self.q
     }
 
     /// Number of the tool in the spindle, if the program says.
@@ -147,38 +168,60 @@ impl ProgramMoves {
                     "enter the work offset at the control, and give the origin with --from-origin";
                 return Err(refused(of.line, "a work offset written by the program", help));
             }
-            Step::Plane(of) if self.is_wanted() => {
-                return Err(refused(of.line, "a tilted plane", "post it without tilted planes"));
-            }
-            Step::Plane(_) => {}
+            Step::Plane(of) => self.plane = (of.number, of.work_from_plane),
         }
         Ok(())
     }
 
     fn change(&mut self, line: u32, number: u32) -> Result<(), PostError> {
-        let Some((only, turn)) = &mut self.only else {
+        if !self.lengths.is_empty() {
+            return self.change_length(line, number);
+        }
+        let Some((only, before)) = self.only else {
             if self.tool.is_some_and(|before| before != number) && self.started {
-                let help = "post the moves of one tool at a time: --tool and its number";
+                let help = "say how long each tool is, --tool-length NUMBER=L for each; or post one: --tool NUMBER";
                 return Err(refused(line, "a second tool", help));
             }
             self.tool = Some(number);
             return Ok(());
         };
-        *turn = match (*turn, number == *only) {
+        let turn = match (before, number == only) {
             (Turn::Over, true) if self.started => {
                 let help = "post the part of the program behind this line on its own";
                 return Err(refused(line, "this tool a second time, after another", help));
             }
             (Turn::Now, false) => Turn::Over,
             (_, true) => {
-                // It starts where this tool is first told to go to.
-                (self.started, self.known, self.work) = (false, [false; 3], None);
-                self.away.clear();
-                self.tool = Some(number);
+                self.start_anew(number);
                 Turn::Now
             }
             (turn, false) => turn,
         };
+        self.only = Some((only, turn));
+        Ok(())
+    }
+
+    /// It starts where this tool is first told to go to.
+    fn start_anew(&mut self, tool: u32) {
+        (self.started, self.known, self.work) = (false, [false; 3], None);
+        self.left.moves += self.away.len();
+        self.away.clear();
+        self.tool = Some(tool);
+    }
+
+    /// Another tool with its own length.
+    fn change_length(&mut self, line: u32, number: u32) -> Result<(), PostError> {
+        if self.tool == Some(number) {
+            return Ok(());
+        }
+        let found = self.lengths.iter().find(|(known, _)| *known == number);
+        let Some(&(_, tool_length)) = found else {
+            let help = "say how long it is: --tool-length NUMBER=L, and --from-tool-length where it differs";
+            return Err(refused(line, "a tool whose length is not known", help));
+        };
+        let setup = Setup { tool_length, ..*self.kinematics().setup() };
+        self.inverse = inverses(&Kinematics::new(self.kinematics().machine(), &setup))?;
+        self.start_anew(number);
         Ok(())
     }
 
@@ -188,9 +231,8 @@ impl ProgramMoves {
     }
 
     fn go(&mut self, one: &Move, out: &mut Vec<PostMove>) -> Result<(), PostError> {
-        if self.is_wanted() && (one.sixth.is_some() || one.plane != 0) {
-            let what = one.special().unwrap_or("a sixth axis");
-            return Err(refused(one.line, what, "only five axes without tilted planes are posted"));
+        if self.is_wanted() && one.sixth.is_some() {
+            return Err(refused(one.line, "a sixth axis", "only five axes are posted"));
         }
         let (tcp, length) = match one.frame {
             Frame::Machine => return self.go_in_machine(one),
@@ -208,7 +250,8 @@ impl ProgramMoves {
         if self.is_wanted() {
             out.append(&mut self.away);
         }
-        let from = self.words(tcp, length);
+        let plane = if one.plane == self.plane.0 { self.plane.1 } else { Isometry3::identity() };
+        let from = self.words((tcp, length), plane);
         let to = end_of(from, one);
         let parts = match one.way {
             Way::Line => 1,
@@ -285,16 +328,17 @@ impl ProgramMoves {
     }
 
     /// Present position by the words of a frame.
-    fn words(&self, tcp: bool, length: bool) -> Words {
+    fn words(&self, (tcp, length): (bool, bool), plane: Isometry3<f64>) -> Words {
         let mut values: [f64; AXES] = self.q.into();
         let linear = if tcp {
             let kinematics = self.of(length).kinematics();
-            kinematics.setup().rotation * kinematics.forward(&self.q).tip.coords
+            let tip = kinematics.setup().rotation * kinematics.forward(&self.q).tip;
+            plane.inverse_transform_point(&tip).coords
         } else {
             self.q.fixed_rows::<3>(0) - self.shift(length)
         };
         values[..3].copy_from_slice(linear.as_slice());
-        Words { values, tcp, length }
+        Words { values, tcp, length, plane }
     }
 
     /// Moves the axes to a position; the pose of the tool there.
@@ -304,17 +348,33 @@ impl ProgramMoves {
         if to.tcp {
             let inverse = self.of(to.length);
             let back = inverse.kinematics().setup().rotation.inverse();
-            let tip = back * point;
+            let tip = back * to.plane.transform_point(&Point3::from(point)).coords;
             let reach = |error| PostError::reach(one.line, error);
             self.q = if let Some(axis) = one.axis {
                 let axis = UnitVector3::new_normalize(back * axis.into_inner());
                 let pose = ToolPose { tip: Point3::from(tip), axis };
-                inverse.near_inside(&pose, &self.q).map_err(reach)?
+                match inverse.near_inside(&pose, &self.q) {
+                    // Before the program has said where the tool is, it stands anywhere.
+                    Err(_) if !self.started => inverse.near(&pose, &self.q).map_err(reach)?,
+                    found => found.map_err(reach)?,
+                }
             } else {
                 let still = Vector3::zeros();
                 let turns = [first, second].map(<Jet as Real>::constant);
                 inverse.with_rotaries(&[tip, still, still, still], turns).map_err(reach)?[0]
             };
+        } else if let Some(axis) = one.axis {
+            // The tool turns to a plane; the linear axes stand.
+            let inverse = self.of(to.length);
+            let axis = inverse.kinematics().setup().rotation.inverse() * axis.into_inner();
+            let axis = UnitVector3::new_normalize(axis);
+            let pose = ToolPose { axis, ..inverse.kinematics().forward(&self.q) };
+            // Whether the tip could stay where it is does not matter.
+            let found =
+                inverse.near_inside(&pose, &self.q).or_else(|_| inverse.near(&pose, &self.q));
+            let found = found.map_err(|error| PostError::reach(one.line, error))?;
+            let turns = found.fixed_rows::<2>(FIRST_ROTARY).into_owned();
+            self.q.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from(&turns);
         } else {
             let linear = point + self.shift(to.length);
             self.q = AxisVector::from([linear.x, linear.y, linear.z, first, second]);
@@ -349,6 +409,14 @@ impl ProgramMoves {
         let long = self.inverse[0].kinematics().setup().tool_length;
         self.offset + Vector3::z() * if length { long } else { 0.0 }
     }
+}
+
+/// With the tool, and without.
+fn inverses(kinematics: &Kinematics) -> Result<[Inverse; 2], PostError> {
+    let bare = Setup { tool_length: 0.0, ..*kinematics.setup() };
+    let bare = Kinematics::new(kinematics.machine(), &bare);
+    let inverse = |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
+    Ok([inverse(kinematics)?, inverse(&bare)?])
 }
 
 /// Where a move leads to from a position.

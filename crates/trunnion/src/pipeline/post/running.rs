@@ -58,6 +58,9 @@ impl Poster {
         to: (AxisVector, ToolPose),
         head: (&Note<'_>, &Template),
     ) -> Result<(), PostError> {
+        if self.running.is_some() {
+            return self.change(out, to, head);
+        }
         let begin = out.len();
         let style = &self.style;
         let writer =
@@ -68,6 +71,27 @@ impl Poster {
         let read_back = self.understood(read)?;
         let waiting = [0.0; 3];
         self.running = Some(Running { pace, writer, read_back, at: to, block: to, waiting });
+        Ok(())
+    }
+
+    /// Writes the change to another tool, up to where it starts.
+    fn change(
+        &mut self,
+        out: &mut String,
+        to: (AxisVector, ToolPose),
+        head: (&Note<'_>, &Template),
+    ) -> Result<(), PostError> {
+        let Some(mut running) = self.running.take() else { return Ok(()) };
+        let begin = out.len();
+        running.writer.change_tool(out, &self.kinematics, head, (&to.0, &to.1))?;
+        if let Some(mut read) = running.read_back.take() {
+            let text = out.get(begin..).unwrap_or_default();
+            let done = read.change_tool(&self.kinematics, (text, &to.1));
+            running.read_back = self.understood(done)?.map(|()| read);
+        }
+        let pace = Timer::new(&self.kinematics, &self.options, to.0)?;
+        let waiting = [0.0; 3];
+        self.running = Some(Running { pace, at: to, block: to, waiting, ..running });
         Ok(())
     }
 

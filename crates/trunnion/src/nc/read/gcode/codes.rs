@@ -2,7 +2,7 @@
 
 use super::super::control::{Control, FeedMode};
 use super::super::log::Remark;
-use super::super::{Dialect, Turning};
+use super::super::{Dialect, Step, Turning};
 use super::block::{Block, Code, Word};
 use super::{Gcode, Motion, State};
 
@@ -48,6 +48,8 @@ pub(super) struct Now {
     pub(super) stops: [Option<(usize, usize)>; 2],
     pub(super) ends: bool,
     pub(super) returns: bool,
+    /// `M99 P10`: the line that is run next, and its place.
+    pub(super) return_to: Option<(f64, usize)>,
     /// Subprogram, times, place.
     pub(super) call: Option<(Box<str>, u32, usize)>,
     /// Parameters of its own.
@@ -68,9 +70,9 @@ impl Gcode {
         block: &mut Block,
         (text, now): (&str, &mut Now),
     ) -> Result<(), Remark> {
-        let calls = |code: &Code| code.letter == b'G' && code.tenths == 650;
+        let calls = |code: &Code| code.letter == b'G' && matches!(code.tenths, 650 | 660);
         if self.dialect != Dialect::LinuxCnc && block.codes.iter().any(calls) {
-            return super::macros::macro_call(block, (text, now));
+            return self.macro_call(block, (text, now));
         }
         for at in 0..block.codes.len() {
             let Some(&code) = block.codes.get(at) else { break };
@@ -88,7 +90,13 @@ impl Gcode {
         }
         plain_words(state, block, now)?;
         self.lengths(state, block, now)?;
-        self.motion(state, block, (text, now))
+        let before = state.control.steps.len();
+        self.motion(state, block, (text, now))?;
+        let mut made = state.control.steps.iter().skip(before);
+        if self.modal.each.is_some() && made.any(|step| matches!(step, Step::Move(_))) {
+            self.call_behind_move(now);
+        }
+        Ok(())
     }
 
     /// A G code: takes it in, and says its group.
@@ -165,9 +173,7 @@ impl Gcode {
                 group::NONMODAL
             }
             690 => {
-                if state.control.tilted.take().is_some() {
-                    state.control.forget_linear();
-                }
+                state.control.untilt();
                 group::TILT
             }
             121 if linuxcnc => {
@@ -196,7 +202,11 @@ impl Gcode {
                 keep_with(state, block, (text, code, "PQRE"));
                 group::NONE
             }
-            150 | 400 | 500 | 501 | 670 | 970 | 1230 | 1640 => group::NONE,
+            670 => {
+                self.modal.each = None;
+                group::NONE
+            }
+            150 | 400 | 500 | 501 | 970 | 1230 | 1640 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
     }
@@ -261,8 +271,11 @@ impl Gcode {
             }
             980 => call_numbered(block, code, now)?,
             990 => {
-                if block.has_any("P") {
-                    return Err(Remark::new(code.at, "M99 P: a jump", "return without P"));
+                if let Some(line) = block.take('P') {
+                    if linuxcnc {
+                        return Err(Remark::new(code.at, "M99 P: a jump", "return without P"));
+                    }
+                    now.return_to = Some((line.value, code.at));
                 }
                 now.returns = true;
                 group::NONE
@@ -457,7 +470,7 @@ pub(super) fn not_understood(code: Code, text: &str, dialect: Dialect) -> Remark
         (b'G', 330..=339 | 760) => "threading follows the spindle; read the program without it",
         (b'G', 380..=389 | 310) => "where a probe stops is not in the program",
         (b'G', 160 | 510 | 511 | 680) => "polar, scaled or turned coordinates: post plain ones",
-        (b'G', 650..=669) => "modal macro calls: write G65 or M98 at each place",
+        (b'G', 650..=669) => "macro calls: write M98 at each place",
         (b'G', 70 | 80 | 960) => "of lathes",
         (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
         (b'M', _) => "it may move the machine; leave it out of the program to be checked",

@@ -272,7 +272,7 @@ impl Gcode {
     }
 
     /// `GOTO 10`: a line of the same program.
-    fn go_to(&mut self, state: &State, at: usize, number: f64) -> Result<(), Remark> {
+    pub(super) fn go_to(&mut self, state: &State, at: usize, number: f64) -> Result<(), Remark> {
         let number = natural_at(number, at)?;
         let level = self.flow.frames.len();
         if let Some(frame) = self.flow.frames.last_mut() {
@@ -300,16 +300,62 @@ impl Gcode {
     }
 }
 
-/// `G65 P1000 A1. B2.`: a subprogram with parameters of its own.
-pub(super) fn macro_call(block: &mut Block, (text, now): (&str, &mut Now)) -> Result<(), Remark> {
+/// A call that every move makes: `G66`.
+#[derive(Debug, Clone)]
+pub(super) struct EachMove {
+    program: Box<str>,
+    arguments: Vec<f64>,
+    /// How many calls deep it was given: moves of the macro itself make none.
+    level: usize,
+    at: usize,
+}
+
+impl Gcode {
+    /// `G65 P1000 A1. B2.`, a subprogram with parameters of its own; `G66`, the same behind every move.
+    pub(super) fn macro_call(
+        &mut self,
+        block: &mut Block,
+        (text, now): (&str, &mut Now),
+    ) -> Result<(), Remark> {
+        let modal = block.codes.iter().any(|code| code.tenths == MODAL);
+        let (program, arguments, at) = called(block, text)?;
+        let program: Box<str> = program.to_string().into();
+        if modal {
+            let level = self.flow.frames.len();
+            self.modal.each = Some(EachMove { program, arguments, level, at });
+        } else {
+            now.call = Some((program, 1, at));
+            now.arguments = Some(arguments);
+        }
+        Ok(())
+    }
+
+    /// The call that `G66` makes behind a move.
+    pub(super) fn call_behind_move(&self, now: &mut Now) {
+        let level = self.flow.frames.len();
+        if let Some(each) = self.modal.each.as_ref().filter(|each| each.level == level)
+            && now.call.is_none()
+        {
+            now.call = Some((each.program.clone(), 1, each.at));
+            now.arguments = Some(each.arguments.clone());
+        }
+    }
+}
+
+/// `G66`.
+const MODAL: u32 = 660;
+
+/// Program and arguments of a call, and its place.
+fn called(block: &mut Block, text: &str) -> Result<(u32, Vec<f64>, usize), Remark> {
     let call = block.codes.first().copied().filter(|_| block.codes.len() == 1);
     let Some(call) = call else {
         let at = block.codes.first().map_or(0, |code| code.at);
-        return Err(Remark::new(at, "G65 beside other codes", "put it on a line of its own"));
+        let message = "G65 or G66 beside other codes";
+        return Err(Remark::new(at, message, "put it on a line of its own"));
     };
-    let program = block
-        .take('P')
-        .ok_or_else(|| Remark::new(call.at, "G65 without a program", "write P and its number"))?;
+    let program = block.take('P').ok_or_else(|| {
+        Remark::new(call.at, "a macro call without a program", "write P and its number")
+    })?;
     let times = block.take('L').map(|word| natural(word, 'L')).transpose()?;
     if times.is_some_and(|times| times != 1) {
         let message =
@@ -324,9 +370,7 @@ pub(super) fn macro_call(block: &mut Block, (text, now): (&str, &mut Now)) -> Re
     }
     _ = block.take('N');
     let program = natural(program, 'P')?;
-    now.call = Some((program.to_string().into(), 1, call.at));
-    now.arguments = Some(arguments);
-    Ok(())
+    Ok((program, arguments, call.at))
 }
 
 /// Behind a statement stand comments at most.

@@ -26,7 +26,7 @@ use cycle::Cycle;
 use expression::Env;
 use flow::{Call, Flow, Of, Taken};
 use label::OWord;
-use macros::Macros;
+use macros::{EachMove, Macros};
 use parameters::Parameters;
 
 /// What axis words do.
@@ -57,6 +57,8 @@ struct Modal {
     /// `G99`.
     to_r: bool,
     cycle: Cycle,
+    /// `G66`.
+    each: Option<EachMove>,
     /// `G28` and `G30` \[mm, rad\]; `None`: not known.
     references: [[Option<f64>; SLOTS]; 2],
 }
@@ -96,6 +98,7 @@ impl Gcode {
             vector: false,
             to_r: false,
             cycle: Cycle::default(),
+            each: None,
             references: [first, [None; SLOTS]],
         };
         Self {
@@ -322,8 +325,19 @@ impl Gcode {
             let done = self.run_sub((label, true), call, *at);
             note(state, text, done);
         }
-        if now.returns {
-            self.return_numbered(state);
+        match now.return_to {
+            Some((line, at)) if now.returns => {
+                if matches!(
+                    self.flow.frames.last().map(|frame| frame.of),
+                    Some(Of::Numbered { .. })
+                ) {
+                    self.leave();
+                }
+                let done = self.go_to(state, at, line);
+                note(state, text, done);
+            }
+            _ if now.returns => self.return_numbered(state),
+            _ => {}
         }
     }
 

@@ -1,12 +1,13 @@
 //! Codes that change what coordinates mean, or go to fixed places.
 
-use super::super::control::{SLOTS, Target, Tilted};
+use super::super::control::{SLOTS, Target};
 use super::super::log::Remark;
-use super::super::{Dialect, Offset, OffsetKind, Pace, Plane, Step, Way};
+use super::super::tilt::euler;
+use super::super::{Dialect, Offset, OffsetKind, Pace, Step, Way};
 use super::block::Block;
 use super::codes::natural;
 use super::{Gcode, Motion, State};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::Vector3;
 
 /// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
 const REFERENCES: [u32; 2] = [5161, 5181];
@@ -160,39 +161,21 @@ impl Gcode {
         let target = self.target(state, block, text);
         self.modal.incremental = incremental;
         let target = target?;
-        let [x, y, z] = state.control.xyz;
-        let shifted = |slot: usize| target.get(slot).unwrap_or(0.0) + state.control.shift(slot);
-        let origin = Vector3::new(shifted(x), shifted(y), shifted(z));
-        let about = |axis: UnitVector3<f64>, angle| UnitQuaternion::from_axis_angle(&axis, angle);
-        let turn =
-            about(Vector3::z_axis(), i) * about(Vector3::x_axis(), j) * about(Vector3::z_axis(), k);
-        let number = state.control.next_plane();
-        let work_from_plane = Isometry3::from_parts(Translation3::from(origin), turn);
-        let line = state.log.line;
-        state.control.steps.push_back(Step::Plane(Plane { line, number, work_from_plane }));
-        let normal = turn * Vector3::z_axis();
-        state.control.tilted = Some(Tilted { number, normal, ready: false });
-        state.control.forget_linear();
+        let [x, y, z] = state.control.xyz.map(|slot| target.get(slot).unwrap_or(0.0));
+        let origin = Vector3::new(x, y, z) + state.control.linear_shift();
+        state.control.tilt(state.log.line, origin, euler([i, j, k]));
         Ok(())
     }
 
     /// `G53.1`: the rotary axes turn the tool to the plane's normal.
     pub(super) fn turn_to_plane(&mut self, state: &mut State, at: usize) -> Result<(), Remark> {
-        let Some(tilted) = state.control.tilted else {
+        if state.control.tilted.is_none() {
             return Err(Remark::new(at, "G53.1 without a tilted plane", "write G68.2 before"));
-        };
-        let mut target = Target::new(at, 1);
-        target.axis = Some(tilted.normal);
+        }
         if matches!(self.modal.motion, Some(Motion::Cycle(_))) {
             self.modal.motion = None;
         }
-        let plane = Some(tilted);
-        // The turn itself is of axes: neither the plane's coordinates nor a tip take part.
-        state.control.tilted = None;
-        let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
-        state.control.tilted = plane.map(|tilted| Tilted { ready: true, ..tilted });
-        state.control.forget_linear();
-        done
+        state.control.turn_to_plane(state.log.line, at, false)
     }
 }
 

@@ -113,6 +113,10 @@ impl Heidenhain {
 
     /// `X+5`, `IX+5`.
     fn datum_shift(&mut self, state: &mut State, tokens: &mut Tokens<'_>) -> Result<(), Remark> {
+        if state.control.tilted.is_some() {
+            let help = "shift before PLANE";
+            return Err(Remark::new(0, "a datum shift in a tilted plane", help));
+        }
         while let Some(token) = tokens.next_token() {
             let upper = token.text.to_ascii_uppercase();
             let incremental = upper.starts_with('I');

@@ -3,6 +3,7 @@
 mod flow;
 mod function;
 mod path;
+mod plane;
 mod token;
 
 use super::control::SLOTS;
@@ -183,6 +184,7 @@ impl Heidenhain {
             }
             "FUNCTION" => self.function(state, (&first, code), &mut tokens),
             "CYCL" => self.cycle(state, (&first, code), &mut tokens),
+            "PLANE" => self.plane(state, (&first, Tokens::new(code, from))),
             "FN" => self.formula(state, &mut tokens, code),
             "CALL" => self.call(state, (&first, code), &mut tokens),
             _ if is_q(&word) => self.assign((&first, code), 0),
@@ -351,7 +353,6 @@ fn is_q(word: &str) -> bool {
 fn not_understood(token: &Token<'_>, code: &str) -> Remark {
     let rest = excerpt(code.get(token.at..).unwrap_or_default());
     let help = match token.text.to_ascii_uppercase().as_str() {
-        "PLANE" => "tilted planes are not followed; post with TCPM",
         "RND" | "CHF" | "CT" | "APPR" | "DEP" | "FL" | "FC" | "FLT" | "FCT" | "FPOL" => {
             "write the contour as L, C and CR"
         }

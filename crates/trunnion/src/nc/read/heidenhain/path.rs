@@ -12,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 /// What a block says.
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
 struct Block {
     target: Target,
     /// `TX TY TZ`.
@@ -25,6 +26,8 @@ struct Block {
     polar: [Option<(f64, bool)>; 2],
     /// `M128` stood in the block: F is how fast it may compensate.
     tcpm: bool,
+    /// `C+Q122`: the rotary axes go where `PLANE` reckoned.
+    to_plane: bool,
     ends: bool,
     stop: Option<(usize, usize)>,
 }
@@ -46,6 +49,7 @@ impl Heidenhain {
             radius: None,
             polar: [None; 2],
             tcpm: false,
+            to_plane: false,
             ends: false,
             stop: None,
         };
@@ -179,6 +183,14 @@ impl Heidenhain {
         let Some(slot) = state.control.slot(letter) else {
             return Err(state.control.no_axis(token.at, &excerpt(token.text)));
         };
+        if state.control.is_rotary(slot) && state.control.tilted.is_some_and(|plane| !plane.ready) {
+            let value = token.after(skip + 1).text.trim_start_matches('+').to_ascii_uppercase();
+            if matches!(value.as_str(), "Q120" | "Q121" | "Q122") {
+                block.to_plane = true;
+                block.target.at = block.target.at.min(token.at);
+                return Ok(());
+            }
+        }
         let found = self.value(&token.after(skip + 1))?;
         if block.target.get(slot).is_some() {
             let message = format!("second {} word in this block", char::from(letter));
@@ -277,6 +289,14 @@ impl Heidenhain {
         let at = block.target.at;
         if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
             state.control.feed = Some(feed);
+        }
+        if block.to_plane {
+            if !block.target.is_empty() {
+                let help = "turn the rotary axes in a block of its own";
+                return Err(Remark::new(at, "Q120 to Q122 beside other axes", help));
+            }
+            let tcp = state.control.tcp;
+            return state.control.turn_to_plane(state.log.line, at, tcp);
         }
         if block.vector.iter().any(Option::is_some) {
             if word != "LN" || !state.control.tcp {

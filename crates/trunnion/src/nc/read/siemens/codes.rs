@@ -138,7 +138,7 @@ impl Siemens {
 }
 
 /// What stands in the brackets of a call.
-fn arguments<'a>(item: &Item<'a>) -> &'a str {
+pub(super) fn arguments<'a>(item: &Item<'a>) -> &'a str {
     match item.behind {
         Behind::Arguments => {
             let text = item.line.get(item.value_at..item.end).unwrap_or_default().trim();
@@ -180,8 +180,8 @@ fn not_understood(item: &Item<'_>, code: &str) -> Remark {
         "CALL" | "PCALL" | "EXTCALL" | "MCALL" | "CASE" | "PROC" | "EXTERN" => {
             "programs of other files are not known; put their lines here"
         }
-        "ROT" | "AROT" | "MIRROR" | "SCALE" | "CYCLE800" | "TOROT" | "TOFRAME" => {
-            "turned frames are not followed; post plain coordinates"
+        "ROT" | "AROT" | "MIRROR" | "SCALE" | "TOROT" | "TOFRAME" => {
+            "turned frames are not followed but for CYCLE800; post plain coordinates"
         }
         "A2" | "B2" | "C2" | "LEAD" | "TILT" | "A4" | "A5" | "A6" | "A7" => {
             "write the tool axis as A3= B3= C3=, or rotary axes"

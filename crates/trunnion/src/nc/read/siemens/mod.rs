@@ -4,6 +4,7 @@ mod codes;
 mod flow;
 mod head;
 mod motion;
+mod swivel;
 mod value;
 mod word;
 
@@ -283,6 +284,9 @@ impl Siemens {
             if matches!(name.as_bytes(), [b'A'..=b'Z']) && item.has_value() {
                 let text = code.get(item.at..item.end).unwrap_or_default();
                 return Err(state.control.no_axis(item.at, text));
+            }
+            if name == "CYCLE800" {
+                return self.swivel(state, item);
             }
             return Self::keyword(state, line, (item, name, code));
         };

@@ -20,7 +20,7 @@ impl Siemens {
             return dwell(state, &line);
         }
         if let Some(further) = line.shift {
-            shift(state, &line, further);
+            shift(state, &line, further)?;
             return Ok(());
         }
         if line.vector.iter().any(Option::is_some) {
@@ -103,7 +103,11 @@ fn dwell(state: &mut State, line: &Line) -> Result<(), Remark> {
 }
 
 /// `TRANS X Y Z`, `ATRANS`: words are shifted.
-fn shift(state: &mut State, line: &Line, further: bool) {
+fn shift(state: &mut State, line: &Line, further: bool) -> Result<(), Remark> {
+    if state.control.tilted.is_some() {
+        let help = "put it in CYCLE800, or end the plane before: CYCLE800()";
+        return Err(Remark::new(line.target.at, "TRANS in a tilted plane", help));
+    }
     if !further {
         state.control.local = [0.0; SLOTS];
     }
@@ -114,6 +118,7 @@ fn shift(state: &mut State, line: &Line, further: bool) {
             *local += word;
         }
     }
+    Ok(())
 }
 
 /// How the tool turns from now on.

@@ -1,0 +1,137 @@
+//! `PLANE SPATIAL SPA+0 SPB+45 SPC+0 TURN FMAX`, `PLANE EULER`, `PLANE VECTOR`, `PLANE RESET STAY`.
+
+use super::super::control::Target;
+use super::super::gcode::axis_of;
+use super::super::log::{Remark, excerpt};
+use super::super::tilt::{about, euler};
+use super::super::{Pace, Way};
+use super::token::{Token, Tokens};
+use super::{Heidenhain, State};
+use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+/// Words with a value, by kind.
+const SPATIAL: [&str; 3] = ["SPA", "SPB", "SPC"];
+const EULER: [&str; 3] = ["EULPR", "EULNU", "EULROT"];
+const VECTOR: [&str; 6] = ["BX", "BY", "BZ", "NX", "NY", "NZ"];
+
+/// How the rotary axes get there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Positioning {
+    /// The tip stands meanwhile.
+    Move,
+    Turn,
+    /// Left to a later block.
+    Stay,
+}
+
+impl Heidenhain {
+    /// A tilted plane, or its end.
+    pub(super) fn plane(
+        &mut self,
+        state: &mut State,
+        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+    ) -> Result<(), Remark> {
+        _ = tokens.next_token();
+        let kind = tokens.expect()?;
+        let name = kind.text.to_ascii_uppercase();
+        let names: &[&str] = match name.as_str() {
+            "SPATIAL" => &SPATIAL,
+            "EULER" => &EULER,
+            "VECTOR" => &VECTOR,
+            "RESET" => &[],
+            _ => {
+                let message = format!("PLANE {} is not understood", excerpt(kind.text));
+                let help = "write the plane as PLANE SPATIAL, PLANE EULER or PLANE VECTOR";
+                return Err(Remark::new(kind.at, message, help));
+            }
+        };
+        let (values, positioning) = self.words_of_plane(names, &mut tokens)?;
+        let line = state.log.line;
+        let at = first.at;
+        let positioning = positioning.ok_or_else(|| {
+            Remark::new(at, "PLANE without MOVE, TURN or STAY", "say how the rotary axes get there")
+        })?;
+        if name == "RESET" {
+            state.control.untilt();
+            return turn_back(state, at, positioning);
+        }
+        let [a, b, c, i, j, k] = values;
+        let turn = match name.as_str() {
+            "VECTOR" => {
+                let normal = axis_of(Vector3::new(i, j, k), at)?;
+                let base = Vector3::new(a, b, c);
+                let across = axis_of(base - normal.scale(normal.dot(&base)), at)?;
+                let third = normal.cross(&across);
+                let columns = [across.into_inner(), third, normal.into_inner()];
+                let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns));
+                UnitQuaternion::from_rotation_matrix(&turn)
+            }
+            "EULER" => euler([a, b, c].map(f64::to_radians)),
+            // About the fixed X, then the fixed Y, then the fixed Z.
+            _ => {
+                about(Vector3::z_axis(), c.to_radians())
+                    * about(Vector3::y_axis(), b.to_radians())
+                    * about(Vector3::x_axis(), a.to_radians())
+            }
+        };
+        let origin = state.control.linear_shift();
+        state.control.tilt(line, origin, turn);
+        match positioning {
+            Positioning::Stay => Ok(()),
+            other => state.control.turn_to_plane(line, at, other == Positioning::Move),
+        }
+    }
+
+    /// Values by name, and how the axes get there.
+    fn words_of_plane(
+        &self,
+        names: &[&str],
+        tokens: &mut Tokens<'_>,
+    ) -> Result<([f64; 6], Option<Positioning>), Remark> {
+        let mut values = [0.0; 6];
+        let mut positioning = None;
+        while let Some(token) = tokens.next_token() {
+            let upper = token.text.to_ascii_uppercase();
+            let named = names.iter().zip(&mut values).find(|(name, _)| upper.starts_with(**name));
+            if let Some((name, value)) = named {
+                *value = self.value(&token.after(name.len()))?.value;
+                continue;
+            }
+            match upper.as_str() {
+                "MOVE" => positioning = Some(Positioning::Move),
+                "TURN" => positioning = Some(Positioning::Turn),
+                "STAY" => positioning = Some(Positioning::Stay),
+                // Which of two equal ways the machine stands, and what its table does, is the machine's.
+                "SEQ+" | "SEQ-" | "SYM+" | "SYM-" | "TABLE" | "COORD" | "ROT" | "MBMAX"
+                | "FMAX" | "FAUTO" => {}
+                _ if upper.starts_with("DIST") || upper.starts_with("MB") => {}
+                "F" => _ = tokens.expect()?,
+                _ if upper.starts_with('F') => {}
+                _ => {
+                    let message = format!("{} in PLANE is not understood", excerpt(token.text));
+                    let help = "angles, MOVE, TURN or STAY, SEQ, TABLE ROT and COORD ROT are";
+                    return Err(Remark::new(token.at, message, help));
+                }
+            }
+        }
+        Ok((values, positioning))
+    }
+}
+
+/// `PLANE RESET TURN`: the rotary axes go to zero.
+fn turn_back(state: &mut State, at: usize, positioning: Positioning) -> Result<(), Remark> {
+    if positioning == Positioning::Stay {
+        return Ok(());
+    }
+    let mut target = Target::new(at, 1);
+    for slot in [FIRST_ROTARY, SECOND_ROTARY] {
+        target.set(slot, 0.0, false);
+    }
+    let tip_stands = positioning == Positioning::Move;
+    let tcp = std::mem::replace(&mut state.control.tcp, tip_stands);
+    let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
+    state.control.tcp = tcp;
+    state.control.forget_linear();
+    done
+}

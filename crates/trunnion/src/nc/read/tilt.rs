@@ -1,0 +1,68 @@
+//! Tilted planes, whatever a dialect calls them.
+
+use super::control::{Control, Target, Tilted};
+use super::log::Remark;
+use super::{Pace, Plane, Step, Way};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+
+/// A turn about an axis \[rad\].
+pub(super) fn about(axis: UnitVector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&axis, angle)
+}
+
+/// Euler angles about Z, the new X, the new Z \[rad\].
+pub(super) fn euler([first, second, third]: [f64; 3]) -> UnitQuaternion<f64> {
+    about(Vector3::z_axis(), first)
+        * about(Vector3::x_axis(), second)
+        * about(Vector3::z_axis(), third)
+}
+
+impl Control {
+    /// X Y Z of what is added to absolute words outside of planes \[mm\].
+    pub(super) fn linear_shift(&self) -> Vector3<f64> {
+        let of = |slot: usize| {
+            self.local.get(slot).copied().unwrap_or(0.0)
+                + self.set_by_92.get(slot).copied().unwrap_or(0.0)
+        };
+        let [x, y, z] = self.xyz;
+        Vector3::new(of(x), of(y), of(z))
+    }
+
+    /// Words are those of a plane from here on; the tool is still to be turned to it.
+    pub(super) fn tilt(&mut self, line: u32, origin: Vector3<f64>, turn: UnitQuaternion<f64>) {
+        let number = self.next_plane();
+        let work_from_plane = Isometry3::from_parts(Translation3::from(origin), turn);
+        self.steps.push_back(Step::Plane(Plane { line, number, work_from_plane }));
+        let normal = turn * Vector3::z_axis();
+        self.tilted = Some(Tilted { number, normal, ready: false });
+        self.forget_linear();
+    }
+
+    /// The rotary axes turn the tool to the plane's normal. Meanwhile the other axes stand, or the tip does.
+    pub(super) fn turn_to_plane(
+        &mut self,
+        line: u32,
+        at: usize,
+        tip_stands: bool,
+    ) -> Result<(), Remark> {
+        let Some(tilted) = self.tilted.take() else {
+            return Err(Remark::new(at, "a turn to a plane that is not there", "define it before"));
+        };
+        let mut target = Target::new(at, 1);
+        target.axis = Some(tilted.normal);
+        // The turn itself is of axes: the plane's coordinates take no part.
+        let tcp = std::mem::replace(&mut self.tcp, tip_stands);
+        let done = self.go(line, target, (Pace::Rapid, Way::Line));
+        self.tcp = tcp;
+        self.tilted = Some(Tilted { ready: true, ..tilted });
+        self.forget_linear();
+        done
+    }
+
+    /// Words are those of the work offset again.
+    pub(super) fn untilt(&mut self) {
+        if self.tilted.take().is_some() {
+            self.forget_linear();
+        }
+    }
+}
