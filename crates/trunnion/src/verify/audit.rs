@@ -1,8 +1,9 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
 use super::blocks::Blocks;
-use super::replay::{Control, Course, Run, Segment};
+use super::replay::{Block, Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
+use super::run::Run;
 use super::{Input, VerifyError};
 use crate::machine::Axis;
 use crate::types::{AXES, AxisVector};
@@ -19,6 +20,8 @@ struct Stretch {
     line: u32,
     velocity: AxisVector,
     duration: f64,
+    /// That it is of.
+    block: Block,
     /// Velocity that the rounding of the words can have added.
     slack: AxisVector,
 }
@@ -31,12 +34,13 @@ pub(super) fn audit(
 ) -> Result<Audit, VerifyError> {
     let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
     let mut before = None;
+    let (mut chord, mut start): (Option<Stretch>, _) = (None, AxisVector::zeros());
     let mut change = Change::REST;
     let mut blocks = Blocks::new(control);
     let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
     for segment in run.segments() {
         let segment = &segment?;
-        moves += 1;
+        moves += usize::from(segment.block.begins);
         all += segment.duration;
         rapid += if segment.rapid { segment.duration } else { 0.0 };
         for_positions(control, segment, |q| {
@@ -54,6 +58,17 @@ pub(super) fn audit(
         let stretch = stretch(control, segment, input)?;
         let fastest = inner_velocities(control, segment, &stretch, &mut axes)?;
         blocks.take(control, segment, &fastest)?;
+        if segment.block.begins {
+            start = segment.joints[0];
+        } else if let Some(chord) = &chord {
+            within(&mut axes, chord, &stretch);
+        }
+        chord = Some(stretch);
+        if !segment.block.ends {
+            continue;
+        }
+        let (joints, duration) = ([start, segment.joints[1]], segment.block.duration);
+        let stretch = self::stretch(control, &Segment { joints, duration, ..*segment }, input)?;
         between(&mut axes, before.as_ref(), Some(&stretch), &mut change);
         before = Some(stretch);
     }
@@ -110,10 +125,12 @@ fn stretch(
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
     let error = joint_rounding(control, segment, input.program.rounding())?;
-    // F = 60 / duration in inverse time; under G94 this overstates the effect.
-    let feed = 2.0 * input.program.feed_rounding() * duration / 60.0;
-    let slack = error * (2.0 / duration) + velocity.abs() * feed.min(1.0);
-    Ok(Stretch { line: segment.line, velocity, duration, slack })
+    // F = 60 / duration in inverse time; under G94 this overstates the effect. What rounding does to a block goes
+    // through all of its chords evenly.
+    let block = segment.block;
+    let feed = 2.0 * input.program.feed_rounding() * block.duration / 60.0;
+    let slack = error * (2.0 / block.duration) + velocity.abs() * feed.min(1.0);
+    Ok(Stretch { line: segment.line, velocity, duration, block, slack })
 }
 
 /// What the rounding of the words does to the joints at a block's end \[mm, rad\].
@@ -184,6 +201,20 @@ impl Change {
         slack: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
         before: 0.0,
     };
+}
+
+/// Acceleration from one chord of an arc to the next, at the feed programmed. How the feed is reached at the ends of the
+/// arc is the control's business.
+fn within(axes: &mut [AxisState<'_>; AXES], from: &Stretch, to: &Stretch) {
+    let time = 0.5 * (from.duration + to.duration);
+    for (index, axis) in axes.iter_mut().enumerate() {
+        let acceleration = (to.velocity[index] - from.velocity[index]) / time;
+        // A radius or centre off by e adds e w to the velocity and e w² to the acceleration, w = sweep / time of the
+        // block; slack is 2 e over that time, and it turns with w as well.
+        let slack = to.slack[index] * to.block.sweep.max(0.5 * to.block.sweep.powi(2));
+        let slack = slack / to.block.duration;
+        axis.acceleration.take(acceleration, slack, axis.axis.acc, to.line);
+    }
 }
 
 /// Acceleration from one stretch to the next, and jerk since the one before; `None` is a standstill.

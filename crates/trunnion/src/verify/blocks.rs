@@ -40,10 +40,11 @@ impl<'a> Blocks<'a> {
     fn short(&mut self, segment: &Segment) {
         let Some(period) = self.kinematics.machine().cycle.servo_period else { return };
         // A time that is the period but for the feed word's rounding is not shorter.
-        if segment.duration >= period * (1.0 - PERIOD_ROUNDING) {
+        let duration = segment.block.duration;
+        if !segment.block.begins || duration >= period * (1.0 - PERIOD_ROUNDING) {
             return;
         }
-        let (line, shortest) = (segment.line, segment.duration);
+        let (line, shortest) = (segment.line, duration);
         let brief = self.brief.get_or_insert(Brief { count: 0, line, shortest, period });
         brief.count += 1;
         if shortest < brief.shortest {

@@ -4,7 +4,8 @@
 use super::body::{self, Body, Ray};
 use super::index::{Bounds, Item, Tree};
 use super::ray::{Lowest, Part};
-use super::replay::{Run, Segment, Segments};
+use super::replay::Segment;
+use super::run::{Run, Segments};
 use super::sweep::{self, Disc, Piece};
 use super::{Options, VerifyError};
 use crate::cutter::Cutter;

@@ -3,8 +3,8 @@
 use super::chunks::Chunks;
 use super::deviation::{self, Measured};
 use super::grid::Grid;
-use super::replay::Run;
 use super::report::{Audit, Deviation, FaceMap, Sensitivity};
+use super::run::Run;
 use super::{Options, Promise, VerifyError, bounds};
 use crate::cutter::Cutter;
 use crate::surface::Face;

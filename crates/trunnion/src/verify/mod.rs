@@ -25,6 +25,7 @@ mod motion;
 mod ray;
 mod replay;
 mod report;
+mod run;
 mod stock;
 mod sweep;
 mod track;
@@ -46,7 +47,8 @@ use crate::nc::read::{ClFile, ProgramSource};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest};
 use measure::Subject;
-use replay::{Control, Run};
+use replay::Control;
+use run::Run;
 
 /// What is checked, and against what.
 #[derive(Debug, Clone, Copy)]
@@ -186,7 +188,7 @@ pub fn check(
     check_options(options)?;
     one_tool(input.program.tools())?;
     let control = Control::new(input)?;
-    let run = Run::program(&control, input.program);
+    let run = Run::program(&control, input.program, CHORD_SHARE * options.ray_tolerance);
     let audit = audit::audit(&control, &run, input)?;
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;

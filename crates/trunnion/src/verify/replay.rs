@@ -3,7 +3,7 @@
 use super::{Input, VerifyError};
 use crate::machine::{Kinematics, Setup};
 use crate::math::angle::{angle_between, great_circle};
-use crate::nc::read::{ClFile, ClMotion, Frame, Move, Pace, ProgramSource, Step};
+use crate::nc::read::{Frame, Move, Turning};
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
@@ -19,8 +19,30 @@ pub(super) struct Segment {
     pub(super) course: Course,
     /// Time \[s\].
     pub(super) duration: f64,
+    /// Of which block it is.
+    pub(super) block: Block,
     /// Run at rapid speed: its time is an estimate.
     pub(super) rapid: bool,
+}
+
+/// The block that a move is a part of, as the chords of an arc are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    /// Time of all of it \[s\].
+    pub(super) duration: f64,
+    /// Angle of an arc \[rad\].
+    pub(super) sweep: f64,
+    /// It begins with this move.
+    pub(super) begins: bool,
+    /// It ends with this move.
+    pub(super) ends: bool,
+}
+
+impl Block {
+    /// A block of one move.
+    pub(super) fn of_one(duration: f64) -> Self {
+        Self { duration, sweep: 0.0, begins: true, ends: true }
+    }
 }
 
 /// What is linear in a move.
@@ -91,7 +113,8 @@ impl Mover<'_> {
         let legs = stops.into_iter().map(|time| {
             let (start, joints) = std::mem::replace(&mut before, (time, at(time)));
             let (joints, duration) = ([joints, before.1], time - start);
-            Segment { joints, duration, course: Course::Joints, ..*segment }
+            let block = Block::of_one(duration);
+            Segment { joints, duration, block, course: Course::Joints, ..*segment }
         });
         let legs: Vec<Segment> = legs.collect();
         // One leg of all axes is the move itself, unless the tip was to run straight.
@@ -195,7 +218,7 @@ impl<'a> Control<'a> {
     }
 
     /// Rapid speeds of the axes.
-    fn rapid(&self) -> AxisVector {
+    pub(super) fn rapid(&self) -> AxisVector {
         self.real.machine().vector(|axis| axis.rapid)
     }
 
@@ -221,32 +244,81 @@ impl<'a> Control<'a> {
         reckons.setup().rotation * reckons.forward(q).tip
     }
 
-    /// Where a block leads to.
-    fn target(&self, q: &AxisVector, step: &Move) -> Result<(AxisVector, Course), VerifyError> {
-        let Frame::Work { offset, length, tcp } = step.frame else {
-            return Ok((apply(*q, step, &AxisVector::zeros()), Course::Joints));
-        };
-        if offset != 0 {
-            return Err(VerifyError::WorkOffset { line: step.line, number: 54 + offset });
+    /// What words of a frame are for the joints: positions, or the tip and the rotaries.
+    pub(super) fn words(
+        &self,
+        q: &AxisVector,
+        (frame, line): (Frame, u32),
+    ) -> Result<AxisVector, VerifyError> {
+        Ok(match self.counted(frame, line)? {
+            Counted::From(shift) => q - shift,
+            Counted::Tip(length) => {
+                let tip = self.tip(q, length);
+                AxisVector::new(tip.x, tip.y, tip.z, q[3], q[4])
+            }
+        })
+    }
+
+    /// Where a straight block leads to, and how.
+    pub(super) fn target(
+        &self,
+        q: &AxisVector,
+        step: &Move,
+    ) -> Result<(AxisVector, Course), VerifyError> {
+        match self.counted(step.frame, step.line)? {
+            Counted::From(shift) => Ok((apply(*q, step, &shift), Course::Joints)),
+            Counted::Tip(length) => self.to_tip(q, step, length),
         }
-        if !tcp {
-            let z = if length { self.believed.setup().tool_length } else { 0.0 };
-            let shift = self.offset + Vector3::z() * z;
-            let shift = AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0);
-            return Ok((apply(*q, step, &shift), Course::Joints));
-        }
+    }
+
+    fn to_tip(
+        &self,
+        q: &AxisVector,
+        step: &Move,
+        length: bool,
+    ) -> Result<(AxisVector, Course), VerifyError> {
         let from = self.tip(q, length);
         let here = AxisVector::new(from.x, from.y, from.z, q[3], q[4]);
         let mut there = apply(here, step, &AxisVector::zeros());
         let to = Point3::new(there[0], there[1], there[2]);
         let linear = self.linear_joints(&to, &there, length)?;
         there.fixed_rows_mut::<3>(0).copy_from(&linear);
-        Ok((there, Course::Tip { ends: [from, to], length }))
+        let course = match step.turning {
+            Turning::Rotary => Course::Tip { ends: [from, to], length },
+            Turning::GreatCircle => {
+                Course::Circle { ends: [q, &there].map(|q| self.real.forward(q)) }
+            }
+        };
+        Ok((there, course))
+    }
+
+    /// What the words of a frame count from.
+    fn counted(&self, frame: Frame, line: u32) -> Result<Counted, VerifyError> {
+        match frame {
+            Frame::Machine => Ok(Counted::From(AxisVector::zeros())),
+            Frame::Work { offset: number @ 1.., .. } => {
+                Err(VerifyError::WorkOffset { line, number: 54 + number })
+            }
+            Frame::Work { length, tcp: true, .. } => Ok(Counted::Tip(length)),
+            Frame::Work { length, .. } => {
+                let z = if length { self.believed.setup().tool_length } else { 0.0 };
+                let shift = self.offset + Vector3::z() * z;
+                Ok(Counted::From(AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0)))
+            }
+        }
     }
 }
 
+/// What words count from.
+enum Counted {
+    /// Joints less these.
+    From(AxisVector),
+    /// The tip in the table frame, and the rotaries; whether the tool length counts.
+    Tip(bool),
+}
+
 /// Coordinates with a block's words put in; `shift` is what words are short of them.
-fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
+pub(super) fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
     for ((value, word), shift) in q.iter_mut().zip(step.words).zip(shift.iter()) {
         match word {
             Some(word) if step.incremental => *value += word,
@@ -268,156 +340,4 @@ fn linear_joints(
     let start = at(0.0, 0.0, 0.0);
     let columns = [at(1.0, 0.0, 0.0) - start, at(0.0, 1.0, 0.0) - start, at(0.0, 0.0, 1.0) - start];
     Matrix3::from_columns(&columns).lu().solve(&(tip - start))
-}
-
-/// All that moves the tool, from the start as often as it is asked for.
-pub(super) struct Run<'a> {
-    pub(super) mover: Mover<'a>,
-    source: Source<'a>,
-}
-
-/// Where moves come from.
-enum Source<'a> {
-    Program(&'a dyn ProgramSource),
-    /// And how far chords of arcs may be off \[mm\].
-    Locations(&'a ClFile, f64),
-}
-
-/// Moves one by one.
-pub(super) type Segments<'a> = Box<dyn Iterator<Item = Result<Segment, VerifyError>> + 'a>;
-
-impl<'a> Run<'a> {
-    /// A program from the machine's home position.
-    pub(super) fn program(control: &'a Control<'a>, program: &'a dyn ProgramSource) -> Self {
-        Self { mover: Mover::Machine(control), source: Source::Program(program) }
-    }
-
-    /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
-    /// time: nothing is known of a machine.
-    pub(super) fn locations(file: &'a ClFile, tolerance: f64) -> Self {
-        Self { mover: Mover::Locations, source: Source::Locations(file, tolerance) }
-    }
-
-    /// The moves, from the start.
-    pub(super) fn segments(&self) -> Segments<'_> {
-        match (&self.mover, &self.source) {
-            (Mover::Machine(control), Source::Program(program)) => {
-                let q = control.real().machine().home();
-                Box::new(Replay { control, steps: program.steps(), q })
-            }
-            (_, Source::Locations(file, tolerance)) => Box::new(locations(file, *tolerance)),
-            (Mover::Locations, Source::Program(_)) => Box::new(std::iter::empty()),
-        }
-    }
-
-    /// About how many moves there are.
-    pub(super) fn steps(&self) -> usize {
-        match &self.source {
-            Source::Program(program) => program.count(),
-            Source::Locations(file, _) => file.records.len(),
-        }
-    }
-}
-
-/// A program being run, move by move.
-struct Replay<'a> {
-    control: &'a Control<'a>,
-    steps: Box<dyn Iterator<Item = Step> + 'a>,
-    q: AxisVector,
-}
-
-impl Replay<'_> {
-    /// What a step does; `None` if it moves nothing and takes no time.
-    fn segment(&self, step: &Step) -> Result<Option<Segment>, VerifyError> {
-        let q = self.q;
-        match step {
-            Step::Dwell { line, seconds } => Ok(Some(Segment {
-                line: *line,
-                joints: [q, q],
-                course: Course::Rest,
-                duration: *seconds,
-                rapid: false,
-            })),
-            // The plane is refused where a move names it.
-            Step::Tool { .. } | Step::Spindle { .. } | Step::Plane(_) | Step::Words { .. } => {
-                Ok(None)
-            }
-            Step::Offset(offset) => {
-                let (line, what) = (offset.line, "a work offset written by the program");
-                Err(VerifyError::Special { line, what })
-            }
-            Step::Move(step) => {
-                if let Some(what) = step.special() {
-                    return Err(VerifyError::Special { line: step.line, what });
-                }
-                let (to, course) = self.control.target(&q, step)?;
-                if !to.iter().all(|value| value.is_finite()) {
-                    return Err(VerifyError::LinearAxes);
-                }
-                let joints = [q, to];
-                let speeds = self.control.rapid();
-                let duration = duration(&joints, &course, step.pace, &speeds);
-                let rapid = step.pace == Pace::Rapid;
-                Ok(Some(Segment { line: step.line, joints, course, duration, rapid }))
-            }
-        }
-    }
-}
-
-impl Iterator for Replay<'_> {
-    type Item = Result<Segment, VerifyError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let step = self.steps.next()?;
-            match self.segment(&step) {
-                Ok(None) => {}
-                Ok(Some(segment)) => {
-                    self.q = segment.joints[1];
-                    return Some(Ok(segment));
-                }
-                Err(error) => return Some(Err(error)),
-            }
-        }
-    }
-}
-
-/// Time of a move \[s\].
-fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisVector) -> f64 {
-    let change = joints[1] - joints[0];
-    match pace {
-        Pace::Inverse { seconds } => seconds,
-        Pace::Rapid => change.component_div(rapid).amax(),
-        Pace::PerMinute { speed } => {
-            let length = match course {
-                Course::Tip { ends: [from, to], .. } => (to - from).norm(),
-                Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
-                _ => change.fixed_rows::<3>(0).norm(),
-            };
-            let degrees = change.fixed_rows::<2>(3).norm().to_degrees();
-            if length > 0.0 { length / speed } else { degrees / speed }
-        }
-    }
-}
-
-/// Runs through cutter locations.
-fn locations(
-    file: &ClFile,
-    tolerance: f64,
-) -> impl Iterator<Item = Result<Segment, VerifyError>> + '_ {
-    let mut before: Option<ToolPose> = None;
-    file.records.iter().flat_map(move |record| {
-        let parts = record.straight(before.as_ref(), tolerance).into_iter();
-        let segments = parts.filter_map(|part| {
-            let ends = [before.replace(part.pose)?, part.pose];
-            let (duration, rapid) = match part.motion {
-                ClMotion::Rapid => (0.0, true),
-                ClMotion::Feed(speed) => ((ends[1].tip - ends[0].tip).norm() / speed, false),
-            };
-            let joints = [AxisVector::zeros(); 2];
-            let course = Course::Circle { ends };
-            Some(Ok(Segment { line: part.line, joints, course, duration, rapid }))
-        });
-        segments.collect::<Vec<_>>()
-    })
 }

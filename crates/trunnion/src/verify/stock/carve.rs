@@ -1,7 +1,8 @@
 //! Material under a moving tool.
 
 use super::super::body::{self, Body};
-use super::super::replay::{Control, Mover, Run, Segment};
+use super::super::replay::{Control, Mover, Segment};
+use super::super::run::Run;
 use super::super::sweep::{self, Piece};
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
 use super::Stock;
@@ -87,7 +88,7 @@ pub fn simulate(
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let control = Control::new(input)?;
-    let run = Run::program(&control, input.program);
+    let run = Run::program(&control, input.program, CHORD_SHARE * tolerance);
     Carver::new(stock, fixtures, input.cutter, tolerance)?.run(&run, progress)
 }
 

@@ -195,7 +195,7 @@ impl Moving<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::super::body::Body;
-    use super::super::super::replay::{Course, Mover, Segment};
+    use super::super::super::replay::{Block, Course, Mover, Segment};
     use super::super::super::sweep::{self, Piece};
     use super::super::near::Stretch;
     use super::*;
@@ -207,7 +207,8 @@ mod tests {
 
     fn pieces(ends: [ToolPose; 2]) -> Vec<Stretch> {
         let (joints, course) = ([AxisVector::zeros(); 2], Course::Circle { ends });
-        let segment = Segment { line: 1, joints, course, duration: 1.0, rapid: false };
+        let block = Block::of_one(1.0);
+        let segment = Segment { line: 1, joints, course, duration: 1.0, block, rapid: false };
         let mut whole = Vec::new();
         sweep::pieces(&Mover::Locations, &segment, 60.0, ERROR * TOLERANCE, &mut whole).unwrap();
         let straight = |piece: &Piece| {
