@@ -209,6 +209,13 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
         row("singular directions", passages(singular));
     }
     for program in &summary.programs {
+        if let Some(other) = &program.same_as {
+            let told = format!(
+                "{} blocks; the same as those of {other}, whose check holds",
+                program.blocks
+            );
+            row(&program.dialect, told);
+        }
         let Some(check) = &program.check else { continue };
         row(&program.dialect, checked(program.blocks, check));
         for words in program.stock.iter().flat_map(material::words) {

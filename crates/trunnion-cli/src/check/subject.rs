@@ -342,11 +342,5 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
     let options = ReadOptions::new(dialect, axes, MOST_FAULTS);
     let program = ProgramText::new(text, options).map_err(faults)?;
-    if let Some([first, other]) = program.second_tool() {
-        let help =
-            "a check has one cutter: trunnion post --tool NUMBER writes the program of one tool";
-        let message = format!("{}: tool {other} after tool {first}", path.display());
-        return Err(Failure::input(format!("{message}\n  help: {help}")));
-    }
     Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
 }

@@ -217,7 +217,10 @@ pub struct ProgramSummary {
     pub file: String,
     /// Number of blocks that move.
     pub blocks: usize,
-    /// What the check of this very program found; left out if it was not checked.
+    /// Dialect of the program with the same blocks, whose check holds for this one, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub same_as: Option<String>,
+    /// What the check of this very program found; left out where `same_as` is there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub check: Option<CheckSummary>,
     /// What it does to the stock; left out if none is known, or the program was not checked.

@@ -5,8 +5,6 @@ use super::job::Job;
 use super::programs::Program;
 use crate::files::job;
 use crate::files::summary::{CollisionSummary, StockSummary};
-use crate::nc::read;
-use crate::types::Progress;
 use crate::verify::{self, Carving, CollisionKind, Solid, Stock};
 
 /// Rays of one stock at most: some gigabytes.
@@ -35,22 +33,6 @@ pub fn stock(job: &Job) -> Result<Option<Stock>, PipelineError> {
     let Some(solid) = &job.stock else { return Ok(None) };
     let cell = job.file.stock_cell.unwrap_or_else(|| solid.usual_cell());
     Ok(Some(Stock::new(solid, cell, MOST_RAYS)?))
-}
-
-/// Runs a program through the stock: what it does, and what is left.
-pub(super) fn carve(
-    job: &Job,
-    (program, stock): (&read::Program, &Stock),
-    progress: &dyn Progress,
-) -> Result<(Carving, Stock), PipelineError> {
-    let faces: Vec<_> = job.faces.iter().map(|face| face.face().clone()).collect();
-    let (believed, real) = (&job.kinematics, &job.kinematics);
-    let cutter = &job.cutter;
-    let input = verify::Input { program, believed, real, faces: &faces, cutter, rest: &[] };
-    let mut left = stock.clone();
-    let tolerance = left.tolerance(job.budget.total);
-    let carving = verify::simulate(&input, &mut left, &[], tolerance, progress)?;
-    Ok((carving, left))
 }
 
 /// The numbers of a stock that was cut.

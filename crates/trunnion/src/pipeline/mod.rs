@@ -8,6 +8,7 @@ mod error;
 mod estimate;
 mod job;
 mod material;
+mod measured;
 mod pace;
 mod post;
 mod programs;

@@ -2,7 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
-use super::material;
+use super::measured::{self, Found};
 use super::post::control_of;
 use super::read_back::{self, ReadBackError};
 use super::retracts;
@@ -16,7 +16,6 @@ use crate::files::summary::{RetractSummary, SingularSummary};
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::nc::read;
 use crate::nc::write::{
     self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
@@ -40,24 +39,6 @@ const LARGEST_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Deviation on links, far from the part \[mm\].
 pub(super) const LINK_TOLERANCE: f64 = 1.0;
 
-/// Material higher than this counts as uncut in the check \[mm\].
-const REACH: f64 = 1.0;
-
-/// Share of the total tolerance by which a ray may miss the swept cutter in the check.
-const RAY_SHARE: f64 = 0.005;
-
-/// Share of the total tolerance by which what is certain between the measured points may lie beyond the worst of them.
-const MARGIN_SHARE: f64 = 0.05;
-
-/// Grid on the faces that are not cut, over that on those that are.
-const OTHERS_GRID: f64 = 3.0;
-
-/// Most grid points on one face in the check.
-const MOST_POINTS: usize = 20_000_000;
-
-/// Most faults to report of a program that cannot be read back.
-const MOST_FAULTS: usize = 20;
-
 /// A program and what its check found.
 #[derive(Debug)]
 pub struct Program {
@@ -74,21 +55,22 @@ pub struct Program {
     /// Every block was read back from the text and found to say what was meant, unless there is something here: the
     /// first words that the reader does not understand, such as strings of the machine file.
     pub unread: Option<Fault>,
-    /// What replaying the text found; `None` for a dialect that is not read back.
+    /// What replaying the text found; `None` where another program has the same blocks.
     pub check: Option<verify::Report>,
+    /// Dialect of the program with the same blocks, whose check holds for this one, too.
+    pub same_as: Option<&'static str>,
     /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
     /// is among those of the check.
     pub others: (usize, f64),
-    /// What it does to the stock of the job and what is left of it; `None` without stock, or if it is not read back.
+    /// What it does to the stock of the job and what is left of it; `None` without stock, or where another program has
+    /// the same blocks.
     pub carving: Option<(Carving, Stock)>,
 }
 
 /// What tells the dialects apart here.
-struct Form {
-    dialect: Dialect,
-    file: &'static str,
-    /// The text is read back and checked.
-    checked: bool,
+pub(super) struct Form {
+    pub(super) dialect: Dialect,
+    pub(super) file: &'static str,
 }
 
 fn form(dialect: file::Dialect) -> Form {
@@ -103,7 +85,7 @@ fn form(dialect: file::Dialect) -> Form {
         file::Dialect::Heidenhain => (Dialect::Heidenhain, "program.heidenhain.h"),
         file::Dialect::HeidenhainAxes => (Dialect::HeidenhainAxes, "program.heidenhain-axes.h"),
     };
-    Form { dialect, file, checked: matches!(dialect, Dialect::LinuxCnc | Dialect::G93) }
+    Form { dialect, file }
 }
 
 /// The machine's motion, planned.
@@ -122,7 +104,7 @@ pub(super) fn write(
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;
-    let mut programs = Vec::new();
+    let mut programs: Vec<Program> = Vec::new();
     for &dialect in &job.file.dialects {
         let form = form(dialect);
         let (path, schedule) = (&moved.followed.path, &moved.plan.schedule);
@@ -136,19 +118,30 @@ pub(super) fn write(
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
         let (text, unread) = text(job, &form, &blocks, words, (moved, &remarks))?;
-        let (check, others, carving) = if form.checked {
-            let program = read_back(&text, form.file, words)?;
-            let mut check = check(job, &program, rest, progress)?;
-            let others = others(job, &program, &mut check, progress)?;
-            let carve = |stock| material::carve(job, (&program, stock), progress);
-            (Some(check), others, stock.map(carve).transpose()?)
-        } else {
-            (None, (0, 0.0), None)
+        let timed = measured::is_timed(form.dialect);
+        let measured = |other: &&Program| {
+            let holds = |check: &verify::Report| !timed || check.audit.is_some();
+            other.check.as_ref().is_some_and(holds) && other.blocks == blocks
         };
-        let Form { dialect, file, .. } = form;
-        let dialect = dialect.name();
-        let program =
-            Program { dialect, file, text, blocks, rounding, unread, check, others, carving };
+        let same_as = programs.iter().find(measured).map(|other| other.dialect);
+        let found = match same_as {
+            Some(_) => Found::default(),
+            None => measured::run(job, (&form, &text, words), (rest, stock), progress)?,
+        };
+        let Found { check, others, carving } = found;
+        let Form { dialect, file } = form;
+        let program = Program {
+            dialect: dialect.name(),
+            file,
+            text,
+            blocks,
+            rounding,
+            unread,
+            check,
+            same_as,
+            others,
+            carving,
+        };
         programs.push(program);
     }
     Ok(programs)
@@ -240,72 +233,6 @@ fn text(
             Err(PipelineError::Differs { file: form.file, line, what })
         }
     }
-}
-
-fn read_back(
-    text: &str,
-    file: &'static str,
-    axes: AxisWords,
-) -> Result<read::Program, PipelineError> {
-    let options = read::ReadOptions::new(read::Dialect::LinuxCnc, axes, MOST_FAULTS);
-    read::read(text, &options).map_err(|faults| PipelineError::ReadBack { file, faults })
-}
-
-/// Replays a program over the faces that are cut.
-fn check(
-    job: &Job,
-    program: &read::Program,
-    rest: &[Rest],
-    progress: &dyn Progress,
-) -> Result<verify::Report, PipelineError> {
-    let faces: Vec<_> = job.faces.iter().map(|face| face.face().clone()).collect();
-    let input = verify::Input {
-        program,
-        believed: &job.kinematics,
-        real: &job.kinematics,
-        faces: &faces,
-        cutter: &job.cutter,
-        rest,
-    };
-    Ok(verify::check(&input, &looks(job, job.file.verify_grid), progress)?)
-}
-
-fn looks(job: &Job, grid: f64) -> verify::Options {
-    verify::Options {
-        grid,
-        reach: REACH.max(2.0 * job.budget.total),
-        ray_tolerance: RAY_SHARE * job.budget.total,
-        total: job.budget.total,
-        gouge: job.budget.gouge,
-        most_points: MOST_POINTS,
-        promise: Some(verify::Promise {
-            margin: [MARGIN_SHARE * job.budget.total; 2],
-            excess: true,
-        }),
-    }
-}
-
-/// Replays a program over the faces that are not cut, and adds what it gouges of them to the findings.
-fn others(
-    job: &Job,
-    program: &read::Program,
-    check: &mut verify::Report,
-    progress: &dyn Progress,
-) -> Result<(usize, f64), PipelineError> {
-    let faces: Vec<_> = job.others.iter().map(|face| face.face().clone()).collect();
-    if faces.is_empty() {
-        return Ok((0, 0.0));
-    }
-    let (believed, real) = (&job.kinematics, &job.kinematics);
-    let cutter = &job.cutter;
-    let input = verify::Input { program, believed, real, faces: &faces, cutter, rest: &[] };
-    let options = looks(job, OTHERS_GRID * job.file.verify_grid);
-    let options = verify::Options { promise: None, ..options };
-    let report = verify::check(&input, &options, progress)?;
-    let gouges = report.findings.into_iter().filter(|f| matches!(f, verify::Finding::Gouge(_)));
-    check.findings.extend(gouges);
-    let deepest = report.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
-    Ok((report.deviation.points, deepest))
 }
 
 /// Cutter locations and setup sheet.

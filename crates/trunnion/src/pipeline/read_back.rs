@@ -72,7 +72,7 @@ pub(super) struct ReadBack {
 }
 
 /// The reader of a dialect.
-fn reader_of(dialect: Dialect) -> read::Dialect {
+pub(super) fn reader_of(dialect: Dialect) -> read::Dialect {
     match dialect {
         Dialect::LinuxCnc | Dialect::G93 => read::Dialect::LinuxCnc,
         Dialect::Fanuc | Dialect::FanucVector => read::Dialect::Fanuc,

@@ -257,6 +257,7 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
         dialect: program.dialect.to_owned(),
         file: program.file.to_owned(),
         blocks: program.blocks.len(),
+        same_as: program.same_as.map(str::to_owned),
         check: program.check.as_ref().map(|check| CheckSummary {
             grid: job.file.verify_grid,
             points: check.deviation.points,
@@ -270,7 +271,10 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
             others: program.others.0,
             duration: check.audit.as_ref().map_or(0.0, |audit| audit.duration),
             velocity_ratio: worst(check, |axis| axis.velocity.worst),
-            acceleration_ratio: Some(worst(check, |axis| axis.acceleration.worst)),
+            acceleration_ratio: check
+                .audit
+                .is_some()
+                .then(|| worst(check, |axis| axis.acceleration.worst)),
         }),
         stock: program.carving.as_ref().map(|(carving, left)| material::summary(carving, left)),
     }

@@ -118,7 +118,9 @@ pub enum VerifyError {
     #[error("the program has no moves")]
     NoMotion,
     /// More than one tool.
-    #[error("the program calls {count} tools; check it tool by tool, cut at M6")]
+    #[error(
+        "the program calls {count} tools; check the program of each tool alone, which trunnion post --tool writes"
+    )]
     Tools {
         /// How many.
         count: usize,

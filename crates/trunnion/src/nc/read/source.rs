@@ -78,13 +78,6 @@ impl ProgramText {
         Ok(Self { text, options, said, count })
     }
 
-    /// The first tool called and one that is called behind it, if there are several.
-    pub fn second_tool(&self) -> Option<[u32; 2]> {
-        let first = *self.said.tools.first()?;
-        let other = *self.said.tools.iter().find(|tool| **tool != first)?;
-        Some([first, other])
-    }
-
     /// What was kept but not understood, or looks like a slip.
     pub fn warnings(&self) -> &[Fault] {
         &self.said.warnings

@@ -296,10 +296,14 @@ impl Gcode {
     fn run(&mut self, state: &mut State, block: &mut Block, text: &str) {
         self.ran = true;
         let mut now = Now::default();
-        if let Err(remark) = self.words(state, block, (text, &mut now)) {
-            state.log.fault(text, remark);
-        }
+        let done = self.words(state, block, (text, &mut now));
+        let failed = done.is_err();
+        note(state, text, done);
         for (letter, word) in block.left() {
+            // Axes are left over where something else of the line could not be understood.
+            if failed && state.control.known_slot(letter).is_some() {
+                continue;
+            }
             let text_of = text.get(word.at..word.end).unwrap_or_default();
             let remark = codes::left_over(letter, text_of, word.at, &state.control);
             state.log.fault(text, remark);
