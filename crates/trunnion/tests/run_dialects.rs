@@ -1,7 +1,5 @@
 //! Every dialect of a run is measured against the part, or has the same blocks as one that is.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
 use trunnion::files::{job, machine};
 use trunnion::import::surface_json;
 use trunnion::pipeline::{self, Job};
