@@ -72,6 +72,15 @@ fn the_stock_of_a_job_is_cut_by_its_programs() {
     assert!((number(&checked["removed"]) - removed).abs() < 1e-6, "{checked}");
     let (code, again) = run(folder);
     assert_eq!((code, stock(&again, 0)), (Some(0), checked));
+
+    // What stands on the part: all of it is cut away, but for what the triangles are off.
+    let stl = "kind = \"stl\"\nfile = \"block.stl\"";
+    replace(folder, "job.toml", stl, "kind = \"offset\"\nthickness = 0.8");
+    let output = trunnion(folder, &["--json", "check", program, "--job", "job.toml"]);
+    let skin = json(&output)["stock"].clone();
+    assert_eq!(skin["collisions"], Value::Array(Vec::new()), "{skin}");
+    let [removed, left] = ["removed", "left"].map(|name| number(&skin[name]));
+    assert!(removed > 100.0 && left < 0.03 * removed, "{skin}");
 }
 
 #[test]

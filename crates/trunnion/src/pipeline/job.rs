@@ -105,7 +105,8 @@ impl Job {
         let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
         match (cutter, faces, budget) {
             (Some(cutter), Some(faces), Some(budget)) => {
-                let stock = file.stock.as_ref().and_then(material::solid);
+                let all = faces.iter().chain(&others).map(FaceIndex::face);
+                let stock = file.stock.as_ref().and_then(|stock| material::solid(stock, all));
                 Ok(Self { file, faces, others, unguarded, stock, cutter, kinematics, budget })
             }
             _ => Err(faults
@@ -146,7 +147,9 @@ impl Job {
     pub(super) fn boxes(&self) -> Vec<[Point3<f64>; 2]> {
         let all = self.faces.iter().chain(&self.others);
         let faces = all.map(|face| inspect::summary(face.face()).bounds);
-        faces.chain(self.stock.as_ref().and_then(Solid::bounds)).collect()
+        // What stands on the part is counted by its thickness.
+        let stock = self.stock.as_ref().filter(|_| self.thickness() <= 0.0);
+        faces.chain(stock.and_then(Solid::bounds)).collect()
     }
 
     /// What the stock stands out from the part all over \[mm\].

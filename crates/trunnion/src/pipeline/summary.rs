@@ -47,7 +47,6 @@ pub(super) fn of(
         warnings: warnings(job, covering)
             .into_iter()
             .chain(regions::unguarded(job))
-            .chain(material::unknown(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
             .collect(),
