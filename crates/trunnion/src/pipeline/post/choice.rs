@@ -103,8 +103,8 @@ struct Filtered {
     moves: Vec<PostMove>,
     /// Of which part each is.
     tags: Vec<usize>,
-    /// Bounds on what that moved them by \[mm, rad\].
-    strayed: [f64; 2],
+    /// Bounds on what each of [`KINDS`] moved them by \[mm, rad\].
+    strayed: [[f64; 2]; 2],
 }
 
 /// What runs units.
@@ -223,10 +223,8 @@ impl Choice<'_> {
             let part: usize = tag.unwrap_or_default();
             let kind = parts.kind(part);
             let share = kind.left(self.options.control);
-            let moved = match kind {
-                PostFilter::None => [0.0; 2],
-                _ => filtered,
-            };
+            let moved = KINDS.iter().zip(filtered).find(|(own, _)| **own == kind);
+            let moved = moved.map_or([0.0; 2], |(_, moved)| moved);
             trial.course.tolerance = all.map(|of| share * of);
             trial.course.strayed = [0.0; 2];
             let begin = trial.places.len();
@@ -288,12 +286,7 @@ impl Choice<'_> {
         }
         filters.iter_mut().try_for_each(|filter| filter.finish(&mut moves))?;
         tags.resize(moves.len(), part);
-        let [smooth, reduce] = filters.map(|filter| filter.strayed());
-        let strayed = [0, 1].map(|k: usize| {
-            let used =
-                |kind: PostFilter, of: f64| if parts.kinds.contains(&kind) { of } else { 0.0 };
-            used(PostFilter::Smooth, smooth[k]).max(used(PostFilter::Reduce, reduce[k]))
-        });
+        let strayed = filters.map(|filter| filter.strayed());
         Ok(Filtered { moves, tags, strayed })
     }
 
