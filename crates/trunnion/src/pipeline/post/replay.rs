@@ -1,14 +1,17 @@
 //! What a program makes the tool do: steps to moves. Forward map, and an inverse for tool vectors.
 
+mod tools;
+
 use super::{PostError, PostMove, PostPace};
 use crate::blocks::Control;
 use crate::inverse::Inverse;
-use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
+use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::math::jet::{Jet, Real};
 use crate::nc::read::{Frame, Move, Pace, Step, Turning, Way};
 use crate::nc::write::work_offset;
 use crate::types::{AXES, AxisVector, ToolPose};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
+use tools::inverses;
 
 /// Most straight moves for one arc.
 const MOST_PARTS: u32 = 65_535;
@@ -171,63 +174,6 @@ impl ProgramMoves {
             Step::Plane(of) => self.plane = (of.number, of.work_from_plane),
         }
         Ok(())
-    }
-
-    fn change(&mut self, line: u32, number: u32) -> Result<(), PostError> {
-        if !self.lengths.is_empty() {
-            return self.change_length(line, number);
-        }
-        let Some((only, before)) = self.only else {
-            if self.tool.is_some_and(|before| before != number) && self.started {
-                let help = "say how long each tool is, --tool-length NUMBER=L for each; or post one: --tool NUMBER";
-                return Err(refused(line, "a second tool", help));
-            }
-            self.tool = Some(number);
-            return Ok(());
-        };
-        let turn = match (before, number == only) {
-            (Turn::Over, true) if self.started => {
-                let help = "post the part of the program behind this line on its own";
-                return Err(refused(line, "this tool a second time, after another", help));
-            }
-            (Turn::Now, false) => Turn::Over,
-            (_, true) => {
-                self.start_anew(number);
-                Turn::Now
-            }
-            (turn, false) => turn,
-        };
-        self.only = Some((only, turn));
-        Ok(())
-    }
-
-    /// It starts where this tool is first told to go to.
-    fn start_anew(&mut self, tool: u32) {
-        (self.started, self.known, self.work) = (false, [false; 3], None);
-        self.left.moves += self.away.len();
-        self.away.clear();
-        self.tool = Some(tool);
-    }
-
-    /// Another tool with its own length.
-    fn change_length(&mut self, line: u32, number: u32) -> Result<(), PostError> {
-        if self.tool == Some(number) {
-            return Ok(());
-        }
-        let found = self.lengths.iter().find(|(known, _)| *known == number);
-        let Some(&(_, tool_length)) = found else {
-            let help = "say how long it is: --tool-length NUMBER=L, and --from-tool-length where it differs";
-            return Err(refused(line, "a tool whose length is not known", help));
-        };
-        let setup = Setup { tool_length, ..*self.kinematics().setup() };
-        self.inverse = inverses(&Kinematics::new(self.kinematics().machine(), &setup))?;
-        self.start_anew(number);
-        Ok(())
-    }
-
-    /// Moves are those of the tool that is wanted.
-    fn is_wanted(&self) -> bool {
-        self.only.is_none_or(|(_, turn)| turn == Turn::Now)
     }
 
     fn go(&mut self, one: &Move, out: &mut Vec<PostMove>) -> Result<(), PostError> {
@@ -409,14 +355,6 @@ impl ProgramMoves {
         let long = self.inverse[0].kinematics().setup().tool_length;
         self.offset + Vector3::z() * if length { long } else { 0.0 }
     }
-}
-
-/// With the tool, and without.
-fn inverses(kinematics: &Kinematics) -> Result<[Inverse; 2], PostError> {
-    let bare = Setup { tool_length: 0.0, ..*kinematics.setup() };
-    let bare = Kinematics::new(kinematics.machine(), &bare);
-    let inverse = |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
-    Ok([inverse(kinematics)?, inverse(&bare)?])
 }
 
 /// Where a move leads to from a position.

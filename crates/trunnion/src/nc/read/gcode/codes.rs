@@ -7,24 +7,24 @@ use super::block::{Block, Code, Word};
 use super::{Gcode, Motion, State};
 
 /// Modal groups, as bits: two codes of one group cannot stand on one line.
-mod group {
-    pub(super) const NONE: u32 = 0;
-    pub(super) const NONMODAL: u32 = 1;
-    pub(super) const MOTION: u32 = 1 << 1;
-    pub(super) const PLANE: u32 = 1 << 2;
-    pub(super) const UNITS: u32 = 1 << 3;
-    pub(super) const DISTANCE: u32 = 1 << 4;
-    pub(super) const FEED: u32 = 1 << 5;
-    pub(super) const LENGTH: u32 = 1 << 6;
-    pub(super) const OFFSET: u32 = 1 << 7;
-    pub(super) const BLEND: u32 = 1 << 8;
-    pub(super) const ARC: u32 = 1 << 9;
-    pub(super) const RETRACT: u32 = 1 << 10;
-    pub(super) const STOP: u32 = 1 << 11;
-    pub(super) const SPINDLE: u32 = 1 << 12;
-    pub(super) const TOOL: u32 = 1 << 13;
-    pub(super) const TCP: u32 = 1 << 14;
-    pub(super) const TILT: u32 = 1 << 15;
+pub(super) mod group {
+    pub(in super::super) const NONE: u32 = 0;
+    pub(in super::super) const NONMODAL: u32 = 1;
+    pub(in super::super) const MOTION: u32 = 1 << 1;
+    pub(in super::super) const PLANE: u32 = 1 << 2;
+    pub(in super::super) const UNITS: u32 = 1 << 3;
+    pub(in super::super) const DISTANCE: u32 = 1 << 4;
+    pub(in super::super) const FEED: u32 = 1 << 5;
+    pub(in super::super) const LENGTH: u32 = 1 << 6;
+    pub(in super::super) const OFFSET: u32 = 1 << 7;
+    pub(in super::super) const BLEND: u32 = 1 << 8;
+    pub(in super::super) const ARC: u32 = 1 << 9;
+    pub(in super::super) const RETRACT: u32 = 1 << 10;
+    pub(in super::super) const STOP: u32 = 1 << 11;
+    pub(in super::super) const SPINDLE: u32 = 1 << 12;
+    pub(in super::super) const TOOL: u32 = 1 << 13;
+    pub(in super::super) const TCP: u32 = 1 << 14;
+    pub(in super::super) const TILT: u32 = 1 << 15;
 }
 
 /// What a line says beside its motion.
@@ -40,8 +40,8 @@ pub(super) struct Now {
     pub(super) motion: bool,
     /// `G43` and its kin.
     length: Option<Code>,
-    changes_tool: bool,
-    turns_spindle: bool,
+    pub(super) changes_tool: bool,
+    pub(super) turns_spindle: bool,
     /// The F word.
     pub(super) feed: Option<f64>,
     /// `M0`, `M1`: places of what is kept behind the motion.
@@ -233,93 +233,6 @@ impl Gcode {
         Ok(group::OFFSET)
     }
 
-    /// An M code.
-    fn m_code(
-        &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code, now): (&str, Code, &mut Now),
-    ) -> Result<u32, Remark> {
-        let linuxcnc = self.dialect == Dialect::LinuxCnc;
-        Ok(match code.tenths {
-            0 | 10 | 600 => {
-                if let Some(free) = now.stops.iter_mut().find(|stop| stop.is_none()) {
-                    *free = Some((code.at, code.end));
-                }
-                group::STOP
-            }
-            20 | 300 => {
-                now.ends = true;
-                group::STOP
-            }
-            30 | 40 | 50 => {
-                state.control.sense = i8::from(code.tenths == 30) - i8::from(code.tenths == 40);
-                now.turns_spindle = true;
-                group::SPINDLE
-            }
-            60 => {
-                now.changes_tool = true;
-                group::TOOL
-            }
-            610 if linuxcnc => {
-                let number = block.take('Q').ok_or_else(|| {
-                    Remark::new(code.at, "M61 without a tool", "write Q and its number")
-                })?;
-                state.control.tool = natural(number, 'Q')?;
-                now.changes_tool = true;
-                group::TOOL
-            }
-            980 => call_numbered(block, code, now)?,
-            990 => {
-                if let Some(line) = block.take('P') {
-                    if linuxcnc {
-                        return Err(Remark::new(code.at, "M99 P: a jump", "return without P"));
-                    }
-                    now.return_to = Some((line.value, code.at));
-                }
-                now.returns = true;
-                group::NONE
-            }
-            4280 | 4290 if linuxcnc => {
-                state.control.set_tcp(code.tenths == 4280);
-                group::TCP
-            }
-            _ => self.kept_code(state, block, (text, code))?,
-        })
-    }
-
-    /// M codes without motion, as they stand.
-    fn kept_code(
-        &self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code): (&str, Code),
-    ) -> Result<u32, Remark> {
-        let what = text.get(code.at..code.end).unwrap_or_default();
-        let linuxcnc = self.dialect == Dialect::LinuxCnc;
-        match code.tenths {
-            70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
-            190 | 620..=680 => {
-                keep_with(state, block, (text, code, "EDLPQR"));
-                return Ok(group::NONE);
-            }
-            // What a control does with these decides what later words mean.
-            650..=739 | 960 | 970 => return Err(not_understood(code, text, self.dialect)),
-            tenths if linuxcnc && tenths >= 2000 => {
-                return Err(not_understood(code, text, self.dialect));
-            }
-            tenths if tenths % 10 != 0 => return Err(not_understood(code, text, self.dialect)),
-            _ => {
-                let message = format!("{what} is not known: it is kept, and taken to move nothing");
-                state.log.warn(text, Remark::new(code.at, message, ""));
-                keep_with(state, block, (text, code, "PQ"));
-                return Ok(group::NONE);
-            }
-        }
-        state.control.keep(state.log.line, what);
-        Ok(group::NONE)
-    }
-
     /// Tool length and tool-centre-point control.
     fn lengths(&mut self, state: &mut State, block: &mut Block, now: &Now) -> Result<(), Remark> {
         let number = block.take('H').map(|word| natural(word, 'H')).transpose()?;
@@ -394,25 +307,6 @@ fn plain_words(state: &mut State, block: &mut Block, now: &mut Now) -> Result<()
     Ok(())
 }
 
-/// `M98 P1000 L3`.
-fn call_numbered(block: &mut Block, code: Code, now: &mut Now) -> Result<u32, Remark> {
-    let Some(number) = block.take('P') else {
-        return Err(Remark::new(code.at, "M98 without P", "name the subprogram"));
-    };
-    let number = natural(number, 'P')?;
-    let times = block.take('L').or_else(|| block.take('K'));
-    let (number, times) = match times {
-        Some(times) => (number, natural(times, 'L')?),
-        // P30100: three times O100.
-        None if number > 9999 => (number % 10_000, number / 10_000),
-        None => (number, 1),
-    };
-    if times > 0 {
-        now.call = Some((number.to_string().into(), times, code.at));
-    }
-    Ok(group::NONE)
-}
-
 /// `G93`, `G94`, `G95`: a feed of the one means nothing to the other.
 fn feed_mode(control: &mut Control, mode: FeedMode) -> u32 {
     if control.feed_mode != mode {
@@ -436,7 +330,11 @@ fn feed(state: &mut State, word: Word, now: &mut Now) -> Result<(), Remark> {
 }
 
 /// Keeps a code with some of the words beside it.
-fn keep_with(state: &mut State, block: &mut Block, (text, code, letters): (&str, Code, &str)) {
+pub(super) fn keep_with(
+    state: &mut State,
+    block: &mut Block,
+    (text, code, letters): (&str, Code, &str),
+) {
     let mut kept = text.get(code.at..code.end).unwrap_or_default().to_owned();
     for letter in letters.chars() {
         if let Some(word) = block.take(letter) {

@@ -7,6 +7,7 @@ mod cycle;
 mod expression;
 mod flow;
 mod label;
+mod m_codes;
 mod macros;
 mod motion;
 mod offsets;

@@ -1,0 +1,115 @@
+//! M codes.
+
+use super::super::Dialect;
+use super::super::log::Remark;
+use super::block::{Block, Code};
+use super::codes::{Now, group, keep_with, natural, not_understood};
+use super::{Gcode, State};
+
+impl Gcode {
+    /// An M code.
+    pub(super) fn m_code(
+        &mut self,
+        state: &mut State,
+        block: &mut Block,
+        (text, code, now): (&str, Code, &mut Now),
+    ) -> Result<u32, Remark> {
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        Ok(match code.tenths {
+            0 | 10 | 600 => {
+                if let Some(free) = now.stops.iter_mut().find(|stop| stop.is_none()) {
+                    *free = Some((code.at, code.end));
+                }
+                group::STOP
+            }
+            20 | 300 => {
+                now.ends = true;
+                group::STOP
+            }
+            30 | 40 | 50 => {
+                state.control.sense = i8::from(code.tenths == 30) - i8::from(code.tenths == 40);
+                now.turns_spindle = true;
+                group::SPINDLE
+            }
+            60 => {
+                now.changes_tool = true;
+                group::TOOL
+            }
+            610 if linuxcnc => {
+                let number = block.take('Q').ok_or_else(|| {
+                    Remark::new(code.at, "M61 without a tool", "write Q and its number")
+                })?;
+                state.control.tool = natural(number, 'Q')?;
+                now.changes_tool = true;
+                group::TOOL
+            }
+            980 => call_numbered(block, code, now)?,
+            990 => {
+                if let Some(line) = block.take('P') {
+                    if linuxcnc {
+                        return Err(Remark::new(code.at, "M99 P: a jump", "return without P"));
+                    }
+                    now.return_to = Some((line.value, code.at));
+                }
+                now.returns = true;
+                group::NONE
+            }
+            4280 | 4290 if linuxcnc => {
+                state.control.set_tcp(code.tenths == 4280);
+                group::TCP
+            }
+            _ => self.kept_code(state, block, (text, code))?,
+        })
+    }
+
+    /// M codes without motion, as they stand.
+    fn kept_code(
+        &self,
+        state: &mut State,
+        block: &mut Block,
+        (text, code): (&str, Code),
+    ) -> Result<u32, Remark> {
+        let what = text.get(code.at..code.end).unwrap_or_default();
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        match code.tenths {
+            70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
+            190 | 620..=680 => {
+                keep_with(state, block, (text, code, "EDLPQR"));
+                return Ok(group::NONE);
+            }
+            // What a control does with these decides what later words mean.
+            650..=739 | 960 | 970 => return Err(not_understood(code, text, self.dialect)),
+            tenths if linuxcnc && tenths >= 2000 => {
+                return Err(not_understood(code, text, self.dialect));
+            }
+            tenths if tenths % 10 != 0 => return Err(not_understood(code, text, self.dialect)),
+            _ => {
+                let message = format!("{what} is not known: it is kept, and taken to move nothing");
+                state.log.warn(text, Remark::new(code.at, message, ""));
+                keep_with(state, block, (text, code, "PQ"));
+                return Ok(group::NONE);
+            }
+        }
+        state.control.keep(state.log.line, what);
+        Ok(group::NONE)
+    }
+}
+
+/// `M98 P1000 L3`.
+fn call_numbered(block: &mut Block, code: Code, now: &mut Now) -> Result<u32, Remark> {
+    let Some(number) = block.take('P') else {
+        return Err(Remark::new(code.at, "M98 without P", "name the subprogram"));
+    };
+    let number = natural(number, 'P')?;
+    let times = block.take('L').or_else(|| block.take('K'));
+    let (number, times) = match times {
+        Some(times) => (number, natural(times, 'L')?),
+        // P30100: three times O100.
+        None if number > 9999 => (number % 10_000, number / 10_000),
+        None => (number, 1),
+    };
+    if times > 0 {
+        now.call = Some((number.to_string().into(), times, code.at));
+    }
+    Ok(group::NONE)
+}
