@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use trunnion::feed::{Binding, FeedOptions, Limits, Plan, jerk, optimal};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
-use waves::{FREE, Waves, any_waves, machine_in as machine};
+use waves::{FREE, Waves, any_waves, machine_in as machine, whip};
 
 /// The same path with lengths in another unit.
 fn scaled(path: &AxisPath, unit: f64) -> AxisPath {
@@ -143,6 +143,17 @@ fn a_whip_near_the_pole_keeps_limits_on_a_coarse_grid() {
         assert_eq!(broken_limits(&plan), None);
         assert!(plan.ratios.jerk.unwrap() > 0.9, "{spacing}: {:?}", plan.ratios);
         assert!(plan.binding[0].contains(&Binding::Jerk(4)), "{spacing}");
+    }
+}
+
+/// More rows allow more: a search that came to a stand on many of them, as one did a fifth above the best, would show.
+#[test]
+fn more_rows_do_not_make_a_whip_slower() {
+    let time = |rows| jerk(&whip(rows), &machine(1.0), &FREE, &Silent).unwrap().schedule.duration();
+    let coarse = time(500);
+    for rows in [1000, 2500, 4000] {
+        let fine = time(rows);
+        assert!(fine <= 1.001 * coarse, "{rows} rows: {fine} s, 500: {coarse} s");
     }
 }
 

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "every test binary uses its part of this module")]
 
 use nalgebra::SVector;
+use num_dual::{Dual3_64, DualNum};
 use proptest::prelude::*;
 use trunnion::feed::{FeedOptions, Limits};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion};
@@ -34,6 +35,30 @@ pub(crate) fn machine_in(unit: f64) -> Limits<5> {
         jerk: Some(vector(1e5, 1200.0, 2000.0)),
         minus: None,
     }
+}
+
+/// A straight pass of 80 mm on a table that tilts and turns, whose tool axis comes within 1.5 degrees of the pole: C
+/// whips nearly half round, and X and Y with it.
+pub(crate) fn whip(rows: u32) -> AxisPath {
+    let node = |k: u32| {
+        let s = 80.0 * f64::from(k) / f64::from(rows - 1);
+        let dual = Dual3_64::new(s, 1.0, 0.0, 0.0);
+        let x = dual - 40.0;
+        let [i, j] = [x / 40.0 * 15.0_f64.to_radians().sin(), 1.5_f64.to_radians().sin().into()];
+        let tilt = (i * i + j * j).sqrt().asin();
+        let turn = (i / j).atan();
+        let across = x * turn.sin();
+        let axes = [x * turn.cos(), across * tilt.cos(), across * tilt.sin(), tilt, turn];
+        let q = [
+            axes.map(|axis| axis.re),
+            axes.map(|axis| axis.v1),
+            axes.map(|axis| axis.v2),
+            axes.map(|axis| axis.v3),
+        ];
+        AxisNode { s, q: q.map(SVector::from), tip_rate: 1.0, feed_rate: 1.0 }
+    };
+    let nodes = (0..rows).map(node).collect();
+    AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] }
 }
 
 /// What an operator and a slow feeder do.

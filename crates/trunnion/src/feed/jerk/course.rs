@@ -1,22 +1,23 @@
 //! A plan that is under way, ends at rest, and is led on when more of the path is known.
 //!
 //! Led on, it would first come to rest where it ended and start again: both cells of rest there become
-//! one parabola, whose jerk is three times theirs; at such ends they are kept that much below their
-//! limits. From there the search goes on, and what was a stop becomes what the path allows.
+//! one parabola, whose jerk is three times theirs, and four times that of a short one beside a long one; at such ends
+//! they are kept that much below their limits. From there the search goes on, and what was a stop becomes what the
+//! path allows.
 
 use super::caps::Caps;
 use super::newton::Solver;
 use super::rows::{Rows, reference};
 use super::spline::{Border, Spline};
-use super::{FIRST_WEIGHT, Feasible, LEVELS, LOWER, STEPS, grid, kept, lengths, start};
+use super::{FIRST_WEIGHT, Feasible, LAST_WEIGHT, STEPS, grid, kept, lengths, restore, start};
 use crate::feed::cell::Cell;
 use crate::feed::profile::Grid;
 use crate::feed::{Ratios, Reciprocals};
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
-/// Share of their cap that cells of rest keep which become one: three times the jerk, a tenth to spare.
-const RESERVE: f64 = 0.45;
+/// Share of their cap that cells of rest keep which become one: four times the jerk, a tenth to spare.
+const RESERVE: f64 = 0.37;
 
 /// What is expected at the end of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,19 +44,17 @@ const CURVED: f64 = 3.0;
 
 /// Controls before the last way down to rest that are set free with it.
 const BEFORE: usize = 128;
-/// Most sweeps in which the stop dissolves; it goes on while they gain so much time, or `x` grows by so
-/// much where the stop was: little at first, from rest. In all ranges of [`AROUND`] that can be `1.05^144`, 1100
-/// times; from the end of a cell of rest, 0.0081 of the piece, to its full speed it is 600 times, as `x` goes with
-/// the power 4/3 of the distance.
-const DISSOLVE: usize = 24;
-const GAIN: f64 = 0.001;
-const GROWTH: f64 = 1.05;
 /// Most sweeps in which a motion that is too fast is made slower.
 const BRAKING: usize = 32;
-/// Controls around the stop that are searched first. Cells grow by 1.26 to 1.35 times from a rest on, so that 16 to
-/// 21 lead from 0.0081 of the piece to all of it: the first range holds them. Each is two and a half times the one
-/// before: all smaller ones together cost two thirds of the largest.
-const AROUND: [usize; 6] = [24, 64, 160, 400, 1000, usize::MAX / 2];
+/// Weight of the barrier from which a stop dissolves. All but the stop is fast already; from the first weight, or in
+/// a narrow range at first, the profile comes to a stand around the stop: where it is slow it may bend much, and
+/// faster it may not.
+const DISSOLVING: f64 = 1e-4;
+/// Eighths of the way down to a stop that are kept where a slow plan is to take its place: the more, the slower it
+/// begins, and the more surely there is one.
+const KEPT: [usize; 4] = [0, 4, 6, 7];
+/// Share of the time of what is searched in which it may still be slow.
+const TOLERANCE: f64 = 3e-4;
 /// Fewest cells that a plan is led on from.
 const FEWEST: usize = 8;
 
@@ -90,7 +89,7 @@ impl<const N: usize> Course<N> {
         let motion = spline.motion();
         let bounds = Ratios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
-        course.search((1, 1), [limits; 2]);
+        course.search((1, FIRST_WEIGHT), [limits; 2]);
         course
     }
 
@@ -127,7 +126,17 @@ impl<const N: usize> Course<N> {
     pub(in crate::feed) fn go_over(&mut self, limits: [&Reciprocals<N>; 2]) {
         if self.done + FEWEST <= self.spline.len() {
             self.forget();
-            self.search((1, 1), limits);
+            self.search((1, FIRST_WEIGHT), limits);
+        }
+    }
+
+    /// The path ends where the plan does, which was not known when it was made: the stop needs no reserve.
+    pub(in crate::feed) fn end_here(&mut self, limits: [&Reciprocals<N>; 2]) {
+        if self.ahead == Ahead::More && self.done + FEWEST <= self.spline.len() {
+            self.forget();
+            self.ahead = Ahead::Nothing;
+            let last = self.spline.len() - 2;
+            self.search((self.way_down(last), DISSOLVING), limits);
         }
     }
 
@@ -162,13 +171,40 @@ impl<const N: usize> Course<N> {
             if worst < 1.0 {
                 self.references.resize(joined.len(), 0.0);
                 (self.grid, self.spline, self.ahead) = (grid, joined, ahead);
-                self.search((self.way_down(stop), stop), limits);
+                let from = self.way_down(stop);
+                let later = KEPT.map(|share| from + share * (stop - from) / 8);
+                let anew = later.into_iter().find_map(|cell| self.slow_from(cell, limits[0]));
+                let first = if anew.is_some() { FIRST_WEIGHT } else { DISSOLVING };
+                (self.spline, self.references) =
+                    anew.unwrap_or_else(|| (self.spline.clone(), self.references.clone()));
+                self.search((from, first), limits);
                 return true;
             }
             let less = (0.8 / worst).cbrt().powi(2);
             other.controls.iter_mut().for_each(|control| *control *= less);
         }
         false
+    }
+
+    /// The plan with a slow one from cell `from` on, where there was a stop: what bends much around it would have to
+    /// bend less everywhere at once, and may come to a stand. `None` if none is found.
+    fn slow_from(&self, from: usize, limits: &Reciprocals<N>) -> Option<Feasible> {
+        let s = self.grid.s.get(from..)?.to_vec();
+        let grid = Grid { s, cells: self.grid.cells.get(from..)?.to_vec() };
+        let motion = [self.spline.coefficients(from)[0], *self.motion[1].get(from)?];
+        let ends = [Border::Moving(motion), Border::Rest];
+        let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+        let caps = caps(&grid, &spline, limits, self.ahead)?;
+        start::feasible(&grid, limits, &caps, &mut spline);
+        let (slow, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
+        let mut plan = (self.spline.clone(), self.references.clone());
+        // The control of the first cell is given by the motion there, and stays.
+        let splice = |into: &mut Vec<f64>, of: &[f64]| {
+            into.splice(from + 1.., of.iter().skip(1).copied()).for_each(drop)
+        };
+        splice(&mut plan.0.controls, &slow.controls);
+        splice(&mut plan.1, &references);
+        Some(plan)
     }
 
     /// Drops what was run.
@@ -233,9 +269,9 @@ impl<const N: usize> Course<N> {
         rows.zip(&self.grid.cells).position(near).unwrap_or(self.spline.len())
     }
 
-    /// Makes the plan fast from control `from` on, and then all of it. Where it is faster than `limits` allow,
-    /// which `axes` bound in any case, it brakes.
-    fn search(&mut self, (from, stop): (usize, usize), [limits, axes]: [&Reciprocals<N>; 2]) {
+    /// Makes the plan fast from control `from` on, the barrier's weight falling from `first`, and then all of it.
+    /// Where it is faster than `limits` allow, which `axes` bound in any case, it brakes.
+    fn search(&mut self, (from, first): (usize, f64), [limits, axes]: [&Reciprocals<N>; 2]) {
         let caps = |limits| caps(&self.grid, &self.spline, limits, self.ahead);
         let [Some(wanted), Some(most)] = [caps(limits), caps(axes)] else { return };
         let slow = (self.spline.clone(), self.references.clone());
@@ -244,35 +280,12 @@ impl<const N: usize> Course<N> {
             Solver::new(&self.grid, limits, (wanted.clone(), Vec::new()), slow.0.clone());
         solver.keep_references(&slow.1);
         solver.brake_to(wanted, most);
-        let tail = from..last;
-        let mut weight = FIRST_WEIGHT;
-        let final_weight = FIRST_WEIGHT * (1..LEVELS).fold(1.0, |weight, _| weight * LOWER);
-        solver.centre(final_weight, solver.spline.cells());
-        solver.centre(weight, from.max(solver.spline.cells().start)..solver.spline.cells().end);
-        solver.brake((weight, STEPS), BRAKING);
-        // From near the stop outwards: one step for all would be as short as the shortest of any place.
-        for around in AROUND {
-            let near = stop.saturating_sub(around).max(from)..(stop + around).min(last);
-            let near = if stop > from { near } else { tail.clone() };
-            let state = |solver: &Solver<N>| (solver.spline.time(), solver.spline.controls[stop]);
-            let mut before = state(&solver);
-            for _ in 0..DISSOLVE {
-                solver.sweep_over(near.clone(), (weight, STEPS), [near.len(); 2]);
-                let now = state(&solver);
-                if now.0 > (1.0 - GAIN) * before.0 && now.1 < GROWTH * before.1 {
-                    break;
-                }
-                before = now;
-            }
-        }
-        for _ in 1..LEVELS {
-            weight *= LOWER;
-            solver.brake_on(weight);
-            solver.sweep_over(tail.clone(), (weight, STEPS), [tail.len(); 2]);
-        }
-        for weight in [final_weight / LOWER, final_weight] {
-            solver.sweep(weight, STEPS, [last; 2]);
-        }
+        let cells = solver.spline.cells();
+        solver.centre(LAST_WEIGHT, cells.clone());
+        solver.centre(first, from.max(cells.start)..cells.end);
+        solver.brake((first, STEPS), BRAKING);
+        solver.hurry(from..last, (first, TOLERANCE));
+        solver.hurry(1..last, (LAST_WEIGHT, TOLERANCE));
         if !kept(&solver.bounds()) {
             // Steps stay off the limits by far more than rounding: not expected.
             solver.restart(slow);

@@ -1,11 +1,12 @@
 //! Jerk-limited schedules.
 //!
 //! The squared speed is a spline (`spline`) whose rows (`rows`) bound velocities, accelerations and
-//! jerks everywhere; an interior-point method (`newton`, `local`, `band`) makes it as fast as they
+//! jerks everywhere; an interior-point method (`newton`, `local`, `band`, `barrier`) makes it as fast as they
 //! allow, from a slow profile (`start`, brought inside the limits by `restore` where an end moves) on a
 //! grid that resolves rest (`grid`).
 
 mod band;
+mod barrier;
 mod brake;
 mod caps;
 mod check;
@@ -34,20 +35,11 @@ use newton::Solver;
 use spline::{Border, Spline};
 
 /// Barrier weights as shares of each cell's time: the first about balances the time against the 110
-/// sides of rows a cell has, the last leaves 2e-4 of it.
+/// sides of rows a cell has, the last leaves 4e-4 of it.
 const FIRST_WEIGHT: f64 = 5e-3;
-const LEVELS: usize = 7;
-const LOWER: f64 = 0.3;
+const LAST_WEIGHT: f64 = 3.6e-6;
 /// Newton steps per stretch and sweep.
 const STEPS: usize = 3;
-/// Controls of a stretch: several times the distance over which a stop is felt.
-const STRETCH: usize = 1000;
-/// Borders of stretches move by this share of a stretch from sweep to sweep: the golden section
-/// never comes near a former place.
-const SHIFT: f64 = 0.618_033_988_749_895;
-/// Most sweeps at the last weight.
-const EXTRA: usize = 4;
-
 /// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous acceleration.
 /// Pieces rest where they meet; the first starts and the last ends with the speeds of `options.ends`
 /// and no `d²s/dt²`.
@@ -57,7 +49,7 @@ const EXTRA: usize = 4;
 /// tells how much it can be at most. From rest to rest every slow enough profile is allowed, so valid
 /// data always has a schedule, whatever its units; every step of the search keeps all limits.
 ///
-/// The search ends when a sweep gains less than `time_tolerance`.
+/// The search of a stretch ends when it gains less than `time_tolerance`.
 ///
 /// # Errors
 ///
@@ -179,25 +171,10 @@ fn fastest<const N: usize>(
     (start, tolerance): (Feasible, f64),
 ) -> (Spline, Ratios) {
     let slow = start.clone();
-    let mut weight = FIRST_WEIGHT;
     let mut solver = Solver::new(grid, limits, (caps, Vec::new()), start.0);
     solver.keep_references(&start.1);
-    solver.centre(weight, solver.spline.cells());
-    let mut border = 0.5;
-    let mut time = f64::INFINITY;
-    for sweep in 0..LEVELS + EXTRA {
-        solver.sweep(weight, STEPS, [1 + share_of_stretch(border), STRETCH]);
-        border = (border + SHIFT).fract();
-        if sweep + 1 < LEVELS {
-            weight *= LOWER;
-        } else {
-            let now = solver.spline.time();
-            if now > (1.0 - tolerance) * time {
-                break;
-            }
-            time = now;
-        }
-    }
+    solver.centre(FIRST_WEIGHT, solver.spline.cells());
+    solver.hurry(1..solver.spline.len() - 1, (FIRST_WEIGHT, tolerance));
     let bounds = solver.bounds();
     if kept(&bounds) {
         return (solver.spline, bounds);
@@ -211,15 +188,6 @@ fn fastest<const N: usize>(
 fn kept(bounds: &Ratios) -> bool {
     let kept = |bound: f64| bound <= 1.0;
     kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept)
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a share in 0..1 of a small number"
-)]
-fn share_of_stretch(share: f64) -> usize {
-    (share * STRETCH as f64) as usize
 }
 
 fn schedule<const N: usize>(grid: &Grid<N>, spline: &Spline) -> SchedulePiece {

@@ -45,7 +45,10 @@ pub(super) struct Solver<'a, const N: usize> {
 
 /// What one stretch needs, kept for the next one.
 #[derive(Debug, Default)]
-struct Work<const N: usize> {
+pub(super) struct Work<const N: usize> {
+    /// Controls, and cells they have a part in.
+    range: Range<usize>,
+    cells: Range<usize>,
     rows: Vec<Rows<N>>,
     slacks: Vec<Slacks<N>>,
     turns: Vec<PerRow<N>>,
@@ -198,30 +201,52 @@ impl<'a, const N: usize> Solver<'a, N> {
 
     /// Newton steps on the controls of a range.
     fn stretch(&mut self, range: Range<usize>, weight: f64, steps: usize) {
+        let mut work = self.open(range);
+        self.weigh(&mut work, |_| weight);
+        for _ in 0..steps {
+            if self.step(&mut work).is_none() {
+                break;
+            }
+        }
+        self.close(work);
+    }
+
+    /// What steps on the controls of a range need but weights; to be given back.
+    pub(super) fn open(&mut self, range: Range<usize>) -> Work<N> {
         // Cells that the controls of the range have a part in.
         let all = self.spline.cells();
         let cells = (range.start - 1).max(all.start)..(range.end + 1).min(all.end);
         let mut work = std::mem::take(&mut self.work);
         work.rows.clear();
-        work.weights.clear();
         work.shapes.clear();
         for cell in cells.clone() {
             work.rows.push(self.rows(cell));
-            work.weights.push(weight * self.time(cell));
             work.shapes.push(self.spline.weights(cell));
         }
         work.slacks.resize(cells.len(), Slacks::default());
         work.turns.resize(cells.len(), [[[0.0; LANES]; 2]; N]);
-        for _ in 0..steps {
-            if !self.step(&range, &cells, &mut work) {
-                break;
-            }
-        }
+        (work.range, work.cells) = (range, cells);
+        work
+    }
+
+    /// The barrier's weights, from shares of the cells' times.
+    pub(super) fn weigh(&self, work: &mut Work<N>, share: impl Fn(usize) -> f64) {
+        work.weights.clear();
+        work.weights.extend(work.cells.clone().map(|cell| share(cell) * self.time(cell)));
+    }
+
+    pub(super) fn close(&mut self, work: Work<N>) {
         self.work = work;
     }
 
-    /// One step; `false` if rounding leaves none.
-    fn step(&mut self, range: &Range<usize>, cells: &Range<usize>, work: &mut Work<N>) -> bool {
+    /// Time through some cells, near enough to compare.
+    pub(super) fn time_through(&self, cells: Range<usize>) -> f64 {
+        cells.map(|cell| self.time(cell)).sum()
+    }
+
+    /// One step and the length it had, 1 being all of it; `None` if rounding leaves none.
+    pub(super) fn step(&mut self, work: &mut Work<N>) -> Option<f64> {
+        let (range, cells) = (work.range.clone(), work.cells.clone());
         work.band.reset(range.len());
         for (index, cell) in cells.clone().enumerate() {
             let state = self.state(cell, (&work.shapes[index], work.weights[index]));
@@ -236,15 +261,15 @@ impl<'a, const N: usize> Solver<'a, N> {
                 &mut work.slacks[index],
             );
             self.add_caps(&mut out, cell, &state);
-            Self::scatter(&out, (cell, &work.shapes[index]), range, &mut work.band);
+            Self::scatter(&out, (cell, &work.shapes[index]), &range, &mut work.band);
         }
-        self.add_rest(range, &mut work.band);
+        self.add_rest(&range, &mut work.band);
         if !work.band.solve() {
-            return false;
+            return None;
         }
-        let length = self.length(range, cells, work);
-        self.advance(length, range, cells, work);
-        true
+        let length = self.length(&range, &cells, work);
+        self.advance(length, &range, &cells, work);
+        Some(length)
     }
 
     fn add_caps(&self, out: &mut Derivatives, cell: usize, state: &State) {

@@ -210,6 +210,9 @@ impl<const N: usize> JerkStream<N> {
             if !course.lead_on(&piece, limits.each_ref(), ahead) {
                 self.known = before;
             }
+        } else if known < 2 && self.ahead() == Ahead::Nothing {
+            let motion = self.known.planned_motion()?;
+            course.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
         }
         Some(course)
     }

@@ -53,6 +53,11 @@ impl<const N: usize> Known<N> {
         self.queue.front().map(|entry| entry.piece)
     }
 
+    /// How what is planned is run.
+    pub(super) fn planned_motion(&self) -> Option<Motion> {
+        self.planned.front().map(|entry| entry.motion)
+    }
+
     /// Nodes at the front of the queue that belong to one piece.
     pub(super) fn of_a_piece(&self) -> usize {
         let first = self.piece();

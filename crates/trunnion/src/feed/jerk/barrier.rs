@@ -1,0 +1,149 @@
+//! How the weight of the barrier falls, place by place.
+//!
+//! A weight that falls before a place has followed leaves its profile against rows that are not its last ones, and
+//! from there on steps are short: a path that whips would stall a fifth above the time it needs. So each stretch lowers
+//! its weight after steps that were long and changed little, and raises it after those that were cut short.
+
+use super::newton::Solver;
+use super::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
+use std::ops::Range;
+
+/// Controls of a stretch: many times the distance over which a stop is felt, so that few places wait at a border.
+const STRETCH: usize = 2000;
+/// Borders of stretches move by this share of a stretch from sweep to sweep: the golden section
+/// never comes near a former place.
+const SHIFT: f64 = 0.618_033_988_749_895;
+/// Most sweeps. Paths take 8 to 12, those that whip 20.
+const SWEEPS: usize = 48;
+
+/// A step of at least this length makes the weight fall by this factor; of this one, by that.
+const LONG: [f64; 2] = [0.8, 0.2];
+const FAIR: [f64; 2] = [0.4, 0.5];
+/// Unless the step changed the time through the stretch by more: the profile is still on its way.
+const STEADY: f64 = 0.02;
+/// A shorter step raises it.
+const SHORT: [f64; 2] = [0.1, 1.3];
+/// A stretch is done after full steps at the last weight of which the last gained less.
+const LITTLE: f64 = 1e-4;
+
+/// A mean below this is the last weight, whatever its rounding.
+const NEXT_TO_LAST: f64 = 1.001 * LAST_WEIGHT;
+
+/// Weight of the barrier in each cell, as a share of the cell's time, and whether the cell is done.
+#[derive(Debug)]
+pub(super) struct Barrier {
+    weights: Vec<f64>,
+    done: Vec<bool>,
+}
+
+impl Barrier {
+    /// A first weight in a range of cells, which are to be searched; the last one elsewhere.
+    fn over(range: Range<usize>, first: f64, cells: usize) -> Self {
+        let mut barrier = Self { weights: vec![LAST_WEIGHT; cells], done: vec![true; cells] };
+        barrier.weights[range.clone()].fill(first);
+        barrier.done[range].fill(false);
+        barrier
+    }
+
+    /// Whether all is done.
+    fn is_done(&self) -> bool {
+        self.done.iter().all(|done| *done)
+    }
+
+    fn multiply(&mut self, range: Range<usize>, factor: f64) {
+        for weight in &mut self.weights[range] {
+            *weight = (*weight * factor).clamp(LAST_WEIGHT, FIRST_WEIGHT);
+        }
+    }
+
+    /// One weight for a range: cells of stretches that did not come as far go on with the others.
+    fn even_out(&mut self, range: Range<usize>) {
+        let weights = &mut self.weights[range];
+        let sum = weights.iter().map(|weight| weight.ln()).sum::<f64>();
+        let mean = (sum / weights.len() as f64).exp();
+        let last = mean < NEXT_TO_LAST;
+        weights.fill(if last { LAST_WEIGHT } else { mean.min(FIRST_WEIGHT) });
+    }
+}
+
+impl<const N: usize> Solver<'_, N> {
+    /// Makes a range of controls as fast as it can be while the others stay, but for the share `tolerance` of its
+    /// time, the barrier's weight falling from `first`: sweeps of stretches, the borders of one inside those of the
+    /// one before.
+    pub(super) fn hurry(&mut self, range: Range<usize>, (first, tolerance): (f64, f64)) {
+        let mut barrier = Barrier::over(range.clone(), first, self.spline.len());
+        let mut border = 0.5;
+        for _ in 0..SWEEPS {
+            self.brake_on(FIRST_WEIGHT);
+            let first = 1 + share_of_stretch(border);
+            self.descend(&mut barrier, range.clone(), (first, tolerance));
+            border = (border + SHIFT).fract();
+            if barrier.is_done() {
+                break;
+            }
+        }
+    }
+
+    /// A sweep over the stretches of a range that are not done, the first of them of `first` cells.
+    fn descend(
+        &mut self,
+        barrier: &mut Barrier,
+        range: Range<usize>,
+        (first, tolerance): (usize, f64),
+    ) {
+        let mut from = range.start;
+        let mut to = (from + first).min(range.end);
+        while from < range.end {
+            if barrier.done[from..to].contains(&false) {
+                self.lower(barrier, from..to, tolerance);
+            }
+            (from, to) = (to, (to + STRETCH).min(range.end));
+        }
+    }
+
+    /// Steps on one stretch, the weight falling as they allow.
+    fn lower(&mut self, barrier: &mut Barrier, range: Range<usize>, tolerance: f64) {
+        barrier.even_out(range.clone());
+        let mut work = self.open(range.clone());
+        let start = self.time_through(range.clone());
+        let [mut before, mut full] = [start, 0.0];
+        for _ in 0..STEPS {
+            self.weigh(&mut work, |cell| barrier.weights[cell]);
+            let Some(length) = self.step(&mut work) else { break };
+            let now = self.time_through(range.clone());
+            let gain = 1.0 - now / before;
+            before = now;
+            if length >= LONG[0] && barrier.weights[range.start] <= LAST_WEIGHT {
+                full += 1.0;
+                if full > 1.0 && gain < LITTLE {
+                    break;
+                }
+            }
+            let steady = gain < STEADY;
+            let factor = if steady && length >= LONG[0] {
+                LONG[1]
+            } else if steady && length >= FAIR[0] {
+                FAIR[1]
+            } else if length < SHORT[0] {
+                SHORT[1]
+            } else {
+                1.0
+            };
+            barrier.multiply(range.clone(), factor);
+        }
+        self.close(work);
+        let at_last = barrier.weights[range.start] <= LAST_WEIGHT;
+        if full > 0.0 || (at_last && before > (1.0 - tolerance) * start) {
+            barrier.done[range].fill(true);
+        }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a share in 0..1 of a small number"
+)]
+fn share_of_stretch(share: f64) -> usize {
+    (share * STRETCH as f64) as usize
+}
