@@ -200,7 +200,8 @@ impl<const N: usize> Course<N> {
         let mut plan = (self.spline.clone(), self.references.clone());
         // The control of the first cell is given by the motion there, and stays.
         let splice = |into: &mut Vec<f64>, of: &[f64]| {
-            into.splice(from + 1.., of.iter().skip(1).copied()).for_each(drop)
+            into.truncate(from + 1);
+            into.extend(of.iter().skip(1));
         };
         splice(&mut plan.0.controls, &slow.controls);
         splice(&mut plan.1, &references);
