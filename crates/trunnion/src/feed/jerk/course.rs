@@ -205,6 +205,7 @@ impl<const N: usize> Course<N> {
         };
         splice(&mut plan.0.controls, &slow.controls);
         splice(&mut plan.1, &references);
+        plan.1.resize(plan.0.len(), 0.0);
         Some(plan)
     }
 
