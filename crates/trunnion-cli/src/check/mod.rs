@@ -102,6 +102,9 @@ The program is run as the control would run it, from the machine's home position
 measured along the normals of the faces: below 0 a gouge, above 0 excess. Axes are held against travel,
 velocity and acceleration. The workpiece is taken to stand where --origin and --rotation say, and the work
 offset and tool length at the control to be right; see the setup sheet of a run.
+Programs that tell the tool by vectors (Siemens A3= B3= C3=, Heidenhain LN, Fanuc G43.5) are measured too, the tip
+straight and the tool on the great circle from one to the next. Where the rotaries go is the control's choice then:
+axes are not audited, and rapid moves of axes behind the vectors are told, not measured.
 With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
 own speed), shank or holder in it, and anything in a --fixture are told with line, depth and place; what is
 left is written as stock.stl.

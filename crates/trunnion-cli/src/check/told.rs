@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trunnion::files::summary::StockSummary;
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
+use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular, Vectors};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -19,7 +19,9 @@ pub(super) struct Told {
     pub(super) passed: bool,
     tolerance: Tolerance,
     pub(super) deviation: Heights,
-    /// Time of all blocks, rapids at rapid speed; of it rapid. Null without a machine.
+    /// What vectors leave unknown; null where the tool is nowhere told by vectors.
+    vectors: Option<VectorsTold>,
+    /// Time of all blocks, rapids at rapid speed; of it rapid. Null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
     moves: Option<usize>,
@@ -103,6 +105,36 @@ pub(super) struct AxisTold {
     pub(super) jerk: Fraction,
 }
 
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+struct VectorsTold {
+    /// Of the first vector.
+    line: u32,
+    /// Rapid moves that were not measured, and the line of the first.
+    unmeasured: usize,
+    first_unmeasured: Option<u32>,
+}
+
+impl VectorsTold {
+    fn of(Vectors { line, unmeasured, first }: Vectors) -> Self {
+        Self { line, unmeasured, first_unmeasured: first }
+    }
+
+    fn warnings(self, program: &str) -> Vec<String> {
+        let Self { line, unmeasured, first_unmeasured } = self;
+        let mut told = vec![format!(
+            "{program}:{line}: the tool is told by vectors: it was measured on great circles between them; the axes were not \
+             audited, as the control chooses the rotaries (trunnion post writes rotary words)"
+        )];
+        told.extend(first_unmeasured.map(|first| {
+            format!(
+                "{program}:{first}: rapid moves of axes after a vector, {unmeasured} in all from here, were not measured: where \
+                 they begin is the control's own choice"
+            )
+        }));
+        told
+    }
+}
+
 #[derive(Debug, serde::Serialize)]
 struct BriefTold {
     count: usize,
@@ -154,6 +186,9 @@ impl Told {
         let collisions = carving.map_or(&[][..], |carving| &carving.collisions);
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         failures.extend(carving.into_iter().flat_map(pipeline::collided));
+        let vectors = report.vectors.map(VectorsTold::of);
+        let mut warnings = subject.warnings.clone();
+        warnings.extend(vectors.iter().flat_map(|vectors| vectors.warnings(&subject.program)));
         let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
@@ -183,6 +218,7 @@ impl Told {
                 others: found.others.0,
                 others_gouge: found.others.1,
             },
+            vectors,
             duration: audit.map(|audit| audit.duration),
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
@@ -190,7 +226,7 @@ impl Told {
             brief: audit.and_then(|audit| audit.brief).map(BriefTold::of),
             singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
-            warnings: subject.warnings.clone(),
+            warnings,
             stock: found
                 .stock
                 .as_ref()
@@ -233,6 +269,9 @@ impl Told {
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
+        }
+        if self.vectors.is_some() {
+            row("axes", "not audited: the tool is told by vectors".to_owned());
         }
         if let Some(stock) = &self.stock {
             let [told, hit] = material::words(stock);

@@ -6,12 +6,11 @@ use super::post::control_of;
 use super::programs::Form;
 use super::read_back::reader_of;
 use crate::blocks::Control;
-use crate::nc::read::{self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Frame, Pace, Step};
+use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
 use crate::surface::Face;
-use crate::types::{AxisVector, Progress, Rest, ToolPose};
+use crate::types::{Progress, Rest};
 use crate::verify::{self, Carving, Finding, Stock};
-use nalgebra::{Point3, UnitVector3};
 
 /// Material higher than this counts as uncut in the check \[mm\].
 const REACH: f64 = 1.0;
@@ -45,14 +44,6 @@ pub(super) struct Found {
     pub(super) carving: Option<(Carving, Stock)>,
 }
 
-/// What moves the tool.
-enum Motion {
-    /// Axes, or the tip with linear rotaries.
-    Program(read::Program),
-    /// The tool from place to place on great circles.
-    Locations(ClFile),
-}
-
 /// Measures the faces that are cut and those that are not, and cuts the stock.
 pub(super) fn run(
     job: &Job,
@@ -62,105 +53,46 @@ pub(super) fn run(
 ) -> Result<Found, PipelineError> {
     let options = read::ReadOptions::new(reader_of(form.dialect), axes, MOST_FAULTS);
     let failed = |faults| PipelineError::ReadBack { file: form.file, faults };
-    let program = read::read(text, &options).map_err(failed)?;
-    let circles = control_of(&job.kinematics, form.dialect) == Control::GreatCircle;
-    let motion = if circles {
-        Motion::Locations(locations(job, &program))
-    } else {
-        Motion::Program(program)
-    };
+    let mut program = read::read(text, &options).map_err(failed)?;
+    if control_of(&job.kinematics, form.dialect) == Control::GreatCircle {
+        on_circles(&mut program);
+    }
     let faces: Vec<Face> = job.faces.iter().map(|face| face.face().clone()).collect();
-    let mut check =
-        motion.measure(job, (&faces, rest), &looks(job, job.file.verify_grid), progress)?;
+    let all = input(job, &program, (&faces, rest));
+    let mut check = verify::check(&all, &looks(job, job.file.verify_grid), progress)?;
     if !is_timed(form.dialect) {
         check.audit = None;
         check.findings.retain(|finding| {
             !matches!(finding, Finding::Velocity { .. } | Finding::Acceleration { .. })
         });
     }
-    let others = others(job, &motion, &mut check, progress)?;
-    let carve = |stock: &Stock| motion.carve(job, (&faces, stock), progress);
+    let others = others(job, &program, &mut check, progress)?;
+    let carve = |stock: &Stock| {
+        let mut left = stock.clone();
+        let tolerance = left.tolerance(job.budget.total);
+        let carving = verify::simulate(&all, &mut left, &[], tolerance, progress)?;
+        Ok::<_, PipelineError>((carving, left))
+    };
     let carving = stock.map(carve).transpose()?;
     Ok(Found { check: Some(check), others, carving })
 }
 
-impl Motion {
-    fn measure(
-        &self,
-        job: &Job,
-        (faces, rest): (&[Face], &[Rest]),
-        options: &verify::Options,
-        progress: &dyn Progress,
-    ) -> Result<verify::Report, PipelineError> {
-        let (believed, real, cutter) = (&job.kinematics, &job.kinematics, &job.cutter);
-        Ok(match self {
-            Self::Program(program) => {
-                let input = verify::Input { program, believed, real, faces, cutter, rest };
-                verify::check(&input, options, progress)?
-            }
-            Self::Locations(file) => {
-                let input = verify::ClInput { file, faces, cutter, rest };
-                verify::check_cl(&input, options, progress)?
-            }
-        })
-    }
-
-    /// Runs through the stock: what it does, and what is left.
-    fn carve(
-        &self,
-        job: &Job,
-        (faces, stock): (&[Face], &Stock),
-        progress: &dyn Progress,
-    ) -> Result<(Carving, Stock), PipelineError> {
-        let (believed, real, cutter) = (&job.kinematics, &job.kinematics, &job.cutter);
-        let mut left = stock.clone();
-        let tolerance = left.tolerance(job.budget.total);
-        let carving = match self {
-            Self::Program(program) => {
-                let input = verify::Input { program, believed, real, faces, cutter, rest: &[] };
-                verify::simulate(&input, &mut left, &[], tolerance, progress)?
-            }
-            Self::Locations(file) => {
-                let input = verify::ClInput { file, faces, cutter, rest: &[] };
-                verify::simulate_cl(&input, &mut left, &[], tolerance, progress)?
-            }
-        };
-        Ok((carving, left))
+/// The control of a job turns the tool on great circles between rotary words, too.
+fn on_circles(program: &mut read::Program) {
+    for step in &mut program.steps {
+        if let Step::Move(one) = step {
+            one.turning = Turning::GreatCircle;
+        }
     }
 }
 
-/// Where a program with tool-centre-point control says that the tool goes, workpiece frame.
-fn locations(job: &Job, program: &read::Program) -> ClFile {
-    let back = job.kinematics.setup().rotation.inverse();
-    let mut words: [Option<f64>; 5] = [None; 5];
-    let mut axis: Option<UnitVector3<f64>> = None;
-    let mut file = ClFile { records: Vec::new(), cutter: None, tool: None, warnings: Vec::new() };
-    let mut before: Option<ToolPose> = None;
-    for step in &program.steps {
-        let Step::Move(one) = step else { continue };
-        let Frame::Work { tcp, .. } = one.frame else { continue };
-        for (slot, word) in words.iter_mut().zip(one.words) {
-            *slot = word.or(*slot);
-        }
-        let [x, y, z, first, second] = words;
-        if let Some(told) = one.axis {
-            axis = Some(UnitVector3::new_normalize(back * told.into_inner()));
-        } else if one.words[3].or(one.words[4]).is_some() {
-            let turns = [first, second].map(Option::unwrap_or_default);
-            let q = AxisVector::from([0.0, 0.0, 0.0, turns[0], turns[1]]);
-            axis = Some(job.kinematics.forward(&q).axis);
-        }
-        let (true, Some(x), Some(y), Some(z), Some(axis)) = (tcp, x, y, z, axis) else { continue };
-        let pose = ToolPose { tip: back * Point3::new(x, y, z), axis };
-        let length = before.replace(pose).map_or(0.0, |before| (pose.tip - before.tip).norm());
-        let motion = match one.pace {
-            Pace::Rapid => ClMotion::Rapid,
-            Pace::PerMinute { speed } => ClMotion::Feed(speed),
-            Pace::Inverse { seconds } => ClMotion::Feed(length / seconds),
-        };
-        file.records.push(ClRecord { line: one.line, pose, motion, way: ClWay::Straight });
-    }
-    file
+fn input<'a>(
+    job: &'a Job,
+    program: &'a read::Program,
+    (faces, rest): (&'a [Face], &'a [Rest]),
+) -> verify::Input<'a> {
+    let (believed, real, cutter) = (&job.kinematics, &job.kinematics, &job.cutter);
+    verify::Input { program, believed, real, faces, cutter, rest }
 }
 
 fn looks(job: &Job, grid: f64) -> verify::Options {
@@ -181,7 +113,7 @@ fn looks(job: &Job, grid: f64) -> verify::Options {
 /// Measures the faces that are not cut, and adds what is gouged of them to the findings.
 fn others(
     job: &Job,
-    motion: &Motion,
+    program: &read::Program,
     check: &mut verify::Report,
     progress: &dyn Progress,
 ) -> Result<(usize, f64), PipelineError> {
@@ -191,7 +123,7 @@ fn others(
     }
     let options = looks(job, OTHERS_GRID * job.file.verify_grid);
     let options = verify::Options { promise: None, ..options };
-    let report = motion.measure(job, (&faces, &[]), &options, progress)?;
+    let report = verify::check(&input(job, program, (&faces, &[])), &options, progress)?;
     let gouges = report.findings.into_iter().filter(|f| matches!(f, Finding::Gouge(_)));
     check.findings.extend(gouges);
     let deepest = report.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));

@@ -29,6 +29,7 @@ mod run;
 mod stock;
 mod sweep;
 mod track;
+mod vectors;
 
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
@@ -36,7 +37,7 @@ pub use motion::{
 };
 pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
-    Report, Sample, Sensitivity, Singular,
+    Report, Sample, Sensitivity, Singular, Vectors,
 };
 pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
 pub use track::{Track, track, track_cl};
@@ -143,6 +144,15 @@ pub enum VerifyError {
         /// What it is.
         what: &'static str,
     },
+    /// A cut of axes whose places are not known.
+    #[error(
+        "line {line}: after tool vectors the places of the axes are the control's own choice, and this cut cannot be followed; \
+         put a rapid move before it that names X, Y, Z and the tool vector, or all axes"
+    )]
+    Unfollowed {
+        /// Line of the program.
+        line: u32,
+    },
     /// X, Y and Z do not span space.
     #[error("the linear axes do not reach every position")]
     LinearAxes,
@@ -173,7 +183,9 @@ pub enum VerifyError {
 /// Checks a program against surface and machine.
 ///
 /// Heights are relative to the faces as given; control smoothing and the speed of rapids beyond
-/// their limit are not modelled. A limit broken shows in [`Report::findings`], not as an error.
+/// their limit are not modelled. From vector to vector ([`Move::axis`](crate::nc::read::Move::axis)) the tip runs
+/// straight and the tool axis on the great circle, the machine being as believed; axes are not audited then, see
+/// [`Report::vectors`]. A limit broken shows in [`Report::findings`], not as an error.
 ///
 /// # Errors
 ///
@@ -191,13 +203,17 @@ pub fn check(
     one_tool(input.program.tools())?;
     let control = Control::new(input)?;
     let run = Run::program(&control, input.program, CHORD_SHARE * options.ray_tolerance);
-    let audit = audit::audit(&control, &run, input)?;
+    let vectors = vectors::of(&run, input.program)?;
+    let audit = match vectors {
+        Some(_) => None,
+        None => Some(audit::audit(&control, &run, input)?),
+    };
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
-    deviation.sensitivity.pivot = Some(measure::pivot(&audit));
+    deviation.sensitivity.pivot = audit.as_ref().map(measure::pivot);
     let mut findings = left(&maps, &deviation, options);
-    findings.extend(broken(&audit));
-    Ok(Report { maps, deviation, audit: Some(audit), findings })
+    findings.extend(audit.iter().flat_map(broken));
+    Ok(Report { maps, deviation, audit, vectors, findings })
 }
 
 /// Cutter locations, and against what they are checked.
@@ -229,7 +245,7 @@ pub fn check_cl(
     let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
     let (maps, deviation) = measure::measure(&run, &subject, options, progress)?;
     let findings = left(&maps, &deviation, options);
-    Ok(Report { maps, deviation, audit: None, findings })
+    Ok(Report { maps, deviation, audit: None, vectors: None, findings })
 }
 
 /// Share of the ray tolerance by which the chords of an arc may be off.

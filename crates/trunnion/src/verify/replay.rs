@@ -5,7 +5,7 @@ use crate::machine::{Kinematics, Setup};
 use crate::math::angle::{angle_between, great_circle};
 use crate::nc::read::{Frame, Move, Turning};
 use crate::types::{AxisVector, ToolPose};
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
 /// One move of the machine.
@@ -64,6 +64,15 @@ pub(super) enum Course {
     },
     /// Nothing moves.
     Rest,
+    /// After a tool vector, a rapid move of axes whose places are not known.
+    Unknown,
+}
+
+impl Segment {
+    /// Whether its way is not known.
+    pub(super) fn is_unknown(&self) -> bool {
+        matches!(self.course, Course::Unknown)
+    }
 }
 
 /// What carries the tool out: a machine under its control, or the cutter locations themselves.
@@ -137,7 +146,7 @@ impl Mover<'_> {
                 let travel = change.fixed_rows::<3>(0).lp_norm(1);
                 Some(Swing { turn, lever: control.lever(segment) + travel, travel })
             }
-            (_, Course::Rest) | (Self::Locations, _) => None,
+            (_, Course::Rest | Course::Unknown) | (Self::Locations, _) => None,
         }
     }
 }
@@ -227,7 +236,34 @@ impl<'a> Control<'a> {
         self.real
     }
 
-    fn linear_joints(
+    /// A direction of the table frame in the workpiece frame.
+    pub(super) fn in_workpiece(&self, axis: &UnitVector3<f64>) -> UnitVector3<f64> {
+        self.believed.setup().rotation.inverse() * axis
+    }
+
+    /// What X Y Z read under TCP where a tool stands: its tip in the table frame, or where the spindle is while the
+    /// tool length does not count.
+    pub(super) fn reading(&self, pose: &ToolPose, length: bool) -> Point3<f64> {
+        self.believed.setup().rotation * (pose.tip + pose.axis.into_inner() * self.short(length))
+    }
+
+    /// The tool where X Y Z read this, with its axis in the workpiece frame; the machine taken to be as believed.
+    pub(super) fn tool_at(
+        &self,
+        reading: &Point3<f64>,
+        axis: UnitVector3<f64>,
+        length: bool,
+    ) -> ToolPose {
+        let place = self.believed.setup().rotation.inverse() * reading;
+        ToolPose { tip: place - axis.into_inner() * self.short(length), axis }
+    }
+
+    /// From the tip to the point that X Y Z mean \[mm\].
+    fn short(&self, length: bool) -> f64 {
+        if length { 0.0 } else { self.believed.setup().tool_length }
+    }
+
+    pub(super) fn linear_joints(
         &self,
         tip: &Point3<f64>,
         q: &AxisVector,
@@ -293,7 +329,7 @@ impl<'a> Control<'a> {
     }
 
     /// What the words of a frame count from.
-    fn counted(&self, frame: Frame, line: u32) -> Result<Counted, VerifyError> {
+    pub(super) fn counted(&self, frame: Frame, line: u32) -> Result<Counted, VerifyError> {
         match frame {
             Frame::Machine => Ok(Counted::From(AxisVector::zeros())),
             Frame::Work { offset: number @ 1.., .. } => {
@@ -310,7 +346,7 @@ impl<'a> Control<'a> {
 }
 
 /// What words count from.
-enum Counted {
+pub(super) enum Counted {
     /// Joints less these.
     From(AxisVector),
     /// The tip in the table frame, and the rotaries; whether the tool length counts.

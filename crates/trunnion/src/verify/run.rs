@@ -2,6 +2,7 @@
 
 use super::VerifyError;
 use super::replay::{Block, Control, Course, Mover, Segment, apply};
+use super::vectors::{self, Known};
 use crate::nc::read::{Arc, ClFile, ClMotion, Move, Pace, ProgramSource, Step, Turning, Way};
 use crate::types::{AxisVector, ToolPose};
 
@@ -44,8 +45,8 @@ impl<'a> Run<'a> {
         let tolerance = self.tolerance;
         match (&self.mover, &self.source) {
             (Mover::Machine(control), Source::Program(program)) => {
-                let q = control.real().machine().home();
-                Box::new(Replay { control, steps: program.steps(), q, arc: None, tolerance })
+                let at = Known::Axes(control.real().machine().home());
+                Box::new(Replay { control, steps: program.steps(), at, arc: None, tolerance })
             }
             (_, Source::Locations(file)) => Box::new(locations(file, tolerance)),
             (Mover::Locations, Source::Program(_)) => Box::new(std::iter::empty()),
@@ -65,7 +66,7 @@ impl<'a> Run<'a> {
 struct Replay<'a> {
     control: &'a Control<'a>,
     steps: Box<dyn Iterator<Item = Step> + 'a>,
-    q: AxisVector,
+    at: Known,
     /// An arc on the way.
     arc: Option<OnArc>,
     /// How far chords may be off \[mm\].
@@ -76,6 +77,8 @@ struct Replay<'a> {
 struct OnArc {
     step: Move,
     arc: Arc,
+    /// Axes so far.
+    q: AxisVector,
     /// Words where it begins and ends.
     ends: [AxisVector; 2],
     /// Chords run, and in all.
@@ -91,16 +94,8 @@ const MOST_PARTS: u32 = 1_000_000;
 impl Replay<'_> {
     /// What a step does; `None` if it moves nothing and takes no time, or is an arc to be run.
     fn segment(&mut self, step: &Step) -> Result<Option<Segment>, VerifyError> {
-        let q = self.q;
         match step {
-            Step::Dwell { line, seconds } => Ok(Some(Segment {
-                line: *line,
-                joints: [q, q],
-                course: Course::Rest,
-                duration: *seconds,
-                block: Block::of_one(*seconds),
-                rapid: false,
-            })),
+            Step::Dwell { line, seconds } => Ok(Some(self.rest(*line, *seconds))),
             // The plane is refused where a move names it.
             Step::Tool { .. } | Step::Spindle { .. } | Step::Plane(_) | Step::Words { .. } => {
                 Ok(None)
@@ -110,28 +105,64 @@ impl Replay<'_> {
                 Err(VerifyError::Special { line, what })
             }
             Step::Move(step) => {
-                let plain = Move { way: Way::Line, turning: Turning::Rotary, ..*step };
+                let plain = Move { way: Way::Line, turning: Turning::Rotary, axis: None, ..*step };
                 if let Some(what) = plain.special() {
                     return Err(VerifyError::Special { line: step.line, what });
                 }
-                match step.way {
-                    Way::Line => self.straight(step, None).map(Some),
-                    Way::Arc(arc) => {
-                        self.arc = Some(self.enter(step, arc)?);
+                match (step.way, self.at, step.axis) {
+                    (Way::Line, Known::Axes(q), None) => self.straight(&q, step, None).map(Some),
+                    (Way::Arc(arc), Known::Axes(q), None) => {
+                        self.arc = Some(self.enter(&q, step, arc)?);
                         Ok(None)
+                    }
+                    (Way::Line, ..) => self.by_vectors(step).map(Some),
+                    (Way::Arc(_), ..) => {
+                        let what = "an arc between tool vectors";
+                        Err(VerifyError::Special { line: step.line, what })
                     }
                 }
             }
         }
     }
 
+    /// A stretch of time in which nothing moves.
+    fn rest(&self, line: u32, duration: f64) -> Segment {
+        let joints = match self.at {
+            Known::Axes(q) => [q; 2],
+            _ => [AxisVector::zeros(); 2],
+        };
+        let block = Block::of_one(duration);
+        Segment { line, joints, course: Course::Rest, duration, block, rapid: false }
+    }
+
+    /// A straight move with a tool vector, or after one.
+    fn by_vectors(&mut self, step: &Move) -> Result<Segment, VerifyError> {
+        let (to, ends) = self.at.after(self.control, step)?;
+        self.at = to;
+        let rapid = step.pace == Pace::Rapid;
+        let (course, duration) = match ends {
+            Some(ends) => (Course::Circle { ends }, vectors::duration(&ends, step.pace)),
+            None if rapid => (Course::Unknown, 0.0),
+            None => return Err(VerifyError::Unfollowed { line: step.line }),
+        };
+        let joints = [AxisVector::zeros(); 2];
+        let block = Block::of_one(duration);
+        Ok(Segment { line: step.line, joints, course, duration, block, rapid })
+    }
+
     /// A straight move, or a chord of a block.
-    fn straight(&self, step: &Move, block: Option<Block>) -> Result<Segment, VerifyError> {
-        let (to, course) = self.control.target(&self.q, step)?;
+    fn straight(
+        &mut self,
+        q: &AxisVector,
+        step: &Move,
+        block: Option<Block>,
+    ) -> Result<Segment, VerifyError> {
+        let (to, course) = self.control.target(q, step)?;
         if !to.iter().all(|value| value.is_finite()) {
             return Err(VerifyError::LinearAxes);
         }
-        let joints = [self.q, to];
+        self.at = Known::Axes(to);
+        let joints = [*q, to];
         let duration = duration(&joints, &course, step.pace, &self.control.rapid());
         let block = block.unwrap_or(Block::of_one(duration));
         let rapid = step.pace == Pace::Rapid;
@@ -139,8 +170,8 @@ impl Replay<'_> {
     }
 
     /// An arc before its first chord.
-    fn enter(&self, step: &Move, arc: Arc) -> Result<OnArc, VerifyError> {
-        let from = self.control.words(&self.q, (step.frame, step.line))?;
+    fn enter(&self, q: &AxisVector, step: &Move, arc: Arc) -> Result<OnArc, VerifyError> {
+        let from = self.control.words(q, (step.frame, step.line))?;
         let to = apply(from, step, &AxisVector::zeros());
         let parts = arc.parts(self.tolerance);
         if parts > MOST_PARTS {
@@ -156,12 +187,12 @@ impl Replay<'_> {
                 return Err(VerifyError::Special { line: step.line, what });
             }
         };
-        Ok(OnArc { step: *step, arc, ends: [from, to], done: 0, parts, duration })
+        Ok(OnArc { step: *step, arc, q: *q, ends: [from, to], done: 0, parts, duration })
     }
 
     /// The next chord of an arc.
-    fn chord(&self, on: &mut OnArc) -> Result<Segment, VerifyError> {
-        let OnArc { step, arc, ends: [from, to], parts, duration, .. } = *on;
+    fn chord(&mut self, on: &mut OnArc) -> Result<Segment, VerifyError> {
+        let OnArc { step, arc, q, ends: [from, to], parts, duration, .. } = *on;
         on.done += 1;
         let share = f64::from(on.done) / f64::from(parts);
         let mut words = to;
@@ -180,7 +211,9 @@ impl Replay<'_> {
         };
         let (begins, ends) = (on.done == 1, on.done == parts);
         let sweep = arc.sweep.abs();
-        self.straight(&step, Some(Block { duration, sweep, begins, ends }))
+        let segment = self.straight(&q, &step, Some(Block { duration, sweep, begins, ends }))?;
+        [_, on.q] = segment.joints;
+        Ok(segment)
     }
 }
 
@@ -199,10 +232,7 @@ impl Iterator for Replay<'_> {
             };
             match segment {
                 Ok(None) => {}
-                Ok(Some(segment)) => {
-                    self.q = segment.joints[1];
-                    return Some(Ok(segment));
-                }
+                Ok(Some(segment)) => return Some(Ok(segment)),
                 Err(error) => return Some(Err(error)),
             }
         }

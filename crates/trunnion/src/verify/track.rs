@@ -46,12 +46,15 @@ pub fn track_cl(input: &ClInput<'_>, tolerance: f64, step: f64) -> Result<Vec<Tr
 }
 
 fn tracks(run: &Run<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
-    let mut drawing = Drawing { tracks: Vec::new(), count: 0, most: MOST_POSES, spacing: 0.0 };
+    let mut drawing =
+        Drawing { tracks: Vec::new(), count: 0, most: MOST_POSES, spacing: 0.0, broken: false };
     let mut now = 0.0;
     let mover = &run.mover;
     for segment in run.segments() {
         let segment = &segment?;
-        if !matches!(segment.course, Course::Rest) {
+        if segment.is_unknown() {
+            drawing.broken = true;
+        } else if !matches!(segment.course, Course::Rest) {
             let [from, to] = [mover.pose(segment, 0.0)?, mover.pose(segment, 1.0)?];
             let turn = angle_between(&from.axis, &to.axis) / TURN;
             let count = ((to.tip - from.tip).norm() / step).max(turn).ceil().clamp(1.0, MOST);
@@ -79,13 +82,16 @@ struct Drawing {
     most: usize,
     /// Length of the path between two positions at least \[mm\].
     spacing: f64,
+    /// The next move does not begin where the last one ended.
+    broken: bool,
 }
 
 impl Drawing {
     /// The poses to which a move is added that begins at `from`.
     fn track(&mut self, segment: &Segment, from: (f64, ToolPose)) -> &mut Vec<(f64, ToolPose)> {
         let Segment { line, rapid, .. } = *segment;
-        if self.tracks.last().is_none_or(|track| track.rapid != rapid) {
+        let broken = std::mem::take(&mut self.broken);
+        if broken || self.tracks.last().is_none_or(|track| track.rapid != rapid) {
             self.tracks.push(Track { line, rapid, poses: vec![from] });
         }
         let last = self.tracks.len() - 1;
