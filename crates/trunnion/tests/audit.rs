@@ -144,6 +144,51 @@ fn what_asks_too_much_takes_longer() {
 }
 
 #[test]
+fn short_blocks_that_turn_are_slow_on_linuxcnc() {
+    // Blocks of 0.1 mm in 1 ms, as fast as 100 mm/s; the rotary hardly moves.
+    let machine = machine();
+    let head = "G21 G90 G93\nG1 X0 F1\nG4 P1\n";
+    let blocks = |turn: f64| {
+        let block =
+            |k: i32| format!("G1 X{:.6} B{:.6} F60000\n", 0.1 * f64::from(k), turn * f64::from(k));
+        let text = head.to_owned() + &(1..=5).map(block).collect::<String>() + "M2\n";
+        audit(&text, &machine).linuxcnc
+    };
+    // A dwell and a minute to the origin beside them.
+    let straight = blocks(0.0);
+    assert!((straight.seconds - 61.005).abs() < 1e-4, "{straight:?}");
+    let turning = blocks(1e-5);
+    // 2500 mm/s2: sqrt(a L / 2) is 11.2 mm/s.
+    let one = (2.0 * 0.1 / machine.axes[0].acc).sqrt();
+    assert!((turning.seconds - 61.0 - 5.0 * one).abs() < 1e-4, "{turning:?}");
+    // From rest to that speed in the first half of a block is just what the axis can; words round by a micrometre.
+    let [speed, change] = [&turning.velocity, &turning.acceleration];
+    assert_eq!((speed.axis.as_str(), change.axis.as_str()), ("X", "X"));
+    assert!((speed.ratio.raw - 0.1 / one / machine.axes[0].vel).abs() < 1e-4, "{speed:?}");
+    assert!((change.ratio.raw - 1.0).abs() < 1e-3 && change.ratio.broken == 0, "{change:?}");
+    assert_eq!(change.ratio.line, 4, "{change:?}");
+}
+
+#[test]
+fn slides_are_not_limited_on_linuxcnc_where_the_tip_is_programmed() {
+    // The tip stands at the origin while the table tilts about a place some way off: slides follow.
+    let machine = machine();
+    let blocks = (1..=20).map(|k| format!("G1 B{:.6} F60000\n", 0.02 * f64::from(k)));
+    let text = format!(
+        "G21 G90 G93\nG1 X0.000000 Y0.000000 Z0.000000 F1\nG4 P1\n{}M2\n",
+        blocks.collect::<String>()
+    );
+    let joints = audit(&text, &machine).linuxcnc.acceleration;
+    assert!(joints.axis == "B" && joints.ratio.worst <= 1.0, "{joints:?}");
+    let mut quick = machine.clone();
+    quick.axes[4].acc = 100.0;
+    let text = text.replace("G93\n", "G93\nM428\n");
+    let tip = audit(&text, &quick).linuxcnc.acceleration;
+    // 35 mm and more from the axis to the tip: 3.5 m/s2 against 2.5.
+    assert!(tip.axis != "B" && tip.ratio.worst > 1.2, "{tip:?}");
+}
+
+#[test]
 fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_told() {
     let machine = machine();
     let text = "G21 G90 G93\nG1 B30 C20 F6\nG1 B-10 C-5 F6\nM2\n";

@@ -1,6 +1,7 @@
 //! `trunnion check`: a program against the part, and against the machine; or a table of setpoints.
 
 mod export;
+mod model;
 mod page;
 mod setpoints;
 mod stock;

@@ -1,5 +1,6 @@
 //! What a check says: for scripts and for people.
 
+use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
 use crate::material;
 use std::path::PathBuf;
@@ -27,6 +28,8 @@ pub(super) struct Told {
     moves: Option<usize>,
     /// Time when no block is shorter than its fastest axis needs.
     held: Option<f64>,
+    /// On a control that does not look ahead where rotaries move; null without a machine.
+    control_model: Option<ModelTold>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
     brief: Option<BriefTold>,
     /// Passages through the singular cone; null if there are none.
@@ -172,7 +175,7 @@ pub(super) struct Fraction {
 }
 
 impl Fraction {
-    fn of(ratio: &Ratio) -> Self {
+    pub(super) fn of(ratio: &Ratio) -> Self {
         Self { ratio: ratio.worst, line: ratio.line, broken: ratio.broken }
     }
 }
@@ -223,6 +226,7 @@ impl Told {
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
             held: audit.map(|audit| audit.held),
+            control_model: audit.map(|audit| ModelTold::of(&audit.linuxcnc)),
             brief: audit.and_then(|audit| audit.brief).map(BriefTold::of),
             singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
@@ -252,6 +256,9 @@ impl Told {
         }
         if let Some(held) = self.held {
             row("with limits", format!("{held:.1} s, no axis above its velocity"));
+        }
+        if let Some(model) = &self.control_model {
+            row("control model", model.words());
         }
         if let Some(BriefTold { count, line, shortest, period }) = &self.brief {
             let told = format!(

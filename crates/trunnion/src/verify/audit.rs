@@ -1,6 +1,7 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
 use super::blocks::Blocks;
+use super::control_model::Model;
 use super::replay::{Block, Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::run::Run;
@@ -36,7 +37,7 @@ pub(super) fn audit(
     let mut before = None;
     let (mut chord, mut start): (Option<Stretch>, _) = (None, AxisVector::zeros());
     let mut change = Change::REST;
-    let mut blocks = Blocks::new(control);
+    let (mut blocks, mut model) = (Blocks::new(control), Model::new(control));
     let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
     for segment in run.segments() {
         let segment = &segment?;
@@ -50,6 +51,7 @@ pub(super) fn audit(
             // The machine rests before and after: the stretch before runs into a standstill.
             between(&mut axes, before.take().as_ref(), None, &mut change);
             change = Change::REST;
+            model.rest(segment.duration);
             continue;
         }
         if segment.duration <= 0.0 {
@@ -58,6 +60,7 @@ pub(super) fn audit(
         let stretch = stretch(control, segment, input)?;
         let fastest = inner_velocities(control, segment, &stretch, &mut axes)?;
         blocks.take(control, segment, &fastest)?;
+        model.chord(control, segment, &fastest);
         if segment.block.begins {
             start = segment.joints[0];
         } else if let Some(chord) = &chord {
@@ -70,6 +73,7 @@ pub(super) fn audit(
         let (joints, duration) = ([start, segment.joints[1]], segment.block.duration);
         let stretch = self::stretch(control, &Segment { joints, duration, ..*segment }, input)?;
         between(&mut axes, before.as_ref(), Some(&stretch), &mut change);
+        model.end(stretch.line, stretch.duration, [stretch.velocity, stretch.slack]);
         before = Some(stretch);
     }
     between(&mut axes, before.as_ref(), None, &mut change);
@@ -82,6 +86,7 @@ pub(super) fn audit(
         rapid,
         moves,
         held: blocks.held + rapid,
+        linuxcnc: model.finish(),
         brief: blocks.brief,
         singular: blocks.singular,
     })
@@ -261,14 +266,13 @@ struct AxisState<'a> {
 
 impl<'a> AxisState<'a> {
     fn new(axis: &'a Axis) -> Self {
-        let none = Ratio { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
         Self {
             axis,
             range: [f64::INFINITY, f64::NEG_INFINITY],
             travel: None,
-            velocity: none,
-            acceleration: none,
-            jerk: none,
+            velocity: Ratio::NONE,
+            acceleration: Ratio::NONE,
+            jerk: Ratio::NONE,
         }
     }
 
@@ -301,8 +305,11 @@ const TRAVEL_ROUNDING: f64 = 1e-9;
 const RATE_ROUNDING: f64 = 1e-8;
 
 impl Ratio {
+    /// Nothing moves.
+    pub(super) const NONE: Self = Self { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
+
     /// Takes a rate in.
-    fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
+    pub(super) fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
         let raw = rate.abs() / limit;
         let worst = (rate.abs() - slack).max(0.0) / limit;
         self.raw = self.raw.max(raw);

@@ -17,6 +17,7 @@ mod blocks;
 mod body;
 mod bounds;
 mod chunks;
+mod control_model;
 mod deviation;
 mod grid;
 mod index;
@@ -31,6 +32,7 @@ mod sweep;
 mod track;
 mod vectors;
 
+pub use control_model::{AxisRatio, ModelAudit};
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,

@@ -1,5 +1,6 @@
 //! What verification found.
 
+use super::control_model::ModelAudit;
 use crate::machine::AxisKind;
 use crate::types::AXES;
 use crate::types::Rest;
@@ -256,6 +257,8 @@ pub struct Audit {
     /// Time of all blocks when each lasts as long as the fastest of its axes needs \[s\]: a control cannot be
     /// faster.
     pub held: f64,
+    /// The same on a control that does not look ahead where rotaries move.
+    pub linuxcnc: ModelAudit,
     /// Feed moves shorter than the servo period; `None` if there are none, or the machine does not name it.
     pub brief: Option<Brief>,
     /// Feed moves that come within the machine's singular cone; `None` if there are none.

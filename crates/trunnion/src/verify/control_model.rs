@@ -1,0 +1,186 @@
+//! What a program is on a control that is known by measurement: `LinuxCNC` 2.9, which does not look ahead where rotaries
+//! move.
+
+use super::replay::{Control, Course, Segment};
+use super::report::Ratio;
+use crate::machine::{FIRST_ROTARY, Machine};
+use crate::types::{AXES, AxisVector};
+
+/// A program on `LinuxCNC` 2.9: a block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever
+/// comes next, `a` being what the axes named in the block allow along it.
+///
+/// What it limits are the words. With tool-centre-point control those are the tip's, and slides may be asked for more than
+/// they can.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelAudit {
+    /// Time of all blocks \[s\]; rapids at rapid speed.
+    pub seconds: f64,
+    /// Largest velocity in a feed move.
+    pub velocity: AxisRatio,
+    /// Largest acceleration between feed moves in which rotaries move, or from and to rest, as the divided difference of
+    /// mean velocities.
+    pub acceleration: AxisRatio,
+}
+
+/// The axis that is nearest to its limit, or farthest beyond.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisRatio {
+    /// Name of the axis.
+    pub axis: String,
+    /// Its rate against the limit.
+    pub ratio: Ratio,
+}
+
+/// A block so far.
+#[derive(Debug, Default)]
+struct Way {
+    length: f64,
+    /// Time by the velocities \[s\].
+    least: f64,
+    /// Acceleration of the axes over their limits, where the block is passed at 1 mm/s² \[s²/mm\].
+    share: f64,
+    turns: bool,
+    /// Velocities at the times programmed.
+    fastest: AxisVector,
+}
+
+impl Way {
+    /// Time of a block that is programmed to take `seconds`.
+    fn seconds(&self, seconds: f64) -> f64 {
+        // Length over sqrt(a L / 2), a = 1 / share.
+        let turning = if self.turns { (2.0 * self.length * self.share).sqrt() } else { 0.0 };
+        seconds.max(self.least).max(turning)
+    }
+}
+
+/// How the block before ended.
+#[derive(Debug, Clone, Copy)]
+enum Before {
+    /// The machine stands.
+    Rest,
+    /// Without rotaries the control looks ahead and keeps its limits.
+    Straight,
+    Turning(Mean),
+}
+
+/// A block's mean velocity, what rounding can have added to it, and its time.
+#[derive(Debug, Clone, Copy)]
+struct Mean {
+    velocity: AxisVector,
+    slack: AxisVector,
+    seconds: f64,
+}
+
+/// Runs the model block by block.
+pub(super) struct Model<'a> {
+    machine: &'a Machine,
+    way: Way,
+    before: Before,
+    seconds: f64,
+    velocity: [Ratio; AXES],
+    acceleration: [Ratio; AXES],
+    line: u32,
+}
+
+impl<'a> Model<'a> {
+    pub(super) fn new(control: &'a Control<'_>) -> Self {
+        Self {
+            machine: control.real().machine(),
+            way: Way::default(),
+            before: Before::Rest,
+            seconds: 0.0,
+            velocity: [Ratio::NONE; AXES],
+            acceleration: [Ratio::NONE; AXES],
+            line: 0,
+        }
+    }
+
+    /// A feed move that is a block or part of one, and its largest velocities at the time programmed.
+    pub(super) fn chord(&mut self, control: &Control<'_>, segment: &Segment, fastest: &AxisVector) {
+        if segment.block.begins {
+            self.way = Way::default();
+        }
+        let words = words(control, segment);
+        let tip = words.fixed_rows::<FIRST_ROTARY>(0).norm();
+        let turn = words.fixed_rows::<{ AXES - FIRST_ROTARY }>(FIRST_ROTARY).norm();
+        let length = if tip > 0.0 { tip } else { turn };
+        let over = |limits: AxisVector| words.abs().component_div(&limits).amax();
+        let way = &mut self.way;
+        way.least += over(self.machine.vector(|axis| axis.vel));
+        if length > 0.0 {
+            way.share = way.share.max(over(self.machine.vector(|axis| axis.acc)) / length);
+        }
+        way.length += length;
+        way.turns |= turn > 0.0;
+        way.fastest = way.fastest.sup(fastest);
+    }
+
+    /// The block ends that is programmed to take `seconds`, with a mean velocity and what rounding can have added to it.
+    pub(super) fn end(&mut self, line: u32, seconds: f64, [velocity, slack]: [AxisVector; 2]) {
+        let modelled = self.way.seconds(seconds);
+        let slower = seconds / modelled;
+        let fastest = self.way.fastest * slower;
+        let mean = Mean { velocity: velocity * slower, slack: slack * slower, seconds: modelled };
+        self.seconds += modelled;
+        self.line = line;
+        let axes = self.velocity.iter_mut().zip(&self.machine.axes).enumerate();
+        axes.for_each(|(k, (ratio, axis))| ratio.take(fastest[k], mean.slack[k], axis.vel, line));
+        if self.way.turns {
+            self.change(Some(mean));
+            self.before = Before::Turning(mean);
+        } else {
+            self.before = Before::Straight;
+        }
+    }
+
+    /// The machine rests before and after what takes `seconds`.
+    pub(super) fn rest(&mut self, seconds: f64) {
+        self.change(None);
+        self.before = Before::Rest;
+        self.seconds += seconds;
+    }
+
+    /// Acceleration from the block before to this one, or to rest.
+    fn change(&mut self, to: Option<Mean>) {
+        let rest = Mean { velocity: AxisVector::zeros(), slack: AxisVector::zeros(), seconds: 0.0 };
+        let (from, to) = match (self.before, to) {
+            (Before::Straight, _) | (Before::Rest, None) => return,
+            (Before::Rest, Some(to)) => (rest, to),
+            (Before::Turning(from), to) => (from, to.unwrap_or(rest)),
+        };
+        let time = 0.5 * (from.seconds + to.seconds);
+        let acceleration = (to.velocity - from.velocity) / time;
+        let slack = (to.slack + from.slack) / time;
+        let axes = self.acceleration.iter_mut().zip(&self.machine.axes).enumerate();
+        axes.for_each(|(k, (ratio, axis))| {
+            ratio.take(acceleration[k], slack[k], axis.acc, self.line);
+        });
+    }
+
+    pub(super) fn finish(mut self) -> ModelAudit {
+        self.rest(0.0);
+        let worst = |ratios: [Ratio; AXES]| {
+            let named = ratios.into_iter().zip(&self.machine.axes);
+            let worst = named.reduce(|a, b| if b.0.worst > a.0.worst { b } else { a });
+            let (ratio, axis) = worst
+                .map_or((Ratio::NONE, String::new()), |(ratio, axis)| (ratio, axis.name.clone()));
+            AxisRatio { axis, ratio }
+        };
+        let [velocity, acceleration] = [self.velocity, self.acceleration].map(worst);
+        ModelAudit { seconds: self.seconds, velocity, acceleration }
+    }
+}
+
+/// By how much a move changes what its words say \[mm, rad\].
+fn words(control: &Control<'_>, segment: &Segment) -> AxisVector {
+    let mut words = segment.joints[1] - segment.joints[0];
+    let tip = match segment.course {
+        Course::Tip { ends: [from, to], .. } => to - from,
+        Course::Circle { ends: [from, to] } => {
+            control.real().setup().rotation * (to.tip - from.tip)
+        }
+        Course::Joints | Course::Rest | Course::Unknown => return words,
+    };
+    words.fixed_rows_mut::<FIRST_ROTARY>(0).copy_from(&tip);
+    words
+}
