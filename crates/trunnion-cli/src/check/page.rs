@@ -29,7 +29,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
         passed: told.passed,
         verdict: if told.passed {
-            vec!["every tolerance and limit is kept by the program as it stands".to_owned()]
+            vec![format!("{} by the program as it stands", told.kept())]
         } else {
             told.failures.clone()
         },

@@ -240,10 +240,19 @@ impl Told {
         }
     }
 
+    /// What a program that passed has kept: limits only where axes were audited.
+    pub(super) fn kept(&self) -> &'static str {
+        if self.axes.is_empty() {
+            "every tolerance is kept"
+        } else {
+            "every tolerance and limit is kept"
+        }
+    }
+
     /// The short table for people.
     pub(super) fn table(&self, places: &[PathBuf]) -> String {
-        let kept = if self.passed { "every tolerance and limit is kept" } else { "NOT KEPT" };
-        let mut lines = vec![format!("{}: {kept}", self.program)];
+        let verdict = if self.passed { self.kept() } else { "NOT KEPT" };
+        let mut lines = vec![format!("{}: {verdict}", self.program)];
         let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));
         let Tolerance { total, gouge } = self.tolerance;
         row("tolerance", format!("excess {total} mm, gouge {gouge} mm"));
