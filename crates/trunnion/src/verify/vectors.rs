@@ -36,7 +36,7 @@ impl Known {
     ) -> Result<(Self, Option<[ToolPose; 2]>), VerifyError> {
         match control.counted(step.frame, step.line)? {
             Counted::From(_) if step.axis.is_some() => {
-                let what = "a tool vector without tool-centre-point control";
+                let what = "a turn into a tilted plane, or a tool vector, without tool-centre-point control";
                 Err(VerifyError::Special { line: step.line, what })
             }
             Counted::From(shift) => {
