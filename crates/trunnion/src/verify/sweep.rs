@@ -267,14 +267,21 @@ impl Piece {
         let by_s = probe.slope(&y, &stand.axis, &ray.normal);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
-        let square = 0.5 * half * half;
-        let far = y.norm() + self.speed * half;
-        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let shear = self.turn * half + self.turn_change * square;
+        let [bend, shear] = self.beyond(half, y.norm());
         let down = (shear + by_s).max(0.0) * (s + ray.below);
         let up = (shear - by_s).max(0.0) * (limit - s);
-        let low = probe.distance - drift.abs() * half - bend * square - down.max(up);
+        let low = probe.distance - drift.abs() * half - bend - down.max(up);
         Bound { low, by_s, drift }
+    }
+
+    /// How far the distance of a point can be from its linear part within `half` of an instant at which the point is
+    /// so far from the tip, and how far the tool turns under it: mm, and mm for each mm beside the point.
+    #[inline]
+    fn beyond(&self, half: f64, far: f64) -> [f64; 2] {
+        let square = 0.5 * half * half;
+        let far = far + self.speed * half;
+        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
+        [bend * square, self.turn * half + self.turn_change * square]
     }
 
     /// Bounds the distance of a body from a patch over `u` within `half` of the instant: the linear
@@ -294,14 +301,11 @@ impl Piece {
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - slope(tip_rate);
         let [a, b] = patch.half;
-        let square = 0.5 * half * half;
-        let far = y.norm() + self.speed * half + patch.radius;
-        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let shear = self.turn * half + self.turn_change * square;
+        let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         Margin {
             distance: probe.distance,
             place: slope(a).abs() + slope(b).abs() + patch.bulge,
-            time: drift.abs() * half + bend * square + shear * patch.radius,
+            time: drift.abs() * half + bend + shear * patch.radius,
         }
     }
 

@@ -56,14 +56,11 @@ impl Piece {
         let aside = (gradient - disc.normal * up).norm();
         let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
         let radius = disc.radius + top + below + bulge;
-        let square = 0.5 * half * half;
-        let far = y.norm() + self.speed * half + radius;
-        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let shear = self.turn * half + self.turn_change * square;
+        let [bend, shear] = self.beyond(half, y.norm() + radius);
         Margin {
             distance: probe.distance,
             place: aside * disc.radius + bulge + up.max(0.0) * (top + below),
-            time: drift.abs() * half + bend * square + shear * radius,
+            time: drift.abs() * half + bend + shear * radius,
         }
     }
 
@@ -118,14 +115,11 @@ impl Piece {
         // The tool turns without spin.
         let turning = stand.axis.cross(axis_rate).cross(&y);
         let drift = down.dot(&(tip_rate + turning));
-        let square = 0.5 * half * half;
-        let far = y.norm() + self.speed * half + patch.radius;
-        let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
-        let shear = self.turn * half + self.turn_change * square;
+        let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         Margin {
             distance: down.dot(&y) - body.extent(&stand.axis, &down),
             place: patch.bulge,
-            time: drift.abs() * half + bend * square + shear * patch.radius,
+            time: drift.abs() * half + bend + shear * patch.radius,
         }
     }
 }
