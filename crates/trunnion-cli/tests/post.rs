@@ -4,7 +4,7 @@
 
 mod binary;
 
-use binary::trunnion;
+use binary::{folder, trunnion};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -126,6 +126,31 @@ fn the_worked_cut_is_written_as_by_hand() {
             );
         }
     }
+}
+
+/// The time on LinuxCNC that `post` tells before writing, and the one that `check` reckons from the text with a formula of
+/// its own: apart by the rounding of words.
+#[test]
+fn check_finds_the_time_on_the_control_that_post_told() {
+    let folder = folder();
+    let told = posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
+    let mut arguments = vec!["check", "wave.ngc", "--json", "--machine", "bc-trunnion"];
+    arguments.extend([
+        "--part",
+        "patch.json",
+        "--cutter",
+        "R=0,r=5",
+        "--tolerance",
+        "5,5",
+        "--grid",
+        "5",
+    ]);
+    arguments.extend(SETUP.iter().take(3));
+    let output = trunnion(folder.path(), &arguments);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let seconds = number(&found["control_model"]["seconds"]) - number(&found["rapid"]);
+    let wanted = number(&told["model_seconds"][1]);
+    assert!((seconds - wanted).abs() < 1e-5 * wanted, "{seconds} s, told {wanted} s");
 }
 
 #[test]
