@@ -128,7 +128,7 @@ fn the_worked_cut_is_written_as_by_hand() {
     }
 }
 
-/// The time on LinuxCNC that `post` tells before writing, and the one that `check` reckons from the text with a formula of
+/// The time on `LinuxCNC` that `post` tells before writing, and the one that `check` reckons from the text with a formula of
 /// its own: apart by the rounding of words.
 #[test]
 fn check_finds_the_time_on_the_control_that_post_told() {
