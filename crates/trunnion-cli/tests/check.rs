@@ -192,8 +192,39 @@ fn stock_is_cut_and_collisions_are_told_with_their_lines() {
     assert!((of("fixture")[1]["depth"].as_f64().unwrap() - 1.0).abs() < 0.01, "{hits:?}");
     let left = trunnion::import::stl::read(&fs::read(folder.join("out/stock.stl")).unwrap());
     assert!(left.unwrap().triangles.len() > 1000);
-    let (code, _, errors) = told(&check(&["--fixture", fixture]));
-    assert!(code == Some(2) && errors.contains("--stock"), "{errors}");
+    let (code, _, errors) = told(&check(&["--clearance", "1"]));
+    assert!(code == Some(2) && errors.contains("--fixture"), "{errors}");
     let (code, _, errors) = told(&check(&["--stock", "box:1,2,3"]));
     assert!(code == Some(2) && errors.contains("box:-50,-30,-20,50,30,0"), "{errors}");
+}
+
+#[test]
+fn fixtures_are_kept_clear_of_without_stock() {
+    let folder = folder();
+    let folder = folder.path();
+    let flat = r#"{"degree":[1,1], "knots":[[0,0,1,1],[0,0,1,1]],
+        "points":[[[-20,-5,-5],[-20,5,-5]],[[20,-5,-5],[20,5,-5]]]}"#;
+    fs::write(folder.join("flat.json"), flat).unwrap();
+    fs::write(folder.join("moves.cls"), MOVES).unwrap();
+    let check = |more: &[&str]| {
+        let mut all = vec!["--json", "check", "moves.cls", "--part", "flat.json"];
+        all.extend(["--cutter", "R=5,r=3,L=60", "--tolerance", "0.1,0.01", "--grid", "1"]);
+        all.extend(["--fixture", "cyl:0,58,-20,50,40"]);
+        all.extend(more);
+        trunnion(folder, &all)
+    };
+    // The tool's side at y = 8 touches a cylinder that begins there; 0.3 um less is within the tolerance.
+    let near = |output| json(output)["fixtures"]["near"].as_array().unwrap().clone();
+    let touched = check(&[]);
+    assert_eq!(near(&touched), [] as [serde_json::Value; 0]);
+    let least = json(&touched)["fixtures"]["least"].clone();
+    assert!(least["distance"].as_f64().unwrap().abs() < 1e-3, "{least}");
+    assert_eq!(least["fixture"], "cyl:0,58,-20,50,40");
+    assert_eq!(told(&touched).0, Some(0));
+    let clear = check(&["--fixture", "box:-5,-20,-9,5,-10,9", "--clearance", "3"]);
+    assert_eq!(told(&clear).0, Some(1));
+    let lines: Vec<_> = near(&clear).iter().map(|near| near["line"].clone()).collect();
+    // The rapid move before it passes at an angle; the descent stays at x = 30.
+    assert!(lines.contains(&9.into()), "{lines:?}");
+    assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
 }

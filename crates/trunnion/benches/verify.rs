@@ -17,7 +17,7 @@ use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Progr
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Input, Options, Promise, Solid, Stock};
+use trunnion::verify::{self, ClInput, Fixture, Input, Options, Promise, Solid, Stock, Watch};
 
 fn main() {
     divan::main();
@@ -101,8 +101,42 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
         .counter(divan::counter::ItemsCount::new(60usize))
         .with_inputs(|| block.clone())
         .bench_local_values(|mut stock| {
-            verify::simulate_cl(&input, &mut stock, &[], 0.01 * cell, &Silent).unwrap()
+            verify::simulate_cl(&input, &mut stock, 0.01 * cell, &Silent).unwrap()
         });
+}
+
+/// 100 000 tilting moves of 1 mm to and fro, a tool with a holder, past a post of 100 000 triangles; they pass it at
+/// 300 mm and at 1 mm at least.
+#[divan::bench(args = [300.0, 1.0], sample_count = 3, sample_size = 1)]
+fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
+    let spec = CutterSpec {
+        kind: Kind::Bull,
+        major: MAJOR,
+        minor: MINOR,
+        length: 120.0,
+        construction: Construction::Solid,
+        shank: vec![[40.0, 12.0], [70.0, 25.0], [100.0, 25.0]],
+    };
+    let record = |k: u32| {
+        let [row, x] = [k / 100, k % 100].map(f64::from);
+        let x = if k / 100 % 2 == 0 { x } else { 100.0 - x };
+        let turn =
+            Rotation3::from_euler_angles(0.1 * (0.05 * x).sin(), 0.1 * (0.01 * x).cos(), 0.0);
+        let tip = Point3::new(x, -0.05 * row, 3.0 * (0.1 * x).sin());
+        let pose = ToolPose { tip, axis: turn * Vector3::z_axis() };
+        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+    };
+    let file = ClFile { records: (0..=100_000).map(record).collect(), ..ClFile::default() };
+    let cutter = Cutter::new(spec).unwrap();
+    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+    // The leaning holder reaches farther out than its radius: 33.9 mm, as measured.
+    let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
+    let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };
+    let fixtures = [Fixture::new(&post, 3e-7).unwrap()];
+    let watch = Watch { tolerance: 1e-3, clearance: 0.0 };
+    bencher
+        .counter(divan::counter::ItemsCount::new(100_000usize))
+        .bench_local(|| verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap());
 }
 
 #[divan::bench(args = [1.0, 0.2], sample_count = 1, sample_size = 1)]

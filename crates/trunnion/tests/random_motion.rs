@@ -136,12 +136,12 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
     if way.mode == Mode::Circle {
         let file = way.file();
         let input = trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[] };
-        return simulate_cl(&input, stock, &[], tolerance, &Silent).unwrap();
+        return simulate_cl(&input, stock, tolerance, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
     let input = Input { program: &program, believed, real, faces: &[], cutter, rest: &[] };
-    simulate(&input, stock, &[], tolerance, &Silent).unwrap()
+    simulate(&input, stock, tolerance, &Silent).unwrap()
 }
 
 /// The volume that is cut is that of the poses, by rays of their own with their own statistical error.

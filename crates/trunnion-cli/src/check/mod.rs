@@ -1,6 +1,7 @@
 //! `trunnion check`: a program against the part, and against the machine; or a table of setpoints.
 
 mod export;
+mod fixtures;
 mod model;
 mod page;
 mod setpoints;
@@ -76,8 +77,10 @@ pub(crate) struct Args {
     /// What the tool must not touch, said as --stock; may be given several times.
     #[arg(long, value_name = "FIXTURE", allow_hyphen_values = true)]
     fixture: Vec<String>,
-    /// Largest distance of the rays that stand for stock and fixtures in mm
-    /// [default: 400 on the longest side].
+    /// How far any part of the tool must keep off fixtures in mm; what comes nearer is told.
+    #[arg(long, value_name = "MM", value_parser = tool::positive, requires = "fixture")]
+    clearance: Option<f64>,
+    /// Largest distance of the rays that stand for stock in mm [default: 400 on the longest side].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     stock_cell: Option<f64>,
     /// Servo period of a table of setpoints in s [default: the job's, the machine's or that of its rows].
@@ -107,8 +110,9 @@ Programs that tell the tool by vectors (Siemens A3= B3= C3=, Heidenhain LN, Fanu
 straight and the tool on the great circle from one to the next. Where the rotaries go is the control's choice then:
 axes are not audited, and rapid moves of axes behind the vectors are told, not measured.
 With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
-own speed), shank or holder in it, and anything in a --fixture are told with line, depth and place; what is
-left is written as stock.stl.
+own speed), and shank or holder in it are told with line, depth and place; what is left is written as stock.stl.
+How near any part of the tool comes to a --fixture is found for every move, between times and places, too: the
+least distance is told, and every line that runs into one, or comes nearer than --clearance.
 Setpoints (a .csv file) are held against the machine alone. Columns: t in s, then X,Y,.. in mm and degrees, and
 X_vel,..; X_acc,..; X_jerk,.. as far as there are any. Every row must keep the period and every limit; between
 two rows, the least acceleration and jerk of any motion through both must. The decimals' own rounding is taken

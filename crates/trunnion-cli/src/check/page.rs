@@ -70,6 +70,12 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
     if let Some(stock) = &told.stock {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
+    if let Some(fixtures) = &told.fixtures {
+        let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
+        let clear = fixtures.near.is_empty();
+        let told = number("least off fixtures", format!("{least:.4}"), "mm", clear, !clear);
+        numbers.push(Number { note: fixtures.words(), ..told });
+    }
     let percent = |label: String, of: Fraction| Number {
         note: format!("of its limit, at line {}", of.line),
         ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)

@@ -1,5 +1,6 @@
 //! What is checked, against what.
 
+use super::fixtures::Fixtures;
 use super::tool::Said;
 use super::{Args, stock};
 use crate::outcome::Failure;
@@ -14,8 +15,8 @@ use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, ProgramText, ReadOpti
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, Carving, ClInput, Finding, Input, Options, Promise, Report, Solid, Stock, Track,
-    VerifyError,
+    self, Approach, Carving, ClInput, Clearance, Finding, Input, Options, Promise, Report, Solid,
+    Stock, Track, VerifyError,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -53,7 +54,7 @@ pub(super) struct Subject {
     pub(super) options: Options,
     /// Material and fixtures, where they were named.
     stock: Option<Stock>,
-    fixtures: Vec<Stock>,
+    pub(super) fixtures: Option<Fixtures>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -64,6 +65,8 @@ pub(super) struct Found {
     pub(super) others: (usize, f64),
     /// What the tool did to the stock, and what is left of it.
     pub(super) stock: Option<(Carving, Stock)>,
+    /// How near it came to fixtures.
+    pub(super) clearance: Option<Clearance>,
 }
 
 /// All but the program.
@@ -89,7 +92,7 @@ impl Subject {
             None => Setting::of_arguments(args, bars)?,
         };
         let motion = motion(args, setting.kinematics)?;
-        let (stock, fixtures) = material(args, setting.stock, setting.stock_cell)?;
+        let stock = material(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => program.warnings(),
@@ -102,6 +105,8 @@ impl Subject {
             Motion::Locations(_) => None,
         };
         let [total, gouge] = args.tolerance.unwrap_or(setting.tolerance);
+        let fixtures = || Fixtures::read(&args.fixture, args.clearance.unwrap_or(0.0), total);
+        let fixtures = (!args.fixture.is_empty()).then(fixtures).transpose()?;
         let options = Options {
             grid: args.grid.unwrap_or(setting.grid),
             reach: REACH.max(2.0 * total),
@@ -140,11 +145,17 @@ impl Subject {
             let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
             others = (other.deviation.points, depth);
         }
-        let stock = self.carve(bars)?;
-        Ok(Found { report, others, stock })
+        let mut stock = self.carve(bars)?;
+        let clearance = self.clearance(bars)?;
+        if let Some((carving, _)) = &mut stock {
+            let near = clearance.iter().flat_map(|found| &found.near);
+            carving.collisions.extend(near.filter_map(Approach::collision));
+            carving.collisions.sort_by_key(|hit| (hit.line, hit.kind));
+        }
+        Ok(Found { report, others, stock, clearance })
     }
 
-    /// Runs the program through stock and fixtures; fixtures are looked at together with it.
+    /// Runs the program through stock.
     fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
         let Some(mut stock) = self.stock.clone() else { return Ok(None) };
         let (faces, cutter) = (&self.faces[..], &self.cutter);
@@ -152,14 +163,30 @@ impl Subject {
         let carving = match &self.motion {
             Motion::Program(program, kinematics) => {
                 let input = self.input(program, kinematics, faces);
-                verify::simulate(&input, &mut stock, &self.fixtures, tolerance, bars)
+                verify::simulate(&input, &mut stock, tolerance, bars)
             }
             Motion::Locations(file) => {
                 let input = ClInput { file, faces, cutter, rest: &[] };
-                verify::simulate_cl(&input, &mut stock, &self.fixtures, tolerance, bars)
+                verify::simulate_cl(&input, &mut stock, tolerance, bars)
             }
         };
         Ok(Some((carving.map_err(|error| self.failure(&error))?, stock)))
+    }
+
+    /// How near the program comes to fixtures.
+    fn clearance(&self, bars: &dyn Progress) -> Result<Option<Clearance>, Failure> {
+        let Some(Fixtures { all, watch, .. }) = &self.fixtures else { return Ok(None) };
+        let (faces, cutter) = (&self.faces[..], &self.cutter);
+        let found = match &self.motion {
+            Motion::Program(program, kinematics) => {
+                verify::clearance(&self.input(program, kinematics, faces), all, watch, bars)
+            }
+            Motion::Locations(file) => {
+                let input = ClInput { file, faces, cutter, rest: &[] };
+                verify::clearance_cl(&input, all, watch, bars)
+            }
+        };
+        found.map(Some).map_err(|error| self.failure(&error))
     }
 
     fn measure(
@@ -272,20 +299,16 @@ impl Setting {
     }
 }
 
-/// Stock, as it is said or as the job has it, and fixtures.
+/// Stock, as it is said or as the job has it.
 fn material(
     args: &Args,
     of_job: Option<Solid>,
     cell: Option<f64>,
-) -> Result<(Option<Stock>, Vec<Stock>), Failure> {
+) -> Result<Option<Stock>, Failure> {
     let cell = args.stock_cell.or(cell);
     let stock = match (&args.stock, of_job) {
         (Some(said), _) => Some((said.as_str(), stock::read(said)?)),
         (None, Some(solid)) => Some(("the job's stock", solid)),
-        (None, None) if !args.fixture.is_empty() => {
-            let help = "say what is cut with --stock";
-            return Err(Failure::input(format!("--fixture needs --stock\n  help: {help}")));
-        }
         (None, None) if args.stock_cell.is_some() => {
             let help = "say what is cut with --stock";
             return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
@@ -293,9 +316,7 @@ fn material(
         (None, None) => None,
     };
     let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, cell);
-    let fixture = |said: &String| rays((said, stock::read(said)?));
-    let fixtures: Result<Vec<Stock>, Failure> = args.fixture.iter().map(fixture).collect();
-    Ok((stock.map(rays).transpose()?, fixtures?))
+    stock.map(rays).transpose()
 }
 
 /// Both, or all that is wrong with either.

@@ -1,5 +1,6 @@
 //! What a check says: for scripts and for people.
 
+use super::fixtures::FixturesTold;
 use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
 use crate::material;
@@ -7,7 +8,7 @@ use std::path::PathBuf;
 use trunnion::files::summary::StockSummary;
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular, Vectors};
+use trunnion::verify::{Approach, AxisAudit, Brief, Collision, Extreme, Ratio, Singular, Vectors};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -37,6 +38,8 @@ pub(super) struct Told {
     pub(super) axes: Vec<AxisTold>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
+    /// Null without fixtures.
+    pub(super) fixtures: Option<FixturesTold>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Files beside this one.
@@ -185,10 +188,12 @@ impl Told {
         let report = &found.report;
         let audit = report.audit.as_ref();
         let deviation = &report.deviation;
-        let carving = found.stock.as_ref().map(|(carving, _)| carving);
-        let collisions = carving.map_or(&[][..], |carving| &carving.collisions);
+        let collisions = collisions(found);
+        let fixtures = subject.fixtures.as_ref().zip(found.clearance.as_ref());
+        let fixtures = fixtures.map(|(fixtures, clearance)| fixtures.told(clearance));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(carving.into_iter().flat_map(pipeline::collided));
+        failures.extend(pipeline::collided(&collisions));
+        failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
         let vectors = report.vectors.map(VectorsTold::of);
         let mut warnings = subject.warnings.clone();
         warnings.extend(vectors.iter().flat_map(|vectors| vectors.warnings(&subject.program)));
@@ -199,7 +204,9 @@ impl Told {
             program: subject.program.clone(),
             part: subject.part.clone(),
             machine: subject.machine.clone(),
-            passed: report.passed() && collisions.is_empty(),
+            passed: report.passed()
+                && collisions.is_empty()
+                && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
             tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
             deviation: Heights {
                 grid: subject.options.grid,
@@ -235,6 +242,7 @@ impl Told {
                 .stock
                 .as_ref()
                 .map(|(carving, left)| pipeline::stock_summary(carving, left)),
+            fixtures,
             failures,
             files: Vec::new(),
         }
@@ -294,10 +302,22 @@ impl Told {
             lines.push(format!("  {:<14}{told}", "stock"));
             lines.push(format!("  {:<14}{hit}", "collisions"));
         }
+        if let Some(fixtures) = &self.fixtures {
+            lines.push(format!("  {:<14}{}", "fixtures", fixtures.words()));
+        }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
         lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
         lines.join("\n") + "\n"
+    }
+}
+
+/// Lines that run into something: what is told of stock has fixtures among it.
+fn collisions(found: &Found) -> Vec<Collision> {
+    match (&found.stock, &found.clearance) {
+        (Some((carving, _)), _) => carving.collisions.clone(),
+        (None, Some(clearance)) => clearance.near.iter().filter_map(Approach::collision).collect(),
+        (None, None) => Vec::new(),
     }
 }
 

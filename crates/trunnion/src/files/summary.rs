@@ -249,9 +249,9 @@ pub struct CollisionSummary {
     pub kind: String,
     /// Line of the program.
     pub line: u32,
-    /// How deep, on the rays looked at, in mm.
+    /// How deep, on the rays that stand for stock, in mm.
     pub depth: f64,
-    /// In the middle of the deepest ray, in mm.
+    /// In the middle of the deepest ray, in mm; in a fixture the deepest place.
     pub point: [f64; 3],
 }
 

@@ -7,7 +7,7 @@ use crate::files::job;
 use crate::files::summary::{CollisionSummary, StockSummary};
 use crate::surface::{Face, FaceMesh};
 use crate::types::Mesh;
-use crate::verify::{self, Carving, CollisionKind, Solid, Stock};
+use crate::verify::{Carving, Collision, CollisionKind, Solid, Stock};
 use std::collections::BTreeSet;
 
 /// Rays of one stock at most: some gigabytes.
@@ -78,7 +78,7 @@ pub fn stock(job: &Job) -> Result<Option<Stock>, PipelineError> {
 
 /// The numbers of a stock that was cut.
 pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
-    let collision = |collision: &verify::Collision| CollisionSummary {
+    let collision = |collision: &Collision| CollisionSummary {
         kind: match collision.kind {
             CollisionKind::Rapid => "rapid",
             CollisionKind::Holder => "holder",
@@ -98,8 +98,7 @@ pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
 }
 
 /// Collisions in words: the first of them, and how many more.
-pub fn collided(carving: &Carving) -> Vec<String> {
-    let all = &carving.collisions;
+pub fn collided(all: &[Collision]) -> Vec<String> {
     let mut told: Vec<String> = all.iter().take(TOLD).map(ToString::to_string).collect();
     if all.len() > TOLD {
         told.push(format!("and {} more lines that run into something", all.len() - TOLD));
@@ -109,7 +108,7 @@ pub fn collided(carving: &Carving) -> Vec<String> {
 
 /// Collisions of a program.
 pub(super) fn failures(program: &Program) -> Vec<String> {
-    let told = program.carving.as_ref().map(|(carving, _)| collided(carving));
+    let told = program.carving.as_ref().map(|(carving, _)| collided(&carving.collisions));
     let name = program.file;
     told.into_iter().flatten().map(|what| format!("{name}: {what}")).collect()
 }

@@ -70,7 +70,7 @@ pub(super) fn run(
     let carve = |stock: &Stock| {
         let mut left = stock.clone();
         let tolerance = left.tolerance(job.budget.total);
-        let carving = verify::simulate(&all, &mut left, &[], tolerance, progress)?;
+        let carving = verify::simulate(&all, &mut left, tolerance, progress)?;
         Ok::<_, PipelineError>((carving, left))
     };
     let carving = stock.map(carve).transpose()?;

@@ -58,6 +58,13 @@ pub(super) struct Tree {
 /// Boxes a leaf holds at most.
 const LEAF: usize = 8;
 
+/// What is below a node.
+#[derive(Debug)]
+pub(super) enum Below<'a> {
+    Nodes([usize; 2]),
+    Items(&'a [Item]),
+}
+
 #[derive(Debug)]
 struct Node {
     bounds: Bounds,
@@ -85,6 +92,27 @@ impl Tree {
     /// Whether anything may be in a region.
     pub(super) fn meets(&self, region: &Bounds) -> bool {
         self.nodes.first().is_some_and(|all| all.bounds.meets(region))
+    }
+
+    /// Number of the node above all others, if there is anything.
+    pub(super) fn root(&self) -> Option<usize> {
+        (!self.nodes.is_empty()).then_some(0)
+    }
+
+    /// The box of a node.
+    pub(super) fn bounds(&self, node: usize) -> Option<&Bounds> {
+        self.nodes.get(node).map(|node| &node.bounds)
+    }
+
+    /// What is below a node.
+    pub(super) fn below(&self, node: usize) -> Below<'_> {
+        match self.nodes.get(node).map(|node| &node.kind) {
+            Some(Kind::Fork { second }) => Below::Nodes([node + 1, *second]),
+            Some(Kind::Leaf { first, count }) => {
+                Below::Items(self.items.get(*first..first + count).unwrap_or_default())
+            }
+            None => Below::Items(&[]),
+        }
     }
 
     /// Contents of all boxes that meet a region, each once, in ascending order.

@@ -19,6 +19,7 @@ mod bounds;
 mod chunks;
 mod control_model;
 mod deviation;
+mod fixture;
 mod grid;
 mod index;
 mod measure;
@@ -33,6 +34,7 @@ mod track;
 mod vectors;
 
 pub use control_model::{AxisRatio, ModelAudit};
+pub use fixture::{Approach, Clearance, Fixture, Watch, clearance, clearance_cl};
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,

@@ -147,6 +147,13 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant
 }
 
 impl Instant {
+    /// Velocity by `u` of the tool's own point at `y` from the tip.
+    #[inline]
+    pub(super) fn velocity(&self, y: &Vector3<f64>) -> Vector3<f64> {
+        let Self { stand, tip_rate, axis_rate } = self;
+        tip_rate + axis_rate * stand.axis.dot(y) - stand.axis * axis_rate.dot(y)
+    }
+
     /// Distance of a body from a point, its derivative by `u`, and its gradient.
     #[inline]
     fn distance(&self, body: Body, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
@@ -345,6 +352,12 @@ impl Piece {
     pub(super) fn bend(&self, far: f64) -> f64 {
         let far = far + self.speed;
         0.5 * (self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far)
+    }
+
+    /// How far a point of the tool, at most `far` \[mm\] from the tip, is at most from the chord between its places at
+    /// both ends of the piece \[mm\]: over a part of it, as the square of the part's length.
+    pub(super) fn sag(&self, far: f64) -> f64 {
+        0.5 * (self.acceleration + self.turn_change * far)
     }
 
     /// How much a direction in the tool's frame changes at most within `time`.

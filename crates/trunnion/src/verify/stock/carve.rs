@@ -35,9 +35,9 @@ pub struct Collision {
     pub kind: CollisionKind,
     /// Line of the program.
     pub line: u32,
-    /// How deep, on the rays looked at \[mm\].
+    /// How deep: in stock on the rays that stand for it, in a fixture anywhere \[mm\].
     pub depth: f64,
-    /// In the middle of the deepest ray \[mm\].
+    /// In the middle of the deepest ray, or the deepest place of the fixture \[mm\].
     pub point: Point3<f64>,
 }
 
@@ -73,7 +73,7 @@ pub struct Carving {
 /// remember.
 const BATCH: usize = 256;
 
-/// Runs a program through stock and fixtures. `tolerance` \[mm\]: nothing farther than this from the swept
+/// Runs a program through stock. `tolerance` \[mm\]: nothing farther than this from the swept
 /// tool is cut, nothing deeper than this within it is left on a ray. Rapid moves are run both as all axes
 /// together and as each axis at its own speed.
 ///
@@ -83,16 +83,15 @@ const BATCH: usize = 256;
 pub fn simulate(
     input: &Input<'_>,
     stock: &mut Stock,
-    fixtures: &[Stock],
     tolerance: f64,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let control = Control::new(input)?;
     let run = Run::program(&control, input.program, CHORD_SHARE * tolerance);
-    Carver::new(stock, fixtures, input.cutter, tolerance)?.run(&run, progress)
+    Carver::new(stock, input.cutter, tolerance)?.run(&run, progress)
 }
 
-/// Runs cutter locations through stock and fixtures; see [`simulate`].
+/// Runs cutter locations through stock; see [`simulate`].
 ///
 /// # Errors
 ///
@@ -100,18 +99,16 @@ pub fn simulate(
 pub fn simulate_cl(
     input: &ClInput<'_>,
     stock: &mut Stock,
-    fixtures: &[Stock],
     tolerance: f64,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let run = Run::locations(input.file, CHORD_SHARE * tolerance);
-    Carver::new(stock, fixtures, input.cutter, tolerance)?.run(&run, progress)
+    Carver::new(stock, input.cutter, tolerance)?.run(&run, progress)
 }
 
 /// A tool in stock.
 struct Carver<'a> {
     stock: &'a mut Stock,
-    fixtures: &'a [Stock],
     bodies: Vec<Body>,
     /// No point of the tool is farther from the tip \[mm\].
     size: f64,
@@ -120,12 +117,7 @@ struct Carver<'a> {
 }
 
 impl<'a> Carver<'a> {
-    fn new(
-        stock: &'a mut Stock,
-        fixtures: &'a [Stock],
-        cutter: &Cutter,
-        tolerance: f64,
-    ) -> Result<Self, VerifyError> {
+    fn new(stock: &'a mut Stock, cutter: &Cutter, tolerance: f64) -> Result<Self, VerifyError> {
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
@@ -133,7 +125,7 @@ impl<'a> Carver<'a> {
         let bodies = body::bodies(cutter);
         let widest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
         let size = cutter.length().hypot(widest);
-        Ok(Self { stock, fixtures, bodies, size, tolerance, found: BTreeMap::new() })
+        Ok(Self { stock, bodies, size, tolerance, found: BTreeMap::new() })
     }
 
     fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
@@ -151,7 +143,6 @@ impl<'a> Carver<'a> {
                 break;
             }
             self.cut(&parts);
-            self.look(&parts);
             done += count;
             progress.step(Stage::Verify, done as u64, steps.max(done) as u64)?;
         }
@@ -209,22 +200,6 @@ impl<'a> Carver<'a> {
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
             let all: Vec<Vec<Collision>> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
             hits.extend(all.into_iter().flatten());
-        }
-        self.note(hits);
-    }
-
-    /// Looks for what of a batch runs into fixtures.
-    fn look(&mut self, parts: &[Part]) {
-        let mut hits = Vec::new();
-        for fixture in self.fixtures {
-            for family in &fixture.families {
-                let near = near::by_tile(parts, &fixture.lattice, family);
-                let work = Work::new(fixture.lattice, family, parts, self.tolerance);
-                let tiles = family.tiles.par_iter().zip(near.par_iter());
-                let all: Vec<Vec<Collision>> =
-                    tiles.map(|(tile, near)| work.look(tile, near)).collect();
-                hits.extend(all.into_iter().flatten());
-            }
         }
         self.note(hits);
     }
@@ -347,7 +322,7 @@ mod tests {
             let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
-            simulate_cl(&input, &mut stock, &[], TOLERANCE, &Silent).unwrap();
+            simulate_cl(&input, &mut stock, TOLERANCE, &Silent).unwrap();
             for family in &stock.families {
                 let along = family.along;
                 for (index, tile) in family.tiles.iter().enumerate() {

@@ -17,6 +17,7 @@ mod work;
 
 pub use carve::{Carving, Collision, CollisionKind, simulate, simulate_cl};
 pub use solid::Solid;
+pub(super) use solid::crossing;
 
 use super::VerifyError;
 use rays::{Family, Lattice};

@@ -236,7 +236,7 @@ fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> S
 /// Where a ray through `point` meets a triangle, and +1 or -1 for the side it comes from. A ray through an
 /// edge or a corner counts for one of the triangles there: it is taken to run a little aside, to the same
 /// side for all of them.
-fn crossing(
+pub(in super::super) fn crossing(
     corners: [&Point3<f64>; 3],
     [a, b, along]: [usize; 3],
     point: &Point3<f64>,

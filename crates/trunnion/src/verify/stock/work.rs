@@ -110,24 +110,6 @@ impl<'a> Work<'a> {
         Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
     }
 
-    /// Looks for what runs into a fixture.
-    pub(super) fn look(&self, tile: &Tile, near: &[u32]) -> Vec<Collision> {
-        let mut hits = Vec::new();
-        for part in self.near(tile, near) {
-            for (index, spans) in tile.rays.iter().enumerate() {
-                let line = self.line(tile, index);
-                for stretch in part.straight.iter() {
-                    // What is taken off is a copy.
-                    let mut left = spans.clone();
-                    self.cut_spans((part, stretch, 0.0), &line, &mut left, &mut |cut| {
-                        self.hit((part, stretch, CollisionKind::Fixture), &line, cut, &mut hits);
-                    });
-                }
-            }
-        }
-        hits
-    }
-
     /// The part of a span along which a body has anything, if it may meet it there. Most do not, which planes
     /// below the distance from both ends and from where these planes meet tell.
     #[inline]
