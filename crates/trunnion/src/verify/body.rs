@@ -64,8 +64,11 @@ impl Body {
         let out = (way - axis * up).norm();
         match self {
             Self::Nose { major, minor, top } => {
-                let rounding = major * out + minor * up + minor;
-                rounding.max((major + minor) * out + top * up)
+                if up > 0.0 {
+                    (major + minor) * out + top * up
+                } else {
+                    major * out + minor * up + minor
+                }
             }
             Self::Frustum { low, high, radius, slope } => {
                 let end = radius + slope * (high - low);
