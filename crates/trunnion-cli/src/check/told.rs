@@ -189,8 +189,7 @@ impl Told {
         let audit = report.audit.as_ref();
         let deviation = &report.deviation;
         let collisions = collisions(found);
-        let fixtures = subject.fixtures.as_ref().zip(found.clearance.as_ref());
-        let fixtures = fixtures.map(|(fixtures, clearance)| fixtures.told(clearance));
+        let fixtures = fixtures(subject, found);
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         failures.extend(pipeline::collided(&collisions));
         failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
@@ -310,6 +309,10 @@ impl Told {
         lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
         lines.join("\n") + "\n"
     }
+}
+
+fn fixtures(subject: &Subject, found: &Found) -> Option<FixturesTold> {
+    Some(subject.fixtures.as_ref()?.told(found.clearance.as_ref()?))
 }
 
 /// Lines that run into something: what is told of stock has fixtures among it.
