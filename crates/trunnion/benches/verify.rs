@@ -119,7 +119,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     };
     let record = |k: u32| {
         let [row, x] = [k / 100, k % 100].map(f64::from);
-        let x = if k / 100 % 2 == 0 { x } else { 100.0 - x };
+        let x = if (k / 100).is_multiple_of(2) { x } else { 100.0 - x };
         let turn =
             Rotation3::from_euler_angles(0.1 * (0.05 * x).sin(), 0.1 * (0.01 * x).cos(), 0.0);
         let tip = Point3::new(x, -0.05 * row, 3.0 * (0.1 * x).sin());

@@ -279,7 +279,7 @@ fn a_needle_in_the_way_is_found() {
     let flat = cutter(Kind::Flat, 4.0, 0.0, vec![]);
     let path = [upright(-50.0, 0.0, 1.0), upright(50.0, 0.0, 1.0)];
     // 0.1 um thick, straight up through the way of the tool.
-    let [x, y, d] = [0.1234567, 1.7654321, 1e-4];
+    let [x, y, d] = [0.1235, 1.7654, 1e-4];
     let corners = [[x, y, 1.5], [x + d, y, -9.0], [x, y + d, -9.0], [x - d, y - d, -9.0]];
     let hit = clearance(&path, &flat, &[mesh(&corners.map(Point3::from))], 0.0).near[0];
     // As deep as it is high above the tip's face.
