@@ -120,11 +120,47 @@ fn told_by_vectors(folder: &Path, check: &mut [&str]) {
         for (found, wanted) in found.iter().zip(wanted) {
             assert!((found - wanted).abs() < 5e-4, "{dialect}: {found} {wanted}");
         }
-        assert_eq!(summary["axes"].as_array().unwrap().is_empty(), vectors, "{dialect}");
-        assert_eq!(summary["vectors"]["unmeasured"].as_u64(), vectors.then_some(1), "{dialect}");
-        let warned = summary["warnings"].to_string().contains("axes were not audited");
+        assert_eq!(summary["axes"].as_array().unwrap().len(), 5, "{dialect}");
+        assert_eq!(summary["choices"]["vectors"].as_u64().is_some(), vectors, "{dialect}");
+        let warned = summary["warnings"].to_string().contains("the rotaries are taken to go to");
         assert_eq!(warned, vectors, "{dialect}");
     }
+}
+
+#[test]
+fn tools_and_offsets_are_said_by_number() {
+    let (folder, program, _) = planted();
+    let folder = folder.path();
+    let text = fs::read_to_string(program).unwrap();
+    let clean = ["--json", "check", "out/program.linuxcnc.ngc", "--job", "job.toml"];
+    let wanted = json(&trunnion(folder, &clean));
+    assert!(text.contains("G54") && text.contains("\nM2"), "{text}");
+    let two = text.replace("G54", "G55").replace("\nM2", "\nT2 M6\nG53 G0 Z0\nG0 G54 X0 Y0\nM2");
+    fs::write(folder.join("two.ngc"), two).unwrap();
+    let mut check = vec!["--json", "check", "two.ngc", "--job", "job.toml"];
+    let refused = |check: &[&str]| {
+        let (code, stdout, errors) = told(&trunnion(folder, check));
+        assert_eq!((code, stdout.as_str()), (Some(2), ""), "{errors}");
+        errors
+    };
+    assert!(refused(&check).contains("tool 2 after tool 1"), "{}", refused(&check));
+    check.extend(["--cutter", "2=R=2,r=1", "--tool-length", "2=80"]);
+    assert!(refused(&check).contains("--offset G55=X,Y,Z"), "{}", refused(&check));
+    check.extend(["--offset", "G55=G54"]);
+    let output = trunnion(folder, &check);
+    let summary = json(&output);
+    assert_eq!(output.status.code(), Some(0), "{summary:#}");
+    let lowest = |of: &serde_json::Value| {
+        let lowest = &of["deviation"]["lowest"];
+        (lowest["line"].as_u64(), lowest["height"].as_f64().unwrap())
+    };
+    let ((line, height), (wanted_line, wanted)) = (lowest(&summary), lowest(&wanted));
+    assert!(line == wanted_line && (height - wanted).abs() < 1e-8, "{height} {wanted}");
+    assert_eq!(summary["tool_changes"]["count"], 1);
+    assert_eq!(summary["tool_changes"]["unmeasured"], 2, "{summary:#}");
+    assert!(summary["warnings"].to_string().contains("the machine's own"), "{summary:#}");
+    check.extend(["--cutter", "R=5,r=3"]);
+    assert!(refused(&check).contains("a tool without number beside --job"));
 }
 
 #[test]

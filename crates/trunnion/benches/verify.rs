@@ -155,6 +155,7 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
         faces: std::slice::from_ref(&face),
         cutter: &cutter,
         rest: &[],
+        tables: verify::Tables::NONE,
     };
     let options = Options {
         grid,

@@ -48,6 +48,7 @@ fn check(text: &str, machine: &Machine) -> Report {
         faces: &[face()],
         cutter: &Cutter::new(spec).unwrap(),
         rest: &[],
+        tables: verify::Tables::NONE,
     };
     let options = Options {
         grid: 1.0,

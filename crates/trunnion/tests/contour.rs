@@ -70,7 +70,15 @@ fn run<T>(text: &str, work: impl Fn(&Input<'_>) -> T) -> T {
     let cutter = Cutter::new(spec).unwrap();
     let (believed, real) = (&kinematics, &kinematics);
     let faces = &[face()];
-    work(&Input { program: &program, believed, real, faces, cutter: &cutter, rest: &[] })
+    work(&Input {
+        program: &program,
+        believed,
+        real,
+        faces,
+        cutter: &cutter,
+        rest: &[],
+        tables: verify::Tables::NONE,
+    })
 }
 
 fn check(text: &str) -> Report {
@@ -162,7 +170,7 @@ fn faults_planted_in_arcs_are_told() {
     // Another work offset than the one that is known.
     let wrong = with(&[(1, "G21 G90 G17 G94 G55")]);
     let error = run(&wrong, |input| verify::check(input, &OPTIONS, &Silent)).unwrap_err();
-    assert!(matches!(error, VerifyError::WorkOffset { number: 55, .. }), "{error}");
+    assert!(matches!(error, VerifyError::WorkOffset { number: 1, .. }), "{error}");
     // Feed in inches: 25.4 times as quick.
     let report = check(&with(&[(5, "G1 X35. F76200.")]));
     let quick =

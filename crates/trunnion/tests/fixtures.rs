@@ -335,6 +335,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
             faces: &[],
             cutter: &flat,
             rest: &[],
+            tables: trunnion::verify::Tables::NONE,
         };
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];

@@ -127,6 +127,7 @@ impl Job {
             faces: std::slice::from_ref(face),
             cutter: &self.cutter,
             rest: &[],
+            tables: verify::Tables::NONE,
         };
         verify::check(&input, &OPTIONS, &Silent).unwrap()
     }

@@ -77,7 +77,15 @@ fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
-    let input = Input { program: &program, believed, real, faces, cutter, rest: &[] };
+    let input = Input {
+        program: &program,
+        believed,
+        real,
+        faces,
+        cutter,
+        rest: &[],
+        tables: trunnion::verify::Tables::NONE,
+    };
     check(&input, &options, &Silent).unwrap()
 }
 
@@ -140,7 +148,15 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
-    let input = Input { program: &program, believed, real, faces: &[], cutter, rest: &[] };
+    let input = Input {
+        program: &program,
+        believed,
+        real,
+        faces: &[],
+        cutter,
+        rest: &[],
+        tables: trunnion::verify::Tables::NONE,
+    };
     simulate(&input, stock, tolerance, &Silent).unwrap()
 }
 

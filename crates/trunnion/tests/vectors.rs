@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod dice;
+
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::files::machine;
@@ -9,7 +11,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
-use trunnion::types::{Silent, ToolPose};
+use trunnion::types::{AxisVector, Silent, ToolPose};
 use trunnion::verify::{self, ClInput, Input, Options, Report, VerifyError};
 
 const MACHINE: &str = include_str!("../../../machines/bc-trunnion.toml");
@@ -91,8 +93,15 @@ fn check(text: &str, dialect: Dialect) -> Result<Report, VerifyError> {
     let (program, kinematics) = (parse(text, dialect), kinematics());
     let (faces, cutter) = ([face()], cutter());
     let (believed, real) = (&kinematics, &kinematics);
-    let input =
-        Input { program: &program, believed, real, faces: &faces, cutter: &cutter, rest: &[] };
+    let input = Input {
+        program: &program,
+        believed,
+        real,
+        faces: &faces,
+        cutter: &cutter,
+        rest: &[],
+        tables: verify::Tables::NONE,
+    };
     verify::check(&input, &OPTIONS, &Silent)
 }
 
@@ -146,15 +155,15 @@ fn vectors_are_measured_as_the_cutter_locations_they_are() {
     let text = lines(&begin, &poses, siemens, "TRAFOOF\nG0 SUPA Z0 D0\nM30\n");
     let report = check(&text, Dialect::Siemens).unwrap();
     assert_alike(&report, &wanted, "siemens");
-    let vectors = report.vectors.unwrap();
-    let last = u32::try_from(text.lines().count()).unwrap() - 1;
-    assert_eq!((vectors.line, vectors.unmeasured, vectors.first), (4, 1, Some(last)));
-    assert!(report.audit.is_none());
+    let (choices, first) = (&report.choices, report.choices.places[0]);
+    assert_eq!((choices.vectors, choices.planes, choices.more), (poses.len() + 1, 0, 0));
+    assert_eq!((first.line, first.plane, report.changes), (4, false, None));
+    assert!(report.audit.is_some());
 
     let begin = format!("G21 G90 G94 G54\nG0 G43.5 H1 {}\nG1 F600.\n", fanuc(&over));
     let report = check(&lines(&begin, &poses, fanuc, "M30\n"), Dialect::Fanuc).unwrap();
     assert_alike(&report, &wanted, "fanuc");
-    assert_eq!(report.vectors.map(|vectors| vectors.unmeasured), Some(0));
+    assert_eq!((report.choices.vectors, report.changes), (poses.len() + 1, None));
 
     let begin = "BEGIN PGM A MM\nTOOL CALL 1 Z\nFUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR\n";
     let begin = format!("{begin}{} FMAX\n", heidenhain(&over));
@@ -166,18 +175,18 @@ fn vectors_are_measured_as_the_cutter_locations_they_are() {
 }
 
 #[test]
-fn axes_behind_vectors_are_known_again_once_all_are_named() {
+fn ways_between_vectors_are_run_on_the_branch_that_was_taken() {
     let poses = poses();
     let (first, second) = poses.split_at(6);
     let cuts = |poses: &[ToolPose]| {
         let begin = format!("TRAORI\nG0 {}\nG1 F600\n", siemens(&above(poses)));
         lines(&begin, poses, siemens, &format!("G0 {}\nTRAFOOF\n", siemens(&above(poses))))
     };
-    // Z alone, then the others: the third move begins where all are known.
+    // Away on the branch that was taken, and back.
     let between = "G0 SUPA Z0 D0\nG0 SUPA X-300 Y-200 B0 C0\nT=1 D1\nG0 SUPA Z-10\n";
     let text = format!("G90 G94 G54\n{}{between}{}M30\n", cuts(first), cuts(second));
     let report = check(&text, Dialect::Siemens).unwrap();
-    assert_eq!(report.vectors.map(|vectors| vectors.unmeasured), Some(2), "{:?}", report.vectors);
+    assert_eq!((report.choices.vectors, report.changes), (poses.len() + 4, None));
     let [a, b] = [by_locations(first), by_locations(second)];
     let lowest = |report: &Report| report.deviation.lowest.unwrap().height;
     assert!((lowest(&report) - lowest(&a).min(lowest(&b))).abs() < 3e-5);
@@ -188,12 +197,62 @@ fn what_cannot_be_followed_is_refused_with_line_and_remedy() {
     let pose = above(&poses());
     let refused = |rest: &str| {
         let begin = format!("G90 G94 G54\nTRAORI\nG0 {}\n", siemens(&pose));
-        check(&(begin + rest + "M30\n"), Dialect::Siemens).unwrap_err().to_string()
+        let refused = check(&(begin + rest + "M30\n"), Dialect::Siemens).map(|_| ());
+        refused.unwrap_err().to_string()
     };
-    let told = refused("TRAFOOF\nG1 X0 F100\n");
-    assert!(told.starts_with("line 5:") && told.contains("put a rapid move before it"), "{told}");
-    let told = refused("G1 X10 B5 F100\n");
-    assert!(told.starts_with("line 4:") && told.contains("names X, Y, Z"), "{told}");
-    let told = refused("G17 G2 X-2 I5 J0 F100\n");
+    let told = refused("G17 G2 X-2 I5 J0 A3=0 B3=0 C3=1 F100\n");
     assert!(told.starts_with("line 4: an arc between tool vectors"), "{told}");
+}
+
+/// The rotaries that are taken for a vector are those of the makers' inverse, which shares nothing with the check.
+#[test]
+fn rotaries_are_those_of_the_inverse() {
+    let mut dice = dice::Random(5);
+    for (name, text) in machine::BUILT_IN {
+        let machine = machine::parse(text).unwrap().machine;
+        let setup = Setup::new(Vector3::new(3.0, -8.0, -40.0), [0.2, -0.1, 0.4], LENGTH);
+        let kinematics = Kinematics::new(&machine, &setup);
+        let inverse = trunnion::inverse::Inverse::new(&kinematics).unwrap();
+        let words = AxisWords::of(&machine, false).unwrap();
+        let mut compared = 0;
+        for _ in 0..40 {
+            let home = machine.home();
+            let turns = [0, 1].map(|slot| {
+                let [low, high] = machine.axes[3 + slot].limits.map(|limit| limit.clamp(-3.0, 3.0));
+                low + (high - low) * dice.within(0.0, 1.0)
+            });
+            let middle = |slot: usize| {
+                let [low, high] = machine.axes[slot].limits.map(|limit| limit.clamp(-1e3, 1e3));
+                0.5 * (low + high)
+            };
+            let q = AxisVector::new(middle(0), middle(1), middle(2), turns[0], turns[1]);
+            let pose = kinematics.forward(&q);
+            let Ok(wanted) = inverse.near_inside(&pose, &home) else { continue };
+            let table = setup.rotation * pose.axis;
+            let tip = setup.rotation * pose.tip;
+            let text = format!(
+                "G90 G94 G54\nTRAORI\nG0 X{:.9} Y{:.9} Z{:.9} A3={:.15} B3={:.15} C3={:.15}\nM30\n",
+                tip.x, tip.y, tip.z, table.x, table.y, table.z
+            );
+            let program = read::read(&text, &ReadOptions::new(Dialect::Siemens, words, 5)).unwrap();
+            let (faces, cutter) = ([face()], cutter());
+            let (believed, real, tables) = (&kinematics, &kinematics, verify::Tables::NONE);
+            let input = Input {
+                program: &program,
+                believed,
+                real,
+                faces: &faces,
+                cutter: &cutter,
+                rest: &[],
+                tables,
+            };
+            let report =
+                verify::check(&input, &Options { grid: 20.0, ..OPTIONS }, &Silent).unwrap();
+            let taken = report.choices.places[0].taken;
+            let off = (taken[0] - wanted[3]).abs().max((taken[1] - wanted[4]).abs());
+            assert!(off < 1e-6, "{name}: {taken:?} {wanted:?}");
+            compared += 1;
+        }
+        assert!(compared > 5, "{name}: {compared}");
+    }
 }

@@ -155,8 +155,7 @@ proptest! {
         let input = Input {
             program: &program, believed: &kinematics, real: &kinematics,
             faces: std::slice::from_ref(&face), cutter: &cutter,
-            rest: &[],
-        };
+            rest: &[], tables: verify::Tables::NONE };
         let options = Options { grid: 2.0, ..OPTIONS };
         let report = verify::check(&input, &options, &Silent).unwrap();
         prop_assert_eq!(report.deviation.unmeasured, 0);
@@ -252,6 +251,7 @@ impl Job {
             faces: std::slice::from_ref(&self.face),
             cutter: &self.cutter,
             rest: &[],
+            tables: verify::Tables::NONE,
         };
         verify::check(&input, &Options { grid: 0.1, ..OPTIONS }, &Silent).unwrap()
     }
@@ -466,6 +466,7 @@ fn a_tool_behind_a_thin_wall_is_no_gouge_and_one_through_it_is() {
             faces: std::slice::from_ref(&back),
             cutter: &job.cutter,
             rest: &[],
+            tables: verify::Tables::NONE,
         };
         gouge(&verify::check(&input, &Options { grid: 0.2, ..OPTIONS }, &Silent).unwrap())
     };
@@ -494,7 +495,15 @@ fn the_same_report_from_steps_and_from_text() {
     let kinematics = Kinematics::new(&job.machine, &job.setup);
     let (believed, real) = (&kinematics, &kinematics);
     let (faces, cutter) = (std::slice::from_ref(&job.face), &job.cutter);
-    let input = Input { program: &text, believed, real, faces, cutter, rest: &[] };
+    let input = Input {
+        program: &text,
+        believed,
+        real,
+        faces,
+        cutter,
+        rest: &[],
+        tables: verify::Tables::NONE,
+    };
     let options = Options { grid: 0.1, ..OPTIONS };
     assert_eq!(verify::check(&input, &options, &Silent).unwrap(), plain);
 }
@@ -512,7 +521,15 @@ fn a_stop_on_request_stops() {
     let kinematics = Kinematics::new(&job.machine, &job.setup);
     let faces = std::slice::from_ref(&job.face);
     let (believed, real, cutter) = (&kinematics, &kinematics, &job.cutter);
-    let input = Input { program: &program, believed, real, faces, cutter, rest: &[] };
+    let input = Input {
+        program: &program,
+        believed,
+        real,
+        faces,
+        cutter,
+        rest: &[],
+        tables: verify::Tables::NONE,
+    };
     let stopped = verify::check(&input, &OPTIONS, &Stop);
     assert!(matches!(stopped, Err(verify::VerifyError::Cancelled(_))));
 }

@@ -2,7 +2,9 @@
 
 mod export;
 mod fixtures;
+mod left_open;
 mod model;
+mod offset;
 mod page;
 mod setpoints;
 mod stock;
@@ -12,6 +14,7 @@ mod tool;
 
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
+use crate::post::tools::{self, ToolLength};
 use crate::progress::Bars;
 use crate::{material, text};
 use std::path::PathBuf;
@@ -26,7 +29,7 @@ pub(crate) struct Args {
     program: PathBuf,
     /// Take machine, part, setup, tool, tolerance and grid from a job file.
     #[arg(long, value_name = "JOB.toml", conflicts_with_all = ["machine", "part", "faces", "flip",
-        "cutter", "shank", "holder", "tool_length", "origin", "rotation"])]
+        "origin", "rotation"])]
     job: Option<PathBuf>,
     /// Machine file, or name of a built-in machine; a CL file needs none.
     #[arg(long, value_name = "M")]
@@ -42,22 +45,29 @@ pub(crate) struct Args {
     #[arg(long)]
     flip: bool,
     /// Radii in mm: R of the centre circle, r of the corner; L, gauge point to tip, if it is not
-    /// --tool-length.
-    #[arg(long, value_name = "R=10,r=6")]
-    cutter: Option<String>,
-    /// Profile above the cutting part: height above the tip and radius in mm, from below up.
-    #[arg(long, value_name = "H:R,H:R..")]
-    shank: Option<String>,
+    /// --tool-length. With a number in front, 2=R=5,r=1, of the tool that the program calls so; may be
+    /// given several times, and once without number for all the others.
+    #[arg(long, value_name = "[N=]R=10,r=6")]
+    cutter: Vec<String>,
+    /// Profile above the cutting part: height above the tip and radius in mm, from below up. Numbered as
+    /// --cutter.
+    #[arg(long, value_name = "[N=]H:R,H:R..")]
+    shank: Vec<String>,
     /// Holder, likewise.
-    #[arg(long, value_name = "H:R,H:R..")]
-    holder: Option<String>,
+    #[arg(long, value_name = "[N=]H:R,H:R..")]
+    holder: Vec<String>,
     /// What the program is written in: linuxcnc, fanuc, haas, siemens, heidenhain, apt; told by the
     /// file's name and first lines if left out.
     #[arg(long, value_parser = dialect)]
     dialect: Option<Dialect>,
-    /// Length of the tool, gauge point to tip, in mm.
-    #[arg(long, value_name = "L", value_parser = tool::finite)]
-    tool_length: Option<f64>,
+    /// Length of the tool, gauge point to tip, in mm. Numbered as --cutter.
+    #[arg(long, value_name = "[N=]L", value_parser = tools::length)]
+    tool_length: Vec<ToolLength>,
+    /// Where a work offset is that the program uses beside G54: X, Y and Z of its table in mm, as the
+    /// setup sheet has them for G54; or =G54 for the same place. G55 to G59, G59.1 to G59.3, G54.1P1 and
+    /// on, Siemens G505 and on, or the number of a Heidenhain preset. May be given several times.
+    #[arg(long, value_name = "G55=X,Y,Z", value_parser = offset::read, allow_hyphen_values = true)]
+    offset: Vec<offset::Said>,
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
     #[arg(long, value_name = "X,Y,Z", value_parser = tool::three, default_value = "0,0,0", allow_hyphen_values = true)]
     origin: [f64; 3],
@@ -106,9 +116,13 @@ The program is run as the control would run it, from the machine's home position
 measured along the normals of the faces: below 0 a gouge, above 0 excess. Axes are held against travel,
 velocity and acceleration. The workpiece is taken to stand where --origin and --rotation say, and the work
 offset and tool length at the control to be right; see the setup sheet of a run.
-Programs that tell the tool by vectors (Siemens A3= B3= C3=, Heidenhain LN, Fanuc G43.5) are measured too, the tip
-straight and the tool on the great circle from one to the next. Where the rotaries go is the control's choice then:
-axes are not audited, and rapid moves of axes behind the vectors are told, not measured.
+Where a program tells a direction and not the rotaries (vectors: Siemens A3= B3= C3=, Heidenhain LN, Fanuc G43.5; tilted
+planes: G68.2 and G53.1, PLANE, CYCLE800), they turn to the solution with the least travel from where they stood, inside
+travel; it is told which. Between vectors the tool turns as the program says (ORIVECT, ORIAXES, PATHCTRL), on the great
+circle if it does not. Velocities there are told, not judged: the control plans its own.
+A program with several tools needs each: --cutter 1=R=10,r=6 --cutter 2=R=5,r=1 --tool-length 1=120 --tool-length 2=95.
+Where a change leaves X, Y and Z is the machine's own: rapid moves behind it are not measured until the program has told
+all three, a cut before that is refused; the rotaries are taken to stand as before.
 With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
 own speed), and shank or holder in it are told with line, depth and place; what is left is written as stock.stl.
 How near any part of the tool comes to a --fixture is found for every move, between times and places, too: the
@@ -123,6 +137,7 @@ Exit codes: 0 everything is kept; 1 something is broken, and where; 2 malformed 
   trunnion check part.ngc --machine bc-trunnion --part part.step --faces 2,3 --cutter R=10,r=6 \\
       --tool-length 120 --origin -381,-254,-505 --rotation 0,20,0 --tolerance 0.02,0.002 -o checked
   trunnion check part.ngc --job job.toml --stock box:-60,-75,-30,60,75,5 --fixture clamp.stl -o checked
+  trunnion check two-tools.ngc --job job.toml --cutter 2=R=5,r=1 --tool-length 2=95 --offset G55=-381,-204,-505
   trunnion check out/motion.csv --machine bc-trunnion
   trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";
 

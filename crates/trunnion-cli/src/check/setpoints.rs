@@ -95,7 +95,7 @@ pub(super) fn check(args: &Args, json: bool) -> Result<Done, Failure> {
 fn only_axes(args: &Args) -> Result<(), Failure> {
     let said = [
         ("--part", args.part.is_some()),
-        ("--cutter", args.cutter.is_some()),
+        ("--cutter", !args.cutter.is_empty()),
         ("--tolerance", args.tolerance.is_some()),
         ("--stock", args.stock.is_some()),
         ("--fixture", !args.fixture.is_empty()),

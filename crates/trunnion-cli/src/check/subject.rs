@@ -1,7 +1,7 @@
 //! What is checked, against what.
 
 use super::fixtures::Fixtures;
-use super::tool::Said;
+use super::tool::Toolbox;
 use super::{Args, stock};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
@@ -12,11 +12,12 @@ use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, ProgramText, ReadOptions};
+use trunnion::nc::write::work_offset;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
     self, Approach, Carving, ClInput, Clearance, Finding, Input, Options, Promise, Report, Solid,
-    Stock, Track, VerifyError,
+    Stock, Tables, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -50,7 +51,11 @@ pub(super) struct Subject {
     pub(super) machine: Option<String>,
     pub(super) faces: Vec<Face>,
     pub(super) others: Vec<Face>,
+    /// The only tool, or the first.
     pub(super) cutter: Cutter,
+    /// Tools by their numbers, where there are several.
+    pub(super) tools: Vec<(u32, Cutter)>,
+    offsets: Vec<WorkOffset>,
     pub(super) options: Options,
     /// Material and fixtures, where they were named.
     stock: Option<Stock>,
@@ -76,6 +81,7 @@ struct Setting {
     faces: Vec<Face>,
     others: Vec<Face>,
     cutter: Cutter,
+    tools: Vec<(u32, Cutter)>,
     tolerance: [f64; 2],
     grid: f64,
     /// Of a job.
@@ -88,9 +94,10 @@ impl Subject {
     /// Reads everything the arguments name.
     pub(super) fn load(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let setting = match &args.job {
-            Some(job) => Setting::of_job(job, bars)?,
+            Some(job) => Setting::of_job((job, args), bars)?,
             None => Setting::of_arguments(args, bars)?,
         };
+        let offsets = offsets(args, setting.kinematics.as_ref());
         let motion = motion(args, setting.kinematics)?;
         let stock = material(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
@@ -124,6 +131,8 @@ impl Subject {
             faces: setting.faces,
             others: setting.others,
             cutter: setting.cutter,
+            tools: setting.tools,
+            offsets,
             options,
             stock,
             fixtures,
@@ -155,6 +164,11 @@ impl Subject {
         Ok(Found { report, others, stock, clearance })
     }
 
+    /// The tools that the program tells apart.
+    fn table(&self) -> Vec<Tool<'_>> {
+        self.tools.iter().map(|(number, cutter)| Tool { number: *number, cutter }).collect()
+    }
+
     /// Runs the program through stock.
     fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
         let Some(mut stock) = self.stock.clone() else { return Ok(None) };
@@ -162,7 +176,8 @@ impl Subject {
         let tolerance = stock.tolerance(self.options.total);
         let carving = match &self.motion {
             Motion::Program(program, kinematics) => {
-                let input = self.input(program, kinematics, faces);
+                let tools = self.table();
+                let input = self.input((program, kinematics), faces, &tools);
                 verify::simulate(&input, &mut stock, tolerance, bars)
             }
             Motion::Locations(file) => {
@@ -179,7 +194,9 @@ impl Subject {
         let (faces, cutter) = (&self.faces[..], &self.cutter);
         let found = match &self.motion {
             Motion::Program(program, kinematics) => {
-                verify::clearance(&self.input(program, kinematics, faces), all, watch, bars)
+                let tools = self.table();
+                let input = self.input((program, kinematics), faces, &tools);
+                verify::clearance(&input, all, watch, bars)
             }
             Motion::Locations(file) => {
                 let input = ClInput { file, faces, cutter, rest: &[] };
@@ -198,7 +215,8 @@ impl Subject {
         let cutter = &self.cutter;
         let found = match &self.motion {
             Motion::Program(program, kinematics) => {
-                let input = self.input(program, kinematics, faces);
+                let tools = self.table();
+                let input = self.input((program, kinematics), faces, &tools);
                 verify::check(&input, options, bars)
             }
             Motion::Locations(file) => {
@@ -210,12 +228,13 @@ impl Subject {
 
     fn input<'a>(
         &'a self,
-        program: &'a ProgramText,
-        kinematics: &'a Kinematics,
+        (program, kinematics): (&'a ProgramText, &'a Kinematics),
         faces: &'a [Face],
+        tools: &'a [Tool<'a>],
     ) -> Input<'a> {
         let (believed, real, cutter) = (kinematics, kinematics, &self.cutter);
-        Input { program, believed, real, faces, cutter, rest: &[] }
+        let tables = Tables { tools, offsets: &self.offsets };
+        Input { program, believed, real, faces, cutter, rest: &[], tables }
     }
 
     /// Where the tool goes.
@@ -223,7 +242,8 @@ impl Subject {
         let (faces, cutter) = (&self.faces[..], &self.cutter);
         let tracks = match &self.motion {
             Motion::Program(program, kinematics) => {
-                verify::track(&self.input(program, kinematics, faces), DRAWN_STEP)
+                let tools = self.table();
+                verify::track(&self.input((program, kinematics), faces, &tools), DRAWN_STEP)
             }
             Motion::Locations(file) => {
                 let input = ClInput { file, faces, cutter, rest: &[] };
@@ -242,8 +262,20 @@ impl Subject {
 }
 
 impl Setting {
-    fn of_job(path: &Path, bars: &Bars) -> Result<Self, Failure> {
+    fn of_job((path, args): (&Path, &Args), bars: &Bars) -> Result<Self, Failure> {
         let (job, warnings) = run::load(path, bars)?;
+        let said = toolbox(args);
+        if said.has_plain() {
+            let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
+            return Err(Failure::input(format!(
+                "a tool without number beside --job\n  help: {help}"
+            )));
+        }
+        let mut tools = numbered(&said)?;
+        let own = job.file.tool.number;
+        if !tools.is_empty() && tools.iter().all(|(number, _)| *number != own) {
+            tools.insert(0, (own, job.cutter.clone()));
+        }
         let plain = |faces: &[trunnion::surface::FaceIndex]| -> Vec<Face> {
             faces.iter().map(|face| face.face().clone()).collect()
         };
@@ -256,6 +288,7 @@ impl Setting {
             stock: job.stock,
             stock_cell: job.file.stock_cell,
             cutter: job.cutter,
+            tools,
             kinematics: Some(job.kinematics),
             warnings,
         })
@@ -268,14 +301,13 @@ impl Setting {
             Failure::input(format!("{name} is missing\n  help: {help}"))
         };
         let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
-        let said = Said {
-            cutter: args.cutter.as_deref().ok_or_else(|| missing("--cutter"))?,
-            shank: args.shank.as_deref(),
-            holder: args.holder.as_deref(),
-            length: args.tool_length,
+        let said = toolbox(args);
+        let tools = numbered(&said)?;
+        let cutter = match tools.first() {
+            Some((_, cutter)) => Ok(cutter.clone()),
+            None => said.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
         };
-        let cutter = said.cutter();
-        let length = args.tool_length.unwrap_or(cutter.as_ref().map_or(0.0, Cutter::length));
+        let length = cutter.as_ref().map_or(0.0, Cutter::length);
         let setup =
             Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
         let machine = args.machine.as_deref().map(machine::load).transpose();
@@ -290,6 +322,7 @@ impl Setting {
             faces,
             others,
             cutter,
+            tools,
             tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
             grid: GRID,
             stock: None,
@@ -297,6 +330,29 @@ impl Setting {
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
+}
+
+fn toolbox(args: &Args) -> Toolbox<'_> {
+    let Args { cutter, shank, holder, tool_length: length, .. } = args;
+    Toolbox { cutter, shank, holder, length }
+}
+
+/// Tools that are told by number.
+fn numbered(said: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
+    let tool = |number: u32| {
+        let found = said.of(Some(number)).ok_or_else(|| {
+            let help = format!("say what it is: --cutter {number}=R=10,r=6");
+            Failure::input(format!("tool {number} has no cutter\n  help: {help}"))
+        });
+        Ok((number, found?.cutter()?))
+    };
+    said.numbers().into_iter().map(tool).collect()
+}
+
+/// Work offsets beside that of the setup.
+fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
+    let g54 = kinematics.and_then(work_offset).unwrap_or_default();
+    args.offset.iter().map(|said| said.offset(g54)).collect()
 }
 
 /// Stock, as it is said or as the job has it.

@@ -1,6 +1,7 @@
 //! What a check says: for scripts and for people.
 
 use super::fixtures::FixturesTold;
+use super::left_open::{ChangesTold, ChoicesTold};
 use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
 use crate::material;
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 use trunnion::files::summary::StockSummary;
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{Approach, AxisAudit, Brief, Collision, Extreme, Ratio, Singular, Vectors};
+use trunnion::verify::{Approach, AxisAudit, Brief, Collision, Extreme, Ratio, Singular};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -21,8 +22,10 @@ pub(super) struct Told {
     pub(super) passed: bool,
     tolerance: Tolerance,
     pub(super) deviation: Heights,
-    /// What vectors leave unknown; null where the tool is nowhere told by vectors.
-    vectors: Option<VectorsTold>,
+    /// Directions that the program tells instead of rotaries, and what was taken; null where there are none.
+    choices: Option<ChoicesTold>,
+    /// Tool changes, and what is not known behind them; null where there are none.
+    tool_changes: Option<ChangesTold>,
     /// Time of all blocks, rapids at rapid speed; of it rapid. Null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
@@ -111,36 +114,6 @@ pub(super) struct AxisTold {
     pub(super) jerk: Fraction,
 }
 
-#[derive(Debug, Clone, Copy, serde::Serialize)]
-struct VectorsTold {
-    /// Of the first vector.
-    line: u32,
-    /// Rapid moves that were not measured, and the line of the first.
-    unmeasured: usize,
-    first_unmeasured: Option<u32>,
-}
-
-impl VectorsTold {
-    fn of(Vectors { line, unmeasured, first }: Vectors) -> Self {
-        Self { line, unmeasured, first_unmeasured: first }
-    }
-
-    fn warnings(self, program: &str) -> Vec<String> {
-        let Self { line, unmeasured, first_unmeasured } = self;
-        let mut told = vec![format!(
-            "{program}:{line}: the tool is told by vectors: it was measured on great circles between them; the axes were not \
-             audited, as the control chooses the rotaries (trunnion post writes rotary words)"
-        )];
-        told.extend(first_unmeasured.map(|first| {
-            format!(
-                "{program}:{first}: rapid moves of axes after a vector, {unmeasured} in all from here, were not measured: where \
-                 they begin is the control's own choice"
-            )
-        }));
-        told
-    }
-}
-
 #[derive(Debug, serde::Serialize)]
 struct BriefTold {
     count: usize,
@@ -193,9 +166,11 @@ impl Told {
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         failures.extend(pipeline::collided(&collisions));
         failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
-        let vectors = report.vectors.map(VectorsTold::of);
+        let choices = ChoicesTold::of(&report.choices, subject);
+        let changes = report.changes.map(ChangesTold::of);
         let mut warnings = subject.warnings.clone();
-        warnings.extend(vectors.iter().flat_map(|vectors| vectors.warnings(&subject.program)));
+        warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
+        warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
         let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
@@ -227,7 +202,8 @@ impl Told {
                 others: found.others.0,
                 others_gouge: found.others.1,
             },
-            vectors,
+            choices,
+            tool_changes: changes,
             duration: audit.map(|audit| audit.duration),
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
@@ -292,9 +268,6 @@ impl Told {
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
-        }
-        if self.vectors.is_some() {
-            row("axes", "not audited: the tool is told by vectors".to_owned());
         }
         if let Some(stock) = &self.stock {
             let [told, hit] = material::words(stock);

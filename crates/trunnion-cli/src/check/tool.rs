@@ -1,6 +1,7 @@
 //! Tools and numbers as arguments.
 
 use crate::outcome::Failure;
+use crate::post::tools::{self, ToolLength};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 
 pub(super) fn finite(text: &str) -> Result<f64, String> {
@@ -25,6 +26,62 @@ pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
 
 pub(super) fn two(text: &str) -> Result<[f64; 2], String> {
     numbers(text, "two")
+}
+
+/// Options of which each may have a number in front: `2=R=5,r=1`.
+pub(super) struct Toolbox<'a> {
+    pub(super) cutter: &'a [String],
+    pub(super) shank: &'a [String],
+    pub(super) holder: &'a [String],
+    pub(super) length: &'a [ToolLength],
+}
+
+/// A number in front of what it is of.
+fn numbered(text: &str) -> (Option<u32>, &str) {
+    let Some((number, rest)) = text.split_once('=') else { return (None, text) };
+    match number.trim().trim_start_matches(['T', 't']).parse() {
+        Ok(number) => (Some(number), rest),
+        Err(_) => (None, text),
+    }
+}
+
+impl Toolbox<'_> {
+    /// Whether something is told without a number.
+    pub(super) fn has_plain(&self) -> bool {
+        let mut texts = [self.cutter, self.shank, self.holder].into_iter().flatten();
+        texts.any(|text| numbered(text).0.is_none()) || tools::plain(self.length).is_some()
+    }
+
+    /// Tools that are told by number.
+    pub(super) fn numbers(&self) -> Vec<u32> {
+        let texts = [self.cutter, self.shank, self.holder].into_iter().flatten();
+        let named = texts.filter_map(|text| numbered(text).0);
+        let lengths = tools::numbered(self.length).into_iter().map(|(number, _)| number);
+        let mut numbers: Vec<u32> = named.chain(lengths).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        numbers
+    }
+
+    /// What is told of a tool, or of all that have no word of their own; `None` without a cutter.
+    pub(super) fn of(&self, number: Option<u32>) -> Option<Said<'_>> {
+        let own =
+            tools::numbered(self.length).into_iter().find(|(known, _)| Some(*known) == number);
+        Some(Said {
+            cutter: word(self.cutter, number)?,
+            shank: word(self.shank, number),
+            holder: word(self.holder, number),
+            length: own.map(|(_, length)| length).or(tools::plain(self.length)),
+        })
+    }
+}
+
+/// The last word of a tool, or that of all.
+fn word(texts: &[String], number: Option<u32>) -> Option<&str> {
+    let of = |number: Option<u32>| {
+        texts.iter().rev().map(|text| numbered(text)).find(|(known, _)| *known == number)
+    };
+    of(number).or_else(|| of(None)).map(|(_, text)| text)
 }
 
 /// What the command line says about the tool.
@@ -112,6 +169,22 @@ fn profile(option: &str, text: Option<&str>) -> Result<Vec<[f64; 2]>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tools_are_told_apart_by_their_numbers() {
+        let words = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
+        let cutter: Vec<String> = words(&["R=10,r=6", "2=R=5,r=1,L=80"]);
+        let shank: Vec<String> = words(&["T3=30:4"]);
+        let length = [ToolLength::Of(1, 120.0), ToolLength::Of(3, 90.0)];
+        let all = Toolbox { cutter: &cutter, shank: &shank, holder: &[], length: &length };
+        assert_eq!(all.numbers(), [1, 2, 3]);
+        let tool = |number| all.of(Some(number)).unwrap().cutter().ok().unwrap();
+        let [a, b, c] = [1, 2, 3].map(tool);
+        assert_eq!((a.length(), b.length(), c.length()), (120.0, 80.0, 90.0));
+        assert_eq!((a.major(), b.major(), c.major()), (10.0, 5.0, 10.0));
+        assert_eq!([a.spec().shank.len(), c.spec().shank.len()], [0, 1]);
+        assert!(Toolbox { cutter: &cutter[1..], ..all }.of(Some(1)).is_none());
+    }
 
     #[test]
     fn a_tool_is_put_together_from_its_parts() {

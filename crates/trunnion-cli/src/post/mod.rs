@@ -2,7 +2,7 @@
 
 mod input;
 mod told;
-mod tools;
+pub(crate) mod tools;
 
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;

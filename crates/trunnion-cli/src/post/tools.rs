@@ -4,7 +4,7 @@ use super::finite;
 
 /// `120`, or `2=120` for tool 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum ToolLength {
+pub(crate) enum ToolLength {
     /// Of the only tool \[mm\].
     Only(f64),
     /// Of a tool by its number \[mm\].
@@ -12,7 +12,7 @@ pub(super) enum ToolLength {
 }
 
 /// Reads a length.
-pub(super) fn length(text: &str) -> Result<ToolLength, String> {
+pub(crate) fn length(text: &str) -> Result<ToolLength, String> {
     let Some((number, length)) = text.split_once('=') else {
         return finite(text).map(ToolLength::Only);
     };
@@ -76,7 +76,8 @@ impl Tools {
     }
 }
 
-fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
+/// Those with a number; of equal numbers the last.
+pub(crate) fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
     let mut all: Vec<(u32, f64)> = Vec::new();
     for length in lengths {
         if let ToolLength::Of(number, length) = *length {
@@ -87,7 +88,8 @@ fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
     all
 }
 
-fn plain(lengths: &[ToolLength]) -> Option<f64> {
+/// That without a number.
+pub(crate) fn plain(lengths: &[ToolLength]) -> Option<f64> {
     lengths.iter().rev().find_map(|length| match length {
         ToolLength::Only(length) => Some(*length),
         ToolLength::Of(..) => None,

@@ -92,7 +92,7 @@ fn input<'a>(
     (faces, rest): (&'a [Face], &'a [Rest]),
 ) -> verify::Input<'a> {
     let (believed, real, cutter) = (&job.kinematics, &job.kinematics, &job.cutter);
-    verify::Input { program, believed, real, faces, cutter, rest }
+    verify::Input { program, believed, real, faces, cutter, rest, tables: verify::Tables::NONE }
 }
 
 fn looks(job: &Job, grid: f64) -> verify::Options {

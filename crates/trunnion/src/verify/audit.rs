@@ -5,6 +5,8 @@ use super::control_model::Model;
 use super::replay::{Block, Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::run::Run;
+use super::tools::{Changes, Controls};
+use super::turns::Choices;
 use super::{Input, VerifyError};
 use crate::machine::Axis;
 use crate::types::{AXES, AxisVector};
@@ -27,26 +29,34 @@ struct Stretch {
     slack: AxisVector,
 }
 
+/// What running a program once tells.
+pub(super) struct Audited {
+    pub(super) audit: Audit,
+    pub(super) choices: Choices,
+    pub(super) changes: Changes,
+}
+
 /// Audits all moves.
 pub(super) fn audit(
-    control: &Control<'_>,
+    controls: &Controls,
     run: &Run<'_>,
     input: &Input<'_>,
-) -> Result<Audit, VerifyError> {
+) -> Result<Audited, VerifyError> {
+    let control = controls.first();
+    let mut replay = run.replay().ok_or(VerifyError::NoMotion)?;
     let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
     let mut before = None;
     let (mut chord, mut start): (Option<Stretch>, _) = (None, AxisVector::zeros());
     let mut change = Change::REST;
     let (mut blocks, mut model) = (Blocks::new(control), Model::new(control));
     let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
-    for segment in run.segments() {
+    for segment in replay.by_ref() {
         let segment = &segment?;
+        let control = controls.of(segment.tool);
         moves += usize::from(segment.block.begins);
         all += segment.duration;
         rapid += if segment.rapid { segment.duration } else { 0.0 };
-        for_positions(control, segment, |q| {
-            axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
-        })?;
+        visit(control, segment, &mut axes)?;
         if segment.rapid || matches!(segment.course, Course::Rest) {
             // The machine rests before and after: the stretch before runs into a standstill.
             between(&mut axes, before.take().as_ref(), None, &mut change);
@@ -80,7 +90,7 @@ pub(super) fn audit(
     if moves == 0 {
         return Err(VerifyError::NoMotion);
     }
-    Ok(Audit {
+    let audit = Audit {
         axes: axes.map(AxisState::finish),
         duration: all,
         rapid,
@@ -89,7 +99,8 @@ pub(super) fn audit(
         linuxcnc: model.finish(),
         brief: blocks.brief,
         singular: blocks.singular,
-    })
+    };
+    Ok(Audited { audit, choices: replay.choices, changes: replay.changes })
 }
 
 /// Times in 0..=1 at which a segment is looked at: its ends where axes are linear, more where they
@@ -98,7 +109,7 @@ fn looks(segment: &Segment) -> impl Iterator<Item = f64> + use<> {
     let [from, to] = segment.joints;
     let turn = (to[3] - from[3]).abs() + (to[4] - from[4]).abs();
     let count = match segment.course {
-        Course::Tip { .. } => (turn / TURN).ceil().clamp(1.0, MOST_LOOKS),
+        Course::Tip { .. } | Course::Circle { .. } => (turn / TURN).ceil().clamp(1.0, MOST_LOOKS),
         _ => 1.0,
     };
     let mut index = 0.0;
@@ -109,13 +120,15 @@ fn looks(segment: &Segment) -> impl Iterator<Item = f64> + use<> {
     })
 }
 
-fn for_positions(
-    control: &Control<'_>,
+/// Takes the positions of a move in, where they are known.
+fn visit(
+    control: &Control,
     segment: &Segment,
-    mut look: impl FnMut(&AxisVector),
+    axes: &mut [AxisState<'_>; AXES],
 ) -> Result<(), VerifyError> {
-    for t in looks(segment) {
-        look(&control.joints(segment, t)?);
+    for t in looks(segment).take_while(|_| !segment.is_unknown()) {
+        let q = control.joints(segment, t)?;
+        axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
     }
     Ok(())
 }
@@ -123,7 +136,7 @@ fn for_positions(
 /// Mean velocity of a block and its slack: both ends may be off by the rounding, and the time by
 /// the last digit of the feed word.
 fn stretch(
-    control: &Control<'_>,
+    control: &Control,
     segment: &Segment,
     input: &Input<'_>,
 ) -> Result<Stretch, VerifyError> {
@@ -144,7 +157,7 @@ fn stretch(
 /// `J dl = dtip - (d tip / d rotary) d rotary`, and the tip's distances from the rotary axes bound
 /// the last term.
 fn joint_rounding(
-    control: &Control<'_>,
+    control: &Control,
     segment: &Segment,
     rounding: &AxisVector,
 ) -> Result<AxisVector, VerifyError> {
@@ -169,7 +182,7 @@ fn joint_rounding(
 
 /// The largest velocities between the looks of a block.
 fn inner_velocities(
-    control: &Control<'_>,
+    control: &Control,
     segment: &Segment,
     stretch: &Stretch,
     axes: &mut [AxisState<'_>; AXES],
@@ -299,7 +312,7 @@ impl<'a> AxisState<'a> {
 }
 
 /// Joints of some 1e3 mm come out of a 3 x 3 solve with a few dozen roundings of 1e-13.
-const TRAVEL_ROUNDING: f64 = 1e-9;
+pub(super) const TRAVEL_ROUNDING: f64 = 1e-9;
 /// A difference of joints (rounding 1e-12 mm) over the shortest step worth a block (1e-4 mm) is
 /// known to 1e-8 of itself.
 const RATE_ROUNDING: f64 = 1e-8;

@@ -19,14 +19,14 @@ pub(super) struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    pub(super) fn new(control: &'a Control<'_>) -> Self {
+    pub(super) fn new(control: &'a Control) -> Self {
         Self { kinematics: control.real(), within: false, held: 0.0, brief: None, singular: None }
     }
 
     /// Takes in a feed move and its largest velocities.
     pub(super) fn take(
         &mut self,
-        control: &Control<'_>,
+        control: &Control,
         segment: &Segment,
         fastest: &AxisVector,
     ) -> Result<(), VerifyError> {
@@ -56,7 +56,7 @@ impl<'a> Blocks<'a> {
     /// about which it does not turn, then. Half a turn about it moves the tool axis by twice the sine of the
     /// angle between both. That angle changes no faster than the other rotary turns, so that looks a quarter of
     /// the cone apart miss its least value by an eighth of the cone.
-    fn near(&mut self, control: &Control<'_>, segment: &Segment) -> Result<(), VerifyError> {
+    fn near(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
         let cone = self.kinematics.machine().singular.cone;
         let [from, to] = segment.joints;
         let turn = (to - from).fixed_rows::<2>(3).amax();

@@ -41,6 +41,17 @@ pub(super) fn bodies(cutter: &Cutter) -> Vec<Body> {
     bodies
 }
 
+/// No point of a tool is farther from its tip \[mm\].
+pub(super) fn size(cutter: &Cutter) -> f64 {
+    let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
+    cutter.length().hypot(widest)
+}
+
+/// Bodies of some tools, and how far a point of them may be from the tip \[mm\].
+pub(super) fn tools(cutters: &[&Cutter]) -> Vec<(Vec<Body>, f64)> {
+    cutters.iter().map(|cutter| (bodies(cutter), size(cutter))).collect()
+}
+
 impl Body {
     /// Lowest and highest point on the axis \[mm above the tip\].
     pub(super) fn heights(self) -> [f64; 2] {

@@ -10,6 +10,7 @@ use super::sweep::{self, Disc, Piece};
 use super::{Options, VerifyError};
 use crate::cutter::Cutter;
 use nalgebra::Point3;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Pieces of moves that are looked at together: some tens of megabytes.
@@ -22,7 +23,10 @@ const ERROR_SHARE: f64 = 0.1;
 /// How far and how exactly is looked at which tool.
 #[derive(Clone)]
 pub(super) struct Look {
+    /// Those of all tools.
     bodies: Arc<[Body]>,
+    /// Which of them a tool has, by its place in the table.
+    of_tool: Arc<[Range<u32>]>,
     /// How far along a normal is looked \[mm\].
     pub(super) reach: f64,
     /// How exactly heights are found \[mm\].
@@ -30,6 +34,22 @@ pub(super) struct Look {
 }
 
 impl Look {
+    fn new(cutters: &[&Cutter], options: &Options) -> Self {
+        let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
+        for cutter in cutters {
+            let start = narrow(bodies.len());
+            bodies.extend(body::bodies(cutter));
+            of_tool.push(start..narrow(bodies.len()));
+        }
+        let (bodies, of_tool) = (bodies.into(), of_tool.into());
+        Self { bodies, of_tool, reach: options.reach, tolerance: options.ray_tolerance }
+    }
+
+    /// Numbers of the bodies that move in a piece.
+    fn bodies_in(&self, piece: &Piece) -> Range<u32> {
+        self.of_tool.get(piece.tool).cloned().unwrap_or(0..0)
+    }
+
     /// A box around rays through a disc, from the reach below up to `top` \[mm\].
     pub(super) fn around(&self, disc: &Disc, top: f64) -> Bounds {
         let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
@@ -58,22 +78,21 @@ impl<'a> Chunks<'a> {
     /// Chunks of a usual size.
     pub(super) fn new(
         run: &'a Run<'a>,
-        cutter: &Cutter,
+        cutters: &[&Cutter],
         options: &Options,
     ) -> Result<Self, VerifyError> {
-        Self::of(run, (cutter, options), PIECES)
+        Self::of(run, (cutters, options), PIECES)
     }
 
     /// Chunks of about `size` pieces.
     pub(super) fn of(
         run: &'a Run<'a>,
-        (cutter, options): (&Cutter, &Options),
+        (cutters, options): (&[&Cutter], &Options),
         size: usize,
     ) -> Result<Self, VerifyError> {
-        let bodies: Arc<[Body]> = body::bodies(cutter).into();
-        let widest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
-        let far = cutter.length().hypot(widest) + options.reach;
-        let look = Look { bodies, reach: options.reach, tolerance: options.ray_tolerance };
+        let far = cutters.iter().map(|cutter| body::size(cutter)).fold(0.0, f64::max);
+        let look = Look::new(cutters, options);
+        let far = far + options.reach;
         let mut chunks = Self { run, look, far, size, whole: None };
         let mut segments = run.segments();
         let first = chunks.next(&mut segments)?.ok_or(VerifyError::NoMotion)?;
@@ -145,8 +164,8 @@ impl Parts {
 
     /// Numbers of all bodies in all pieces.
     pub(super) fn numbers(&self) -> impl Iterator<Item = (u32, u32)> {
-        let [pieces, bodies] = [self.pieces.len(), self.look.bodies.len()].map(narrow);
-        (0..pieces).flat_map(move |piece| (0..bodies).map(move |body| (piece, body)))
+        let pieces = (0..).zip(&self.pieces);
+        pieces.flat_map(|(index, piece)| self.look.bodies_in(piece).map(move |body| (index, body)))
     }
 
     /// Lowest entry of a ray into some of the bodies in motion.
@@ -176,8 +195,9 @@ impl Chunk {
     fn new(pieces: Vec<Piece>, look: &Look, within: &Bounds) -> Self {
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
-            for (part, body) in look.bodies.iter().enumerate() {
-                let content = (narrow(index), narrow(part));
+            for part in look.bodies_in(piece) {
+                let Some(body) = look.bodies.get(part as usize) else { continue };
+                let content = (narrow(index), part);
                 let grown = boxes(piece, *body).map(|bounds| bounds.grown(look.error()));
                 let near = grown.filter(|bounds| bounds.meets(within));
                 items.extend(near.map(|bounds| Item { bounds, content }));

@@ -83,7 +83,7 @@ pub(super) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    pub(super) fn new(control: &'a Control<'_>) -> Self {
+    pub(super) fn new(control: &'a Control) -> Self {
         Self {
             machine: control.real().machine(),
             way: Way::default(),
@@ -96,7 +96,7 @@ impl<'a> Model<'a> {
     }
 
     /// A feed move that is a block or part of one, and its largest velocities at the time programmed.
-    pub(super) fn chord(&mut self, control: &Control<'_>, segment: &Segment, fastest: &AxisVector) {
+    pub(super) fn chord(&mut self, control: &Control, segment: &Segment, fastest: &AxisVector) {
         if segment.block.begins {
             self.way = Way::default();
         }
@@ -172,7 +172,7 @@ impl<'a> Model<'a> {
 }
 
 /// By how much a move changes what its words say \[mm, rad\].
-fn words(control: &Control<'_>, segment: &Segment) -> AxisVector {
+fn words(control: &Control, segment: &Segment) -> AxisVector {
     let mut words = segment.joints[1] - segment.joints[0];
     let tip = match segment.course {
         Course::Tip { ends: [from, to], .. } => to - from,

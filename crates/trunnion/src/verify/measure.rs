@@ -15,7 +15,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub(super) faces: &'a [Face],
-    pub(super) cutter: &'a Cutter,
+    /// By their places in the table of tools.
+    pub(super) cutters: &'a [&'a Cutter],
     pub(super) rest: &'a [Rest],
 }
 
@@ -29,7 +30,7 @@ pub(super) fn measure(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    measured(&Chunks::new(run, subject.cutter, options)?, subject, options, progress)
+    measured(&Chunks::new(run, subject.cutters, options)?, subject, options, progress)
 }
 
 /// The same, the moves in chunks.
@@ -195,9 +196,9 @@ mod tests {
         };
         let run = Run::locations(&file, 1e-5);
         let faces = std::slice::from_ref(&face);
-        let subject = Subject { faces, cutter: &cutter, rest: &[] };
+        let subject = Subject { faces, cutters: &[&cutter], rest: &[] };
         let measure = |size: usize| {
-            let chunks = Chunks::of(&run, (&cutter, &options), size).unwrap();
+            let chunks = Chunks::of(&run, (&[&cutter], &options), size).unwrap();
             measured(&chunks, &subject, &options, &Silent).unwrap()
         };
         let (maps, deviation) = measure(100_000);

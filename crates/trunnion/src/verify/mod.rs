@@ -1,7 +1,7 @@
 //! Replay a program as the control would, measure it against the surface, audit the axes.
 //!
-//! Shares only surface, cutter, machine and `nc::read` with the makers and never calls an inverse,
-//! so that a maker's mistake cannot hide in the checker.
+//! Shares only surface, cutter, machine and `nc::read` with the makers and never calls their inverse (where a program tells
+//! a direction, `turns` has its own), so that a maker's mistake cannot hide in the checker.
 //!
 //! [`check`] runs a [program](ProgramSource) from the machine's home position: without TCP all axes are linear in
 //! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
@@ -22,6 +22,7 @@ mod deviation;
 mod fixture;
 mod grid;
 mod index;
+mod known;
 mod measure;
 mod motion;
 mod ray;
@@ -30,8 +31,9 @@ mod report;
 mod run;
 mod stock;
 mod sweep;
+mod tools;
 mod track;
-mod vectors;
+mod turns;
 
 pub use control_model::{AxisRatio, ModelAudit};
 pub use fixture::{Approach, Clearance, Fixture, Watch, clearance, clearance_cl};
@@ -41,19 +43,22 @@ pub use motion::{
 };
 pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
-    Report, Sample, Sensitivity, Singular, Vectors,
+    Report, Sample, Sensitivity, Singular,
 };
 pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
+pub use tools::{Changes, Tables, Tool, WorkOffset};
 pub use track::{Track, track, track_cl};
+pub use turns::{Choice, Choices};
 
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
 use crate::nc::read::{ClFile, ProgramSource};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest};
+use audit::Audited;
 use measure::Subject;
-use replay::Control;
 use run::Run;
+use tools::Controls;
 
 /// What is checked, and against what.
 #[derive(Debug, Clone, Copy)]
@@ -70,6 +75,8 @@ pub struct Input<'a> {
     pub cutter: &'a Cutter,
     /// What is known not to be finished: it may be uncut, or more than the tolerance may stand there.
     pub rest: &'a [Rest],
+    /// More tools and work offsets than those of the setup.
+    pub tables: Tables<'a>,
 }
 
 /// How finely to look, and what to allow.
@@ -122,21 +129,59 @@ pub enum VerifyError {
     /// The program moves nothing.
     #[error("the program has no moves")]
     NoMotion,
-    /// More than one tool.
+    /// More than one tool, and no table of them.
     #[error(
-        "the program calls {count} tools; check the program of each tool alone, which trunnion post --tool writes"
+        "line {line}: tool {} after tool {}: say what each is, --cutter {}=R=..,r=.. and --tool-length {}=L, and so on", numbers[1], numbers[0], numbers[0], numbers[0]
     )]
     Tools {
-        /// How many.
-        count: usize,
+        /// Line of the program.
+        line: u32,
+        /// The first, and that of the line.
+        numbers: [u32; 2],
     },
-    /// A work offset other than the one the setup defines.
-    #[error("line {line}: the setup defines G54 only, not G{number}")]
+    /// A tool that the table does not have.
+    #[error(
+        "line {line}: tool {number} is not known; say what it is: --cutter {number}=R=..,r=.. --tool-length {number}=L"
+    )]
+    UnknownTool {
+        /// Line of the program.
+        line: u32,
+        /// What the program calls it.
+        number: u32,
+    },
+    /// A cut before the first of several tools.
+    #[error(
+        "line {line}: a cut before the program calls a tool; call it before (T.. M6, TOOL CALL)"
+    )]
+    NoTool {
+        /// Line of the program.
+        line: u32,
+    },
+    /// A work offset that the table does not have.
+    #[error("line {line}: work offset {} is not known; say where it is, --offset {}=X,Y,Z, or that it is where G54 is, --offset {}=G54", tools::name(*number), tools::plain_name(*number), tools::plain_name(*number))]
     WorkOffset {
         /// Line of the program.
         line: u32,
-        /// G code without its decimals.
+        /// 0 for `G54`, 1 for `G55` and so on.
         number: u8,
+    },
+    /// A work offset that the program writes in a way that is not followed.
+    #[error(
+        "line {line}: {what} is not followed; write X, Y and Z of the offset as axis positions (G10 L2), and rotaries as 0"
+    )]
+    Offset {
+        /// Line of the program.
+        line: u32,
+        /// What it is.
+        what: &'static str,
+    },
+    /// A direction that no position of the rotaries gives the tool.
+    #[error("line {line}: no position of the rotary axes turns the tool along {:.6}, {:.6}, {:.6} (workpiece); check the vector or plane, and machine and rotation of the setup", axis[0], axis[1], axis[2])]
+    OutOfReach {
+        /// Line of the program.
+        line: u32,
+        /// Tool axis, workpiece frame.
+        axis: [f64; 3],
     },
     /// A step that is read, but not replayed.
     #[error(
@@ -148,10 +193,10 @@ pub enum VerifyError {
         /// What it is.
         what: &'static str,
     },
-    /// A cut of axes whose places are not known.
+    /// A cut from a place that is not known.
     #[error(
-        "line {line}: after tool vectors the places of the axes are the control's own choice, and this cut cannot be followed; \
-         put a rapid move before it that names X, Y, Z and the tool vector, or all axes"
+        "line {line}: where X, Y and Z stand after the tool change is the machine's own, and this cut cannot be followed; \
+         put rapid moves before it that name X, Y and Z"
     )]
     Unfollowed {
         /// Line of the program.
@@ -187,9 +232,9 @@ pub enum VerifyError {
 /// Checks a program against surface and machine.
 ///
 /// Heights are relative to the faces as given; control smoothing and the speed of rapids beyond
-/// their limit are not modelled. From vector to vector ([`Move::axis`](crate::nc::read::Move::axis)) the tip runs
-/// straight and the tool axis on the great circle, the machine being as believed; axes are not audited then, see
-/// [`Report::vectors`]. A limit broken shows in [`Report::findings`], not as an error.
+/// their limit are not modelled. Where the program tells a direction of the tool and not the rotaries, they turn the way
+/// [`Choice`] says. Behind a tool change nothing is measured until X, Y and Z are told, see [`Changes`]. A limit broken
+/// shows in [`Report::findings`], not as an error.
 ///
 /// # Errors
 ///
@@ -204,20 +249,30 @@ pub fn check(
     progress: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
-    one_tool(input.program.tools())?;
-    let control = Control::new(input)?;
-    let run = Run::program(&control, input.program, CHORD_SHARE * options.ray_tolerance);
-    let vectors = vectors::of(&run, input.program)?;
-    let audit = match vectors {
-        Some(_) => None,
-        None => Some(audit::audit(&control, &run, input)?),
-    };
-    let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
+    let controls = controls(input)?;
+    let run = Run::program(
+        &controls,
+        (input.program, &input.tables),
+        CHORD_SHARE * options.ray_tolerance,
+    );
+    let Audited { audit, choices, changes } = audit::audit(&controls, &run, input)?;
+    let cutters = tools::cutters(input.cutter, &input.tables);
+    let subject = Subject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
-    deviation.sensitivity.pivot = audit.as_ref().map(measure::pivot);
+    deviation.sensitivity.pivot = Some(measure::pivot(&audit));
     let mut findings = left(&maps, &deviation, options);
-    findings.extend(audit.iter().flat_map(broken));
-    Ok(Report { maps, deviation, audit, vectors, findings })
+    findings.extend(broken(&audit).into_iter().filter(|finding| {
+        // Between vectors the control plans its own speeds, on the axes it chose.
+        choices.vectors == 0 || matches!(finding, Finding::Travel { .. })
+    }));
+    let changes = Some(changes).filter(|changes| changes.count > 0 || changes.unmeasured > 0);
+    Ok(Report { maps, deviation, audit: Some(audit), choices, changes, findings })
+}
+
+/// The control with each tool.
+fn controls(input: &Input<'_>) -> Result<Controls, VerifyError> {
+    tools::known(input.program, &input.tables)?;
+    Controls::new([input.believed, input.real], &input.tables)
 }
 
 /// Cutter locations, and against what they are checked.
@@ -246,20 +301,15 @@ pub fn check_cl(
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
     let run = Run::locations(input.file, CHORD_SHARE * options.ray_tolerance);
-    let subject = Subject { faces: input.faces, cutter: input.cutter, rest: input.rest };
+    let subject = Subject { faces: input.faces, cutters: &[input.cutter], rest: input.rest };
     let (maps, deviation) = measure::measure(&run, &subject, options, progress)?;
     let findings = left(&maps, &deviation, options);
-    Ok(Report { maps, deviation, audit: None, vectors: None, findings })
+    let choices = Choices::default();
+    Ok(Report { maps, deviation, audit: None, choices, changes: None, findings })
 }
 
 /// Share of the ray tolerance by which the chords of an arc may be off.
 const CHORD_SHARE: f64 = 0.1;
-
-fn one_tool(tools: &[u32]) -> Result<(), VerifyError> {
-    let mut tools = tools.to_vec();
-    tools.dedup();
-    if tools.len() > 1 { Err(VerifyError::Tools { count: tools.len() }) } else { Ok(()) }
-}
 
 fn check_options(options: &Options) -> Result<(), VerifyError> {
     let positive = [

@@ -1,11 +1,14 @@
 //! What the machine does when a control runs a program: joints, tool, time.
 
-use super::{Input, VerifyError};
-use crate::machine::{Kinematics, Setup};
+use super::VerifyError;
+use super::audit::TRAVEL_ROUNDING;
+use super::tools::{self, Controls};
+use super::turns::{self, Turned};
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
 use crate::math::angle::{angle_between, great_circle};
-use crate::nc::read::{Frame, Move, Turning};
+use crate::nc::read::{Move, Turning};
 use crate::types::{AxisVector, ToolPose};
-use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
 /// One move of the machine.
@@ -13,6 +16,8 @@ use std::f64::consts::PI;
 pub(super) struct Segment {
     /// Line of the program.
     pub(super) line: u32,
+    /// Place of the tool in the table.
+    pub(super) tool: usize,
     /// Axes at both ends.
     pub(super) joints: [AxisVector; 2],
     /// How the axes get from one end to the other.
@@ -64,7 +69,7 @@ pub(super) enum Course {
     },
     /// Nothing moves.
     Rest,
-    /// After a tool vector, a rapid move of axes whose places are not known.
+    /// A rapid move of axes whose places a tool change left unknown, or before the first tool.
     Unknown,
 }
 
@@ -78,7 +83,7 @@ impl Segment {
 /// What carries the tool out: a machine under its control, or the cutter locations themselves.
 pub(super) enum Mover<'a> {
     /// A machine.
-    Machine(&'a Control<'a>),
+    Machine(&'a Controls),
     /// Tip straight, tool axis on the great circle from location to location.
     Locations,
 }
@@ -99,7 +104,7 @@ impl Mover<'_> {
     pub(super) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
         match (self, &segment.course) {
             (_, Course::Circle { ends }) => on_circle(ends, t, segment.line),
-            (Self::Machine(control), _) => control.pose(segment, t),
+            (Self::Machine(controls), _) => controls.of(segment.tool).pose(segment, t),
             (Self::Locations, _) => Err(VerifyError::NoMotion),
         }
     }
@@ -107,7 +112,11 @@ impl Mover<'_> {
     /// A rapid move as each axis runs it at its own speed: straight from where one axis arrives to where the
     /// next one does. Nothing for other moves, and for cutter locations.
     pub(super) fn dog_leg(&self, segment: &Segment) -> Vec<Segment> {
-        let (Self::Machine(control), true) = (self, segment.rapid) else { return Vec::new() };
+        let (Self::Machine(controls), true, false) = (self, segment.rapid, segment.is_unknown())
+        else {
+            return Vec::new();
+        };
+        let control = controls.of(segment.tool);
         let [from, to] = segment.joints;
         let change = to - from;
         let times = change.abs().component_div(&control.rapid());
@@ -139,10 +148,12 @@ impl Mover<'_> {
                 let turn = angle_between(&from.axis, &to.axis);
                 Some(Swing { turn, lever: 0.0, travel: 0.0 })
             }
-            (Self::Machine(control), Course::Tip { length, .. }) => {
+            (Self::Machine(controls), Course::Tip { length, .. }) => {
+                let control = controls.of(segment.tool);
                 Some(Swing { turn, lever: control.error_lever(*length), travel: 0.0 })
             }
-            (Self::Machine(control), Course::Joints) => {
+            (Self::Machine(controls), Course::Joints) => {
+                let control = controls.of(segment.tool);
                 let travel = change.fixed_rows::<3>(0).lp_norm(1);
                 Some(Swing { turn, lever: control.lever(segment) + travel, travel })
             }
@@ -158,43 +169,66 @@ fn on_circle([from, to]: &[ToolPose; 2], t: f64, line: u32) -> Result<ToolPose, 
 }
 
 /// A control's belief about the machine, and the machine.
-pub(super) struct Control<'a> {
+pub(super) struct Control {
     /// As the control believes it to be, with the tool length.
-    believed: &'a Kinematics,
+    believed: Kinematics,
     /// The same without a tool length, for `G49`.
     bare: Kinematics,
     /// As it is.
-    real: &'a Kinematics,
+    real: Kinematics,
     /// Work offset `G54`.
     offset: Vector3<f64>,
 }
 
-impl<'a> Control<'a> {
-    /// The control of a job.
-    pub(super) fn new(input: &Input<'a>) -> Result<Self, VerifyError> {
-        let believed = input.believed;
+impl Control {
+    /// A control with one tool.
+    pub(super) fn new(believed: Kinematics, real: Kinematics) -> Result<Self, VerifyError> {
         let setup = Setup { tool_length: 0.0, ..*believed.setup() };
         let bare = Kinematics::new(believed.machine(), &setup);
         // The work offset puts the gauge point on the workpiece origin, rotaries at zero.
         let joints = linear_joints(&bare, &Point3::origin(), &AxisVector::zeros());
         let offset = joints.ok_or(VerifyError::LinearAxes)?;
-        Ok(Self { believed, bare, real: input.real, offset })
+        Ok(Self { believed, bare, real, offset })
+    }
+
+    /// `G54` of the setup \[mm\].
+    pub(super) fn offset(&self) -> Vector3<f64> {
+        self.offset
+    }
+
+    /// What the tool length adds to Z \[mm\].
+    pub(super) fn length(&self, counts: bool) -> f64 {
+        if counts { self.believed.setup().tool_length } else { 0.0 }
+    }
+
+    /// Where an offset puts the origin in the table frame \[mm\].
+    pub(super) fn in_table(&self, offset: &Vector3<f64>) -> Vector3<f64> {
+        tools::origin(&self.bare, offset)
     }
 
     /// The kinematics a control reckons with.
     pub(super) fn reckons(&self, length: bool) -> &Kinematics {
-        if length { self.believed } else { &self.bare }
+        if length { &self.believed } else { &self.bare }
     }
 
     /// Joints of a segment at `t` in 0..=1.
     pub(super) fn joints(&self, segment: &Segment, t: f64) -> Result<AxisVector, VerifyError> {
         let [from, to] = segment.joints;
         let mut q = from + (to - from) * t;
-        if let Course::Tip { ends: [from, to], length } = segment.course {
-            let tip = from + (to - from) * t;
-            let linear = self.linear_joints(&tip, &q, length)?;
-            q.fixed_rows_mut::<3>(0).copy_from(&linear);
-        }
+        let linear = match &segment.course {
+            Course::Tip { ends: [from, to], length } => {
+                self.linear_joints(&(from + (to - from) * t), &q, *length)?
+            }
+            Course::Circle { ends } if t > 0.0 && t < 1.0 => {
+                let pose = on_circle(ends, t, segment.line)?;
+                let anywhere = |_: [f64; 2]| false;
+                let turned = turns::turned(&self.real, &pose.axis, (&q, segment.line), &anywhere)?;
+                q.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&turned.rotaries);
+                linear_joints(&self.real, &pose.tip, &q).ok_or(VerifyError::LinearAxes)?
+            }
+            _ => return Ok(q),
+        };
+        q.fixed_rows_mut::<3>(0).copy_from(&linear);
         Ok(q)
     }
 
@@ -233,34 +267,12 @@ impl<'a> Control<'a> {
 
     /// The real machine.
     pub(super) fn real(&self) -> &Kinematics {
-        self.real
+        &self.real
     }
 
     /// A direction of the table frame in the workpiece frame.
-    pub(super) fn in_workpiece(&self, axis: &UnitVector3<f64>) -> UnitVector3<f64> {
+    fn in_workpiece(&self, axis: &UnitVector3<f64>) -> UnitVector3<f64> {
         self.believed.setup().rotation.inverse() * axis
-    }
-
-    /// What X Y Z read under TCP where a tool stands: its tip in the table frame, or where the spindle is while the
-    /// tool length does not count.
-    pub(super) fn reading(&self, pose: &ToolPose, length: bool) -> Point3<f64> {
-        self.believed.setup().rotation * (pose.tip + pose.axis.into_inner() * self.short(length))
-    }
-
-    /// The tool where X Y Z read this, with its axis in the workpiece frame; the machine taken to be as believed.
-    pub(super) fn tool_at(
-        &self,
-        reading: &Point3<f64>,
-        axis: UnitVector3<f64>,
-        length: bool,
-    ) -> ToolPose {
-        let place = self.believed.setup().rotation.inverse() * reading;
-        ToolPose { tip: place - axis.into_inner() * self.short(length), axis }
-    }
-
-    /// From the tip to the point that X Y Z mean \[mm\].
-    fn short(&self, length: bool) -> f64 {
-        if length { 0.0 } else { self.believed.setup().tool_length }
     }
 
     pub(super) fn linear_joints(
@@ -280,46 +292,79 @@ impl<'a> Control<'a> {
         reckons.setup().rotation * reckons.forward(q).tip
     }
 
-    /// What words of a frame are for the joints: positions, or the tip and the rotaries.
-    pub(super) fn words(
-        &self,
-        q: &AxisVector,
-        (frame, line): (Frame, u32),
-    ) -> Result<AxisVector, VerifyError> {
-        Ok(match self.counted(frame, line)? {
+    /// What words are for the joints: positions, or the tip and the rotaries.
+    pub(super) fn words(&self, q: &AxisVector, counted: &Counted) -> AxisVector {
+        match counted {
             Counted::From(shift) => q - shift,
-            Counted::Tip(length) => {
-                let tip = self.tip(q, length);
+            Counted::Tip(frame) => {
+                let tip = frame.read(&self.tip(q, frame.length));
                 AxisVector::new(tip.x, tip.y, tip.z, q[3], q[4])
             }
-        })
+        }
     }
 
     /// Where a straight block leads to, and how.
     pub(super) fn target(
         &self,
         q: &AxisVector,
-        step: &Move,
-    ) -> Result<(AxisVector, Course), VerifyError> {
-        match self.counted(step.frame, step.line)? {
-            Counted::From(shift) => Ok((apply(*q, step, &shift), Course::Joints)),
-            Counted::Tip(length) => self.to_tip(q, step, length),
-        }
+        (step, counted): (&Move, &Counted),
+    ) -> Result<(AxisVector, Course, Option<Turned>), VerifyError> {
+        let turned = match step.axis {
+            Some(axis) => Some(self.turned(&axis, (q, step), counted)?),
+            None => None,
+        };
+        let put = |mut words: AxisVector| {
+            if let Some(Turned { rotaries, .. }) = turned {
+                words.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
+            }
+            words
+        };
+        let (to, course) = match counted {
+            Counted::From(shift) => (put(apply(*q, step, shift)), Course::Joints),
+            Counted::Tip(frame) => {
+                let words = apply(self.words(q, counted), step, &AxisVector::zeros());
+                self.to_tip(q, (&put(words), step.turning), frame)?
+            }
+        };
+        Ok((to, course, turned))
     }
 
+    /// The rotaries for a direction in the table frame. Where the tip is told, X, Y and Z are to be in their travel
+    /// there.
+    pub(super) fn turned(
+        &self,
+        axis: &UnitVector3<f64>,
+        (near, step): (&AxisVector, &Move),
+        counted: &Counted,
+    ) -> Result<Turned, VerifyError> {
+        let slides = |rotaries: [f64; 2]| {
+            let Counted::Tip(frame) = counted else { return true };
+            let mut words = apply(self.words(near, counted), step, &AxisVector::zeros());
+            words.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
+            let tip = frame.place(&Point3::new(words[0], words[1], words[2]));
+            let linear = self.linear_joints(&tip, &words, frame.length);
+            let inside = |(value, axis): (&f64, &Axis)| {
+                axis.limits[0] - TRAVEL_ROUNDING <= *value
+                    && *value <= axis.limits[1] + TRAVEL_ROUNDING
+            };
+            linear.is_ok_and(|linear| linear.iter().zip(&self.real.machine().axes).all(inside))
+        };
+        turns::turned(&self.real, &self.in_workpiece(axis), (near, step.line), &slides)
+    }
+
+    /// To the tip and the rotaries that words say.
     fn to_tip(
         &self,
         q: &AxisVector,
-        step: &Move,
-        length: bool,
+        (words, turning): (&AxisVector, Turning),
+        frame: &TipFrame,
     ) -> Result<(AxisVector, Course), VerifyError> {
+        let (mut there, length) = (*words, frame.length);
         let from = self.tip(q, length);
-        let here = AxisVector::new(from.x, from.y, from.z, q[3], q[4]);
-        let mut there = apply(here, step, &AxisVector::zeros());
-        let to = Point3::new(there[0], there[1], there[2]);
+        let to = frame.place(&Point3::new(words[0], words[1], words[2]));
         let linear = self.linear_joints(&to, &there, length)?;
         there.fixed_rows_mut::<3>(0).copy_from(&linear);
-        let course = match step.turning {
+        let course = match turning {
             Turning::Rotary => Course::Tip { ends: [from, to], length },
             Turning::GreatCircle => {
                 Course::Circle { ends: [q, &there].map(|q| self.real.forward(q)) }
@@ -327,30 +372,36 @@ impl<'a> Control<'a> {
         };
         Ok((there, course))
     }
-
-    /// What the words of a frame count from.
-    pub(super) fn counted(&self, frame: Frame, line: u32) -> Result<Counted, VerifyError> {
-        match frame {
-            Frame::Machine => Ok(Counted::From(AxisVector::zeros())),
-            Frame::Work { offset: number @ 1.., .. } => {
-                Err(VerifyError::WorkOffset { line, number: 54 + number })
-            }
-            Frame::Work { length, tcp: true, .. } => Ok(Counted::Tip(length)),
-            Frame::Work { length, .. } => {
-                let z = if length { self.believed.setup().tool_length } else { 0.0 };
-                let shift = self.offset + Vector3::z() * z;
-                Ok(Counted::From(AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0)))
-            }
-        }
-    }
 }
 
 /// What words count from.
+#[derive(Debug, Clone, Copy)]
 pub(super) enum Counted {
     /// Joints less these.
     From(AxisVector),
-    /// The tip in the table frame, and the rotaries; whether the tool length counts.
-    Tip(bool),
+    /// The tip, and the rotaries.
+    Tip(TipFrame),
+}
+
+/// Coordinates of the tip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TipFrame {
+    /// Whether the tool length counts.
+    pub(super) length: bool,
+    /// From the coordinates of X Y Z to the table frame; `None` where they are that.
+    pub(super) table_from_words: Option<Isometry3<f64>>,
+}
+
+impl TipFrame {
+    /// From the words to the table frame.
+    pub(super) fn place(&self, words: &Point3<f64>) -> Point3<f64> {
+        self.table_from_words.map_or(*words, |frame| frame * words)
+    }
+
+    /// And back.
+    fn read(&self, place: &Point3<f64>) -> Point3<f64> {
+        self.table_from_words.map_or(*place, |frame| frame.inverse_transform_point(place))
+    }
 }
 
 /// Coordinates with a block's words put in; `shift` is what words are short of them.

@@ -1,6 +1,8 @@
 //! What verification found.
 
 use super::control_model::ModelAudit;
+use super::tools::Changes;
+use super::turns::Choices;
 use crate::machine::AxisKind;
 use crate::types::AXES;
 use crate::types::Rest;
@@ -14,10 +16,12 @@ pub struct Report {
     pub maps: Vec<FaceMap>,
     /// The same in a few numbers.
     pub deviation: Deviation,
-    /// Axes against their limits; `None` where there is no machine, and where the tool is told by vectors.
+    /// Axes against their limits; `None` where there is no machine.
     pub audit: Option<Audit>,
-    /// What is not known where the tool is told by vectors; `None` where it never is.
-    pub vectors: Option<Vectors>,
+    /// What the program leaves to the control to choose, and what was taken.
+    pub choices: Choices,
+    /// What tool changes leave unknown; `None` where there are none.
+    pub changes: Option<Changes>,
     /// Everything that breaks a tolerance or a limit; the worst of its kind each.
     pub findings: Vec<Finding>,
 }
@@ -27,17 +31,6 @@ impl Report {
     pub fn passed(&self) -> bool {
         self.findings.is_empty()
     }
-}
-
-/// What is not known of a program that tells the tool axis by vectors: the rotaries are the control's own choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Vectors {
-    /// Line of the first vector.
-    pub line: u32,
-    /// Rapid moves that were not measured: of axes whose places are not known, such as those out at the end.
-    pub unmeasured: usize,
-    /// Line of the first of them.
-    pub first: Option<u32>,
 }
 
 /// Height left over a face at the points of a grid.

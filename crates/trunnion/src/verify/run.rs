@@ -1,10 +1,15 @@
 //! Programs and cutter locations as moves, from the start as often as it takes.
 
 use super::VerifyError;
-use super::replay::{Block, Control, Course, Mover, Segment, apply};
-use super::vectors::{self, Known};
-use crate::nc::read::{Arc, ClFile, ClMotion, Move, Pace, ProgramSource, Step, Turning, Way};
-use crate::types::{AxisVector, ToolPose};
+use super::known::Known;
+use super::replay::{Block, Control, Counted, Course, Mover, Segment, TipFrame, apply};
+use super::tools::{Changes, Controls, Offsets, Tables, WorkOffset};
+use super::turns::{Choices, Turned};
+use crate::nc::read::{
+    Arc, ClFile, ClMotion, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
+};
+use crate::types::{AXES, AxisVector, ToolPose};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
 /// All that moves the tool, from the start as often as it is asked for.
 pub(super) struct Run<'a> {
@@ -16,7 +21,7 @@ pub(super) struct Run<'a> {
 
 /// Where moves come from.
 enum Source<'a> {
-    Program(&'a dyn ProgramSource),
+    Program(&'a dyn ProgramSource, Offsets),
     Locations(&'a ClFile),
 }
 
@@ -26,11 +31,12 @@ pub(super) type Segments<'a> = Box<dyn Iterator<Item = Result<Segment, VerifyErr
 impl<'a> Run<'a> {
     /// A program from the machine's home position; arcs in chords within `tolerance` \[mm\].
     pub(super) fn program(
-        control: &'a Control<'a>,
-        program: &'a dyn ProgramSource,
+        controls: &'a Controls,
+        (program, tables): (&'a dyn ProgramSource, &Tables<'_>),
         tolerance: f64,
     ) -> Self {
-        let (mover, source) = (Mover::Machine(control), Source::Program(program));
+        let offsets = Offsets::new(controls.first(), tables);
+        let (mover, source) = (Mover::Machine(controls), Source::Program(program, offsets));
         Self { mover, source, tolerance }
     }
 
@@ -42,40 +48,75 @@ impl<'a> Run<'a> {
 
     /// The moves, from the start.
     pub(super) fn segments(&self) -> Segments<'_> {
-        let tolerance = self.tolerance;
-        match (&self.mover, &self.source) {
-            (Mover::Machine(control), Source::Program(program)) => {
-                let at = Known::Axes(control.real().machine().home());
-                Box::new(Replay { control, steps: program.steps(), at, arc: None, tolerance })
-            }
-            (_, Source::Locations(file)) => Box::new(locations(file, tolerance)),
-            (Mover::Locations, Source::Program(_)) => Box::new(std::iter::empty()),
+        match &self.source {
+            Source::Locations(file) => Box::new(locations(file, self.tolerance)),
+            Source::Program(..) => Box::new(self.replay().into_iter().flatten()),
         }
+    }
+
+    /// A program from its start; `None` for cutter locations.
+    pub(super) fn replay(&self) -> Option<Replay<'_>> {
+        let (Mover::Machine(controls), Source::Program(program, offsets)) =
+            (&self.mover, &self.source)
+        else {
+            return None;
+        };
+        Some(Replay {
+            controls,
+            steps: program.steps(),
+            at: Known::Axes(controls.first().real().machine().home()),
+            moved: false,
+            tool: if controls.are_several() { None } else { Some(0) },
+            offsets: offsets.clone(),
+            plane: None,
+            plain: Some(false),
+            arc: None,
+            tolerance: self.tolerance,
+            branch: None,
+            choices: Choices::default(),
+            changes: Changes { count: 0, line: 0, unmeasured: 0, first: None },
+        })
     }
 
     /// About how many moves there are.
     pub(super) fn steps(&self) -> usize {
         match &self.source {
-            Source::Program(program) => program.count(),
+            Source::Program(program, _) => program.count(),
             Source::Locations(file) => file.records.len(),
         }
     }
 }
 
 /// A program being run, move by move.
-struct Replay<'a> {
-    control: &'a Control<'a>,
+pub(super) struct Replay<'a> {
+    controls: &'a Controls,
     steps: Box<dyn Iterator<Item = Step> + 'a>,
     at: Known,
+    /// Whether anything moved yet.
+    moved: bool,
+    /// Place of the tool in the table; `None` before the first of several.
+    tool: Option<usize>,
+    offsets: Offsets,
+    /// The last tilted plane.
+    plane: Option<Plane>,
+    /// Without tool-centre-point control, whether the tool length counts; as the last move says.
+    plain: Option<bool>,
     /// An arc on the way.
     arc: Option<OnArc>,
     /// How far chords may be off \[mm\].
     tolerance: f64,
+    /// Which solution the last vector was on.
+    branch: Option<bool>,
+    /// What the control was left to choose so far.
+    pub(super) choices: Choices,
+    /// What tool changes left unknown so far.
+    pub(super) changes: Changes,
 }
 
 /// An arc of which some chords were run.
 struct OnArc {
     step: Move,
+    counted: Counted,
     arc: Arc,
     /// Axes so far.
     q: AxisVector,
@@ -91,87 +132,197 @@ struct OnArc {
 /// Chords of one arc; more only at a radius of kilometres.
 const MOST_PARTS: u32 = 1_000_000;
 
-impl Replay<'_> {
+impl<'a> Replay<'a> {
+    fn control(&self) -> &'a Control {
+        self.controls.of(self.tool.unwrap_or(0))
+    }
+
     /// What a step does; `None` if it moves nothing and takes no time, or is an arc to be run.
     fn segment(&mut self, step: &Step) -> Result<Option<Segment>, VerifyError> {
         match step {
-            Step::Dwell { line, seconds } => Ok(Some(self.rest(*line, *seconds))),
-            // The plane is refused where a move names it.
-            Step::Tool { .. } | Step::Spindle { .. } | Step::Plane(_) | Step::Words { .. } => {
+            Step::Dwell { line, seconds } => return Ok(Some(self.rest(*line, *seconds))),
+            Step::Tool { line, number } => self.change(*line, *number)?,
+            Step::Offset(offset) => self.write(offset)?,
+            Step::Plane(plane) => self.plane = Some(*plane),
+            Step::Spindle { .. } | Step::Words { .. } => {}
+            Step::Move(step) => return self.go(step),
+        }
+        Ok(None)
+    }
+
+    fn go(&mut self, step: &Move) -> Result<Option<Segment>, VerifyError> {
+        let refused = |what| Err(VerifyError::Special { line: step.line, what });
+        if step.sixth.is_some() {
+            return refused("a sixth axis");
+        }
+        let counted = self.counted(step)?;
+        self.plain = match step.frame {
+            Frame::Machine => self.plain,
+            Frame::Work { length, tcp, .. } => (!tcp).then_some(length),
+        };
+        if step.axis.is_some() && matches!(counted, Counted::From(_)) && step.words != [None; AXES]
+        {
+            return refused("a tool vector without tool-centre-point control");
+        }
+        self.moved = true;
+        match (step.way, self.at) {
+            (Way::Arc(_), _) if step.axis.is_some() => refused("an arc between tool vectors"),
+            (Way::Arc(arc), Known::Axes(q)) => {
+                self.arc = Some(self.enter(&q, (step, counted), arc)?);
                 Ok(None)
             }
-            Step::Offset(offset) => {
-                let (line, what) = (offset.line, "a work offset written by the program");
-                Err(VerifyError::Special { line, what })
+            (Way::Line, Known::Axes(q)) => self.straight(&q, (step, counted), None).map(Some),
+            (Way::Line, Known::Part(part)) if step.pace == Pace::Rapid => {
+                let (at, turned) = part.after(self.control(), (step, &counted))?;
+                self.at = at;
+                self.note(step, &counted, turned.as_ref());
+                Ok(Some(self.unknown(step.line)))
             }
-            Step::Move(step) => {
-                let plain = Move { way: Way::Line, turning: Turning::Rotary, axis: None, ..*step };
-                if let Some(what) = plain.special() {
-                    return Err(VerifyError::Special { line: step.line, what });
-                }
-                match (step.way, self.at, step.axis) {
-                    (Way::Line, Known::Axes(q), None) => self.straight(&q, step, None).map(Some),
-                    (Way::Arc(arc), Known::Axes(q), None) => {
-                        self.arc = Some(self.enter(&q, step, arc)?);
-                        Ok(None)
-                    }
-                    (Way::Line, ..) => self.by_vectors(step).map(Some),
-                    (Way::Arc(_), ..) => {
-                        let what = "an arc between tool vectors";
-                        Err(VerifyError::Special { line: step.line, what })
-                    }
-                }
-            }
+            (_, Known::Part(_)) => Err(VerifyError::Unfollowed { line: step.line }),
         }
+    }
+
+    /// A tool goes into the spindle. What the change does to X, Y and Z is not known, unless nothing moved yet.
+    fn change(&mut self, line: u32, number: u32) -> Result<(), VerifyError> {
+        let place = self.controls.place(line, number)?;
+        if self.tool.replace(place) == Some(place) || !self.moved {
+            return Ok(());
+        }
+        self.changes.count += 1;
+        if self.changes.count == 1 {
+            self.changes.line = line;
+        }
+        self.at = self.at.changed();
+        Ok(())
+    }
+
+    /// The program writes a work offset.
+    fn write(&mut self, written: &Offset) -> Result<(), VerifyError> {
+        let Offset { line, offset: number, words: [x, y, z, turns @ ..], kind } = *written;
+        let refused = |what| Err(VerifyError::Offset { line, what });
+        if turns.iter().flatten().any(|turn| turn.abs() > 0.0) {
+            return refused("a work offset of a rotary axis");
+        }
+        let words = [x, y, z];
+        let mut origin = match self.offsets.get(line, number) {
+            Ok([origin, _]) => origin,
+            Err(_) if words.iter().all(Option::is_some) => Vector3::zeros(),
+            Err(_) => return refused("a part of a work offset whose other values are not known"),
+        };
+        for (slot, word) in words.into_iter().enumerate() {
+            let Some(word) = word else { continue };
+            origin[slot] = match (kind, self.at) {
+                (OffsetKind::Origin, _) => word,
+                (OffsetKind::Reading, Known::Axes(q)) => {
+                    let Some(length) = self.plain else {
+                        return refused(
+                            "a work offset by the position (G10 L20) under tool-centre-point control",
+                        );
+                    };
+                    let length = if slot == 2 { self.control().length(length) } else { 0.0 };
+                    q[slot] - length - word
+                }
+                (OffsetKind::Reading, Known::Part(_)) => {
+                    return refused(
+                        "a work offset by a position (G10 L20) that a tool change left unknown",
+                    );
+                }
+            };
+        }
+        self.offsets.set(self.controls.first(), WorkOffset { number, origin });
+        Ok(())
+    }
+
+    /// What the words of a block count from.
+    fn counted(&self, step: &Move) -> Result<Counted, VerifyError> {
+        let Frame::Work { offset, length, tcp } = step.frame else {
+            return Ok(Counted::From(AxisVector::zeros()));
+        };
+        let [origin, place] = self.offsets.get(step.line, offset)?;
+        if !tcp {
+            let shift = origin + Vector3::z() * self.control().length(length);
+            return Ok(Counted::From(AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0)));
+        }
+        let shift = (place != Vector3::zeros()).then(|| {
+            Isometry3::from_parts(Translation3::from(place), nalgebra::UnitQuaternion::identity())
+        });
+        let plane = self
+            .plane
+            .filter(|plane| plane.number == step.plane)
+            .map(|plane| plane.work_from_plane);
+        let table_from_words = match (shift, plane) {
+            (Some(shift), Some(plane)) => Some(shift * plane),
+            (shift, plane) => shift.or(plane),
+        };
+        Ok(Counted::Tip(TipFrame { length, table_from_words }))
     }
 
     /// A stretch of time in which nothing moves.
     fn rest(&self, line: u32, duration: f64) -> Segment {
         let joints = match self.at {
             Known::Axes(q) => [q; 2],
-            _ => [AxisVector::zeros(); 2],
+            Known::Part(_) => [AxisVector::zeros(); 2],
         };
         let block = Block::of_one(duration);
-        Segment { line, joints, course: Course::Rest, duration, block, rapid: false }
+        let tool = self.tool.unwrap_or(0);
+        Segment { line, tool, joints, course: Course::Rest, duration, block, rapid: false }
     }
 
-    /// A straight move with a tool vector, or after one.
-    fn by_vectors(&mut self, step: &Move) -> Result<Segment, VerifyError> {
-        let (to, ends) = self.at.after(self.control, step)?;
-        self.at = to;
-        let rapid = step.pace == Pace::Rapid;
-        let (course, duration) = match ends {
-            Some(ends) => (Course::Circle { ends }, vectors::duration(&ends, step.pace)),
-            None if rapid => (Course::Unknown, 0.0),
-            None => return Err(VerifyError::Unfollowed { line: step.line }),
-        };
+    /// A rapid move from where nobody knows, or of an unknown tool.
+    fn unknown(&mut self, line: u32) -> Segment {
+        self.changes.unmeasured += 1;
+        self.changes.first.get_or_insert(line);
         let joints = [AxisVector::zeros(); 2];
-        let block = Block::of_one(duration);
-        Ok(Segment { line: step.line, joints, course, duration, block, rapid })
+        let (tool, block) = (self.tool.unwrap_or(0), Block::of_one(0.0));
+        Segment { line, tool, joints, course: Course::Unknown, duration: 0.0, block, rapid: true }
+    }
+
+    /// Notes which rotaries were taken for a direction.
+    fn note(&mut self, step: &Move, counted: &Counted, turned: Option<&Turned>) {
+        let Some(turned) = turned else { return };
+        let changed = self.branch.zip(turned.branch).is_some_and(|(before, now)| before != now);
+        // A turn to a plane has no words.
+        let plane = matches!(counted, Counted::From(_)) || step.words == [None; AXES];
+        self.choices.note(step.line, plane, turned, changed);
+        self.branch = turned.branch.or(self.branch);
     }
 
     /// A straight move, or a chord of a block.
     fn straight(
         &mut self,
         q: &AxisVector,
-        step: &Move,
+        (step, counted): (&Move, Counted),
         block: Option<Block>,
     ) -> Result<Segment, VerifyError> {
-        let (to, course) = self.control.target(q, step)?;
+        let control = self.control();
+        let (to, course, turned) = control.target(q, (step, &counted))?;
         if !to.iter().all(|value| value.is_finite()) {
             return Err(VerifyError::LinearAxes);
         }
+        self.note(step, &counted, turned.as_ref());
         self.at = Known::Axes(to);
-        let joints = [*q, to];
-        let duration = duration(&joints, &course, step.pace, &self.control.rapid());
-        let block = block.unwrap_or(Block::of_one(duration));
         let rapid = step.pace == Pace::Rapid;
-        Ok(Segment { line: step.line, joints, course, duration, block, rapid })
+        let Some(tool) = self.tool else {
+            return if rapid {
+                Ok(self.unknown(step.line))
+            } else {
+                Err(VerifyError::NoTool { line: step.line })
+            };
+        };
+        let joints = [*q, to];
+        let duration = duration(&joints, &course, step.pace, &control.rapid());
+        let block = block.unwrap_or(Block::of_one(duration));
+        Ok(Segment { line: step.line, tool, joints, course, duration, block, rapid })
     }
 
     /// An arc before its first chord.
-    fn enter(&self, q: &AxisVector, step: &Move, arc: Arc) -> Result<OnArc, VerifyError> {
-        let from = self.control.words(q, (step.frame, step.line))?;
+    fn enter(
+        &self,
+        q: &AxisVector,
+        (step, counted): (&Move, Counted),
+        arc: Arc,
+    ) -> Result<OnArc, VerifyError> {
+        let from = self.control().words(q, &counted);
         let to = apply(from, step, &AxisVector::zeros());
         let parts = arc.parts(self.tolerance);
         if parts > MOST_PARTS {
@@ -187,12 +338,12 @@ impl Replay<'_> {
                 return Err(VerifyError::Special { line: step.line, what });
             }
         };
-        Ok(OnArc { step: *step, arc, q: *q, ends: [from, to], done: 0, parts, duration })
+        Ok(OnArc { step: *step, counted, arc, q: *q, ends: [from, to], done: 0, parts, duration })
     }
 
     /// The next chord of an arc.
     fn chord(&mut self, on: &mut OnArc) -> Result<Segment, VerifyError> {
-        let OnArc { step, arc, q, ends: [from, to], parts, duration, .. } = *on;
+        let OnArc { step, counted, arc, q, ends: [from, to], parts, duration, .. } = *on;
         on.done += 1;
         let share = f64::from(on.done) / f64::from(parts);
         let mut words = to;
@@ -211,7 +362,8 @@ impl Replay<'_> {
         };
         let (begins, ends) = (on.done == 1, on.done == parts);
         let sweep = arc.sweep.abs();
-        let segment = self.straight(&q, &step, Some(Block { duration, sweep, begins, ends }))?;
+        let segment =
+            self.straight(&q, (&step, counted), Some(Block { duration, sweep, begins, ends }))?;
         [_, on.q] = segment.joints;
         Ok(segment)
     }
@@ -274,7 +426,7 @@ fn locations(
             let joints = [AxisVector::zeros(); 2];
             let course = Course::Circle { ends };
             let block = Block::of_one(duration);
-            Some(Ok(Segment { line: part.line, joints, course, duration, block, rapid }))
+            Some(Ok(Segment { line: part.line, tool: 0, joints, course, duration, block, rapid }))
         });
         segments.collect::<Vec<_>>()
     })

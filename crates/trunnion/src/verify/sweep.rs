@@ -14,6 +14,8 @@ pub(super) use rays::Disc;
 pub(super) struct Piece {
     /// Line of the program.
     pub(super) line: u32,
+    /// Place of the tool in the table.
+    pub(super) tool: usize,
     /// The times in 0..=1 it covers of its move.
     span: [f64; 2],
     /// The tool at u = 0.
@@ -233,6 +235,7 @@ impl Piece {
         let middle = instant(&tip, &axis, 0.0);
         Ok(Self {
             line: segment.line,
+            tool: segment.tool,
             middle,
             tip,
             axis,

@@ -1,8 +1,8 @@
 //! Where the tool goes, for pictures.
 
-use super::replay::{Control, Course, Segment};
+use super::replay::{Course, Segment};
 use super::run::Run;
-use super::{CHORD_SHARE, ClInput, Input, VerifyError};
+use super::{CHORD_SHARE, ClInput, Input, VerifyError, controls};
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
 
@@ -32,8 +32,9 @@ const FINEST: f64 = 0.125;
 ///
 /// [`VerifyError`].
 pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
-    let control = Control::new(input)?;
-    tracks(&Run::program(&control, input.program, CHORD_SHARE * step), step)
+    let controls = controls(input)?;
+    let program = (input.program, &input.tables);
+    tracks(&Run::program(&controls, program, CHORD_SHARE * step), step)
 }
 
 /// Tool positions of a CL file, at most `step` \[mm\] apart.

@@ -98,7 +98,8 @@ pub(super) struct Control {
     pub(super) offset: u8,
     pub(super) length: bool,
     pub(super) tcp: bool,
-    pub(super) turning: Turning,
+    /// How the tool turns; `None`: the program does not say.
+    pub(super) turning: Option<Turning>,
     pub(super) tilted: Option<Tilted>,
     planes: u16,
     pub(super) inch: bool,
@@ -146,7 +147,7 @@ impl Control {
             offset: 0,
             length: false,
             tcp: false,
-            turning: Turning::Rotary,
+            turning: None,
             tilted: None,
             planes: 0,
             inch: false,

@@ -2,7 +2,7 @@
 
 use super::control::{Control, FeedMode, INCH, SLOTS, Target, Tilted};
 use super::log::Remark;
-use super::{Frame, Move, Pace, Step, Way};
+use super::{Frame, Move, Pace, Step, Turning, Way};
 
 impl Control {
     /// How fast a feed move is run; `feed` is the F word of its own block.
@@ -67,6 +67,8 @@ impl Control {
         }
         let [w0, w1, w2, w3, w4, sixth] = target.words;
         let tilted = self.tilted.filter(|tilted| tilted.ready && !target.machine);
+        // Vectors are told for the tool to stay between them.
+        let untold = if target.axis.is_some() { Turning::GreatCircle } else { Turning::Rotary };
         self.steps.push_back(Step::Move(Move {
             line,
             column: target.column,
@@ -78,7 +80,7 @@ impl Control {
             axis: target.axis,
             pace,
             way,
-            turning: self.turning,
+            turning: self.turning.unwrap_or(untold),
         }));
         Ok(())
     }

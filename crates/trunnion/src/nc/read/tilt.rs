@@ -2,7 +2,7 @@
 
 use super::control::{Control, Target, Tilted};
 use super::log::Remark;
-use super::{Pace, Plane, Step, Way};
+use super::{Pace, Plane, Step, Turning, Way};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 /// A turn about an axis \[rad\].
@@ -52,8 +52,9 @@ impl Control {
         target.axis = Some(tilted.normal);
         // The turn itself is of axes: the plane's coordinates take no part.
         let tcp = std::mem::replace(&mut self.tcp, tip_stands);
+        let turning = self.turning.replace(Turning::Rotary);
         let done = self.go(line, target, (Pace::Rapid, Way::Line));
-        self.tcp = tcp;
+        (self.tcp, self.turning) = (tcp, turning);
         self.tilted = Some(Tilted { ready: true, ..tilted });
         self.forget_linear();
         done

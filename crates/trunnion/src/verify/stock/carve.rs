@@ -1,10 +1,10 @@
 //! Material under a moving tool.
 
 use super::super::body::{self, Body};
-use super::super::replay::{Control, Mover, Segment};
+use super::super::replay::{Mover, Segment};
 use super::super::run::Run;
 use super::super::sweep::{self, Piece};
-use super::super::{CHORD_SHARE, ClInput, Input, VerifyError};
+use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
 use super::Stock;
 use super::cut;
 use super::near::{self, Part, Stretch};
@@ -86,9 +86,11 @@ pub fn simulate(
     tolerance: f64,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
-    let control = Control::new(input)?;
-    let run = Run::program(&control, input.program, CHORD_SHARE * tolerance);
-    Carver::new(stock, input.cutter, tolerance)?.run(&run, progress)
+    let controls = controls(input)?;
+    let program = (input.program, &input.tables);
+    let run = Run::program(&controls, program, CHORD_SHARE * tolerance);
+    let cutters = tools::cutters(input.cutter, &input.tables);
+    Carver::new(stock, &cutters, tolerance)?.run(&run, progress)
 }
 
 /// Runs cutter locations through stock; see [`simulate`].
@@ -103,29 +105,26 @@ pub fn simulate_cl(
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let run = Run::locations(input.file, CHORD_SHARE * tolerance);
-    Carver::new(stock, input.cutter, tolerance)?.run(&run, progress)
+    Carver::new(stock, &[input.cutter], tolerance)?.run(&run, progress)
 }
 
 /// A tool in stock.
 struct Carver<'a> {
     stock: &'a mut Stock,
-    bodies: Vec<Body>,
-    /// No point of the tool is farther from the tip \[mm\].
-    size: f64,
+    /// By their places in the table of tools: the bodies, and how far a point may be from the tip \[mm\].
+    tools: Vec<(Vec<Body>, f64)>,
     tolerance: f64,
     found: BTreeMap<(u32, CollisionKind), Collision>,
 }
 
 impl<'a> Carver<'a> {
-    fn new(stock: &'a mut Stock, cutter: &Cutter, tolerance: f64) -> Result<Self, VerifyError> {
+    fn new(stock: &'a mut Stock, cutters: &[&Cutter], tolerance: f64) -> Result<Self, VerifyError> {
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
-        let bodies = body::bodies(cutter);
-        let widest = bodies.iter().map(|body| body.radius()).fold(0.0, f64::max);
-        let size = cutter.length().hypot(widest);
-        Ok(Self { stock, bodies, size, tolerance, found: BTreeMap::new() })
+        let tools = body::tools(cutters);
+        Ok(Self { stock, tools, tolerance, found: BTreeMap::new() })
     }
 
     fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
@@ -172,13 +171,14 @@ impl<'a> Carver<'a> {
         parts: &mut Vec<Part>,
     ) -> Result<(), VerifyError> {
         let [error, bend] = [cut::ERROR, cut::BEND].map(|share| share * self.tolerance);
+        let Some((bodies, size)) = self.tools.get(segment.tool) else { return Ok(()) };
         let mut pieces = Vec::new();
-        sweep::pieces(mover, segment, self.size, error, &mut pieces)?;
+        sweep::pieces(mover, segment, *size, error, &mut pieces)?;
         for piece in &pieces {
-            let straight = sweep::straight(mover, segment, piece, [self.size, bend])?;
-            let stretch = |piece: &Piece| Stretch::new(piece, self.size);
+            let straight = sweep::straight(mover, segment, piece, [*size, bend])?;
+            let stretch = |piece: &Piece| Stretch::new(piece, *size);
             let straight: Arc<[Stretch]> = straight.iter().map(stretch).collect();
-            for (index, body) in self.bodies.iter().enumerate() {
+            for (index, body) in bodies.iter().enumerate() {
                 let harm = match (index, segment.rapid) {
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),

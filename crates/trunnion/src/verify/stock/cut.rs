@@ -208,7 +208,8 @@ mod tests {
     fn pieces(ends: [ToolPose; 2]) -> Vec<Stretch> {
         let (joints, course) = ([AxisVector::zeros(); 2], Course::Circle { ends });
         let block = Block::of_one(1.0);
-        let segment = Segment { line: 1, joints, course, duration: 1.0, block, rapid: false };
+        let segment =
+            Segment { line: 1, tool: 0, joints, course, duration: 1.0, block, rapid: false };
         let mut whole = Vec::new();
         sweep::pieces(&Mover::Locations, &segment, 60.0, ERROR * TOLERANCE, &mut whole).unwrap();
         let straight = |piece: &Piece| {

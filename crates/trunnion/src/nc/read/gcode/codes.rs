@@ -247,11 +247,11 @@ impl Gcode {
         let on = code.tenths != 490 && number != Some(0);
         let tcp = on && code.tenths != 430;
         self.modal.vector = code.tenths == 435;
-        control.turning = Turning::Rotary;
+        control.turning = None;
         if tcp && let Some(posture) = block.take('P') {
             control.turning = match natural(posture, 'P')? {
-                0 => Turning::Rotary,
-                1 => Turning::GreatCircle,
+                0 => Some(Turning::Rotary),
+                1 => Some(Turning::GreatCircle),
                 _ => {
                     return Err(Remark::new(
                         posture.at,

@@ -5,11 +5,6 @@ use super::super::log::Remark;
 use super::token::{Token, Tokens};
 use super::{Heidenhain, State, not_understood};
 
-/// Rotary axes turn evenly.
-pub(super) fn rotary(state: &mut State) {
-    state.control.turning = Turning::Rotary;
-}
-
 impl Heidenhain {
     /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
     pub(super) fn function(
@@ -25,7 +20,7 @@ impl Heidenhain {
         match words.as_slice() {
             ["RESET", "TCPM"] => {
                 state.control.set_tcp(false);
-                rotary(state);
+                state.control.turning = None;
                 self.spatial = false;
                 Ok(())
             }
@@ -63,8 +58,8 @@ impl Heidenhain {
                 }
                 ("AXIS", "POS") => self.spatial = false,
                 ("AXIS", "SPAT") => self.spatial = true,
-                ("PATHCTRL", "AXIS") => rotary(state),
-                ("PATHCTRL", "VECTOR") => state.control.turning = Turning::GreatCircle,
+                ("PATHCTRL", "AXIS") => state.control.turning = Some(Turning::Rotary),
+                ("PATHCTRL", "VECTOR") => state.control.turning = Some(Turning::GreatCircle),
                 (name, value) => return Err(unknown(&format!("{name} {value}"))),
             }
         }

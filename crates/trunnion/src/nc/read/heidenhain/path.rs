@@ -244,7 +244,7 @@ impl Heidenhain {
             }
             129 => {
                 state.control.set_tcp(false);
-                super::function::rotary(state);
+                state.control.turning = None;
             }
             89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
                 let message = format!("{} is not understood", excerpt(token.text));

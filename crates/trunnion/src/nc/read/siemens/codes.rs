@@ -1,8 +1,8 @@
 //! G and M codes, and words without a value.
 
+use super::super::Turning;
 use super::super::control::FeedMode;
 use super::super::log::Remark;
-use super::motion::set_turning;
 use super::word::{Behind, Item};
 use super::{Line, Motion, Siemens};
 use crate::nc::read::reader::State;
@@ -118,11 +118,11 @@ impl Siemens {
             }
             "TRAFOOF" => {
                 state.control.set_tcp(false);
-                set_turning(state, false);
+                state.control.turning = None;
             }
             "SUPA" => line.machine = true,
-            "ORIVECT" | "ORIPLANE" => set_turning(state, true),
-            "ORIAXES" => set_turning(state, false),
+            "ORIVECT" | "ORIPLANE" => state.control.turning = Some(Turning::GreatCircle),
+            "ORIAXES" => state.control.turning = Some(Turning::Rotary),
             // With rotary words ORIMKS and ORIWKS differ by the frames that are refused here.
             "ORIWKS" | "ORIMKS" => {}
             "TRANS" | "ATRANS" => line.shift = Some(name == "ATRANS"),

@@ -5,7 +5,7 @@ use super::super::control::SLOTS;
 use super::super::gcode::axis_of;
 use super::super::log::Remark;
 use super::super::reader::State;
-use super::super::{Pace, Step, Turning, Way};
+use super::super::{Pace, Step, Way};
 use super::value::Mode;
 use super::word::Item;
 use super::{Line, Motion, Siemens};
@@ -119,11 +119,6 @@ fn shift(state: &mut State, line: &Line, further: bool) -> Result<(), Remark> {
         }
     }
     Ok(())
-}
-
-/// How the tool turns from now on.
-pub(super) fn set_turning(state: &mut State, great_circle: bool) {
-    state.control.turning = if great_circle { Turning::GreatCircle } else { Turning::Rotary };
 }
 
 /// `DC`, `ACP`, `ACN`: the way round that leads to an angle.

@@ -1,0 +1,66 @@
+//! Work offsets as the command line says them.
+
+use super::tool::three;
+use nalgebra::Vector3;
+use trunnion::verify::WorkOffset;
+
+/// A work offset by its number, and where it is: X, Y, Z \[mm\], or where `G54` is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Said {
+    number: u8,
+    place: Option<[f64; 3]>,
+}
+
+impl Said {
+    /// For the tables of a control whose `G54` is at `g54` \[mm\].
+    pub(super) fn offset(&self, g54: Vector3<f64>) -> WorkOffset {
+        WorkOffset { number: self.number, origin: self.place.map_or(g54, Vector3::from) }
+    }
+}
+
+/// `G55=X,Y,Z` or `G55=G54`.
+pub(super) fn read(text: &str) -> Result<Said, String> {
+    let wanted = "an offset and its place are wanted, such as G55=-381,-204,-505 or G55=G54";
+    let (name, place) = text.split_once('=').ok_or(wanted)?;
+    let number = number(&name.trim().to_ascii_uppercase()).ok_or(
+        "G54 to G59, G59.1 to G59.3, G54.1P1 and on, G505 and on, or a preset's number is wanted",
+    )?;
+    let place = if place.trim().eq_ignore_ascii_case("G54") { None } else { Some(three(place)?) };
+    Ok(Said { number, place })
+}
+
+/// As the readers count them: 0 for `G54`.
+fn number(name: &str) -> Option<u8> {
+    let Some(code) = name.strip_prefix('G') else {
+        let preset: u8 = name.parse().ok()?;
+        return preset.checked_sub(1);
+    };
+    if let Some(extended) = code.strip_prefix("54.1P") {
+        return extended.trim().parse().ok().filter(|n| (1..=240).contains(n)).map(|n: u8| n + 8);
+    }
+    if let Some(further) = code.strip_prefix("59.") {
+        return further.parse().ok().filter(|n| (1..=3).contains(n)).map(|n: u8| n + 5);
+    }
+    match code.parse::<u16>().ok()? {
+        code @ 54..=59 => u8::try_from(code - 54).ok(),
+        code @ 505..=599 => u8::try_from(code - 501).ok(),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_are_named_as_in_programs() {
+        let numbers = ["G54", "G59", "G59.3", "G54.1P1", "G505", "3"].map(number);
+        assert_eq!(numbers, [Some(0), Some(5), Some(8), Some(9), Some(4), Some(2)]);
+        for wrong in ["G53", "G60", "G59.4", "G54.1P0", "0", "X"] {
+            assert_eq!(number(wrong), None, "{wrong}");
+        }
+        assert_eq!(read("G55=G54"), Ok(Said { number: 1, place: None }));
+        assert_eq!(read("g55=1,-2,3"), Ok(Said { number: 1, place: Some([1.0, -2.0, 3.0]) }));
+        assert!(read("G55=1,2").is_err() && read("G55").is_err());
+    }
+}

@@ -1,0 +1,124 @@
+//! Where the machine stands, as far as a program tells.
+
+use super::VerifyError;
+use super::replay::{Control, Counted, TipFrame};
+use super::turns::Turned;
+use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::nc::read::Move;
+use crate::types::{AXES, AxisVector};
+use nalgebra::Point3;
+
+/// Where the machine stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Known {
+    /// All axes.
+    Axes(AxisVector),
+    /// After a tool change, what was told since.
+    Part(Part),
+}
+
+/// Some of the axes, or what the tip reads.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    axes: [Option<f64>; AXES],
+    /// X, Y and Z of the tip \[mm\], and in what they count.
+    tip: [Option<f64>; 3],
+    frame: Option<TipFrame>,
+}
+
+impl Known {
+    /// After a tool change: the rotaries stand as before.
+    pub(super) fn changed(&self) -> Self {
+        let [.., first, second] = match self {
+            Self::Axes(q) => (*q).map(Some).into(),
+            Self::Part(part) => part.axes,
+        };
+        let axes = [None, None, None, first, second];
+        Self::Part(Part { axes, tip: [None; 3], frame: None })
+    }
+}
+
+impl Part {
+    /// Where a straight block leads to.
+    pub(super) fn after(
+        &self,
+        control: &Control,
+        (step, counted): (&Move, &Counted),
+    ) -> Result<(Known, Option<Turned>), VerifyError> {
+        let turned = self.turned(control, (step, counted))?;
+        let known = match counted {
+            Counted::From(shift) => {
+                let mut part = Self { tip: [None; 3], ..*self };
+                put(&mut part.axes, step, |slot| shift[slot]);
+                part.turn(turned.as_ref());
+                all(&part.axes).map_or(Known::Part(part), Known::Axes)
+            }
+            Counted::Tip(frame) => self.after_tip(control, (step, frame), turned.as_ref())?,
+        };
+        Ok((known, turned))
+    }
+
+    /// With tool-centre-point control the slides follow the tip.
+    fn after_tip(
+        &self,
+        control: &Control,
+        (step, frame): (&Move, &TipFrame),
+        turned: Option<&Turned>,
+    ) -> Result<Known, VerifyError> {
+        let stood = if self.frame == Some(*frame) { self.tip } else { [None; 3] };
+        let ([x, y, z], [.., first, second]) = (stood, self.axes);
+        let mut words = [x, y, z, first, second];
+        put(&mut words, step, |_| 0.0);
+        let [x, y, z, first, second] = words;
+        let axes = [None, None, None, first, second];
+        let mut part = Self { axes, tip: [x, y, z], frame: Some(*frame) };
+        part.turn(turned);
+        let ([Some(x), Some(y), Some(z)], [.., Some(first), Some(second)]) = (part.tip, part.axes)
+        else {
+            return Ok(Known::Part(part));
+        };
+        let tip = frame.place(&Point3::new(x, y, z));
+        let mut q = AxisVector::new(x, y, z, first, second);
+        let linear = control.linear_joints(&tip, &q, frame.length)?;
+        q.fixed_rows_mut::<3>(0).copy_from(&linear);
+        Ok(Known::Axes(q))
+    }
+
+    /// The rotaries that turn the tool along a vector.
+    fn turned(
+        &self,
+        control: &Control,
+        (step, counted): (&Move, &Counted),
+    ) -> Result<Option<Turned>, VerifyError> {
+        let Some(axis) = step.axis else { return Ok(None) };
+        let mut near = control.real().machine().home();
+        for slot in [FIRST_ROTARY, SECOND_ROTARY] {
+            near[slot] = self.axes[slot].unwrap_or(near[slot]);
+        }
+        // X, Y and Z that are not told yet are taken to stand at home.
+        control.turned(&axis, (&near, step), counted).map(Some)
+    }
+
+    fn turn(&mut self, turned: Option<&Turned>) {
+        if let Some(Turned { rotaries: [first, second], .. }) = turned {
+            (self.axes[FIRST_ROTARY], self.axes[SECOND_ROTARY]) = (Some(*first), Some(*second));
+        }
+    }
+}
+
+/// Puts a block's words in; `shift` is what words are short of them.
+fn put(values: &mut [Option<f64>; AXES], step: &Move, shift: impl Fn(usize) -> f64) {
+    for (slot, (value, word)) in values.iter_mut().zip(step.words).enumerate() {
+        *value = match word {
+            Some(word) if step.incremental => value.map(|value| value + word),
+            Some(word) => Some(word + shift(slot)),
+            None => *value,
+        };
+    }
+}
+
+/// All axes, if all are known.
+fn all(axes: &[Option<f64>; AXES]) -> Option<AxisVector> {
+    let known: Vec<f64> = axes.iter().copied().flatten().collect();
+    (known.len() == AXES).then(|| AxisVector::from_column_slice(&known))
+}

@@ -1,0 +1,186 @@
+//! Rotary axes that point the tool along a given direction: where a program tells a direction, and the control chooses.
+//!
+//! Written for the check alone: the makers' inverse is not asked.
+
+use super::VerifyError;
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Prefer, SECOND_ROTARY};
+use crate::math::angle::angle_between;
+use crate::types::AxisVector;
+use nalgebra::{UnitVector3, Vector3};
+use std::f64::consts::TAU;
+
+/// Where the program leaves the rotaries to the control, and what was taken.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Choices {
+    /// Blocks that tell the tool by a vector.
+    pub vectors: usize,
+    /// Turns into tilted planes.
+    pub planes: usize,
+    /// The first vector, every change to the other solution after it, and every turn into a plane: the first of them.
+    pub places: Vec<Choice>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+/// A choice between two solutions: that with the least travel of the rotaries from where they stood, inside their
+/// travel; of equals the one an axis prefers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Choice {
+    /// Line of the program.
+    pub line: u32,
+    /// A turn into a tilted plane; otherwise a vector.
+    pub plane: bool,
+    /// Rotary axes \[rad\].
+    pub taken: [f64; 2],
+    /// The other solution, on the nearest turn \[rad\]; `None` where the tool stands along the first rotary's axis, which is
+    /// left where it stood.
+    pub other: Option<[f64; 2]>,
+}
+
+/// Choices that are told.
+const MOST_TOLD: usize = 50;
+
+impl Choices {
+    /// Notes a solution.
+    pub(super) fn note(&mut self, line: u32, plane: bool, turned: &Turned, changed: bool) {
+        let count = if plane { &mut self.planes } else { &mut self.vectors };
+        *count += 1;
+        if !plane && *count > 1 && !changed {
+            return;
+        }
+        if self.places.len() < MOST_TOLD {
+            let Turned { rotaries: taken, other, .. } = *turned;
+            self.places.push(Choice { line, plane, taken, other });
+        } else {
+            self.more += 1;
+        }
+    }
+}
+
+/// Rotary axes for a direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turned {
+    pub(super) rotaries: [f64; 2],
+    pub(super) other: Option<[f64; 2]>,
+    /// Which of both it is; `None` where there is no telling.
+    pub(super) branch: Option<bool>,
+}
+
+/// Below this sine the tool stands along the first rotary's axis \[rad\]: directions are known to some 1e-15.
+const ALONG: f64 = 1e-9;
+/// How far beyond its reach a direction may be \[1\]: half of the last of six decimals in each component.
+const REACH_ROUNDING: f64 = 1e-6;
+/// Travels of rotaries closer than this are equal \[rad\].
+const TIE: f64 = 1e-9;
+
+/// Rotaries that turn the tool along a direction of the workpiece frame, nearest to those of `near`; of those in travel
+/// for which `slides` says that X, Y and Z are, too, if there are any.
+///
+/// With `z = R2 a = R1' w`, both `z d1 = w d1` and `z d2 = a d2` hold; so that `z` lies on the line where two planes
+/// meet, and is where that leaves the unit sphere (subproblem 2 of Paden and Kahan).
+pub(super) fn turned(
+    kinematics: &Kinematics,
+    direction: &UnitVector3<f64>,
+    (near, line): (&AxisVector, u32),
+    slides: &dyn Fn([f64; 2]) -> bool,
+) -> Result<Turned, VerifyError> {
+    let chain = kinematics.chain();
+    let [d1, d2] = chain.rotary.map(|joint| joint.dir.into_inner());
+    let (a, w) = (chain.axis.into_inner(), direction.into_inner());
+    let (c, across) = (d1.dot(&d2), d1.cross(&d2));
+    let square = across.norm_squared();
+    let [along1, along2] = [w.dot(&d1), a.dot(&d2)];
+    let [first, second] = [along1 - c * along2, along2 - c * along1].map(|share| share / square);
+    let rest = 1.0 - (first * first + second * second + 2.0 * first * second * c);
+    if rest < -REACH_ROUNDING || square <= 0.0 {
+        return Err(VerifyError::OutOfReach { line, axis: w.into() });
+    }
+    let out = across * (rest.max(0.0) / square).sqrt();
+    let free = angle_between(direction, &chain.rotary[0].dir).sin().abs() < ALONG;
+    let solution = |sign: f64| {
+        let z = d1 * first + d2 * second + out * sign;
+        let turn = if free { near[FIRST_ROTARY] } else { angle(&d1, &z, &w) };
+        [turn, angle(&d2, &a, &z)]
+    };
+    let near = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
+    let best = |turns| nearest(kinematics, (turns, near), slides(turns));
+    let [plus, minus] = [solution(1.0), solution(-1.0)].map(best);
+    let is_plus = !minus.is_before(&plus);
+    let (taken, other) = if is_plus { (plus, minus) } else { (minus, plus) };
+    let other = (!free).then_some(other.rotaries);
+    Ok(Turned { rotaries: taken.rotaries, other, branch: (!free).then_some(is_plus) })
+}
+
+/// Turn about `axis` from the half-plane of one vector to that of another \[rad\].
+fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+    axis.dot(&from.cross(to)).atan2(from.dot(to) - axis.dot(from) * axis.dot(to))
+}
+
+/// A position of the rotaries, and how good it is.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    rotaries: [f64; 2],
+    /// Some axis is outside its travel.
+    outside: bool,
+    /// From where they stood \[rad\].
+    travel: f64,
+    /// Axes on the side they do not prefer.
+    disliked: usize,
+}
+
+impl Place {
+    fn is_before(&self, other: &Self) -> bool {
+        if self.outside != other.outside {
+            return other.outside;
+        }
+        let less = other.travel - self.travel;
+        less > TIE || (less > -TIE && self.disliked < other.disliked)
+    }
+}
+
+/// The best of the turns about the nearest.
+fn nearest(
+    kinematics: &Kinematics,
+    (turns, near): ([f64; 2], [f64; 2]),
+    slides_inside: bool,
+) -> Place {
+    let [_, _, _, first, second] = &kinematics.machine().axes;
+    let axes = [first, second];
+    let place = |rotaries: [f64; 2]| {
+        let each = || axes.into_iter().zip(rotaries);
+        let inside = |(axis, value): (&Axis, f64)| {
+            axis.limits[0] - TIE <= value && value <= axis.limits[1] + TIE
+        };
+        Place {
+            rotaries,
+            outside: !(slides_inside && each().all(inside)),
+            travel: (rotaries[0] - near[0]).abs() + (rotaries[1] - near[1]).abs(),
+            disliked: each().filter(|(axis, value)| dislikes(axis, *value)).count(),
+        }
+    };
+    let turned = |slot: usize, by: f64| {
+        let on_nearest = turns[slot] + TAU * ((near[slot] - turns[slot]) / TAU).round();
+        on_nearest + TAU * by
+    };
+    let mut best = place([turned(0, 0.0), turned(1, 0.0)]);
+    for first in AROUND {
+        for second in AROUND {
+            let other = place([turned(0, first), turned(1, second)]);
+            if other.is_before(&best) {
+                best = other;
+            }
+        }
+    }
+    best
+}
+
+/// Turns that are tried about the nearest: enough for any travel that has room for the angle.
+const AROUND: [f64; 7] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0];
+
+fn dislikes(axis: &Axis, value: f64) -> bool {
+    match axis.prefer {
+        Some(Prefer::Positive) => value < 0.0,
+        Some(Prefer::Negative) => value >= 0.0,
+        None => false,
+    }
+}
