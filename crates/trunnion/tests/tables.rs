@@ -174,183 +174,182 @@ const SHIFT: [f64; 3] = [5.0, -3.0, 2.0];
 
 /// Rows over the floor, their words counted from `SHIFT`.
 fn shifted(begin: &str, end: &str) -> String {
-    let mut text = format!("{begin}\nG0 X-21. Y-7. Z38.\n");
-    for y in [-7.0, -2.0, 3.0, 8.0, 13.0] {
-        text += &format!("G0 Y{y}\nZ-1.995\nG1 F600. X21.\nG0 Z38.\nX-21.\n");
-    }
-    text + end
+    let row = |y: f64| format!("G0 Y{y}\nZ-1.995\nG1 F600. X21.\nG0 Z38.\nX-21.\n");
+    let rows: String = YS.into_iter().map(row).collect();
+    format!("{begin}\nG0 X-21. Y-7. Z38.\n{rows}{end}")
 }
 
-fn g54() -> Vector3<f64> {
-    work_offset(&kinematics()).unwrap()
+/// The same in Klartext.
+fn klartext(begin: &str) -> String {
+    let row =
+        |y: f64| format!("L Y{y:+} FMAX\nL Z-1.995 FMAX\nL X+21 F600\nL Z+38 FMAX\nL X-21 FMAX\n");
+    let rows: String = YS.into_iter().map(row).collect();
+    format!(
+        "0 BEGIN PGM T MM\nTOOL CALL 1 Z S3000\n{begin}\nL X-21 Y-7 Z+38 R0 FMAX\n{rows}END PGM T MM\n"
+    )
+}
+
+const YS: [f64; 5] = [-7.0, -2.0, 3.0, 8.0, 13.0];
+const START: &str = "G21 G90 G94 G17";
+
+fn shifted_origin() -> Vector3<f64> {
+    work_offset(&kinematics()).unwrap() + Vector3::from(SHIFT)
+}
+
+fn with_offsets(
+    text: &str,
+    dialect: Dialect,
+    offsets: &[WorkOffset],
+) -> Result<Report, VerifyError> {
+    let (cutter, faces) = (flat(4.0, 100.0), floor_and_wall());
+    check((text, dialect), &faces[..1], (&cutter, Tables { tools: &[], offsets }))
 }
 
 #[test]
 fn words_count_from_the_work_offset_that_is_active() {
-    let cutter = flat(4.0, 100.0);
-    let faces = &floor_and_wall()[..1];
-    let origin = g54() + Vector3::from(SHIFT);
-    let [x, y, z]: [f64; 3] = origin.into();
-    let at = |number: u8, by: f64| [WorkOffset { number, origin: origin + Vector3::z() * by }];
-    let run = |text: &str, dialect: Dialect, offsets: &[WorkOffset]| {
-        check((text, dialect), faces, (&cutter, Tables { tools: &[], offsets }))
-    };
-    let start = "G21 G90 G94 G17";
-    let klartext = |begin: &str| {
-        let mut text =
-            format!("0 BEGIN PGM T MM\nTOOL CALL 1 Z S3000\n{begin}\nL X-21 Y-7 Z+38 R0 FMAX\n");
-        for y in [-7.0, -2.0, 3.0, 8.0, 13.0] {
-            text +=
-                &format!("L Y{y:+} FMAX\nL Z-1.995 FMAX\nL X+21 F600\nL Z+38 FMAX\nL X-21 FMAX\n");
-        }
-        text + "END PGM T MM\n"
-    };
-    let tcp = |turned: &str| format!("{start} G55\nG0 B0. C{turned}\nG43.4 H1");
+    let at =
+        |number: u8, by: f64| [WorkOffset { number, origin: shifted_origin() + Vector3::z() * by }];
+    let tcp = |turned: &str| format!("{START} G55\nG0 B0. C{turned}\nG43.4 H1");
     let cases = [
-        (shifted(&format!("{start} G55 G43 H1"), "M30\n"), Dialect::Fanuc, 1),
-        (shifted(&format!("{start} G54.1 P3 G43 H1"), "M30\n"), Dialect::Fanuc, 11),
-        (shifted(&format!("{start} G59.1 G43 H1"), "M2\n"), Dialect::LinuxCnc, 6),
+        (shifted(&format!("{START} G55 G43 H1"), "M30\n"), Dialect::Fanuc, 1),
+        (shifted(&format!("{START} G54.1 P3 G43 H1"), "M30\n"), Dialect::Fanuc, 11),
+        (shifted(&format!("{START} G59.1 G43 H1"), "M2\n"), Dialect::LinuxCnc, 6),
         (shifted(&tcp("0."), "M30\n"), Dialect::Fanuc, 1),
         (shifted(&tcp("90."), "M30\n"), Dialect::Fanuc, 1),
         (shifted("G17 G90 G94 G505\nT1 D1\nM6", "M30\n"), Dialect::Siemens, 4),
         (klartext("CYCL DEF 247 Q339=+2"), Dialect::Heidenhain, 1),
     ];
     for (text, dialect, number) in &cases {
-        let report = run(text, *dialect, &at(*number, 0.0)).unwrap();
+        let report = with_offsets(text, *dialect, &at(*number, 0.0)).unwrap();
         assert_heights(&report, 0, |_| Some(0.005));
         // 10 micrometres lower is found, and so is an offset that nobody told.
-        let report = run(text, *dialect, &at(*number, -0.01)).unwrap();
+        let report = with_offsets(text, *dialect, &at(*number, -0.01)).unwrap();
         let gouge = matches!(report.findings[..], [Finding::Gouge(at), ..] if (at.height + 0.005).abs() < 1e-4);
         assert!(gouge, "{:?}", report.findings);
-        let error = run(text, *dialect, &[]).unwrap_err();
-        let VerifyError::WorkOffset { line, number: told } = error else { unreachable!("{error}") };
+        let error = with_offsets(text, *dialect, &[]).unwrap_err();
         let first = text.lines().position(|line| line.contains("X-21") || line.contains("B0"));
-        assert_eq!((line as usize, told), (first.unwrap() + 1, *number));
+        let line = u32::try_from(first.unwrap() + 1).unwrap();
+        assert_eq!(error, VerifyError::WorkOffset { line, number: *number });
     }
-    // What the program writes itself.
+}
+
+#[test]
+fn offsets_that_the_program_writes_are_read() {
+    let [x, y, z]: [f64; 3] = shifted_origin().into();
     let [dx, dy, dz] = SHIFT;
+    let reads = format!("X{} Y{} Z{}", -dx, -dy, 40.0 - dz);
+    let there = format!("{START} G54 G43 H1\nG0 X0. Y0. Z40. B0. C0.\n");
     let written = [
-        (format!("{start} G55 G43 H1\nG10 L2 P2 X{x} Y{y} Z{z}"), Dialect::LinuxCnc),
-        (format!("{start} G54 G43 H1\nG10 L2 P1 X{x} Y{y} Z{z}"), Dialect::LinuxCnc),
-        (format!("{start} G54 G43 H1\nG52 X{dx} Y{dy} Z{dz}"), Dialect::Fanuc),
-        (
-            format!(
-                "{start} G54 G43 H1\nG0 X0. Y0. Z40. B0. C0.\nG92 X{} Y{} Z{}",
-                -dx,
-                -dy,
-                40.0 - dz
-            ),
-            Dialect::LinuxCnc,
-        ),
-        (
-            format!(
-                "{start} G54 G43 H1\nG0 X0. Y0. Z40. B0. C0.\nG10 L20 P2 X{} Y{} Z{}\nG55",
-                -dx,
-                -dy,
-                40.0 - dz
-            ),
-            Dialect::LinuxCnc,
-        ),
+        (format!("{START} G55 G43 H1\nG10 L2 P2 X{x} Y{y} Z{z}"), Dialect::LinuxCnc),
+        (format!("{START} G54 G43 H1\nG10 L2 P1 X{x} Y{y} Z{z}"), Dialect::LinuxCnc),
+        (format!("{START} G54 G43 H1\nG52 X{dx} Y{dy} Z{dz}"), Dialect::Fanuc),
+        (format!("{there}G92 {reads}"), Dialect::LinuxCnc),
+        (format!("{there}G10 L20 P2 {reads}\nG55"), Dialect::LinuxCnc),
         (format!("G17 G90 G94 G54\nT1 D1\nM6\nTRANS X{dx} Y{dy}\nATRANS Z{dz}"), Dialect::Siemens),
     ];
     for (begin, dialect) in written {
         let end = if dialect == Dialect::LinuxCnc { "M2\n" } else { "M30\n" };
-        let report = run(&shifted(&begin, end), dialect, &[]).unwrap();
+        let report = with_offsets(&shifted(&begin, end), dialect, &[]).unwrap();
         assert_heights(&report, 0, |_| Some(0.005));
         let wrong = shifted(&begin, end).replace("Z-1.995", "Z-2.005");
-        assert!(!run(&wrong, dialect, &[]).unwrap().passed());
+        assert!(!with_offsets(&wrong, dialect, &[]).unwrap().passed());
     }
     let shift = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nCYCL DEF 7.2 Y-3\nCYCL DEF 7.3 Z+2";
-    let report = run(&klartext(shift), Dialect::Heidenhain, &[]).unwrap();
+    let report = with_offsets(&klartext(shift), Dialect::Heidenhain, &[]).unwrap();
     assert_heights(&report, 0, |_| Some(0.005));
-    // What it writes in a way that is not followed, with line and remedy.
-    let turned = format!("{start} G55 G43 H1\nG10 L2 P2 X0. Y0. Z0. C5.");
-    let error = run(&shifted(&turned, "M2\n"), Dialect::LinuxCnc, &[]).unwrap_err().to_string();
-    assert!(error.starts_with("line 2: a work offset of a rotary axis"), "{error}");
-    let part = format!("{start} G55 G43 H1\nG10 L2 P2 X0.");
-    let error = run(&shifted(&part, "M2\n"), Dialect::LinuxCnc, &[]).unwrap_err().to_string();
-    assert!(error.starts_with("line 2: a part of a work offset"), "{error}");
+    // What is not followed, with line and remedy.
+    let refused = [
+        ("G10 L2 P2 X0. Y0. Z0. C5.", "line 2: a work offset of a rotary axis"),
+        ("G10 L2 P2 X0.", "line 2: a part of a work offset"),
+    ];
+    for (block, told) in refused {
+        let text = shifted(&format!("{START} G55 G43 H1\n{block}"), "M2\n");
+        let error = with_offsets(&text, Dialect::LinuxCnc, &[]).unwrap_err().to_string();
+        assert!(error.starts_with(told) && error.contains("as axis positions"), "{error}");
+    }
 }
 
-/// About z by 15 degrees, about the new y by `lean`; its origin at 10, -5, 20.
-fn tilted([x, y, z]: [f64; 3], lean: f64) -> [f64; 3] {
+/// About z by 15 degrees, about the new y by 30; its origin at 10, -5, 20.
+fn tilted([x, y, z]: [f64; 3]) -> [f64; 3] {
     let (s, c) = 15.0_f64.to_radians().sin_cos();
-    let (t, d) = lean.to_radians().sin_cos();
+    let (t, d) = 30.0_f64.to_radians().sin_cos();
     let (u, w) = (d * x + t * z, d * z - t * x);
     [10.0 + c * u - s * y, -5.0 + s * u + c * y, 20.0 + w]
 }
 
+const ROWS: [f64; 5] = [-10.0, -5.0, 0.0, 5.0, 10.0];
+
 fn in_plane(begin: &str, end: &str) -> String {
-    let mut text = begin.to_owned();
-    for y in [-10.0, -5.0, 0.0, 5.0, 10.0] {
-        text += &format!("G0 X-16. Y{y}\nG0 Z1.\nG1 Z0.002 F300.\nG1 X16.\nG0 Z50.\n");
-    }
-    text + end
+    let row = |y: f64| format!("G0 X-16. Y{y}\nG0 Z1.\nG1 Z0.002 F300.\nG1 X16.\nG0 Z50.\n");
+    format!("{begin}{}{end}", ROWS.into_iter().map(row).collect::<String>())
+}
+
+fn fanuc_plane(lean: &str, then: &str) -> String {
+    let begin = format!(
+        "G21 G90 G94 G54 G49\nT1 M6\nG68.2 X10. Y-5. Z20. I105. J{lean} K-90.\nG53.1\nG0 G43 H1 Z50.\n{then}"
+    );
+    in_plane(&begin, "G69\nG49\nM30\n")
+}
+
+fn klartext_plane(how: &str) -> String {
+    let row =
+        |y: f64| format!("L X-16 Y{y:+} FMAX\nL Z+1 FMAX\nL Z+0.002 F300\nL X+16\nL Z+50 FMAX\n");
+    let rows: String = ROWS.into_iter().map(row).collect();
+    format!(
+        "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S3000\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\n\
+         CYCL DEF 7.2 Y-5\nCYCL DEF 7.3 Z+20\n{how}\nL Z+50 R0 FMAX M3\n{rows}PLANE RESET STAY\n\
+         END PGM T MM\n"
+    )
+}
+
+fn measured_in_plane(text: &str, dialect: Dialect) -> Report {
+    let corners = [[-10.0, -10.0, 0.0], [10.0, -10.0, 0.0], [-10.0, 10.0, 0.0]].map(tilted);
+    let (face, cutter) = (parallelogram(1, corners), flat(4.0, 100.0));
+    check((text, dialect), std::slice::from_ref(&face), (&cutter, Tables::NONE)).unwrap()
 }
 
 #[test]
 fn a_tilted_plane_is_cut_where_it_is() {
-    let cutter = flat(4.0, 100.0);
-    let corners = |lean: f64| {
-        [[-10.0, -10.0, 0.0], [10.0, -10.0, 0.0], [-10.0, 10.0, 0.0]].map(|at| tilted(at, lean))
-    };
-    let face = parallelogram(1, corners(30.0));
-    let run = |text: &str, dialect: Dialect| {
-        check((text, dialect), std::slice::from_ref(&face), (&cutter, Tables::NONE)).unwrap()
-    };
-    let fanuc = |lean: &str, then: &str| {
-        let begin = format!(
-            "G21 G90 G94 G54 G49\nT1 M6\nG68.2 X10. Y-5. Z20. I105. J{lean} K-90.\nG53.1\nG0 G43 H1 Z50.\n{then}"
-        );
-        in_plane(&begin, "G69\nG49\nM30\n")
-    };
-    let klartext = |how: &str| {
-        let mut text = format!(
-            "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S3000\nCYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\n\
-             CYCL DEF 7.2 Y-5\nCYCL DEF 7.3 Z+20\n{how}\nL Z+50 R0 FMAX M3\n"
-        );
-        for y in [-10.0, -5.0, 0.0, 5.0, 10.0] {
-            text +=
-                &format!("L X-16 Y{y:+} FMAX\nL Z+1 FMAX\nL Z+0.002 F300\nL X+16\nL Z+50 FMAX\n");
-        }
-        text + "PLANE RESET STAY\nEND PGM T MM\n"
-    };
     let siemens = |call: &str| {
         let begin = format!("G17 G90 G94 G54\nT1 D1\nM6\n{call}\nG0 Z50\n");
         in_plane(&begin, "CYCLE800()\nM30\n")
     };
     let spatial = "PLANE SPATIAL SPA+0 SPB+30 SPC+15";
+    let euler = "PLANE EULER EULPR+105 EULNU+30 EULROT-90 TURN FMAX";
+    let stay = format!("{spatial} STAY\nL B+Q121 C+Q122 R0 FMAX");
     let programs = [
-        (fanuc("30.", ""), Dialect::Fanuc),
-        (klartext(&format!("{spatial} TURN FMAX")), Dialect::Heidenhain),
-        (klartext(&format!("{spatial} MOVE DIST20 F2000")), Dialect::Heidenhain),
-        (klartext(&format!("{spatial} STAY\nL B+Q121 C+Q122 R0 FMAX")), Dialect::Heidenhain),
-        (klartext("PLANE EULER EULPR+105 EULNU+30 EULROT-90 TURN FMAX"), Dialect::Heidenhain),
+        (fanuc_plane("30.", ""), Dialect::Fanuc),
+        (klartext_plane(&format!("{spatial} TURN FMAX")), Dialect::Heidenhain),
+        (klartext_plane(&format!("{spatial} MOVE DIST20 F2000")), Dialect::Heidenhain),
+        (klartext_plane(&stay), Dialect::Heidenhain),
+        (klartext_plane(euler), Dialect::Heidenhain),
         (siemens("CYCLE800(1,\"TC1\",200000,27,10,-5,20,15,30,0,0,0,0,1,0,1)"), Dialect::Siemens),
     ];
     for (text, dialect) in &programs {
-        let report = run(text, *dialect);
+        let report = measured_in_plane(text, *dialect);
         assert_heights(&report, 0, |_| Some(0.002));
         let (choices, first) = (&report.choices, report.choices.places[0]);
         assert_eq!((choices.planes, choices.vectors, first.plane), (1, 0, true));
         assert!((first.taken[1].abs() - 30f64.to_radians()).abs() < 1e-9, "{first:?}");
-        let other = first.other.unwrap();
-        assert!((other[1] + first.taken[1]).abs() < 1e-9, "{first:?}");
-        assert!(
-            report.findings.iter().all(|f| matches!(f, Finding::Travel { .. })),
-            "{:?}",
-            report.findings
-        );
+        assert!((first.other.unwrap()[1] + first.taken[1]).abs() < 1e-9, "{first:?}");
+        let travel = |finding: &Finding| matches!(finding, Finding::Travel { .. });
+        assert!(report.findings.iter().all(travel), "{:?}", report.findings);
     }
-    // A tenth of a degree over 10 mm, and an arc in the plane: a circle of radius 8, Z up by 4.
-    let wrong = run(&fanuc("30.1", ""), Dialect::Fanuc);
+}
+
+#[test]
+fn faults_in_a_tilted_plane_are_found() {
+    // A tenth of a degree over 10 mm.
+    let wrong = measured_in_plane(&fanuc_plane("30.1", ""), Dialect::Fanuc);
     let deepest = wrong.deviation.lowest.unwrap();
     let by_hand = 0.002 - 10.0 * 0.1f64.to_radians();
     assert!((deepest.height - by_hand).abs() < 2e-3, "{deepest:?} {by_hand}");
+    // Half a ring, half a millimetre deep.
     let arc = "G0 X8. Y0.\nG1 Z-0.5 F300.\nG17 G3 X-8. Y0. I-8. J0.\nG0 Z50.\n";
-    let grooved = run(&fanuc("30.", arc), Dialect::Fanuc);
+    let grooved = measured_in_plane(&fanuc_plane("30.", arc), Dialect::Fanuc);
     assert!((grooved.deviation.lowest.unwrap().height + 0.5).abs() < 1e-4);
-    let half = grooved.maps[0].samples.iter().flatten().filter(|s| s.height < Some(-0.4)).count();
+    let samples = grooved.maps[0].samples.iter().flatten();
+    let deep = samples.filter(|sample| sample.height < Some(-0.4)).count();
     let ring = std::f64::consts::PI * (12.0_f64.powi(2) - 4.0_f64.powi(2)) / 2.0;
-    assert!((half as f64 - ring).abs() < 0.3 * ring, "{half} {ring}");
+    assert!((deep as f64 - ring).abs() < 0.3 * ring, "{deep} {ring}");
 }
