@@ -156,8 +156,9 @@ fn tools_and_offsets_are_said_by_number() {
     };
     let ((line, height), (wanted_line, wanted)) = (lowest(&summary), lowest(&wanted));
     assert!(line == wanted_line && (height - wanted).abs() < 1e-8, "{height} {wanted}");
-    assert_eq!(summary["tool_changes"]["count"], 1);
-    assert_eq!(summary["tool_changes"]["unmeasured"], 2, "{summary:#}");
+    // Before the first tool, behind it, and behind the second.
+    assert_eq!(summary["tool_changes"]["count"], 2);
+    assert_eq!(summary["tool_changes"]["unmeasured"], 5, "{summary:#}");
     assert!(summary["warnings"].to_string().contains("the machine's own"), "{summary:#}");
     check.extend(["--cutter", "R=5,r=3"]);
     assert!(refused(&check).contains("a tool without number beside --job"));
