@@ -160,7 +160,6 @@ impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
-        let deviation = &report.deviation;
         let collisions = collisions(found);
         let fixtures = fixtures(subject, found);
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
@@ -171,7 +170,6 @@ impl Told {
         let mut warnings = subject.warnings.clone();
         warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
         warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
-        let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
         Self {
             schema: "trunnion-check/1",
             generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
@@ -182,26 +180,7 @@ impl Told {
                 && collisions.is_empty()
                 && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
             tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
-            deviation: Heights {
-                grid: subject.options.grid,
-                points: deviation.points,
-                uncut: deviation.uncut,
-                uncut_area: deviation.uncut_area.max(0.0),
-                area: deviation.area,
-                unmeasured: deviation.unmeasured,
-                gouge: (-height(&deviation.lowest)).max(0.0),
-                excess: height(&deviation.highest).max(0.0),
-                length_adds: 0.01 * deviation.sensitivity.length,
-                radius_adds: 0.01 * deviation.sensitivity.radius,
-                pivot_adds: deviation.sensitivity.pivot.map(|pivot| 0.01 * pivot),
-                gouge_bound: deviation.bounds.map(|bounds| bounds.gouge),
-                excess_bound: deviation.bounds.and_then(|bounds| bounds.excess),
-                unbounded_area: deviation.bounds.map_or(0.0, |bounds| bounds.open),
-                lowest: deviation.lowest.as_ref().map(Place::of),
-                highest: deviation.highest.as_ref().map(Place::of),
-                others: found.others.0,
-                others_gouge: found.others.1,
-            },
+            deviation: heights(subject, found),
             choices,
             tool_changes: changes,
             duration: audit.map(|audit| audit.duration),
@@ -335,6 +314,32 @@ impl Heights {
             rows.push(("other faces", told));
         }
         rows
+    }
+}
+
+/// Heights in numbers.
+fn heights(subject: &Subject, found: &Found) -> Heights {
+    let deviation = &found.report.deviation;
+    let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
+    Heights {
+        grid: subject.options.grid,
+        points: deviation.points,
+        uncut: deviation.uncut,
+        uncut_area: deviation.uncut_area.max(0.0),
+        area: deviation.area,
+        unmeasured: deviation.unmeasured,
+        gouge: (-height(&deviation.lowest)).max(0.0),
+        excess: height(&deviation.highest).max(0.0),
+        length_adds: 0.01 * deviation.sensitivity.length,
+        radius_adds: 0.01 * deviation.sensitivity.radius,
+        pivot_adds: deviation.sensitivity.pivot.map(|pivot| 0.01 * pivot),
+        gouge_bound: deviation.bounds.map(|bounds| bounds.gouge),
+        excess_bound: deviation.bounds.and_then(|bounds| bounds.excess),
+        unbounded_area: deviation.bounds.map_or(0.0, |bounds| bounds.open),
+        lowest: deviation.lowest.as_ref().map(Place::of),
+        highest: deviation.highest.as_ref().map(Place::of),
+        others: found.others.0,
+        others_gouge: found.others.1,
     }
 }
 
