@@ -44,17 +44,17 @@ pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
 
 /// What became of the stock, and how many lines run into something.
 pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
-    let StockSummary { cell, removed, left, collisions } = stock;
+    let StockSummary { cell, removed, left, .. } = stock;
     let cell = cell.iter().copied().fold(0.0, f64::max);
     [
         format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
-        format!("{} lines run into stock or fixtures", collisions.len()),
+        format!("{} lines run into stock or fixtures", lines(stock)),
     ]
 }
 
 /// What a program does to the stock.
 pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [Number; 3] {
-    let hits = stock.collisions.len();
+    let hits = lines(stock);
     let cell = stock.cell.iter().copied().fold(0.0, f64::max);
     let volume = |what: &str, of: f64| {
         plain(&name(what), format!("{of:.1}"), "mm3", format!("rays {cell:.3} mm apart"))
@@ -67,11 +67,16 @@ pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [N
     ]
 }
 
+/// Lines in collision.
+fn lines(stock: &StockSummary) -> usize {
+    stock.collision_lines.iter().map(|of| of.lines.count).sum()
+}
+
 /// What is left of the stock by the program that hits most.
 pub(crate) fn left(outcome: &Outcome) -> Option<&verify::Stock> {
     let carved = outcome.programs.iter().filter_map(|program| program.carving.as_ref());
     // The first of equals, as the last is taken.
-    carved.rev().max_by_key(|(carving, _)| carving.collisions.len()).map(|(_, left)| left)
+    carved.rev().max_by_key(|(carving, _)| carving.count()).map(|(_, left)| left)
 }
 
 /// Stock to be drawn.

@@ -101,7 +101,13 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
         .counter(divan::counter::ItemsCount::new(60usize))
         .with_inputs(|| block.clone())
         .bench_local_values(|mut stock| {
-            verify::simulate_cl(&input, &mut stock, 0.01 * cell, &Silent).unwrap()
+            verify::simulate_cl(
+                &input,
+                &mut stock,
+                &verify::Cutting { tolerance: 0.01 * cell, worst: 100 },
+                &Silent,
+            )
+            .unwrap()
         });
 }
 
@@ -133,7 +139,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
     let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };
     let fixtures = [Fixture::new(&post, 3e-7).unwrap()];
-    let watch = Watch { tolerance: 1e-3, clearance: 0.0 };
+    let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };
     bencher
         .counter(divan::counter::ItemsCount::new(100_000usize))
         .bench_local(|| verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap());

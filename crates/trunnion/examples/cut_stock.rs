@@ -32,7 +32,12 @@ fn main() -> Result<(), Failure> {
     let mut stock = Stock::new(&solid, cell, 100_000_000)?;
     let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
     let start = Instant::now();
-    let cut = verify::simulate_cl(&input, &mut stock, 0.01 * cell, &Silent)?;
+    let cut = verify::simulate_cl(
+        &input,
+        &mut stock,
+        &verify::Cutting { tolerance: 0.01 * cell, worst: 100 },
+        &Silent,
+    )?;
     let seconds = start.elapsed().as_secs_f64();
     let [along_x, along_y, along_z] = stock.volumes();
     println!("{} {seconds} {along_x} {along_y} {along_z}", cut.removed);

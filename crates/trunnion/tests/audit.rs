@@ -168,6 +168,14 @@ fn short_blocks_that_turn_are_slow_on_linuxcnc() {
     assert!((speed.ratio.raw - 0.1 / one / machine.axes[0].vel).abs() < 1e-4, "{speed:?}");
     assert!((change.ratio.raw - 1.0).abs() < 1e-3 && change.ratio.broken == 0, "{change:?}");
     assert_eq!(change.ratio.line, 4, "{change:?}");
+    // That acceleration, twice speed over time, is there after a third of the first block.
+    let jerk = &turning.jerk;
+    let by_hand = 6.0 * (0.1 / one) / one.powi(2) / machine.axes[0].jerk;
+    assert!(
+        jerk.axis == "X" && (jerk.ratio.raw / by_hand - 1.0).abs() < 1e-3,
+        "{jerk:?} {by_hand}"
+    );
+    assert_eq!((jerk.ratio.line, straight.jerk.ratio.broken), (4, 0), "{jerk:?}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    Carving, Input, Options, Report, Solid, Stock, check, check_cl, simulate, simulate_cl,
+    Carving, Cutting, Input, Options, Report, Solid, Stock, check, check_cl, simulate, simulate_cl,
 };
 
 const RAY_TOLERANCE: f64 = 1e-5;
@@ -144,7 +144,7 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
     if way.mode == Mode::Circle {
         let file = way.file();
         let input = trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[] };
-        return simulate_cl(&input, stock, tolerance, &Silent).unwrap();
+        return simulate_cl(&input, stock, &Cutting { tolerance, worst: 100 }, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
@@ -157,7 +157,7 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
         rest: &[],
         tables: trunnion::verify::Tables::NONE,
     };
-    simulate(&input, stock, tolerance, &Silent).unwrap()
+    simulate(&input, stock, &Cutting { tolerance, worst: 100 }, &Silent).unwrap()
 }
 
 /// The volume that is cut is that of the poses, by rays of their own with their own statistical error.

@@ -14,7 +14,9 @@ use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, Carving, ClInput, CollisionKind, Input, Solid, Stock};
+use trunnion::verify::{self, Carving, ClInput, CollisionKind, Cutting, Input, Solid, Stock};
+
+const CUTTING: Cutting = Cutting { tolerance: 1e-4, worst: 100 };
 
 fn cutter(kind: Kind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
     let construction = Construction::Solid;
@@ -36,7 +38,7 @@ fn file(moves: &[(ToolPose, bool)]) -> ClFile {
 fn carve(moves: &[(ToolPose, bool)], cutter: &Cutter, stock: &mut Stock) -> Carving {
     let file = file(moves);
     let input = ClInput { file: &file, faces: &[], cutter, rest: &[] };
-    verify::simulate_cl(&input, stock, 1e-4, &Silent).unwrap()
+    verify::simulate_cl(&input, stock, &CUTTING, &Silent).unwrap()
 }
 
 fn block(cell: f64) -> Stock {
@@ -146,7 +148,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];
         let mut stock = Stock::new(&Solid::Box { low, high }, 0.1, 100_000).unwrap();
-        verify::simulate(&input, &mut stock, 1e-4, &Silent).unwrap().collisions
+        verify::simulate(&input, &mut stock, &CUTTING, &Silent).unwrap().collisions
     };
     assert_eq!(run(4.0 * 500.0), []);
     let [hit] = run(500.0)[..] else { panic!("one collision") };
@@ -168,6 +170,35 @@ fn a_rapid_through_material_is_named_with_its_depth() {
     let [hit] = carving.collisions[..] else { panic!("{:?}", carving.collisions) };
     assert_eq!((hit.kind, hit.line), (CollisionKind::Rapid, 3));
     assert!((hit.depth - 0.25).abs() < 0.01, "{hit:?}");
+}
+
+#[test]
+fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
+    let flat = cutter(Kind::Flat, 3.0, 0.0, vec![]);
+    // Rapid moves across, 0.1 mm deeper every time but the last three.
+    let depths = (1..=40).map(|k| if k > 37 { 3.75 } else { 0.1 * f64::from(k) });
+    let moves: Vec<_> = std::iter::once((pose([-30.0, 0.0, 9.0], [0.0, 0.0, 1.0]), false))
+        .chain(depths.enumerate().map(|(k, depth)| {
+            let x = if k % 2 == 0 { 30.0 } else { -30.0 };
+            (pose([x, 0.0, -depth], [0.0, 0.0, 1.0]), true)
+        }))
+        .collect();
+    let run = |worst: usize| {
+        let file = file(&moves);
+        let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[] };
+        let mut stock = block(0.5);
+        verify::simulate_cl(&input, &mut stock, &Cutting { worst, ..CUTTING }, &Silent).unwrap()
+    };
+    let (all, some) = (run(1000), run(3));
+    let mut deepest = all.collisions.clone();
+    deepest.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+    deepest.truncate(3);
+    deepest.sort_by_key(|hit| hit.line);
+    assert!(all.collisions.len() > 20 && all.collisions.len() == all.count());
+    assert_eq!((&some.collisions, &some.lines), (&deepest, &all.lines));
+    let [(CollisionKind::Rapid, lines)] = some.lines[..] else { panic!("{:?}", some.lines) };
+    let [first, last] = [&all.collisions[0], &all.collisions[all.collisions.len() - 1]];
+    assert_eq!((lines.first, lines.last), (first.line, last.line));
 }
 
 #[test]

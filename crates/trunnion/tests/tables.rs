@@ -161,7 +161,14 @@ fn stock_is_cut_by_the_tool_in_the_spindle() {
             rest: &[],
             tables,
         };
-        verify::simulate(&input, &mut stock, 1e-3, &Silent).unwrap().removed
+        verify::simulate(
+            &input,
+            &mut stock,
+            &verify::Cutting { tolerance: 1e-3, worst: 10 },
+            &Silent,
+        )
+        .unwrap()
+        .removed
     };
     // 20 x 8 x 1 and 20 x 4 x 2 mm.
     assert!((removed(&tools) - 320.0).abs() < 3.0, "{}", removed(&tools));

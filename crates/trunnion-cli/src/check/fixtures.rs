@@ -2,6 +2,8 @@
 
 use super::stock;
 use crate::outcome::Failure;
+use trunnion::files::summary::LinesSummary;
+use trunnion::pipeline;
 use trunnion::verify::{Approach, Clearance, Fixture, Watch};
 
 /// Share of the total tolerance within which distances from fixtures are found, and the largest such tolerance \[mm\].
@@ -28,7 +30,7 @@ impl Fixtures {
                 .map_err(|error| Failure::input(format!("{said}: {error}")))
         };
         let all: Result<Vec<Fixture>, Failure> = said.iter().map(one).collect();
-        let watch = Watch { tolerance, clearance };
+        let watch = Watch { tolerance, clearance, worst: pipeline::MOST_COLLISIONS };
         Ok(Self { all: all?, names: said.to_vec(), watch })
     }
 
@@ -38,6 +40,8 @@ impl Fixtures {
             clearance: self.watch.clearance,
             least: found.least.as_ref().map(|least| self.place(least)),
             near: found.near.iter().map(|near| self.place(near)).collect(),
+            lines: found.lines.map(pipeline::lines),
+            hits: found.hits.map(pipeline::lines),
         }
     }
 
@@ -57,7 +61,11 @@ pub(super) struct FixturesTold {
     clearance: f64,
     /// Where it is nearest in the whole program.
     pub(super) least: Option<ApproachTold>,
+    /// The nearest of them, and how many there are.
     pub(super) near: Vec<ApproachTold>,
+    lines: Option<LinesSummary>,
+    /// Of them, those that run into a fixture.
+    hits: Option<LinesSummary>,
 }
 
 #[derive(Debug, serde::Serialize)]
@@ -77,8 +85,10 @@ impl FixturesTold {
             format!("line {}: {}, nearer than {} mm", near.line, near.words(), self.clearance)
         };
         let mut told: Vec<String> = outside.iter().take(TOLD).map(line).collect();
-        if outside.len() > TOLD {
-            told.push(format!("and {} more lines too near a fixture", outside.len() - TOLD));
+        let hits = self.hits.map_or(0, |hits| hits.count);
+        let count = self.lines.map_or(0, |lines| lines.count.saturating_sub(hits));
+        if count > told.len() {
+            told.push(format!("and {} more lines too near a fixture", count - told.len()));
         }
         told
     }

@@ -2,6 +2,7 @@
 
 use super::told::Fraction;
 use trunnion::verify::{AxisRatio, ModelAudit};
+use trunnion_report::{Number, State};
 
 /// Time on a named control, and the axes nearest to their limits there.
 #[derive(Debug, serde::Serialize)]
@@ -10,6 +11,7 @@ pub(super) struct ModelTold {
     seconds: f64,
     velocity: Worst,
     acceleration: Worst,
+    jerk: Worst,
 }
 
 #[derive(Debug, serde::Serialize)]
@@ -30,7 +32,34 @@ impl ModelTold {
             seconds: model.seconds,
             velocity: worst(&model.velocity),
             acceleration: worst(&model.acceleration),
+            jerk: worst(&model.jerk),
         }
+    }
+
+    /// For the page: time, and the axis that is worst in velocity, acceleration and jerk. Told, not judged.
+    pub(super) fn numbers(&self) -> Vec<Number> {
+        let number = |what: &str, value: String, (unit, note): (&str, String)| Number {
+            label: format!("LinuxCNC {what}"),
+            value,
+            unit: unit.to_owned(),
+            note,
+            state: State::Plain,
+            headline: false,
+        };
+        let note = "no look-ahead over rotary moves".to_owned();
+        let mut numbers = vec![number("time", format!("{:.1}", self.seconds), ("s", note))];
+        let worst = [
+            ("velocity", &self.velocity),
+            ("acceleration", &self.acceleration),
+            ("jerk", &self.jerk),
+        ];
+        numbers.extend(worst.map(
+            |(what, Worst { axis, fraction: Fraction { ratio, line, .. } })| {
+                let note = format!("of the limit of {axis}, at line {line}");
+                number(what, format!("{:.1}", 100.0 * ratio), ("%", note))
+            },
+        ));
+        numbers
     }
 
     /// For people.
@@ -40,9 +69,10 @@ impl ModelTold {
             format!("{:.1} % of {axis} (line {line})", 100.0 * ratio)
         };
         format!(
-            "{name}: {seconds:.1} s, no look-ahead over rotary moves; velocity up to {}, acceleration up to {}",
+            "{name}: {seconds:.1} s, no look-ahead over rotary moves; velocity up to {}, acceleration up to {}, jerk up to {}",
             worst(&self.velocity),
-            worst(&self.acceleration)
+            worst(&self.acceleration),
+            worst(&self.jerk)
         )
     }
 }

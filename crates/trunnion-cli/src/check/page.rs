@@ -1,5 +1,6 @@
 //! The report of a check.
 
+use super::model::ModelTold;
 use super::subject::{Found, Subject};
 use super::told::{Fraction, Told};
 use crate::outcome::Failure;
@@ -84,6 +85,7 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         numbers.push(percent(format!("{} velocity", axis.name), axis.velocity));
         numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
     }
+    numbers.extend(told.control_model.iter().flat_map(ModelTold::numbers));
     numbers
 }
 

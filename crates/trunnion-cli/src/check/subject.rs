@@ -11,13 +11,14 @@ use nalgebra::Vector3;
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, AxisWords, ClFile, Dialect, ProgramText, ReadOptions};
+use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramText, ReadOptions};
 use trunnion::nc::write::work_offset;
+use trunnion::pipeline::MOST_COLLISIONS;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, Approach, Carving, ClInput, Clearance, Finding, Input, Options, Promise, Report, Solid,
-    Stock, Tables, Tool, Track, VerifyError, WorkOffset,
+    self, Approach, Carving, ClInput, Clearance, CollisionKind, Cutting, Finding, Input, Options,
+    Promise, Report, Solid, Stock, Tables, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -39,7 +40,7 @@ const DRAWN_STEP: f64 = 1.0;
 /// What moves the tool.
 pub(super) enum Motion {
     Program(Box<ProgramText>, Box<Kinematics>),
-    Locations(ClFile),
+    Locations(Box<ClText>),
 }
 
 /// A program with all that it is checked against.
@@ -103,7 +104,7 @@ impl Subject {
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => program.warnings(),
-            Motion::Locations(file) => &file.warnings[..],
+            Motion::Locations(file) => file.warnings(),
         };
         let place = args.program.display();
         warnings.extend(said.iter().map(|warning| format!("{place}:{warning}")));
@@ -159,6 +160,8 @@ impl Subject {
         if let Some((carving, _)) = &mut stock {
             let near = clearance.iter().flat_map(|found| &found.near);
             carving.collisions.extend(near.filter_map(Approach::collision));
+            let hits = clearance.iter().filter_map(|found| found.hits);
+            carving.lines.extend(hits.map(|hits| (CollisionKind::Fixture, hits)));
             carving.collisions.sort_by_key(|hit| (hit.line, hit.kind));
         }
         Ok(Found { report, others, stock, clearance })
@@ -174,15 +177,16 @@ impl Subject {
         let Some(mut stock) = self.stock.clone() else { return Ok(None) };
         let (faces, cutter) = (&self.faces[..], &self.cutter);
         let tolerance = stock.tolerance(self.options.total);
+        let cutting = Cutting { tolerance, worst: MOST_COLLISIONS };
         let carving = match &self.motion {
             Motion::Program(program, kinematics) => {
                 let tools = self.table();
                 let input = self.input((program, kinematics), faces, &tools);
-                verify::simulate(&input, &mut stock, tolerance, bars)
+                verify::simulate(&input, &mut stock, &cutting, bars)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file, faces, cutter, rest: &[] };
-                verify::simulate_cl(&input, &mut stock, tolerance, bars)
+                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
+                verify::simulate_cl(&input, &mut stock, &cutting, bars)
             }
         };
         Ok(Some((carving.map_err(|error| self.failure(&error))?, stock)))
@@ -199,7 +203,7 @@ impl Subject {
                 verify::clearance(&input, all, watch, bars)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file, faces, cutter, rest: &[] };
+                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
                 verify::clearance_cl(&input, all, watch, bars)
             }
         };
@@ -219,9 +223,11 @@ impl Subject {
                 let input = self.input((program, kinematics), faces, &tools);
                 verify::check(&input, options, bars)
             }
-            Motion::Locations(file) => {
-                verify::check_cl(&ClInput { file, faces, cutter, rest: &[] }, options, bars)
-            }
+            Motion::Locations(file) => verify::check_cl(
+                &ClInput { file: &**file, faces, cutter, rest: &[] },
+                options,
+                bars,
+            ),
         };
         found.map_err(|error| self.failure(&error))
     }
@@ -246,7 +252,7 @@ impl Subject {
                 verify::track(&self.input((program, kinematics), faces, &tools), DRAWN_STEP)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file, faces, cutter, rest: &[] };
+                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
                 verify::track_cl(&input, self.options.ray_tolerance, DRAWN_STEP)
             }
         };
@@ -409,7 +415,8 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     let told = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
     let dialect = args.dialect.unwrap_or_else(told);
     if dialect == Dialect::Apt {
-        return Ok(Motion::Locations(read::cl(&text, MOST_FAULTS).map_err(faults)?));
+        let file = ClText::new(text, MOST_FAULTS).map_err(faults)?;
+        return Ok(Motion::Locations(Box::new(file)));
     }
     let Some(kinematics) = kinematics else {
         let help = "add --machine M; for cutter locations --dialect apt";

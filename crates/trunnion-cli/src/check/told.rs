@@ -33,7 +33,7 @@ pub(super) struct Told {
     /// Time when no block is shorter than its fastest axis needs.
     held: Option<f64>,
     /// On a control that does not look ahead where rotaries move; null without a machine.
-    control_model: Option<ModelTold>,
+    pub(super) control_model: Option<ModelTold>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
     brief: Option<BriefTold>,
     /// Passages through the singular cone; null if there are none.
@@ -160,10 +160,10 @@ impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
-        let collisions = collisions(found);
+        let (collisions, count) = collisions(found);
         let fixtures = fixtures(subject, found);
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(pipeline::collided(&collisions));
+        failures.extend(pipeline::collided(&collisions, count));
         failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
         let choices = ChoicesTold::of(&report.choices, subject);
         let changes = report.changes.map(ChangesTold::of);
@@ -268,11 +268,14 @@ fn fixtures(subject: &Subject, found: &Found) -> Option<FixturesTold> {
 }
 
 /// Lines that run into something: what is told of stock has fixtures among it.
-fn collisions(found: &Found) -> Vec<Collision> {
+fn collisions(found: &Found) -> (Vec<Collision>, usize) {
     match (&found.stock, &found.clearance) {
-        (Some((carving, _)), _) => carving.collisions.clone(),
-        (None, Some(clearance)) => clearance.near.iter().filter_map(Approach::collision).collect(),
-        (None, None) => Vec::new(),
+        (Some((carving, _)), _) => (carving.collisions.clone(), carving.count()),
+        (None, Some(clearance)) => {
+            let hits = clearance.near.iter().filter_map(Approach::collision);
+            (hits.collect(), clearance.hits.map_or(0, |hits| hits.count))
+        }
+        (None, None) => (Vec::new(), 0),
     }
 }
 

@@ -237,8 +237,31 @@ pub struct StockSummary {
     pub removed: f64,
     /// Volume left, in mm3.
     pub left: f64,
-    /// Lines that run into something, the deepest place of each kind on each.
+    /// Lines that run into something, the deepest place of each kind on each; the worst of them.
     pub collisions: Vec<CollisionSummary>,
+    /// How many there are of each kind.
+    pub collision_lines: Vec<KindSummary>,
+}
+
+/// How many lines run into something.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct KindSummary {
+    /// As in `collisions`.
+    pub kind: String,
+    /// Which lines.
+    #[serde(flatten)]
+    pub lines: LinesSummary,
+}
+
+/// Lines of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct LinesSummary {
+    /// How many; one to which the program comes back may count again.
+    pub count: usize,
+    /// The first that was run.
+    pub first: u32,
+    /// The last.
+    pub last: u32,
 }
 
 /// A line of a program that runs into something.

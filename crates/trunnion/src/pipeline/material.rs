@@ -4,14 +4,17 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::programs::Program;
 use crate::files::job;
-use crate::files::summary::{CollisionSummary, StockSummary};
+use crate::files::summary::{CollisionSummary, KindSummary, LinesSummary, StockSummary};
 use crate::surface::{Face, FaceMesh};
 use crate::types::Mesh;
-use crate::verify::{Carving, Collision, CollisionKind, Solid, Stock};
+use crate::verify::{Carving, Collision, CollisionKind, Lines, Solid, Stock};
 use std::collections::BTreeSet;
 
 /// Rays of one stock at most: some gigabytes.
 pub const MOST_RAYS: usize = 30_000_000;
+
+/// Lines in collision of each kind that are kept: some hundreds of kilobytes.
+pub const MOST_COLLISIONS: usize = 1000;
 
 /// Collisions of a program that are told one by one.
 const TOLD: usize = 10;
@@ -79,12 +82,7 @@ pub fn stock(job: &Job) -> Result<Option<Stock>, PipelineError> {
 /// The numbers of a stock that was cut.
 pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
     let collision = |collision: &Collision| CollisionSummary {
-        kind: match collision.kind {
-            CollisionKind::Rapid => "rapid",
-            CollisionKind::Holder => "holder",
-            CollisionKind::Fixture => "fixture",
-        }
-        .to_owned(),
+        kind: word(collision.kind),
         line: collision.line,
         depth: collision.depth,
         point: collision.point.coords.into(),
@@ -94,21 +92,41 @@ pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
         removed: carving.removed,
         left: carving.left,
         collisions: carving.collisions.iter().map(collision).collect(),
+        collision_lines: carving
+            .lines
+            .iter()
+            .map(|(kind, all)| KindSummary { kind: word(*kind), lines: lines(*all) })
+            .collect(),
     }
 }
 
-/// Collisions in words: the first of them, and how many more.
-pub fn collided(all: &[Collision]) -> Vec<String> {
-    let mut told: Vec<String> = all.iter().take(TOLD).map(ToString::to_string).collect();
-    if all.len() > TOLD {
-        told.push(format!("and {} more lines that run into something", all.len() - TOLD));
+fn word(kind: CollisionKind) -> String {
+    match kind {
+        CollisionKind::Rapid => "rapid",
+        CollisionKind::Holder => "holder",
+        CollisionKind::Fixture => "fixture",
+    }
+    .to_owned()
+}
+
+/// Lines as a summary has them.
+pub fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
+    LinesSummary { count, first, last }
+}
+
+/// Collisions in words: the first of those that are kept, and how many more of `count`.
+pub fn collided(kept: &[Collision], count: usize) -> Vec<String> {
+    let mut told: Vec<String> = kept.iter().take(TOLD).map(ToString::to_string).collect();
+    if count > told.len() {
+        told.push(format!("and {} more lines that run into something", count - told.len()));
     }
     told
 }
 
 /// Collisions of a program.
 pub(super) fn failures(program: &Program) -> Vec<String> {
-    let told = program.carving.as_ref().map(|(carving, _)| collided(&carving.collisions));
+    let told =
+        program.carving.as_ref().map(|(carving, _)| collided(&carving.collisions, carving.count()));
     let name = program.file;
     told.into_iter().flatten().map(|what| format!("{name}: {what}")).collect()
 }

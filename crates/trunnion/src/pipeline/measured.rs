@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::material::MOST_COLLISIONS;
 use super::post::control_of;
 use super::programs::Form;
 use super::read_back::reader_of;
@@ -70,7 +71,8 @@ pub(super) fn run(
     let carve = |stock: &Stock| {
         let mut left = stock.clone();
         let tolerance = left.tolerance(job.budget.total);
-        let carving = verify::simulate(&all, &mut left, tolerance, progress)?;
+        let cutting = verify::Cutting { tolerance, worst: MOST_COLLISIONS };
+        let carving = verify::simulate(&all, &mut left, &cutting, progress)?;
         Ok::<_, PipelineError>((carving, left))
     };
     let carving = stock.map(carve).transpose()?;

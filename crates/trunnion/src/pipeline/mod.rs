@@ -23,7 +23,7 @@ mod turn_limit;
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
 pub use job::{Job, JobError};
-pub use material::{MOST_RAYS, collided, stock, summary as stock_summary};
+pub use material::{MOST_COLLISIONS, MOST_RAYS, collided, lines, stock, summary as stock_summary};
 pub use post::{
     Left, POST_WINDOW, PostChoice, PostError, PostFilter, PostMethod, PostMove, PostOptions,
     PostPace, PostReport, PostSource, Poster, ProgramMoves, control_of,

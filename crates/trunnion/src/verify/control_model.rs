@@ -20,6 +20,9 @@ pub struct ModelAudit {
     /// Largest acceleration between feed moves in which rotaries move, or from and to rest, as the divided difference of
     /// mean velocities.
     pub acceleration: AxisRatio,
+    /// Largest jerk, as the divided difference of three mean velocities of such moves, from and to rest without
+    /// acceleration. `LinuxCNC` 2.9 limits none: it is what the machine has to bear.
+    pub jerk: AxisRatio,
 }
 
 /// The axis that is nearest to its limit, or farthest beyond.
@@ -79,7 +82,24 @@ pub(super) struct Model<'a> {
     seconds: f64,
     velocity: [Ratio; AXES],
     acceleration: [Ratio; AXES],
+    jerk: [Ratio; AXES],
+    /// The last mean acceleration; `None` behind moves that the control looks ahead over.
+    change: Option<Change>,
     line: u32,
+}
+
+/// Mean acceleration over two moves, what rounding can have added to it, and the time of the first.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    acceleration: AxisVector,
+    slack: AxisVector,
+    before: f64,
+}
+
+impl Change {
+    fn standstill() -> Self {
+        Self { acceleration: AxisVector::zeros(), slack: AxisVector::zeros(), before: 0.0 }
+    }
 }
 
 impl<'a> Model<'a> {
@@ -91,6 +111,8 @@ impl<'a> Model<'a> {
             seconds: 0.0,
             velocity: [Ratio::NONE; AXES],
             acceleration: [Ratio::NONE; AXES],
+            jerk: [Ratio::NONE; AXES],
+            change: Some(Change::standstill()),
             line: 0,
         }
     }
@@ -129,14 +151,14 @@ impl<'a> Model<'a> {
             self.change(Some(mean));
             self.before = Before::Turning(mean);
         } else {
-            self.before = Before::Straight;
+            (self.before, self.change) = (Before::Straight, None);
         }
     }
 
     /// The machine rests before and after what takes `seconds`.
     pub(super) fn rest(&mut self, seconds: f64) {
         self.change(None);
-        self.before = Before::Rest;
+        (self.before, self.change) = (Before::Rest, Some(Change::standstill()));
         self.seconds += seconds;
     }
 
@@ -144,7 +166,10 @@ impl<'a> Model<'a> {
     fn change(&mut self, to: Option<Mean>) {
         let rest = Mean { velocity: AxisVector::zeros(), slack: AxisVector::zeros(), seconds: 0.0 };
         let (from, to) = match (self.before, to) {
-            (Before::Straight, _) | (Before::Rest, None) => return,
+            (Before::Straight, _) | (Before::Rest, None) => {
+                self.change = None;
+                return;
+            }
             (Before::Rest, Some(to)) => (rest, to),
             (Before::Turning(from), to) => (from, to.unwrap_or(rest)),
         };
@@ -155,6 +180,15 @@ impl<'a> Model<'a> {
         axes.for_each(|(k, (ratio, axis))| {
             ratio.take(acceleration[k], slack[k], axis.acc, self.line);
         });
+        let change = Change { acceleration, slack, before: from.seconds };
+        if let Some(last) = self.change.replace(change) {
+            // As in the audit: a third of the time of all three.
+            let whole = (last.before + from.seconds + to.seconds) / 3.0;
+            let jerk = (acceleration - last.acceleration) / whole;
+            let slack = (slack + last.slack) / whole;
+            let axes = self.jerk.iter_mut().zip(&self.machine.axes).enumerate();
+            axes.for_each(|(k, (ratio, axis))| ratio.take(jerk[k], slack[k], axis.jerk, self.line));
+        }
     }
 
     pub(super) fn finish(mut self) -> ModelAudit {
@@ -166,8 +200,9 @@ impl<'a> Model<'a> {
                 .map_or((Ratio::NONE, String::new()), |(ratio, axis)| (ratio, axis.name.clone()));
             AxisRatio { axis, ratio }
         };
-        let [velocity, acceleration] = [self.velocity, self.acceleration].map(worst);
-        ModelAudit { seconds: self.seconds, velocity, acceleration }
+        let [velocity, acceleration, jerk] =
+            [self.velocity, self.acceleration, self.jerk].map(worst);
+        ModelAudit { seconds: self.seconds, velocity, acceleration, jerk }
     }
 }
 

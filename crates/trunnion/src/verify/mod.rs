@@ -23,6 +23,7 @@ mod fixture;
 mod grid;
 mod index;
 mod known;
+mod ledger;
 mod measure;
 mod motion;
 mod ray;
@@ -37,6 +38,7 @@ mod turns;
 
 pub use control_model::{AxisRatio, ModelAudit};
 pub use fixture::{Approach, Clearance, Fixture, Watch, clearance, clearance_cl};
+pub use ledger::Lines;
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
@@ -45,14 +47,14 @@ pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
     Report, Sample, Sensitivity, Singular,
 };
-pub use stock::{Carving, Collision, CollisionKind, Solid, Stock, simulate, simulate_cl};
+pub use stock::{Carving, Collision, CollisionKind, Cutting, Solid, Stock, simulate, simulate_cl};
 pub use tools::{Changes, Tables, Tool, WorkOffset};
 pub use track::{Track, track, track_cl};
 pub use turns::{Choice, Choices};
 
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
-use crate::nc::read::{ClFile, ProgramSource};
+use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest};
 use audit::Audited;
@@ -278,8 +280,8 @@ fn controls(input: &Input<'_>) -> Result<Controls, VerifyError> {
 /// Cutter locations, and against what they are checked.
 #[derive(Debug, Clone, Copy)]
 pub struct ClInput<'a> {
-    /// The file, as read from its text.
-    pub file: &'a ClFile,
+    /// The locations: a file as read, or its text where it is long.
+    pub file: &'a dyn ClSource,
     /// Faces to be cut, in the frame of the locations.
     pub faces: &'a [Face],
     /// The tool, from tip to gauge point.

@@ -6,7 +6,7 @@ use super::replay::{Block, Control, Counted, Course, Mover, Segment, TipFrame, a
 use super::tools::{Changes, Controls, Offsets, Tables, WorkOffset};
 use super::turns::{Choices, Turned};
 use crate::nc::read::{
-    Arc, ClFile, ClMotion, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
+    Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
 };
 use crate::types::{AXES, AxisVector, ToolPose};
 use nalgebra::{Isometry3, Translation3, Vector3};
@@ -22,7 +22,7 @@ pub(super) struct Run<'a> {
 /// Where moves come from.
 enum Source<'a> {
     Program(&'a dyn ProgramSource, Offsets),
-    Locations(&'a ClFile),
+    Locations(&'a dyn ClSource),
 }
 
 /// Moves one by one.
@@ -42,14 +42,14 @@ impl<'a> Run<'a> {
 
     /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
     /// time: nothing is known of a machine.
-    pub(super) fn locations(file: &'a ClFile, tolerance: f64) -> Self {
+    pub(super) fn locations(file: &'a dyn ClSource, tolerance: f64) -> Self {
         Self { mover: Mover::Locations, source: Source::Locations(file), tolerance }
     }
 
     /// The moves, from the start.
     pub(super) fn segments(&self) -> Segments<'_> {
         match &self.source {
-            Source::Locations(file) => Box::new(locations(file, self.tolerance)),
+            Source::Locations(file) => Box::new(locations(*file, self.tolerance)),
             Source::Program(..) => Box::new(self.replay().into_iter().flatten()),
         }
     }
@@ -82,7 +82,7 @@ impl<'a> Run<'a> {
     pub(super) fn steps(&self) -> usize {
         match &self.source {
             Source::Program(program, _) => program.count(),
-            Source::Locations(file) => file.records.len(),
+            Source::Locations(file) => file.count(),
         }
     }
 }
@@ -411,11 +411,11 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
 
 /// Runs through cutter locations.
 fn locations(
-    file: &ClFile,
+    file: &dyn ClSource,
     tolerance: f64,
 ) -> impl Iterator<Item = Result<Segment, VerifyError>> + '_ {
     let mut before: Option<ToolPose> = None;
-    file.records.iter().flat_map(move |record| {
+    file.records().flat_map(move |record| {
         let parts = record.straight(before.as_ref(), tolerance).into_iter();
         let segments = parts.filter_map(|part| {
             let ends = [before.replace(part.pose)?, part.pose];

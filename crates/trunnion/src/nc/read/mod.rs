@@ -48,7 +48,7 @@ pub use cl::{
     cl_records,
 };
 pub use dialect::Dialect;
-pub use source::{ProgramSource, ProgramText};
+pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
 pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;

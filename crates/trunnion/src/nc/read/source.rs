@@ -1,6 +1,6 @@
 //! Programs that can be run from their first step as often as it takes.
 
-use super::{Program, ReadOptions, Step, steps};
+use super::{ClFile, ClRecord, Program, ReadOptions, Step, cl_records, steps};
 use crate::types::{AxisVector, Fault};
 use std::fmt::Debug;
 
@@ -107,9 +107,85 @@ impl ProgramSource for ProgramText {
     }
 }
 
+/// Cutter locations, as records ([`ClFile`]) or as the text that they are read from ([`ClText`]).
+pub trait ClSource: Debug + Sync {
+    /// Locations in order, from the start.
+    fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_>;
+
+    /// How many there are.
+    fn count(&self) -> usize;
+}
+
+impl ClSource for ClFile {
+    fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_> {
+        Box::new(self.records.iter().copied())
+    }
+
+    fn count(&self) -> usize {
+        self.records.len()
+    }
+}
+
+/// A CL file kept as its text, its locations read anew whenever they are asked for.
+#[derive(Debug, Clone)]
+pub struct ClText {
+    text: String,
+    most_faults: usize,
+    /// All but the locations.
+    said: ClFile,
+    count: usize,
+}
+
+impl ClText {
+    /// Reads a file once, to know that it is one.
+    ///
+    /// # Errors
+    ///
+    /// Every fault found, up to `most_faults`.
+    pub fn new(text: String, most_faults: usize) -> Result<Self, Vec<Fault>> {
+        let mut records = cl_records(text.lines(), most_faults);
+        let mut count = 0;
+        for record in &mut records {
+            record?;
+            count += 1;
+        }
+        let said = records.finish()?;
+        Ok(Self { text, most_faults, said, count })
+    }
+
+    /// What was kept but not understood, or looks like a slip.
+    pub fn warnings(&self) -> &[Fault] {
+        &self.said.warnings
+    }
+}
+
+impl ClSource for ClText {
+    fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_> {
+        // The same text was read without a fault.
+        Box::new(cl_records(self.text.lines(), self.most_faults).map_while(Result::ok))
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_has_the_locations_of_its_file() {
+        let text =
+            "UNITS/INCHES\nRAPID\nGOTO/1,2,3,0,0,1\nFEDRAT/60,IPM\nGOTO/2,2,3\nODD/1\nFINI\n";
+        let file = crate::nc::read::cl(text, 5).unwrap();
+        let kept = ClText::new(text.to_owned(), 5).unwrap();
+        for _ in 0..2 {
+            assert_eq!(kept.records().collect::<Vec<_>>(), file.records);
+        }
+        assert_eq!((kept.count(), kept.warnings()), (2, &file.warnings[..]));
+        assert!(ClText::new(text.replace("FINI", ""), 5).is_err());
+    }
     use crate::nc::read::gcode::tests::options;
     use crate::nc::read::{Dialect, read};
 

@@ -1,6 +1,7 @@
 //! Material under a moving tool.
 
 use super::super::body::{self, Body};
+use super::super::ledger::{Ledger, Lines};
 use super::super::replay::{Mover, Segment};
 use super::super::run::Run;
 use super::super::sweep::{self, Piece};
@@ -64,18 +65,35 @@ pub struct Carving {
     pub removed: f64,
     /// Volume left \[mm³\].
     pub left: f64,
-    /// Lines that run into something, in order; the deepest place of each kind on each. What a line has run
+    /// Lines that run into something, in order, the worst of each kind; the deepest place on each. What a line has run
     /// through is taken away, so that the next one is told only of what it runs into itself.
     pub collisions: Vec<Collision>,
+    /// How many there are of each kind.
+    pub lines: Vec<(CollisionKind, Lines)>,
+}
+
+impl Carving {
+    /// Lines that run into something, each once for every kind.
+    pub fn count(&self) -> usize {
+        self.lines.iter().map(|(_, lines)| lines.count).sum()
+    }
+}
+
+/// How stock is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cutting {
+    /// Nothing farther than this from the swept tool is cut, nothing deeper than this within it is left on a ray
+    /// \[mm\].
+    pub tolerance: f64,
+    /// Lines that are told of each kind of collision: the worst.
+    pub worst: usize,
 }
 
 /// Moves worked off at a time: enough for threads to share and for one to spare others work, little to
 /// remember.
 const BATCH: usize = 256;
 
-/// Runs a program through stock. `tolerance` \[mm\]: nothing farther than this from the swept
-/// tool is cut, nothing deeper than this within it is left on a ray. Rapid moves are run both as all axes
-/// together and as each axis at its own speed.
+/// Runs a program through stock. Rapid moves are run both as all axes together and as each axis at its own speed.
 ///
 /// # Errors
 ///
@@ -83,14 +101,14 @@ const BATCH: usize = 256;
 pub fn simulate(
     input: &Input<'_>,
     stock: &mut Stock,
-    tolerance: f64,
+    cutting: &Cutting,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
     let controls = controls(input)?;
     let program = (input.program, &input.tables);
-    let run = Run::program(&controls, program, CHORD_SHARE * tolerance);
+    let run = Run::program(&controls, program, CHORD_SHARE * cutting.tolerance);
     let cutters = tools::cutters(input.cutter, &input.tables);
-    Carver::new(stock, &cutters, tolerance)?.run(&run, progress)
+    Carver::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
 /// Runs cutter locations through stock; see [`simulate`].
@@ -101,11 +119,11 @@ pub fn simulate(
 pub fn simulate_cl(
     input: &ClInput<'_>,
     stock: &mut Stock,
-    tolerance: f64,
+    cutting: &Cutting,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
-    let run = Run::locations(input.file, CHORD_SHARE * tolerance);
-    Carver::new(stock, &[input.cutter], tolerance)?.run(&run, progress)
+    let run = Run::locations(input.file, CHORD_SHARE * cutting.tolerance);
+    Carver::new(stock, &[input.cutter], cutting)?.run(&run, progress)
 }
 
 /// A tool in stock.
@@ -114,17 +132,23 @@ struct Carver<'a> {
     /// By their places in the table of tools: the bodies, and how far a point may be from the tip \[mm\].
     tools: Vec<(Vec<Body>, f64)>,
     tolerance: f64,
-    found: BTreeMap<(u32, CollisionKind), Collision>,
+    worst: usize,
+    found: BTreeMap<CollisionKind, Ledger<Collision>>,
 }
 
 impl<'a> Carver<'a> {
-    fn new(stock: &'a mut Stock, cutters: &[&Cutter], tolerance: f64) -> Result<Self, VerifyError> {
+    fn new(
+        stock: &'a mut Stock,
+        cutters: &[&Cutter],
+        cutting: &Cutting,
+    ) -> Result<Self, VerifyError> {
+        let Cutting { tolerance, worst } = *cutting;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
         let tools = body::tools(cutters);
-        Ok(Self { stock, tools, tolerance, found: BTreeMap::new() })
+        Ok(Self { stock, tools, tolerance, worst, found: BTreeMap::new() })
     }
 
     fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
@@ -149,8 +173,14 @@ impl<'a> Carver<'a> {
             return Err(VerifyError::NoMotion);
         }
         let left = self.stock.volume();
-        let collisions = self.found.values().copied().collect();
-        Ok(Carving { removed: before - left, left, collisions })
+        let (mut collisions, mut lines) = (Vec::new(), Vec::new());
+        for (kind, ledger) in std::mem::take(&mut self.found) {
+            let (worst, all) = ledger.finish();
+            collisions.extend(worst);
+            lines.extend(all.map(|all| (kind, all)));
+        }
+        collisions.sort_by_key(|hit: &Collision| (hit.line, hit.kind));
+        Ok(Carving { removed: before - left, left, collisions, lines })
     }
 
     /// The tool over a move, in all the ways it may be run.
@@ -204,12 +234,18 @@ impl<'a> Carver<'a> {
         self.note(hits);
     }
 
+    /// Takes in what a batch ran into: line by line, in the order of the program but for loops.
     fn note(&mut self, hits: Vec<Collision>) {
+        let mut deepest: BTreeMap<(CollisionKind, u32), Collision> = BTreeMap::new();
         for hit in hits {
-            let worst = self.found.entry((hit.line, hit.kind)).or_insert(hit);
+            let worst = deepest.entry((hit.kind, hit.line)).or_insert(hit);
             if hit.depth > worst.depth {
                 *worst = hit;
             }
+        }
+        for ((kind, line), hit) in deepest {
+            let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
+            ledger.note(line, hit.depth, hit);
         }
     }
 }
@@ -322,7 +358,7 @@ mod tests {
             let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
-            simulate_cl(&input, &mut stock, TOLERANCE, &Silent).unwrap();
+            simulate_cl(&input, &mut stock, &Cutting { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
             for family in &stock.families {
                 let along = family.along;
                 for (index, tile) in family.tiles.iter().enumerate() {

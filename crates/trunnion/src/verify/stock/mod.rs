@@ -15,7 +15,7 @@ mod solid;
 mod surface;
 mod work;
 
-pub use carve::{Carving, Collision, CollisionKind, simulate, simulate_cl};
+pub use carve::{Carving, Collision, CollisionKind, Cutting, simulate, simulate_cl};
 pub use solid::Solid;
 pub(super) use solid::crossing;
 

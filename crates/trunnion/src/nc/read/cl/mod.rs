@@ -75,11 +75,7 @@ pub fn cl(text: &str, most_faults: usize) -> Result<ClFile, Vec<Fault>> {
     for record in &mut records {
         file.records.push(record?);
     }
-    let reader = records.reader;
-    file.cutter = reader.cutter();
-    file.tool = reader.tool();
-    file.warnings = reader.finish()?;
-    Ok(file)
+    Ok(ClFile { records: file.records, ..records.finish()? })
 }
 
 /// Cutter locations of lines that come one by one; in memory at a time is one statement.
@@ -98,6 +94,19 @@ pub struct ClRecords<I> {
     lines: I,
     reader: ClReader,
     done: bool,
+}
+
+impl<I> ClRecords<I> {
+    /// Ends the file: all that it says but the locations.
+    ///
+    /// # Errors
+    ///
+    /// All faults; a file that was cut has one.
+    pub(in crate::nc::read) fn finish(self) -> Result<ClFile, Vec<Fault>> {
+        let reader = self.reader;
+        let (cutter, tool) = (reader.cutter(), reader.tool());
+        Ok(ClFile { records: Vec::new(), cutter, tool, warnings: reader.finish()? })
+    }
 }
 
 impl<I> Iterator for ClRecords<I>
