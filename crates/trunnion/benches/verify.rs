@@ -96,7 +96,7 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
     let (cutter, file) = (Cutter::new(spec).unwrap(), tilting(60));
     let [low, high] = [Point3::new(-50.0, -30.0, -20.0), Point3::new(50.0, 30.0, 0.0)];
     let block = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
     bencher
         .counter(divan::counter::ItemsCount::new(60usize))
         .with_inputs(|| block.clone())
@@ -134,7 +134,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     };
     let file = ClFile { records: (0..=100_000).map(record).collect(), ..ClFile::default() };
     let cutter = Cutter::new(spec).unwrap();
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
     // The leaning holder reaches farther out than its radius: 33.9 mm, as measured.
     let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
     let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };

@@ -30,7 +30,7 @@ fn main() -> Result<(), Failure> {
     let file = trunnion::nc::read::cl(&text, 1).map_err(|faults| format!("{faults:?}"))?;
     let solid = Solid::Box { low: Point3::new(x, y, z), high: Point3::new(u, v, w) };
     let mut stock = Stock::new(&solid, cell, 100_000_000)?;
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
     let start = Instant::now();
     let cut = verify::simulate_cl(
         &input,

@@ -116,7 +116,7 @@ fn measure_with(
     promise: Option<Promise>,
 ) -> Deviation {
     let faces = std::slice::from_ref(face);
-    let input = ClInput { file, faces, cutter, rest: &[] };
+    let input = ClInput { file, faces, cutter, rest: &[], tools: &[] };
     let options = Options {
         grid,
         reach: 1.0,

@@ -228,7 +228,7 @@ proptest! {
         };
         let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
         let faces = [plane()];
-        let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[] };
+        let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
         let options = Options {
             grid: 1.0,
             reach: 2.0,

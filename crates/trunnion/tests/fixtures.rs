@@ -36,7 +36,7 @@ fn file(path: &[ToolPose]) -> ClFile {
 
 fn clearance(path: &[ToolPose], cutter: &Cutter, solids: &[Solid], clearance: f64) -> Clearance {
     let file = file(path);
-    let input = ClInput { file: &file, faces: &[], cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
     let fixture = |solid| Fixture::new(solid, 0.1 * TOLERANCE).unwrap();
     let fixtures: Vec<Fixture> = solids.iter().map(fixture).collect();
     let watch = Watch { tolerance: TOLERANCE, clearance, worst: 100 };
@@ -351,7 +351,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
 fn what_triangles_may_be_off_is_added() {
     let flat = cutter(Kind::Flat, 4.0, 0.0, vec![]);
     let file = file(&[upright(0.0, 0.0, 0.0), upright(9.0, 0.0, 0.0)]);
-    let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
     let [low, high] = [Point3::new(-9.0, -9.0, -9.0), Point3::new(20.0, 9.0, -0.02)];
     let solid = Solid::Box { low, high };
     let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };

@@ -243,8 +243,12 @@ fn a_holder_grazing_by_five_micrometres() {
         };
         let file = ClFile { records: (1..12).map(record).collect(), ..ClFile::default() };
         let (faces, cutter) = (std::slice::from_ref(&face), &job.cutter);
-        verify::check_cl(&ClInput { file: &file, faces, cutter, rest: &[] }, &options, &Silent)
-            .unwrap()
+        verify::check_cl(
+            &ClInput { file: &file, faces, cutter, rest: &[], tools: &[] },
+            &options,
+            &Silent,
+        )
+        .unwrap()
     };
     // Only gouges count on a wall that is not cut.
     let gouges = |report: &Report| {

@@ -8,71 +8,25 @@
 mod dice;
 mod many_poses;
 mod posted;
+mod random_cut;
 
 use dice::{Random, full, seed};
-use many_poses::{Mode, Way};
-use nalgebra::{Point3, Rotation3, Vector3};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
-use trunnion::surface::{Face, NurbsSurface, Surface};
+use many_poses::{Course, Mode, Way};
+use nalgebra::{Point3, Vector3};
+use random_cut::{RAY_TOLERANCE, ROUNDING, any_cutter, any_face, off};
+use trunnion::cutter::Cutter;
+use trunnion::surface::Face;
 use trunnion::types::Silent;
 use trunnion::verify::{
-    Carving, Cutting, Input, Options, Report, Solid, Stock, check, check_cl, simulate, simulate_cl,
+    Carving, Cutting, Input, Report, Solid, Stock, check, check_cl, simulate, simulate_cl,
 };
 
-const RAY_TOLERANCE: f64 = 1e-5;
-const REACH: f64 = 2.0;
-/// What words of nine decimals are off, at levers of a metre, and rounding of the measure itself \[mm\].
-const ROUNDING: f64 = 1e-7;
-/// Length of all tools \[mm\].
-const LENGTH: f64 = 60.0;
-
-fn any_cutter(random: &mut Random) -> Cutter {
-    let [major, minor] = [random.within(0.5, 6.0), random.within(0.3, 4.0)];
-    let (kind, major, minor) = match random.below(3) {
-        0 => (Kind::Flat, major, 0.0),
-        1 => (Kind::Ball, 0.0, minor + 1.0),
-        _ => (Kind::Bull, major, minor),
-    };
-    let construction = Construction::Solid;
-    let spec = CutterSpec { kind, major, minor, length: LENGTH, construction, shank: vec![] };
-    Cutter::new(spec).unwrap()
-}
-
-/// A bicubic patch below the tool where it starts, leaning and waved.
-fn any_face(random: &mut Random, way: &Way, cutter: &Cutter) -> Face {
-    let start = way.pose(0, 0.0);
-    let up = Rotation3::rotation_between(&Vector3::z(), &start.axis).unwrap();
-    let [a, b] = [random.within(-0.5, 0.5), random.within(-0.5, 0.5)];
-    let turn = up * Rotation3::from_euler_angles(a, b, 0.0);
-    // About as far below the tip as the lean lifts its edge.
-    let gap = random.within(-0.4, 0.4) + 0.3 * a.hypot(b) * cutter.radius();
-    let place = start.tip - start.axis.into_inner() * gap;
-    let size = random.within(2.0, 6.0);
-    let mut point = |i: usize, j: usize| {
-        let along = |k: usize| size * (k as f64 / 3.0 - 0.5);
-        let waved = random.point(0.07 * size);
-        place + turn * (Vector3::new(along(i), along(j), 0.0) + waved)
-    };
-    let net = (0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
-    let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-    let surface = NurbsSurface::new([3, 3], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
-}
-
 fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
-    let options = Options {
-        grid,
-        reach: REACH,
-        ray_tolerance: RAY_TOLERANCE,
-        total: 0.02,
-        gouge: 0.002,
-        most_points: 10_000,
-        promise: None,
-    };
+    let options = random_cut::options(grid);
     let faces = std::slice::from_ref(face);
     if way.mode == Mode::Circle {
         let file = way.file();
-        let input = trunnion::verify::ClInput { file: &file, faces, cutter, rest: &[] };
+        let input = trunnion::verify::ClInput { file: &file, faces, cutter, rest: &[], tools: &[] };
         return check_cl(&input, &options, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
@@ -87,27 +41,6 @@ fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
         tables: trunnion::verify::Tables::NONE,
     };
     check(&input, &options, &Silent).unwrap()
-}
-
-/// How far the check is above what poses show at most, and how far from the tool the place is that it names \[mm\].
-fn off(way: &Way, cutter: &Cutter, face: &Face, report: &Report) -> [f64; 2] {
-    let mut worst = [f64::NEG_INFINITY; 2];
-    let poses = way.poses(many_poses::SPACING);
-    for sample in report.maps[0].samples.iter().flatten() {
-        let normal = face.normal(sample.uv[0], sample.uv[1]).unwrap().into_inner();
-        let ray = (sample.point, normal);
-        let seen = many_poses::lowest(&poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE);
-        let found = sample.height;
-        worst[0] = worst[0].max(match (seen, found) {
-            (Some(seen), found) => found.unwrap_or(REACH) - seen,
-            (None, _) => f64::NEG_INFINITY,
-        });
-        if let Some(found) = found {
-            let place = (found, RAY_TOLERANCE);
-            worst[1] = worst[1].max(many_poses::nearest((way, &poses), cutter, ray, place));
-        }
-    }
-    worst
 }
 
 /// No pose gets lower than the check says, and what it says is touched at some time.
@@ -143,7 +76,8 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
     let tolerance = 1e-4;
     if way.mode == Mode::Circle {
         let file = way.file();
-        let input = trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[] };
+        let input =
+            trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
         return simulate_cl(&input, stock, &Cutting { tolerance, worst: 100 }, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);

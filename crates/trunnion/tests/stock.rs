@@ -37,7 +37,7 @@ fn file(moves: &[(ToolPose, bool)]) -> ClFile {
 
 fn carve(moves: &[(ToolPose, bool)], cutter: &Cutter, stock: &mut Stock) -> Carving {
     let file = file(moves);
-    let input = ClInput { file: &file, faces: &[], cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
     verify::simulate_cl(&input, stock, &CUTTING, &Silent).unwrap()
 }
 
@@ -185,7 +185,7 @@ fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
         .collect();
     let run = |worst: usize| {
         let file = file(&moves);
-        let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[] };
+        let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
         let mut stock = block(0.5);
         verify::simulate_cl(&input, &mut stock, &Cutting { worst, ..CUTTING }, &Silent).unwrap()
     };

@@ -6,12 +6,13 @@ use nalgebra::{Point3, Vector3};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
+use trunnion::nc::read::{self, AxisWords, ClText, Dialect, ReadOptions};
 use trunnion::nc::write::work_offset;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    self, Finding, Input, Options, Report, Solid, Stock, Tables, Tool, VerifyError, WorkOffset,
+    self, ClInput, Finding, Input, Options, Report, Solid, Stock, Tables, Tool, VerifyError,
+    WorkOffset,
 };
 
 const MACHINE: &str = include_str!("../../../machines/bc-trunnion.toml");
@@ -133,6 +134,47 @@ fn every_section_is_measured_with_its_own_tool() {
     assert_eq!(error, VerifyError::NoTool { line: 3 });
     let error = self::check((&text, Dialect::Fanuc), &faces, (&one, Tables::NONE)).unwrap_err();
     assert_eq!(error, VerifyError::Tools { line: line("T2 M6"), numbers: [1, 2] });
+}
+
+#[test]
+fn every_tool_of_a_cl_file_is_measured_where_it_is() {
+    let [one, two] = [flat(4.0, 100.0), flat(2.0, 80.0)];
+    let row = |y: f64, z: f64| {
+        format!(
+            "RAPID\nGOTO/-16,{y},40\nRAPID\nGOTO/-16,{y},{z}\nFEDRAT/600,MMPM\nGOTO/16,{y},{z}\nGOTO/16,{y},40\n"
+        )
+    };
+    let rows = |ys: &[f64], z: f64| ys.iter().map(|y| row(*y, z)).collect::<String>();
+    let text = format!(
+        "UNITS/MM\nMULTAX/ON\nLOADTL/1\nGOTO/-16,-10,40,0,0,1\n{}LOADTL/2\n{}FINI\n",
+        rows(&[-10.0, -4.0, 0.0], 0.003),
+        rows(&[2.0, 5.0, 8.0], 0.001)
+    );
+    let faces = floor_and_wall();
+    let check = |text: &str, tools: &[Tool<'_>]| {
+        let file = ClText::new(text.to_owned(), 5).unwrap();
+        let input = ClInput { file: &file, faces: &faces, cutter: &one, rest: &[], tools };
+        verify::check_cl(&input, &OPTIONS, &Silent)
+    };
+    let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
+    let report = check(&text, &tools).unwrap();
+    assert!(report.passed(), "{:?}", report.findings);
+    assert_heights(&report, 0, |p| {
+        (p.y.abs() > 0.1).then_some(if p.y < 0.0 { 0.003 } else { 0.001 })
+    });
+    let wrong = check(&text.replace("LOADTL/2", "LOADTL/1"), &tools).unwrap();
+    assert!(matches!(wrong.findings[..], [Finding::Gouge(at)] if (at.height + 2.0).abs() < 1e-3));
+    let line =
+        |of: &str| u32::try_from(text.lines().position(|line| line == of).unwrap()).unwrap() + 1;
+    let line = line("LOADTL/2") + 2;
+    let error = check(&text, &[]).unwrap_err();
+    assert_eq!(error, VerifyError::Tools { line, numbers: [1, 2] });
+    assert_eq!(
+        check(&text, &tools[..1]).unwrap_err(),
+        VerifyError::UnknownTool { line, number: 2 }
+    );
+    let none = check(&text.replace("LOADTL/1\n", ""), &tools).unwrap_err();
+    assert_eq!(none, VerifyError::NoTool { line: 3 });
 }
 
 #[test]

@@ -112,9 +112,9 @@ fn by_locations(poses: &[ToolPose]) -> Report {
         ClRecord { line, pose, motion, way: ClWay::Straight }
     };
     let records = (1..).zip(poses).map(record).collect();
-    let file = ClFile { records, cutter: None, tool: None, warnings: Vec::new() };
+    let file = ClFile { records, ..ClFile::default() };
     let (faces, cutter) = ([face()], cutter());
-    let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[] };
+    let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
     verify::check_cl(&input, &OPTIONS, &Silent).unwrap()
 }
 

@@ -5,6 +5,7 @@ use super::subject::{Found, Subject};
 use super::told::{Fraction, Told};
 use crate::outcome::Failure;
 use crate::{material, report};
+use trunnion::cutter::Cutter;
 use trunnion::verify::{Sample, Track};
 use trunnion_report::{
     Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
@@ -20,13 +21,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         job: subject.program.clone(),
         part: subject.part.clone(),
         machine: subject.machine.clone().unwrap_or_default(),
-        tool: format!(
-            "{:?} D{} r{}, length {} mm",
-            cutter.kind(),
-            2.0 * cutter.radius(),
-            cutter.minor(),
-            cutter.length()
-        ),
+        tool: tools(subject),
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
         passed: told.passed,
         verdict: if told.passed {
@@ -50,6 +45,19 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         smoothing: String::new(),
     };
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
+}
+
+/// The tool in words, or all of them by their numbers; the first is drawn.
+fn tools(subject: &Subject) -> String {
+    let words = |cutter: &Cutter| {
+        let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
+        format!("{:?} D{diameter} r{corner}, length {} mm", cutter.kind(), cutter.length())
+    };
+    if subject.tools.is_empty() {
+        return words(&subject.cutter);
+    }
+    let tool = |(number, cutter): &(u32, Cutter)| format!("T{number} {}", words(cutter));
+    subject.tools.iter().map(tool).collect::<Vec<_>>().join("; ")
 }
 
 fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {

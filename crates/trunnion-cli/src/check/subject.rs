@@ -185,7 +185,8 @@ impl Subject {
                 verify::simulate(&input, &mut stock, &cutting, bars)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
+                let input =
+                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
                 verify::simulate_cl(&input, &mut stock, &cutting, bars)
             }
         };
@@ -203,7 +204,8 @@ impl Subject {
                 verify::clearance(&input, all, watch, bars)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
+                let input =
+                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
                 verify::clearance_cl(&input, all, watch, bars)
             }
         };
@@ -224,7 +226,7 @@ impl Subject {
                 verify::check(&input, options, bars)
             }
             Motion::Locations(file) => verify::check_cl(
-                &ClInput { file: &**file, faces, cutter, rest: &[] },
+                &ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() },
                 options,
                 bars,
             ),
@@ -252,7 +254,8 @@ impl Subject {
                 verify::track(&self.input((program, kinematics), faces, &tools), DRAWN_STEP)
             }
             Motion::Locations(file) => {
-                let input = ClInput { file: &**file, faces, cutter, rest: &[] };
+                let input =
+                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
                 verify::track_cl(&input, self.options.ray_tolerance, DRAWN_STEP)
             }
         };

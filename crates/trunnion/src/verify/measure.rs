@@ -139,7 +139,7 @@ mod tests {
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::{Silent, ToolPose};
-    use crate::verify::Finding;
+    use crate::verify::{ClInput, Finding};
     use nalgebra::{Point3, Rotation3, Vector3};
 
     fn face() -> Face {
@@ -172,7 +172,7 @@ mod tests {
             ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
         };
         let records = (0..41 * 21).map(record).collect();
-        ClFile { records, cutter: None, tool: None, warnings: Vec::new() }
+        ClFile { records, ..ClFile::default() }
     }
 
     /// What is found does not depend on how many moves are looked at together, but for the tolerance of the search.
@@ -194,7 +194,8 @@ mod tests {
             most_points: 10_000,
             promise,
         };
-        let run = Run::locations(&file, 1e-5);
+        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+        let run = Run::locations(&input, 1e-5).unwrap();
         let faces = std::slice::from_ref(&face);
         let subject = Subject { faces, cutters: &[&cutter], rest: &[] };
         let measure = |size: usize| {

@@ -153,7 +153,7 @@ pub enum VerifyError {
     },
     /// A cut before the first of several tools.
     #[error(
-        "line {line}: a cut before the program calls a tool; call it before (T.. M6, TOOL CALL)"
+        "line {line}: a move before the program calls a tool; call it before (T.. M6, TOOL CALL, LOADTL)"
     )]
     NoTool {
         /// Line of the program.
@@ -258,7 +258,7 @@ pub fn check(
         CHORD_SHARE * options.ray_tolerance,
     );
     let Audited { audit, choices, changes } = audit::audit(&controls, &run, input)?;
-    let cutters = tools::cutters(input.cutter, &input.tables);
+    let cutters = tools::cutters(input.cutter, input.tables.tools);
     let subject = Subject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
     deviation.sensitivity.pivot = Some(measure::pivot(&audit));
@@ -282,6 +282,9 @@ fn controls(input: &Input<'_>) -> Result<Controls, VerifyError> {
 pub struct ClInput<'a> {
     /// The locations: a file as read, or its text where it is long.
     pub file: &'a dyn ClSource,
+    /// Tools of a file that loads several; empty: it has one, whatever its number. From the last location of one to the
+    /// first of the next nothing is measured.
+    pub tools: &'a [Tool<'a>],
     /// Faces to be cut, in the frame of the locations.
     pub faces: &'a [Face],
     /// The tool, from tip to gauge point.
@@ -302,8 +305,9 @@ pub fn check_cl(
     progress: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     check_options(options)?;
-    let run = Run::locations(input.file, CHORD_SHARE * options.ray_tolerance);
-    let subject = Subject { faces: input.faces, cutters: &[input.cutter], rest: input.rest };
+    let run = Run::locations(input, CHORD_SHARE * options.ray_tolerance)?;
+    let cutters = tools::cutters(input.cutter, input.tools);
+    let subject = Subject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, deviation) = measure::measure(&run, &subject, options, progress)?;
     let findings = left(&maps, &deviation, options);
     let choices = Choices::default();

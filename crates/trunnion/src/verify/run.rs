@@ -1,10 +1,11 @@
 //! Programs and cutter locations as moves, from the start as often as it takes.
 
-use super::VerifyError;
 use super::known::Known;
 use super::replay::{Block, Control, Counted, Course, Mover, Segment, TipFrame, apply};
+use super::tools;
 use super::tools::{Changes, Controls, Offsets, Tables, WorkOffset};
 use super::turns::{Choices, Turned};
+use super::{ClInput, VerifyError};
 use crate::nc::read::{
     Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
 };
@@ -22,7 +23,8 @@ pub(super) struct Run<'a> {
 /// Where moves come from.
 enum Source<'a> {
     Program(&'a dyn ProgramSource, Offsets),
-    Locations(&'a dyn ClSource),
+    /// And from which location on which place in the table of tools is that of the tool.
+    Locations(&'a dyn ClSource, Vec<(usize, usize)>),
 }
 
 /// Moves one by one.
@@ -42,14 +44,16 @@ impl<'a> Run<'a> {
 
     /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
     /// time: nothing is known of a machine.
-    pub(super) fn locations(file: &'a dyn ClSource, tolerance: f64) -> Self {
-        Self { mover: Mover::Locations, source: Source::Locations(file), tolerance }
+    pub(super) fn locations(input: &ClInput<'a>, tolerance: f64) -> Result<Self, VerifyError> {
+        let places = tools::places(input.file, input.tools)?;
+        let source = Source::Locations(input.file, places);
+        Ok(Self { mover: Mover::Locations, source, tolerance })
     }
 
     /// The moves, from the start.
     pub(super) fn segments(&self) -> Segments<'_> {
         match &self.source {
-            Source::Locations(file) => Box::new(locations(*file, self.tolerance)),
+            Source::Locations(file, places) => Box::new(locations((*file, places), self.tolerance)),
             Source::Program(..) => Box::new(self.replay().into_iter().flatten()),
         }
     }
@@ -82,7 +86,7 @@ impl<'a> Run<'a> {
     pub(super) fn steps(&self) -> usize {
         match &self.source {
             Source::Program(program, _) => program.count(),
-            Source::Locations(file) => file.count(),
+            Source::Locations(file, _) => file.count(),
         }
     }
 }
@@ -409,13 +413,18 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
     }
 }
 
-/// Runs through cutter locations.
-fn locations(
-    file: &dyn ClSource,
+/// Runs through cutter locations, each tool's from where it is first told to be.
+fn locations<'a>(
+    (file, places): (&'a dyn ClSource, &'a [(usize, usize)]),
     tolerance: f64,
-) -> impl Iterator<Item = Result<Segment, VerifyError>> + '_ {
+) -> impl Iterator<Item = Result<Segment, VerifyError>> + 'a {
     let mut before: Option<ToolPose> = None;
-    file.records().flat_map(move |record| {
+    let (mut next, mut tool) = (places.iter().peekable(), 0);
+    file.records().enumerate().flat_map(move |(index, record)| {
+        if let Some(&(_, place)) = next.next_if(|(from, _)| *from <= index) {
+            // What lies between two tools is the machine's.
+            (before, tool) = (before.filter(|_| tool == place), place);
+        }
         let parts = record.straight(before.as_ref(), tolerance).into_iter();
         let segments = parts.filter_map(|part| {
             let ends = [before.replace(part.pose)?, part.pose];
@@ -426,7 +435,7 @@ fn locations(
             let joints = [AxisVector::zeros(); 2];
             let course = Course::Circle { ends };
             let block = Block::of_one(duration);
-            Some(Ok(Segment { line: part.line, tool: 0, joints, course, duration, block, rapid }))
+            Some(Ok(Segment { line: part.line, tool, joints, course, duration, block, rapid }))
         });
         segments.collect::<Vec<_>>()
     })

@@ -4,7 +4,7 @@ use super::VerifyError;
 use super::replay::Control;
 use crate::cutter::Cutter;
 use crate::machine::{Kinematics, Setup};
-use crate::nc::read::{ProgramSource, Step};
+use crate::nc::read::{ClSource, ClTool, ProgramSource, Step};
 use nalgebra::{Point3, Vector3};
 
 /// What stands in the tables of a control beside the setup's own tool and `G54`.
@@ -110,11 +110,37 @@ impl Controls {
 }
 
 /// Cutters by their places in the table.
-pub(super) fn cutters<'a>(only: &'a Cutter, tables: &Tables<'a>) -> Vec<&'a Cutter> {
-    if tables.tools.is_empty() {
+pub(super) fn cutters<'a>(only: &'a Cutter, tools: &[Tool<'a>]) -> Vec<&'a Cutter> {
+    if tools.is_empty() {
         return vec![only];
     }
-    tables.tools.iter().map(|tool| tool.cutter).collect()
+    tools.iter().map(|tool| tool.cutter).collect()
+}
+
+/// Places in the table of the tools of a CL file, each from a location on.
+pub(super) fn places(
+    file: &dyn ClSource,
+    tools: &[Tool<'_>],
+) -> Result<Vec<(usize, usize)>, VerifyError> {
+    let loaded = file.tools();
+    if tools.is_empty() {
+        let Some(first) = loaded.first() else { return Ok(Vec::new()) };
+        return match loaded.iter().find(|tool| tool.number != first.number) {
+            Some(&ClTool { line, number, .. }) => {
+                Err(VerifyError::Tools { line, numbers: [first.number, number] })
+            }
+            None => Ok(Vec::new()),
+        };
+    }
+    if loaded.first().is_none_or(|first| first.record > 0) {
+        let line = file.records().next().map_or(0, |record| record.line);
+        return Err(VerifyError::NoTool { line });
+    }
+    let place = |&ClTool { record, line, number }: &ClTool| {
+        let place = tools.iter().position(|tool| tool.number == number);
+        Ok((record, place.ok_or(VerifyError::UnknownTool { line, number })?))
+    };
+    loaded.iter().map(place).collect()
 }
 
 /// Refuses a program with several tools where the table has none.

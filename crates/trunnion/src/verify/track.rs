@@ -43,7 +43,7 @@ pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
 ///
 /// [`VerifyError`].
 pub fn track_cl(input: &ClInput<'_>, tolerance: f64, step: f64) -> Result<Vec<Track>, VerifyError> {
-    tracks(&Run::locations(input.file, CHORD_SHARE * tolerance), step)
+    tracks(&Run::locations(input, CHORD_SHARE * tolerance)?, step)
 }
 
 fn tracks(run: &Run<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {

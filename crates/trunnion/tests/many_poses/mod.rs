@@ -1,6 +1,7 @@
 //! What a moving tool cuts, from nothing but many poses of it and its signed distance: slow and plain.
 
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
+#![allow(dead_code, reason = "every test binary uses its own part of this module")]
 
 use super::dice::Random;
 use super::posted;
@@ -21,6 +22,31 @@ pub(crate) enum Mode {
     Tip,
     /// The tip; the tool axis is on a great circle.
     Circle,
+}
+
+/// A tool that moves.
+pub(crate) trait Course {
+    /// Moves one after the other.
+    fn moves(&self) -> usize;
+
+    /// The tool at `t` in 0..=1 of a move.
+    fn pose(&self, index: usize, t: f64) -> ToolPose;
+
+    /// Poses no more than `step` \[mm\] apart at the tip and 60 mm above it, with move and time.
+    fn poses(&self, step: f64) -> Vec<(usize, f64, f64, ToolPose)> {
+        let of = |index: usize| {
+            let far = |pose: &ToolPose| pose.tip + pose.axis.into_inner() * 60.0;
+            let rough: Vec<_> = (0..=16).map(|k| self.pose(index, f64::from(k) / 16.0)).collect();
+            let lengths = rough.windows(2).map(|pair| {
+                let tips = (pair[1].tip - pair[0].tip).norm();
+                tips.max((far(&pair[1]) - far(&pair[0])).norm())
+            });
+            let count = (lengths.sum::<f64>() / step).ceil().clamp(20.0, 1000.0);
+            let times = (0..=1000).map(f64::from).take_while(move |k| *k <= count);
+            times.map(move |k| (index, k / count, 1.0 / count, self.pose(index, k / count)))
+        };
+        (0..self.moves()).flat_map(of).collect()
+    }
 }
 
 /// Moves one after the other.
@@ -69,7 +95,7 @@ pub(crate) fn any_way(random: &mut Random) -> Way {
 }
 
 /// Moves the slides until the tip is where it should be: tips are affine in them.
-fn follow(kinematics: &Kinematics, q: &mut AxisVector, pose: &ToolPose) {
+pub(crate) fn follow(kinematics: &Kinematics, q: &mut AxisVector, pose: &ToolPose) {
     let here = kinematics.forward(q).tip;
     let column = |axis: usize| {
         let mut moved = *q;
@@ -81,13 +107,12 @@ fn follow(kinematics: &Kinematics, q: &mut AxisVector, pose: &ToolPose) {
     (0..3).for_each(|axis| q[axis] += by[axis]);
 }
 
-impl Way {
+impl Course for Way {
     fn moves(&self) -> usize {
         self.stops.len() - 1
     }
 
-    /// The tool at `t` in 0..=1 of a move.
-    pub(crate) fn pose(&self, index: usize, t: f64) -> ToolPose {
+    fn pose(&self, index: usize, t: f64) -> ToolPose {
         let [from, to] = [&self.stops[index], &self.stops[index + 1]];
         let tip = from.1.tip + (to.1.tip - from.1.tip) * t;
         let pose = self.kinematics.forward(&(from.0 + (to.0 - from.0) * t));
@@ -97,23 +122,9 @@ impl Way {
             Mode::Circle => ToolPose { tip, axis: on_circle([&from.1.axis, &to.1.axis], t) },
         }
     }
+}
 
-    /// Poses no more than `step` \[mm\] apart at the tip and 60 mm above it, with move and time.
-    pub(crate) fn poses(&self, step: f64) -> Vec<(usize, f64, f64, ToolPose)> {
-        let of = |index: usize| {
-            let far = |pose: &ToolPose| pose.tip + pose.axis.into_inner() * 60.0;
-            let rough: Vec<_> = (0..=16).map(|k| self.pose(index, f64::from(k) / 16.0)).collect();
-            let lengths = rough.windows(2).map(|pair| {
-                let tips = (pair[1].tip - pair[0].tip).norm();
-                tips.max((far(&pair[1]) - far(&pair[0])).norm())
-            });
-            let count = (lengths.sum::<f64>() / step).ceil().clamp(20.0, 1000.0);
-            let times = (0..=1000).map(f64::from).take_while(move |k| *k <= count);
-            times.map(move |k| (index, k / count, 1.0 / count, self.pose(index, k / count)))
-        };
-        (0..self.moves()).flat_map(of).collect()
-    }
-
+impl Way {
     /// The way as a CL file.
     pub(crate) fn file(&self) -> ClFile {
         let record = |(line, (_, pose)): (u32, &(AxisVector, ToolPose))| ClRecord {
@@ -145,21 +156,55 @@ impl Way {
 }
 
 /// Slerp by sines.
-fn on_circle([from, to]: [&Unit<Vector3<f64>>; 2], t: f64) -> Unit<Vector3<f64>> {
+pub(crate) fn on_circle([from, to]: [&Unit<Vector3<f64>>; 2], t: f64) -> Unit<Vector3<f64>> {
     let angle = from.cross(to).norm().atan2(from.dot(to));
     let share = |t: f64| if angle > 0.0 { (t * angle).sin() / angle.sin() } else { t };
     Unit::new_normalize(from.into_inner() * share(1.0 - t) + to.into_inner() * share(t))
 }
 
-/// Signed distance from the tool: its core, a straight bar of radius R above height r, grown by r, and cut off at
-/// its length. Convex in the point; exact but near the upper rim.
-fn distance(cutter: &Cutter, pose: &ToolPose, p: &Point3<f64>) -> f64 {
+/// A convex part of the tool.
+#[derive(Debug, Clone, Copy)]
+enum Solid {
+    /// A core, a straight bar of radius R above height r, grown by r, and cut off above.
+    Nose { major: f64, minor: f64, top: f64 },
+    /// Between two heights, radii at both.
+    Cone { heights: [f64; 2], radii: [f64; 2] },
+}
+
+/// Parts of the tool: the cutting part up to the shank, and the shank from entry to entry, the last to the end.
+fn solids(cutter: &Cutter) -> Vec<Solid> {
+    let mut profile = cutter.spec().shank.clone();
+    let top = profile.first().map_or(cutter.length(), |first| first[0]);
+    let mut solids = vec![Solid::Nose { major: cutter.major(), minor: cutter.minor(), top }];
+    profile.extend(profile.last().map(|last| [cutter.length(), last[1]]));
+    for pair in profile.windows(2) {
+        let [[low, below], [high, above]] = [pair[0], pair[1]];
+        if high > low {
+            solids.push(Solid::Cone { heights: [low, high], radii: [below, above] });
+        }
+    }
+    solids
+}
+
+/// Signed distance from a part of the tool: convex in the point; exact but near sharp rims, where it is less.
+fn distance(solid: &Solid, pose: &ToolPose, p: &Point3<f64>) -> f64 {
     let from_tip = p - pose.tip;
     let height = from_tip.dot(&pose.axis);
     let rho = (from_tip - pose.axis.into_inner() * height).norm();
-    let [out, down] = [rho - cutter.major(), cutter.minor() - height];
-    let side = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0) - cutter.minor();
-    side.max(height - cutter.length())
+    match *solid {
+        Solid::Nose { major, minor, top } => {
+            let [out, down] = [rho - major, minor - height];
+            let side = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0) - minor;
+            side.max(height - top)
+        }
+        Solid::Cone { heights: [low, high], radii: [below, above] } => {
+            // Out of the line from rim to rim, by its normal.
+            let along = [high - low, above - below];
+            let out =
+                ((rho - below) * along[0] - (height - low) * along[1]) / along[0].hypot(along[1]);
+            out.max(height - high).max(low - height)
+        }
+    }
 }
 
 /// Distance between poses that heights are measured with \[mm\].
@@ -213,8 +258,9 @@ pub(crate) fn lowest(
     reach: f64,
     shrink: f64,
 ) -> Option<f64> {
-    let of = |pose: &ToolPose| {
-        let f = |s: f64| distance(cutter, pose, &(p + n * s)) + shrink;
+    let solids = solids(cutter);
+    let of = |pose: &ToolPose, solid: &Solid| {
+        let f = |s: f64| distance(solid, pose, &(p + n * s)) + shrink;
         let here = f(0.0);
         if here > reach {
             return None;
@@ -224,20 +270,25 @@ pub(crate) fn lowest(
         }
         Some(if f(-reach) <= 0.0 { -reach } else { border(&f, -reach, 0.0, 1e-10) })
     };
-    poses.iter().filter_map(|(.., pose)| of(pose)).min_by(f64::total_cmp)
+    let all = poses.iter().flat_map(|(.., pose)| solids.iter().map(move |solid| (pose, solid)));
+    all.filter_map(|(pose, solid)| of(pose, solid)).min_by(f64::total_cmp)
 }
 
 /// Least distance of the tool from the place at height `s` on a normal, and from the surface if that is above: times
 /// about all poses, nearest first, that can be the nearest, until it is `enough`.
 pub(crate) fn nearest(
-    (way, poses): (&Way, &Poses),
+    (way, poses): (&dyn Course, &Poses),
     cutter: &Cutter,
     (p, n): Ray,
     (s, enough): (f64, f64),
 ) -> f64 {
+    let solids = solids(cutter);
     let from = |pose: &ToolPose| {
-        let there = distance(cutter, pose, &(p + n * s));
-        if s < 0.0 { there.max(distance(cutter, pose, &p)) } else { there }
+        let part = |solid: &Solid| {
+            let there = distance(solid, pose, &(p + n * s));
+            if s < 0.0 { there.max(distance(solid, pose, &p)) } else { there }
+        };
+        solids.iter().map(part).fold(f64::INFINITY, f64::min)
     };
     let mut best: Vec<_> =
         poses.iter().map(|(i, t, step, pose)| (from(pose), *i, *t, *step)).collect();
@@ -275,7 +326,7 @@ pub(crate) fn volume(
     (along, lines): (usize, u32),
     random: &mut Random,
 ) -> (f64, f64) {
-    let size = high - low;
+    let (size, solids) = (high - low, solids(cutter));
     let [a, b] = [(along + 1) % 3, (along + 2) % 3];
     let [da, db] = [size[a], size[b]].map(|size| size / f64::from(lines));
     let (mut sum, mut variance) = (0.0, 0.0);
@@ -285,7 +336,7 @@ pub(crate) fn volume(
                 let mut p = low;
                 p[a] += da * (f64::from(i) + random.within(0.0, 1.0));
                 p[b] += db * (f64::from(j) + random.within(0.0, 1.0));
-                covered(poses, cutter, (p, Vector3::ith(along, 1.0)), size[along])
+                covered(poses, &solids, (p, Vector3::ith(along, 1.0)), size[along])
             });
             sum += 0.5 * (one + other);
             variance += 0.25 * (one - other).powi(2);
@@ -295,9 +346,9 @@ pub(crate) fn volume(
 }
 
 /// Length of a ray's part in any pose.
-fn covered(poses: &Poses, cutter: &Cutter, (p, n): Ray, length: f64) -> f64 {
-    let inside = |pose: &ToolPose| {
-        let f = |s: f64| distance(cutter, pose, &(p + n * s));
+fn covered(poses: &Poses, solids: &[Solid], (p, n): Ray, length: f64) -> f64 {
+    let inside = |pose: &ToolPose, solid: &Solid| {
+        let f = |s: f64| distance(solid, pose, &(p + n * s));
         let middle = f(0.5 * length);
         if middle > 0.5 * length {
             return None;
@@ -306,7 +357,8 @@ fn covered(poses: &Poses, cutter: &Cutter, (p, n): Ray, length: f64) -> f64 {
         let end = |end: f64| if f(end) <= 0.0 { end } else { border(&f, end, inner, 1e-6) };
         Some([end(0.0), end(length)])
     };
-    let mut parts: Vec<_> = poses.iter().filter_map(|(.., pose)| inside(pose)).collect();
+    let all = poses.iter().flat_map(|(.., pose)| solids.iter().map(move |solid| (pose, solid)));
+    let mut parts: Vec<_> = all.filter_map(|(pose, solid)| inside(pose, solid)).collect();
     parts.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let (mut sum, mut last) = (0.0, 0.0_f64);
     for [from, to] in parts {

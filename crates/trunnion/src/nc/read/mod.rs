@@ -44,8 +44,8 @@ mod tilt;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
-    ClArc, ClFile, ClHole, ClItem, ClMotion, ClReader, ClRecord, ClRecords, ClTally, ClWay, cl,
-    cl_records,
+    ClArc, ClFile, ClHole, ClItem, ClMotion, ClReader, ClRecord, ClRecords, ClTally, ClTool, ClWay,
+    cl, cl_records,
 };
 pub use dialect::Dialect;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};

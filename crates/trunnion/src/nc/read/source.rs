@@ -1,6 +1,6 @@
 //! Programs that can be run from their first step as often as it takes.
 
-use super::{ClFile, ClRecord, Program, ReadOptions, Step, cl_records, steps};
+use super::{ClFile, ClRecord, ClTool, Program, ReadOptions, Step, cl_records, steps};
 use crate::types::{AxisVector, Fault};
 use std::fmt::Debug;
 
@@ -114,6 +114,9 @@ pub trait ClSource: Debug + Sync {
 
     /// How many there are.
     fn count(&self) -> usize;
+
+    /// Which tool is at them, from each change on.
+    fn tools(&self) -> &[ClTool];
 }
 
 impl ClSource for ClFile {
@@ -123,6 +126,10 @@ impl ClSource for ClFile {
 
     fn count(&self) -> usize {
         self.records.len()
+    }
+
+    fn tools(&self) -> &[ClTool] {
+        &self.tools
     }
 }
 
@@ -168,6 +175,10 @@ impl ClSource for ClText {
     fn count(&self) -> usize {
         self.count
     }
+
+    fn tools(&self) -> &[ClTool] {
+        &self.said.tools
+    }
 }
 
 #[cfg(test)]
@@ -176,14 +187,16 @@ mod tests {
 
     #[test]
     fn a_text_has_the_locations_of_its_file() {
-        let text =
-            "UNITS/INCHES\nRAPID\nGOTO/1,2,3,0,0,1\nFEDRAT/60,IPM\nGOTO/2,2,3\nODD/1\nFINI\n";
+        let text = "UNITS/INCHES\nLOADTL/3\nRAPID\nGOTO/1,2,3,0,0,1\nFEDRAT/60,IPM\nGOTO/2,2,3\nODD/1\nLOADTL/4\nGOTO/2,2,9\nFINI\n";
         let file = crate::nc::read::cl(text, 5).unwrap();
         let kept = ClText::new(text.to_owned(), 5).unwrap();
         for _ in 0..2 {
             assert_eq!(kept.records().collect::<Vec<_>>(), file.records);
         }
-        assert_eq!((kept.count(), kept.warnings()), (2, &file.warnings[..]));
+        assert_eq!((kept.count(), kept.warnings()), (3, &file.warnings[..]));
+        let tools = [(0, 4, 3), (2, 9, 4)];
+        let tools = tools.map(|(record, line, number)| ClTool { record, line, number });
+        assert_eq!((kept.tools(), &file.tools[..]), (&tools[..], &tools[..]));
         assert!(ClText::new(text.replace("FINI", ""), 5).is_err());
     }
     use crate::nc::read::gcode::tests::options;

@@ -107,7 +107,7 @@ pub fn simulate(
     let controls = controls(input)?;
     let program = (input.program, &input.tables);
     let run = Run::program(&controls, program, CHORD_SHARE * cutting.tolerance);
-    let cutters = tools::cutters(input.cutter, &input.tables);
+    let cutters = tools::cutters(input.cutter, input.tables.tools);
     Carver::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
@@ -122,8 +122,9 @@ pub fn simulate_cl(
     cutting: &Cutting,
     progress: &dyn Progress,
 ) -> Result<Carving, VerifyError> {
-    let run = Run::locations(input.file, CHORD_SHARE * cutting.tolerance);
-    Carver::new(stock, &[input.cutter], cutting)?.run(&run, progress)
+    let run = Run::locations(input, CHORD_SHARE * cutting.tolerance)?;
+    let cutters = tools::cutters(input.cutter, input.tools);
+    Carver::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
 /// A tool in stock.
@@ -355,7 +356,7 @@ mod tests {
             let motion = ClMotion::Feed(10.0);
             let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClWay::Straight };
             let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
-            let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
+            let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
             simulate_cl(&input, &mut stock, &Cutting { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();

@@ -25,8 +25,21 @@ pub struct ClFile {
     pub cutter: Option<[f64; 2]>,
     /// Number of the last tool loaded.
     pub tool: Option<u32>,
+    /// Which tool is at the locations, from each change on; empty if the file loads none before one.
+    pub tools: Vec<ClTool>,
     /// What was kept but not understood, or looks like a slip.
     pub warnings: Vec<Fault>,
+}
+
+/// A tool from a location on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ClTool {
+    /// Index of the first location.
+    pub record: usize,
+    /// Line of that location.
+    pub line: u32,
+    /// Number of the tool.
+    pub number: u32,
 }
 
 /// One location: a `GOTO`, `GODLTA` or `TLON`.
@@ -85,7 +98,8 @@ pub fn cl_records<I>(lines: I, most_faults: usize) -> ClRecords<I>
 where
     I: Iterator<Item: AsRef<str>>,
 {
-    ClRecords { lines, reader: ClReader::new(most_faults), done: false }
+    let reader = ClReader::new(most_faults);
+    ClRecords { lines, reader, done: false, count: 0, tools: Vec::new() }
 }
 
 /// See [`cl_records`].
@@ -94,9 +108,22 @@ pub struct ClRecords<I> {
     lines: I,
     reader: ClReader,
     done: bool,
+    /// Locations so far, and their tools.
+    count: usize,
+    tools: Vec<ClTool>,
 }
 
 impl<I> ClRecords<I> {
+    /// Counts a location, and notes a new tool.
+    fn count_in(&mut self, line: u32) {
+        if let Some(number) = self.reader.tool()
+            && self.tools.last().is_none_or(|last| last.number != number)
+        {
+            self.tools.push(ClTool { record: self.count, line, number });
+        }
+        self.count += 1;
+    }
+
     /// Ends the file: all that it says but the locations.
     ///
     /// # Errors
@@ -105,7 +132,8 @@ impl<I> ClRecords<I> {
     pub(in crate::nc::read) fn finish(self) -> Result<ClFile, Vec<Fault>> {
         let reader = self.reader;
         let (cutter, tool) = (reader.cutter(), reader.tool());
-        Ok(ClFile { records: Vec::new(), cutter, tool, warnings: reader.finish()? })
+        let warnings = reader.finish()?;
+        Ok(ClFile { records: Vec::new(), cutter, tool, tools: self.tools, warnings })
     }
 }
 
@@ -130,6 +158,7 @@ where
             // After a fault the places are not to be trusted; the faults of the rest still are.
             if let (Some(ClItem::Location(record)), true) = (item, self.reader.faults().is_empty())
             {
+                self.count_in(record.line);
                 return Some(Ok(record.moved(&self.reader.first_from_written())));
             }
         }

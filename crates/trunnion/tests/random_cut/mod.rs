@@ -1,0 +1,95 @@
+//! What random motion is measured with: a cutter, a face below it, and how far a check is from many poses.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+#![allow(dead_code, reason = "every test binary uses its own part of this module")]
+
+use super::dice::Random;
+use super::many_poses::{self, Course};
+use nalgebra::{Rotation3, Vector3};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::surface::{Face, NurbsSurface, Surface};
+use trunnion::verify::{Options, Report};
+
+pub(crate) const RAY_TOLERANCE: f64 = 1e-5;
+pub(crate) const REACH: f64 = 2.0;
+/// What words of nine decimals are off, at levers of a metre, and rounding of the measure itself \[mm\].
+pub(crate) const ROUNDING: f64 = 1e-7;
+/// Length of all tools \[mm\].
+pub(crate) const LENGTH: f64 = 60.0;
+
+pub(crate) fn any_cutter(random: &mut Random) -> Cutter {
+    let [major, minor] = [random.within(0.5, 6.0), random.within(0.3, 4.0)];
+    let (kind, major, minor) = match random.below(3) {
+        0 => (Kind::Flat, major, 0.0),
+        1 => (Kind::Ball, 0.0, minor + 1.0),
+        _ => (Kind::Bull, major, minor),
+    };
+    let construction = Construction::Solid;
+    let spec = CutterSpec { kind, major, minor, length: LENGTH, construction, shank: vec![] };
+    Cutter::new(spec).unwrap()
+}
+
+/// The same with a shank, steep or stepped, and a holder.
+pub(crate) fn with_holder(cutter: &Cutter, random: &mut Random) -> Cutter {
+    let radius = cutter.radius();
+    let neck = cutter.minor() + random.within(1.0, 8.0);
+    let [low, high] = [neck + random.within(0.0, 4.0), neck + random.within(5.0, 12.0)];
+    let [slim, wide] = [radius * random.within(0.6, 1.5), radius + random.within(1.0, 8.0)];
+    let shank = vec![[neck, slim], [low, slim], [high, wide], [high, wide + 2.0]];
+    Cutter::new(CutterSpec { shank, ..cutter.spec().clone() }).unwrap()
+}
+
+/// A bicubic patch below the tool where it starts, leaning and waved.
+pub(crate) fn any_face(random: &mut Random, way: &dyn Course, cutter: &Cutter) -> Face {
+    let start = way.pose(0, 0.0);
+    let up = Rotation3::rotation_between(&Vector3::z(), &start.axis).unwrap();
+    let [a, b] = [random.within(-0.5, 0.5), random.within(-0.5, 0.5)];
+    let turn = up * Rotation3::from_euler_angles(a, b, 0.0);
+    // About as far below the tip as the lean lifts its edge.
+    let gap = random.within(-0.4, 0.4) + 0.3 * a.hypot(b) * cutter.radius();
+    let place = start.tip - start.axis.into_inner() * gap;
+    let size = random.within(2.0, 6.0);
+    let mut point = |i: usize, j: usize| {
+        let along = |k: usize| size * (k as f64 / 3.0 - 0.5);
+        let waved = random.point(0.07 * size);
+        place + turn * (Vector3::new(along(i), along(j), 0.0) + waved)
+    };
+    let net = (0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
+    let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([3, 3], [knots(), knots()], net, None).unwrap();
+    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+}
+
+/// How heights are looked for.
+pub(crate) fn options(grid: f64) -> Options {
+    Options {
+        grid,
+        reach: REACH,
+        ray_tolerance: RAY_TOLERANCE,
+        total: 0.02,
+        gouge: 0.002,
+        most_points: 10_000,
+        promise: None,
+    }
+}
+
+/// How far the check is above what poses show at most, and how far from the tool the place is that it names \[mm\].
+pub(crate) fn off(way: &dyn Course, cutter: &Cutter, face: &Face, report: &Report) -> [f64; 2] {
+    let mut worst = [f64::NEG_INFINITY; 2];
+    let poses = way.poses(many_poses::SPACING);
+    for sample in report.maps[0].samples.iter().flatten() {
+        let normal = face.normal(sample.uv[0], sample.uv[1]).unwrap().into_inner();
+        let ray = (sample.point, normal);
+        let seen = many_poses::lowest(&poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE);
+        let found = sample.height;
+        worst[0] = worst[0].max(match (seen, found) {
+            (Some(seen), found) => found.unwrap_or(REACH) - seen,
+            (None, _) => f64::NEG_INFINITY,
+        });
+        if let Some(found) = found {
+            let place = (found, RAY_TOLERANCE);
+            worst[1] = worst[1].max(many_poses::nearest((way, &poses), cutter, ray, place));
+        }
+    }
+    worst
+}
