@@ -280,9 +280,8 @@ fn any_tool(random: &mut Random) -> Cutter {
 /// No pose gets lower than the check says, and what it says is touched at some time.
 #[test]
 fn heights_of_programs_are_those_of_many_poses() {
-    let (first, count) = (seed(), if full() { 3000 } else { 16 });
+    let (first, count) = (seed(), if full() { 3000 } else { 10 });
     let (mut points, mut reached, mut worst) = (0, 0, [f64::NEG_INFINITY; 2]);
-    let mut given_up = 0;
     for case in 0..count {
         let seed = first.wrapping_add(case);
         let random = &mut Random(seed);
@@ -293,12 +292,7 @@ fn heights_of_programs_are_those_of_many_poses() {
         let report = run.input(std::slice::from_ref(&face), &cutter, |input| {
             verify::check(input, &options, &Silent).unwrap()
         });
-        if report.deviation.unmeasured > 0 {
-            // A search that was given up is told; there is nothing to compare.
-            println!("seed {seed}: {} points given up", report.deviation.unmeasured);
-            given_up += 1;
-            continue;
-        }
+        assert_eq!(report.deviation.unmeasured, 0, "seed {seed}");
         points += report.deviation.points;
         reached += report.deviation.points - report.deviation.uncut;
         let off = off(&way, &cutter, &face, &report);
@@ -309,10 +303,7 @@ fn heights_of_programs_are_those_of_many_poses() {
         assert!(off[1] <= allowed, "seed {seed} {kind:?}: {:e} away", off[1]);
         worst = [0, 1].map(|k| worst[k].max(off[k]));
     }
-    assert!(
-        3 * reached > points && given_up <= 1 + count / 25,
-        "{reached} of {points}, {given_up}"
-    );
+    assert!(3 * reached > points, "{reached} of {points}");
     let [above, away] = worst;
     println!(
         "{count} programs, {reached} of {points} points reached: at most {above:e} mm above poses, {away:e} mm off the tool"

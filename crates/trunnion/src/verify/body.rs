@@ -99,9 +99,7 @@ impl Body {
         let (distance, by_rho, axial) = match self {
             Self::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
             Self::Frustum { low, high, radius, slope } => {
-                let steep = slope.hypot(1.0);
-                let side = (rho - radius - slope * (height - low)) / steep;
-                capped((side, 1.0 / steep, -slope / steep), height, [low, high])
+                frustum([rho, height], [low, high], [radius, slope])
             }
         };
         // On the axis itself any radial slope up to by_rho supports the function; 0 is one.
@@ -124,17 +122,40 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f6
     } else {
         (down - minor, 0.0, -1.0)
     };
-    if height - top > side.0 { (height - top, 0.0, 1.0) } else { side }
+    let [beyond, above] = [rho - major - minor, height - top];
+    if beyond > 0.0 && above > 0.0 {
+        return from_rim([beyond, above]);
+    }
+    if above > side.0 { (above, 0.0, 1.0) } else { side }
 }
 
-/// The larger of a side and the two end planes.
-fn capped(side: (f64, f64, f64), height: f64, [low, high]: [f64; 2]) -> (f64, f64, f64) {
-    let ends = if height - high > low - height {
-        (height - high, 0.0, 1.0)
-    } else {
-        (low - height, 0.0, -1.0)
-    };
-    if ends.0 > side.0 { ends } else { side }
+/// Value and derivatives by rho and height of a frustum: outside of a rim the distance to it, as two planes would meet
+/// in a kink that no one of them bounds.
+#[inline]
+fn frustum(
+    [rho, height]: [f64; 2],
+    [low, high]: [f64; 2],
+    [radius, slope]: [f64; 2],
+) -> (f64, f64, f64) {
+    for (sign, rim) in [(-1.0, [radius, low]), (1.0, [radius + slope * (high - low), high])] {
+        let out = [rho - rim[0], height - rim[1]];
+        // Beyond the end plane's edge, and beyond the end of the slanting line.
+        if out[0] > 0.0 && sign * (slope * out[0] + out[1]) > 0.0 {
+            return from_rim(out);
+        }
+    }
+    let steep = slope.hypot(1.0);
+    let side = (rho - radius - slope * (height - low)) / steep;
+    let end =
+        if height - high > low - height { (height - high, 1.0) } else { (low - height, -1.0) };
+    if end.0 > side { (end.0, 0.0, end.1) } else { (side, 1.0 / steep, -slope / steep) }
+}
+
+/// Distance from a rim, and its derivatives.
+fn from_rim([out, up]: [f64; 2]) -> (f64, f64, f64) {
+    // Millimetres do not overflow, and hypot is a slow call.
+    let away = (out * out + up * up).sqrt();
+    (away, out / away, up / away)
 }
 
 /// Where and how a tool stands.
@@ -310,5 +331,10 @@ mod tests {
         assert!((distance(body, [0.0, 0.0, 8.0]) - 2.0).abs() < 1e-15);
         assert!((distance(body, [10.0, 0.0, 10.0]) - 4.0).abs() < 1e-15); // 5 / hypot(1, 0.75)
         assert!((body.radius() - 12.5).abs() < 1e-15);
+        assert!((distance(body, [8.0, 0.0, 6.0]) - 5.0).abs() < 1e-15); // 3-4-5 from the lower rim
+        assert!((distance(body, [15.5, 0.0, 24.0]) - 5.0).abs() < 1e-15); // and from the upper one
+        assert!((distance(BULL, [19.0, 0.0, 54.0]) - 5.0).abs() < 1e-15);
+        // Beside the slanting line near its lower end, where a level line would be below the rim.
+        assert!((distance(body, [9.0, 0.0, 8.0]) - (4.0 - 0.75 * -2.0) / 1.25).abs() < 1e-15);
     }
 }
