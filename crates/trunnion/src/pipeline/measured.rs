@@ -63,8 +63,12 @@ pub(super) fn run(
     let mut check = verify::check(&all, &looks(job, job.file.verify_grid), progress)?;
     if !is_timed(form.dialect) {
         check.audit = None;
-        check.findings.retain(|finding| {
-            !matches!(finding, Finding::Velocity { .. } | Finding::Acceleration { .. })
+        // Told by vectors the control chooses the rotaries: those of the plan were planned inside travel.
+        let vectors = check.choices.vectors > 0;
+        check.findings.retain(|finding| match finding {
+            Finding::Velocity { .. } | Finding::Acceleration { .. } => false,
+            Finding::Travel { .. } => !vectors,
+            _ => true,
         });
     }
     let others = others(job, &program, &mut check, progress)?;
