@@ -2,6 +2,7 @@
 
 use crate::figure::{judged, plain};
 use crate::outcome::Failure;
+use crate::part::STEP;
 use crate::text;
 use nalgebra::Vector3;
 use std::io::{Result as IoResult, Write};
@@ -9,14 +10,24 @@ use std::path::Path;
 use trunnion::files::summary::StockSummary;
 use trunnion::import::stl;
 use trunnion::pipeline::Outcome;
-use trunnion::types::Mesh;
+use trunnion::types::{Mesh, Silent};
 use trunnion::verify;
 use trunnion_report::{Number, Solid};
 
-/// Triangles of an STL file.
-pub(crate) fn mesh(path: &Path) -> Result<Mesh, Failure> {
+/// How far the triangles of a STEP solid may be off its faces where nothing is said \[mm\].
+pub(crate) const CHORD: f64 = 0.01;
+
+/// Whether a file is named as a STEP file.
+pub(crate) fn is_step(path: &Path) -> bool {
+    let endings = ["step", "stp"];
+    path.extension().is_some_and(|is| endings.iter().any(|name| is.eq_ignore_ascii_case(name)))
+}
+
+/// Triangles of an STL file, or of the solids of a STEP file, there within about `chord` \[mm\] of its faces.
+pub(crate) fn mesh(path: &Path, chord: f64) -> Result<Mesh, Failure> {
     let bytes = text::read_bytes(path)?;
-    stl::read(&bytes).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
+    let mesh = if is_step(path) { STEP.mesh(&bytes, chord, &Silent) } else { stl::read(&bytes) };
+    mesh.map_err(|what| Failure::input(format!("{}: {what}", path.display())))
 }
 
 /// Writes a mesh as binary STL.

@@ -11,7 +11,7 @@ use trunnion::types::{Fault, Progress};
 
 /// How trim loops are read: far below what the run-out of a cutter could notice, and as near as
 /// common CAD systems let the ends of neighbouring edges lie.
-const STEP: StepReader = StepReader { chord: 0.001, same: 0.01 };
+pub(crate) const STEP: StepReader = StepReader { chord: 0.001, same: 0.01 };
 
 /// Reads the faces of a part.
 pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure> {

@@ -70,8 +70,8 @@ pub(crate) fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failu
     let job = Job::new(file, &part.faces, &machine.machine)
         .map_err(|faults| Failure::faults(path, &faults))?;
     let job = match &job.file.stock {
-        Some(Stock::Stl { file }) => {
-            let mesh = material::mesh(&beside(file))?;
+        Some(Stock::Stl { file } | Stock::Step { file }) => {
+            let mesh = material::mesh(&beside(file), material::CHORD)?;
             job.with_stock(mesh)
         }
         _ => job,

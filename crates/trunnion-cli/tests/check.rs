@@ -4,7 +4,7 @@
 
 mod binary;
 
-use binary::{folder, json, told, trunnion};
+use binary::{folder, json, root, told, trunnion};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -264,4 +264,36 @@ fn fixtures_are_kept_clear_of_without_stock() {
     // The rapid move before it passes at an angle; the descent stays at x = 30.
     assert!(lines.contains(&9.into()), "{lines:?}");
     assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
+}
+
+/// A box of 20 mm with a closed hollow, as a STEP file.
+#[test]
+fn stock_and_fixtures_are_read_from_step_files() {
+    let folder = folder();
+    let folder = folder.path();
+    let flat = r#"{"degree":[1,1], "knots":[[0,0,1,1],[0,0,1,1]],
+        "points":[[[-20,-5,-5],[-20,5,-5]],[[20,-5,-5],[20,5,-5]]]}"#;
+    fs::write(folder.join("flat.json"), flat).unwrap();
+    fs::write(folder.join("moves.cls"), MOVES).unwrap();
+    let step = root().join("fixtures/step/hollow.step");
+    fs::copy(&step, folder.join("hollow.step")).unwrap();
+    let check = |more: &[&str]| {
+        let mut all = vec!["--json", "check", "moves.cls", "--part", "flat.json"];
+        all.extend(["--cutter", "R=5,r=3,L=60", "--tolerance", "9,0.01", "--grid", "1"]);
+        all.extend(more);
+        json(&trunnion(folder, &all))
+    };
+    let whole = check(&["--stock", "hollow.step"]);
+    let volume = |key: &str| whole["stock"][key].as_f64().unwrap();
+    assert!((volume("removed") + volume("left") - 7760.0).abs() < 1e-6, "{}", whole["stock"]);
+    assert_eq!(whole["chord"].as_f64(), Some(0.01));
+    // The tool runs through the middle of it; what triangles may be off is added.
+    let hit = check(&["--fixture", "hollow.step", "--chord", "0.004"]);
+    assert!(hit["fixtures"]["least"]["distance"].as_f64().unwrap() < -1.0, "{hit}");
+    assert_eq!(hit["chord"].as_f64(), Some(0.004));
+    let open = root().join("examples/step-face/part.step");
+    let mut all = vec!["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
+    all.extend(["--tolerance", "9,0.01", "--stock", open.to_str().unwrap()]);
+    let (code, _, errors) = told(&trunnion(folder, &all));
+    assert!(code == Some(2) && errors.contains("not closed"), "{errors}");
 }

@@ -22,12 +22,18 @@ pub(super) struct Fixtures {
 }
 
 impl Fixtures {
-    /// `total` \[mm\]: tolerance of the part.
-    pub(super) fn read(said: &[String], clearance: f64, total: f64) -> Result<Self, Failure> {
+    /// `total` \[mm\]: tolerance of the part; `chord` \[mm\]: how far triangles of STEP solids may be off their faces,
+    /// by which these are taken to be larger.
+    pub(super) fn read(
+        said: &[String],
+        clearance: f64,
+        [total, chord]: [f64; 2],
+    ) -> Result<Self, Failure> {
         let tolerance = LARGEST.min(SHARE * total);
         let one = |said: &String| {
-            Fixture::new(&stock::read(said)?, CHORD_SHARE * tolerance)
-                .map_err(|error| Failure::input(format!("{said}: {error}")))
+            let fixture = Fixture::new(&stock::read(said, chord)?, CHORD_SHARE * tolerance)
+                .map_err(|error| Failure::input(format!("{said}: {error}")))?;
+            Ok(fixture.grown(if stock::is_step(said) { chord } else { 0.0 }))
         };
         let all: Result<Vec<Fixture>, Failure> = said.iter().map(one).collect();
         let watch = Watch { tolerance, clearance, worst: pipeline::MOST_COLLISIONS };

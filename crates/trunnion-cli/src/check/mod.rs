@@ -81,7 +81,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     grid: Option<f64>,
     /// Material it is cut from, in the part's coordinates in mm: box:x,y,z,X,Y,Z (two corners),
-    /// cyl:x,y,z,radius,height (centre of the lower end) or a closed STL file [default: the job's].
+    /// cyl:x,y,z,radius,height (centre of the lower end), a closed STL file or a STEP file [default: the
+    /// job's].
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     stock: Option<String>,
     /// What the tool must not touch, said as --stock; may be given several times.
@@ -90,6 +91,10 @@ pub(crate) struct Args {
     /// How far any part of the tool must keep off fixtures in mm; what comes nearer is told.
     #[arg(long, value_name = "MM", value_parser = tool::positive, requires = "fixture")]
     clearance: Option<f64>,
+    /// How far the triangles that stand for STEP solids may be off their faces in mm; fixtures are taken to
+    /// be larger by that [default: 0.01].
+    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    chord: Option<f64>,
     /// Largest distance of the rays that stand for stock in mm [default: 400 on the longest side].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     stock_cell: Option<f64>,

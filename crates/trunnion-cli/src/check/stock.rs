@@ -8,8 +8,14 @@ use std::path::Path;
 use trunnion::pipeline::MOST_RAYS;
 use trunnion::verify::{Solid, Stock};
 
-/// `box:x,y,z,X,Y,Z`, `cyl:x,y,z,radius,height`, or an STL file.
-pub(super) fn read(said: &str) -> Result<Solid, Failure> {
+/// Whether a solid is named that is read from a STEP file.
+pub(super) fn is_step(said: &str) -> bool {
+    !said.starts_with("box:") && material::is_step(Path::new(said))
+}
+
+/// `box:x,y,z,X,Y,Z`, `cyl:x,y,z,radius,height`, or an STL or STEP file; of this the triangles are within about
+/// `chord` \[mm\] of its faces.
+pub(super) fn read(said: &str, chord: f64) -> Result<Solid, Failure> {
     let numbers = |text: &str| -> Result<Vec<f64>, Failure> {
         let all: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
         all.map_err(|error| Failure::input(format!("{said}: {error}")))
@@ -38,11 +44,13 @@ pub(super) fn read(said: &str) -> Result<Solid, Failure> {
         };
     }
     let path = Path::new(said);
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("stl")) {
-        return Ok(Solid::Mesh(material::mesh(path)?));
+    if is_step(said) || path.extension().is_some_and(|is| is.eq_ignore_ascii_case("stl")) {
+        return Ok(Solid::Mesh(material::mesh(path, chord)?));
     }
-    let help = "write box:x,y,z,X,Y,Z or cyl:x,y,z,radius,height, or name a closed .stl file (export a STEP solid as STL)";
-    Err(Failure::input(format!("{said}: neither box:, cyl: nor an STL file\n  help: {help}")))
+    let help = "write box:x,y,z,X,Y,Z or cyl:x,y,z,radius,height, or name a closed .stl, .step or .stp file";
+    Err(Failure::input(format!(
+        "{said}: neither box:, cyl: nor an STL or STEP file\n  help: {help}"
+    )))
 }
 
 /// Rays through a solid.
@@ -57,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_solid_is_said_in_words() {
-        let said = |text: &str| read(text).ok();
+        let said = |text: &str| read(text, 0.01).ok();
         let [low, high] = [Point3::new(-1.0, -2.0, -3.0), Point3::new(1.0, 2.0, 0.5)];
         assert_eq!(said("box:-1,-2,-3,1,2,0.5"), Some(Solid::Box { low, high }));
         let cylinder = Solid::Cylinder { base: low, radius: 4.0, height: 5.0 };

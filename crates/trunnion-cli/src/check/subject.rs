@@ -6,10 +6,11 @@ use super::{Args, stock};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
-use crate::{inspect, machine, part, run, text};
+use crate::{inspect, machine, material, part, run, text};
 use nalgebra::Vector3;
 use std::path::Path;
 use trunnion::cutter::Cutter;
+use trunnion::files::job;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramText, ReadOptions};
 use trunnion::nc::write::work_offset;
@@ -61,6 +62,8 @@ pub(super) struct Subject {
     /// Material and fixtures, where they were named.
     stock: Option<Stock>,
     pub(super) fixtures: Option<Fixtures>,
+    /// How far the triangles of STEP solids may be off their faces \[mm\]; `None` if there are none.
+    pub(super) chord: Option<f64>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -88,6 +91,8 @@ struct Setting {
     /// Of a job.
     stock: Option<Solid>,
     stock_cell: Option<f64>,
+    /// It is of a STEP file.
+    step_stock: bool,
     warnings: Vec<String>,
 }
 
@@ -100,7 +105,7 @@ impl Subject {
         };
         let offsets = offsets(args, setting.kinematics.as_ref());
         let motion = motion(args, setting.kinematics)?;
-        let stock = material(args, setting.stock, setting.stock_cell)?;
+        let stock = stock_of(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => program.warnings(),
@@ -112,8 +117,13 @@ impl Subject {
             Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
             Motion::Locations(_) => None,
         };
+        let of_job = args.stock.is_none() && setting.step_stock;
+        let has_step =
+            of_job || args.stock.iter().chain(&args.fixture).any(|said| stock::is_step(said));
         let [total, gouge] = args.tolerance.unwrap_or(setting.tolerance);
-        let fixtures = || Fixtures::read(&args.fixture, args.clearance.unwrap_or(0.0), total);
+        let chord = args.chord.unwrap_or(material::CHORD);
+        let clearance = args.clearance.unwrap_or(0.0);
+        let fixtures = || Fixtures::read(&args.fixture, clearance, [total, chord]);
         let fixtures = (!args.fixture.is_empty()).then(fixtures).transpose()?;
         let options = Options {
             grid: args.grid.unwrap_or(setting.grid),
@@ -137,6 +147,7 @@ impl Subject {
             options,
             stock,
             fixtures,
+            chord: has_step.then_some(chord),
             warnings,
         })
     }
@@ -294,6 +305,7 @@ impl Setting {
             others: plain(&job.others),
             tolerance: [job.budget.total, job.budget.gouge],
             grid: job.file.verify_grid,
+            step_stock: matches!(job.file.stock, Some(job::Stock::Step { .. })),
             stock: job.stock,
             stock_cell: job.file.stock_cell,
             cutter: job.cutter,
@@ -336,6 +348,7 @@ impl Setting {
             grid: GRID,
             stock: None,
             stock_cell: None,
+            step_stock: false,
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
@@ -365,14 +378,17 @@ fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
 }
 
 /// Stock, as it is said or as the job has it.
-fn material(
+fn stock_of(
     args: &Args,
     of_job: Option<Solid>,
     cell: Option<f64>,
 ) -> Result<Option<Stock>, Failure> {
     let cell = args.stock_cell.or(cell);
     let stock = match (&args.stock, of_job) {
-        (Some(said), _) => Some((said.as_str(), stock::read(said)?)),
+        (Some(said), _) => {
+            let chord = args.chord.unwrap_or(material::CHORD);
+            Some((said.as_str(), stock::read(said, chord)?))
+        }
         (None, Some(solid)) => Some(("the job's stock", solid)),
         (None, None) if args.stock_cell.is_some() => {
             let help = "say what is cut with --stock";

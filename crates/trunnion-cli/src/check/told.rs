@@ -41,6 +41,8 @@ pub(super) struct Told {
     pub(super) axes: Vec<AxisTold>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
+    /// How far the triangles that stand for STEP solids may be off their faces; null without any.
+    chord: Option<f64>,
     /// Null without fixtures.
     pub(super) fixtures: Option<FixturesTold>,
     pub(super) warnings: Vec<String>,
@@ -196,6 +198,7 @@ impl Told {
                 .stock
                 .as_ref()
                 .map(|(carving, left)| pipeline::stock_summary(carving, left)),
+            chord: subject.chord,
             fixtures,
             failures,
             files: Vec::new(),
@@ -252,6 +255,11 @@ impl Told {
             let [told, hit] = material::words(stock);
             lines.push(format!("  {:<14}{told}", "stock"));
             lines.push(format!("  {:<14}{hit}", "collisions"));
+        }
+        if let Some(chord) = self.chord {
+            let told =
+                format!("triangles within about {chord} mm of the faces; fixtures larger by that");
+            lines.push(format!("  {:<14}{told}", "STEP solids"));
         }
         if let Some(fixtures) = &self.fixtures {
             lines.push(format!("  {:<14}{}", "fixtures", fixtures.words()));

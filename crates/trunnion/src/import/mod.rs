@@ -104,6 +104,14 @@ pub enum ImportError {
         /// What was found instead.
         reason: String,
     },
+    /// A file of which a solid was wanted.
+    #[error(
+        "the solid is not closed: {reason}; heal it in the CAD system and export it as a solid, or as STL"
+    )]
+    NotClosed {
+        /// What is wrong, and where.
+        reason: String,
+    },
     /// A tolerance of the reader is not a positive length.
     #[error("the tolerance `{name}` is {value} mm; it must be positive")]
     Tolerance {

@@ -30,7 +30,7 @@ pub(super) fn solid<'a>(
             Some(Solid::Cylinder { base, radius, height })
         }
         job::Stock::Offset { thickness } => Some(Solid::Mesh(skin(faces, thickness)?)),
-        job::Stock::Stl { .. } => None,
+        job::Stock::Stl { .. } | job::Stock::Step { .. } => None,
     }
 }
 

@@ -106,6 +106,11 @@ pub enum Stock {
         /// STL file in mm, as written in the job.
         file: String,
     },
+    /// The solids of a STEP file.
+    Step {
+        /// STEP file, as written in the job.
+        file: String,
+    },
 }
 
 /// The tool.

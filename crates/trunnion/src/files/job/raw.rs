@@ -118,7 +118,7 @@ pub(super) struct RawStock {
     /// Height of the cylinder, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) height: Option<f64>,
-    /// STL file in mm, relative to this file.
+    /// STL file in mm, or STEP file, relative to this file.
     #[schemars(length(min = 1))]
     pub(super) file: Option<String>,
 }
@@ -130,6 +130,7 @@ pub(super) enum RawStockKind {
     Box,
     Cylinder,
     Stl,
+    Step,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -124,6 +124,7 @@ fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
         RawStockKind::Box => ("box", &["min", "max"]),
         RawStockKind::Cylinder => ("cylinder", &["base", "radius", "height"]),
         RawStockKind::Stl => ("stl", &["file"]),
+        RawStockKind::Step => ("step", &["file"]),
     };
     let wanted = needed.join(", ");
     for (key, is_given) in given {
@@ -151,6 +152,7 @@ fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
             Stock::Cylinder { base, radius: raw.radius?, height: raw.height? }
         }
         RawStockKind::Stl => Stock::Stl { file: raw.file.clone()? },
+        RawStockKind::Step => Stock::Step { file: raw.file.clone()? },
     })
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Pole {
     /// Its value.
     pub(super) at: f64,
     /// Where.
-    point: Point3<f64>,
+    pub(super) point: Point3<f64>,
 }
 
 /// A surface and its inverse.
@@ -86,7 +86,7 @@ impl<'a> Chart<'a> {
     }
 
     /// Parameters brought into the domain by whole periods.
-    fn wrapped(&self, uv: [f64; 2]) -> [f64; 2] {
+    pub(super) fn wrapped(&self, uv: [f64; 2]) -> [f64; 2] {
         let domain = self.surface.domain();
         [0, 1].map(|k| match self.periods[k] {
             Some(period) if domain[k][0].is_finite() => {

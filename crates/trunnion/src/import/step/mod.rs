@@ -7,6 +7,7 @@
 //! placement assemblies
 //! topology faces, loops, side                      chart     point in space -> (u, v)
 //! trim     edge loops -> trim loops                known     control nets of elementary surfaces
+//! solid    all faces -> a closed mesh
 //! convert  stated surface -> `Surface`
 //! ```
 //!
@@ -23,6 +24,7 @@ mod model;
 mod part21;
 mod placement;
 mod shape;
+mod solid;
 mod topology;
 mod trim;
 mod units;
@@ -48,6 +50,7 @@ use shape::Shape;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 use topology::Outline;
+use topology::Skin;
 use trim::Exactness;
 
 /// Reads STEP files.
@@ -74,16 +77,7 @@ impl Reader for StepReader {
     }
 
     fn read(&self, bytes: &[u8], progress: &dyn Progress) -> Result<Part, ImportError> {
-        let bytes = without_mark(bytes);
-        if !self.recognises(bytes) {
-            return Err(ImportError::WrongFormat { expected: "STEP", found: looks_like(bytes) });
-        }
-        for (name, value) in [("chord", self.chord), ("same", self.same)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(ImportError::Tolerance { name, value });
-            }
-        }
-        let exchange = Exchange::parse(bytes)?;
+        let exchange = self.exchange(bytes)?;
         let (outlines, losses) = topology::outlines(&exchange);
         let mut warnings: Vec<Warning> =
             losses.iter().map(|loss| warning(&exchange, None, loss)).collect();
@@ -118,25 +112,27 @@ impl Reader for StepReader {
 }
 
 impl StepReader {
+    /// The records of a file.
+    fn exchange(&self, bytes: &[u8]) -> Result<Exchange, ImportError> {
+        let bytes = without_mark(bytes);
+        if !self.recognises(bytes) {
+            return Err(ImportError::WrongFormat { expected: "STEP", found: looks_like(bytes) });
+        }
+        for (name, value) in [("chord", self.chord), ("same", self.same)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ImportError::Tolerance { name, value });
+            }
+        }
+        Exchange::parse(bytes)
+    }
+
     fn face(
         &self,
         exchange: &Exchange,
         number: usize,
         outline: &Outline,
     ) -> Read<(Face, Vec<Loss>)> {
-        let model = Model { exchange, scale: outline.scale, place: outline.place };
-        let mut skin = model.skin(outline.id, self.same)?;
-        let mut shape = model.shape(skin.surface, outline.id)?;
-        let mut surface = convert::surface(&shape, skin.surface)?;
-        if let Surface::Nurbs(net) = &surface
-            && let Some(known) = known::known(net, KNOWN * self.same)
-        {
-            if known.opposed {
-                skin.turn_over();
-            }
-            shape = known.shape;
-            surface = convert::surface(&shape, skin.surface)?;
-        }
+        let (skin, shape, surface) = self.geometry(exchange, outline)?;
         let chart = Chart::new(&shape, &surface, index(&shape, &surface, skin.surface)?, self.same);
         let exactness = Exactness { chord: self.chord, same: self.same };
         let mut loops = Vec::new();
@@ -156,6 +152,28 @@ impl StepReader {
         let face = face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
         convert::inside_domain(&face, outline.id, self.same)?;
         Ok((face, notes))
+    }
+}
+
+/// What a face says, and its surface as stated and as it is used.
+type Geometry = (Skin, Shape, Surface);
+
+impl StepReader {
+    fn geometry(&self, exchange: &Exchange, outline: &Outline) -> Read<Geometry> {
+        let model = Model { exchange, scale: outline.scale, place: outline.place };
+        let mut skin = model.skin(outline.id, self.same)?;
+        let mut shape = model.shape(skin.surface, outline.id)?;
+        let mut surface = convert::surface(&shape, skin.surface)?;
+        if let Surface::Nurbs(net) = &surface
+            && let Some(known) = known::known(net, KNOWN * self.same)
+        {
+            if known.opposed {
+                skin.turn_over();
+            }
+            shape = known.shape;
+            surface = convert::surface(&shape, skin.surface)?;
+        }
+        Ok((skin, shape, surface))
     }
 }
 

@@ -246,6 +246,8 @@ pub(super) struct Edge {
     pub(super) curve: Curve,
     /// Parameters at the start and the end, in the direction of the loop.
     pub(super) range: [f64; 2],
+    /// Its vertices, likewise.
+    pub(super) ends: [Point3<f64>; 2],
 }
 
 /// The boundary of a face before it is brought into the surface's parameters.
@@ -283,6 +285,7 @@ impl Boundary {
         self.edges.reverse();
         for edge in &mut self.edges {
             edge.range.reverse();
+            edge.ends.reverse();
         }
     }
 }
@@ -329,7 +332,7 @@ impl<'a> Model<'a> {
         let next = corners.iter().cycle().skip(1);
         let sides = corners.iter().zip(next).map(|(a, b)| {
             let curve = Curve::Line { origin: *a, direction: b - a };
-            Edge { id: fields.id, curve, range: [0.0, 1.0] }
+            Edge { id: fields.id, curve, range: [0.0, 1.0], ends: [*a, *b] }
         });
         Ok(sides.collect())
     }
@@ -357,11 +360,13 @@ impl<'a> Model<'a> {
             let [a, b] = curve.range(&end, &start, tolerance);
             [b, a]
         };
+        let mut ends = [start, end];
         if !forward {
             range.reverse();
+            ends.reverse();
         }
         let finite = range.iter().all(|t| t.is_finite());
-        if finite { Ok(Edge { id: edge.id, curve, range }) } else { no_range(edge) }
+        if finite { Ok(Edge { id: edge.id, curve, range, ends }) } else { no_range(edge) }
     }
 }
 

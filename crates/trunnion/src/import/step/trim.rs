@@ -33,16 +33,16 @@ pub(super) struct Exactness {
 }
 
 /// An edge in parameters, on some turn.
-struct Track {
-    edge: u64,
-    points: Vec<[f64; 2]>,
-    ends: [End; 2],
+pub(super) struct Track {
+    pub(super) edge: u64,
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) ends: [End; 2],
 }
 
 #[derive(Clone, Copy)]
-struct End {
-    point: Point3<f64>,
-    pole: Option<Pole>,
+pub(super) struct End {
+    pub(super) point: Point3<f64>,
+    pub(super) pole: Option<Pole>,
 }
 
 /// The loop in parameters, and how far \[mm\] its edges are off the surface at worst, with the
@@ -206,14 +206,14 @@ impl Tracer<'_> {
 }
 
 /// The parameters of a pole as met along an edge whose nearest other sample is `uv`.
-fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
+pub(super) fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
     let mut at = uv;
     at[pole.fixed] = pole.at;
     at
 }
 
 /// Moves the tracks to follow each other and adds the lines along poles between them.
-fn chain(
+pub(super) fn chain(
     chart: &Chart<'_>,
     id: u64,
     tracks: &mut [Track],

@@ -1,0 +1,178 @@
+//! Edge loops as corners in space and in parameters.
+
+use super::super::chart::Chart;
+use super::super::curve::Curve;
+use super::super::model::{Read, loss};
+use super::super::topology::{Boundary, Edge};
+use super::super::trim::{End, Exactness, Track, beside, chain};
+use super::Corner;
+use nalgebra::Point3;
+
+/// A loop, face on the left, each corner once.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Ring {
+    pub(super) corners: Vec<Corner>,
+    /// How much further by u and v it ends than it starts: whole periods.
+    pub(super) advance: [f64; 2],
+}
+
+/// Shares of the tolerance that the chords of an edge are off at most, and that leaving out points may add: less
+/// than inside a face, where triangles would be parted for ever if their border were worse than they may be.
+pub(super) const CHORDS: f64 = 0.2;
+const THINNED: f64 = 0.1;
+/// Halvings of one stretch of an edge.
+const HALVINGS: u32 = 10;
+
+/// A loop in parameters; `None` for one that bounds nothing: a single vertex.
+pub(super) fn ring(
+    chart: &Chart<'_>,
+    boundary: &Boundary,
+    [chord, same]: [f64; 2],
+) -> Read<Option<Ring>> {
+    let (mut tracks, mut places): (Vec<Track>, Vec<Vec<Point3<f64>>>) = (Vec::new(), Vec::new());
+    for edge in &boundary.edges {
+        let near = tracks.last().and_then(|track| track.points.last().copied());
+        if let Some((track, points)) = track(chart, edge, chord, near)? {
+            tracks.push(track);
+            places.push(points);
+        }
+    }
+    if tracks.is_empty() {
+        return Ok(None);
+    }
+    // Now the tracks follow each other; between them there may be lines along poles.
+    let curves = chain(chart, boundary.id, &mut tracks, Exactness { chord, same })?;
+    let first = tracks[0].points[0];
+    let last = curves.last().and_then(|curve| curve.last()).copied().unwrap_or(first);
+    let mut corners = Vec::new();
+    for (k, (track, points)) in tracks.iter().zip(&places).enumerate() {
+        let next = &tracks[(k + 1) % tracks.len()].ends[0];
+        let along_pole = track.ends[1].pole.is_some() && track.ends[1].pole == next.pole;
+        let all = track.points.iter().zip(points).map(|(&uv, &point)| Corner { uv, point });
+        // The last corner of an edge is the first of the next one.
+        corners.extend(all.take(if along_pole { points.len() } else { points.len() - 1 }));
+    }
+    let turns = |k: usize| match chart.periods[k] {
+        Some(period) => period * ((last[k] - first[k]) / period).round(),
+        None => 0.0,
+    };
+    Ok(Some(Ring { corners, advance: [turns(0), turns(1)] }))
+}
+
+/// An edge in parameters, and in space; `None` for one that lies in a pole altogether.
+fn track(
+    chart: &Chart<'_>,
+    edge: &Edge,
+    chord: f64,
+    near: Option<[f64; 2]>,
+) -> Read<Option<(Track, Vec<Point3<f64>>)>> {
+    let all = chords(edge, chord);
+    let [Some(&start), Some(&end)] = [all.first(), all.last()] else { return Ok(None) };
+    let (mut points, mut places) = (Vec::new(), Vec::new());
+    let mut guess = near;
+    for point in &all {
+        if chart.pole(point).is_some() {
+            continue;
+        }
+        let Some(uv) = chart.uv(point, guess) else {
+            return loss(edge.id, "a point of the edge has no parameters on the surface");
+        };
+        points.push(uv);
+        places.push(*point);
+        guess = Some(uv);
+    }
+    let [Some(&first), Some(&last)] = [points.first(), points.last()] else { return Ok(None) };
+    let ends = [start, end].map(|point| End { point, pole: chart.pole(&point) });
+    if let Some(pole) = ends[0].pole {
+        points.insert(0, beside(pole, first));
+        places.insert(0, start);
+    }
+    if let Some(pole) = ends[1].pole {
+        points.push(beside(pole, last));
+        places.push(end);
+    }
+    Ok(Some((Track { edge: edge.id, points, ends }, places)))
+}
+
+/// Points of an edge from vertex to vertex, chords within about `chord` of it: the same ones for both its faces.
+fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
+    let [start, end] = edge.ends;
+    if matches!(edge.curve, Curve::Line { .. }) {
+        return vec![start, end];
+    }
+    let backward = edge.range[0] > edge.range[1];
+    let mut range = edge.range;
+    if backward {
+        range.reverse();
+    }
+    let at = |t: f64| (t, edge.curve.point_around(t));
+    let mut points = vec![at(range[0]).1];
+    for pair in edge.curve.stations(range).windows(2) {
+        let ends = [at(pair[0]), at(pair[1])];
+        halve(&edge.curve, ends, (chord, HALVINGS), &mut points);
+        points.push(ends[1].1);
+    }
+    // Splines come in many short spans; of a small closed one something has to be left.
+    if matches!(edge.curve, Curve::Spline(_)) && (end - start).norm() > SMALL * chord {
+        points = thinned(&points, chord);
+    }
+    if backward {
+        points.reverse();
+    }
+    if let [first, .., last] = &mut points[..] {
+        (*first, *last) = (start, end);
+    }
+    points
+}
+
+/// Ends of an edge that are this many chord tolerances apart are those of an open curve.
+const SMALL: f64 = 10.0;
+
+/// Adds the points between two of a curve.
+fn halve(
+    curve: &Curve,
+    [a, b]: [(f64, Point3<f64>); 2],
+    (chord, left): (f64, u32),
+    out: &mut Vec<Point3<f64>>,
+) {
+    let at = |share: f64| curve.point_around(a.0 + share * (b.0 - a.0));
+    if left == 0 || is_chord(&at, [&a.1, &b.1], CHORDS * chord) {
+        return;
+    }
+    let middle = (0.5 * (a.0 + b.0), at(0.5));
+    halve(curve, [a, middle], (chord, left - 1), out);
+    out.push(middle.1);
+    halve(curve, [middle, b], (chord, left - 1), out);
+}
+
+/// Without points that chords pass closely.
+fn thinned(all: &[Point3<f64>], chord: f64) -> Vec<Point3<f64>> {
+    let mut kept = Vec::new();
+    let mut from = 0;
+    for at in 0..all.len() {
+        let passes = |k: usize| off(&all[k], [&all[from], &all[at]]) <= THINNED * chord;
+        if at > from + 1 && !(from + 1..at).all(passes) {
+            kept.push(all[from]);
+            from = at - 1;
+        }
+    }
+    kept.extend(all.get(from));
+    kept.extend(all.last());
+    kept
+}
+
+/// Whether a curve is within `chord` \[mm\] of its chord: at its quarters, since it may cross the chord in the middle.
+pub(super) fn is_chord(
+    at: &dyn Fn(f64) -> Point3<f64>,
+    ends: [&Point3<f64>; 2],
+    chord: f64,
+) -> bool {
+    [0.5, 0.25, 0.75].iter().all(|&share| off(&at(share), ends) <= chord)
+}
+
+/// Distance of a point from a segment.
+pub(super) fn off(p: &Point3<f64>, [a, b]: [&Point3<f64>; 2]) -> f64 {
+    let along = b - a;
+    let share = along.dot(&(p - a)) / along.norm_squared().max(f64::MIN_POSITIVE);
+    (p - (a + along * share.clamp(0.0, 1.0))).norm()
+}
