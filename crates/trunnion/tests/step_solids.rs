@@ -46,7 +46,7 @@ fn area(mesh: &Mesh) -> f64 {
 
 /// A mesh has the volume and the area of its solid, as far as its chords let it.
 fn compare(name: &str, path: &Path, [exact, around]: [f64; 2], chord: f64) {
-    let mesh = mesh(path, chord).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let mesh = mesh(path, chord).map_err(|error| format!("{name}: {error}")).unwrap();
     let (volume, area) = (volume(&mesh), area(&mesh));
     println!(
         "{name}: {} triangles, volume {volume} of {exact}, area {area} of {around}",
@@ -106,13 +106,8 @@ fn finer_chords_come_nearer() {
 
 #[test]
 fn what_is_not_closed_is_said() {
-    for name in ["examples/step-face/part.step"] {
-        let error = mesh(&root().join(name), 0.01).unwrap_err();
-        assert!(matches!(error, ImportError::NotClosed { .. }), "{error}");
-        assert!(
-            error.to_string().contains("edges have a face on one side only, the first of face 1")
-        );
-    }
+    let error = mesh(&root().join("examples/step-face/part.step"), 0.01).unwrap_err().to_string();
+    assert!(error.contains("edges have a face on one side only, the first of face 1"), "{error}");
     let whole = fs::read_to_string(root().join("fixtures/step/hollow.step")).unwrap();
     // The first plane of the file becomes something unknown: its face is lost.
     let broken = whole.replacen("= PLANE(", "= PLANET(", 1);
@@ -154,8 +149,8 @@ fn a_solid_is_a_fixture() {
         };
         let records = (1..).zip([30.0, above]).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
-        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[] };
-        let watch = Watch { tolerance: 1e-3, clearance: 0.0 };
+        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+        let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };
         let found = verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap();
         assert!((found.least.unwrap().distance - above).abs() < 1e-3, "{found:?}");
         assert_eq!(found.near.len(), lines);

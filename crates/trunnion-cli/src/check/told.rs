@@ -163,7 +163,7 @@ impl Told {
         let report = &found.report;
         let audit = report.audit.as_ref();
         let (collisions, count) = collisions(found);
-        let fixtures = fixtures(subject, found);
+        let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         failures.extend(pipeline::collided(&collisions, count));
         failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
@@ -194,10 +194,7 @@ impl Told {
             singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings,
-            stock: found
-                .stock
-                .as_ref()
-                .map(|(carving, left)| pipeline::stock_summary(carving, left)),
+            stock: stock.map(|(carving, left)| pipeline::stock_summary(carving, left)),
             chord: subject.chord,
             fixtures,
             failures,

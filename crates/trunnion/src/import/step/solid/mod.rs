@@ -88,7 +88,9 @@ impl StepReader {
             all.extend(refine::refine(&chart, plain, chord));
         }
         if skin.same_sense == outline.reversed {
-            all.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            for triangle in &mut all {
+                triangle.swap(1, 2);
+            }
         }
         Ok(all)
     }
