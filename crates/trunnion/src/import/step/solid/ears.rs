@@ -126,8 +126,9 @@ fn clip(flat: &[[f64; 2]], mut around: Vec<usize>) -> Option<Vec<[usize; 3]>> {
     // What is left without an ear may be corners on a line, which rounding has put there.
     let [first, rest @ ..] = &around[..] else { return Some(triangles) };
     let fan = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
-    let left = |triangle: [usize; 3]| roundness(triangle.map(|k| flat[k]));
-    if around.len() > 3 && fan.clone().any(|triangle| left(triangle).abs() > LINE) {
+    let least = if around.len() > 3 { -LINE..=LINE } else { -LINE..=f64::INFINITY };
+    let fits = |triangle: [usize; 3]| least.contains(&roundness(triangle.map(|k| flat[k])));
+    if !fan.clone().all(fits) {
         return None;
     }
     triangles.extend(fan);
