@@ -372,8 +372,12 @@ impl Piece {
     pub(super) fn clearance(&self, body: Body, point: &Point3<f64>) -> f64 {
         let stand = &self.middle.stand;
         let y = point - stand.tip;
-        let travel = self.speed + self.turn * (y.norm() + self.speed);
-        body.probe(&y, &stand.axis).distance - travel
+        body.probe(&y, &stand.axis).distance - self.pace(y.norm())
+    }
+
+    /// How fast a point so far from the tip at u = 0 moves at most, seen from the tool \[mm\].
+    pub(super) fn pace(&self, far: f64) -> f64 {
+        self.speed + self.turn * (far + self.speed)
     }
 
     /// Corners of a box around the axis points between two heights, over the whole piece.

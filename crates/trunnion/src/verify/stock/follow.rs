@@ -21,8 +21,19 @@ pub(super) struct Expected {
     pub(super) way: f64,
 }
 
+/// What was taken off a ray there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Followed {
+    pub(super) cut: [f64; 2],
+    /// Where the surface is, and what is nearest there.
+    pub(super) s: f64,
+    pub(super) near: Nearest,
+    /// How deep the end of the span is in the body then, if that was looked at.
+    pub(super) depth: Option<f64>,
+}
+
 /// Least cosine between a ray and a surface that is followed along it: rays that graze are cut one by one.
-const STEEPEST: f64 = 0.05;
+const STEEPEST: f64 = 0.03;
 
 impl Trace {
     pub(super) fn new(line: &Line, s: f64, near: &Nearest) -> Self {
@@ -40,14 +51,15 @@ impl Trace {
 
 impl Moving<'_> {
     /// What the body sweeps of a span from one of its ends to where its surface is expected, where that is, and
-    /// what is nearest there; `here`: what is nearest to where it is expected; `None` if that is not all there is to it.
+    /// what is nearest there; `here`: what is nearest to where it is expected; `held`: whether that end
+    /// is in the body at a time for certain. `None` if that is not all there is to it.
     pub(super) fn follow(
         &self,
         line: &Line,
         span: [f64; 2],
-        expected: &Expected,
+        (expected, held): (&Expected, impl Fn(f64) -> bool),
         here: Nearest,
-    ) -> Option<([f64; 2], f64, Nearest)> {
+    ) -> Option<Followed> {
         let &Expected { s, way, .. } = expected;
         let [inside, end] = if way > 0.0 { span } else { [span[1], span[0]] };
 
@@ -62,20 +74,27 @@ impl Moving<'_> {
             self.enter(line, [out, s], self.nearest(line, out, here.guess()))?
         };
         // At this time the body reaches from there to the end of the span, or less far.
-        let other = self.through(line, [inside, s], here.u)?;
-        Some(([s.min(other), s.max(other)], s, here))
+        let (other, depth) = if held(here.u) {
+            (inside, None)
+        } else {
+            let (other, distance) = self.through(line, [inside, s], here.u)?;
+            (other, Some(-distance))
+        };
+        Some(Followed { cut: [s.min(other), s.max(other)], s, near: here, depth })
     }
 
     /// From outside a body or an end of a span towards its surface at `to`: where it begins at time `u`. Newton
-    /// steps on a convex function come down to it from outside.
-    fn through(&self, line: &Line, [from, to]: [f64; 2], u: f64) -> Option<f64> {
+    /// steps on a convex function come down to it from outside. Returned with the distance at `from`.
+    pub(super) fn through(&self, line: &Line, [from, to]: [f64; 2], u: f64) -> Option<(f64, f64)> {
         let way = if to > from { 1.0 } else { -1.0 };
         let mut s = from;
+        let mut first = None;
         for _ in 0..STEPS {
             let here = self.tangent(line, s, u);
             if here.distance <= CLOSE * self.tolerance {
-                return Some(s);
+                return Some((s, first.unwrap_or(here.distance)));
             }
+            first = first.or(Some(here.distance));
             let fall = -here.by_s * way;
             s += way * here.distance / fall;
             if fall <= 0.0 || (to - s) * way <= 0.0 {

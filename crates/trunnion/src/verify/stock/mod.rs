@@ -5,12 +5,15 @@
 //! the result does not depend on the number of threads. Memory is that of the stock: moves come in batches.
 
 mod carve;
+mod cover;
 mod cut;
 mod follow;
 mod near;
 mod nearest;
 mod rays;
+mod rivals;
 mod settle;
+mod sheet;
 mod solid;
 mod surface;
 mod work;

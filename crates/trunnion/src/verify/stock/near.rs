@@ -146,13 +146,21 @@ impl Frame {
         [low, high]: [f64; 2],
     ) -> [Point3<f64>; 2] {
         let mut corners = [Point3::origin(); 2];
-        for (k, axis) in across(self.along).into_iter().enumerate() {
-            let first = tile.first[k] + square.from[k];
-            corners[0][axis] = self.lattice.at(axis, first);
-            corners[1][axis] = self.lattice.at(axis, first + square.size[k] - 1);
+        for (corner, side) in corners.iter_mut().zip(self.sides(tile, square)) {
+            for (axis, place) in across(self.along).into_iter().zip(side) {
+                corner[axis] = place;
+            }
         }
         (corners[0][self.along], corners[1][self.along]) = (low, high);
         corners
+    }
+
+    /// The first and the last rays of a square, across.
+    pub(super) fn sides(&self, tile: &Tile, square: Square) -> [[f64; 2]; 2] {
+        let [a, b] = across(self.along);
+        let first = [0, 1].map(|k: usize| tile.first[k] + square.from[k]);
+        let last = [0, 1].map(|k: usize| (first[k] + square.size[k]).saturating_sub(1));
+        [first, last].map(|[i, j]| [self.lattice.at(a, i), self.lattice.at(b, j)])
     }
 
     /// Where ray `index` of a tile runs.

@@ -42,6 +42,8 @@ pub(super) struct Nearest {
     pub(super) bound: f64,
     pub(super) slope: f64,
     pub(super) u: f64,
+    /// About when it is nearest: the better of what was looked at is `u`.
+    pub(super) least: f64,
     /// Of which `slope` is the part along the line.
     pub(super) gradient: Vector3<f64>,
     /// How fast the derivative by time grows; 0 if that is not known.
@@ -51,7 +53,7 @@ pub(super) struct Nearest {
 impl Nearest {
     /// To look first when it was nearest to a point close by.
     pub(super) fn guess(&self) -> Guess {
-        Guess { u: self.u, curve: self.curve }
+        Guess { u: self.least, curve: self.curve }
     }
 }
 
@@ -73,6 +75,7 @@ impl Tangent {
             bound: self.distance - self.by_u.abs() * (end - self.u).abs(),
             slope: self.by_s,
             u: self.u,
+            least: self.u,
             gradient: self.gradient,
             curve: 0.0,
         }
@@ -90,6 +93,7 @@ impl Tangent {
             bound: mean(at_zero(self), at_zero(other)),
             slope: mean(self.by_s, other.by_s),
             u: near.u,
+            least: mean(self.u, other.u),
             gradient: self.gradient * weight + other.gradient * (1.0 - weight),
             curve: (other.by_u - self.by_u) / (other.u - self.u),
         }
@@ -146,7 +150,10 @@ impl<'a> Moving<'a> {
         let end = self.time[usize::from(!rises)];
         let found = first.towards(end);
         if found.distance - found.bound <= enough {
-            return Nearest { curve: guess.curve, ..found };
+            let [low, high] = self.time;
+            let least =
+                if guess.curve > 0.0 { first.u - first.by_u / guess.curve } else { first.u };
+            return Nearest { curve: guess.curve, least: least.clamp(low, high), ..found };
         }
         // As far beyond the nearest instant as the first look is before it, or the end.
         let beyond = (first.u - 2.0 * first.by_u / guess.curve).clamp(self.time[0], self.time[1]);

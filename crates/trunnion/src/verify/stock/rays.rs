@@ -213,9 +213,14 @@ pub(super) struct Square {
 impl Square {
     /// Their numbers in the tile.
     pub(super) fn rays(self) -> impl Iterator<Item = usize> {
+        self.rows().flatten()
+    }
+
+    /// The same, a row at a time.
+    pub(super) fn rows(self) -> impl Iterator<Item = std::ops::Range<usize>> {
         let Self { from, size, columns } = self;
         (from[0]..from[0] + size[0])
-            .flat_map(move |i| (from[1]..from[1] + size[1]).map(move |j| i * columns + j))
+            .map(move |i| i * columns + from[1]..i * columns + from[1] + size[1])
     }
 
     /// The same row by row, every other one backwards.
@@ -225,6 +230,14 @@ impl Square {
             let column = move |k| if i % 2 == 0 { k } else { size[1] - 1 - k };
             (0..size[1]).map(move |k| (from[0] + i) * columns + from[1] + column(k))
         })
+    }
+
+    /// Those in the corners: both parameters low, the second high, the first high, both high.
+    pub(super) fn corners(self) -> [usize; 4] {
+        let Self { from, size, columns } = self;
+        let last = [0, 1].map(|k: usize| (from[k] + size[k]).saturating_sub(1));
+        let at = |i: usize, j: usize| i * columns + j;
+        [at(from[0], from[1]), at(from[0], last[1]), at(last[0], from[1]), at(last[0], last[1])]
     }
 
     /// The one in the middle.

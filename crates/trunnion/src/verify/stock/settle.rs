@@ -5,56 +5,25 @@
 //! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
 //! do not hold off is tried as on any ray.
 
-use super::follow::{Expected, Trace};
+use super::cover::cover;
+use super::follow::{Expected, Followed, Trace};
 use super::near::{Part, Stretch};
 use super::nearest::{Guess, Line, Nearest};
 use super::rays::{Spans, Square, Tile};
+use super::rivals::Cuts;
+use super::sheet::{Layer, Plane};
 use super::work::Work;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-/// Planes laid below the distance of a body from a span for one that tells where it is nearest.
-const PLANES: u32 = 12;
 /// Rays along the side of a square.
 const SIDE: usize = 8;
 
-/// A body by its number, and a plane below its distance.
-#[derive(Clone, Copy)]
-struct Plane {
-    part: usize,
-    at: Point3<f64>,
-    height: f64,
-    gradient: Vector3<f64>,
-    shear: f64,
-}
-
-impl Plane {
-    /// Least height over a box.
-    #[inline]
-    fn over(&self, low: &Point3<f64>, high: &Point3<f64>) -> f64 {
-        let [low, high] = [low - self.at, high - self.at];
-        let side = |k: usize| (self.gradient[k] * low[k]).min(self.gradient[k] * high[k]);
-        let far = (-low).sup(&high);
-        self.height + side(0) + side(1) + side(2) - self.shear * (far.x + far.y + far.z)
-    }
-
-    /// Least height over a span of a line.
-    #[inline]
-    fn along(&self, line: &Line, [low, high]: [f64; 2]) -> f64 {
-        let at = |s: f64| {
-            let by = line.at(s) - self.at;
-            self.height + self.gradient.dot(&by)
-                - self.shear * (by.x.abs() + by.y.abs() + by.z.abs())
-        };
-        at(low).min(at(high))
-    }
-}
-
 /// All stretches of some bodies, one after the other: stretch `k` lasts from `2 k - 1` to `2 k + 1`.
-struct Chain<'a> {
-    parts: &'a [&'a Part],
+pub(super) struct Chain<'a> {
+    pub(super) parts: &'a [&'a Part],
     /// By body: the number of its first stretch.
     first: Vec<usize>,
-    stretches: Vec<(&'a Part, &'a Stretch)>,
+    pub(super) stretches: Vec<(&'a Part, &'a Stretch)>,
 }
 
 impl<'a> Chain<'a> {
@@ -69,7 +38,7 @@ impl<'a> Chain<'a> {
     }
 
     /// The numbers of a body's stretches.
-    fn of(&self, part: usize) -> std::ops::Range<usize> {
+    pub(super) fn of(&self, part: usize) -> std::ops::Range<usize> {
         let first = self.first.get(part).copied().unwrap_or(0);
         first..self.first.get(part + 1).copied().unwrap_or(self.stretches.len())
     }
@@ -93,6 +62,31 @@ impl End {
 /// Where a ray was followed to, by the number of what followed it.
 type Ends = [Option<End>; 2];
 
+/// A point in a body, how deep, and when.
+#[derive(Clone, Copy)]
+struct Held {
+    at: Point3<f64>,
+    depth: f64,
+    number: usize,
+    u: f64,
+    /// How fast points less far from it than that move at most, seen from the tool.
+    pace: f64,
+}
+
+impl Held {
+    fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &Stretch), u: f64) -> Self {
+        let far = (at - stretch.piece.middle().stand.tip).norm();
+        let pace = stretch.piece.pace(far + depth.max(0.0));
+        Self { at, depth: depth - stretch.bend, number, u, pace }
+    }
+
+    /// Whether another point a little earlier or later is in the body as well, however both moved meanwhile.
+    fn holds(&self, at: &Point3<f64>, number: usize, u: f64) -> bool {
+        let left = self.depth - self.pace * (u - self.u).abs();
+        number == self.number && left > 0.0 && (at - self.at).norm_squared() < left * left
+    }
+}
+
 /// What is followed from ray to ray.
 struct Follower {
     trace: Trace,
@@ -103,6 +97,10 @@ struct Follower {
     /// reached, one ray on.
     off: [f64; 2],
     later: [f64; 2],
+    /// By how much more each time, and which way that was learned; 0 if it was not.
+    more: [f64; 2],
+    way: [f64; 2],
+    held: Option<Held>,
 }
 
 impl Work<'_> {
@@ -113,7 +111,7 @@ impl Work<'_> {
         let mut ends: Vec<Ends> = vec![[None; 2]; tile.rays.len()];
         let mut planes = Vec::new();
         for ray in tile.places() {
-            let (below, followers) = self.decide(tile, ray, &chain, &all);
+            let (below, followers, _) = self.decided(tile, ray, &chain, &all);
             if !below.is_empty() {
                 planes = below;
             }
@@ -138,24 +136,34 @@ impl Work<'_> {
         (chain, planes): (&Chain<'_>, &[Plane]),
         ends: &mut [Ends],
     ) {
-        let boxes = self.boxes(tile, square);
-        let off = |planes: &[Plane], [low, high]: &[Point3<f64>; 2]| {
-            planes.iter().any(|plane| plane.over(low, high) > -self.touch)
+        let off = |planes: &[Plane], layer: &Layer| {
+            planes.iter().any(|plane| plane.over(layer) > -self.touch)
         };
+        let layers = self.layers(tile, square);
         let by_part = || planes.chunk_by(|a, b| a.part == b.part);
-        let close = by_part().filter(|planes| !boxes.iter().all(|corners| off(planes, corners)));
+        let close = by_part().filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
         let close: Vec<usize> = close.filter_map(|planes| Some(planes.first()?.part)).collect();
         let holds = |ray: &usize| tile.rays.get(*ray).is_some_and(|spans| spans.len() > 0);
         let middle = Some(square.middle()).filter(holds).or_else(|| square.rays().find(holds));
         let Some(middle) = middle.filter(|_| !close.is_empty()) else { return };
-        let (mut near, followers) = self.decide(tile, middle, chain, &close);
+        let (mut near, followers, cuts) = self.decided(tile, middle, chain, &close);
+        let links = self.links(&self.line(tile, middle), &cuts, chain);
         if near.is_empty() {
             near = planes.iter().filter(|plane| close.contains(&plane.part)).copied().collect();
         }
         for (which, follower) in followers.into_iter().enumerate() {
             self.walk(tile, square, (chain, follower), (which, ends));
         }
-        let near = halving(near.chunk_by(|a, b| a.part == b.part).collect());
+        for index in square.rays().filter(|_| !links.is_empty()) {
+            let line = self.line(tile, index);
+            if let Some(spans) = tile.rays.get_mut(index) {
+                cover(&links, &line, spans);
+            }
+        }
+        let layers = self.layers(tile, square);
+        let near = near.chunk_by(|a, b| a.part == b.part);
+        let near = near.filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
+        let near = halving(near.collect());
         for index in square.rays() {
             let line = self.line(tile, index);
             let Some(spans) = tile.rays.get_mut(index) else { continue };
@@ -166,54 +174,18 @@ impl Work<'_> {
         }
     }
 
-    /// Boxes that hold all material of a square: first spans of all rays, second ones, and so on.
-    fn boxes(&self, tile: &Tile, square: Square) -> Vec<[Point3<f64>; 2]> {
-        let mut ranges: Vec<[f64; 2]> = Vec::new();
-        for spans in square.rays().filter_map(|ray| tile.rays.get(ray)) {
-            for (number, span) in spans.iter().enumerate() {
-                match ranges.get_mut(number) {
-                    Some(range) => *range = [range[0].min(span[0]), range[1].max(span[1])],
-                    None => ranges.push(span),
-                }
-            }
-        }
-        ranges.into_iter().map(|range| self.frame.corners(tile, square, range)).collect()
-    }
-
-    /// Cuts a ray by bodies, deepest first. Returns planes below the distance of all of them from where it ends
-    /// then, and what decided its ends; planes of a ray that is gone are those before the last cut.
-    fn decide(
+    /// Cuts a ray by bodies, deepest first. Returns planes below the distance of all of them from what is left,
+    /// and what decided its ends.
+    fn decided(
         &self,
         tile: &mut Tile,
         ray: usize,
         chain: &Chain<'_>,
         parts: &[usize],
-    ) -> (Vec<Plane>, Vec<Follower>) {
+    ) -> (Vec<Plane>, Vec<Follower>, Cuts) {
         let (line, place) = (self.line(tile, ray), tile.place(ray));
-        let mut planes: Vec<Plane> = Vec::new();
-        let mut cuts: Vec<(usize, [f64; 2])> = Vec::new();
-        let mut open = parts.to_vec();
-        let Some(spans) = tile.rays.get_mut(ray) else { return (planes, Vec::new()) };
-        loop {
-            if spans.len() > 0 {
-                planes.clear();
-                for &part in parts {
-                    let Some(body) = chain.parts.get(part) else { continue };
-                    planes.extend(spans.iter().map(|span| self.plane((part, body), &line, span)));
-                }
-            }
-            let still = planes.iter().filter(|plane| open.contains(&plane.part));
-            let deepest = still.min_by(|a, b| a.height.total_cmp(&b.height));
-            let deepest = deepest.filter(|plane| plane.height <= -self.touch && spans.len() > 0);
-            let Some(&Plane { part, .. }) = deepest else { break };
-            open.retain(|other| *other != part);
-            for number in chain.of(part) {
-                let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
-                self.cut_spans((part, stretch, 0.0), &line, spans, &mut |cut| {
-                    cuts.push((number, cut));
-                });
-            }
-        }
+        let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
+        let (planes, cuts) = self.decide(&line, spans, chain, parts);
         let last = |end: f64| {
             let made =
                 |(_, cut): &&(usize, [f64; 2])| cut.iter().any(|s| s.total_cmp(&end).is_eq());
@@ -223,42 +195,19 @@ impl Work<'_> {
         let follower = |(number, s): (usize, f64)| {
             let &(part, stretch) = chain.stretches.get(number)?;
             let near = self.moving(part, stretch).nearest(&line, s, Guess::at(0.0));
-            let (trace, time) = (Trace::new(&line, s, &near), 2.0 * number as f64 + near.u);
-            Some(Follower { trace, ray: place, time, off: [0.0; 2], later: [0.0; 2] })
+            let (trace, time) = (Trace::new(&line, s, &near), 2.0 * number as f64 + near.least);
+            Some(Follower {
+                trace,
+                ray: place,
+                time,
+                off: [0.0; 2],
+                later: [0.0; 2],
+                more: [0.0; 2],
+                way: [0.0; 2],
+                held: None,
+            })
         };
-        (planes, ends.into_iter().filter_map(follower).collect())
-    }
-
-    /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
-    fn plane(&self, (number, part): (usize, &Part), line: &Line, [low, high]: [f64; 2]) -> Plane {
-        let (along, shear) = (self.frame.along, part.whole.shear);
-        let plane = |s: f64| {
-            let at = line.at(s);
-            let (height, gradient) = part.whole.support(part.body, &at);
-            Plane { part: number, at, height, gradient, shear }
-        };
-        let mut upper = plane(high);
-        // Farther down it only gets farther, then.
-        if upper.gradient[along] <= -shear || upper.height <= -self.touch {
-            return upper;
-        }
-        let mut lower = plane(low);
-        if lower.gradient[along] >= shear || lower.height <= -self.touch {
-            return lower;
-        }
-        for _ in 0..PLANES {
-            let [rise, fall] = [-lower.gradient[along], upper.gradient[along]];
-            let width = upper.at[along] - lower.at[along];
-            let by = (width * fall + lower.height - upper.height) / (rise + fall);
-            let by = if (0.0..=width).contains(&by) { by } else { 0.5 * width };
-            let next = plane(lower.at[along] + by);
-            let slope = next.gradient[along];
-            if next.height <= -self.touch || slope.abs() * width <= 0.1 * next.height {
-                return next;
-            }
-            *(if slope > 0.0 { &mut upper } else { &mut lower }) = next;
-        }
-        if lower.height < upper.height { lower } else { upper }
+        (planes, ends.into_iter().filter_map(follower).collect(), cuts)
     }
 
     /// Cuts rays to and fro by what decides them, as far as it can be followed.
@@ -297,17 +246,25 @@ impl Work<'_> {
             _ => (0, 0.0),
         };
         let s = plain.s + follower.off[axis] * f64::abs(way);
-        let time = follower.time + follower.later[axis] * way;
+        // The same again but for its trend, except where it turns round.
+        let goes_on = f64::abs(way) > 0.0 && (way - follower.way[axis]).abs() < 0.5;
+        let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
+        let time = follower.time + (follower.later[axis] + trend) * way;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let number = (0.5 * time).round().clamp(0.0, chain.stretches.len() as f64 - 1.0) as usize;
         let u = time - 2.0 * number as f64;
         let expected = Expected { s, guess: Guess { u, ..plain.guess }, ..plain };
         let (number, here) = self.seek(chain, number, line, &expected)?;
-        let (s, near) = self.end(chain, number, (line, spans), (&expected, here))?;
-        let time = 2.0 * number as f64 + near.u;
+        let (s, near) =
+            self.end((chain, number), &mut follower.held, (line, spans), (&expected, here))?;
+        let time = 2.0 * number as f64 + near.least;
         if f64::abs(way) > 0.0 {
             follower.off[axis] = s - plain.s;
-            follower.later[axis] = way * (time - follower.time);
+            let later = way * (time - follower.time);
+            if goes_on {
+                follower.more[axis] = way * (later - follower.later[axis]);
+            }
+            (follower.later[axis], follower.way[axis]) = (later, way);
         }
         (follower.time, follower.ray) = (time, ray);
         follower.trace = Trace::new(line, s, &near);
@@ -339,14 +296,21 @@ impl Work<'_> {
     /// Takes off a ray what one stretch sweeps up to where its surface is expected.
     fn end(
         &self,
-        chain: &Chain<'_>,
-        number: usize,
+        (chain, number): (&Chain<'_>, usize),
+        held: &mut Option<Held>,
         (line, spans): (&Line, &mut Spans),
         (expected, here): (&Expected, Nearest),
     ) -> Option<(f64, Nearest)> {
         let &(part, stretch) = chain.stretches.get(number)?;
         let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
-        let (cut, s, near) = self.moving(part, stretch).follow(line, span, expected, here)?;
+        let at = line.at(span[usize::from(expected.way < 0.0)]);
+        let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
+        let moving = self.moving(part, stretch);
+        let followed = moving.follow(line, span, (expected, is_held), here)?;
+        let Followed { cut, s, near, depth } = followed;
+        if let Some(depth) = depth {
+            *held = Some(Held::new(at, depth, (number, stretch), near.u));
+        }
         spans.take(cut);
         Some((s, near))
     }
@@ -360,27 +324,42 @@ impl Work<'_> {
         (line, spans): (&Line, &mut Spans),
     ) {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
-        let off = |span| planes.iter().any(|plane| plane.along(line, span) > -self.touch);
-        if spans.iter().all(off) {
-            return;
+        let beside = self.beside(line);
+        let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
+        for at in (0..spans.len()).rev() {
+            if !spans.get(at).is_none_or(off) {
+                self.cut_by_all((chain, which), ends, line, (spans, at));
+            }
         }
-        let mut met = false;
-        for number in chain.of(which) {
+    }
+
+    /// Cuts a span by all stretches of a body.
+    fn cut_by_all(
+        &self,
+        (chain, which): (&Chain<'_>, usize),
+        ends: Ends,
+        line: &Line,
+        (spans, at): (&mut Spans, usize),
+    ) {
+        let above = spans.len() - at - 1;
+        let stretches = chain.of(which);
+        // No stretch meets what the whole does not meet.
+        let mut met = stretches.len() == 1;
+        for number in stretches {
             let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
-            if spans.iter().all(|span| self.passes((part, stretch), (ends, number), line, span)) {
-                continue;
+            for at in (at..spans.len() - above).rev() {
+                let Some(span) = spans.get(at) else { continue };
+                if self.passes((part, stretch), (ends, number), line, span) {
+                    continue;
+                }
+                met = met || self.meeting(part, &part.whole, line, span).is_some();
+                if !met {
+                    return;
+                }
+                let end = ends.iter().flatten().next();
+                let guess = end.map_or(0.0, |end| end.seen_from(number));
+                self.cut_span((part, stretch, guess), line, (spans, at), &mut |_| ());
             }
-            // None of its stretches meets what the whole does not meet.
-            met = met
-                || spans.iter().any(|span| {
-                    !off(span) && self.meeting(part, &part.whole, line, span).is_some()
-                });
-            if !met {
-                return;
-            }
-            let end = ends.iter().flatten().next();
-            let guess = end.map_or(0.0, |end| end.seen_from(number));
-            self.cut_spans((part, stretch, guess), line, spans, &mut |_| ());
         }
     }
 

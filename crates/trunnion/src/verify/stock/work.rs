@@ -94,14 +94,27 @@ impl<'a> Work<'a> {
     ) -> bool {
         let mut changed = false;
         for at in (0..spans.len()).rev() {
-            let met = |span| self.meeting(part, stretch, line, span);
-            let Some(span) = spans.get(at).and_then(met) else { continue };
-            let Swept { first, more } = self.moving(part, stretch).swept(line, span, guess);
-            for cut in first.into_iter().chain(more) {
-                tell(cut);
-                spans.take(cut);
-                changed = true;
-            }
+            changed |= self.cut_span((part, stretch, guess), line, (spans, at), tell);
+        }
+        changed
+    }
+
+    /// Cuts one of a ray's spans; see [`Work::cut_spans`].
+    pub(super) fn cut_span(
+        &self,
+        (part, stretch, guess): (&Part, &Stretch, f64),
+        line: &Line,
+        (spans, at): (&mut Spans, usize),
+        tell: &mut dyn FnMut([f64; 2]),
+    ) -> bool {
+        let met = |span| self.meeting(part, stretch, line, span);
+        let Some(span) = spans.get(at).and_then(met) else { return false };
+        let Swept { first, more } = self.moving(part, stretch).swept(line, span, guess);
+        let mut changed = false;
+        for cut in first.into_iter().chain(more) {
+            tell(cut);
+            spans.take(cut);
+            changed = true;
         }
         changed
     }
