@@ -2,6 +2,7 @@
 //!
 //! From a ray on which everything is tried, what decides it is followed over the tile: its surface on the next
 //! ray is where its tangent plane lets expect it, and where one stretch of the motion ends the next goes on.
+//! Where the tool moves along the rays some of its instants take off what is between both ends (see `cover`).
 //! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
 //! do not hold off is tried as on any ray.
 
