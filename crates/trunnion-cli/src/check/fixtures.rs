@@ -4,7 +4,7 @@ use super::stock;
 use crate::outcome::Failure;
 use trunnion::files::summary::LinesSummary;
 use trunnion::pipeline;
-use trunnion::verify::{Approach, Clearance, Fixture, Watch};
+use trunnion::verify::{Approach, Clearance, DEPTH_SHARE, Fixture, Watch};
 
 /// Share of the total tolerance within which distances from fixtures are found, and the largest such tolerance \[mm\].
 const SHARE: f64 = 0.05;
@@ -101,7 +101,12 @@ impl FixturesTold {
 
     pub(super) fn words(&self) -> String {
         self.least.as_ref().map_or_else(String::new, |least| {
-            format!("{}, line {}; to within {} mm", least.words(), least.line, self.tolerance)
+            let exact = if least.distance < 0.0 {
+                format!("{} % of the depth", 100.0 * DEPTH_SHARE)
+            } else {
+                format!("{} mm", self.tolerance)
+            };
+            format!("{}, line {}; to within {exact}", least.words(), least.line)
         })
     }
 }

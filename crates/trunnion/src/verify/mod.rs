@@ -37,7 +37,7 @@ mod track;
 mod turns;
 
 pub use control_model::{AxisRatio, ModelAudit};
-pub use fixture::{Approach, Clearance, Fixture, Watch, clearance, clearance_cl};
+pub use fixture::{Approach, Clearance, DEPTH_SHARE, Fixture, Watch, clearance, clearance_cl};
 pub use ledger::Lines;
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
