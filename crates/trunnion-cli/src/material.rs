@@ -90,9 +90,14 @@ pub(crate) fn left(outcome: &Outcome) -> Option<&verify::Stock> {
     carved.rev().max_by_key(|(carving, _)| carving.count()).map(|(_, left)| left)
 }
 
-/// Stock to be drawn.
-pub(crate) fn drawn(stock: &verify::Stock) -> Solid {
-    let mesh = stock.mesh();
+/// Surface of stock that was cut for a part with a tolerance of `total` \[mm\].
+pub(crate) fn surface(stock: &verify::Stock, total: f64) -> Mesh {
+    stock.mesh(stock.tolerance(total))
+}
+
+/// The same to be drawn.
+pub(crate) fn drawn(stock: &verify::Stock, total: f64) -> Solid {
+    let mesh = surface(stock, total);
     let vertices = mesh.vertices.iter().map(|vertex| vertex.coords.into()).collect();
     Solid { vertices, triangles: mesh.triangles }
 }

@@ -52,7 +52,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         path: path(outcome),
         motion: motion(job, outcome)?,
         check: shown.map(|program| check(job, program)).unwrap_or_default(),
-        stock: material::left(outcome).map(material::drawn),
+        stock: material::left(outcome).map(|left| material::drawn(left, job.budget.total)),
         smoothing: smoothing(job, outcome),
     };
     Ok(trunnion_report::render(&data)?)

@@ -138,7 +138,9 @@ fn write(
     outputs.add("motion.csv", |out| motion::write(out, job, outcome))?;
     if let Some(left) = material::left(outcome) {
         summary.files.push("stock.stl".to_owned());
-        outputs.add("stock.stl", |out| material::write(out, &left.mesh()))?;
+        outputs.add("stock.stl", |out| {
+            material::write(out, &material::surface(left, job.budget.total))
+        })?;
     }
     outputs.text("report.html", &report::page(job, outcome, summary)?)?;
     let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;

@@ -225,7 +225,7 @@ fn what_is_left_has_a_closed_surface_of_its_volume() {
     let moves = [pose([-16.0, 2.0, -3.0], axis), pose([16.0, 0.0, -4.0], axis)];
     let mut stock = block(0.5);
     let left = carve(&moves.map(|pose| (pose, false)), &bull, &mut stock).left;
-    let mesh = stock.mesh();
+    let mesh = stock.mesh(CUTTING.tolerance);
     let mut edges = std::collections::BTreeMap::new();
     let mut volume = 0.0;
     for triangle in &mesh.triangles {

@@ -188,7 +188,8 @@ fn write(
     outputs.text("report.html", &page::page(subject, found, told)?)?;
     outputs.add("deviation.vtp", |out| export::vtp(out, &found.report.maps))?;
     if let Some((_, left)) = &found.stock {
-        outputs.add("stock.stl", |out| material::write(out, &left.mesh()))?;
+        let surface = material::surface(left, subject.options.total);
+        outputs.add("stock.stl", |out| material::write(out, &surface))?;
     }
     let summary = serde_json::to_string_pretty(told).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(summary + "\n"))?;

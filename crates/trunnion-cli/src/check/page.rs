@@ -41,7 +41,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
         check: check(subject, found),
-        stock: found.stock.as_ref().map(|(_, left)| material::drawn(left)),
+        stock: found.stock.as_ref().map(|(_, left)| material::drawn(left, subject.options.total)),
         smoothing: String::new(),
     };
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)

@@ -8,6 +8,7 @@ mod carve;
 mod cover;
 mod cut;
 mod follow;
+mod merge;
 mod near;
 mod nearest;
 mod rays;

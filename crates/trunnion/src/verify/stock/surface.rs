@@ -4,6 +4,7 @@
 //! others say.
 
 use super::Stock;
+use super::merge::{self, Quad};
 use super::rays::{Spans, across};
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
@@ -13,8 +14,15 @@ use std::collections::HashMap;
 type Node = [i64; 3];
 
 impl Stock {
-    /// A closed surface around the material.
-    pub fn mesh(&self) -> Mesh {
+    /// A closed surface around the material, which was cut with a `tolerance` \[mm\]. Two triangles for each cell,
+    /// but few where it is a plane across an axis, or the same along one, to a twentieth of the tolerance.
+    pub fn mesh(&self, tolerance: f64) -> Mesh {
+        let (quads, places) = self.net();
+        merge::mesh(quads, places, self.lattice.cell, tolerance)
+    }
+
+    /// The quads of the surface, and its vertices.
+    pub(super) fn net(&self) -> (Vec<Quad>, Vec<Point3<f64>>) {
         let [nx, ny, _] = self.lattice.size.map(signed);
         let mut net = Net::default();
         for i in 0..=nx {
@@ -25,8 +33,9 @@ impl Stock {
                 self.sides(1, [i, j], (&self.inside(i, j - 1), &here), &mut net);
             }
         }
-        let vertices = net.sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
-        Mesh { vertices: vertices.collect(), triangles: net.triangles }
+        let Net { sums, quads, .. } = net;
+        let places = sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
+        (quads, places.collect())
     }
 
     /// Ranges of nodes along z that are inside, first and last, on the ray `[i, j]`; none beside the lattice.
@@ -108,7 +117,7 @@ fn signed(index: usize) -> i64 {
 struct Net {
     numbers: HashMap<Node, u32>,
     sums: Vec<(Vector3<f64>, u32)>,
-    triangles: Vec<[u32; 3]>,
+    quads: Vec<Quad>,
 }
 
 impl Net {
@@ -131,8 +140,7 @@ impl Net {
             }
             number
         };
-        let [p, q, r, s] = [corner(1, 1), corner(0, 1), corner(0, 0), corner(1, 0)];
-        let quad = if up { [[p, q, r], [p, r, s]] } else { [[p, r, q], [p, s, r]] };
-        self.triangles.extend(quad);
+        let corners = [corner(1, 1), corner(0, 1), corner(0, 0), corner(1, 0)];
+        self.quads.push(Quad { along, up, level: from[along], at: [from[a], from[b]], corners });
     }
 }
