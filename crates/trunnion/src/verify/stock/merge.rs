@@ -229,7 +229,7 @@ fn mark(marks: &mut [bool], vertex: u32) {
     }
 }
 
-fn signed(count: usize) -> i64 {
+pub(super) fn signed(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
 

@@ -4,7 +4,7 @@
 //! others say.
 
 use super::Stock;
-use super::merge::{self, Quad};
+use super::merge::{self, Quad, signed};
 use super::rays::{Spans, across};
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
@@ -106,10 +106,6 @@ impl Stock {
         }
         place
     }
-}
-
-fn signed(index: usize) -> i64 {
-    i64::try_from(index).unwrap_or(i64::MAX)
 }
 
 /// Vertices by cube, named after its lowest node.
