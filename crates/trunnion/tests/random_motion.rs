@@ -13,7 +13,7 @@ mod random_cut;
 use dice::{Random, full, seed};
 use many_poses::{Course, Mode, Way};
 use nalgebra::{Point3, Vector3};
-use random_cut::{RAY_TOLERANCE, ROUNDING, any_cutter, any_face, off};
+use random_cut::{RAY_TOLERANCE, ROUNDING, Still, any_cutter, any_face, off};
 use trunnion::cutter::Cutter;
 use trunnion::surface::Face;
 use trunnion::types::Silent;
@@ -59,7 +59,7 @@ fn heights_are_those_of_many_poses() {
         assert_eq!(report.deviation.unmeasured, 0, "seed {seed}");
         points += report.deviation.points;
         reached += report.deviation.points - report.deviation.uncut;
-        let off = off(&way, &cutter, &face, &report);
+        let off = off([&way, &Still], &cutter, &face, &report);
         let kind = (cutter.kind(), way.mode, way.machine);
         assert!(off[0] <= RAY_TOLERANCE + ROUNDING, "seed {seed} {kind:?}: missed by {:e}", off[0]);
         assert!(off[1] <= RAY_TOLERANCE + ROUNDING, "seed {seed} {kind:?}: {:e} away", off[1]);

@@ -254,10 +254,10 @@ impl Course for Run {
     }
 }
 
-/// Without the ways that only stock is cut on.
-struct Together<'a>(&'a Run, Vec<usize>);
+/// Some of the moves.
+struct Moves<'a>(&'a Run, Vec<usize>);
 
-impl Course for Together<'_> {
+impl Course for Moves<'_> {
     fn moves(&self) -> usize {
         self.1.len()
     }
@@ -267,9 +267,11 @@ impl Course for Together<'_> {
     }
 }
 
-fn together(run: &Run) -> Together<'_> {
+/// The moves as told, and what rapids are with each axis at its own speed.
+fn both(run: &Run) -> [Moves<'_>; 2] {
     let own = |index: &usize| matches!(run.legs[*index].1, Leg::Own);
-    Together(run, (0..run.legs.len()).filter(|index| !own(index)).collect())
+    let (own, together) = (0..run.legs.len()).partition(own);
+    [together, own].map(|moves| Moves(run, moves))
 }
 
 fn any_tool(random: &mut Random) -> Cutter {
@@ -286,7 +288,7 @@ fn heights_of_programs_are_those_of_many_poses() {
         let seed = first.wrapping_add(case);
         let random = &mut Random(seed);
         let (cutter, run) = (any_tool(random), Run::any(random));
-        let way = together(&run);
+        let [way, own] = both(&run);
         let face = any_face(random, &way, &cutter);
         let options = random_cut::options(random.within(0.7, 1.5));
         let report = run.input(std::slice::from_ref(&face), &cutter, |input| {
@@ -295,7 +297,7 @@ fn heights_of_programs_are_those_of_many_poses() {
         assert_eq!(report.deviation.unmeasured, 0, "seed {seed}");
         points += report.deviation.points;
         reached += report.deviation.points - report.deviation.uncut;
-        let off = off(&way, &cutter, &face, &report);
+        let off = off([&way, &own], &cutter, &face, &report);
         let kind = (cutter.kind(), run.words, run.machine, &run.text);
         // Chords of arcs are off by a tenth of the tolerance.
         let allowed = 1.1 * RAY_TOLERANCE + ROUNDING;

@@ -128,8 +128,10 @@ circle if it does not. Velocities there are told, not judged: the control plans 
 A program with several tools needs each: --cutter 1=R=10,r=6 --cutter 2=R=5,r=1 --tool-length 1=120 --tool-length 2=95.
 Where a change leaves X, Y and Z is the machine's own: rapid moves behind it are not measured until the program has told
 all three, a cut before that is refused; the rotaries are taken to stand as before.
-With --stock the material is cut away move by move. Rapid moves through it (all axes together, or each at its
-own speed), and shank or holder in it are told with line, depth and place; what is left is written as stock.stl.
+Rapid moves are run twice: all axes together, and each at its own speed. The worse gouge is told; excess is what is left
+without the second way.
+With --stock the material is cut away move by move. Rapid moves through it, either way, and shank or holder in it
+are told with line, depth and place; what is left is written as stock.stl.
 How near any part of the tool comes to a --fixture is found for every move, between times and places, too: the
 least distance is told, and every line that runs into one, or comes nearer than --clearance.
 Setpoints (a .csv file) are held against the machine alone. Columns: t in s, then X,Y,.. in mm and degrees, and

@@ -95,12 +95,14 @@ struct Place {
     /// It may be deeper.
     or_deeper: bool,
     line: u32,
+    /// On a control that runs each axis of a rapid move at its own speed.
+    dog_leg: bool,
 }
 
 impl Place {
     fn of(extreme: &Extreme) -> Self {
-        let Extreme { face, uv, point, height, or_deeper, line } = *extreme;
-        Self { face, uv, point: point.coords.into(), height, or_deeper, line }
+        let Extreme { face, uv, point, height, or_deeper, line, dog_leg } = *extreme;
+        Self { face, uv, point: point.coords.into(), height, or_deeper, line, dog_leg }
     }
 }
 
@@ -288,8 +290,9 @@ impl Heights {
     fn rows(&self) -> Vec<(&'static str, String)> {
         let place = |place: &Option<Place>| {
             place.as_ref().map_or_else(String::new, |place| {
-                let [x, y, z] = place.point;
-                format!(" at X {x:.3} Y {y:.3} Z {z:.3} (face {}, line {})", place.face, place.line)
+                let ([x, y, z], Place { face, line, .. }) = (place.point, place);
+                let dog_leg = if place.dog_leg { ", each axis at its own speed" } else { "" };
+                format!(" at X {x:.3} Y {y:.3} Z {z:.3} (face {face}, line {line}{dog_leg})")
             })
         };
         let lowest = self.lowest.as_ref().map_or(0.0, |place| place.height);

@@ -20,6 +20,9 @@ const KEPT: usize = 4;
 /// Share of the ray tolerance that replacing moves by quadratics may take.
 const ERROR_SHARE: f64 = 0.1;
 
+/// Tools by their places in the table, and how they are looked at.
+pub(super) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
+
 /// How far and how exactly is looked at which tool.
 #[derive(Clone)]
 pub(super) struct Look {
@@ -27,14 +30,16 @@ pub(super) struct Look {
     bodies: Arc<[Body]>,
     /// Which of them a tool has, by its place in the table.
     of_tool: Arc<[Range<u32>]>,
-    /// How far along a normal is looked \[mm\].
+    /// How far below the faces is looked \[mm\].
     pub(super) reach: f64,
+    /// What is looked for is what rapids gouge with each axis at its own speed.
+    pub(super) dog_legs: bool,
     /// How exactly heights are found \[mm\].
     pub(super) tolerance: f64,
 }
 
 impl Look {
-    fn new(cutters: &[&Cutter], options: &Options) -> Self {
+    fn new((cutters, options): Tools<'_>, dog_legs: bool) -> Self {
         let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
         for cutter in cutters {
             let start = narrow(bodies.len());
@@ -42,7 +47,13 @@ impl Look {
             of_tool.push(start..narrow(bodies.len()));
         }
         let (bodies, of_tool) = (bodies.into(), of_tool.into());
-        Self { bodies, of_tool, reach: options.reach, tolerance: options.ray_tolerance }
+        let Options { reach, ray_tolerance: tolerance, .. } = *options;
+        Self { bodies, of_tool, reach, dog_legs, tolerance }
+    }
+
+    /// How far above the faces is looked \[mm\]: nobody counts on what dog-legs cut there.
+    pub(super) fn top(&self) -> f64 {
+        if self.dog_legs { 0.0 } else { self.reach }
     }
 
     /// Numbers of the bodies that move in a piece.
@@ -76,30 +87,42 @@ pub(super) struct Chunks<'a> {
 
 impl<'a> Chunks<'a> {
     /// Chunks of a usual size.
-    pub(super) fn new(
-        run: &'a Run<'a>,
-        cutters: &[&Cutter],
-        options: &Options,
-    ) -> Result<Self, VerifyError> {
-        Self::of(run, (cutters, options), PIECES)
+    pub(super) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
+        Self::of(run, tools, PIECES)
     }
 
     /// Chunks of about `size` pieces.
-    pub(super) fn of(
+    pub(super) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
+        Self::some(run, tools, (false, size))?.ok_or(VerifyError::NoMotion)
+    }
+
+    /// How else rapids may be run: each axis at its own speed. `None` if all of them are run one way only.
+    pub(super) fn dog_legs(
         run: &'a Run<'a>,
-        (cutters, options): (&[&Cutter], &Options),
-        size: usize,
-    ) -> Result<Self, VerifyError> {
+        tools: Tools<'_>,
+    ) -> Result<Option<Self>, VerifyError> {
+        let chunks = Self::some(run, tools, (true, PIECES))?;
+        let moves = |chunk: &Chunk| !chunk.parts.pieces.is_empty();
+        Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(moves)))
+    }
+
+    /// `None` if the program has no move.
+    fn some(
+        run: &'a Run<'a>,
+        tools: Tools<'_>,
+        (dog_legs, size): (bool, usize),
+    ) -> Result<Option<Self>, VerifyError> {
+        let (cutters, options) = tools;
         let far = cutters.iter().map(|cutter| body::size(cutter)).fold(0.0, f64::max);
-        let look = Look::new(cutters, options);
+        let look = Look::new(tools, dog_legs);
         let far = far + options.reach;
         let mut chunks = Self { run, look, far, size, whole: None };
         let mut segments = run.segments();
-        let first = chunks.next(&mut segments)?.ok_or(VerifyError::NoMotion)?;
+        let Some(first) = chunks.next(&mut segments)? else { return Ok(None) };
         if chunks.next(&mut segments)?.is_none() {
             chunks.whole = Some(Chunk::new(first.0, &chunks.look, &Bounds::everywhere()));
         }
-        Ok(chunks)
+        Ok(Some(chunks))
     }
 
     /// Hands out chunk by chunk in the order of the program, with how much of it is done before and after \[0..=1\].
@@ -135,11 +158,19 @@ impl<'a> Chunks<'a> {
         while pieces.len() < self.size {
             let Some(segment) = segments.next() else { break };
             let segment: Segment = segment?;
-            let (mover, error) = (&self.run.mover, self.look.error());
-            sweep::pieces(mover, &segment, self.far, error, &mut pieces)?;
+            if self.look.dog_legs {
+                let legs = self.run.mover.dog_leg(&segment);
+                legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
+            } else {
+                self.take(&segment, &mut pieces)?;
+            }
             moves += 1;
         }
         Ok((moves > 0).then_some((pieces, moves)))
+    }
+
+    fn take(&self, segment: &Segment, pieces: &mut Vec<Piece>) -> Result<(), VerifyError> {
+        sweep::pieces(&self.run.mover, segment, self.far, self.look.error(), pieces)
     }
 }
 
@@ -170,7 +201,7 @@ impl Parts {
 
     /// Lowest entry of a ray into some of the bodies in motion.
     pub(super) fn lowest(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
-        let mut lowest = Lowest::none(self.look.reach);
+        let mut lowest = Lowest::none(self.look.top());
         for part in numbers.filter_map(|numbers| self.part(numbers)) {
             lowest.search(&part, ray, self.look.tolerance);
         }

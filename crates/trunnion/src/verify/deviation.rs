@@ -133,12 +133,12 @@ impl Tile {
                     bare += 1;
                     continue;
                 };
-                let [a, b] = [ray.at(-look.reach), ray.at(look.reach)];
+                let [a, b] = [ray.at(-look.reach), ray.at(look.top())];
                 region = region.join(&Bounds { low: a.inf(&b), high: a.sup(&b) });
                 places.push(i * columns + j);
             }
         }
-        let lowest = vec![Lowest::none(look.reach); places.len()];
+        let lowest = vec![Lowest::none(look.top()); places.len()];
         (Self { places, lowest, region }, bare)
     }
 

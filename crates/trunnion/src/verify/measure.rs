@@ -3,7 +3,7 @@
 use super::chunks::Chunks;
 use super::deviation::{self, Measured};
 use super::grid::Grid;
-use super::report::{Audit, Deviation, FaceMap, Sensitivity};
+use super::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
 use super::run::Run;
 use super::{Options, Promise, VerifyError, bounds};
 use crate::cutter::Cutter;
@@ -23,30 +23,37 @@ pub(super) struct Subject<'a> {
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;
 
-/// Heights over all faces.
+/// Heights over all faces, and in them what rapids gouge in whichever way they are run.
 pub(super) fn measure(
     run: &Run<'_>,
     subject: &Subject<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    measured(&Chunks::new(run, subject.cutters, options)?, subject, options, progress)
+    let tools = (subject.cutters, options);
+    let mut found = measured(&Chunks::new(run, tools)?, subject, options, progress)?;
+    if let Some(chunks) = Chunks::dog_legs(run, tools)? {
+        dog_legs(&chunks, &mut found, subject, options)?;
+    }
+    if let Some(lowest) = &mut found.1.lowest {
+        lowest.or_deeper = lowest.height <= -options.reach;
+    }
+    Ok(found)
 }
 
-/// The same, the moves in chunks.
+/// Heights as the program tells the motion, the moves in chunks.
 fn measured(
     chunks: &Chunks<'_>,
     subject: &Subject<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    let grids: Result<Vec<Grid>, _> =
-        subject.faces.iter().map(|face| Grid::over(face, options)).collect();
     let mut advance = |share: f64| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
         progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
     };
-    let mut measured = deviation::maps(chunks, subject.faces, grids?, &mut advance)?;
+    let mut measured =
+        deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut advance)?;
     for (map, _) in &mut measured {
         map.note(subject.rest);
     }
@@ -55,10 +62,46 @@ fn measured(
     if let Some(promise) = &options.promise {
         promised((chunks, subject.faces), &measured, (promise, options), &mut deviation)?;
     }
-    if let Some(lowest) = &mut deviation.lowest {
-        lowest.or_deeper = lowest.height <= -options.reach;
-    }
     Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
+}
+
+fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyError> {
+    subject.faces.iter().map(|face| Grid::over(face, options)).collect()
+}
+
+/// Takes in what rapids gouge with each axis at its own speed. What is left over the faces stays what it is
+/// without them: other controls do not run there.
+fn dog_legs(
+    chunks: &Chunks<'_>,
+    (maps, deviation): &mut (Vec<FaceMap>, Deviation),
+    subject: &Subject<'_>,
+    options: &Options,
+) -> Result<(), VerifyError> {
+    let measured =
+        deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut |_| Ok(()))?;
+    let other = measured.iter().map(|(map, _)| map);
+    let mut other = Deviation::of(&other);
+    other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg: true, ..e })]
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| a.height.total_cmp(&b.height));
+    if let Some(promise) = options.promise.filter(|_| deviation.bounds.is_some()) {
+        let promise = Promise { excess: false, ..promise };
+        promised((chunks, subject.faces), &measured, (&promise, options), &mut other)?;
+    }
+    deviation.lowest = other.lowest;
+    deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| Bounds {
+        gouge: bounds.gouge.max(other.gouge),
+        open: bounds.open + other.open,
+        ..bounds
+    });
+    // Points without a normal are the same ones.
+    deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
+    for (map, (other, _)) in maps.iter_mut().zip(measured) {
+        map.deepen(&other);
+    }
+    deviation.histogram = Deviation::of(&maps.iter()).histogram;
+    Ok(())
 }
 
 /// Every how manieth point is asked for its sensitivity.

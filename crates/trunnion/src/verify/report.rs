@@ -96,6 +96,18 @@ impl FaceMap {
     }
 }
 
+impl FaceMap {
+    /// Takes over the height of another map where it is lower. What is uncut stays so.
+    pub(super) fn deepen(&mut self, other: &Self) {
+        for (sample, other) in self.samples.iter_mut().zip(&other.samples) {
+            let (Some(sample), Some(other)) = (sample, other) else { continue };
+            if sample.height > other.height && other.height.is_some() {
+                (sample.height, sample.line) = (other.height, other.line);
+            }
+        }
+    }
+}
+
 /// Indices of increasing values that lie in a range.
 fn held(values: &[f64], [low, high]: [f64; 2]) -> std::ops::Range<usize> {
     values.partition_point(|value| *value < low)..values.partition_point(|value| *value <= high)
@@ -116,6 +128,8 @@ pub struct Extreme {
     pub or_deeper: bool,
     /// Line of the program that made it.
     pub line: u32,
+    /// That rapid move makes it on a control that runs each axis at its own speed.
+    pub dog_leg: bool,
 }
 
 /// All maps in a few numbers.
@@ -191,7 +205,8 @@ impl Deviation {
         };
         let extreme = |(face, s): (usize, &Sample)| {
             let (height, line) = (s.height?, s.line?);
-            Some(Extreme { face, uv: s.uv, point: s.point, height, or_deeper: false, line })
+            let (uv, point, or_deeper, dog_leg) = (s.uv, s.point, false, false);
+            Some(Extreme { face, uv, point, height, or_deeper, line, dog_leg })
         };
         let extremes = || samples().filter_map(extreme);
         let by_height = |a: &Extreme, b: &Extreme| a.height.total_cmp(&b.height);
@@ -413,7 +428,8 @@ impl fmt::Display for Extreme {
             f,
             "on face {} at X {:.3} Y {:.3} Z {:.3} (u {u:.4}, v {v:.4}), made by line {}",
             self.face, p.x, p.y, p.z, self.line
-        )
+        )?;
+        f.write_str(if self.dog_leg { " if its axes run each at its own speed" } else { "" })
     }
 }
 

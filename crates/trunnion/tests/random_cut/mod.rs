@@ -74,22 +74,53 @@ pub(crate) fn options(grid: f64) -> Options {
 }
 
 /// How far the check is above what poses show at most, and how far from the tool the place is that it names \[mm\].
-pub(crate) fn off(way: &dyn Course, cutter: &Cutter, face: &Face, report: &Report) -> [f64; 2] {
+/// What is cut `also` counts where it gouges.
+pub(crate) fn off(
+    [way, also]: [&dyn Course; 2],
+    cutter: &Cutter,
+    face: &Face,
+    report: &Report,
+) -> [f64; 2] {
     let mut worst = [f64::NEG_INFINITY; 2];
-    let poses = way.poses(many_poses::SPACING);
+    let [poses, others] = [way, also].map(|way| way.poses(many_poses::SPACING));
+    let deepest = report.deviation.lowest.map_or(0.0, |extreme| extreme.height.min(0.0));
     for sample in report.maps[0].samples.iter().flatten() {
         let normal = face.normal(sample.uv[0], sample.uv[1]).unwrap().into_inner();
         let ray = (sample.point, normal);
-        let seen = many_poses::lowest(&poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE);
+        let [seen, other] = [&poses, &others]
+            .map(|poses| many_poses::lowest(poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE));
+        // A gouge within the tolerance may be told or not.
+        let gouge = other.filter(|s| *s < -RAY_TOLERANCE);
         let found = sample.height;
         worst[0] = worst[0].max(match (seen, found) {
-            (Some(seen), found) => found.unwrap_or(REACH) - seen,
+            (Some(seen), Some(found)) => found - gouge.map_or(seen, |gouge| seen.min(gouge)),
+            (Some(seen), None) => REACH - seen,
             (None, _) => f64::NEG_INFINITY,
         });
+        if let Some(gouge) = gouge {
+            worst[0] = worst[0].max(deepest - gouge);
+        }
         if let Some(found) = found {
             let place = (found, RAY_TOLERANCE);
-            worst[1] = worst[1].max(many_poses::nearest((way, &poses), cutter, ray, place));
+            let mut near = many_poses::nearest((way, &poses), cutter, ray, place);
+            if found < 0.0 && other.is_some() {
+                near = near.min(many_poses::nearest((also, &others), cutter, ray, place));
+            }
+            worst[1] = worst[1].max(near);
         }
     }
     worst
+}
+
+/// Nothing moves.
+pub(crate) struct Still;
+
+impl Course for Still {
+    fn moves(&self) -> usize {
+        0
+    }
+
+    fn pose(&self, _: usize, _: f64) -> trunnion::types::ToolPose {
+        unreachable!("no move has a pose")
+    }
 }

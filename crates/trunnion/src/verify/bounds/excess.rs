@@ -171,8 +171,15 @@ fn search(
                 known.worst = lowest.s;
                 let uv = next.rectangle.map(|[low, high]| 0.5 * (low + high));
                 let (face, point) = (survey.map.face, piece.centre);
-                known.place =
-                    Some(Extreme { face, uv, point, height: lowest.s, or_deeper: false, line });
+                known.place = Some(Extreme {
+                    face,
+                    uv,
+                    point,
+                    height: lowest.s,
+                    or_deeper: false,
+                    line,
+                    dog_leg: false,
+                });
             }
             next.found = Some(pose);
             if holds(survey, piece, known.aim(), &pose) || passes(survey, piece, known.aim(), &pose)

@@ -156,6 +156,7 @@ fn measure(
             height: lowest.s,
             or_deeper: false,
             line,
+            dog_leg: survey.parts.look.dog_legs,
         });
     }
 }
