@@ -156,6 +156,21 @@ fn bounds_hold_on_a_finer_grid_and_are_near() {
     }
 }
 
+/// Where a dent lies between the points, either its bound keeps the tolerance or a place beyond it is found, however
+/// wide the margin.
+#[test]
+fn a_dent_between_the_points_is_found_or_bounded_within_the_tolerance() {
+    let face = patch(Vec::new());
+    let promise = Promise { margin: [8e-3; 2], excess: true };
+    for (deeper, found) in [(0.0019, false), (0.0025, true), (0.004, true), (0.008, true)] {
+        let dented = measure(&face, &rows(&face, deeper), 0.9, Some(promise));
+        let (gouge, bound) = (-heights(&dented)[0], dented.bounds.unwrap().gouge);
+        // Up to a twentieth of the margin the bound may stay beyond.
+        assert!(if found { gouge > 0.002 } else { bound <= 0.002 + 4e-4 }, "{gouge} {bound}");
+        assert!(bound >= deeper - 1e-5 && gouge <= deeper + 1e-5, "{gouge} {bound}");
+    }
+}
+
 /// Bounds hold on a finer grid, are within `near` \[mm\] of it, and leave nothing open.
 fn bound(cutter: &Cutter, face: &Face, file: &ClFile, near: f64) {
     let bounds = measure_with(cutter, (face, file), 0.37, Some(PROMISE)).bounds.unwrap();

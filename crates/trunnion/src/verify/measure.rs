@@ -1,5 +1,6 @@
 //! Heights over faces, in numbers: measured, and bounded in between.
 
+use super::bounds::Room;
 use super::chunks::Chunks;
 use super::deviation::{self, Measured};
 use super::grid::Grid;
@@ -138,12 +139,6 @@ pub(super) fn pivot(audit: &Audit) -> f64 {
     audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
 }
 
-/// Least share of the margin that is used where the tolerance leaves less room.
-const LEAST_MARGIN: f64 = 0.05;
-
-/// Share of what a tolerance is exceeded by, as margin of the bound.
-const BROKEN_SHARE: f64 = 0.1;
-
 /// Bounds what lies between the points, and takes in worse places that turn up.
 fn promised(
     (chunks, faces): (&Chunks<'_>, &[Face]),
@@ -157,18 +152,13 @@ fn promised(
         // Deeper than is looked at: there is nothing to promise.
         return Ok(());
     }
-    // Where the tolerance is kept, so should the bound be; where it is broken, the first digits will do.
-    let room = |margin: f64, room: f64| {
-        let share = margin.min(0.5 * room).max(LEAST_MARGIN * margin);
-        if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
-    };
     let [gouge, excess] = promise.margin;
-    let margin = [
-        room(gouge, options.gouge + heights[0].unwrap_or(0.0).min(0.0)),
-        room(excess, options.total - heights[1].unwrap_or(0.0).max(0.0)),
+    let rooms = [
+        Room { margin: gouge, tolerance: options.gouge },
+        Room { margin: excess, tolerance: options.total },
     ];
-    let promise = Promise { margin, ..*promise };
-    let (found, [lowest, highest]) = bounds::of(chunks, faces, measured, &promise, heights)?;
+    let (found, [lowest, highest]) =
+        bounds::of(chunks, faces, measured, (rooms, promise.excess), heights)?;
     deviation.bounds = Some(found);
     deviation.lowest = lowest.or(deviation.lowest);
     deviation.highest = highest.or(deviation.highest);

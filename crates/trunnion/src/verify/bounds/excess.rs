@@ -211,7 +211,7 @@ fn search(
 /// Looks for a larger bound that holds.
 fn beyond(survey: &Survey<'_>, piece: &Cell, next: &Open, known: &mut Known) {
     for doubling in 1..DOUBLINGS {
-        let height = known.worst.max(0.0) + known.margin * 2f64.powi(doubling);
+        let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if height > survey.parts.look.reach {
             break;
         }

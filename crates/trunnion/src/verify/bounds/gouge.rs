@@ -164,7 +164,7 @@ fn measure(
 /// Looks for a larger bound that holds.
 fn beyond(survey: &Survey<'_>, cell: &Cell, items: &[Item], known: &mut Known) {
     for doubling in 1..DOUBLINGS {
-        let depth = known.worst.max(0.0) + known.margin * 2f64.powi(doubling);
+        let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if depth > survey.parts.look.reach {
             break;
         }

@@ -13,11 +13,11 @@ mod gather;
 mod gouge;
 mod shape;
 
+use super::VerifyError;
 use super::chunks::{Chunks, Parts};
 use super::deviation::Measured;
 use super::ray::Deciding;
 use super::report::{Bounds, Extreme, FaceMap};
-use super::{Promise, VerifyError};
 use crate::surface::Face;
 use shape::{Rectangle, Shape, Side, Trims};
 
@@ -33,14 +33,37 @@ const ALL_PIECES: usize = 1_500_000;
 const MOST_PIECES: usize = 60_000;
 /// Share of a cell's parameters to which trims are followed.
 const TRIM_SHARE: f64 = 1e-3;
+/// Least share of the margin that is used where the tolerance leaves less room.
+const LEAST_MARGIN: f64 = 0.05;
+/// Share of what a tolerance is exceeded by, as margin of the bound.
+const BROKEN_SHARE: f64 = 0.1;
+
+/// How far a bound may be from the worst place known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Room {
+    /// At most, while the tolerance is kept \[mm\].
+    pub(super) margin: f64,
+    /// What the worst place is to keep \[mm\].
+    pub(super) tolerance: f64,
+}
+
+impl Room {
+    /// Where the tolerance is kept, so should the bound be; where it is broken, the first digits will do. With it
+    /// the bound rises no less than the worst place does.
+    fn margin(&self, worst: f64) -> f64 {
+        let (Self { margin, .. }, room) = (*self, self.tolerance - worst.max(0.0));
+        let share = margin.min(0.5 * room).max(LEAST_MARGIN * margin);
+        if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
+    }
+}
 
 /// What is promised so far: the worst heights known, and what is certain.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     /// The worst place known \[mm\]: how far out of the way of 0.
     worst: f64,
-    /// What is added to it for the bound \[mm\].
-    margin: f64,
+    /// How far the bound may be from it.
+    room: Room,
     /// Bound where that was not enough.
     beyond: f64,
     /// The worst place, if it is new.
@@ -54,8 +77,8 @@ struct Known {
 }
 
 impl Known {
-    fn new(worst: f64, margin: f64) -> Self {
-        Self { worst, margin, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
+    fn new(worst: f64, room: Room) -> Self {
+        Self { worst, room, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
     }
 
     /// A piece that is not looked at any more.
@@ -64,9 +87,14 @@ impl Known {
         self.ended = true;
     }
 
+    /// What is added to the worst place for the bound \[mm\].
+    fn margin(&self) -> f64 {
+        self.room.margin(self.worst)
+    }
+
     /// What is tried next.
     fn aim(&self) -> f64 {
-        (self.worst + self.margin).max(0.0)
+        (self.worst + self.margin()).max(0.0)
     }
 
     /// What is certain.
@@ -174,13 +202,13 @@ pub(super) fn of(
     chunks: &Chunks<'_>,
     faces: &[Face],
     measured: &[Measured],
-    promise: &Promise,
+    (rooms, excess): ([Room; 2], bool),
     extremes: [Option<f64>; 2],
 ) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
-    let [low, high] = extremes;
+    let ([low, high], [deep, tall], bounded) = (extremes, rooms, excess);
     let start = [
-        Known::new(low.map_or(0.0, |height| -height), promise.margin[0]),
-        Known::new(high.unwrap_or(0.0), promise.margin[1]),
+        Known::new(low.map_or(0.0, |height| -height), deep),
+        Known::new(high.unwrap_or(0.0), tall),
     ];
     let mut known = start;
     let mut grounds = Vec::new();
@@ -191,8 +219,7 @@ pub(super) fn of(
             TRIM_SHARE * width / values.len().max(2) as f64
         });
         let trims = Trims::new(face, tolerance)?;
-        let excess = promise.excess;
-        grounds.push(Ground { shape, trims, map, deciding, start, excess });
+        grounds.push(Ground { shape, trims, map, deciding, start, excess: bounded });
     }
     for [gouge, excess] in &all(chunks, &grounds)? {
         known = [known[0].join(gouge), known[1].join(excess)];
@@ -200,8 +227,8 @@ pub(super) fn of(
     let [gouge, excess] = known;
     let bounds = Bounds {
         gouge: gouge.bound(),
-        excess: promise.excess.then(|| excess.bound()),
-        open: if promise.excess { gouge.open.max(excess.open) } else { gouge.open },
+        excess: bounded.then(|| excess.bound()),
+        open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
     };
     Ok((bounds, [gouge.place, excess.place]))
 }
@@ -274,8 +301,8 @@ fn look(chunks: &Chunks<'_>, tasks: &mut [Task<'_>]) -> Result<Vec<[Known; 2]>, 
 impl Ground<'_> {
     /// Moves that get no lower are not looked at before it turns out that they count \[mm\].
     fn top(&self, reach: f64) -> f64 {
-        let Known { margin, .. } = self.start[1];
-        if self.excess { reach.min(2.0 * self.start[1].aim() + margin) } else { 0.0 }
+        let start = &self.start[1];
+        if self.excess { reach.min(2.0 * start.aim() + start.margin()) } else { 0.0 }
     }
 
     /// What is known of a tile to which more moves come than can be looked at.
