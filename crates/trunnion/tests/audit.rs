@@ -15,7 +15,7 @@ use trunnion::machine::{Kinematics, Machine};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
-use trunnion::verify::{self, Audit, Input, Options, Report};
+use trunnion::verify::{self, Audit, Finding, Input, Options, Report};
 
 fn machine() -> Machine {
     shop::machine(Layout::TableTable)
@@ -214,4 +214,34 @@ fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_told() {
         assert!(by <= 0.01 * pivot * (1.0 + 1e-6), "{by}");
         assert!(by > 0.3 * 0.01 * pivot, "{by}");
     }
+}
+
+/// C turns at a thousandth below and two thousandths above its limit while the tip goes 5 mm, with the F word of `feed`:
+/// how often that is told.
+fn too_fast(feed: &str, seconds: f64, decimals: usize) -> Vec<String> {
+    let machine = machine();
+    let limit = machine.axes[3].vel.to_degrees();
+    let by = |share: f64| limit * seconds * share;
+    let text = |turn: f64| {
+        format!(
+            "G21 G90 G94\nG1 X0 Y0 Z0 F1000\n{feed} X5.0 {}{turn:.decimals$}\nM2\n",
+            machine.axes[3].name
+        )
+    };
+    let told = |share: f64| {
+        let report = check(&text(by(share)), &machine);
+        report.findings.iter().filter(|f| matches!(f, Finding::Velocity { .. })).count()
+    };
+    [0.999, 1.002].map(|share| format!("{share}: {}", told(share))).to_vec()
+}
+
+#[test]
+fn a_speed_is_run_as_it_stands_and_words_of_one_digit_are_meant() {
+    // A path of 5 mm at 100 mm/min takes 3 s; half a unit of F is not its rounding, nor is half a degree that of C.
+    for (feed, seconds, decimals) in [("F100", 3.0, 4), ("F100.", 3.0, 1), ("F20", 15.0, 1)] {
+        assert_eq!(too_fast(feed, seconds, decimals), ["0.999: 0", "1.002: 1"], "{feed}");
+    }
+    // A time is rounded: 20.00 a minute may be 20.005.
+    assert_eq!(too_fast("G93 F20.00", 3.0, 4), ["0.999: 0", "1.002: 1"]);
+    assert_eq!(too_fast("G93 F20", 3.0, 4), ["0.999: 0", "1.002: 0"]);
 }

@@ -8,7 +8,7 @@ use super::run::Run;
 use super::tools::{Changes, Controls};
 use super::turns::Choices;
 use super::{Input, VerifyError};
-use crate::machine::Axis;
+use crate::machine::{Axis, FIRST_ROTARY};
 use crate::types::{AXES, AxisVector};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -142,13 +142,24 @@ fn stretch(
 ) -> Result<Stretch, VerifyError> {
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
-    let error = joint_rounding(control, segment, input.program.rounding())?;
-    // F = 60 / duration in inverse time; under G94 this overstates the effect. What rounding does to a block goes
-    // through all of its chords evenly.
+    let error = joint_rounding(control, segment, &rounded(input.program.rounding()))?;
+    // F = 60 / duration in inverse time; a speed is run as it stands. What rounding does to a block goes through all of
+    // its chords evenly.
     let block = segment.block;
-    let feed = 2.0 * input.program.feed_rounding() * block.duration / 60.0;
+    let feed = if block.timed { input.program.feed_rounding() } else { 0.0 };
+    let feed = 2.0 * feed * block.duration / 60.0;
     let slack = error * (2.0 / block.duration) + velocity.abs() * feed.min(1.0);
     Ok(Stretch { line: segment.line, velocity, duration, block, slack })
+}
+
+/// Half of a last digit from which words say what is meant \[mm, degrees\]: no path of which a tolerance is asked is
+/// rounded so coarsely.
+const COARSE: f64 = 0.05;
+
+/// Rounding of the axis words, as far as they are rounded.
+fn rounded(words: &AxisVector) -> AxisVector {
+    let coarse = |slot: usize| if slot < FIRST_ROTARY { COARSE } else { COARSE.to_radians() };
+    AxisVector::from_fn(|slot, _| if words[slot] < 0.99 * coarse(slot) { words[slot] } else { 0.0 })
 }
 
 /// What the rounding of the words does to the joints at a block's end \[mm, rad\].

@@ -41,12 +41,14 @@ pub(super) struct Block {
     pub(super) begins: bool,
     /// It ends with this move.
     pub(super) ends: bool,
+    /// Its time is what the program says, and not its length over a speed.
+    pub(super) timed: bool,
 }
 
 impl Block {
     /// A block of one move.
     pub(super) fn of_one(duration: f64) -> Self {
-        Self { duration, sweep: 0.0, begins: true, ends: true }
+        Self { duration, sweep: 0.0, begins: true, ends: true, timed: false }
     }
 }
 

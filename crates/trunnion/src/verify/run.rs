@@ -315,7 +315,8 @@ impl<'a> Replay<'a> {
         };
         let joints = [*q, to];
         let duration = duration(&joints, &course, step.pace, &control.rapid());
-        let block = block.unwrap_or(Block::of_one(duration));
+        let timed = matches!(step.pace, Pace::Inverse { .. });
+        let block = block.unwrap_or(Block { timed, ..Block::of_one(duration) });
         Ok(Segment { line: step.line, tool, joints, course, duration, block, rapid })
     }
 
@@ -348,6 +349,7 @@ impl<'a> Replay<'a> {
     /// The next chord of an arc.
     fn chord(&mut self, on: &mut OnArc) -> Result<Segment, VerifyError> {
         let OnArc { step, counted, arc, q, ends: [from, to], parts, duration, .. } = *on;
+        let timed = matches!(step.pace, Pace::Inverse { .. });
         on.done += 1;
         let share = f64::from(on.done) / f64::from(parts);
         let mut words = to;
@@ -366,8 +368,8 @@ impl<'a> Replay<'a> {
         };
         let (begins, ends) = (on.done == 1, on.done == parts);
         let sweep = arc.sweep.abs();
-        let segment =
-            self.straight(&q, (&step, counted), Some(Block { duration, sweep, begins, ends }))?;
+        let block = Block { duration, sweep, begins, ends, timed };
+        let segment = self.straight(&q, (&step, counted), Some(block))?;
         [_, on.q] = segment.joints;
         Ok(segment)
     }
