@@ -7,15 +7,12 @@ use crate::text;
 use nalgebra::Vector3;
 use std::io::{Result as IoResult, Write};
 use std::path::Path;
-use trunnion::files::summary::StockSummary;
+use trunnion::files::summary::{FixturesSummary, StockSummary};
 use trunnion::import::stl;
-use trunnion::pipeline::Outcome;
+use trunnion::pipeline::{self, Outcome};
 use trunnion::types::{Mesh, Silent};
 use trunnion::verify;
 use trunnion_report::{Number, Solid};
-
-/// How far the triangles of a STEP solid may be off its faces where nothing is said \[mm\].
-pub(crate) const CHORD: f64 = 0.01;
 
 /// Whether a file is named as a STEP file.
 pub(crate) fn is_step(path: &Path) -> bool {
@@ -25,9 +22,18 @@ pub(crate) fn is_step(path: &Path) -> bool {
 
 /// Triangles of an STL file, or of the solids of a STEP file, there within about `chord` \[mm\] of its faces.
 pub(crate) fn mesh(path: &Path, chord: f64) -> Result<Mesh, Failure> {
-    let bytes = text::read_bytes(path)?;
-    let mesh = if is_step(path) { STEP.mesh(&bytes, chord, &Silent) } else { stl::read(&bytes) };
-    mesh.map_err(|what| Failure::input(format!("{}: {what}", path.display())))
+    let chord = is_step(path).then_some(chord);
+    mesh_of(path, chord).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
+}
+
+/// The same of a file whose kind is known, STEP with a chord and STL without; or what is wrong with it.
+pub(crate) fn mesh_of(path: &Path, chord: Option<f64>) -> Result<Mesh, String> {
+    let bytes = text::bytes(path)?;
+    let mesh = match chord {
+        Some(chord) => STEP.mesh(&bytes, chord, &Silent),
+        None => stl::read(&bytes),
+    };
+    mesh.map_err(|what| what.to_string())
 }
 
 /// Writes a mesh as binary STL.
@@ -61,6 +67,19 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
         format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
         format!("{} lines run into stock or fixtures", lines(stock)),
     ]
+}
+
+/// What is told of STEP solids.
+pub(crate) fn chord_words(chord: f64) -> String {
+    format!("triangles within about {chord} mm of the faces; fixtures larger by that")
+}
+
+/// How near a program comes to fixtures; `label` says which program.
+pub(crate) fn clearance_number(fixtures: &FixturesSummary, label: &str) -> Number {
+    let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
+    let note = pipeline::nearest_fixture(fixtures);
+    let clear = fixtures.near.is_empty();
+    judged(clear, plain(label, format!("{least:.4}"), "mm", note), !clear)
 }
 
 /// What a program does to the stock.

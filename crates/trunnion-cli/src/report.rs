@@ -8,7 +8,9 @@ use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::{Cutter, ProfilePiece};
 use trunnion::files::job::MotionMethod;
-use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
+use trunnion::files::summary::{
+    AxisSummary, CheckSummary, FixturesSummary, ProgramSummary, RestSummary, Summary,
+};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
@@ -27,6 +29,9 @@ const BINS: usize = 60;
 
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
+
+/// Places of fixtures that are listed.
+const TOUCHED: usize = 5;
 
 /// Steps in which the corner of the drawn tool is divided.
 const ARC_STEPS: u32 = 12;
@@ -51,7 +56,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
-        check: shown.map(|program| check(job, program)).unwrap_or_default(),
+        check: shown.map(|program| check(job, (program, summary))).unwrap_or_default(),
         stock: material::left(outcome).map(|left| material::drawn(left, job.budget.total)),
         smoothing: smoothing(job, outcome),
     };
@@ -130,6 +135,9 @@ fn checked(
     }
     numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
     numbers.extend(program.stock.iter().flat_map(|stock| material::numbers(stock, name)));
+    let fixtures = program.fixtures.iter();
+    let label = name("least off fixtures");
+    numbers.extend(fixtures.map(|fixtures| material::clearance_number(fixtures, &label)));
     numbers
 }
 
@@ -376,7 +384,7 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     ([feed, tip], !axes.motion.is_free())
 }
 
-fn check(job: &Job, program: &Program) -> Check {
+fn check(job: &Job, (program, summary): (&Program, &Summary)) -> Check {
     let Some(report) = &program.check else { return Check::default() };
     let deviation = &report.deviation;
     let heights = || {
@@ -393,11 +401,22 @@ fn check(job: &Job, program: &Program) -> Check {
         points: deviation.points as u64,
         uncut: deviation.uncut as u64,
         histogram: Histogram::of(heights(), [-reach, reach], BINS),
-        places: places(report),
+        places: places(
+            report,
+            summary
+                .programs
+                .iter()
+                .find(|of| of.file == program.file)
+                .and_then(|of| of.fixtures.as_ref()),
+        ),
     }
 }
 
-pub(crate) fn places(check: &verify::Report) -> Vec<WorstPlace> {
+/// Worst places of a check, and the nearest of those that come too near a fixture.
+pub(crate) fn places(
+    check: &verify::Report,
+    fixtures: Option<&FixturesSummary>,
+) -> Vec<WorstPlace> {
     let deviation = &check.deviation;
     let place = |name: &str, extreme: &Extreme| WorstPlace {
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
@@ -410,6 +429,7 @@ pub(crate) fn places(check: &verify::Report) -> Vec<WorstPlace> {
             .iter()
             .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
             .collect();
+    places.extend(fixtures.into_iter().flat_map(touched));
     for finding in &check.findings {
         if let Finding::Uncut { place, .. } = finding {
             let point = place.coords.into();
@@ -418,4 +438,16 @@ pub(crate) fn places(check: &verify::Report) -> Vec<WorstPlace> {
         }
     }
     places
+}
+
+/// Places of fixtures, the nearest first.
+fn touched(fixtures: &FixturesSummary) -> impl Iterator<Item = WorstPlace> + use<> {
+    let mut near = fixtures.near.clone();
+    near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    near.into_iter().take(TOUCHED).map(|near| WorstPlace {
+        kind: "fixture".to_owned(),
+        point: near.point,
+        deviation: None,
+        note: pipeline::approach(&near),
+    })
 }

@@ -6,11 +6,13 @@ use crate::progress::Bars;
 use crate::{machine, material, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
-use trunnion::files::job::Stock;
+use trunnion::files::job::{Fixture, JobFile, Solid, Stock};
 use trunnion::files::summary::{
-    CheckSummary, CoverSummary, SingularSummary, Summary, ToleranceSummary, TurnLimitSummary,
+    CheckSummary, CoverSummary, ProgramSummary, SingularSummary, Summary, ToleranceSummary,
+    TurnLimitSummary,
 };
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
+use trunnion::types::Mesh;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -26,15 +28,20 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let bars = Bars::new();
-    let (job, warnings) = load(&args.job, &bars)?;
+    let (job, warnings) = load(&args.job, None, &bars)?;
     let folder = match &args.output {
         Some(folder) => folder.clone(),
         None => args.job.parent().unwrap_or(Path::new("")).join("out"),
     };
     Outputs::probe(&folder)?;
+    // Where the job says them.
+    let refused = |error| match error {
+        PipelineError::Solids(faults) => Failure::faults(&args.job, &faults),
+        error => failure(error),
+    };
     if args.dry_run {
         pipeline::reach(&job).map_err(failure)?;
-        pipeline::stock(&job).map_err(failure)?;
+        pipeline::solids(&job).map_err(refused)?;
     }
     if args.dry_run && json {
         return text::print_json(&DryRun::of(&job, warnings));
@@ -42,7 +49,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     if args.dry_run {
         return text::print(&dry(&job, &warnings));
     }
-    let outcome = pipeline::run(&job, &bars).map_err(failure)?;
+    let outcome = pipeline::run(&job, &bars).map_err(refused)?;
     bars.finish();
     let mut summary = outcome.summary.clone();
     summary.warnings.splice(0..0, warnings);
@@ -55,28 +62,78 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
-/// Reads the job and the files it names. All faults of the files it names are told together.
-pub(crate) fn load(path: &Path, bars: &Bars) -> Result<(Job, Vec<String>), Failure> {
+/// Reads the job and the files it names, STEP solids within `chord` \[mm\] of their faces if that is told. All
+/// faults of the files it names are told together.
+pub(crate) fn load(
+    path: &Path,
+    chord: Option<f64>,
+    bars: &Bars,
+) -> Result<(Job, Vec<String>), Failure> {
     let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
-    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+    let file = match chord {
+        Some(chord) => file.with_chord(chord),
+        None => file,
+    };
     let machine = machine::load_beside(path, &file.machine);
-    let part = part::read(&beside(&file.part.file), bars);
-    let (machine, part) = match (machine, part) {
-        (Ok(machine), Ok(part)) => (machine, part),
-        (Err(first), Err(second)) => return Err(first.and(second)),
-        (Err(fault), _) | (_, Err(fault)) => return Err(fault),
-    };
+    let part = part::read(&beside(path, &file.part.file), bars);
+    let (machine, (part, solids)) = both(machine, both(part, solids(path, &file)))?;
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
-    let job = Job::new(file, &part.faces, &machine.machine)
+    let mut job = Job::new(file, &part.faces, &machine.machine)
         .map_err(|faults| Failure::faults(path, &faults))?;
-    let job = match &job.file.stock {
-        Some(Stock::Stl { file } | Stock::Step { file }) => {
-            let mesh = material::mesh(&beside(file), material::CHORD)?;
-            job.with_stock(mesh)
-        }
-        _ => job,
-    };
+    if let Some(mesh) = solids.stock {
+        job = job.with_stock(mesh);
+    }
+    for (number, mesh) in solids.fixtures {
+        job = job.with_fixture(number, mesh);
+    }
     Ok((job, warnings))
+}
+
+/// Both, or all that is wrong with either.
+pub(crate) fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result<(A, B), Failure> {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok((a, b)),
+        (Err(a), Err(b)) => Err(a.and(b)),
+        (Err(fault), _) | (_, Err(fault)) => Err(fault),
+    }
+}
+
+/// A file that a job names.
+fn beside(job: &Path, name: &str) -> PathBuf {
+    job.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// Triangles of the solids that are in files.
+struct Solids {
+    stock: Option<Mesh>,
+    /// By their numbers in the job, from 0.
+    fixtures: Vec<(usize, Mesh)>,
+}
+
+/// Reads the files of stock and fixtures; what is wrong is told where the job names them.
+fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
+    let mut faults = Vec::new();
+    let mut read = |key: &str, solid: &Solid| {
+        let name = solid.file()?;
+        let found = material::mesh_of(&beside(path, name), solid.chord());
+        let refused = |what: String| {
+            let fault = file.places.fault(key, format!("{name}: {what}"));
+            let help = "the file is looked for relative to the job file";
+            faults.push(if beside(path, name).exists() { fault } else { fault.with_help(help) });
+        };
+        found.map_err(refused).ok()
+    };
+    let stock = file.stock.as_ref().and_then(Stock::solid);
+    let stock = stock.and_then(|solid| read("stock.file", solid));
+    let of = |(number, fixture): (usize, &Fixture)| {
+        Some((number, read(&format!("fixture.{number}.file"), &fixture.solid)?))
+    };
+    let fixtures = file.fixtures.iter().enumerate().filter_map(of).collect();
+    if faults.is_empty() {
+        Ok(Solids { stock, fixtures })
+    } else {
+        Err(Failure::faults(path, &faults))
+    }
 }
 
 /// What a stage could not do lies in the job, its part or its machine: nothing is written.
@@ -94,6 +151,8 @@ struct DryRun {
     schema: &'static str,
     job: String,
     faces: usize,
+    /// What programs would be checked against, by name.
+    fixtures: Vec<String>,
     tolerance: ToleranceSummary,
     warnings: Vec<String>,
 }
@@ -104,6 +163,7 @@ impl DryRun {
             schema: "trunnion-dry-run/1",
             job: job.file.name.clone(),
             faces: job.faces.len(),
+            fixtures: job.fixtures.iter().map(|held| held.name.clone()).collect(),
             tolerance: job.budget.summary(),
             warnings,
         }
@@ -114,6 +174,10 @@ fn dry(job: &Job, warnings: &[String]) -> String {
     let mut lines = vec![format!("{}: the job and its files are in order", job.file.name)];
     lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(job.budget.lines().map(|(name, value)| format!("  {name:<16}{value:>9.5} mm")));
+    let fixtures: Vec<&str> = job.fixtures.iter().map(|held| held.name.as_str()).collect();
+    if !fixtures.is_empty() {
+        lines.push(format!("  {:<16}{}", "fixtures", fixtures.join(", ")));
+    }
     lines.join("\n") + "\n"
 }
 
@@ -210,24 +274,32 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     if let Some(singular) = &motion.singular {
         row("singular directions", passages(singular));
     }
-    for program in &summary.programs {
-        if let Some(other) = &program.same_as {
-            let told = format!(
-                "{} blocks; the same as those of {other}, whose check holds",
-                program.blocks
-            );
-            row(&program.dialect, told);
-        }
-        let Some(check) = &program.check else { continue };
-        row(&program.dialect, checked(program.blocks, check));
-        for words in program.stock.iter().flat_map(material::words) {
-            row("", words);
-        }
+    for (name, value) in summary.programs.iter().flat_map(program) {
+        row(name, value);
+    }
+    if let Some(chord) = summary.chord {
+        row("STEP solids", material::chord_words(chord));
     }
     lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
     lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
     lines.join("\n") + "\n"
+}
+
+/// A program, row by row.
+fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
+    let mut rows = Vec::new();
+    if let Some(other) = &program.same_as {
+        let told =
+            format!("{} blocks; the same as those of {other}, whose check holds", program.blocks);
+        rows.push((program.dialect.as_str(), told));
+    }
+    let Some(check) = &program.check else { return rows };
+    rows.push((&program.dialect, checked(program.blocks, check)));
+    rows.extend(program.stock.iter().flat_map(material::words).map(|words| ("", words)));
+    let fixtures = program.fixtures.iter().map(pipeline::nearest_fixture);
+    rows.extend(fixtures.map(|words| ("", format!("fixtures: {words}"))));
+    rows
 }
 
 /// What the passes cover, row by row.

@@ -47,7 +47,7 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let bars = Bars::new();
-    let (job, warnings) = jobs::load(&args.job, &bars)?;
+    let (job, warnings) = jobs::load(&args.job, None, &bars)?;
     let bounds = bounds(args, &job)?;
     let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
     bars.finish();

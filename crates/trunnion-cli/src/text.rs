@@ -27,21 +27,25 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Done, Failure>
 
 /// Reads a file whole.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    let fault = |what: String| Failure::input(format!("{}: {what}", path.display()));
-    let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?;
+    bytes(path).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
+}
+
+/// Reads a file whole, or says what is wrong with it.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+    let size = std::fs::metadata(path).map_err(|error| error.to_string())?;
     if size.is_dir() {
-        return Err(fault("is a folder; a file is wanted".into()));
+        return Err("is a folder; a file is wanted".into());
     }
     if size.len() > LARGEST {
-        return Err(fault(format!("has {} bytes; at most {LARGEST} are read", size.len())));
+        return Err(format!("has {} bytes; at most {LARGEST} are read", size.len()));
     }
     // A device or a pipe has no size beforehand.
     let mut bytes = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
-        .map_err(|error| fault(error.to_string()))?;
+        .map_err(|error| error.to_string())?;
     if bytes.len() as u64 > LARGEST {
-        return Err(fault(format!("does not end; at most {LARGEST} bytes are read")));
+        return Err(format!("does not end; at most {LARGEST} bytes are read"));
     }
     Ok(bytes)
 }

@@ -1,10 +1,11 @@
-//! A job's stock as a user meets it: it is cut away in the final check of a run, and what runs into it is told.
+//! A job's stock and fixtures as a user meets them: stock is cut away in the final check of a run, and what runs into
+//! either is told.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 mod binary;
 
-use binary::{folder, json, replace, told, trunnion};
+use binary::{folder, json, replace, root, told, trunnion};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
@@ -111,11 +112,125 @@ fn a_stock_that_cannot_be_used_is_refused_before_the_work() {
     let folder = folder.path();
     with_stock(folder, "[stock]\nkind = \"stl\"\nfile = \"block.stl\"\n\n[tool]");
     let dry = ["run", "job.toml", "--dry-run"];
+    add(folder, "[[fixture]]\nkind = \"stl\"\nfile = \"block.stl\"\n");
+    add(folder, "[[fixture]]\nkind = \"step\"\nfile = \"vise.step\"\n");
     let (code, _, errors) = told(&trunnion(folder, &dry));
-    assert!(code == Some(2) && errors.contains("block.stl"), "{errors}");
+    let missing = ["job.toml:11:8: block.stl: ", ":8: block.stl: ", ":8: vise.step: "];
+    assert!(code == Some(2) && missing.iter().all(|what| errors.contains(what)), "{errors}");
+    assert_eq!(errors.matches("relative to the job file").count(), 3, "{errors}");
     let open = block();
     let cut = open.find("endfacet").unwrap() + "endfacet\n".len();
     fs::write(folder.join("block.stl"), "solid block\n".to_owned() + &open[cut..]).unwrap();
+    let solid = root().join("fixtures/step/hollow.step");
+    fs::copy(solid, folder.join("vise.step")).unwrap();
     let (code, _, errors) = told(&trunnion(folder, &dry));
-    assert!(code == Some(2) && errors.contains("closed"), "{errors}");
+    let open = ["job.toml:11:8: the stock: ", ":8: fixture block.stl: "];
+    assert!(code == Some(2) && open.iter().all(|what| errors.contains(what)), "{errors}");
+    assert_eq!(errors.matches("is not closed").count(), 2, "{errors}");
+    fs::write(folder.join("block.stl"), block()).unwrap();
+    let (code, said, errors) = told(&trunnion(folder, &dry));
+    assert!(code == Some(0) && said.contains("block.stl, vise.step"), "{said}{errors}");
+    let face = root().join("examples/step-face/part.step");
+    fs::copy(face, folder.join("vise.step")).unwrap();
+    let (code, _, errors) = told(&trunnion(folder, &dry));
+    assert!(
+        code == Some(2) && errors.contains(":8: vise.step: the solid is not closed"),
+        "{errors}"
+    );
+}
+
+/// Adds lines to the job.
+fn add(folder: &Path, lines: &str) {
+    let path = folder.join("job.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(path, text + lines).unwrap();
+}
+
+/// A clamp beside the patch, its corner under the passes or off them.
+fn clamp(corner: f64) -> String {
+    format!("[[fixture]]\nkind = \"box\"\nmin = [-40, 10, -12]\nmax = [{corner}, 30, 4]\n")
+}
+
+#[test]
+fn a_fixture_is_told_where_a_program_runs_into_it() {
+    let folder = folder();
+    let folder = folder.path();
+    let plain = fs::read_to_string(folder.join("job.toml")).unwrap();
+    add(folder, "fixture_clearance = 2.5\n");
+    add(folder, &clamp(-30.0));
+    let (code, summary) = run(folder);
+    assert_eq!(code, Some(0), "{summary:#}");
+    let least =
+        |summary: &Value| summary["programs"][0]["fixtures"]["least"]["distance"].as_f64().unwrap();
+    assert!(least(&summary) > 2.5, "{summary:#}");
+    let program = "out/program.linuxcnc.ngc";
+    let check = |job: &str, more: &[&str]| {
+        let output =
+            trunnion(folder, &[&["--json", "check", program, "--job", job], more].concat());
+        (output.status.code(), json(&output))
+    };
+
+    // In the way: the run and the check say the same, whoever says the fixture.
+    fs::write(folder.join("plain.toml"), plain).unwrap();
+    replace(folder, "job.toml", "max = [-30,", "max = [-18,");
+    let (code, summary) = run(folder);
+    assert_eq!(code, Some(1), "{summary:#}");
+    let fixtures = &summary["programs"][0]["fixtures"];
+    assert_eq!(fixtures["least"]["fixture"], "box:-40,10,-12,-18,30,4");
+    let deepest = fixtures["near"].as_array().unwrap().iter();
+    let deepest = deepest.map(|near| near["distance"].as_f64().unwrap()).reduce(f64::min);
+    assert!((-6.0..-2.0).contains(&least(&summary)) && deepest == Some(least(&summary)));
+    let said = ["--fixture", "box:-40,10,-12,-18,30,4", "--clearance", "2.5"];
+    let [of_job, of_arguments] = [check("job.toml", &[]), check("plain.toml", &said)];
+    assert_eq!((of_job.0, of_arguments.0), (Some(1), Some(1)));
+    assert_eq!(&of_job.1["fixtures"], fixtures);
+    assert_eq!(&of_arguments.1["fixtures"], fixtures);
+    assert_eq!(of_job.1["failures"], of_arguments.1["failures"]);
+    let failures = summary["failures"].as_array().unwrap();
+    let words = [": runs into box:-40,10,-12,-18,30,4, ", " mm deep at X ", "nearer than 2.5 mm"];
+    for words in words {
+        assert!(
+            failures.iter().any(|failure| failure.as_str().unwrap().contains(words)),
+            "{failures:?}"
+        );
+    }
+    assert!(summary["warnings"].to_string().contains("raise setup.clearance"), "{summary:#}");
+    let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
+    assert!(page.contains("least off fixtures") && page.contains("deep in box:-40,10,-12"));
+
+    // With stock hits in fixtures stand among what is run into; --fixture is looked at beside the job's own.
+    with_stock(folder, BOX);
+    let (_, both) = check("job.toml", &["--fixture", "cyl:-300,-200,-200,1,2"]);
+    let hits = both["stock"]["collisions"].as_array().unwrap();
+    let first = hits.iter().find(|hit| hit["kind"] == "fixture").unwrap();
+    let mut near = fixtures["near"].as_array().unwrap().iter();
+    let near = near.find(|near| near["line"] == first["line"]).unwrap();
+    let [depth, distance] = [&first["depth"], &near["distance"]].map(|of| of.as_f64().unwrap());
+    assert!(distance < 0.0 && (depth + distance).abs() < 1e-12, "{first} {near}");
+    assert_eq!(both["fixtures"]["hits"], fixtures["hits"]);
+}
+
+#[test]
+fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
+    let folder = folder();
+    let folder = folder.path();
+    let plain = fs::read_to_string(folder.join("job.toml")).unwrap();
+    fs::write(folder.join("plain.toml"), plain).unwrap();
+    let solid = root().join("fixtures/step/hollow.step");
+    fs::copy(solid, folder.join("hollow.step")).unwrap();
+    add(folder, "[[fixture]]\nkind = \"step\"\nfile = \"hollow.step\"\nchord = 0.004\n");
+    let moves = "TOOL PATH/A\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/600\nGOTO/0,0,25,0,0,1\nFINI\n";
+    fs::write(folder.join("moves.cls"), moves).unwrap();
+    let check = |job: &str, more: &[&str]| {
+        let all = [&["--json", "check", "moves.cls", "--job", job], more].concat();
+        let found = json(&trunnion(folder, &all));
+        (found["chord"].as_f64(), found["fixtures"].clone())
+    };
+    let of_job = check("job.toml", &[]);
+    assert_eq!(of_job.0, Some(0.004));
+    assert_eq!(of_job, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.004"]));
+    let coarser = check("job.toml", &["--chord", "0.5"]);
+    assert_eq!(coarser, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.5"]));
+    let [fine, coarse] = [of_job, coarser].map(|(_, of)| of["least"]["distance"].as_f64().unwrap());
+    assert!((fine - coarse - 0.496).abs() < 1e-3, "{fine} {coarse}");
 }

@@ -1,12 +1,12 @@
 //! `trunnion check`: a program against the part, and against the machine; or a table of setpoints.
 
 mod export;
-mod fixtures;
 mod left_open;
 mod model;
 mod offset;
 mod page;
 mod setpoints;
+mod setting;
 mod stock;
 mod subject;
 mod told;
@@ -27,7 +27,7 @@ use trunnion::nc::read::Dialect;
 pub(crate) struct Args {
     /// Program (G-code), a CL file, or axis setpoints as a run writes them: motion.csv.
     program: PathBuf,
-    /// Take machine, part, setup, tool, tolerance and grid from a job file.
+    /// Take machine, part, setup, tool, tolerance, grid, stock and fixtures from a job file.
     #[arg(long, value_name = "JOB.toml", conflicts_with_all = ["machine", "part", "faces", "flip",
         "origin", "rotation"])]
     job: Option<PathBuf>,
@@ -85,14 +85,16 @@ pub(crate) struct Args {
     /// job's].
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     stock: Option<String>,
-    /// What the tool must not touch, said as --stock; may be given several times.
+    /// What the tool must not touch, said as --stock; may be given several times, and is looked at beside the
+    /// job's.
     #[arg(long, value_name = "FIXTURE", allow_hyphen_values = true)]
     fixture: Vec<String>,
-    /// How far any part of the tool must keep off fixtures in mm; what comes nearer is told.
-    #[arg(long, value_name = "MM", value_parser = tool::positive, requires = "fixture")]
+    /// How far any part of the tool must keep off fixtures in mm; what comes nearer is told [default: the
+    /// job's, or 0: what runs into one].
+    #[arg(long, value_name = "MM", value_parser = tool::positive)]
     clearance: Option<f64>,
     /// How far the triangles that stand for STEP solids may be off their faces in mm; fixtures are taken to
-    /// be larger by that [default: 0.01].
+    /// be larger by that [default: the job's, or 0.01].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     chord: Option<f64>,
     /// Largest distance of the rays that stand for stock in mm [default: 400 on the longest side].
@@ -133,7 +135,8 @@ without the second way.
 With --stock the material is cut away move by move. Rapid moves through it, either way, and shank or holder in it
 are told with line, depth and place; what is left is written as stock.stl.
 How near any part of the tool comes to a --fixture is found for every move, between times and places, too: the
-least distance is told, and every line that runs into one, or comes nearer than --clearance.
+least distance is told, and every line that runs into one, or comes nearer than --clearance. A job has both as
+[stock], [[fixture]] and verify.fixture_clearance.
 Setpoints (a .csv file) are held against the machine alone. Columns: t in s, then X,Y,.. in mm and degrees, and
 X_vel,..; X_acc,..; X_jerk,.. as far as there are any. Every row must keep the period and every limit; between
 two rows, the least acceleration and jerk of any motion through both must. The decimals' own rounding is taken

@@ -40,7 +40,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         surface: surface(found),
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
-        check: check(subject, found),
+        check: check(subject, found, told),
         stock: found.stock.as_ref().map(|(_, left)| material::drawn(left, subject.options.total)),
         smoothing: String::new(),
     };
@@ -79,12 +79,8 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
     if let Some(stock) = &told.stock {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
-    if let Some(fixtures) = &told.fixtures {
-        let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
-        let clear = fixtures.near.is_empty();
-        let told = number("least off fixtures", format!("{least:.4}"), "mm", clear, !clear);
-        numbers.push(Number { note: fixtures.words(), ..told });
-    }
+    let fixtures = told.fixtures.iter();
+    numbers.extend(fixtures.map(|of| material::clearance_number(of, "least off fixtures")));
     let percent = |label: String, of: Fraction| Number {
         note: format!("of its limit, at line {}", of.line),
         ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)
@@ -118,7 +114,7 @@ fn piece(track: &Track) -> PathPiece {
     }
 }
 
-fn check(subject: &Subject, found: &Found) -> Check {
+fn check(subject: &Subject, found: &Found, told: &Told) -> Check {
     let report = &found.report;
     let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
     let reach = 2.0 * subject.options.total;
@@ -131,6 +127,6 @@ fn check(subject: &Subject, found: &Found) -> Check {
         points: report.deviation.points as u64,
         uncut: report.deviation.uncut as u64,
         histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
-        places: report::places(report),
+        places: report::places(report, told.fixtures.as_ref()),
     }
 }

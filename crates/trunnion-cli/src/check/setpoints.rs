@@ -99,6 +99,7 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
         ("--tolerance", args.tolerance.is_some()),
         ("--stock", args.stock.is_some()),
         ("--fixture", !args.fixture.is_empty()),
+        ("--clearance", args.clearance.is_some()),
     ];
     match said.iter().find(|(_, said)| *said) {
         Some((name, _)) => Err(Failure::input(format!(
@@ -115,7 +116,7 @@ impl Table {
     fn open(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let (machine, period, jerk) = match (&args.job, &args.machine) {
             (Some(path), _) => {
-                let (job, _) = run::load(path, bars)?;
+                let (job, _) = run::load(path, None, bars)?;
                 let motion = &job.file.motion;
                 let jerk = motion.method != MotionMethod::Optimal;
                 (job.kinematics.machine().clone(), Some(motion.servo_period), jerk)

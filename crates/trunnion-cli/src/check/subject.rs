@@ -1,29 +1,25 @@
 //! What is checked, against what.
 
-use super::fixtures::Fixtures;
-use super::tool::Toolbox;
-use super::{Args, stock};
+use super::Args;
+use super::setting::Setting;
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
-use crate::{inspect, machine, material, part, run, text};
-use nalgebra::Vector3;
-use std::path::Path;
+use crate::{inspect, text};
 use trunnion::cutter::Cutter;
-use trunnion::files::job;
-use trunnion::machine::{Kinematics, Setup};
+use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramText, ReadOptions};
 use trunnion::nc::write::work_offset;
-use trunnion::pipeline::MOST_COLLISIONS;
+use trunnion::pipeline::{self, Fixtures, MOST_COLLISIONS};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, Approach, Carving, ClInput, Clearance, CollisionKind, Cutting, Finding, Input, Options,
-    Promise, Report, Solid, Stock, Tables, Tool, Track, VerifyError, WorkOffset,
+    self, Carving, ClInput, Clearance, Cutting, Finding, Input, Options, Promise, Report, Stock,
+    Tables, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
-const GRID: f64 = 0.2;
+pub(super) const GRID: f64 = 0.2;
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
 /// Material higher than this counts as uncut \[mm\].
@@ -78,34 +74,13 @@ pub(super) struct Found {
     pub(super) clearance: Option<Clearance>,
 }
 
-/// All but the program.
-struct Setting {
-    part: String,
-    kinematics: Option<Kinematics>,
-    faces: Vec<Face>,
-    others: Vec<Face>,
-    cutter: Cutter,
-    tools: Vec<(u32, Cutter)>,
-    tolerance: [f64; 2],
-    grid: f64,
-    /// Of a job.
-    stock: Option<Solid>,
-    stock_cell: Option<f64>,
-    /// It is of a STEP file.
-    step_stock: bool,
-    warnings: Vec<String>,
-}
-
 impl Subject {
     /// Reads everything the arguments name.
     pub(super) fn load(args: &Args, bars: &Bars) -> Result<Self, Failure> {
-        let setting = match &args.job {
-            Some(job) => Setting::of_job((job, args), bars)?,
-            None => Setting::of_arguments(args, bars)?,
-        };
+        let setting = Setting::read(args, bars)?;
+        let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
         let motion = motion(args, setting.kinematics)?;
-        let stock = stock_of(args, setting.stock, setting.stock_cell)?;
         let mut warnings = setting.warnings;
         let said = match &motion {
             Motion::Program(program, _) => program.warnings(),
@@ -117,14 +92,7 @@ impl Subject {
             Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
             Motion::Locations(_) => None,
         };
-        let of_job = args.stock.is_none() && setting.step_stock;
-        let has_step =
-            of_job || args.stock.iter().chain(&args.fixture).any(|said| stock::is_step(said));
-        let [total, gouge] = args.tolerance.unwrap_or(setting.tolerance);
-        let chord = args.chord.unwrap_or(material::CHORD);
-        let clearance = args.clearance.unwrap_or(0.0);
-        let fixtures = || Fixtures::read(&args.fixture, clearance, [total, chord]);
-        let fixtures = (!args.fixture.is_empty()).then(fixtures).transpose()?;
+        let [total, gouge] = setting.tolerance;
         let options = Options {
             grid: args.grid.unwrap_or(setting.grid),
             reach: REACH.max(2.0 * total),
@@ -147,7 +115,7 @@ impl Subject {
             options,
             stock,
             fixtures,
-            chord: has_step.then_some(chord),
+            chord: setting.chord,
             warnings,
         })
     }
@@ -168,12 +136,8 @@ impl Subject {
         }
         let mut stock = self.carve(bars)?;
         let clearance = self.clearance(bars)?;
-        if let Some((carving, _)) = &mut stock {
-            let near = clearance.iter().flat_map(|found| &found.near);
-            carving.collisions.extend(near.filter_map(Approach::collision));
-            let hits = clearance.iter().filter_map(|found| found.hits);
-            carving.lines.extend(hits.map(|hits| (CollisionKind::Fixture, hits)));
-            carving.collisions.sort_by_key(|hit| (hit.line, hit.kind));
+        if let (Some((carving, _)), Some(clearance)) = (&mut stock, &clearance) {
+            pipeline::add_hits(carving, clearance);
         }
         Ok(Found { report, others, stock, clearance })
     }
@@ -206,7 +170,8 @@ impl Subject {
 
     /// How near the program comes to fixtures.
     fn clearance(&self, bars: &dyn Progress) -> Result<Option<Clearance>, Failure> {
-        let Some(Fixtures { all, watch, .. }) = &self.fixtures else { return Ok(None) };
+        let Some(fixtures) = &self.fixtures else { return Ok(None) };
+        let (all, watch) = (fixtures.all(), fixtures.watch());
         let (faces, cutter) = (&self.faces[..], &self.cutter);
         let found = match &self.motion {
             Motion::Program(program, kinematics) => {
@@ -281,149 +246,10 @@ impl Subject {
     }
 }
 
-impl Setting {
-    fn of_job((path, args): (&Path, &Args), bars: &Bars) -> Result<Self, Failure> {
-        let (job, warnings) = run::load(path, bars)?;
-        let said = toolbox(args);
-        if said.has_plain() {
-            let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
-            return Err(Failure::input(format!(
-                "a tool without number beside --job\n  help: {help}"
-            )));
-        }
-        let mut tools = numbered(&said)?;
-        let own = job.file.tool.number;
-        if !tools.is_empty() && tools.iter().all(|(number, _)| *number != own) {
-            tools.insert(0, (own, job.cutter.clone()));
-        }
-        let plain = |faces: &[trunnion::surface::FaceIndex]| -> Vec<Face> {
-            faces.iter().map(|face| face.face().clone()).collect()
-        };
-        Ok(Self {
-            part: job.file.part.file.clone(),
-            faces: plain(&job.faces),
-            others: plain(&job.others),
-            tolerance: [job.budget.total, job.budget.gouge],
-            grid: job.file.verify_grid,
-            step_stock: matches!(job.file.stock, Some(job::Stock::Step { .. })),
-            stock: job.stock,
-            stock_cell: job.file.stock_cell,
-            cutter: job.cutter,
-            tools,
-            kinematics: Some(job.kinematics),
-            warnings,
-        })
-    }
-
-    /// The arguments are there: clap sees to that where there is no job.
-    fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
-        let missing = |name: &str| {
-            let help = "say --part, --cutter and --tolerance, or --job JOB.toml";
-            Failure::input(format!("{name} is missing\n  help: {help}"))
-        };
-        let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
-        let said = toolbox(args);
-        let tools = numbered(&said)?;
-        let cutter = match tools.first() {
-            Some((_, cutter)) => Ok(cutter.clone()),
-            None => said.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
-        };
-        let length = cutter.as_ref().map_or(0.0, Cutter::length);
-        let setup =
-            Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
-        let machine = args.machine.as_deref().map(machine::load).transpose();
-        let part = part::read(file, bars);
-        // Whatever is wrong is told at once.
-        let (cutter, (machine, part)) = both(cutter, both(machine, part))?;
-        let kinematics = machine.map(|file| Kinematics::new(&file.machine, &setup));
-        let (faces, others) = choose(part.faces, args)?;
-        Ok(Self {
-            part: file.display().to_string(),
-            kinematics,
-            faces,
-            others,
-            cutter,
-            tools,
-            tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
-            grid: GRID,
-            stock: None,
-            stock_cell: None,
-            step_stock: false,
-            warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
-        })
-    }
-}
-
-fn toolbox(args: &Args) -> Toolbox<'_> {
-    let Args { cutter, shank, holder, tool_length: length, .. } = args;
-    Toolbox { cutter, shank, holder, length }
-}
-
-/// Tools that are told by number.
-fn numbered(said: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
-    let tool = |number: u32| {
-        let found = said.of(Some(number)).ok_or_else(|| {
-            let help = format!("say what it is: --cutter {number}=R=10,r=6");
-            Failure::input(format!("tool {number} has no cutter\n  help: {help}"))
-        });
-        Ok((number, found?.cutter()?))
-    };
-    said.numbers().into_iter().map(tool).collect()
-}
-
 /// Work offsets beside that of the setup.
 fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     let g54 = kinematics.and_then(work_offset).unwrap_or_default();
     args.offset.iter().map(|said| said.offset(g54)).collect()
-}
-
-/// Stock, as it is said or as the job has it.
-fn stock_of(
-    args: &Args,
-    of_job: Option<Solid>,
-    cell: Option<f64>,
-) -> Result<Option<Stock>, Failure> {
-    let cell = args.stock_cell.or(cell);
-    let stock = match (&args.stock, of_job) {
-        (Some(said), _) => {
-            let chord = args.chord.unwrap_or(material::CHORD);
-            Some((said.as_str(), stock::read(said, chord)?))
-        }
-        (None, Some(solid)) => Some(("the job's stock", solid)),
-        (None, None) if args.stock_cell.is_some() => {
-            let help = "say what is cut with --stock";
-            return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
-        }
-        (None, None) => None,
-    };
-    let rays = |(said, solid): (&str, Solid)| stock::rays(said, &solid, cell);
-    stock.map(rays).transpose()
-}
-
-/// Both, or all that is wrong with either.
-fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result<(A, B), Failure> {
-    match (a, b) {
-        (Ok(a), Ok(b)) => Ok((a, b)),
-        (Err(a), Err(b)) => Err(a.and(b)),
-        (Err(fault), _) | (_, Err(fault)) => Err(fault),
-    }
-}
-
-/// Faces that are cut, turned over if asked for, and the others.
-fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failure> {
-    let known = |number: &usize| faces.iter().any(|face| face.number == *number);
-    if let Some(number) = args.faces.iter().find(|number| !known(number)) {
-        let count = faces.len();
-        return Err(Failure::input(format!(
-            "the part has no face {number}; it has {count}\n  help: trunnion inspect lists them"
-        )));
-    }
-    let cut = |face: &Face| args.faces.is_empty() || args.faces.contains(&face.number);
-    let (mut chosen, others): (Vec<Face>, Vec<Face>) = faces.into_iter().partition(cut);
-    for face in &mut chosen {
-        face.flip ^= args.flip;
-    }
-    Ok((chosen, others))
 }
 
 /// Reads the program.

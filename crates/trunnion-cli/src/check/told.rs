@@ -1,15 +1,14 @@
 //! What a check says: for scripts and for people.
 
-use super::fixtures::FixturesTold;
 use super::left_open::{ChangesTold, ChoicesTold};
 use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
 use crate::material;
 use std::path::PathBuf;
-use trunnion::files::summary::StockSummary;
+use trunnion::files::summary::{FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{Approach, AxisAudit, Brief, Collision, Extreme, Ratio, Singular};
+use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -44,7 +43,7 @@ pub(super) struct Told {
     /// How far the triangles that stand for STEP solids may be off their faces; null without any.
     chord: Option<f64>,
     /// Null without fixtures.
-    pub(super) fixtures: Option<FixturesTold>,
+    pub(super) fixtures: Option<FixturesSummary>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Files beside this one.
@@ -164,11 +163,12 @@ impl Told {
     pub(super) fn new(subject: &Subject, found: &Found) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
-        let (collisions, count) = collisions(found);
+        let carving = found.stock.as_ref().map(|(carving, _)| carving);
+        let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(pipeline::collided(&collisions, count));
-        failures.extend(fixtures.iter().flat_map(FixturesTold::failures));
+        failures.extend(pipeline::collided((&collisions, count), fixtures.as_ref()));
+        failures.extend(fixtures.iter().flat_map(pipeline::too_near));
         let choices = ChoicesTold::of(&report.choices, subject);
         let changes = report.changes.map(ChangesTold::of);
         let mut warnings = subject.warnings.clone();
@@ -256,12 +256,10 @@ impl Told {
             lines.push(format!("  {:<14}{hit}", "collisions"));
         }
         if let Some(chord) = self.chord {
-            let told =
-                format!("triangles within about {chord} mm of the faces; fixtures larger by that");
-            lines.push(format!("  {:<14}{told}", "STEP solids"));
+            lines.push(format!("  {:<14}{}", "STEP solids", material::chord_words(chord)));
         }
         if let Some(fixtures) = &self.fixtures {
-            lines.push(format!("  {:<14}{}", "fixtures", fixtures.words()));
+            lines.push(format!("  {:<14}{}", "fixtures", pipeline::nearest_fixture(fixtures)));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
@@ -270,20 +268,8 @@ impl Told {
     }
 }
 
-fn fixtures(subject: &Subject, found: &Found) -> Option<FixturesTold> {
-    Some(subject.fixtures.as_ref()?.told(found.clearance.as_ref()?))
-}
-
-/// Lines that run into something: what is told of stock has fixtures among it.
-fn collisions(found: &Found) -> (Vec<Collision>, usize) {
-    match (&found.stock, &found.clearance) {
-        (Some((carving, _)), _) => (carving.collisions.clone(), carving.count()),
-        (None, Some(clearance)) => {
-            let hits = clearance.near.iter().filter_map(Approach::collision);
-            (hits.collect(), clearance.hits.map_or(0, |hits| hits.count))
-        }
-        (None, None) => (Vec::new(), 0),
-    }
+fn fixtures(subject: &Subject, found: &Found) -> Option<FixturesSummary> {
+    Some(subject.fixtures.as_ref()?.summary(found.clearance.as_ref()?))
 }
 
 impl Heights {

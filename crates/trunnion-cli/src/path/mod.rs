@@ -131,7 +131,7 @@ impl<'a> Input<'a> {
         let (from, size): (Box<dyn BufRead>, u64) = if name == Path::new("-") {
             (Box::new(std::io::stdin().lock()), 0)
         } else if name.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
-            let (job, warnings) = jobs::load(name, bars)?;
+            let (job, warnings) = jobs::load(name, None, bars)?;
             for warning in warnings {
                 eprintln!("warning: {warning}");
             }

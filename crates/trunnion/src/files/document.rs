@@ -135,6 +135,30 @@ impl<'t> Document<'t> {
         Some((read, unread))
     }
 
+    /// Reads every entry of a list by itself; `None` in place of one that is faulty.
+    pub(super) fn list<T: DeserializeOwned>(&mut self, key: &str) -> Vec<Option<T>> {
+        let Some(DeValue::Array(items)) = self.root.get(key).map(Spanned::get_ref) else {
+            return Vec::new();
+        };
+        let mut read = Vec::new();
+        for (index, item) in items.iter().enumerate() {
+            let path = join(key, &index.to_string());
+            if self.is_faulty(&path) {
+                read.push(None);
+                continue;
+            }
+            let entry = T::deserialize(ValueDeserializer::from(item.clone()));
+            if let Err(error) = &entry {
+                let offset = error.span().unwrap_or_else(|| item.span()).start;
+                let Place { line, column } = self.lines.place(offset);
+                let message = error.message().to_owned();
+                self.faults.push((path, Fault { line, column, message, help: String::new() }));
+            }
+            read.push(entry.ok());
+        }
+        read
+    }
+
     /// Reads a table that may be left out, and then is the standard one.
     pub(super) fn or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
         if self.root.contains_key(key) { self.section(key) } else { Some(T::default()) }
@@ -262,9 +286,13 @@ fn collect_places(
                 places.push((path, lines.place(key.span().start)));
             }
             DeValue::Array(items) => {
-                places.extend(items.iter().enumerate().map(|(index, item)| {
-                    (join(&path, &index.to_string()), lines.place(item.span().start))
-                }));
+                for (index, item) in items.iter().enumerate() {
+                    let path = join(&path, &index.to_string());
+                    if let DeValue::Table(inner) = item.get_ref() {
+                        collect_places(inner, &path, lines, places);
+                    }
+                    places.push((path, lines.place(item.span().start)));
+                }
                 places.push((path, lines.place(value.span().start)));
             }
             _ => places.push((path, lines.place(value.span().start))),

@@ -30,6 +30,9 @@ pub struct Summary {
     pub cover: CoverSummary,
     /// Motion of the machine.
     pub motion: MotionSummary,
+    /// How far the triangles that stand for STEP solids, stock and fixtures, may be off their faces, in mm; left out without any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chord: Option<f64>,
     /// Programs that were written.
     pub programs: Vec<ProgramSummary>,
     /// Other files that were written, relative to this file.
@@ -226,6 +229,39 @@ pub struct ProgramSummary {
     /// What it does to the stock; left out if none is known, or the program was not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockSummary>,
+    /// How near it comes to fixtures; left out if there are none, or the program was not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixtures: Option<FixturesSummary>,
+}
+
+/// How near the tool comes to fixtures.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct FixturesSummary {
+    /// Nowhere is it nearer than told by more than this, in mm.
+    pub tolerance: f64,
+    /// Lines nearer than this are told, in mm.
+    pub clearance: f64,
+    /// Where it is nearest in the whole program.
+    pub least: Option<ApproachSummary>,
+    /// Lines nearer than the clearance: the nearest of them.
+    pub near: Vec<ApproachSummary>,
+    /// How many there are; null where there are none.
+    pub lines: Option<LinesSummary>,
+    /// Of them, those that run into a fixture.
+    pub hits: Option<LinesSummary>,
+}
+
+/// How near the tool comes to fixtures on one line.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ApproachSummary {
+    /// Line of the program.
+    pub line: u32,
+    /// The fixture.
+    pub fixture: String,
+    /// Least distance, in mm; below 0 the tool runs into the fixture, so deep.
+    pub distance: f64,
+    /// Place of the fixture that is nearest, or deepest in the tool, in mm.
+    pub point: [f64; 3],
 }
 
 /// What a program does to the stock.

@@ -79,9 +79,11 @@ impl Walk<'_> {
     ) -> Option<&'k str> {
         let name = key.get_ref().as_ref();
         let names: Vec<&str> = known.keys().map(String::as_str).collect();
-        let nearest = nearest(name, &names);
+        let nearest = nearest(name, &names).or_else(|| last_words(name, &names));
         let help = if let Some(nearest) = nearest {
             format!("did you mean `{nearest}`?")
+        } else if let Some((table, longer)) = self.of_this_table(name, path) {
+            format!("did you mean `{longer}` in [{table}]?")
         } else if let Some(table) = self.elsewhere(name, path) {
             format!("`{name}` stands in [{table}]")
         } else {
@@ -92,6 +94,12 @@ impl Walk<'_> {
         let whose = if nearest.is_some() { path } else { ELSEWHERE };
         self.add(whose, Some(key.span().start), message, help);
         nearest
+    }
+
+    /// Key of another table that names this one: `cell` in [stock] is `stock_cell` in [verify].
+    fn of_this_table(&self, name: &str, path: &str) -> Option<(String, String)> {
+        let longer = format!("{}_{name}", path.split('.').next()?);
+        self.elsewhere(&longer, path).map(|table| (table, longer))
     }
 
     /// Table at the top of the layout that knows a key.
@@ -238,6 +246,9 @@ impl Walk<'_> {
             {
                 format!("write [{path}] with single brackets, once")
             }
+            DeValue::Table(_) if is_list_of_tables(schema) => {
+                format!("write [[{path}]] with double brackets, once for each")
+            }
             _ => sentence("", description(schema)),
         };
         let message = format!("`{path}` must be {wanted}, not {}", value_name(value));
@@ -246,7 +257,11 @@ impl Walk<'_> {
 }
 
 fn within(path: &str) -> String {
-    if path.is_empty() { " at the top".to_owned() } else { format!(" in [{path}]") }
+    match path.rsplit_once('.') {
+        _ if path.is_empty() => " at the top".to_owned(),
+        Some((list, index)) if index.parse::<usize>().is_ok() => format!(" in [[{list}]]"),
+        _ => format!(" in [{path}]"),
+    }
 }
 
 /// `first: about`, whichever there is.
@@ -349,6 +364,17 @@ fn value_name(value: &DeValue<'_>) -> &'static str {
         DeValue::Array(_) => "a list",
         DeValue::Table(_) => "a table",
     }
+}
+
+fn is_list_of_tables(schema: &Value) -> bool {
+    schema.get("items").is_some_and(|items| type_of(items).contains(&"object"))
+}
+
+/// The only known name that ends with these words: `cell` is `stock_cell`.
+fn last_words<'n>(name: &str, known: &[&'n str]) -> Option<&'n str> {
+    let ending = format!("_{name}");
+    let mut longer = known.iter().filter(|known| known.ends_with(&ending));
+    longer.next().filter(|_| longer.next().is_none()).copied()
 }
 
 /// The known name a user may have meant: within a third of its letters, swaps counted once.

@@ -21,6 +21,9 @@ pub enum PipelineError {
     /// Part of a face that the machine cannot reach, found before anything was placed.
     #[error(transparent)]
     OutOfReach(Box<OutOfReach>),
+    /// Stock or fixtures that cannot be worked with, each at its line of the job.
+    #[error("{}", first(.0))]
+    Solids(Vec<Fault>),
     /// No pass cuts anything.
     #[error("no pass with this tool in this setup finishes anything of the faces:\n{}", why.join("\n"))]
     NothingCut {

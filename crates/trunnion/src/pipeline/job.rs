@@ -1,6 +1,7 @@
 //! One job: everything the chain needs, checked and in internal units.
 
 use super::budget::{Budget, BudgetError, Shares};
+use super::fixtures::Held;
 use super::{material, programs};
 use crate::cover;
 use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
@@ -25,6 +26,8 @@ pub struct Job {
     pub unguarded: Vec<(usize, SurfaceError)>,
     /// What it is cut from, if that is known as a solid: [`Job::with_stock`] for one from a file.
     pub stock: Option<Solid>,
+    /// What the tool must not touch, in the order of the job: [`Job::with_fixture`] for one from a file.
+    pub fixtures: Vec<Held>,
     /// The cutter.
     pub cutter: Cutter,
     /// Machine, setup and tool as one chain.
@@ -107,7 +110,18 @@ impl Job {
             (Some(cutter), Some(faces), Some(budget)) => {
                 let all = faces.iter().chain(&others).map(FaceIndex::face);
                 let stock = file.stock.as_ref().and_then(|stock| material::solid(stock, all));
-                Ok(Self { file, faces, others, unguarded, stock, cutter, kinematics, budget })
+                let fixtures = file.fixtures.iter().map(Held::of).collect();
+                Ok(Self {
+                    file,
+                    faces,
+                    others,
+                    unguarded,
+                    stock,
+                    fixtures,
+                    cutter,
+                    kinematics,
+                    budget,
+                })
             }
             _ => Err(faults
                 .into_iter()
@@ -122,6 +136,15 @@ impl Job {
     #[must_use]
     pub fn with_stock(self, mesh: Mesh) -> Self {
         Self { stock: Some(Solid::Mesh(mesh)), ..self }
+    }
+
+    /// With what the file of a fixture holds; `number` counts the job's fixtures from 0.
+    #[must_use]
+    pub fn with_fixture(mut self, number: usize, mesh: Mesh) -> Self {
+        if let Some(held) = self.fixtures.get_mut(number) {
+            held.solid = Some(Solid::Mesh(mesh));
+        }
+        self
     }
 }
 

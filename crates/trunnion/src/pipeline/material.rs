@@ -1,10 +1,13 @@
 //! The stock of a job under its programs.
 
 use super::error::PipelineError;
+use super::fixtures::{self, Fixtures};
 use super::job::Job;
 use super::programs::Program;
 use crate::files::job;
-use crate::files::summary::{CollisionSummary, KindSummary, LinesSummary, StockSummary};
+use crate::files::summary::{
+    CollisionSummary, FixturesSummary, KindSummary, LinesSummary, StockSummary,
+};
 use crate::surface::{Face, FaceMesh};
 use crate::types::Mesh;
 use crate::verify::{Carving, Collision, CollisionKind, Lines, Solid, Stock};
@@ -24,13 +27,20 @@ pub(super) fn solid<'a>(
     stock: &job::Stock,
     faces: impl Iterator<Item = &'a Face>,
 ) -> Option<Solid> {
-    match *stock {
-        job::Stock::Box { min, max } => Some(Solid::Box { low: min, high: max }),
-        job::Stock::Cylinder { base, radius, height } => {
+    match stock {
+        job::Stock::Offset { thickness } => Some(Solid::Mesh(skin(faces, *thickness)?)),
+        job::Stock::Solid(solid) => plain(solid),
+    }
+}
+
+/// A solid as it is checked with, but for what is in a file.
+pub(super) fn plain(solid: &job::Solid) -> Option<Solid> {
+    match *solid {
+        job::Solid::Box { min, max } => Some(Solid::Box { low: min, high: max }),
+        job::Solid::Cylinder { base, radius, height } => {
             Some(Solid::Cylinder { base, radius, height })
         }
-        job::Stock::Offset { thickness } => Some(Solid::Mesh(skin(faces, thickness)?)),
-        job::Stock::Stl { .. } | job::Stock::Step { .. } => None,
+        job::Solid::Stl { .. } | job::Solid::Step { .. } => None,
     }
 }
 
@@ -68,15 +78,39 @@ fn skin<'a>(faces: impl Iterator<Item = &'a Face>, thickness: f64) -> Option<Mes
     Some(all)
 }
 
-/// Material of the job's stock, uncut; `None` if it is not known as a solid.
+/// What the programs of a job are checked with beside the part.
+#[derive(Debug)]
+pub struct Solids {
+    /// Material of the stock, uncut; `None` if it is not known as a solid.
+    pub stock: Option<Stock>,
+    /// `None` without any.
+    pub fixtures: Option<Fixtures>,
+}
+
+/// Stock and fixtures of a job.
 ///
 /// # Errors
 ///
-/// [`PipelineError::Verify`] for a stock without volume, one that is not closed, or one with too many rays.
-pub fn stock(job: &Job) -> Result<Option<Stock>, PipelineError> {
-    let Some(solid) = &job.stock else { return Ok(None) };
-    let cell = job.file.stock_cell.unwrap_or_else(|| solid.usual_cell());
-    Ok(Some(Stock::new(solid, cell, MOST_RAYS)?))
+/// [`PipelineError::Solids`] with all that are without volume, not closed, or of too many rays, each at its line of the job.
+pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
+    let (file, mut faults) = (&job.file, Vec::new());
+    let mut refuse = |path: &str, what: String| faults.push(file.places.fault(path, what));
+    let stock = job.stock.as_ref().and_then(|solid| {
+        let cell = file.stock_cell.unwrap_or_else(|| solid.usual_cell());
+        let refused = |error| refuse("stock.file", format!("the stock: {error}"));
+        Stock::new(solid, cell, MOST_RAYS).map_err(refused).ok()
+    });
+    let mut fixtures = Fixtures::new(job.budget.total, file.fixture_clearance);
+    for (number, held) in job.fixtures.iter().enumerate() {
+        if let Err(error) = fixtures.add(held) {
+            let path = format!("fixture.{number}.file");
+            refuse(&path, format!("fixture {}: {error}", held.name));
+        }
+    }
+    if !faults.is_empty() {
+        return Err(PipelineError::Solids(faults));
+    }
+    Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()) })
 }
 
 /// The numbers of a stock that was cut.
@@ -110,25 +144,36 @@ fn word(kind: CollisionKind) -> String {
 }
 
 /// Lines as a summary has them.
-pub fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
+pub(super) fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
     LinesSummary { count, first, last }
 }
 
-/// Collisions in words: the first of those that are kept, and how many more of `count`.
-pub fn collided(kept: &[Collision], count: usize) -> Vec<String> {
-    let mut told: Vec<String> = kept.iter().take(TOLD).map(ToString::to_string).collect();
+/// Collisions in words, `fixtures` by their names: the first of those that are kept, and how many more of `count`.
+pub fn collided(
+    (kept, count): (&[Collision], usize),
+    fixtures: Option<&FixturesSummary>,
+) -> Vec<String> {
+    let one = |hit: &Collision| fixtures::told(hit, fixtures);
+    let mut told: Vec<String> = kept.iter().take(TOLD).map(one).collect();
     if count > told.len() {
         told.push(format!("and {} more lines that run into something", count - told.len()));
     }
     told
 }
 
-/// Collisions of a program.
-pub(super) fn failures(program: &Program) -> Vec<String> {
-    let told =
-        program.carving.as_ref().map(|(carving, _)| collided(&carving.collisions, carving.count()));
-    let name = program.file;
-    told.into_iter().flatten().map(|what| format!("{name}: {what}")).collect()
+/// What a program runs into, and what fixtures it comes too near.
+pub(super) fn failures(program: &Program, solids: &Solids) -> Vec<String> {
+    let carving = program.carving.as_ref().map(|(carving, _)| carving);
+    let (kept, count) = fixtures::collisions(carving, program.clearance.as_ref());
+    let summary = fixtures_summary(program, solids);
+    let near = summary.iter().flat_map(fixtures::too_near);
+    let told = collided((&kept, count), summary.as_ref()).into_iter().chain(near);
+    told.map(|what| format!("{}: {what}", program.file)).collect()
+}
+
+/// How near a program comes to the fixtures.
+pub(super) fn fixtures_summary(program: &Program, solids: &Solids) -> Option<FixturesSummary> {
+    Some(solids.fixtures.as_ref()?.summary(program.clearance.as_ref()?))
 }
 
 #[cfg(test)]

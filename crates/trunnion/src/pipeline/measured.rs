@@ -1,8 +1,9 @@
 //! A program measured against the part: its text is read, and run as its control would run it.
 
 use super::error::PipelineError;
+use super::fixtures;
 use super::job::Job;
-use super::material::MOST_COLLISIONS;
+use super::material::{MOST_COLLISIONS, Solids};
 use super::post::control_of;
 use super::programs::Form;
 use super::read_back::reader_of;
@@ -11,7 +12,7 @@ use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
 use crate::surface::Face;
 use crate::types::{Progress, Rest};
-use crate::verify::{self, Carving, Finding, Stock};
+use crate::verify::{self, Carving, Clearance, Finding, Stock};
 
 /// Material higher than this counts as uncut in the check \[mm\].
 const REACH: f64 = 1.0;
@@ -43,13 +44,14 @@ pub(super) struct Found {
     /// On faces that are not cut: points, and the deepest gouge \[mm\].
     pub(super) others: (usize, f64),
     pub(super) carving: Option<(Carving, Stock)>,
+    pub(super) clearance: Option<Clearance>,
 }
 
-/// Measures the faces that are cut and those that are not, and cuts the stock.
+/// Measures the faces that are cut and those that are not, cuts the stock, and looks how near fixtures are.
 pub(super) fn run(
     job: &Job,
     (form, text, axes): (&Form, &str, AxisWords),
-    (rest, stock): (&[Rest], Option<&Stock>),
+    (rest, solids): (&[Rest], &Solids),
     progress: &dyn Progress,
 ) -> Result<Found, PipelineError> {
     let options = read::ReadOptions::new(reader_of(form.dialect), axes, MOST_FAULTS);
@@ -79,8 +81,13 @@ pub(super) fn run(
         let carving = verify::simulate(&all, &mut left, &cutting, progress)?;
         Ok::<_, PipelineError>((carving, left))
     };
-    let carving = stock.map(carve).transpose()?;
-    Ok(Found { check: Some(check), others, carving })
+    let mut carving = solids.stock.as_ref().map(carve).transpose()?;
+    let near = |of: &fixtures::Fixtures| verify::clearance(&all, of.all(), of.watch(), progress);
+    let clearance = solids.fixtures.as_ref().map(near).transpose()?;
+    if let (Some((carving, _)), Some(clearance)) = (&mut carving, &clearance) {
+        fixtures::add_hits(carving, clearance);
+    }
+    Ok(Found { check: Some(check), others, carving, clearance })
 }
 
 /// The control of a job turns the tool on great circles between rotary words, too.

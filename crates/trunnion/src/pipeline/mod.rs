@@ -6,6 +6,7 @@
 mod budget;
 mod error;
 mod estimate;
+mod fixtures;
 mod job;
 mod material;
 mod measured;
@@ -22,8 +23,11 @@ mod turn_limit;
 
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
+pub use fixtures::{Fixtures, Held, add_hits, approach, collisions, nearest_fixture, too_near};
 pub use job::{Job, JobError};
-pub use material::{MOST_COLLISIONS, MOST_RAYS, collided, lines, stock, summary as stock_summary};
+pub use material::{
+    MOST_COLLISIONS, MOST_RAYS, Solids, collided, solids, summary as stock_summary,
+};
 pub use post::{
     Left, POST_WINDOW, PostChoice, PostError, PostFilter, PostMethod, PostMove, PostOptions,
     PostPace, PostReport, PostSource, Poster, ProgramMoves, control_of,
@@ -77,7 +81,7 @@ pub struct Outcome {
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     reach(job)?;
-    let stock = stock(job)?;
+    let solids = solids(job)?;
     let covering = covered(job, progress)?;
     let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
     let legs = stages::legs(job, &covering.passes, progress)?;
@@ -88,9 +92,9 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
     let retracts = retracts::summaries(job, &followed, &plan.schedule);
     let singular = stages::singular_gain(job, &tool_path, (&followed, &plan), progress)?;
     let moved = programs::Moved { followed: &followed, plan: &plan, retracts: &retracts, singular };
-    let programs = programs::write(job, (&moved, &covering.report.rest, stock.as_ref()), progress)?;
+    let programs = programs::write(job, (&moved, &covering.report.rest, &solids), progress)?;
     let (cl, setup) = programs::sheets(job, &legs, &moved)?;
-    let summary = summary::of(job, (&covering, turn_limit), &moved, &programs)?;
+    let summary = summary::of(job, (&covering, turn_limit), &moved, (&programs, &solids))?;
     Ok(Outcome {
         covering,
         legs,

@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::material::Solids;
 use super::measured::{self, Found};
 use super::post::control_of;
 use super::read_back::{self, ReadBackError};
@@ -21,7 +22,7 @@ use crate::nc::write::{
 };
 use crate::surface::FaceIndex;
 use crate::types::{Block, Fault, Leg, Motion, Progress, Rest, ToolPose};
-use crate::verify::{self, Carving, Stock};
+use crate::verify::{self, Carving, Clearance, Stock};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
@@ -65,6 +66,8 @@ pub struct Program {
     /// What it does to the stock of the job and what is left of it; `None` without stock, or where another program has
     /// the same blocks.
     pub carving: Option<(Carving, Stock)>,
+    /// How near it comes to the fixtures of the job; `None` without any, or where another program has the same blocks.
+    pub clearance: Option<Clearance>,
 }
 
 /// What tells the dialects apart here.
@@ -100,7 +103,7 @@ pub(super) struct Moved<'a> {
 /// Writes every program of the job and checks what was written.
 pub(super) fn write(
     job: &Job,
-    (moved, rest, stock): (&Moved<'_>, &[Rest], Option<&Stock>),
+    (moved, rest, solids): (&Moved<'_>, &[Rest], &Solids),
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;
@@ -126,9 +129,9 @@ pub(super) fn write(
         let same_as = programs.iter().find(measured).map(|other| other.dialect);
         let found = match same_as {
             Some(_) => Found::default(),
-            None => measured::run(job, (&form, &text, words), (rest, stock), progress)?,
+            None => measured::run(job, (&form, &text, words), (rest, solids), progress)?,
         };
-        let Found { check, others, carving } = found;
+        let Found { check, others, carving, clearance } = found;
         let Form { dialect, file } = form;
         let program = Program {
             dialect: dialect.name(),
@@ -141,6 +144,7 @@ pub(super) fn write(
             same_as,
             others,
             carving,
+            clearance,
         };
         programs.push(program);
     }

@@ -1,8 +1,9 @@
 //! The numbers of a run, for people and scripts.
 
 use super::error::PipelineError;
+use super::fixtures;
 use super::job::Job;
-use super::material;
+use super::material::{self, Solids};
 use super::programs::{Moved, Program};
 use super::regions;
 use super::retracts;
@@ -25,7 +26,7 @@ pub(super) fn of(
     job: &Job,
     (covering, turn_limit): (&Covering, Option<TurnLimitSummary>),
     moved: &Moved<'_>,
-    programs: &[Program],
+    (programs, solids): (&[Program], &Solids),
 ) -> Result<Summary, PipelineError> {
     let failures: Vec<String> = programs
         .iter()
@@ -34,7 +35,7 @@ pub(super) fn of(
             let findings = program.check.iter().flat_map(|check| &check.findings);
             findings.map(move |finding| format!("{name}: {finding}"))
         })
-        .chain(programs.iter().flat_map(material::failures))
+        .chain(programs.iter().flat_map(|program| material::failures(program, solids)))
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
         .collect();
@@ -49,13 +50,20 @@ pub(super) fn of(
             .chain(regions::unguarded(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
+            .chain(too_near(programs).then(|| fixtures::remedy(job)))
             .collect(),
         tolerance: job.budget.summary(),
         cover: CoverSummary { turn_limit, ..cover(job, covering) },
         motion: motion(job, moved)?,
-        programs: programs.iter().map(|one| program(job, one)).collect(),
+        chord: job.file.chord(),
+        programs: programs.iter().map(|one| program(job, (one, solids))).collect(),
         files: Vec::new(),
     })
+}
+
+/// Whether a program comes nearer to a fixture than asked for.
+fn too_near(programs: &[Program]) -> bool {
+    programs.iter().filter_map(|program| program.clearance.as_ref()).any(|of| of.lines.is_some())
 }
 
 /// A share of the tolerance for singular directions narrows all strips: that is told where it saves less
@@ -245,7 +253,7 @@ impl Peaks {
     }
 }
 
-fn program(job: &Job, program: &Program) -> ProgramSummary {
+fn program(job: &Job, (program, solids): (&Program, &Solids)) -> ProgramSummary {
     let height = |extreme: &Option<crate::verify::Extreme>| {
         extreme.as_ref().map_or(0.0, |extreme| extreme.height)
     };
@@ -276,6 +284,7 @@ fn program(job: &Job, program: &Program) -> ProgramSummary {
                 .then(|| worst(check, |axis| axis.acceleration.worst)),
         }),
         stock: program.carving.as_ref().map(|(carving, left)| material::summary(carving, left)),
+        fixtures: material::fixtures_summary(program, solids),
     }
 }
 

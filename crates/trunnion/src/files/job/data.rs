@@ -1,7 +1,8 @@
 //! A job as the stages want it: mm, rad, s; every value checked.
 
 use super::super::Places;
-use nalgebra::{Point3, Rotation3, Vector3};
+use super::solid::{Fixture, Stock};
+use nalgebra::{Rotation3, Vector3};
 
 /// One job. Paths are as written in the file, relative to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +15,8 @@ pub struct JobFile {
     pub setup: Setup,
     /// What it is cut from; `None`: nothing is known of the stock.
     pub stock: Option<Stock>,
+    /// What the tool must not touch: programs are checked against it, planning does not avoid it.
+    pub fixtures: Vec<Fixture>,
     /// What cuts it.
     pub tool: Tool,
     /// How well.
@@ -32,6 +35,8 @@ pub struct JobFile {
     pub verify_grid: f64,
     /// Largest distance of the rays that stand for the stock \[mm\]; `None`: by its size.
     pub stock_cell: Option<f64>,
+    /// How far any part of the tool must keep off fixtures \[mm\]; at 0 only what runs into one is told.
+    pub fixture_clearance: f64,
     /// Where each key stands in the file.
     pub places: Places,
 }
@@ -75,42 +80,6 @@ impl Setup {
         let [x, y, z] = self.angles;
         Rotation3::from_euler_angles(x, y, z)
     }
-}
-
-/// Stock in the workpiece frame.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Stock {
-    /// The part with this much left on \[mm\].
-    Offset {
-        /// Thickness \[mm\].
-        thickness: f64,
-    },
-    /// A box parallel to the workpiece frame.
-    Box {
-        /// Corner with the smallest coordinates \[mm\].
-        min: Point3<f64>,
-        /// Corner with the largest coordinates \[mm\].
-        max: Point3<f64>,
-    },
-    /// An upright cylinder.
-    Cylinder {
-        /// Centre of the lower end \[mm\].
-        base: Point3<f64>,
-        /// Radius \[mm\].
-        radius: f64,
-        /// Height \[mm\].
-        height: f64,
-    },
-    /// What a closed mesh encloses.
-    Stl {
-        /// STL file in mm, as written in the job.
-        file: String,
-    },
-    /// The solids of a STEP file.
-    Step {
-        /// STEP file, as written in the job.
-        file: String,
-    },
 }
 
 /// The tool.

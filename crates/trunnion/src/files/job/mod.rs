@@ -3,16 +3,17 @@
 mod data;
 mod raw;
 mod read;
+mod solid;
 mod strategy;
 mod tool;
 
 pub use data::{
     Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,
-    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Stock, Strategy, Tolerance, Tool,
-    ToolKind,
+    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Strategy, Tolerance, Tool, ToolKind,
 };
 pub(super) use raw::RawJob;
 pub use read::parse;
+pub use solid::{Fixture, STEP_CHORD, Solid, Stock};
 
 /// Name and version of the layout.
 pub const LAYOUT: &str = "trunnion-job/1";

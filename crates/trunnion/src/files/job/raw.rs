@@ -2,6 +2,10 @@
 //! `trunnion schema job` and in the remedies of faults. Unknown keys are refused by the walk over
 //! the schema, all of them at once, so serde does not look at them.
 
+mod solid;
+
+pub(super) use solid::{RawFixture, RawSolid, RawSolidKind, RawStock};
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -23,6 +27,9 @@ pub(in super::super) struct RawJob {
     /// What it is cut from.
     #[serde(default)]
     stock: Option<RawStock>,
+    /// What the tool must not touch, a table each. Programs are checked against them; planning does not avoid them.
+    #[serde(default)]
+    fixture: Option<Vec<RawFixture>>,
     /// What cuts it.
     tool: RawTool,
     /// What the finished part may deviate.
@@ -95,42 +102,6 @@ pub(super) struct RawSetup {
     /// Height above part and stock at which links travel, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
     pub(super) clearance: f64,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct RawStock {
-    /// Which of the keys below apply: offset: thickness; box: min, max; cylinder: base, radius,
-    /// height; stl: file.
-    pub(super) kind: RawStockKind,
-    /// Material left on the part, in mm.
-    #[schemars(extend("minimum" = 0.0))]
-    pub(super) thickness: Option<f64>,
-    /// Corner of the box with the smallest coordinates, in mm.
-    pub(super) min: Option<[f64; 3]>,
-    /// Corner of the box with the largest coordinates, in mm.
-    pub(super) max: Option<[f64; 3]>,
-    /// Centre of the lower end of the cylinder, in mm.
-    pub(super) base: Option<[f64; 3]>,
-    /// Radius of the cylinder, in mm.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub(super) radius: Option<f64>,
-    /// Height of the cylinder, in mm.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub(super) height: Option<f64>,
-    /// STL file in mm, or STEP file, relative to this file.
-    #[schemars(length(min = 1))]
-    pub(super) file: Option<String>,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum RawStockKind {
-    Offset,
-    Box,
-    Cylinder,
-    Stl,
-    Step,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -439,6 +410,11 @@ pub(super) struct RawVerify {
     /// Largest distance of the rays that stand for the stock, in mm; its longest side has 400 if left out.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) stock_cell: Option<f64>,
+    /// How far any part of the tool must keep off fixtures, in mm; what comes nearer is told and not passed, what runs
+    /// into one always is.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1e5))]
+    pub(super) fixture_clearance: f64,
 }
 
 /// As in the example.
@@ -448,6 +424,6 @@ fn grid() -> f64 {
 
 impl Default for RawVerify {
     fn default() -> Self {
-        Self { grid: grid(), stock_cell: None }
+        Self { grid: grid(), stock_cell: None, fixture_clearance: 0.0 }
     }
 }

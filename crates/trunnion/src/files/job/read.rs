@@ -4,18 +4,18 @@ use super::super::document::Document;
 use super::super::schema;
 use super::LAYOUT;
 use super::data::{
-    Cutting, Dialect, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split, Stock,
+    Cutting, Dialect, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split,
     Tolerance,
 };
 use super::raw::{
     RawCutting, RawDialect, RawFaces, RawMachineRef, RawMotion, RawMotionMethod, RawOutput,
-    RawPart, RawReference, RawSetup, RawStock, RawStockKind, RawStrategy, RawTolerance, RawTool,
-    RawVerify,
+    RawPart, RawReference, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
 };
+use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
 use super::tool::tool;
 use crate::types::Fault;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 /// Reads a job file.
@@ -40,6 +40,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let part = doc.section::<RawPart>("part").and_then(|raw| part(raw, doc));
     let setup = doc.section::<RawSetup>("setup").map(|raw| setup(&raw));
     let stock = doc.section::<RawStock>("stock").map(|raw| stock(&raw, doc));
+    let fixtures = fixtures(doc);
     let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let strategy = doc
@@ -63,6 +64,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         part: part?,
         setup: setup?,
         stock,
+        fixtures: fixtures?,
         tool: tool?,
         tolerance: tolerance?,
         strategy: strategy?,
@@ -72,6 +74,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         dialects: dialects?,
         verify_grid: verify.grid,
         stock_cell: verify.stock_cell,
+        fixture_clearance: verify.fixture_clearance,
         places: super::super::Places::default(),
     })
 }
@@ -107,53 +110,6 @@ fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> 
 fn setup(raw: &RawSetup) -> Setup {
     let origin = Vector3::from(raw.origin);
     Setup { origin, angles: raw.rotation.map(f64::to_radians), clearance: raw.clearance }
-}
-
-fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
-    let given = [
-        ("thickness", raw.thickness.is_some()),
-        ("min", raw.min.is_some()),
-        ("max", raw.max.is_some()),
-        ("base", raw.base.is_some()),
-        ("radius", raw.radius.is_some()),
-        ("height", raw.height.is_some()),
-        ("file", raw.file.is_some()),
-    ];
-    let (kind, needed): (&str, &[&str]) = match raw.kind {
-        RawStockKind::Offset => ("offset", &["thickness"]),
-        RawStockKind::Box => ("box", &["min", "max"]),
-        RawStockKind::Cylinder => ("cylinder", &["base", "radius", "height"]),
-        RawStockKind::Stl => ("stl", &["file"]),
-        RawStockKind::Step => ("step", &["file"]),
-    };
-    let wanted = needed.join(", ");
-    for (key, is_given) in given {
-        let path = format!("stock.{key}");
-        if is_given && !needed.contains(&key) {
-            let message = format!("stock of kind {kind:?} has no {key}");
-            doc.fault(&path, message, format!("remove it; {kind:?} needs {wanted}"));
-        } else if !is_given && needed.contains(&key) {
-            let message = format!("stock of kind {kind:?} needs {key}");
-            doc.fault("stock.kind", message, format!("{kind:?} needs {wanted}, in mm"));
-        }
-    }
-    Some(match raw.kind {
-        RawStockKind::Offset => Stock::Offset { thickness: raw.thickness? },
-        RawStockKind::Box => {
-            let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
-            if (0..3).any(|axis| min[axis] >= max[axis]) {
-                let message = format!("the stock box from {min} to {max} mm has no inside");
-                doc.fault("stock.max", message, "every coordinate of max is above that of min");
-            }
-            Stock::Box { min, max }
-        }
-        RawStockKind::Cylinder => {
-            let base = Point3::from(raw.base?);
-            Stock::Cylinder { base, radius: raw.radius?, height: raw.height? }
-        }
-        RawStockKind::Stl => Stock::Stl { file: raw.file.clone()? },
-        RawStockKind::Step => Stock::Step { file: raw.file.clone()? },
-    })
 }
 
 fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {

@@ -155,7 +155,8 @@ fn of_mesh(mesh: &Mesh, along: usize, lattice: &Lattice) -> Result<Family, Verif
             .map(|(_, (name, value))| format!("{name} {value:.3}"))
             .collect();
         let what = format!(
-            "is not closed: the ray through {} goes in and does not come out",
+            "is not closed: the ray through {} goes in and does not come out; heal it in the CAD \
+             system and export it again",
             words.join(" ")
         );
         return Err(VerifyError::Stock { what });

@@ -1,0 +1,220 @@
+//! What a program is checked against, as a job or the arguments say it.
+
+use super::subject::GRID;
+use super::tool::Toolbox;
+use super::{Args, stock};
+use crate::outcome::Failure;
+use crate::progress::Bars;
+use crate::run::{self, both};
+use crate::{machine, part};
+use nalgebra::Vector3;
+use std::path::Path;
+use trunnion::cutter::Cutter;
+use trunnion::files::job::STEP_CHORD;
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::pipeline::{Fixtures, Held, Job};
+use trunnion::surface::{Face, FaceIndex};
+use trunnion::verify::{Solid, Stock};
+
+/// With what stands before its faults.
+type Named<T> = (String, T);
+
+/// All but the program.
+pub(super) struct Setting {
+    pub(super) part: String,
+    pub(super) kinematics: Option<Kinematics>,
+    pub(super) faces: Vec<Face>,
+    pub(super) others: Vec<Face>,
+    pub(super) cutter: Cutter,
+    pub(super) tools: Vec<(u32, Cutter)>,
+    pub(super) tolerance: [f64; 2],
+    pub(super) grid: f64,
+    stock: Option<Named<Solid>>,
+    stock_cell: Option<f64>,
+    fixtures: Vec<Named<Held>>,
+    /// How far any part of the tool must keep off fixtures \[mm\].
+    clearance: f64,
+    /// How far the triangles of STEP solids may be off their faces \[mm\]; `None` if there are none.
+    pub(super) chord: Option<f64>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Setting {
+    pub(super) fn read(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+        let mut setting = match &args.job {
+            Some(job) => Self::of_job((job, args), bars)?,
+            None => Self::of_arguments(args, bars)?,
+        };
+        setting.tolerance = args.tolerance.unwrap_or(setting.tolerance);
+        setting.clearance = args.clearance.unwrap_or(setting.clearance);
+        setting.stock_cell = args.stock_cell.or(setting.stock_cell);
+        setting.say(args)?;
+        if args.clearance.is_some() && setting.fixtures.is_empty() {
+            let help = "say what the tool must not touch with --fixture";
+            return Err(Failure::input(format!("--clearance needs a fixture\n  help: {help}")));
+        }
+        if args.stock_cell.is_some() && setting.stock.is_none() {
+            let help = "say what is cut with --stock";
+            return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
+        }
+        Ok(setting)
+    }
+
+    /// Takes in the solids of the command line: stock in place of the job's, fixtures beside its own.
+    fn say(&mut self, args: &Args) -> Result<(), Failure> {
+        let chord = args.chord.unwrap_or(STEP_CHORD);
+        if let Some(said) = &args.stock {
+            self.stock = Some((said.clone(), stock::read(said, chord)?));
+        }
+        for said in &args.fixture {
+            let solid = Some(stock::read(said, chord)?);
+            let allowance = if stock::is_step(said) { chord } else { 0.0 };
+            self.fixtures.push((said.clone(), Held { name: said.clone(), solid, allowance }));
+        }
+        if args.stock.iter().chain(&args.fixture).any(|said| stock::is_step(said)) {
+            self.chord = Some(self.chord.map_or(chord, |of_job| of_job.max(chord)));
+        }
+        Ok(())
+    }
+
+    /// Rays through the stock, and fixtures; all that cannot be worked with is told.
+    pub(super) fn solids(&self) -> Result<(Option<Stock>, Option<Fixtures>), Failure> {
+        let rays = |(said, solid): &Named<Solid>| stock::rays(said, solid, self.stock_cell);
+        let stock = self.stock.as_ref().map(rays).transpose();
+        let mut fixtures = Fixtures::new(self.tolerance[0], self.clearance);
+        let mut faults = Vec::new();
+        for (said, held) in &self.fixtures {
+            faults.extend(fixtures.add(held).err().map(|error| format!("{said}: {error}")));
+        }
+        let fixtures = Some(fixtures).filter(|_| !self.fixtures.is_empty());
+        both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
+    }
+
+    fn of_job((path, args): (&Path, &Args), bars: &Bars) -> Result<Self, Failure> {
+        let (mut job, warnings) = run::load(path, args.chord, bars)?;
+        if args.stock.is_some() {
+            job.file.stock = None;
+        }
+        let (stock, fixtures) = of_file(path, &job);
+        let said = toolbox(args);
+        if said.has_plain() {
+            let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
+            return Err(Failure::input(format!(
+                "a tool without number beside --job\n  help: {help}"
+            )));
+        }
+        let mut tools = numbered(&said)?;
+        let own = job.file.tool.number;
+        if !tools.is_empty() && tools.iter().all(|(number, _)| *number != own) {
+            tools.insert(0, (own, job.cutter.clone()));
+        }
+        let plain = |faces: &[FaceIndex]| -> Vec<Face> {
+            faces.iter().map(|face| face.face().clone()).collect()
+        };
+        Ok(Self {
+            part: job.file.part.file.clone(),
+            faces: plain(&job.faces),
+            others: plain(&job.others),
+            tolerance: [job.budget.total, job.budget.gouge],
+            grid: job.file.verify_grid,
+            stock,
+            stock_cell: job.file.stock_cell,
+            fixtures,
+            clearance: job.file.fixture_clearance,
+            chord: job.file.chord(),
+            cutter: job.cutter,
+            tools,
+            kinematics: Some(job.kinematics),
+            warnings,
+        })
+    }
+
+    /// The arguments are there: clap sees to that where there is no job.
+    fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+        let missing = |name: &str| {
+            let help = "say --part, --cutter and --tolerance, or --job JOB.toml";
+            Failure::input(format!("{name} is missing\n  help: {help}"))
+        };
+        let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
+        let said = toolbox(args);
+        let tools = numbered(&said)?;
+        let cutter = match tools.first() {
+            Some((_, cutter)) => Ok(cutter.clone()),
+            None => said.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
+        };
+        let length = cutter.as_ref().map_or(0.0, Cutter::length);
+        let setup =
+            Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
+        let machine = args.machine.as_deref().map(machine::load).transpose();
+        let part = part::read(file, bars);
+        // Whatever is wrong is told at once.
+        let (cutter, (machine, part)) = both(cutter, both(machine, part))?;
+        let kinematics = machine.map(|file| Kinematics::new(&file.machine, &setup));
+        let (faces, others) = choose(part.faces, args)?;
+        Ok(Self {
+            part: file.display().to_string(),
+            kinematics,
+            faces,
+            others,
+            cutter,
+            tools,
+            tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
+            grid: GRID,
+            stock: None,
+            stock_cell: None,
+            fixtures: Vec::new(),
+            clearance: 0.0,
+            chord: None,
+            warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
+        })
+    }
+}
+
+/// Stock and fixtures of a job, with the places where it says them.
+fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
+    let place = |key: &str, what: &str| {
+        let at = job.file.places.get(key);
+        format!("{}:{}:{}: {what}", path.display(), at.line, at.column)
+    };
+    let solid = job.stock.clone().filter(|_| job.file.stock.is_some());
+    let fixture = |(number, held): (usize, &Held)| {
+        let what = format!("fixture {}", held.name);
+        (place(&format!("fixture.{number}.file"), &what), held.clone())
+    };
+    let fixtures = job.fixtures.iter().enumerate().map(fixture).collect();
+    (solid.map(|solid| (place("stock.file", "the stock"), solid)), fixtures)
+}
+
+fn toolbox(args: &Args) -> Toolbox<'_> {
+    let Args { cutter, shank, holder, tool_length: length, .. } = args;
+    Toolbox { cutter, shank, holder, length }
+}
+
+/// Tools that are told by number.
+fn numbered(said: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
+    let tool = |number: u32| {
+        let found = said.of(Some(number)).ok_or_else(|| {
+            let help = format!("say what it is: --cutter {number}=R=10,r=6");
+            Failure::input(format!("tool {number} has no cutter\n  help: {help}"))
+        });
+        Ok((number, found?.cutter()?))
+    };
+    said.numbers().into_iter().map(tool).collect()
+}
+
+/// Faces that are cut, turned over if asked for, and the others.
+fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failure> {
+    let known = |number: &usize| faces.iter().any(|face| face.number == *number);
+    if let Some(number) = args.faces.iter().find(|number| !known(number)) {
+        let count = faces.len();
+        return Err(Failure::input(format!(
+            "the part has no face {number}; it has {count}\n  help: trunnion inspect lists them"
+        )));
+    }
+    let cut = |face: &Face| args.faces.is_empty() || args.faces.contains(&face.number);
+    let (mut chosen, others): (Vec<Face>, Vec<Face>) = faces.into_iter().partition(cut);
+    for face in &mut chosen {
+        face.flip ^= args.flip;
+    }
+    Ok((chosen, others))
+}

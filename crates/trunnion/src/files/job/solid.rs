@@ -1,0 +1,328 @@
+//! The job's `[stock]` and `[[fixture]]`.
+
+use super::super::document::Document;
+use super::data::JobFile;
+use super::raw::{RawFixture, RawSolid, RawSolidKind, RawStock};
+use nalgebra::Point3;
+use std::fmt;
+
+/// How far the triangles that stand for a STEP solid may be off its faces where nothing is said \[mm\].
+pub const STEP_CHORD: f64 = 0.01;
+
+/// Stock in the workpiece frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stock {
+    /// The part with this much left on \[mm\].
+    Offset {
+        /// Thickness \[mm\].
+        thickness: f64,
+    },
+    /// A solid of its own shape.
+    Solid(Solid),
+}
+
+/// What the tool must not touch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fixture {
+    /// What findings call it: as said, or the solid in words.
+    pub name: String,
+    /// What it is.
+    pub solid: Solid,
+}
+
+/// A solid in the workpiece frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Solid {
+    /// A box parallel to the workpiece frame.
+    Box {
+        /// Corner with the smallest coordinates \[mm\].
+        min: Point3<f64>,
+        /// Corner with the largest coordinates \[mm\].
+        max: Point3<f64>,
+    },
+    /// An upright cylinder.
+    Cylinder {
+        /// Centre of the lower end \[mm\].
+        base: Point3<f64>,
+        /// Radius \[mm\].
+        radius: f64,
+        /// Height \[mm\].
+        height: f64,
+    },
+    /// What a closed mesh encloses.
+    Stl {
+        /// STL file in mm, as written in the job.
+        file: String,
+    },
+    /// The solids of a STEP file.
+    Step {
+        /// STEP file, as written in the job.
+        file: String,
+        /// How far the triangles that stand for them may be off their faces \[mm\].
+        chord: f64,
+    },
+}
+
+impl Stock {
+    /// The solid; `None` for what stands on the part.
+    pub fn solid(&self) -> Option<&Solid> {
+        match self {
+            Self::Offset { .. } => None,
+            Self::Solid(solid) => Some(solid),
+        }
+    }
+}
+
+impl Solid {
+    /// The file it is in, as written in the job.
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            Self::Box { .. } | Self::Cylinder { .. } => None,
+            Self::Stl { file } | Self::Step { file, .. } => Some(file),
+        }
+    }
+
+    /// How far the triangles that stand for it may be off its faces \[mm\]; `None` but for a STEP file.
+    pub fn chord(&self) -> Option<f64> {
+        match self {
+            Self::Step { chord, .. } => Some(*chord),
+            _ => None,
+        }
+    }
+
+    fn set_chord(&mut self, value: f64) {
+        if let Self::Step { chord, .. } = self {
+            *chord = value;
+        }
+    }
+}
+
+impl fmt::Display for Solid {
+    /// In the words of the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Box { min: a, max: b } => {
+                write!(f, "box:{},{},{},{},{},{}", a.x, a.y, a.z, b.x, b.y, b.z)
+            }
+            Self::Cylinder { base: p, radius, height } => {
+                write!(f, "cyl:{},{},{},{radius},{height}", p.x, p.y, p.z)
+            }
+            Self::Stl { file } | Self::Step { file, .. } => f.write_str(file),
+        }
+    }
+}
+
+impl JobFile {
+    /// With triangles of all STEP solids within `chord` \[mm\] of their faces.
+    #[must_use]
+    pub fn with_chord(mut self, chord: f64) -> Self {
+        if let Some(Stock::Solid(solid)) = &mut self.stock {
+            solid.set_chord(chord);
+        }
+        for fixture in &mut self.fixtures {
+            fixture.solid.set_chord(chord);
+        }
+        self
+    }
+
+    /// How far the triangles of its STEP solids may be off their faces: the most \[mm\]; `None` without any.
+    pub fn chord(&self) -> Option<f64> {
+        let stock = self.stock.iter().filter_map(Stock::solid);
+        let all = stock.chain(self.fixtures.iter().map(|fixture| &fixture.solid));
+        all.filter_map(Solid::chord).reduce(f64::max)
+    }
+}
+
+/// A table whose `kind` says which keys go with it.
+struct Table<'a> {
+    /// What it is, in words, and its path.
+    what: &'a str,
+    path: &'a str,
+    /// Keys that are not of every solid, and whether they are there.
+    more: &'a [(&'a str, bool)],
+}
+
+pub(super) fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
+    let more = [("thickness", raw.thickness.is_some())];
+    let table = Table { what: "stock", path: "stock", more: &more };
+    if let Some(kind) = raw.kind.solid() {
+        return table.solid(kind, &raw.solid, doc).map(Stock::Solid);
+    }
+    table.keys(&raw.solid, ("offset", &["thickness"], &[]), doc);
+    Some(Stock::Offset { thickness: raw.thickness? })
+}
+
+/// All fixtures, every one looked at.
+pub(super) fn fixtures(doc: &mut Document<'_>) -> Option<Vec<Fixture>> {
+    let mut all = Vec::new();
+    for (number, raw) in doc.list::<RawFixture>("fixture").into_iter().enumerate() {
+        let path = format!("fixture.{number}");
+        let table = Table { what: "a fixture", path: &path, more: &[] };
+        let fixture = raw.and_then(|raw| {
+            let solid = table.solid(raw.kind, &raw.solid, doc)?;
+            Some(Fixture { name: raw.name.unwrap_or_else(|| solid.to_string()), solid })
+        });
+        all.push(fixture);
+    }
+    all.into_iter().collect()
+}
+
+impl Table<'_> {
+    fn solid(&self, kind: RawSolidKind, raw: &RawSolid, doc: &mut Document<'_>) -> Option<Solid> {
+        let words: (&str, &[&str], &[&str]) = match kind {
+            RawSolidKind::Box => ("box", &["min", "max"], &[]),
+            RawSolidKind::Cylinder => ("cylinder", &["base", "radius", "height"], &[]),
+            RawSolidKind::Stl => ("stl", &["file"], &[]),
+            RawSolidKind::Step => ("step", &["file"], &["chord"]),
+        };
+        self.keys(raw, words, doc);
+        Some(match kind {
+            RawSolidKind::Box => {
+                let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
+                if (0..3).any(|axis| min[axis] >= max[axis]) {
+                    let message = format!("the box from {min} to {max} mm has no inside");
+                    let help = "every coordinate of max is above that of min";
+                    doc.fault(&format!("{}.max", self.path), message, help);
+                }
+                Solid::Box { min, max }
+            }
+            RawSolidKind::Cylinder => {
+                let base = Point3::from(raw.base?);
+                Solid::Cylinder { base, radius: raw.radius?, height: raw.height? }
+            }
+            RawSolidKind::Stl => Solid::Stl { file: raw.file.clone()? },
+            RawSolidKind::Step => {
+                Solid::Step { file: raw.file.clone()?, chord: raw.chord.unwrap_or(STEP_CHORD) }
+            }
+        })
+    }
+
+    /// Faults of keys that do not go with a kind, and of those that it needs; others it may have.
+    fn keys(
+        &self,
+        raw: &RawSolid,
+        (kind, needed, others): (&str, &[&str], &[&str]),
+        doc: &mut Document<'_>,
+    ) {
+        let of_all = [
+            ("min", raw.min.is_some()),
+            ("max", raw.max.is_some()),
+            ("base", raw.base.is_some()),
+            ("radius", raw.radius.is_some()),
+            ("height", raw.height.is_some()),
+            ("file", raw.file.is_some()),
+            ("chord", raw.chord.is_some()),
+        ];
+        let Self { what, path, more } = self;
+        let wanted = needed.join(", ");
+        for &(key, is_given) in more.iter().chain(&of_all) {
+            if is_given && !needed.contains(&key) && !others.contains(&key) {
+                let message = format!("{what} of kind {kind:?} has no {key}");
+                let help = format!("remove it; {kind:?} needs {wanted}");
+                doc.fault(&format!("{path}.{key}"), message, help);
+            } else if !is_given && needed.contains(&key) {
+                let message = format!("{what} of kind {kind:?} needs {key}");
+                let unit = if key == "file" { "" } else { ", in mm" };
+                doc.fault(
+                    &format!("{path}.kind"),
+                    message,
+                    format!("{kind:?} needs {wanted}{unit}"),
+                );
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse;
+    use super::*;
+
+    /// The last line of it, 52, stands in [verify].
+    const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
+
+    fn faults(more: &str) -> Vec<String> {
+        let faults = parse(&format!("{EXAMPLE}{more}")).err();
+        let faults = faults.unwrap_or_else(|| panic!("no fault in\n{more}"));
+        faults.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn fixtures_are_said_as_stock_is() {
+        let solids = [
+            "kind = \"box\"\nmin = [1, 2, 3]\nmax = [4, 5.5, 6]\n",
+            "kind = \"cylinder\"\nbase = [0, 0, -4]\nradius = 3\nheight = 2\n",
+            "kind = \"stl\"\nfile = \"clamp.stl\"\n",
+            "kind = \"step\"\nfile = \"vise.step\"\n",
+            "kind = \"step\"\nfile = \"vise.step\"\nchord = 0.05\n",
+        ];
+        let fixtures = solids.map(|solid| format!("[[fixture]]\n{solid}")).concat();
+        let job = parse(&format!("{EXAMPLE}fixture_clearance = 0.5\n{fixtures}")).unwrap();
+        assert_eq!((job.fixture_clearance, job.chord()), (0.5, Some(0.05)));
+        let names: Vec<&str> = job.fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
+        let said = ["box:1,2,3,4,5.5,6", "cyl:0,0,-4,3,2", "clamp.stl", "vise.step", "vise.step"];
+        assert_eq!(names, said);
+        let chords: Vec<_> = job.fixtures.iter().map(|fixture| fixture.solid.chord()).collect();
+        assert_eq!(chords, [None, None, None, Some(STEP_CHORD), Some(0.05)]);
+        assert_eq!(job.places.get("fixture.4.chord").line, 72);
+        for (solid, fixture) in solids.iter().zip(&job.fixtures) {
+            let job = parse(&format!("{EXAMPLE}[stock]\n{solid}")).unwrap();
+            assert_eq!(job.stock.as_ref().and_then(Stock::solid), Some(&fixture.solid));
+            assert_eq!((job.fixtures.len(), job.fixture_clearance), (0, 0.0));
+        }
+        let finer = job.with_chord(0.002);
+        assert_eq!(finer.chord(), Some(0.002));
+        let named =
+            parse(&format!("{EXAMPLE}[[fixture]]\nname = \"vise\"\n{}", solids[0])).unwrap();
+        assert_eq!(named.fixtures[0].name, "vise");
+    }
+
+    #[test]
+    fn faults_of_all_fixtures_come_together() {
+        let text = "[[fixture]]\nkind = \"box\"\nmin = [0, 0, 0]\nmax = [1, 0, 1]\nradius = 2\n\
+            [[fixture]]\nkind = \"step\"\nfle = \"vise.step\"\n\
+            [[fixture]]\nkind = \"stl\"\nchord = -0.5\nclearance = 1\n\
+            [[fixture]]\nkind = \"stl\"\nfile = \"a.stl\"\nchord = 0.5\n\
+            [[fixture]]\nkind = \"offset\"\nthickness = 1\n";
+        let expected = [
+            "56:7: the box from {0, 0, 0} to {1, 0, 1} mm has no inside",
+            "57:10: a fixture of kind \"box\" has no radius\n  help: remove it",
+            "60:1: unknown key `fle` in [[fixture]]\n  help: did you mean `file`?",
+            "63:9: `fixture.2.chord` = -0.5 must be above 0\n  help: How far the triangles",
+            "64:1: unknown key `clearance` in [[fixture]]\n  help: did you mean `fixture_clearance` in [verify]?",
+            "68:9: a fixture of kind \"stl\" has no chord",
+            "70:8: `fixture.4.kind` cannot be \"offset\"",
+            "71:1: unknown key `thickness` in [[fixture]]\n  help: `thickness` stands in [stock]",
+        ];
+        let found = faults(text);
+        assert_eq!(found.len(), expected.len(), "{found:#?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{found}\n{expected}");
+        }
+        for (more, expected) in [
+            (
+                "[fixture]\n",
+                "53:2: `fixture` must be a list, not a table\n  help: write [[fixture]]",
+            ),
+            (
+                "[[fixtures]]\n",
+                "53:3: unknown key `fixtures` at the top\n  help: did you mean `fixture`?",
+            ),
+            ("[[fixture]]\n", "53:1: missing key `kind` in [[fixture]]"),
+            ("[[fixture]]\nkind = \"stl\"\n", "54:8: a fixture of kind \"stl\" needs file"),
+            (
+                "clearance = 1\n",
+                "53:1: unknown key `clearance` in [verify]\n  help: did you mean `fixture_c",
+            ),
+            (
+                "fixture_clearance = -1\n",
+                "53:21: `verify.fixture_clearance` = -1 must be at least 0",
+            ),
+            ("[stock]\nkind = \"box\"\ncell = 1\n", "54:8: stock of kind \"box\" needs max"),
+        ] {
+            let found = faults(more);
+            assert!(found[0].starts_with(expected), "{found:#?}\n{expected}");
+            assert!(found[0].contains("help: "), "{found:#?}");
+        }
+    }
+}
