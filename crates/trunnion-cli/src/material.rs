@@ -20,6 +20,11 @@ pub(crate) fn is_step(path: &Path) -> bool {
     path.extension().is_some_and(|is| endings.iter().any(|name| is.eq_ignore_ascii_case(name)))
 }
 
+/// Whether a file is named as an STL file.
+pub(crate) fn is_stl(path: &Path) -> bool {
+    path.extension().is_some_and(|is| is.eq_ignore_ascii_case("stl"))
+}
+
 /// Triangles of an STL file, or of the solids of a STEP file, there within about `chord` \[mm\] of its faces.
 pub(crate) fn mesh(path: &Path, chord: f64) -> Result<Mesh, Failure> {
     let chord = is_step(path).then_some(chord);

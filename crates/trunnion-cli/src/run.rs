@@ -117,9 +117,15 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
         let name = solid.file()?;
         let found = material::mesh_of(&beside(path, name), solid.chord());
         let refused = |what: String| {
-            let fault = file.places.fault(key, format!("{name}: {what}"));
-            let help = "the file is looked for relative to the job file";
-            faults.push(if beside(path, name).exists() { fault } else { fault.with_help(help) });
+            let help = match (Path::new(name), solid.chord()) {
+                (file, None) if material::is_step(file) => "write kind = \"step\" for a STEP file",
+                (file, Some(_)) if material::is_stl(file) => "write kind = \"stl\" for an STL file",
+                (file, _) if file.is_relative() && !beside(path, name).exists() => {
+                    "the file is looked for relative to the job file"
+                }
+                _ => "",
+            };
+            faults.push(file.places.fault(key, format!("{name}: {what}")).with_help(help));
         };
         found.map_err(refused).ok()
     };

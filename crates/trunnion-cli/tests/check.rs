@@ -160,6 +160,12 @@ fn tools_and_offsets_are_said_by_number() {
     assert_eq!(summary["tool_changes"]["count"], 2);
     assert_eq!(summary["tool_changes"]["unmeasured"], 5, "{summary:#}");
     assert!(summary["warnings"].to_string().contains("the machine's own"), "{summary:#}");
+    // The same by the job.
+    let other = "[[verify.tool]]\nnumber = 2\nkind = \"bull\"\nmajor_radius = 2\nminor_radius = 1\nlength = 80\n";
+    let job = fs::read_to_string(folder.join("job.toml")).unwrap();
+    fs::write(folder.join("tools.toml"), job + other).unwrap();
+    let by_job = ["--json", "check", "two.ngc", "--job", "tools.toml", "--offset", "G55=G54"];
+    assert_eq!(json(&trunnion(folder, &by_job)), summary);
     check.extend(["--cutter", "R=5,r=3"]);
     assert!(refused(&check).contains("a tool without number beside --job"));
 }

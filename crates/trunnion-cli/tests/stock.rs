@@ -130,6 +130,10 @@ fn a_stock_that_cannot_be_used_is_refused_before_the_work() {
     fs::write(folder.join("block.stl"), block()).unwrap();
     let (code, said, errors) = told(&trunnion(folder, &dry));
     assert!(code == Some(0) && said.contains("block.stl, vise.step"), "{said}{errors}");
+    replace(folder, "job.toml", "kind = \"step\"", "kind = \"stl\"");
+    let (code, _, errors) = told(&trunnion(folder, &dry));
+    assert!(code == Some(2) && errors.contains("write kind = \"step\""), "{errors}");
+    replace(folder, "job.toml", "\"stl\"\nfile = \"vise.step\"", "\"step\"\nfile = \"vise.step\"");
     let face = root().join("examples/step-face/part.step");
     fs::copy(face, folder.join("vise.step")).unwrap();
     let (code, _, errors) = told(&trunnion(folder, &dry));

@@ -127,7 +127,8 @@ Where a program tells a direction and not the rotaries (vectors: Siemens A3= B3=
 planes: G68.2 and G53.1, PLANE, CYCLE800), they turn to the solution with the least travel from where they stood, inside
 travel; it is told which. Between vectors the tool turns as the program says (ORIVECT, ORIAXES, PATHCTRL), on the great
 circle if it does not. Velocities there are told, not judged: the control plans its own.
-A program with several tools needs each: --cutter 1=R=10,r=6 --cutter 2=R=5,r=1 --tool-length 1=120 --tool-length 2=95.
+A program with several tools needs each: --cutter 1=R=10,r=6 --cutter 2=R=5,r=1 --tool-length 1=120 --tool-length 2=95;
+a job says others than its own as [[verify.tool]], with the keys of [tool].
 Where a change leaves X, Y and Z is the machine's own: rapid moves behind it are not measured until the program has told
 all three, a cut before that is refused; the rotaries are taken to stand as before.
 Rapid moves are run twice: all axes together, and each at its own speed. The worse gouge is told; excess is what is left

@@ -104,9 +104,12 @@ impl Setting {
             )));
         }
         let mut tools = numbered(&said)?;
-        let own = job.file.tool.number;
-        if !tools.is_empty() && tools.iter().all(|(number, _)| *number != own) {
-            tools.insert(0, (own, job.cutter.clone()));
+        let own = (job.file.tool.number, job.cutter.clone());
+        let is_said = |tools: &[(u32, Cutter)], number: u32| tools.iter().any(|of| of.0 == number);
+        job.other_tools.retain(|(number, _)| !is_said(&tools, *number));
+        tools.append(&mut job.other_tools);
+        if !tools.is_empty() && !is_said(&tools, own.0) {
+            tools.insert(0, own);
         }
         let plain = |faces: &[FaceIndex]| -> Vec<Face> {
             faces.iter().map(|face| face.face().clone()).collect()

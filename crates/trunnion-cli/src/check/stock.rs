@@ -44,7 +44,7 @@ pub(super) fn read(said: &str, chord: f64) -> Result<Solid, Failure> {
         };
     }
     let path = Path::new(said);
-    if is_step(said) || path.extension().is_some_and(|is| is.eq_ignore_ascii_case("stl")) {
+    if is_step(said) || material::is_stl(path) {
         return Ok(Solid::Mesh(material::mesh(path, chord)?));
     }
     let help = "write box:x,y,z,X,Y,Z or cyl:x,y,z,radius,height, or name a closed .stl, .step or .stp file";

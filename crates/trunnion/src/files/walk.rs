@@ -86,6 +86,8 @@ impl Walk<'_> {
             format!("did you mean `{longer}` in [{table}]?")
         } else if let Some(table) = self.elsewhere(name, path) {
             format!("`{name}` stands in [{table}]")
+        } else if let Some(table) = self.table_at_the_top(name) {
+            format!("it is a table of its own: {table}")
         } else {
             format!("known here: {}", names.join(", "))
         };
@@ -100,6 +102,15 @@ impl Walk<'_> {
     fn of_this_table(&self, name: &str, path: &str) -> Option<(String, String)> {
         let longer = format!("{}_{name}", path.split('.').next()?);
         self.elsewhere(&longer, path).map(|table| (table, longer))
+    }
+
+    /// A table at the top of the layout, or a list of them, as it is written.
+    fn table_at_the_top(&self, name: &str) -> Option<String> {
+        let schema = self.top.get("properties")?.get(name)?;
+        if is_list_of_tables(schema) {
+            return Some(format!("[[{name}]]"));
+        }
+        type_of(schema).contains(&"object").then(|| format!("[{name}]"))
     }
 
     /// Table at the top of the layout that knows a key.
@@ -246,7 +257,7 @@ impl Walk<'_> {
             {
                 format!("write [{path}] with single brackets, once")
             }
-            DeValue::Table(_) if is_list_of_tables(schema) => {
+            _ if is_list_of_tables(schema) => {
                 format!("write [[{path}]] with double brackets, once for each")
             }
             _ => sentence("", description(schema)),

@@ -30,6 +30,8 @@ pub struct Job {
     pub fixtures: Vec<Held>,
     /// The cutter.
     pub cutter: Cutter,
+    /// Tools that other programs call beside it, by number, for their check.
+    pub other_tools: Vec<(u32, Cutter)>,
     /// Machine, setup and tool as one chain.
     pub kinematics: Kinematics,
     /// The tolerance, split.
@@ -93,6 +95,7 @@ impl Job {
         let cutter = Cutter::new(cutter_spec(&file.tool))
             .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
             .ok();
+        let (other_tools, mut tool_faults) = other_tools(&file);
         let (others, unguarded) = others(&file.part, faces).unwrap_or_else(|error| {
             faults.push(error);
             Default::default()
@@ -107,7 +110,7 @@ impl Job {
         );
         let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
         match (cutter, faces, budget) {
-            (Some(cutter), Some(faces), Some(budget)) => {
+            (Some(cutter), Some(faces), Some(budget)) if tool_faults.is_empty() => {
                 let all = faces.iter().chain(&others).map(FaceIndex::face);
                 let stock = file.stock.as_ref().and_then(|stock| material::solid(stock, all));
                 let fixtures = file.fixtures.iter().map(Held::of).collect();
@@ -119,14 +122,16 @@ impl Job {
                     stock,
                     fixtures,
                     cutter,
+                    other_tools,
                     kinematics,
                     budget,
                 })
             }
-            _ => Err(faults
-                .into_iter()
-                .map(|fault| file.places.fault(fault.key(), fault.to_string()))
-                .collect()),
+            _ => {
+                let place = |fault: JobError| file.places.fault(fault.key(), fault.to_string());
+                tool_faults.splice(0..0, faults.into_iter().map(place));
+                Err(tool_faults)
+            }
         }
     }
 }
@@ -222,6 +227,21 @@ fn cutter_spec(tool: &job::Tool) -> CutterSpec {
         },
         shank: above_the_cutting_end(tool),
     }
+}
+
+/// Tools of other programs, and what is wrong with them.
+fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Fault>) {
+    let (mut tools, mut faults) = (Vec::new(), Vec::new());
+    for (at, tool) in file.other_tools.iter().enumerate() {
+        let fault = |error: CutterError| {
+            file.places.fault(&format!("verify.tool.{at}"), JobError::from(error).to_string())
+        };
+        match Cutter::new(cutter_spec(tool)) {
+            Ok(cutter) => tools.push((tool.number, cutter)),
+            Err(errors) => faults.extend(errors.into_iter().map(fault)),
+        }
+    }
+    (tools, faults)
 }
 
 /// Shank and holder as one profile; up to the holder the shank goes straight on.

@@ -19,6 +19,8 @@ pub struct JobFile {
     pub fixtures: Vec<Fixture>,
     /// What cuts it.
     pub tool: Tool,
+    /// Tools that other programs call beside it, for their check.
+    pub other_tools: Vec<Tool>,
     /// How well.
     pub tolerance: Tolerance,
     /// How the surface is covered.

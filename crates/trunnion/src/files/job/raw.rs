@@ -415,6 +415,9 @@ pub(super) struct RawVerify {
     #[serde(default)]
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5))]
     pub(super) fixture_clearance: f64,
+    /// Other tools of programs that `trunnion check --job` is given, a table each; the programs of the job have its own.
+    #[serde(default, skip_serializing)]
+    pub(super) tool: Option<Vec<RawTool>>,
 }
 
 /// As in the example.
@@ -424,6 +427,6 @@ fn grid() -> f64 {
 
 impl Default for RawVerify {
     fn default() -> Self {
-        Self { grid: grid(), stock_cell: None, fixture_clearance: 0.0 }
+        Self { grid: grid(), stock_cell: None, fixture_clearance: 0.0, tool: None }
     }
 }

@@ -13,7 +13,7 @@ use super::raw::{
 };
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
-use super::tool::tool;
+use super::tool::{others, tool};
 use crate::types::Fault;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -41,7 +41,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let setup = doc.section::<RawSetup>("setup").map(|raw| setup(&raw));
     let stock = doc.section::<RawStock>("stock").map(|raw| stock(&raw, doc));
     let fixtures = fixtures(doc);
-    let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, doc));
+    let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, "tool", doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let strategy = doc
         .section::<RawStrategy>("strategy")
@@ -50,7 +50,9 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
     let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
     let dialects = doc.or_default::<RawOutput>("output").map(|raw| dialects(&raw));
-    let verify = doc.or_default::<RawVerify>("verify");
+    let mut verify = doc.or_default::<RawVerify>("verify");
+    let other_tools = verify.as_mut().and_then(|verify| verify.tool.take()).unwrap_or_default();
+    let other_tools = others(other_tools, tool.as_ref().map(|tool| tool.number), doc);
     if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
         side_of(tool, strategy, doc);
     }
@@ -66,6 +68,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         stock,
         fixtures: fixtures?,
         tool: tool?,
+        other_tools: other_tools?,
         tolerance: tolerance?,
         strategy: strategy?,
         cutting: cutting?,

@@ -308,6 +308,10 @@ mod tests {
                 "[[fixtures]]\n",
                 "53:3: unknown key `fixtures` at the top\n  help: did you mean `fixture`?",
             ),
+            (
+                "fixture = 3\n",
+                "53:1: unknown key `fixture` in [verify]\n  help: it is a table of its own: [[fixture]]",
+            ),
             ("[[fixture]]\n", "53:1: missing key `kind` in [[fixture]]"),
             ("[[fixture]]\nkind = \"stl\"\n", "54:8: a fixture of kind \"stl\" needs file"),
             (

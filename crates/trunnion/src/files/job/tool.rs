@@ -1,31 +1,56 @@
-//! The job's `[tool]`.
+//! The job's `[tool]`, and the tools of other programs that are checked.
 
 use super::super::document::Document;
 use super::data::{Construction, Tool, ToolKind};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
 
-/// The tool, if its entries go together.
-pub(super) fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
+/// Tools that programs other than the job's own call beside its tool, which is `own`.
+pub(super) fn others(
+    raw: Vec<RawTool>,
+    own: Option<u32>,
+    doc: &mut Document<'_>,
+) -> Option<Vec<Tool>> {
+    let mut known: Vec<u32> = own.into_iter().collect();
+    let mut all = Vec::new();
+    for (at, raw) in raw.into_iter().enumerate() {
+        let (path, number) = (format!("verify.tool.{at}"), raw.number);
+        if known.contains(&number) {
+            let message = format!("tool {number} is told twice");
+            let help = "the job's own stands in [tool]; every other has a number of its own";
+            doc.fault(&format!("{path}.number"), message, help);
+        }
+        known.push(number);
+        all.push(tool(raw, &path, doc));
+    }
+    all.into_iter().collect()
+}
+
+/// The tool at `path`, if its entries go together.
+pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<Tool> {
     let kind = match raw.kind {
         RawToolKind::Flat => Some(ToolKind::Flat),
         RawToolKind::Ball => Some(ToolKind::Ball),
         RawToolKind::Bull => Some(ToolKind::Bull),
         RawToolKind::Taper | RawToolKind::Barrel => {
             let message = "tapered and barrel tools cannot be placed yet";
-            doc.fault("tool.kind", message, "use \"bull\" with the radii of the cutting end");
+            doc.fault(
+                &format!("{path}.kind"),
+                message,
+                "use \"bull\" with the radii of the cutting end",
+            );
             None
         }
     };
-    let radii = kind.and_then(|kind| radii(&raw, kind, doc));
-    let construction = construction(&raw, radii, doc);
-    profile("tool.shank", &raw.shank, doc);
-    profile("tool.holder", &raw.holder, doc);
+    let radii = kind.and_then(|kind| radii(&raw, kind, path, doc));
+    let construction = construction(&raw, radii, path, doc);
+    profile(&format!("{path}.shank"), &raw.shank, doc);
+    profile(&format!("{path}.holder"), &raw.holder, doc);
     if let (Some(&[end, _]), Some(&[start, _])) = (raw.shank.last(), raw.holder.first())
         && start < end
     {
         let message = format!("the holder begins at {start} mm, below the shank's end at {end} mm");
         doc.fault(
-            "tool.holder",
+            &format!("{path}.holder"),
             message,
             "heights count from the tip; the holder sits on the shank",
         );
@@ -33,7 +58,11 @@ pub(super) fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
     let (kind, [major, minor]) = (kind?, radii?);
     if minor >= raw.length {
         let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);
-        doc.fault("tool.length", message, "length runs from the gauge point to the tip, in mm");
+        doc.fault(
+            &format!("{path}.length"),
+            message,
+            "length runs from the gauge point to the tip, in mm",
+        );
     }
     Some(Tool {
         number: raw.number,
@@ -48,17 +77,21 @@ pub(super) fn tool(raw: RawTool, doc: &mut Document<'_>) -> Option<Tool> {
 }
 
 /// `[R, r]` from either way to write them.
-fn radii(raw: &RawTool, kind: ToolKind, doc: &mut Document<'_>) -> Option<[f64; 2]> {
+fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> Option<[f64; 2]> {
     let by_radii = raw.major_radius.is_some() || raw.minor_radius.is_some();
     let by_diameter = raw.diameter.is_some() || raw.corner_radius.is_some();
     if by_radii && by_diameter {
         let message = "the tool is given twice: by radii and by diameter";
-        doc.fault("tool.diameter", message, "keep major_radius and minor_radius, or diameter");
+        doc.fault(
+            &format!("{path}.diameter"),
+            message,
+            "keep major_radius and minor_radius, or diameter",
+        );
         return None;
     }
     let mut missing = |key: &str, example: &str| {
         let message = format!("a {} tool needs {key}", kind_name(kind));
-        doc.fault("tool.kind", message, format!("add `{key} = ...`, in mm, {example}"));
+        doc.fault(&format!("{path}.kind"), message, format!("add `{key} = ...`, in mm, {example}"));
         None
     };
     let (major, minor) = if by_diameter {
@@ -93,7 +126,7 @@ fn radii(raw: &RawTool, kind: ToolKind, doc: &mut Document<'_>) -> Option<[f64; 
     let message =
         format!("a {} tool cannot have R = {major} mm and r = {minor} mm", kind_name(kind));
     let help = "flat: r = 0; ball: R = 0, corner_radius half the diameter; bull: both above 0";
-    doc.fault("tool.kind", message, help);
+    doc.fault(&format!("{path}.kind"), message, help);
     None
 }
 
@@ -108,20 +141,21 @@ fn kind_name(kind: ToolKind) -> &'static str {
 fn construction(
     raw: &RawTool,
     radii: Option<[f64; 2]>,
+    path: &str,
     doc: &mut Document<'_>,
 ) -> Option<Construction> {
-    let path = "tool.inner_cutting_radius";
+    let inner = format!("{path}.inner_cutting_radius");
     match (raw.construction, raw.inner_cutting_radius) {
         (RawConstruction::Solid, None) => Some(Construction::Solid),
         (RawConstruction::Solid, Some(_)) => {
             let message = "a solid tool cuts to its centre: it has no inner_cutting_radius";
-            doc.fault(path, message, "remove it, or write construction = \"insert\"");
+            doc.fault(&inner, message, "remove it, or write construction = \"insert\"");
             None
         }
         (RawConstruction::Insert, None) => {
             let message = "a tool with inserts needs inner_cutting_radius";
             let help = "add `inner_cutting_radius = ...`: nothing cuts inside it, in mm";
-            doc.fault("tool.construction", message, help);
+            doc.fault(&format!("{path}.construction"), message, help);
             None
         }
         (RawConstruction::Insert, Some(inner_cutting_radius)) => {
@@ -132,7 +166,7 @@ fn construction(
                 let message = format!(
                     "inner_cutting_radius {inner_cutting_radius} mm leaves nothing of a cutter of radius {radius} mm"
                 );
-                doc.fault(path, message, "it must be below R + r");
+                doc.fault(&inner, message, "it must be below R + r");
             }
             Some(Construction::Insert { inner_cutting_radius })
         }
@@ -149,5 +183,44 @@ fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
             return;
         }
         below = height;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse;
+
+    /// The last line of it, 52, stands in [verify].
+    const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
+
+    #[test]
+    fn other_tools_are_said_as_the_jobs_own() {
+        let tool = |number: u32| {
+            format!(
+                "[[verify.tool]]\nnumber = {number}\nkind = \"ball\"\ndiameter = 6\nlength = 80\n"
+            )
+        };
+        let job = parse(&format!("{EXAMPLE}{}{}", tool(2), tool(7))).unwrap();
+        let said: Vec<_> =
+            job.other_tools.iter().map(|of| (of.number, of.minor, of.length)).collect();
+        assert_eq!(said, [(2, 3.0, 80.0), (7, 3.0, 80.0)]);
+        assert_eq!(job.places.get("verify.tool.1.length").line, 62);
+        let wrong = format!("{EXAMPLE}{}{}corner_radius = 2\n", tool(1), tool(1));
+        let found = parse(&wrong).unwrap_err();
+        let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+        let expected = [
+            "54:10: tool 1 is told twice\n  help: the job's own stands in [tool]",
+            "59:10: tool 1 is told twice",
+            "60:8: a ball tool cannot have R = 1 mm and r = 2 mm",
+        ];
+        assert_eq!(found.len(), expected.len(), "{found:#?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{found}\n{expected}");
+        }
+        let misspelt = parse(&format!("{EXAMPLE}[[verify.tool]]\nnumbr = 2\n")).unwrap_err();
+        let misspelt = misspelt[0].to_string();
+        let expected =
+            "54:1: unknown key `numbr` in [[verify.tool]]\n  help: did you mean `number`?";
+        assert_eq!(misspelt, expected);
     }
 }
