@@ -181,6 +181,14 @@ fn bad_input_writes_nothing_and_tells_all() {
     assert_eq!((code, stdout.as_str()), (Some(2), ""), "{errors}");
     assert!(errors.contains("arc.ngc:2:") && errors.contains("arc.ngc:3:"), "{errors}");
     assert!(!folder.join("out").exists());
+    fs::write(folder.join("skip.ngc"), "G21 G90 G94 G54\n/G0 X#500\nM2\n").unwrap();
+    arguments[1] = "skip.ngc";
+    let (code, _, errors) = told(&trunnion(folder, &arguments));
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("skip.ngc:2:1: block delete"), "{errors}");
+    arguments.extend(["--block-delete", "true", "--set", "500=-381"]);
+    let (code, _, errors) = told(&trunnion(folder, &arguments));
+    assert_eq!(code, Some(1), "{errors}");
     let missing =
         ["check", "arc.ngc", "--part", "none.json", "--cutter", "R=5,r=-3", "--tolerance", "1,1"];
     let (code, _, errors) = told(&trunnion(folder, &missing));

@@ -310,6 +310,21 @@ fn block_delete_is_asked_for() {
 }
 
 #[test]
+fn a_length_of_another_tool_is_told() {
+    let told = |text: &str| -> Vec<(u32, String)> {
+        let program = read(text, &options(DIALECT, "XYZAC"));
+        program.warnings.into_iter().map(|warning| (warning.line, warning.message)).collect()
+    };
+    let none = Vec::new();
+    assert_eq!(told("T1 M6\nT2\nG43 H1\nG0 Z1\nM2\n"), none);
+    assert_eq!(told("G43 H7\nG0 Z1\nG49 H0\nM2\n"), none);
+    assert_eq!(
+        told("T1 M6\nG0 X1\nG43.4 H2\nG0 Z1\nM2\n"),
+        [(3, "H2 with tool 1 in the spindle".to_owned())]
+    );
+}
+
+#[test]
 fn memory_is_the_longest_loop() {
     // An iterator that counts how far ahead of the steps it was asked.
     let count = std::cell::Cell::new(0_u32);

@@ -225,6 +225,38 @@ fn a_tool_ten_micrometres_too_long_gouges_all_over() {
     assert!(report.deviation.sensitivity.length > 0.85);
 }
 
+/// How much higher the tool would have to be, where that is all that is wrong.
+fn as_a_whole(report: &Report) -> Option<[f64; 2]> {
+    report.findings.iter().find_map(|finding| match finding {
+        Finding::Length { higher } => Some(*higher),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_wrong_tool_length_is_named_as_a_whole_and_a_wrong_block_is_not() {
+    let job = Job::new();
+    for by in [0.01, -0.03] {
+        let other = Setup { tool_length: job.setup.tool_length + by, ..job.setup };
+        let report = job.check_of(&job.text, &job.machine, &other, &job.face);
+        let [least, most] = as_a_whole(&report).unwrap();
+        // A length that is off is off along the tool.
+        assert!(least <= by && by <= most && least.signum() == by.signum(), "{least} {most} {by}");
+        assert!(most - least <= (OPTIONS.total + OPTIONS.gouge) / 0.85, "{least} {most}");
+    }
+    let (number, line) = job.line(8);
+    let faults = [
+        job.text.clone(),
+        job.with_line(number, &posted::reworded(line, 'Z', |z| z - 0.004)),
+        job.with_line(number, &posted::reworded(line, 'Z', |z| z + 0.1)),
+        job.with_line(number, &posted::reworded(line, 'B', |b| -b)),
+        job.with_line(number, ""),
+    ];
+    for text in faults {
+        assert_eq!(as_a_whole(&job.check(&text)), None);
+    }
+}
+
 /// Locations past an upright wall, a micrometre off it with the holder; one of them 6 micrometres nearer.
 #[test]
 fn a_holder_grazing_by_five_micrometres() {

@@ -16,7 +16,7 @@ use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::post::tools::{self, ToolLength};
 use crate::progress::Bars;
-use crate::{material, text};
+use crate::{inspect, material, text};
 use std::path::PathBuf;
 use subject::Subject;
 use told::Told;
@@ -60,6 +60,12 @@ pub(crate) struct Args {
     /// file's name and first lines if left out.
     #[arg(long, value_parser = dialect)]
     dialect: Option<Dialect>,
+    /// A parameter that the program does not set itself, such as 500=0, _hal[x]=3, R1=5. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = inspect::parameter)]
+    parameters: Vec<(String, f64)>,
+    /// Whether lines that begin with / are run.
+    #[arg(long, value_name = "RUN")]
+    block_delete: Option<bool>,
     /// Length of the tool, gauge point to tip, in mm. Numbered as --cutter.
     #[arg(long, value_name = "[N=]L", value_parser = tools::length)]
     tool_length: Vec<ToolLength>,

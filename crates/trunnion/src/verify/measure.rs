@@ -6,7 +6,7 @@ use super::deviation::{self, Measured};
 use super::grid::Grid;
 use super::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
 use super::run::Run;
-use super::{Options, Promise, VerifyError, bounds};
+use super::{Options, Promise, VerifyError, bounds, whole};
 use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::types::{Progress, Rest, Stage};
@@ -60,6 +60,7 @@ fn measured(
     }
     let mut deviation = Deviation::of(&measured.iter().map(|(map, _)| map));
     deviation.sensitivity = sensitivity(subject.faces, &measured);
+    deviation.higher = whole::length(subject.faces, &measured, options);
     if let Some(promise) = &options.promise {
         promised((chunks, subject.faces), &measured, (promise, options), &mut deviation)?;
     }

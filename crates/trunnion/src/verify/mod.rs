@@ -36,6 +36,7 @@ mod sweep;
 mod tools;
 mod track;
 mod turns;
+mod whole;
 
 pub use control_model::{AxisRatio, ModelAudit};
 pub use fixture::{Approach, Clearance, DEPTH_SHARE, Fixture, Watch, clearance, clearance_cl};
@@ -350,6 +351,9 @@ fn left(maps: &[FaceMap], deviation: &Deviation, options: &Options) -> Vec<Findi
         && high.height > options.total
     {
         findings.push(Finding::Excess(high));
+    }
+    if let Some(higher) = deviation.higher {
+        findings.push(Finding::Length { higher });
     }
     let mut uncut = maps.iter().flat_map(|map| &map.samples).flatten();
     if let Some(sample) = uncut.find(|sample| sample.height.is_none() && !sample.rest) {

@@ -153,6 +153,9 @@ pub struct Deviation {
     pub unmeasured: usize,
     /// What errors of the tool would do.
     pub sensitivity: Sensitivity,
+    /// Where the tolerance is broken all over, and one other length of the tool, or height of the work, would keep
+    /// it everywhere: how much higher the tool would have to be along its axis, least and most \[mm\].
+    pub higher: Option<[f64; 2]>,
     /// What holds between the points; `None` if it was not asked for.
     pub bounds: Option<Bounds>,
     /// Area by height, from lowest to highest.
@@ -224,6 +227,7 @@ impl Deviation {
             uncut_area: uncut().map(|(_, s)| s.area).sum::<f64>() + 0.0,
             unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
             sensitivity: Sensitivity { length: 0.0, radius: 0.0, pivot: None },
+            higher: None,
             bounds: None,
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {
@@ -351,6 +355,11 @@ pub enum Finding {
     Gouge(Extreme),
     /// Too much is left.
     Excess(Extreme),
+    /// All of it would keep the tolerance with the tool so much higher along its axis, see [`Deviation::higher`].
+    Length {
+        /// Least and most \[mm\].
+        higher: [f64; 2],
+    },
     /// Points that no tool came near.
     Uncut {
         /// How many.
@@ -396,6 +405,15 @@ impl fmt::Display for Finding {
                 write!(f, "gouge of {:.4} mm{more} {e}", -e.height)
             }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
+            Self::Length { higher: [least, most] } => {
+                let (way, near, far) =
+                    if least > &0.0 { ("low", *least, *most) } else { ("high", -most, -least) };
+                write!(
+                    f,
+                    "as a whole the tool runs {near:.4} to {far:.4} mm too {way} along its axis: no line does by itself; \
+                     look at the tool length and the height of the work offset"
+                )
+            }
             Self::Uncut { points, area, place: p } => write!(
                 f,
                 "{points} points ({area:.2} mm²) stay uncut, one at X {:.3} Y {:.3} Z {:.3}",

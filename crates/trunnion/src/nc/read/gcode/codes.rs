@@ -89,7 +89,7 @@ impl Gcode {
             now.groups |= group;
         }
         plain_words(state, block, now)?;
-        self.lengths(state, block, now)?;
+        self.lengths(state, (text, block), now)?;
         let before = state.control.steps.len();
         self.motion(state, block, (text, now))?;
         let mut made = state.control.steps.iter().skip(before);
@@ -234,8 +234,22 @@ impl Gcode {
     }
 
     /// Tool length and tool-centre-point control.
-    fn lengths(&mut self, state: &mut State, block: &mut Block, now: &Now) -> Result<(), Remark> {
-        let number = block.take('H').map(|word| natural(word, 'H')).transpose()?;
+    fn lengths(
+        &mut self,
+        state: &mut State,
+        (text, block): (&str, &mut Block),
+        now: &Now,
+    ) -> Result<(), Remark> {
+        let word = block.take('H');
+        let number = word.map(|word| natural(word, 'H')).transpose()?;
+        if let (Some(word), Some(number), Some(&tool)) = (word, number, state.control.tools.last())
+            && number != 0
+            && number != tool
+        {
+            let message = format!("H{number} with tool {tool} in the spindle");
+            let help = "the length of the tool is taken, as if its number stood there";
+            state.log.warn(text, Remark::new(word.at, message, help));
+        }
         let control = &mut state.control;
         let Some(code) = now.length else {
             // A new number while the length counts is another length.

@@ -272,7 +272,7 @@ impl Gcode {
             return (run, from + 1 + usize::from(digit));
         }
         let message = "block delete: whether the control runs this block is not known";
-        let help = "say when reading whether such blocks are run";
+        let help = "say whether such blocks are run: --block-delete true, or false";
         state.log.fault(text, Remark::new(from, message, help));
         (false, from)
     }

@@ -143,7 +143,7 @@ impl Heidenhain {
                 Some(false) => return Ok(None),
                 None => {
                     let message = "block delete: whether the control runs this block is not known";
-                    let help = "say when reading whether such blocks are run";
+                    let help = "say whether such blocks are run: --block-delete true, or false";
                     return Err(Remark::new(from, message, help));
                 }
             }

@@ -142,7 +142,7 @@ impl Siemens {
                 Some(false) => return,
                 None => {
                     let message = "block delete: whether the control runs this block is not known";
-                    let help = "say when reading whether such blocks are run";
+                    let help = "say whether such blocks are run: --block-delete true, or false";
                     return state.log.fault(text, Remark::new(from, message, help));
                 }
             }
