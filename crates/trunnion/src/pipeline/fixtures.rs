@@ -140,7 +140,7 @@ pub fn too_near(fixtures: &FixturesSummary) -> Vec<String> {
 /// The least distance, its line, and how certain it is.
 pub fn nearest_fixture(fixtures: &FixturesSummary) -> String {
     fixtures.least.as_ref().map_or_else(String::new, |least| {
-        let exact = if least.distance < 0.0 {
+        let exact = if -DEPTH_SHARE * least.distance > fixtures.tolerance {
             format!("{} % of the depth", 100.0 * DEPTH_SHARE)
         } else {
             format!("{} mm", fixtures.tolerance)
