@@ -16,6 +16,7 @@ mod output;
 mod parquet;
 mod part;
 mod path;
+mod places;
 mod pose;
 mod position;
 mod post;

@@ -1,24 +1,22 @@
 //! Results of a run as the data of a report page.
 
 use crate::figure::{judged, plain};
-use crate::material;
 use crate::path::chart;
 use crate::path::profile::Profile;
+use crate::{material, places};
 use anyhow::Result;
 use std::f64::consts::FRAC_PI_2;
 use trunnion::cutter::{Cutter, ProfilePiece};
 use trunnion::files::job::MotionMethod;
-use trunnion::files::summary::{
-    AxisSummary, CheckSummary, FixturesSummary, ProgramSummary, RestSummary, Summary,
-};
+use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
 use trunnion::types::{Geometry, Motion, PoseRates, ToolPiece};
-use trunnion::verify::{self, Extreme, FaceMap, Finding};
+use trunnion::verify::{self, Extreme, FaceMap};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
-    Recorder, ReportData, Sample, Share, State, Surface, WorstPlace,
+    Recorder, ReportData, Sample, Share, State, Surface,
 };
 
 /// Slots of the charts over time: about three a pixel of a wide screen.
@@ -29,9 +27,6 @@ const BINS: usize = 60;
 
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
-
-/// Places of fixtures that are listed.
-const TOUCHED: usize = 5;
 
 /// Steps in which the corner of the drawn tool is divided.
 const ARC_STEPS: u32 = 12;
@@ -392,6 +387,8 @@ fn check(job: &Job, (program, summary): (&Program, &Summary)) -> Check {
         samples.filter_map(|sample| sample.height)
     };
     let reach = 2.0 * job.budget.total;
+    let told = summary.programs.iter().find(|told| told.file == program.file);
+    let fixtures = told.and_then(|told| told.fixtures.as_ref());
     Check {
         method: format!(
             "{} read back, replayed as the control would, and measured along the surface normal",
@@ -401,53 +398,6 @@ fn check(job: &Job, (program, summary): (&Program, &Summary)) -> Check {
         points: deviation.points as u64,
         uncut: deviation.uncut as u64,
         histogram: Histogram::of(heights(), [-reach, reach], BINS),
-        places: places(
-            report,
-            summary
-                .programs
-                .iter()
-                .find(|of| of.file == program.file)
-                .and_then(|of| of.fixtures.as_ref()),
-        ),
+        places: places::worst(report, fixtures),
     }
-}
-
-/// Worst places of a check, and the nearest of those that come too near a fixture.
-pub(crate) fn places(
-    check: &verify::Report,
-    fixtures: Option<&FixturesSummary>,
-) -> Vec<WorstPlace> {
-    let deviation = &check.deviation;
-    let place = |name: &str, extreme: &Extreme| WorstPlace {
-        kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
-        point: extreme.point.coords.into(),
-        deviation: Some(extreme.height),
-        note: extreme.to_string(),
-    };
-    let mut places: Vec<WorstPlace> =
-        [("excess", &deviation.highest), ("least left", &deviation.lowest)]
-            .iter()
-            .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
-            .collect();
-    places.extend(fixtures.into_iter().flat_map(touched));
-    for finding in &check.findings {
-        if let Finding::Uncut { place, .. } = finding {
-            let point = place.coords.into();
-            let note = finding.to_string();
-            places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
-        }
-    }
-    places
-}
-
-/// Places of fixtures, the nearest first.
-fn touched(fixtures: &FixturesSummary) -> impl Iterator<Item = WorstPlace> + use<> {
-    let mut near = fixtures.near.clone();
-    near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    near.into_iter().take(TOUCHED).map(|near| WorstPlace {
-        kind: "fixture".to_owned(),
-        point: near.point,
-        deviation: None,
-        note: pipeline::approach(&near),
-    })
 }

@@ -155,10 +155,33 @@ fn clamp(corner: f64) -> String {
     format!("[[fixture]]\nkind = \"box\"\nmin = [-40, 10, -12]\nmax = [{corner}, 30, 4]\n")
 }
 
+/// One program, measured coarsely: the part is not what is looked at.
+fn quick(folder: &Path) {
+    replace(folder, "job.toml", "dialects = [\"linuxcnc\", \"g93\"]", "dialects = [\"linuxcnc\"]");
+    replace(folder, "job.toml", "grid = 0.5", "grid = 2");
+}
+
+#[test]
+fn links_that_are_too_low_are_told_how_high_to_go() {
+    let folder = folder();
+    let folder = folder.path();
+    quick(folder);
+    // A wall on the way from home to the passes.
+    let wall = "kind = \"box\"\nmin = [60, -400, -12]\nmax = [80, 400, 300]\n";
+    add(folder, &format!("[[fixture]]\nname = \"wall\"\n{wall}"));
+    let (code, summary) = run(folder);
+    let warnings = summary["warnings"].to_string();
+    let higher = "mm higher than they travel; setup.clearance, 20 mm now, above";
+    assert!(code == Some(1) && warnings.contains(higher), "{summary:#}");
+    assert!(!warnings.contains("cuts or their leads"), "{warnings}");
+    assert!(summary["failures"].to_string().contains("runs into wall, "), "{summary:#}");
+}
+
 #[test]
 fn a_fixture_is_told_where_a_program_runs_into_it() {
     let folder = folder();
     let folder = folder.path();
+    quick(folder);
     let plain = fs::read_to_string(folder.join("job.toml")).unwrap();
     add(folder, "fixture_clearance = 2.5\n");
     add(folder, &clamp(-30.0));
@@ -198,7 +221,9 @@ fn a_fixture_is_told_where_a_program_runs_into_it() {
             "{failures:?}"
         );
     }
-    assert!(summary["warnings"].to_string().contains("raise setup.clearance"), "{summary:#}");
+    let warnings = summary["warnings"].to_string();
+    let remedies = ["cuts or their leads come too near: move", "keeps them up from pass to pass"];
+    assert!(remedies.iter().all(|remedy| warnings.contains(remedy)), "{warnings}");
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(page.contains("least off fixtures") && page.contains("deep in box:-40,10,-12"));
 

@@ -4,7 +4,7 @@ use super::model::ModelTold;
 use super::subject::{Found, Subject};
 use super::told::{Fraction, Told};
 use crate::outcome::Failure;
-use crate::{material, report};
+use crate::{material, places, report};
 use trunnion::cutter::Cutter;
 use trunnion::verify::{Sample, Track};
 use trunnion_report::{
@@ -127,6 +127,6 @@ fn check(subject: &Subject, found: &Found, told: &Told) -> Check {
         points: report.deviation.points as u64,
         uncut: report.deviation.uncut as u64,
         histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
-        places: report::places(report, told.fixtures.as_ref()),
+        places: places::worst(report, told.fixtures.as_ref()),
     }
 }

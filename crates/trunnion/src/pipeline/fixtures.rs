@@ -4,6 +4,7 @@
 
 use super::job::Job;
 use super::material::{MOST_COLLISIONS, lines, plain};
+use super::programs::Program;
 use crate::cover;
 use crate::files::job;
 use crate::files::summary::{ApproachSummary, FixturesSummary};
@@ -174,32 +175,46 @@ pub(super) fn told(hit: &Collision, fixtures: Option<&FixturesSummary>) -> Strin
     }
 }
 
-/// What to do where a program of the job comes too near a fixture.
-pub(super) fn remedy(job: &Job) -> String {
-    let up = job.up();
-    let setup = &job.file.setup;
-    let links = job.highest(&up) + setup.clearance;
-    let top = |held: &Held| {
+/// What to do where programs of the job come too near fixtures.
+pub(super) fn remedy(job: &Job, programs: &[Program]) -> Option<String> {
+    let [links, cuts] = [0, 1].map(|of| programs.iter().any(|program| program.too_near[of]));
+    let links = links.then(|| over(job));
+    let cuts = cuts.then(|| {
+        "cuts or their leads come too near: move the fixture or the part, or take a longer tool or a slimmer holder"
+            .to_owned()
+    });
+    let what: Vec<String> = [links, cuts].into_iter().flatten().collect();
+    (!what.is_empty()).then(|| format!("fixtures are checked, not avoided; {}", what.join("; ")))
+}
+
+/// How links get over fixtures.
+fn over(job: &Job) -> String {
+    let (up, file) = (job.up(), &job.file);
+    let clearance = file.setup.clearance;
+    let links = job.highest(&up) + clearance;
+    let tops = job.fixtures.iter().filter_map(|held| {
         let bounds = held.solid.as_ref()?.bounds()?;
-        Some((cover::height(&[bounds], &up) + held.allowance, held.name.clone()))
-    };
-    let tallest = job.fixtures.iter().filter_map(top).max_by(|a, b| a.0.total_cmp(&b.0));
-    let higher = match tallest {
-        Some((top, name)) if top > links => {
-            let least = setup.clearance + top - links + job.file.fixture_clearance;
-            format!(
-                " ({name} stands {:.3} mm higher than links travel: more than {least:.3} mm passes over it)",
-                top - links
-            )
+        Some((cover::height(&[bounds], &up) + held.allowance, &held.name))
+    });
+    let tallest = tops.max_by(|a, b| a.0.total_cmp(&b.0));
+    let higher = tallest.map(|(top, name)| (top - links, name)).filter(|(above, _)| *above > 0.0);
+    if let Some((above, name)) = higher {
+        let least = clearance + above + file.fixture_clearance;
+        return format!(
+            "links come too near: {name} stands {above:.3} mm higher than they travel; setup.clearance, {clearance} mm now, \
+             above {least:.3} mm passes over it"
+        );
+    }
+    match file.strategy.links {
+        job::Links::Hop => {
+            "links come too near below the height at which they travel: strategy.links = \"retract\" keeps them up from pass \
+             to pass; where they come down to one, move the fixture or the part"
         }
-        _ => String::new(),
-    };
-    format!(
-        "fixtures are checked, not avoided: where a link comes too near one, raise setup.clearance, {} mm now{higher}, or \
-         write strategy.links = \"retract\"; where a cut or its lead does, move the fixture or the part, or take a \
-         longer tool or a slimmer holder",
-        setup.clearance
-    )
+        job::Links::Retract => {
+            "links come too near where they come down to a pass: move the fixture or the part"
+        }
+    }
+    .to_owned()
 }
 
 #[cfg(test)]

@@ -68,6 +68,8 @@ pub struct Program {
     pub carving: Option<(Carving, Stock)>,
     /// How near it comes to the fixtures of the job; `None` without any, or where another program has the same blocks.
     pub clearance: Option<Clearance>,
+    /// Whether links, and whether cuts or their leads, come nearer to a fixture than asked for.
+    pub too_near: [bool; 2],
 }
 
 /// What tells the dialects apart here.
@@ -120,7 +122,7 @@ pub(super) fn write(
         if rounding > share {
             return Err(PipelineError::Rounding { file: form.file, rounding, share });
         }
-        let (text, unread) = text(job, &form, &blocks, words, (moved, &remarks))?;
+        let Written { text, ends, unread } = text(job, &form, &blocks, words, (moved, &remarks))?;
         let timed = measured::is_timed(form.dialect);
         let measured = |other: &&Program| {
             let holds = |check: &verify::Report| !timed || check.audit.is_some();
@@ -132,6 +134,7 @@ pub(super) fn write(
             None => measured::run(job, (&form, &text, words), (rest, solids), progress)?,
         };
         let Found { check, others, carving, clearance } = found;
+        let too_near = too_near(clearance.as_ref(), &blocks, (&text, &ends));
         let Form { dialect, file } = form;
         let program = Program {
             dialect: dialect.name(),
@@ -145,6 +148,7 @@ pub(super) fn write(
             others,
             carving,
             clearance,
+            too_near,
         };
         programs.push(program);
     }
@@ -215,13 +219,40 @@ fn rounding(job: &Job, blocks: &[Block], words: &AxisWords, coordinates: Coordin
     blocks.iter().filter(|block| block.motion == Motion::Cut).map(of).fold(0.0, f64::max)
 }
 
+/// A program as it was written.
+struct Written {
+    text: String,
+    /// Ends of the texts of its blocks.
+    ends: Vec<usize>,
+    /// What of it is not understood.
+    unread: Option<Fault>,
+}
+
+/// Whether links, and whether cuts or their leads, are among the lines that come too near a fixture.
+fn too_near(
+    clearance: Option<&Clearance>,
+    blocks: &[Block],
+    (text, ends): (&str, &[usize]),
+) -> [bool; 2] {
+    let after = text.match_indices('\n').map(|(at, _)| at + 1);
+    let starts: Vec<usize> = std::iter::once(0).chain(after).collect();
+    let is_link = |line: u32| {
+        let start = starts.get((line as usize).saturating_sub(1)).copied().unwrap_or(text.len());
+        let block = blocks.get(ends.partition_point(|&end| end <= start));
+        // Behind the last block the tool goes home.
+        block.is_none_or(|block| matches!(block.motion, Motion::Link | Motion::Hop))
+    };
+    let near = || clearance.iter().flat_map(|clearance| &clearance.near);
+    [near().any(|near| is_link(near.line)), near().any(|near| !is_link(near.line))]
+}
+
 fn text(
     job: &Job,
     form: &Form,
     blocks: &[Block],
     axes: AxisWords,
     (moved, remarks): (&Moved<'_>, &[Remark]),
-) -> Result<(String, Option<Fault>), PipelineError> {
+) -> Result<Written, PipelineError> {
     let control = job.budget.shares.control;
     let blend = Some([control, control / cover::lever(&job.cutter)]);
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
@@ -231,8 +262,10 @@ fn text(
     let mut text = String::new();
     let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
     match read_back::whole(&job.kinematics, &style, blocks, (&text, &ends)) {
-        Ok(()) => Ok((text, None)),
-        Err(ReadBackError::Unread(faults)) => Ok((text, faults.into_iter().next())),
+        Ok(()) => Ok(Written { text, ends, unread: None }),
+        Err(ReadBackError::Unread(faults)) => {
+            Ok(Written { text, ends, unread: faults.into_iter().next() })
+        }
         Err(ReadBackError::Differs { line, what }) => {
             Err(PipelineError::Differs { file: form.file, line, what })
         }

@@ -50,7 +50,7 @@ pub(super) fn of(
             .chain(regions::unguarded(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
-            .chain(too_near(programs).then(|| fixtures::remedy(job)))
+            .chain(fixtures::remedy(job, programs))
             .collect(),
         tolerance: job.budget.summary(),
         cover: CoverSummary { turn_limit, ..cover(job, covering) },
@@ -59,11 +59,6 @@ pub(super) fn of(
         programs: programs.iter().map(|one| program(job, (one, solids))).collect(),
         files: Vec::new(),
     })
-}
-
-/// Whether a program comes nearer to a fixture than asked for.
-fn too_near(programs: &[Program]) -> bool {
-    programs.iter().filter_map(|program| program.clearance.as_ref()).any(|of| of.lines.is_some())
 }
 
 /// A share of the tolerance for singular directions narrows all strips: that is told where it saves less

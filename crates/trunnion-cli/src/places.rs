@@ -1,0 +1,46 @@
+//! Places that a page lists.
+
+use trunnion::files::summary::FixturesSummary;
+use trunnion::pipeline;
+use trunnion::verify::{self, Extreme, Finding};
+use trunnion_report::WorstPlace;
+
+/// Places of fixtures that are listed.
+const TOUCHED: usize = 5;
+
+/// Worst places of a check, and the nearest of those that come too near a fixture.
+pub(crate) fn worst(check: &verify::Report, fixtures: Option<&FixturesSummary>) -> Vec<WorstPlace> {
+    let deviation = &check.deviation;
+    let place = |name: &str, extreme: &Extreme| WorstPlace {
+        kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
+        point: extreme.point.coords.into(),
+        deviation: Some(extreme.height),
+        note: extreme.to_string(),
+    };
+    let mut places: Vec<WorstPlace> =
+        [("excess", &deviation.highest), ("least left", &deviation.lowest)]
+            .iter()
+            .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
+            .collect();
+    places.extend(fixtures.into_iter().flat_map(touched));
+    for finding in &check.findings {
+        if let Finding::Uncut { place, .. } = finding {
+            let point = place.coords.into();
+            let note = finding.to_string();
+            places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
+        }
+    }
+    places
+}
+
+/// Places of fixtures, the nearest first.
+fn touched(fixtures: &FixturesSummary) -> impl Iterator<Item = WorstPlace> + use<> {
+    let mut near = fixtures.near.clone();
+    near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    near.into_iter().take(TOUCHED).map(|near| WorstPlace {
+        kind: "fixture".to_owned(),
+        point: near.point,
+        deviation: None,
+        note: pipeline::approach(&near),
+    })
+}
