@@ -154,10 +154,12 @@ fn promised(
         return Ok(());
     }
     let [gouge, excess] = promise.margin;
-    let rooms = [
-        Room { margin: gouge, tolerance: options.gouge },
-        Room { margin: excess, tolerance: options.total },
-    ];
+    let exact = options.ray_tolerance;
+    let rooms = [(gouge, options.gouge), (excess, options.total)].map(|(margin, tolerance)| Room {
+        margin,
+        tolerance,
+        exact,
+    });
     let (found, [lowest, highest]) =
         bounds::of(chunks, faces, measured, (rooms, promise.excess), heights)?;
     deviation.bounds = Some(found);

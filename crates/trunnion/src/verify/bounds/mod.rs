@@ -35,6 +35,9 @@ const MOST_PIECES: usize = 60_000;
 const TRIM_SHARE: f64 = 1e-3;
 /// Least share of the margin that is used where the tolerance leaves less room.
 const LEAST_MARGIN: f64 = 0.05;
+/// And least part of it by that with which heights are measured: what is deeper than the bound must be seen to be deeper
+/// than the worst place known, which takes one such tolerance and a fifth.
+const LEAST_TOLERANCES: f64 = 2.0;
 /// Share of what a tolerance is exceeded by, as margin of the bound.
 const BROKEN_SHARE: f64 = 0.1;
 
@@ -45,6 +48,8 @@ pub(super) struct Room {
     pub(super) margin: f64,
     /// What the worst place is to keep \[mm\].
     pub(super) tolerance: f64,
+    /// How exactly heights are measured \[mm\].
+    pub(super) exact: f64,
 }
 
 impl Room {
@@ -52,7 +57,8 @@ impl Room {
     /// the bound rises no less than the worst place does.
     fn margin(&self, worst: f64) -> f64 {
         let (Self { margin, .. }, room) = (*self, self.tolerance - worst.max(0.0));
-        let share = margin.min(0.5 * room).max(LEAST_MARGIN * margin);
+        let least = (LEAST_MARGIN * margin).max(LEAST_TOLERANCES * self.exact).min(margin);
+        let share = margin.min(0.5 * room).max(least);
         if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
     }
 }
