@@ -9,7 +9,7 @@ use std::io::{Result as IoResult, Write};
 use std::path::Path;
 use trunnion::files::summary::{FixturesSummary, StockSummary};
 use trunnion::import::stl;
-use trunnion::pipeline::{self, Outcome};
+use trunnion::pipeline::{self, Fixtures, Outcome};
 use trunnion::types::{Mesh, Silent};
 use trunnion::verify;
 use trunnion_report::{Number, Solid};
@@ -121,9 +121,25 @@ pub(crate) fn surface(stock: &verify::Stock, total: f64) -> Mesh {
 
 /// The same to be drawn.
 pub(crate) fn drawn(stock: &verify::Stock, total: f64) -> Solid {
-    let mesh = surface(stock, total);
-    let vertices = mesh.vertices.iter().map(|vertex| vertex.coords.into()).collect();
-    Solid { vertices, triangles: mesh.triangles }
+    let mut solid = Solid::default();
+    add(&mut solid, &surface(stock, total));
+    solid
+}
+
+/// Fixtures to be drawn.
+pub(crate) fn held(fixtures: &Fixtures) -> Solid {
+    let mut solid = Solid::default();
+    for fixture in fixtures.all() {
+        add(&mut solid, fixture.mesh());
+    }
+    solid
+}
+
+fn add(solid: &mut Solid, mesh: &Mesh) {
+    let Ok(first) = u32::try_from(solid.vertices.len()) else { return };
+    solid.vertices.extend(mesh.vertices.iter().map(|vertex| <[f64; 3]>::from(vertex.coords)));
+    let moved = |triangle: &[u32; 3]| triangle.map(|corner| first.saturating_add(corner));
+    solid.triangles.extend(mesh.triangles.iter().map(moved));
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         motion: motion(job, outcome)?,
         check: shown.map(|program| check(job, (program, summary))).unwrap_or_default(),
         stock: material::left(outcome).map(|left| material::drawn(left, job.budget.total)),
+        fixtures: outcome.fixtures.as_ref().map(material::held),
         smoothing: smoothing(job, outcome),
     };
     Ok(trunnion_report::render(&data)?)

@@ -226,6 +226,9 @@ fn a_fixture_is_told_where_a_program_runs_into_it() {
     assert!(remedies.iter().all(|remedy| warnings.contains(remedy)), "{warnings}");
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(page.contains("least off fixtures") && page.contains("deep in box:-40,10,-12"));
+    assert!(
+        page.contains("The part among its fixtures") && page.contains("data:image/png;base64,")
+    );
 
     // With stock hits in fixtures stand among what is run into; --fixture is looked at beside the job's own.
     with_stock(folder, BOX);

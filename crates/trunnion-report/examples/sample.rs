@@ -236,6 +236,7 @@ fn data() -> ReportData {
         motion: record(),
         check: check(&deviations),
         stock: None,
+        fixtures: None,
         smoothing: String::new(),
         surface,
     }

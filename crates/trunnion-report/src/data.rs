@@ -37,6 +37,8 @@ pub struct ReportData {
     pub check: Check,
     /// What is left of the stock; `None` for none.
     pub stock: Option<Solid>,
+    /// What the tool must not touch; `None` for nothing.
+    pub fixtures: Option<Solid>,
     /// Drawing (SVG) of how far the smoothed path strays, put in as it stands; empty for none.
     pub smoothing: String,
 }

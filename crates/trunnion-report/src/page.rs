@@ -1,6 +1,6 @@
 //! The page itself: a template, the bundled script and style, and the data, in one text.
 
-use crate::data::{Budget, Number, ReportData, WorstPlace};
+use crate::data::{Budget, Number, ReportData, Solid, Surface, WorstPlace};
 use crate::payload::Payload;
 use crate::picture;
 use minijinja::Environment;
@@ -47,7 +47,7 @@ struct Page<'a> {
     places: Vec<Row<'a>>,
     more_places: usize,
     has_motion: bool,
-    stock: Option<String>,
+    picture: Option<Picture>,
     smoothing: &'a str,
     script: &'static str,
     style: &'static str,
@@ -61,6 +61,14 @@ struct Bar {
     allowed: String,
     used: Option<String>,
     percent: f64,
+}
+
+/// What is seen of the solids.
+#[derive(Debug, Serialize)]
+struct Picture {
+    uri: String,
+    stock: bool,
+    fixtures: bool,
 }
 
 /// A worst place in words.
@@ -99,7 +107,7 @@ pub fn render(data: &ReportData) -> Result<String, ReportError> {
         places: data.check.places.iter().take(PLACES).map(row).collect(),
         more_places: data.check.places.len().saturating_sub(PLACES),
         has_motion: !data.motion.binding.is_empty(),
-        stock: data.stock.as_ref().and_then(picture::of),
+        picture: picture(data),
         smoothing: &data.smoothing,
         script: SCRIPT,
         style: STYLE,
@@ -117,6 +125,19 @@ fn bars(budget: &Budget) -> Vec<Bar> {
         percent: (100.0 * share.allowed / whole).clamp(0.0, 100.0),
     };
     budget.shares.iter().map(bar).collect()
+}
+
+/// What is left of the stock with fixtures around it, or without stock the part; `None` without either.
+fn picture(data: &ReportData) -> Option<Picture> {
+    let Surface { vertices, triangles, .. } = &data.surface;
+    let part = || Solid { vertices: vertices.clone(), triangles: triangles.clone() };
+    let (worked, held) = match (&data.stock, &data.fixtures) {
+        (None, None) => return None,
+        (Some(stock), fixtures) => (stock.clone(), fixtures.clone().unwrap_or_default()),
+        (None, Some(fixtures)) => (part(), fixtures.clone()),
+    };
+    let uri = picture::of([&worked, &held])?;
+    Some(Picture { uri, stock: data.stock.is_some(), fixtures: data.fixtures.is_some() })
 }
 
 fn row(place: &WorstPlace) -> Row<'_> {

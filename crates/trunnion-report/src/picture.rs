@@ -1,4 +1,4 @@
-//! A solid seen from the front, the right and above, as a PNG that stands in the page.
+//! Solids seen from the front, the right and above, as a PNG that stands in the page.
 
 use crate::data::Solid;
 use crate::payload::base64;
@@ -16,12 +16,14 @@ const EYE: [f64; 3] = [0.577_350_269_189_625_8, -0.577_350_269_189_625_8, 0.577_
 const LIGHT: [f64; 3] = [-0.2, -0.45, 0.87];
 /// Light that falls everywhere, of 1.
 const AMBIENT: f64 = 0.3;
-/// The lightest colour of the solid.
-const COLOUR: [f64; 3] = [196.0, 208.0, 222.0];
+/// The lightest colours of what is worked on and of what holds it.
+const COLOURS: [[f64; 3]; 2] = [[196.0, 208.0, 222.0], [240.0, 160.0, 70.0]];
+/// Shades of one colour.
+const SHADES: u8 = 127;
 
-/// A data URI; `None` for a solid without triangles.
-pub(crate) fn of(solid: &Solid) -> Option<String> {
-    let pixels = draw(solid)?;
+/// A data URI of what is worked on and of what holds it; `None` without triangles.
+pub(crate) fn of(solids: [&Solid; 2]) -> Option<String> {
+    let pixels = draw(solids)?;
     Some(format!("data:image/png;base64,{}", base64(&png(&pixels))))
 }
 
@@ -33,12 +35,18 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A shade for every pixel, row by row from the top; 0 is nothing.
-fn draw(solid: &Solid) -> Option<Vec<u8>> {
-    let seen: Vec<[f64; 3]> =
-        solid.vertices.iter().map(|p| [dot(p, &RIGHT), dot(p, &UP), dot(p, &EYE)]).collect();
-    let corner = |corner: &u32| seen.get(*corner as usize);
-    let used = || solid.triangles.iter().flatten().filter_map(corner);
+/// A shade for every pixel, row by row from the top; 0 is nothing, and those of the second solid come behind those of
+/// the first.
+fn draw(solids: [&Solid; 2]) -> Option<Vec<u8>> {
+    let seen = |p: &[f64; 3]| [dot(p, &RIGHT), dot(p, &UP), dot(p, &EYE)];
+    let corners = |solid: &Solid, triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| solid.vertices.get(corner as usize).copied());
+        Some([a?, b?, c?])
+    };
+    let used = || {
+        let all = solids.iter().flat_map(|solid| solid.triangles.iter().map(move |of| (solid, of)));
+        all.filter_map(|(solid, triangle)| corners(solid, triangle)).flatten().map(|p| seen(&p))
+    };
     let range = |axis: usize| {
         used().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
             [low.min(p[axis]), high.max(p[axis])]
@@ -55,21 +63,18 @@ fn draw(solid: &Solid) -> Option<Vec<u8>> {
         [0.5 * WIDTH as f64 + scale * (x - across), 0.5 * HEIGHT as f64 - scale * (y - down), depth]
     };
     let mut canvas = Canvas::new();
-    for triangle in &solid.triangles {
-        let world = triangle.map(|corner| solid.vertices.get(corner as usize).copied());
-        let ([Some(a), Some(b), Some(c)], [Some(p), Some(q), Some(r)]) =
-            (world, [0, 1, 2].map(|k: usize| triangle.get(k).and_then(corner).copied().map(place)))
-        else {
-            continue;
-        };
-        let side = |to: [f64; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
-        let normal = cross(side(b), side(c));
-        canvas.fill([p, q, r], shade(normal));
+    for (solid, first) in solids.iter().zip([0, SHADES]) {
+        for triangle in &solid.triangles {
+            let Some([a, b, c]) = corners(solid, triangle) else { continue };
+            let side = |to: [f64; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
+            let shade = first + shade(cross(side(b), side(c)));
+            canvas.fill([a, b, c].map(|p| place(seen(&p))), shade);
+        }
     }
     Some(canvas.shades)
 }
 
-/// 1 to 255, by the light on a face; which way its triangle turns does not matter, as what is seen faces the eye.
+/// 1 to [`SHADES`], by the light on a face; which way its triangle turns does not matter, as what is seen faces the eye.
 fn shade(normal: [f64; 3]) -> u8 {
     let length = dot(&normal, &normal).sqrt();
     if length <= 0.0 {
@@ -82,8 +87,8 @@ fn shade(normal: [f64; 3]) -> u8 {
         clippy::cast_sign_loss,
         reason = "the cast saturates"
     )]
-    let shade = (255.0 * (AMBIENT + (1.0 - AMBIENT) * light)).round().clamp(1.0, 255.0) as u8;
-    shade
+    let shade = (f64::from(SHADES) * (AMBIENT + (1.0 - AMBIENT) * light)).round() as u8;
+    shade.clamp(1, SHADES)
 }
 
 /// Shades with the depth of what made them.
@@ -144,8 +149,11 @@ fn png(shades: &[u8]) -> Vec<u8> {
     let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
     header.extend([8, 3, 0, 0, 0]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-    let level = |shade: u8| COLOUR.map(|most| (most * f64::from(shade) / 255.0) as u8);
-    let palette: Vec<u8> = (0..=255).flat_map(level).collect();
+    let level = |(colour, shade): ([f64; 3], u8)| {
+        colour.map(|most| (most * f64::from(shade) / f64::from(SHADES)) as u8)
+    };
+    let shaded = COLOURS.into_iter().flat_map(|colour| (1..=SHADES).map(move |k| (colour, k)));
+    let palette: Vec<u8> = std::iter::once([0; 3]).chain(shaded.map(level)).flatten().collect();
     // Every row starts with its filter: none.
     let rows: Vec<u8> = shades.chunks(WIDTH).flat_map(|row| [&[0], row].concat()).collect();
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -214,11 +222,20 @@ mod tests {
         let triangles = squares.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
         let solid =
             Solid { vertices: (0..8).map(corner).collect(), triangles: triangles.collect() };
-        let shades = draw(&solid).unwrap();
+        let nothing = Solid::default();
+        let shades = draw([&solid, &nothing]).unwrap();
         let at = |x: usize, y: usize| shades[y * WIDTH + x];
         let [top, front, right] = [(320, 120), (240, 260), (400, 260)].map(|(x, y)| at(x, y));
         assert!(top > front && front > right && right > 0, "{top} {front} {right}");
         assert_eq!(at(10, 10), 0);
-        assert_eq!(draw(&Solid::default()), None);
+        assert_eq!(draw([&nothing; 2]), None);
+        // What holds it has the same shades in another colour, and hides what is behind it.
+        let held = draw([&nothing, &solid]).unwrap();
+        let as_held = |shade: &u8| if *shade > 0 { shade + SHADES } else { 0 };
+        assert_eq!(held, shades.iter().map(as_held).collect::<Vec<_>>());
+        let nearer = solid.vertices.iter().map(|[x, y, z]| [x + 0.5, y - 0.5, z + 0.5]).collect();
+        let nearer = Solid { vertices: nearer, ..solid.clone() };
+        let both = draw([&solid, &nearer]).unwrap();
+        assert!(both.iter().all(|shade| *shade == 0 || *shade > SHADES));
     }
 }

@@ -42,6 +42,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         motion: trunnion_report::Motion::default(),
         check: check(subject, found, told),
         stock: found.stock.as_ref().map(|(_, left)| material::drawn(left, subject.options.total)),
+        fixtures: subject.fixtures.as_ref().map(material::held),
         smoothing: String::new(),
     };
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)

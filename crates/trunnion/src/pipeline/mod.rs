@@ -64,6 +64,8 @@ pub struct Outcome {
     pub plan: Plan,
     /// Programs as text, each with what its own check found.
     pub programs: Vec<Program>,
+    /// Fixtures they were checked against; `None` without any.
+    pub fixtures: Option<Fixtures>,
     /// Cutter locations as APT/CL text.
     pub cl: String,
     /// Setup sheet.
@@ -103,6 +105,7 @@ pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError>
         followed,
         plan,
         programs,
+        fixtures: solids.fixtures,
         cl,
         setup,
         summary,
