@@ -9,7 +9,7 @@ use trunnion::surface::{
     Curve, Extrusion, Face, NurbsCurve, NurbsSurface, Revolution, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Deviation, Options, Promise};
+use trunnion::verify::{self, ClInput, Deviation, Finding, Options, Promise};
 
 const RADIUS: f64 = 4.0;
 
@@ -250,4 +250,20 @@ fn a_promise_is_the_same_on_one_and_two_threads() {
         pool.install(|| measure(&face, &file, 0.37, Some(PROMISE)))
     };
     assert_eq!(on(1), on(2));
+}
+
+/// With room for much excess and little gouge, rows that only touch do not gouge, and a dent does.
+#[test]
+fn a_small_gouge_counts_where_much_may_stand() {
+    let face = patch(Vec::new());
+    let cutter = cutter(Kind::Ball);
+    for (deeper, gouges) in [(0.0, 0), (0.004, 1)] {
+        let file = rows(&face, deeper);
+        let faces = std::slice::from_ref(&face);
+        let input = ClInput { file: &file, faces, cutter: &cutter, rest: &[], tools: &[] };
+        let options = Options::of_tolerance([0.9, 0.002], 0.9);
+        let report = verify::check_cl(&input, &options, &Silent).unwrap();
+        let found = report.findings.iter().filter(|f| matches!(f, Finding::Gouge(_)));
+        assert_eq!(found.count(), gouges, "{:?}", report.findings);
+    }
 }

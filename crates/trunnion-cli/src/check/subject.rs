@@ -22,15 +22,6 @@ use trunnion::verify::{
 pub(super) const GRID: f64 = 0.2;
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
-/// Material higher than this counts as uncut \[mm\].
-const REACH: f64 = 1.0;
-/// Share of the total tolerance by which a ray may miss the swept cutter.
-const RAY_SHARE: f64 = 0.005;
-/// Share of the total tolerance by which what is certain between the measured points may lie beyond the
-/// worst of them.
-const MARGIN_SHARE: f64 = 0.05;
-/// Most measured points on one face.
-const MOST_POINTS: usize = 20_000_000;
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
@@ -92,16 +83,8 @@ impl Subject {
             Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
             Motion::Locations(_) => None,
         };
-        let [total, gouge] = setting.tolerance;
-        let options = Options {
-            grid: args.grid.unwrap_or(setting.grid),
-            reach: REACH.max(2.0 * total),
-            ray_tolerance: RAY_SHARE * total,
-            total,
-            gouge,
-            most_points: MOST_POINTS,
-            promise: Some(Promise { margin: [MARGIN_SHARE * total; 2], excess: true }),
-        };
+        let grid = args.grid.unwrap_or(setting.grid);
+        let options = Options::of_tolerance(setting.tolerance, grid);
         Ok(Self {
             motion,
             program: args.program.display().to_string(),

@@ -14,20 +14,8 @@ use crate::surface::Face;
 use crate::types::{Progress, Rest};
 use crate::verify::{self, Carving, Clearance, Finding, Stock};
 
-/// Material higher than this counts as uncut in the check \[mm\].
-const REACH: f64 = 1.0;
-
-/// Share of the total tolerance by which a ray may miss the swept cutter in the check.
-const RAY_SHARE: f64 = 0.005;
-
-/// Share of the total tolerance by which what is certain between the measured points may lie beyond the worst of them.
-const MARGIN_SHARE: f64 = 0.05;
-
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
-
-/// Most grid points on one face in the check.
-const MOST_POINTS: usize = 20_000_000;
 
 /// Most faults to report of a program that cannot be read back.
 const MOST_FAULTS: usize = 20;
@@ -109,18 +97,7 @@ fn input<'a>(
 }
 
 fn looks(job: &Job, grid: f64) -> verify::Options {
-    verify::Options {
-        grid,
-        reach: REACH.max(2.0 * job.budget.total),
-        ray_tolerance: RAY_SHARE * job.budget.total,
-        total: job.budget.total,
-        gouge: job.budget.gouge,
-        most_points: MOST_POINTS,
-        promise: Some(verify::Promise {
-            margin: [MARGIN_SHARE * job.budget.total; 2],
-            excess: true,
-        }),
-    }
+    verify::Options::of_tolerance([job.budget.total, job.budget.gouge], grid)
 }
 
 /// Measures the faces that are not cut, and adds what is gouged of them to the findings.

@@ -103,6 +103,37 @@ pub struct Options {
     pub promise: Option<Promise>,
 }
 
+/// Material higher than this counts as uncut, unless a tolerance is not far below it \[mm\].
+const REACH: f64 = 1.0;
+/// Shares of the tolerances of excess and of gouges by which a ray may miss the swept cutter: a gouge is judged with
+/// it against it.
+const RAY_SHARES: [f64; 2] = [0.005, 0.05];
+/// Shares of the same by which what is certain between the measured points may lie beyond the worst of them.
+const MARGIN_SHARES: [f64; 2] = [0.05, 0.5];
+/// Most grid points on one face.
+const MOST_POINTS: usize = 20_000_000;
+
+impl Options {
+    /// How finely to look where excess and gouges have these tolerances, points being `grid` apart \[mm\].
+    pub fn of_tolerance([total, gouge]: [f64; 2], grid: f64) -> Self {
+        // No exactness is enough for a gouge of nothing.
+        let finer = |[share, of_gouge]: [f64; 2]| {
+            let least = if gouge > 0.0 { of_gouge * gouge } else { f64::INFINITY };
+            least.min(share * total)
+        };
+        let margin = [finer(MARGIN_SHARES), MARGIN_SHARES[0] * total];
+        Self {
+            grid,
+            reach: REACH.max(2.0 * total).max(2.0 * gouge),
+            ray_tolerance: finer(RAY_SHARES),
+            total,
+            gouge,
+            most_points: MOST_POINTS,
+            promise: Some(Promise { margin, excess: true }),
+        }
+    }
+}
+
 /// What is to be certain all over the faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Promise {

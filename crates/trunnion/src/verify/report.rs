@@ -402,7 +402,7 @@ impl fmt::Display for Finding {
         match self {
             Self::Gouge(e) => {
                 let more = if e.or_deeper { " or more" } else { "" };
-                write!(f, "gouge of {:.4} mm{more} {e}", -e.height)
+                write!(f, "gouge of {:.4} mm{more} {e}", 0.0 - e.height)
             }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
             Self::Length { higher: [least, most] } => {
