@@ -180,8 +180,8 @@ pub struct Sensitivity {
 pub struct Bounds {
     /// No gouge is deeper \[mm\].
     pub gouge: f64,
-    /// No more than this is left where the tool came \[mm\], outside the rest and the cells of the grid
-    /// that touch it; `None` if it was not asked for.
+    /// No more than this is left where the tool came \[mm\], outside the rest, uncut points and the cells of the
+    /// grid that touch either; `None` if it was not asked for.
     pub excess: Option<f64>,
     /// Area of which this is not certain \[mm²\].
     pub open: f64,
