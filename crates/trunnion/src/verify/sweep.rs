@@ -169,6 +169,26 @@ impl Instant {
     }
 }
 
+/// Two planes below the distance of a body from places around a point, at all times of a piece, but for bend: height at
+/// the point and gradient of each. The distance is nowhere less than the lower of both.
+///
+/// In the tool's frame, where the body is fixed and convex, the place `by` from the point moves straight with
+/// velocity `v - w x by`; with distance `d` and gradient `g` at u = 0 it is at least `d + g by + u (g v - g (w x by))`
+/// away, linear in `u` as well as in `by`: least at one end of the piece or the other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tent {
+    pub(super) sides: [(f64, Vector3<f64>); 2],
+}
+
+impl Tent {
+    /// The side that is lower at the point.
+    #[inline]
+    pub(super) fn lower(&self) -> &(f64, Vector3<f64>) {
+        let [a, b] = &self.sides;
+        if a.0 < b.0 { a } else { b }
+    }
+}
+
 /// What is asked of a piece: does `body` meet `ray` below `limit`? Seen from the point at `s`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target<'a> {
@@ -341,12 +361,13 @@ impl Piece {
         0.5 * (low + high)
     }
 
-    /// Plane below the distance of a body over the whole piece, but for bend and shear, from a point: its
-    /// height there at the worst time, and its gradient.
+    /// What holds the distance of a body up over the whole piece, but for bend, from a point.
     #[inline]
-    pub(super) fn support(&self, body: Body, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub(super) fn tent(&self, body: Body, point: &Point3<f64>) -> Tent {
         let (distance, drift, gradient) = self.middle.distance(body, point);
-        (distance - drift.abs(), gradient)
+        let Instant { stand, axis_rate, .. } = &self.middle;
+        let turn = axis_rate * gradient.dot(&stand.axis) - stand.axis * gradient.dot(axis_rate);
+        Tent { sides: [(distance + drift, gradient + turn), (distance - drift, gradient - turn)] }
     }
 
     /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame

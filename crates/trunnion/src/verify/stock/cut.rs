@@ -197,7 +197,8 @@ mod tests {
     use super::super::super::body::Body;
     use super::super::super::replay::{Block, Course, Mover, Segment};
     use super::super::super::sweep::{self, Piece};
-    use super::super::near::Stretch;
+    use super::super::near::{Part, Stretch};
+    use super::super::sheet::Plane;
     use super::*;
     use crate::types::{AxisVector, ToolPose};
     use nalgebra::{Point3, Rotation3, Unit, Vector3};
@@ -308,6 +309,42 @@ mod tests {
                     prop_assert!(distance <= TOLERANCE, "cut {distance} at {s}: {left:?}");
                 }
             }
+        }
+    }
+
+    proptest! {
+        /// What is laid below a body over a whole piece, from one place or from two, is at no point that it holds above
+        /// how deep that is.
+        #[test]
+        fn planes_are_below_the_distance(
+            body in body(),
+            step in vector(2.0),
+            lean in vector(0.6),
+            turn in vector(0.15),
+            through in vector(9.0),
+            places in [-20.0..20.0, -20.0..20.0, -9.0..9.0],
+            beside in [-3.0..3.0, -3.0..3.0],
+        ) {
+            let axis = Rotation3::new(lean) * Vector3::z();
+            let to = Rotation3::new(turn) * axis;
+            let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
+            let ends = [pose(-step, axis), pose(step, to)];
+            let from = Point3::from(through + axis * 12.0);
+            let [a, b, s] = places;
+            let at = from + Vector3::new(s, beside[0], beside[1]);
+            let truth = nearest(body, &ends, &at) + ERROR * TOLERANCE;
+            let mut least = f64::INFINITY;
+            for stretch in pieces(ends) {
+                let part = Part::new(&stretch, [stretch].into(), body, None);
+                let plane = |s: f64| Plane::new((0, &part), 0, &(from + Vector3::x() * s));
+                let [one, other] = [plane(a.min(b)), plane(a.max(b))];
+                let over = |plane: &Plane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
+                let meet = one.meet(&other).map_or(f64::NEG_INFINITY, |meet| over(&meet));
+                least = least.min(over(&one).max(over(&other)).max(meet));
+            }
+            // The piece in which it is nearest has all of its planes below that; outside, the truth is less than the
+            // distance.
+            prop_assert!(truth > 0.0 || least <= truth, "{least} {truth}");
         }
     }
 

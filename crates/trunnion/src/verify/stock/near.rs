@@ -2,7 +2,7 @@
 
 use super::super::body::Body;
 use super::super::index::Bounds;
-use super::super::sweep::Piece;
+use super::super::sweep::{Piece, Tent};
 use super::carve::CollisionKind;
 use super::rays::{Bins, Family, Held, Lattice, Square, TILE, Tile, across};
 use nalgebra::{Point3, Vector3};
@@ -14,22 +14,19 @@ pub(super) struct Stretch {
     pub(super) piece: Piece,
     /// How far the points a tool can hold are from moving straight in its frame \[mm\].
     pub(super) bend: f64,
-    /// How much directions turn in its frame, to either side of the middle.
-    pub(super) shear: f64,
 }
 
 impl Stretch {
     /// `reach` \[mm\]: how far points of the tool are from its tip.
     pub(super) fn new(piece: &Piece, reach: f64) -> Self {
-        Self { piece: *piece, bend: piece.bend(reach), shear: piece.shear(1.0) }
+        Self { piece: *piece, bend: piece.bend(reach) }
     }
 
-    /// A plane from a point: at no time is a body's distance from places `by` away below its first plus its
-    /// second times `by`, less `shear |by|`.
+    /// What holds the distance of a body up from a point.
     #[inline]
-    pub(super) fn support(&self, body: Body, point: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let (distance, gradient) = self.piece.support(body, point);
-        (distance - self.bend, gradient)
+    pub(super) fn tent(&self, body: Body, point: &Point3<f64>) -> Tent {
+        let Tent { sides: [(one, a), (other, b)] } = self.piece.tent(body, point);
+        Tent { sides: [(one - self.bend, a), (other - self.bend, b)] }
     }
 }
 
@@ -67,7 +64,7 @@ impl Part {
     /// box to which the one before points.
     fn clears(&self, [low, high]: &[Point3<f64>; 2], least: f64) -> bool {
         let clamp = |p: Point3<f64>| p.sup(low).inf(high);
-        let Stretch { piece, shear, .. } = &self.whole;
+        let piece = &self.whole.piece;
         let stand = &piece.middle().stand;
         let middle = nalgebra::center(low, high);
         let [from, to] = self.body.heights();
@@ -75,20 +72,23 @@ impl Part {
         let mut at = clamp(stand.tip + stand.axis * height);
         let far = (high - low).norm();
         for _ in 0..LOOKS {
-            let (plane, gradient) = piece.support(self.body, &at);
-            let side = |k: usize| {
-                let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
-                ends[0].min(ends[1])
-            };
+            let tent = piece.tent(self.body, &at);
             let bend = piece.bend((at - stand.tip).norm() + far);
-            let off = shear * (high - at).sup(&(at - low)).norm();
-            if plane - bend - off + side(0) + side(1) + side(2) > least {
+            let over = |&(height, gradient): &(f64, Vector3<f64>)| {
+                let side = |k: usize| {
+                    let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
+                    ends[0].min(ends[1])
+                };
+                height - bend + side(0) + side(1) + side(2)
+            };
+            if tent.sides.iter().all(|side| over(side) > least) {
                 return true;
             }
-            if plane <= least {
+            let &(height, gradient) = tent.lower();
+            if height <= least {
                 return false;
             }
-            at = clamp(at - gradient * plane);
+            at = clamp(at - gradient * height);
         }
         false
     }

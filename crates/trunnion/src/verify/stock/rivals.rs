@@ -11,8 +11,10 @@ use super::settle::Chain;
 use super::sheet::Plane;
 use super::work::Work;
 
-/// Planes laid below the distance of a body from a span for one that tells where it is nearest.
+/// Planes laid below the distance of a body from a span for one that tells how near it comes.
 const PLANES: u32 = 12;
+/// Share of the distance that such a plane has to tell.
+const ENOUGH: f64 = 0.9;
 
 /// Bodies near a ray, with planes below their distance from its spans.
 struct Rivals<'a> {
@@ -69,33 +71,31 @@ impl Work<'_> {
 
     /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
     fn plane(&self, (number, part): (usize, &Part), line: &Line, [low, high]: [f64; 2]) -> Plane {
-        let (along, shear) = (self.frame.along, part.whole.shear);
-        let plane = |s: f64| {
-            let at = line.at(s);
-            Plane::new((number, along), &at, part.whole.support(part.body, &at), shear)
-        };
+        let along = self.frame.along;
+        let plane = |s: f64| Plane::new((number, part), along, &line.at(s));
+        let [least, most] = part.extent(along);
+        let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
         let mut upper = plane(high);
         // Farther down it only gets farther, then.
-        if upper.seen().1 <= -shear || upper.height <= -self.touch {
+        if upper.falls() || upper.height <= -self.touch {
             return upper;
         }
         let mut lower = plane(low);
-        if lower.seen().1 >= shear || lower.height <= -self.touch {
+        if lower.rises() || lower.height <= -self.touch {
             return lower;
         }
         for _ in 0..PLANES {
-            let [(from, fall), (to, rise)] = [lower.seen(), upper.seen()];
-            let width = to - from;
-            let by = (width * rise + lower.height - upper.height) / (rise - fall);
-            let by = if (0.0..=width).contains(&by) { by } else { 0.5 * width };
-            let next = plane(from + by);
-            let slope = next.seen().1;
-            if next.height <= -self.touch || slope.abs() * width <= 0.1 * next.height {
+            let Some(meet) = lower.meet(&upper) else { break };
+            if meet.height >= ENOUGH * lower.height.min(upper.height) {
+                return meet;
+            }
+            let next = plane(meet.place());
+            if next.height <= -self.touch {
                 return next;
             }
-            *(if slope > 0.0 { &mut upper } else { &mut lower }) = next;
+            *(if next.slope() > 0.0 { &mut upper } else { &mut lower }) = next;
         }
-        if lower.height < upper.height { lower } else { upper }
+        lower.meet(&upper).unwrap_or(if lower.height < upper.height { lower } else { upper })
     }
 }
 

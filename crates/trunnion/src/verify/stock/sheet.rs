@@ -3,19 +3,25 @@
 //! Neighbouring rays end on nearly a plane, whichever way it leans; how far off it they are is measured. What holds
 //! a body off the corners of that plane, less that, holds it off all of the rays.
 
+use super::near::Part;
 use super::nearest::Line;
 use super::rays::{Spans, Square, Tile, across};
 use super::work::Work;
 use nalgebra::{Point3, Vector3};
 
-/// A plane below the distance of a body, by its number. Places are given across the rays, first, and along them.
+/// What holds a body's distance up from a place: two planes, of which the lower one counts. The body is told by its
+/// number; places are given across the rays, first, and along them.
 #[derive(Clone, Copy)]
 pub(super) struct Plane {
     pub(super) part: usize,
     at: [f64; 3],
     pub(super) height: f64,
-    gradient: [f64; 3],
-    shear: f64,
+    /// Height at the place, and slopes.
+    sides: [(f64, [f64; 3]); 2],
+    /// The slope along the rays of the lower one.
+    slope: f64,
+    /// Lowest and highest place along the rays that the body comes to.
+    extent: [f64; 2],
 }
 
 /// Where one end of a span lies on the rays of a square.
@@ -33,53 +39,114 @@ struct Sheet {
 pub(super) struct Layer([Sheet; 2]);
 
 impl Plane {
-    /// Of a body's number, from a place to the height of its distance there, its gradient and how much less steep it
-    /// may be.
-    pub(super) fn new(
-        (part, along): (usize, usize),
-        at: &Point3<f64>,
-        (height, gradient): (f64, Vector3<f64>),
-        shear: f64,
-    ) -> Self {
+    /// Of a body and its number, from a place.
+    pub(super) fn new((number, part): (usize, &Part), along: usize, at: &Point3<f64>) -> Self {
         let [a, b] = across(along);
-        let (at, gradient) = ([at[a], at[b], at[along]], [a, b, along].map(|axis| gradient[axis]));
-        Self { part, at, height, gradient, shear }
+        let tent = part.whole.tent(part.body, at);
+        let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
+        let sides = [side(&tent.sides[0]), side(&tent.sides[1])];
+        let &(height, gradient) = tent.lower();
+        let (slope, extent) = (gradient[along], part.extent(along));
+        Self { part: number, at: [at[a], at[b], at[along]], height, sides, slope, extent }
     }
 
-    /// The place along a ray from which it was laid, and its slope along the ray.
-    pub(super) fn seen(&self) -> (f64, f64) {
-        (self.at[2], self.gradient[2])
+    /// The mean of two planes of a body from places of one ray that neither falls nor rises along it, if the first falls
+    /// and the other rises: at no time is the distance less than any mean of both. It is laid from where they cross.
+    pub(super) fn meet(&self, other: &Self) -> Option<Self> {
+        if !(self.slope < 0.0 && other.slope > 0.0) {
+            return None;
+        }
+        let share = other.slope / (other.slope - self.slope);
+        let mean = |a: f64, b: f64| share * a + (1.0 - share) * b;
+        let [from, to] = [self.at[2], other.at[2]];
+        let rise = other.height - self.height + other.slope * (from - to);
+        let s = (from + rise / (self.slope - other.slope)).clamp(from.min(to), from.max(to));
+        let side = |k: usize| {
+            let [(one, a), (two, b)] = [self.sides[k], other.sides[k]];
+            let height = mean(one + a[2] * (s - from), two + b[2] * (s - to));
+            (height, [mean(a[0], b[0]), mean(a[1], b[1]), mean(a[2], b[2])])
+        };
+        let sides = [side(0), side(1)];
+        let lower = if sides[0].0 < sides[1].0 { &sides[0] } else { &sides[1] };
+        let [a, b, _] = self.at;
+        Some(Self { at: [a, b, s], height: lower.0, slope: lower.1[2], sides, ..*self })
     }
 
-    /// Least height over a span of a ray through a place across.
+    /// The place along a ray from which it was laid.
+    pub(super) fn place(&self) -> f64 {
+        self.at[2]
+    }
+
+    /// Its slope along the ray.
+    pub(super) fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    /// Whether nothing farther back along a ray is nearer than its place.
+    pub(super) fn falls(&self) -> bool {
+        self.sides.iter().all(|side| side.1[2] <= 0.0)
+    }
+
+    /// Whether nothing farther on along a ray is nearer than its place.
+    pub(super) fn rises(&self) -> bool {
+        self.sides.iter().all(|side| side.1[2] >= 0.0)
+    }
+
+    /// Least height over a span of a ray through a place across, as far as the body comes to it.
     #[inline]
     pub(super) fn along(&self, [a, b]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
-        let Self { at, gradient, shear, .. } = self;
-        let [a, b] = [a - at[0], b - at[1]];
-        let beside = self.height + gradient[0] * a + gradient[1] * b - shear * (a.abs() + b.abs());
-        let end = |s: f64| gradient[2] * (s - at[2]) - shear * (s - at[2]).abs();
-        beside + end(low).min(end(high))
+        let Self { at, sides, extent, .. } = self;
+        let [low, high] = [low.max(extent[0]), high.min(extent[1])];
+        if low >= high {
+            return f64::INFINITY;
+        }
+        let [a, b, low, high] = [a - at[0], b - at[1], low - at[2], high - at[2]];
+        let over = |&(height, slopes): &(f64, [f64; 3])| {
+            height + slopes[0] * a + slopes[1] * b + (slopes[2] * low).min(slopes[2] * high)
+        };
+        over(&sides[0]).min(over(&sides[1]))
     }
 
     /// Least height over a layer.
     pub(super) fn over(&self, Layer(ends): &Layer) -> f64 {
-        let [low, high] = ends.each_ref().map(|sheet| self.over_sheet(sheet));
-        low.min(high)
+        let [low, high] = ends;
+        let [from, to] = self.extent;
+        if low.range()[0] >= to || high.range()[1] <= from {
+            return f64::INFINITY;
+        }
+        // Beyond where the body is at all nothing is asked.
+        let flat = |sheet: &Sheet, s: f64| Sheet {
+            middle: [sheet.middle[0], sheet.middle[1], s],
+            slopes: [0.0; 2],
+            off: [0.0; 2],
+            ..*sheet
+        };
+        let low = if low.range()[1] <= from { &flat(low, from) } else { low };
+        let high = if high.range()[0] >= to { &flat(high, to) } else { high };
+        self.over_sheet(low).min(self.over_sheet(high))
     }
 
     fn over_sheet(&self, sheet: &Sheet) -> f64 {
-        let Sheet { middle, half, slopes, off } = sheet;
-        let Self { at, gradient, shear, .. } = self;
-        let by = [0, 1, 2].map(|k: usize| middle[k] - at[k]);
-        let mut height = self.height + gradient[2] * by[2];
-        let [deep, high] = off.map(|off| gradient[2] * off);
-        let mut far = by[2].abs() + off[1].max(-off[0]);
-        for k in [0, 1] {
-            height += gradient[k] * by[k];
-            height -= (gradient[k] + gradient[2] * slopes[k]).abs() * half[k];
-            far += by[k].abs() + half[k] * (1.0 + slopes[k].abs());
-        }
-        height + deep.min(high) - shear * far
+        let Sheet { middle, half, slopes: lean, off } = sheet;
+        let by = [0, 1, 2].map(|k: usize| middle[k] - self.at[k]);
+        let over = |&(mut height, slopes): &(f64, [f64; 3])| {
+            height += slopes[2] * by[2] + (slopes[2] * off[0]).min(slopes[2] * off[1]);
+            for k in [0, 1] {
+                height += slopes[k] * by[k];
+                height -= (slopes[k] + slopes[2] * lean[k]).abs() * half[k];
+            }
+            height
+        };
+        over(&self.sides[0]).min(over(&self.sides[1]))
+    }
+}
+
+impl Sheet {
+    /// Lowest and highest place on the rays.
+    fn range(&self) -> [f64; 2] {
+        let Self { middle, half, slopes, off } = self;
+        let by = slopes[0].abs() * half[0] + slopes[1].abs() * half[1];
+        [middle[2] - by + off[0], middle[2] + by + off[1]]
     }
 }
 

@@ -1,13 +1,14 @@
 //! A batch of moves against the tiles of a family.
 
+use super::super::sweep::Tent;
 use super::carve::{Collision, CollisionKind};
 use super::cut::{self, Swept};
 use super::near::{Frame, Part, Stretch};
 use super::nearest::{Line, Moving};
 use super::rays::{Family, Lattice, Spans, Tile, unit};
 
-/// Planes laid below the distance of a body from a span before it is looked at closely.
-const PLANES: u32 = 6;
+/// Tents between the ends of a span before a body is looked at closely.
+const TENTS: u32 = 6;
 
 /// A batch against one family.
 pub(super) struct Work<'a> {
@@ -123,8 +124,8 @@ impl<'a> Work<'a> {
         Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
     }
 
-    /// The part of a span along which a body has anything, if it may meet it there. Most do not, which planes
-    /// below the distance from both ends and from where these planes meet tell.
+    /// The part of a span along which a body has anything, if it may meet it there. Most do not, which tents from
+    /// both ends and from between where these reach tell.
     #[inline]
     pub(super) fn meeting(
         &self,
@@ -133,42 +134,48 @@ impl<'a> Work<'a> {
         line: &Line,
         [from, to]: [f64; 2],
     ) -> Option<[f64; 2]> {
-        let along = self.frame.along;
-        let [low, high] = part.extent(along);
+        let [low, high] = part.extent(self.frame.along);
         let span = [from.max(low), to.min(high)];
         if span[0] >= span[1] {
             return None;
         }
-        // Place, height there, and slope.
-        let plane = |s: f64| {
-            let (height, gradient) = stretch.support(part.body, &line.at(s));
-            (s, height + self.touch, gradient[along])
-        };
-        let mut upper = plane(span[1]);
-        if upper.2 <= -stretch.shear {
-            return (upper.1 <= 0.0).then_some(span);
+        let held = |s: f64| self.held(&stretch.tent(part.body, &line.at(s)), s);
+        let Some([high, _]) = held(span[1]) else { return Some(span) };
+        if high <= span[0] {
+            return None;
         }
-        let mut lower = plane(span[0]);
-        if lower.2 >= stretch.shear {
-            return (lower.1 <= 0.0).then_some(span);
-        }
-        for _ in 0..PLANES {
-            if lower.1 <= 0.0 || upper.1 <= 0.0 {
-                break;
-            }
-            // How fast they fall towards each other.
-            let [rise, fall] =
-                [stretch.shear - lower.2, stretch.shear + upper.2].map(|by| by.max(0.0));
-            let width = upper.0 - lower.0;
-            let at = (width * fall + lower.1 - upper.1) / (rise + fall);
-            let height = lower.1 - rise * at.clamp(0.0, width);
-            if height > 0.0 || rise + fall <= 0.0 {
+        let Some([_, low]) = held(span[0]) else { return Some(span) };
+        let [mut low, mut high] = [low, high];
+        for _ in 0..TENTS {
+            if low >= high {
                 return None;
             }
-            let next = plane(lower.0 + at.clamp(0.0, width));
-            *(if next.2 > 0.0 { &mut upper } else { &mut lower }) = next;
+            match held(0.5 * (low + high)) {
+                Some([from, to]) if from <= low => low = to,
+                Some([from, to]) if to >= high => high = from,
+                _ => break,
+            }
         }
         Some(span)
+    }
+
+    /// From where to where along a ray a tent from `s` holds a body off; `None` if it does not even there.
+    #[inline]
+    fn held(&self, tent: &Tent, s: f64) -> Option<[f64; 2]> {
+        let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
+        for (height, gradient) in &tent.sides {
+            let (height, slope) = (height + self.touch, gradient[self.frame.along]);
+            if height <= 0.0 {
+                return None;
+            }
+            let end = s - height / slope;
+            if slope > 0.0 {
+                low = low.max(end);
+            } else if slope < 0.0 {
+                high = high.min(end);
+            }
+        }
+        Some([low, high])
     }
 
     pub(super) fn moving<'b>(&self, part: &Part, stretch: &'b Stretch) -> Moving<'b> {
