@@ -67,6 +67,10 @@ impl Job {
 
     /// A program of machine coordinates: where it goes from the low place \[mm, rad\], each in a rapid move or not.
     fn check(&self, stops: &[(bool, [f64; 5])]) -> Report {
+        self.check_with(stops, &OPTIONS)
+    }
+
+    fn check_with(&self, stops: &[(bool, [f64; 5])], options: &Options) -> Report {
         let words = AxisWords::of(self.kinematics.machine(), false).unwrap();
         let mut text = "G21 G90 G17 G54 G94 F3000\n".to_owned();
         for &(rapid, by) in stops {
@@ -83,7 +87,7 @@ impl Job {
         let (believed, real, cutter) = (&self.kinematics, &self.kinematics, &self.cutter);
         let (faces, tables) = (std::slice::from_ref(&self.face), verify::Tables::NONE);
         let input = Input { program: &program, believed, real, faces, cutter, rest: &[], tables };
-        verify::check(&input, &OPTIONS, &Silent).unwrap()
+        verify::check(&input, options, &Silent).unwrap()
     }
 
     /// How deep a rapid move gouges at the samples, by many poses: all axes together, and each at its own speed.
@@ -166,6 +170,31 @@ fn the_deeper_of_both_ways_is_told() {
         assert!((-found.height - worst).abs() < 2e-3, "{found:?} {together} {own}");
         assert_eq!(found.dog_leg, own > together, "{found:?} {together} {own}");
     }
+}
+
+/// What a rapid move cuts is not counted on: where no feed move gets as low, it is told by its line.
+#[test]
+fn a_face_that_a_rapid_finishes_is_told() {
+    let job = Job::new();
+    let away = |x: f64, y: f64, z: f64| [x, y, z, 0.0, 0.0];
+    let rows = |rapid: usize| {
+        let row = |k: usize| {
+            let y = k as f64 - 5.0;
+            let x = if k.is_multiple_of(2) { 8.0 } else { -8.0 };
+            [(false, away(-x, y, 6.0)), (k == rapid, away(x, y, 6.0))]
+        };
+        let mut stops = vec![(false, away(-8.0, -5.0, 40.0))];
+        stops.extend((0..11).flat_map(row));
+        stops
+    };
+    // The face lies up to 0.05 mm lower, and rows 1 mm apart leave 0.025 mm more, those 2 mm apart 0.1 mm.
+    let options = Options { total: 0.12, ..OPTIONS };
+    let findings = |rapid: usize| job.check_with(&rows(rapid), &options).findings;
+    assert_eq!(findings(usize::MAX), []);
+    let found = findings(5);
+    // The row in the middle: two stops a row, behind the header and the way down.
+    assert!(found.contains(&Finding::Rapid { line: 2 + 2 * 6 }), "{found:?}");
+    assert!(!found.iter().any(|finding| matches!(finding, Finding::Gouge(_))), "{found:?}");
 }
 
 /// One axis alone, or a feed move, has one way only.

@@ -99,6 +99,7 @@ impl Run {
         let mut run = Self { words, machine, kinematics, text, legs: Vec::new() };
         // Where the machine is: arcs begin where the text says.
         run.write(&run.read(&q), Leg::Straight, false);
+        run.legs.push(([q; 2], Leg::Straight));
         for _ in 0..=random.below(3) {
             q = run.go(q, random);
         }
@@ -267,11 +268,12 @@ impl Course for Moves<'_> {
     }
 }
 
-/// The moves as told, and what rapids are with each axis at its own speed.
+/// The moves at feed, and rapids in both ways of running them.
 fn both(run: &Run) -> [Moves<'_>; 2] {
-    let own = |index: &usize| matches!(run.legs[*index].1, Leg::Own);
-    let (own, together) = (0..run.legs.len()).partition(own);
-    [together, own].map(|moves| Moves(run, moves))
+    let own = |index: usize| matches!(run.legs.get(index), Some((_, Leg::Own)));
+    let rapid = |index: &usize| own(*index) || own(index + 1);
+    let (rapids, cuts) = (0..run.legs.len()).partition(rapid);
+    [cuts, rapids].map(|moves| Moves(run, moves))
 }
 
 fn any_tool(random: &mut Random) -> Cutter {
@@ -289,7 +291,7 @@ fn heights_of_programs_are_those_of_many_poses() {
         let random = &mut Random(seed);
         let (cutter, run) = (any_tool(random), Run::any(random));
         let [way, own] = both(&run);
-        let face = any_face(random, &way, &cutter);
+        let face = any_face(random, &run, &cutter);
         let options = random_cut::options(random.within(0.7, 1.5));
         let report = run.input(std::slice::from_ref(&face), &cutter, |input| {
             verify::check(input, &options, &Silent).unwrap()

@@ -137,8 +137,8 @@ A program with several tools needs each: --cutter 1=R=10,r=6 --cutter 2=R=5,r=1 
 a job says others than its own as [[verify.tool]], with the keys of [tool].
 Where a change leaves X, Y and Z is the machine's own: rapid moves behind it are not measured until the program has told
 all three, a cut before that is refused; the rotaries are taken to stand as before.
-Rapid moves are run twice: all axes together, and each at its own speed. The worse gouge is told; excess is what is left
-without the second way.
+Rapid moves are run twice: all axes together, and each at its own speed. The worse gouge is told. Excess is what feed moves
+leave; where a rapid alone finishes a face, it is told.
 With --stock the material is cut away move by move. Rapid moves through it, either way, and shank or holder in it
 are told with line, depth and place; what is left is written as stock.stl.
 How near any part of the tool comes to a --fixture is found for every move, between times and places, too: the

@@ -23,6 +23,17 @@ const ERROR_SHARE: f64 = 0.1;
 /// Tools by their places in the table, and how they are looked at.
 pub(super) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
 
+/// Which moves of a program are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moves {
+    /// Those at feed: what they leave, and what they gouge.
+    Cuts,
+    /// Rapids, all axes together: nobody counts on what they cut, but they gouge.
+    Rapids,
+    /// Rapids, each axis at its own speed; likewise.
+    DogLegs,
+}
+
 /// How far and how exactly is looked at which tool.
 #[derive(Clone)]
 pub(super) struct Look {
@@ -32,14 +43,13 @@ pub(super) struct Look {
     of_tool: Arc<[Range<u32>]>,
     /// How far below the faces is looked \[mm\].
     pub(super) reach: f64,
-    /// What is looked for is what rapids gouge with each axis at its own speed.
-    pub(super) dog_legs: bool,
+    pub(super) moves: Moves,
     /// How exactly heights are found \[mm\].
     pub(super) tolerance: f64,
 }
 
 impl Look {
-    fn new((cutters, options): Tools<'_>, dog_legs: bool) -> Self {
+    fn new((cutters, options): Tools<'_>, moves: Moves) -> Self {
         let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
         for cutter in cutters {
             let start = narrow(bodies.len());
@@ -48,12 +58,12 @@ impl Look {
         }
         let (bodies, of_tool) = (bodies.into(), of_tool.into());
         let Options { reach, ray_tolerance: tolerance, .. } = *options;
-        Self { bodies, of_tool, reach, dog_legs, tolerance }
+        Self { bodies, of_tool, reach, moves, tolerance }
     }
 
-    /// How far above the faces is looked \[mm\]: nobody counts on what dog-legs cut there.
+    /// How far above the faces is looked \[mm\].
     pub(super) fn top(&self) -> f64 {
-        if self.dog_legs { 0.0 } else { self.reach }
+        if self.moves == Moves::DogLegs { 0.0 } else { self.reach }
     }
 
     /// Numbers of the bodies that move in a piece.
@@ -86,35 +96,36 @@ pub(super) struct Chunks<'a> {
 }
 
 impl<'a> Chunks<'a> {
-    /// Chunks of a usual size.
+    /// What is cut, in chunks of a usual size.
     pub(super) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
         Self::of(run, tools, PIECES)
     }
 
-    /// Chunks of about `size` pieces.
+    /// The same in chunks of about `size` pieces.
     pub(super) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
-        Self::some(run, tools, (false, size))?.ok_or(VerifyError::NoMotion)
+        Self::some(run, tools, (Moves::Cuts, size))?.ok_or(VerifyError::NoMotion)
     }
 
-    /// How else rapids may be run: each axis at its own speed. `None` if all of them are run one way only.
-    pub(super) fn dog_legs(
+    /// Rapids, run one way or the other; `None` if there are none that run this way.
+    pub(super) fn rapids(
         run: &'a Run<'a>,
         tools: Tools<'_>,
+        moves: Moves,
     ) -> Result<Option<Self>, VerifyError> {
-        let chunks = Self::some(run, tools, (true, PIECES))?;
-        let moves = |chunk: &Chunk| !chunk.parts.pieces.is_empty();
-        Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(moves)))
+        let chunks = Self::some(run, tools, (moves, PIECES))?;
+        let any = |chunk: &Chunk| !chunk.parts.pieces.is_empty();
+        Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(any)))
     }
 
     /// `None` if the program has no move.
     fn some(
         run: &'a Run<'a>,
         tools: Tools<'_>,
-        (dog_legs, size): (bool, usize),
+        (moves, size): (Moves, usize),
     ) -> Result<Option<Self>, VerifyError> {
         let (cutters, options) = tools;
         let far = cutters.iter().map(|cutter| body::size(cutter)).fold(0.0, f64::max);
-        let look = Look::new(tools, dog_legs);
+        let look = Look::new(tools, moves);
         let far = far + options.reach;
         let mut chunks = Self { run, look, far, size, whole: None };
         let mut segments = run.segments();
@@ -158,11 +169,15 @@ impl<'a> Chunks<'a> {
         while pieces.len() < self.size {
             let Some(segment) = segments.next() else { break };
             let segment: Segment = segment?;
-            if self.look.dog_legs {
-                let legs = self.run.mover.dog_leg(&segment);
-                legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
-            } else {
-                self.take(&segment, &mut pieces)?;
+            match self.look.moves {
+                Moves::DogLegs => {
+                    let legs = self.run.mover.dog_leg(&segment);
+                    legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
+                }
+                moves if segment.rapid == (moves == Moves::Rapids) => {
+                    self.take(&segment, &mut pieces)?;
+                }
+                _ => {}
             }
             moves += 1;
         }

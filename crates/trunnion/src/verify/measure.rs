@@ -1,7 +1,7 @@
 //! Heights over faces, in numbers: measured, and bounded in between.
 
 use super::bounds::Room;
-use super::chunks::Chunks;
+use super::chunks::{Chunks, Moves};
 use super::deviation::{self, Measured};
 use super::grid::Grid;
 use super::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
@@ -33,8 +33,10 @@ pub(super) fn measure(
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
     let tools = (subject.cutters, options);
     let mut found = measured(&Chunks::new(run, tools)?, subject, options, progress)?;
-    if let Some(chunks) = Chunks::dog_legs(run, tools)? {
-        dog_legs(&chunks, &mut found, subject, options)?;
+    for moves in [Moves::Rapids, Moves::DogLegs] {
+        if let Some(chunks) = Chunks::rapids(run, tools, moves)? {
+            rapids(&chunks, &mut found, subject, options)?;
+        }
     }
     if let Some(lowest) = &mut found.1.lowest {
         lowest.or_deeper = lowest.height <= -options.reach;
@@ -42,7 +44,7 @@ pub(super) fn measure(
     Ok(found)
 }
 
-/// Heights as the program tells the motion, the moves in chunks.
+/// Heights that the cuts leave, the moves in chunks.
 fn measured(
     chunks: &Chunks<'_>,
     subject: &Subject<'_>,
@@ -71,9 +73,9 @@ fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyEr
     subject.faces.iter().map(|face| Grid::over(face, options)).collect()
 }
 
-/// Takes in what rapids gouge with each axis at its own speed. What is left over the faces stays what it is
-/// without them: other controls do not run there.
-fn dog_legs(
+/// Takes in what rapids gouge, and where a face is finished by nothing else. What is left over the faces stays what
+/// it is without them.
+fn rapids(
     chunks: &Chunks<'_>,
     (maps, deviation): &mut (Vec<FaceMap>, Deviation),
     subject: &Subject<'_>,
@@ -83,7 +85,8 @@ fn dog_legs(
         deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut |_| Ok(()))?;
     let other = measured.iter().map(|(map, _)| map);
     let mut other = Deviation::of(&other);
-    other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg: true, ..e })]
+    let dog_leg = chunks.look.moves == Moves::DogLegs;
+    other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
         .into_iter()
         .flatten()
         .min_by(|a, b| a.height.total_cmp(&b.height));
@@ -100,6 +103,9 @@ fn dog_legs(
     // Points without a normal are the same ones.
     deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
     for (map, (other, _)) in maps.iter_mut().zip(measured) {
+        if !dog_leg {
+            deviation.rapid = deviation.rapid.or_else(|| map.finished_by(&other, options.total));
+        }
         map.deepen(&other);
     }
     deviation.histogram = Deviation::of(&maps.iter()).histogram;

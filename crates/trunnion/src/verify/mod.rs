@@ -6,8 +6,8 @@
 //! [`check`] runs a [program](ProgramSource) from the machine's home position: without TCP all axes are linear in
 //! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
 //! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
-//! in any pose of any move, links and rapids included: below 0 a gouge, above 0 excess. Rapids gouge with each axis at
-//! its own speed as well. A tool that is on the
+//! in any pose of any cut: below 0 a gouge, above 0 excess. Rapids gouge likewise, with all axes together and with each at
+//! its own speed; what they cut is not counted on. A tool that is on the
 //! normal only below `p` is behind a wall thinner than the check looks, and gouges, if anything, the face
 //! on its other side. That is a minimum over continuous time to a stated tolerance, not over sampled poses
 //! (`docs/sources.md`, verification). Moves are taken so many at a time: memory is that of the measured points and
@@ -267,8 +267,8 @@ pub enum VerifyError {
 /// Checks a program against surface and machine.
 ///
 /// Heights are relative to the faces as given; control smoothing and the speed of rapids beyond
-/// their limit are not modelled. Rapids run with all axes together, and for gouges with each axis at its own speed as well:
-/// a control does the one or the other. Where the program tells a direction of the tool and not the rotaries, they turn the way
+/// their limit are not modelled. Rapids are looked at for gouges, with all axes together and with each at its own speed:
+/// a control does the one or the other; a place that only they finish is [`Finding::Rapid`]. Where the program tells a direction of the tool and not the rotaries, they turn the way
 /// [`Choice`] says. Behind a tool change nothing is measured until X, Y and Z are told, see [`Changes`]. A limit broken
 /// shows in [`Report::findings`], not as an error.
 ///
@@ -391,6 +391,7 @@ fn left(maps: &[FaceMap], deviation: &Deviation, options: &Options) -> Vec<Findi
         let (points, area) = (deviation.uncut, deviation.uncut_area);
         findings.push(Finding::Uncut { points, area, place: sample.point });
     }
+    findings.extend(deviation.rapid.map(|line| Finding::Rapid { line }));
     if deviation.unmeasured > 0 {
         findings.push(Finding::Unmeasured { points: deviation.unmeasured });
     }

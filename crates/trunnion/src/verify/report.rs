@@ -97,14 +97,24 @@ impl FaceMap {
 }
 
 impl FaceMap {
-    /// Takes over the height of another map where it is lower. What is uncut stays so.
+    /// Takes over gouges of another map where they are deeper. What is uncut stays so.
     pub(super) fn deepen(&mut self, other: &Self) {
         for (sample, other) in self.samples.iter_mut().zip(&other.samples) {
             let (Some(sample), Some(other)) = (sample, other) else { continue };
-            if sample.height > other.height && other.height.is_some() {
+            if sample.height > other.height && other.height.is_some_and(|height| height < 0.0) {
                 (sample.height, sample.line) = (other.height, other.line);
             }
         }
+    }
+
+    /// A line of the other map that gets to where this one leaves more than `total` \[mm\], and is not known to be
+    /// unfinished.
+    pub(super) fn finished_by(&self, other: &Self, total: f64) -> Option<u32> {
+        let pairs = self.samples.iter().flatten().zip(other.samples.iter().flatten());
+        let mut open = pairs.filter(|(sample, _)| {
+            !sample.rest && sample.height.is_none_or(|height| height > total)
+        });
+        open.find_map(|(_, other)| other.line.filter(|_| other.height <= Some(total)))
     }
 }
 
@@ -156,6 +166,8 @@ pub struct Deviation {
     /// Where the tolerance is broken all over, and one other length of the tool, or height of the work, would keep
     /// it everywhere: how much higher the tool would have to be along its axis, least and most \[mm\].
     pub higher: Option<[f64; 2]>,
+    /// Line of a rapid move that gets to where no cut leaves as little as the tolerance.
+    pub rapid: Option<u32>,
     /// What holds between the points; `None` if it was not asked for.
     pub bounds: Option<Bounds>,
     /// Area by height, from lowest to highest.
@@ -228,6 +240,7 @@ impl Deviation {
             unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
             sensitivity: Sensitivity { length: 0.0, radius: 0.0, pivot: None },
             higher: None,
+            rapid: None,
             bounds: None,
             histogram: match (lowest, highest) {
                 (Some(low), Some(high)) => {
@@ -369,6 +382,11 @@ pub enum Finding {
         /// One of them.
         place: Point3<f64>,
     },
+    /// A rapid move finishes what no cut does; what it cuts is not counted on.
+    Rapid {
+        /// Line of the program.
+        line: u32,
+    },
     /// Points that could not be measured: no normal, or a search that was given up.
     Unmeasured {
         /// How many.
@@ -418,6 +436,10 @@ impl fmt::Display for Finding {
                 f,
                 "{points} points ({area:.2} mm²) stay uncut, one at X {:.3} Y {:.3} Z {:.3}",
                 p.x, p.y, p.z
+            ),
+            Self::Rapid { line } => write!(
+                f,
+                "line {line}: the face is cut at rapid speed where no feed move finishes it; make it a feed move"
             ),
             Self::Unmeasured { points } => {
                 write!(

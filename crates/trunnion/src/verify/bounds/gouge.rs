@@ -1,6 +1,7 @@
 //! No tool comes to the face moved inwards.
 
 use super::super::body::Ray;
+use super::super::chunks::Moves;
 use super::super::report::Extreme;
 use super::super::sweep::{Margin, Patch};
 use super::shape::{Cell, Rectangle, quarters};
@@ -156,7 +157,7 @@ fn measure(
             height: lowest.s,
             or_deeper: false,
             line,
-            dog_leg: survey.parts.look.dog_legs,
+            dog_leg: survey.parts.look.moves == Moves::DogLegs,
         });
     }
 }
