@@ -90,3 +90,31 @@ fn programmed_feeds_stay_as_they_are() {
     assert_eq!(feeds, ["F6000."], "{text}");
     assert!(report.ratios_after[1] > 1.0, "corners at full speed are told");
 }
+
+/// Inverse time says nothing quicker than 0.6 ms: what comes before and behind such blocks slows down in time.
+#[test]
+fn blocks_quicker_than_inverse_time_can_say_are_planned_as_they_are_written() {
+    let steps = [[0.5; 40], [0.02; 40], [0.5; 40]].concat();
+    let mut x = 0.0;
+    let mut line = vec![[0.0, 0.0]];
+    for step in &steps {
+        x += step;
+        line.push([x, 0.0]);
+    }
+    let a = acceleration();
+    for method in [PostMethod::Optimal, PostMethod::Jerk, PostMethod::Blocks] {
+        let (text, report) = post(Dialect::G93, (method, 4096), (&line, 100.0));
+        let words = text.split_whitespace().filter_map(|word| word.strip_prefix('F'));
+        let times: Vec<f64> = words.map(|word| 60.0 / word.parse::<f64>().unwrap()).collect();
+        assert_eq!(times.len(), steps.len(), "{text}");
+        let whole: f64 = times.iter().sum();
+        assert!((whole - report.seconds[1]).abs() < 1e-4 * whole, "{whole} {report:?}");
+        assert!(times.iter().all(|time| *time > 5.9e-4), "{times:?}");
+        let blocks: Vec<(f64, f64)> = steps.iter().zip(&times).map(|(l, t)| (l / t, *t)).collect();
+        for pair in blocks.windows(2) {
+            let [(v, t), (next, later)] = [pair[0], pair[1]];
+            let rate = (next - v).abs() / (0.5 * (t + later));
+            assert!(rate < 1.02 * a, "{method:?}: {rate} of {a} at {v} mm/s");
+        }
+    }
+}

@@ -18,7 +18,7 @@ pub use super::words::{AxisWord, AxisWords, WordsError};
 pub use apt::apt;
 pub use dialect::{DIALECTS, Dialect};
 pub use error_bound::{Coordinates, rounding};
-pub use program::{BlockPace, ProgramWriter, Style};
+pub use program::{BRIEFEST_BLOCK, BlockPace, ProgramWriter, Style};
 pub use sheet::{program_sheet, setup_sheet, work_offset};
 pub use template::{Template, TemplateError};
 pub(crate) use whole::pace;

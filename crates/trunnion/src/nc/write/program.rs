@@ -13,6 +13,9 @@ use nalgebra::Vector3;
 /// Largest inverse-time word; a quicker block is written with it, and takes longer.
 const LARGEST_FEED: f64 = 99_999.999;
 
+/// Time of the quickest block that inverse time can say \[s\].
+pub const BRIEFEST_BLOCK: f64 = 60.0 / LARGEST_FEED;
+
 /// Decimals of feed words.
 const FEED_DECIMALS: u8 = 3;
 
