@@ -60,7 +60,7 @@ pub(crate) struct Args {
     /// file's name and first lines if left out.
     #[arg(long, value_parser = dialect)]
     dialect: Option<Dialect>,
-    /// A parameter that the program does not set itself, such as 500=0, _hal[x]=3, R1=5. May be repeated.
+    /// A parameter that the program does not set itself, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = inspect::parameter)]
     parameters: Vec<(String, f64)>,
     /// Whether lines that begin with / are run.

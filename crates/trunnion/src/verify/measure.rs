@@ -9,7 +9,7 @@ use super::run::Run;
 use super::{Options, Promise, VerifyError, bounds, whole};
 use crate::cutter::Cutter;
 use crate::surface::Face;
-use crate::types::{Progress, Rest, Stage};
+use crate::types::{Cancelled, Progress, Rest, Stage};
 use std::f64::consts::PI;
 
 /// What a motion is measured against.
@@ -35,7 +35,7 @@ pub(super) fn measure(
     let mut found = measured(&Chunks::new(run, tools)?, subject, options, progress)?;
     for moves in [Moves::Rapids, Moves::DogLegs] {
         if let Some(chunks) = Chunks::rapids(run, tools, moves)? {
-            rapids(&chunks, &mut found, subject, options)?;
+            rapids(&chunks, &mut found, (subject, options), progress)?;
         }
     }
     if let Some(lowest) = &mut found.1.lowest {
@@ -51,10 +51,7 @@ fn measured(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    let mut advance = |share: f64| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
-        progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
-    };
+    let mut advance = |share: f64| advance(progress, share);
     let mut measured =
         deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut advance)?;
     for (map, _) in &mut measured {
@@ -69,6 +66,12 @@ fn measured(
     Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
 }
 
+/// Tells which share is done.
+fn advance(progress: &dyn Progress, share: f64) -> Result<(), Cancelled> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
+    progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
+}
+
 fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyError> {
     subject.faces.iter().map(|face| Grid::over(face, options)).collect()
 }
@@ -78,11 +81,12 @@ fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyEr
 fn rapids(
     chunks: &Chunks<'_>,
     (maps, deviation): &mut (Vec<FaceMap>, Deviation),
-    subject: &Subject<'_>,
-    options: &Options,
+    (subject, options): (&Subject<'_>, &Options),
+    progress: &dyn Progress,
 ) -> Result<(), VerifyError> {
-    let measured =
-        deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut |_| Ok(()))?;
+    // There are few of them; the run may still be cancelled.
+    let mut go_on = |_: f64| advance(progress, 1.0);
+    let measured = deviation::maps(chunks, subject.faces, grids(subject, options)?, &mut go_on)?;
     let other = measured.iter().map(|(map, _)| map);
     let mut other = Deviation::of(&other);
     let dog_leg = chunks.look.moves == Moves::DogLegs;
