@@ -5,7 +5,7 @@ use super::ahead::{Ahead, Part, Planned};
 use super::course::Course;
 use super::filter::Filter;
 use super::gauge::Clock;
-use super::leg::Place;
+use super::leg::{Place, as_written};
 use super::pace::Timed;
 use super::timer::Timer;
 use super::{PostError, PostFilter, PostMove, PostOptions, PostPace, PostSource};
@@ -303,7 +303,7 @@ impl Choice<'_> {
                 }
             }
         };
-        for place in &trial.places {
+        for place in as_written(self.style, &trial.places).iter() {
             pace.push(place, &mut timed)?;
             add(&mut timed);
         }

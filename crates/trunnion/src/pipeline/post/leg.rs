@@ -1,7 +1,9 @@
 //! A move on its way to places that the axes pass.
 
 use crate::machine::FIRST_ROTARY;
+use crate::nc::write::{BRIEFEST_BLOCK, Style};
 use crate::types::{AxisVector, ToolPose};
+use std::borrow::Cow;
 
 /// A place the axes pass.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +21,34 @@ pub(super) struct Place {
     pub(super) turn: f64,
     /// Part of the cut, where some of them are smoothed.
     pub(super) part: usize,
+}
+
+/// Blocks that are quicker than inverse time can say take as long as it can: what comes before and behind them
+/// has to know.
+pub(super) fn as_written<'a>(style: &Style, places: &'a [Place]) -> Cow<'a, [Place]> {
+    let brief = |block: &[Place]| {
+        let time = block.iter().map(|place| place.least.unwrap_or(f64::INFINITY)).sum::<f64>();
+        (BRIEFEST_BLOCK - time).max(0.0)
+    };
+    if !style.inverse_time || places.chunk_by(same_block).all(|block| brief(block) <= 0.0) {
+        return Cow::Borrowed(places);
+    }
+    let mut longer = places.to_vec();
+    for block in longer.chunk_by_mut(same_block) {
+        let more = brief(block);
+        let size = |place: &Place| place.tip + place.turn;
+        let whole: f64 = block.iter().map(size).sum();
+        for place in block.iter_mut().filter(|_| more > 0.0 && whole > 0.0) {
+            let by = more * size(place) / whole;
+            place.least = place.least.map(|least| least + by);
+        }
+    }
+    Cow::Owned(longer)
+}
+
+/// Whether the next place is on the way to the same block end.
+fn same_block(place: &Place, _: &Place) -> bool {
+    !place.block
 }
 
 /// Where the machine is.

@@ -1,15 +1,14 @@
 //! The program as it is written: places are timed, and every block is read back.
 
 use super::gauge::{ControlModel, Gauge, words};
-use super::leg::Place;
+use super::leg::{Place, as_written};
 use super::pace::Timed;
 use super::timer::Timer;
 use super::{PostError, Poster};
 use crate::machine::Kinematics;
-use crate::nc::write::{BRIEFEST_BLOCK, BlockPace, Note, ProgramWriter, Template, rounding};
+use crate::nc::write::{BlockPace, Note, ProgramWriter, Template, rounding};
 use crate::pipeline::read_back::{ReadBack, ReadBackError};
 use crate::types::{AxisVector, ToolPose};
-use std::borrow::Cow;
 
 /// Times and counts of blocks, input or output.
 #[derive(Debug)]
@@ -98,7 +97,7 @@ impl Poster {
 
     /// Times places, and writes the blocks whose time is known.
     pub(super) fn run(&mut self, out: &mut String, places: &[Place]) -> Result<(), PostError> {
-        let places = self.as_written(places);
+        let places = as_written(&self.style, places);
         for batch in places.chunks(BATCH) {
             let Some(running) = &mut self.running else { return Ok(()) };
             for place in batch {
@@ -145,30 +144,6 @@ impl Poster {
             }
             Err(error) => Err(error.into()),
         }
-    }
-
-    /// Blocks that are quicker than inverse time can say take as long as it can: what comes before and behind them
-    /// has to know.
-    fn as_written<'a>(&self, places: &'a [Place]) -> Cow<'a, [Place]> {
-        let brief = |block: &[Place]| {
-            let time = block.iter().map(|place| place.least.unwrap_or(f64::INFINITY)).sum::<f64>();
-            (BRIEFEST_BLOCK - time).max(0.0)
-        };
-        if !self.style.inverse_time || places.chunk_by(same_block).all(|block| brief(block) <= 0.0)
-        {
-            return Cow::Borrowed(places);
-        }
-        let mut longer = places.to_vec();
-        for block in longer.chunk_by_mut(same_block) {
-            let more = brief(block);
-            let size = |place: &Place| place.tip + place.turn;
-            let whole: f64 = block.iter().map(size).sum();
-            for place in block.iter_mut().filter(|_| more > 0.0 && whole > 0.0) {
-                let by = more * size(place) / whole;
-                place.least = place.least.map(|least| least + by);
-            }
-        }
-        Cow::Owned(longer)
     }
 
     /// Writes the blocks whose time is known.
@@ -227,9 +202,4 @@ impl Poster {
         self.after.gauge.push(&(one.place.q - running.at.0), one.seconds);
         self.after.seconds += one.seconds;
     }
-}
-
-/// Whether the next place is on the way to the same block end.
-fn same_block(place: &Place, _: &Place) -> bool {
-    !place.block
 }
