@@ -7,7 +7,7 @@ use crate::text;
 use nalgebra::Vector3;
 use std::io::{Result as IoResult, Write};
 use std::path::Path;
-use trunnion::files::summary::{FixturesSummary, StockSummary};
+use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::import::stl;
 use trunnion::pipeline::{self, Fixtures, Outcome};
 use trunnion::types::{Mesh, Silent};
@@ -74,9 +74,18 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     ]
 }
 
-/// What is told of STEP solids.
-pub(crate) fn chord_words(chord: f64) -> String {
-    format!("triangles within about {chord} mm of the faces; fixtures larger by that")
+/// What is told of STEP solids, those with one chord together.
+pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
+    let mut told: Vec<(f64, Vec<&str>)> = Vec::new();
+    for ChordSummary { solid, chord } in all {
+        match told.iter_mut().find(|(known, _)| known.total_cmp(chord).is_eq()) {
+            Some((_, solids)) => solids.push(solid),
+            None => told.push((*chord, vec![solid])),
+        }
+    }
+    let of = |(chord, solids): &(f64, Vec<&str>)| format!("{chord} mm of {}", solids.join(", "));
+    let told: Vec<String> = told.iter().map(of).collect();
+    format!("triangles within about {}; fixtures larger by that", told.join("; "))
 }
 
 /// How near a program comes to fixtures; `label` says which program.

@@ -74,8 +74,11 @@ pub(crate) fn load(
         Some(chord) => file.with_chord(chord),
         None => file,
     };
+    let named = (path, &file);
     let machine = machine::load_beside(path, &file.machine);
+    let machine = machine.map_err(|what| at_key(named, ("machine.file", &file.machine), what));
     let part = part::read(&beside(path, &file.part.file), bars);
+    let part = part.map_err(|what| at_key(named, ("part.file", &file.part.file), what));
     let (machine, (part, solids)) = both(machine, both(part, solids(path, &file)))?;
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
     let mut job = Job::new(file, &part.faces, &machine.machine)
@@ -101,6 +104,18 @@ pub(crate) fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result
 /// A file that a job names.
 fn beside(job: &Path, name: &str) -> PathBuf {
     job.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// What is wrong with a file that a job names, told where it does so if the file is not there.
+fn at_key((path, file): (&Path, &JobFile), (key, name): (&str, &str), what: Failure) -> Failure {
+    match what {
+        Failure::Input(messages) if !beside(path, name).is_file() => {
+            let at = file.places.get(key);
+            let told = |message| format!("{}:{}:{}: {message}", path.display(), at.line, at.column);
+            Failure::Input(messages.into_iter().map(told).collect())
+        }
+        other => other,
+    }
 }
 
 /// Triangles of the solids that are in files.
@@ -283,8 +298,8 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     for (name, value) in summary.programs.iter().flat_map(program) {
         row(name, value);
     }
-    if let Some(chord) = summary.chord {
-        row("STEP solids", material::chord_words(chord));
+    if !summary.chords.is_empty() {
+        row("STEP solids", material::chord_words(&summary.chords));
     }
     lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));

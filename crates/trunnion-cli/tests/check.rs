@@ -196,6 +196,84 @@ fn bad_input_writes_nothing_and_tells_all() {
     assert!(errors.contains("none.json") && errors.contains("minor radius"), "{errors}");
 }
 
+/// Faults of what a job or the command line names are told where they are named.
+#[test]
+fn what_cannot_be_worked_with_is_told_at_its_place() {
+    let folder = folder();
+    let folder = folder.path();
+    let job = fs::read_to_string(folder.join("job.toml")).unwrap();
+    let place = |text: &str, key: &str| {
+        let line = text.lines().position(|line| line.starts_with(key)).unwrap();
+        format!("job.toml:{}:", line + 1)
+    };
+    fs::write(folder.join("moves.cls"), MOVES).unwrap();
+    let refused = |more: &[&str]| {
+        let all = [&["check", "moves.cls", "--job", "job.toml"], more].concat();
+        let (code, _, errors) = told(&trunnion(folder, &all));
+        assert_eq!(code, Some(2), "{errors}");
+        errors
+    };
+    let missing = job.replace("patch.json", "patsch.json").replace("machine.toml", "maschine.toml");
+    fs::write(folder.join("job.toml"), &missing).unwrap();
+    let errors = refused(&[]);
+    for (name, at) in [("maschine.toml", "[machine]"), ("patsch.json", "[part]")] {
+        let file = missing.lines().skip_while(|line| *line != at).position(|l| l.contains(name));
+        let first = missing.lines().position(|line| line == at).unwrap();
+        let wanted = format!("job.toml:{}:8: ", first + file.unwrap() + 1);
+        assert!(errors.contains(&wanted) && errors.contains(name), "{wanted}\n{errors}");
+    }
+    let solid = "[stock]\nkind = \"box\"\nmin = [-20, -20, -20]\nmax = [20, 20, 5]\n";
+    let fine = format!("{job}stock_cell = 0.001\n{solid}");
+    let at = job.lines().position(|line| line == "[verify]");
+    let fine = at.map_or_else(|| format!("{job}[verify]\nstock_cell = 0.001\n{solid}"), |_| fine);
+    fs::write(folder.join("job.toml"), &fine).unwrap();
+    let wanted = place(&fine, "stock_cell");
+    assert!(refused(&[]).contains(&wanted), "{wanted}\n{}", refused(&[]));
+    let errors = refused(&["--stock-cell", "0.002"]);
+    assert!(errors.contains("--stock-cell 0.002: the solid would have"), "{errors}");
+    let (code, _, errors) = told(&trunnion(folder, &["run", "job.toml", "--dry-run"]));
+    assert!(code == Some(2) && errors.contains(&wanted), "{errors}");
+    fs::write(folder.join("job.toml"), job).unwrap();
+    for (text, wanted) in [
+        ("T1 M6\nG0 X0\n  T2 M6\nM2\n", "p.ngc:3: tool 2 after tool 1"),
+        ("G21 G90 G94\n N7 G55 G0 X0\nM2\n", "p.ngc:2:12: work offset G55"),
+        ("G21 G90\nG0 X0\n   M98 P12\nM2\n", "p.ngc:3:"),
+        ("G21 G90\nG0 X0\n o<a> call\nM2\n", "p.ngc:3:2: subprogram a is not in the file"),
+    ] {
+        fs::write(folder.join("p.ngc"), text).unwrap();
+        let (code, _, errors) = told(&trunnion(
+            folder,
+            &["check", "p.ngc", "--job", "job.toml", "--dialect", "linuxcnc"],
+        ));
+        assert!(code == Some(2) && errors.contains(wanted), "{wanted}\n{errors}");
+    }
+}
+
+/// A tool that touches the face, and one that is 0.3 um too deep.
+#[test]
+fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
+    let folder = folder();
+    let folder = folder.path();
+    let flat = r#"{"degree":[1,1], "knots":[[0,0,1,1],[0,0,1,1]],
+        "points":[[[-20,-5,-5],[-20,5,-5]],[[20,-5,-5],[20,5,-5]]]}"#;
+    fs::write(folder.join("flat.json"), flat).unwrap();
+    let check = |depth: &str, tolerance: &str| {
+        fs::write(folder.join("moves.cls"), MOVES.replace(",-5,", depth)).unwrap();
+        let all = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
+        told(&trunnion(folder, &[&all[..], &["--tolerance", tolerance, "--grid", "1"]].concat()))
+    };
+    for (depth, kept) in [(",-5,", 0), (",-5.00005,", 0), (",-5.0003,", 1)] {
+        let (code, table, errors) = check(depth, "0.2,0");
+        assert_eq!(code, Some(kept), "{depth}: {table}{errors}");
+        assert!(table.contains("gouges are told from 0.0001 mm on, not from 0 mm"), "{table}");
+        assert!(table.contains("gouge 0.0001 mm"), "{table}");
+    }
+    for wrong in ["0,0", "0.02,-0.001", "-0.02,0.001"] {
+        let (code, _, errors) = check(",-5,", wrong);
+        assert!(code == Some(2) && errors.contains("such as 0.02,0.002"), "{wrong}: {errors}");
+    }
+}
+
 /// A flat part at the bottom of a pocket of one pass; line 6 runs through the stock at rapid speed, and it and all
 /// after it into the clamp.
 const MOVES: &str = "UNITS/MM
@@ -300,11 +378,11 @@ fn stock_and_fixtures_are_read_from_step_files() {
     let whole = check(&["--stock", "hollow.step"]);
     let volume = |key: &str| whole["stock"][key].as_f64().unwrap();
     assert!((volume("removed") + volume("left") - 7760.0).abs() < 1e-6, "{}", whole["stock"]);
-    assert_eq!(whole["chord"].as_f64(), Some(0.01));
+    assert_eq!(whole["chords"], serde_json::json!([{"solid": "stock", "chord": 0.01}]));
     // The tool runs through the middle of it; what triangles may be off is added.
     let hit = check(&["--fixture", "hollow.step", "--chord", "0.004"]);
     assert!(hit["fixtures"]["least"]["distance"].as_f64().unwrap() < -1.0, "{hit}");
-    assert_eq!(hit["chord"].as_f64(), Some(0.004));
+    assert_eq!(hit["chords"], serde_json::json!([{"solid": "hollow.step", "chord": 0.004}]));
     let open = root().join("examples/step-face/part.step");
     let mut all = vec!["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
     all.extend(["--tolerance", "9,0.01", "--stock", open.to_str().unwrap()]);

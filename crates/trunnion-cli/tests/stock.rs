@@ -256,10 +256,16 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     let check = |job: &str, more: &[&str]| {
         let all = [&["--json", "check", "moves.cls", "--job", job], more].concat();
         let found = json(&trunnion(folder, &all));
-        (found["chord"].as_f64(), found["fixtures"].clone())
+        (found["chords"].clone(), found["fixtures"].clone())
     };
     let of_job = check("job.toml", &[]);
-    assert_eq!(of_job.0, Some(0.004));
+    assert_eq!(of_job.0, serde_json::json!([{"solid": "hollow.step", "chord": 0.004}]));
+    // Every solid with its own.
+    let both = ["check", "moves.cls", "--job", "job.toml", "--stock", "hollow.step"];
+    let (_, table, errors) = told(&trunnion(folder, &both));
+    let wanted =
+        "triangles within about 0.004 mm of hollow.step; 0.01 mm of stock; fixtures larger";
+    assert!(table.contains(wanted), "{table}{errors}");
     assert_eq!(of_job, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.004"]));
     let coarser = check("job.toml", &["--chord", "0.5"]);
     assert_eq!(coarser, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.5"]));

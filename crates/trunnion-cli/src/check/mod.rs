@@ -80,8 +80,8 @@ pub(crate) struct Args {
     /// Rotation of the workpiece about the fixed x, then y, then z, in degrees.
     #[arg(long, value_name = "A,B,C", value_parser = tool::three, default_value = "0,0,0", allow_hyphen_values = true)]
     rotation: [f64; 3],
-    /// Most material left and deepest gouge in mm.
-    #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::two)]
+    /// Most material left and deepest gouge in mm; with a gouge of 0, what rounding makes, 0.0001 mm, is allowed.
+    #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::tolerance, allow_hyphen_values = true)]
     tolerance: Option<[f64; 2]>,
     /// Largest distance between measured points in mm [default: 0.2, or the job's].
     #[arg(long, value_name = "MM", value_parser = tool::positive)]

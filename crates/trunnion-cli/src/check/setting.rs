@@ -11,13 +11,14 @@ use nalgebra::Vector3;
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::files::job::STEP_CHORD;
+use trunnion::files::summary::ChordSummary;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::pipeline::{Fixtures, Held, Job};
 use trunnion::surface::{Face, FaceIndex};
-use trunnion::verify::{Solid, Stock};
+use trunnion::verify::{LEAST_GOUGE, Solid, Stock};
 
 /// With what stands before its faults.
-type Named<T> = (String, T);
+pub(super) type Named<T> = (String, T);
 
 /// All but the program.
 pub(super) struct Setting {
@@ -30,12 +31,12 @@ pub(super) struct Setting {
     pub(super) tolerance: [f64; 2],
     pub(super) grid: f64,
     stock: Option<Named<Solid>>,
-    stock_cell: Option<f64>,
+    stock_cell: Option<Named<f64>>,
     fixtures: Vec<Named<Held>>,
     /// How far any part of the tool must keep off fixtures \[mm\].
     clearance: f64,
-    /// How far the triangles of STEP solids may be off their faces \[mm\]; `None` if there are none.
-    pub(super) chord: Option<f64>,
+    /// How far the triangles of STEP solids may be off their faces.
+    pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -47,7 +48,11 @@ impl Setting {
         };
         setting.tolerance = args.tolerance.unwrap_or(setting.tolerance);
         setting.clearance = args.clearance.unwrap_or(setting.clearance);
-        setting.stock_cell = args.stock_cell.or(setting.stock_cell);
+        let cell = args.stock_cell.map(|cell| (format!("--stock-cell {cell}"), cell));
+        setting.stock_cell = cell.or(setting.stock_cell);
+        if setting.tolerance[1] < LEAST_GOUGE {
+            setting.warnings.push(least_gouge(setting.tolerance[1]));
+        }
         setting.say(args)?;
         if args.clearance.is_some() && setting.fixtures.is_empty() {
             let help = "say what the tool must not touch with --fixture";
@@ -71,15 +76,16 @@ impl Setting {
             let allowance = if stock::is_step(said) { chord } else { 0.0 };
             self.fixtures.push((said.clone(), Held { name: said.clone(), solid, allowance }));
         }
-        if args.stock.iter().chain(&args.fixture).any(|said| stock::is_step(said)) {
-            self.chord = Some(self.chord.map_or(chord, |of_job| of_job.max(chord)));
-        }
+        let stock = args.stock.iter().map(|said| (said, "stock"));
+        let all = stock.chain(args.fixture.iter().map(|said| (said, said.as_str())));
+        let step = all.filter(|(said, _)| stock::is_step(said));
+        self.chords.extend(step.map(|(_, name)| ChordSummary { solid: name.to_owned(), chord }));
         Ok(())
     }
 
     /// Rays through the stock, and fixtures; all that cannot be worked with is told.
     pub(super) fn solids(&self) -> Result<(Option<Stock>, Option<Fixtures>), Failure> {
-        let rays = |(said, solid): &Named<Solid>| stock::rays(said, solid, self.stock_cell);
+        let rays = |solid| stock::rays(solid, self.stock_cell.as_ref());
         let stock = self.stock.as_ref().map(rays).transpose();
         let mut fixtures = Fixtures::new(self.tolerance[0], self.clearance);
         let mut faults = Vec::new();
@@ -96,6 +102,10 @@ impl Setting {
             job.file.stock = None;
         }
         let (stock, fixtures) = of_file(path, &job);
+        let stock_cell = job
+            .file
+            .stock_cell
+            .map(|cell| (place((path, &job), "verify.stock_cell", "the stock"), cell));
         let said = toolbox(args);
         if said.has_plain() {
             let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
@@ -121,10 +131,10 @@ impl Setting {
             tolerance: [job.budget.total, job.budget.gouge],
             grid: job.file.verify_grid,
             stock,
-            stock_cell: job.file.stock_cell,
+            stock_cell,
             fixtures,
             clearance: job.file.fixture_clearance,
-            chord: job.file.chord(),
+            chords: job.file.chords(),
             cutter: job.cutter,
             tools,
             kinematics: Some(job.kinematics),
@@ -167,18 +177,28 @@ impl Setting {
             stock_cell: None,
             fixtures: Vec::new(),
             clearance: 0.0,
-            chord: None,
+            chords: Vec::new(),
             warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
         })
     }
 }
 
+/// What is told of a gouge tolerance below what can be kept.
+fn least_gouge(gouge: f64) -> String {
+    format!(
+        "gouges are told from {LEAST_GOUGE} mm on, not from {gouge} mm: by so much the rounding of its words takes a program that touches a face into it"
+    )
+}
+
+/// What stands at a key of a job.
+fn place((path, job): (&Path, &Job), key: &str, what: &str) -> String {
+    let at = job.file.places.get(key);
+    format!("{}:{}:{}: {what}", path.display(), at.line, at.column)
+}
+
 /// Stock and fixtures of a job, with the places where it says them.
 fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
-    let place = |key: &str, what: &str| {
-        let at = job.file.places.get(key);
-        format!("{}:{}:{}: {what}", path.display(), at.line, at.column)
-    };
+    let place = |key: &str, what: &str| place((path, job), key, what);
     let solid = job.stock.clone().filter(|_| job.file.stock.is_some());
     let fixture = |(number, held): (usize, &Held)| {
         let what = format!("fixture {}", held.name);

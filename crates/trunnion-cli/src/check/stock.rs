@@ -1,5 +1,6 @@
 //! Stock and fixtures as arguments, read from words.
 
+use super::setting::Named;
 use super::tool::finite;
 use crate::material;
 use crate::outcome::Failure;
@@ -53,10 +54,20 @@ pub(super) fn read(said: &str, chord: f64) -> Result<Solid, Failure> {
     )))
 }
 
-/// Rays through a solid.
-pub(super) fn rays(said: &str, solid: &Solid, cell: Option<f64>) -> Result<Stock, Failure> {
-    Stock::new(solid, cell.unwrap_or_else(|| solid.usual_cell()), MOST_RAYS)
-        .map_err(|error| Failure::input(format!("{said}: {error}")))
+/// Rays through a solid, so far apart as is said. What is wrong is told of the one that says it: of the cell, if the
+/// solid is sound with the usual one.
+pub(super) fn rays(
+    (said, solid): &Named<Solid>,
+    cell: Option<&Named<f64>>,
+) -> Result<Stock, Failure> {
+    let usual = || Stock::new(solid, solid.usual_cell(), MOST_RAYS);
+    let Some((cell_said, cell)) = cell else {
+        return usual().map_err(|error| Failure::input(format!("{said}: {error}")));
+    };
+    Stock::new(solid, *cell, MOST_RAYS).map_err(|error| {
+        let said = if usual().is_ok() { cell_said } else { said };
+        Failure::input(format!("{said}: {error}"))
+    })
 }
 
 #[cfg(test)]

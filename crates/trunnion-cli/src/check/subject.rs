@@ -6,9 +6,11 @@ use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
 use crate::{inspect, text};
+use std::path::Path;
 use trunnion::cutter::Cutter;
+use trunnion::files::summary::ChordSummary;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramText, ReadOptions};
+use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramSource, ProgramText, ReadOptions};
 use trunnion::nc::write::work_offset;
 use trunnion::pipeline::{self, Fixtures, MOST_COLLISIONS};
 use trunnion::surface::Face;
@@ -49,8 +51,8 @@ pub(super) struct Subject {
     /// Material and fixtures, where they were named.
     stock: Option<Stock>,
     pub(super) fixtures: Option<Fixtures>,
-    /// How far the triangles of STEP solids may be off their faces \[mm\]; `None` if there are none.
-    pub(super) chord: Option<f64>,
+    /// How far the triangles of STEP solids may be off their faces.
+    pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -98,7 +100,7 @@ impl Subject {
             options,
             stock,
             fixtures,
-            chord: setting.chord,
+            chords: setting.chords,
             warnings,
         })
     }
@@ -224,7 +226,13 @@ impl Subject {
     fn failure(&self, error: &VerifyError) -> Failure {
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
-            error => Failure::input(format!("{}: {error}", self.program)),
+            error => {
+                let program: Option<&dyn ProgramSource> = match &self.motion {
+                    Motion::Program(program, _) => Some(&**program),
+                    Motion::Locations(_) => None,
+                };
+                Failure::faults(Path::new(&self.program), &[error.fault(program)])
+            }
         }
     }
 }

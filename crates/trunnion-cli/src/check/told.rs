@@ -5,7 +5,7 @@ use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
 use crate::material;
 use std::path::PathBuf;
-use trunnion::files::summary::{FixturesSummary, StockSummary};
+use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
 use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
@@ -40,8 +40,8 @@ pub(super) struct Told {
     pub(super) axes: Vec<AxisTold>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
-    /// How far the triangles that stand for STEP solids may be off their faces; null without any.
-    chord: Option<f64>,
+    /// How far the triangles that stand for STEP solids may be off their faces; empty without any.
+    chords: Vec<ChordSummary>,
     /// Null without fixtures.
     pub(super) fixtures: Option<FixturesSummary>,
     pub(super) warnings: Vec<String>,
@@ -197,7 +197,7 @@ impl Told {
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings,
             stock: stock.map(|(carving, left)| pipeline::stock_summary(carving, left)),
-            chord: subject.chord,
+            chords: subject.chords.clone(),
             fixtures,
             failures,
             files: Vec::new(),
@@ -255,8 +255,8 @@ impl Told {
             lines.push(format!("  {:<14}{told}", "stock"));
             lines.push(format!("  {:<14}{hit}", "collisions"));
         }
-        if let Some(chord) = self.chord {
-            lines.push(format!("  {:<14}{}", "STEP solids", material::chord_words(chord)));
+        if !self.chords.is_empty() {
+            lines.push(format!("  {:<14}{}", "STEP solids", material::chord_words(&self.chords)));
         }
         if let Some(fixtures) = &self.fixtures {
             lines.push(format!("  {:<14}{}", "fixtures", pipeline::nearest_fixture(fixtures)));

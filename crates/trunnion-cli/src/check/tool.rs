@@ -24,8 +24,13 @@ pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
     numbers(text, "three")
 }
 
-pub(super) fn two(text: &str) -> Result<[f64; 2], String> {
-    numbers(text, "two")
+/// Most material left, and deepest gouge.
+pub(super) fn tolerance(text: &str) -> Result<[f64; 2], String> {
+    let [total, gouge] = numbers(text, "two")?;
+    if !(total > 0.0 && gouge >= 0.0) {
+        return Err("most material left above 0 and deepest gouge at least 0 are wanted, such as 0.02,0.002".into());
+    }
+    Ok([total, gouge])
 }
 
 /// Options of which each may have a number in front: `2=R=5,r=1`.

@@ -30,9 +30,9 @@ pub struct Summary {
     pub cover: CoverSummary,
     /// Motion of the machine.
     pub motion: MotionSummary,
-    /// How far the triangles that stand for STEP solids, stock and fixtures, may be off their faces, in mm; left out without any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub chord: Option<f64>,
+    /// How far the triangles that stand for STEP solids, stock and fixtures, may be off their faces; left out without any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub chords: Vec<ChordSummary>,
     /// Programs that were written.
     pub programs: Vec<ProgramSummary>,
     /// Other files that were written, relative to this file.
@@ -249,6 +249,15 @@ pub struct FixturesSummary {
     pub lines: Option<LinesSummary>,
     /// Of them, those that run into a fixture.
     pub hits: Option<LinesSummary>,
+}
+
+/// How well triangles stand for a STEP solid.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ChordSummary {
+    /// The stock, or the name of a fixture.
+    pub solid: String,
+    /// How far they may be off its faces, in mm.
+    pub chord: f64,
 }
 
 /// How near the tool comes to fixtures on one line.

@@ -97,7 +97,7 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
     let mut refuse = |path: &str, what: String| faults.push(file.places.fault(path, what));
     let stock = job.stock.as_ref().and_then(|solid| {
         let cell = file.stock_cell.unwrap_or_else(|| solid.usual_cell());
-        let refused = |error| refuse("stock.file", format!("the stock: {error}"));
+        let refused = |error| refuse(stock_key(file, solid), format!("the stock: {error}"));
         Stock::new(solid, cell, MOST_RAYS).map_err(refused).ok()
     });
     let mut fixtures = Fixtures::new(job.budget.total, file.fixture_clearance);
@@ -111,6 +111,13 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
         return Err(PipelineError::Solids(faults));
     }
     Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()) })
+}
+
+/// Key of the job that a stock which cannot be worked with is told at: how near its rays are, if it is sound with
+/// others.
+fn stock_key(file: &job::JobFile, solid: &Solid) -> &'static str {
+    let sound = || Stock::new(solid, solid.usual_cell(), MOST_RAYS).is_ok();
+    if file.stock_cell.is_some() && sound() { "verify.stock_cell" } else { "stock.file" }
 }
 
 /// The numbers of a stock that was cut.

@@ -55,7 +55,7 @@ pub(super) fn of(
         tolerance: job.budget.summary(),
         cover: CoverSummary { turn_limit, ..cover(job, covering) },
         motion: motion(job, moved)?,
-        chord: job.file.chord(),
+        chords: job.file.chords(),
         programs: programs.iter().map(|one| program(job, (one, solids))).collect(),
         files: Vec::new(),
     })

@@ -27,6 +27,7 @@ mod known;
 mod ledger;
 mod measure;
 mod motion;
+mod place;
 mod ray;
 mod replay;
 mod report;
@@ -108,19 +109,20 @@ const REACH: f64 = 1.0;
 /// Shares of the tolerances of excess and of gouges by which a ray may miss the swept cutter: a gouge is judged with
 /// it against it.
 const RAY_SHARES: [f64; 2] = [0.005, 0.05];
+/// Gouges up to this are nobody's \[mm\]: the words of a program that touches a face round its tool into it. Words of
+/// X Y Z with four decimals, the most that controls take in mm, are off by `sqrt(3) * 0.00005` together.
+pub const LEAST_GOUGE: f64 = 1e-4;
 /// Shares of the same by which what is certain between the measured points may lie beyond the worst of them.
 const MARGIN_SHARES: [f64; 2] = [0.05, 0.5];
 /// Most grid points on one face.
 const MOST_POINTS: usize = 20_000_000;
 
 impl Options {
-    /// How finely to look where excess and gouges have these tolerances, points being `grid` apart \[mm\].
+    /// How finely to look where excess and gouges have these tolerances, points being `grid` apart \[mm\]. A gouge
+    /// is allowed to be [`LEAST_GOUGE`] deep in any case.
     pub fn of_tolerance([total, gouge]: [f64; 2], grid: f64) -> Self {
-        // No exactness is enough for a gouge of nothing.
-        let finer = |[share, of_gouge]: [f64; 2]| {
-            let least = if gouge > 0.0 { of_gouge * gouge } else { f64::INFINITY };
-            least.min(share * total)
-        };
+        let gouge = gouge.max(LEAST_GOUGE);
+        let finer = |[share, of_gouge]: [f64; 2]| (of_gouge * gouge).min(share * total);
         let margin = [finer(MARGIN_SHARES), MARGIN_SHARES[0] * total];
         Self {
             grid,

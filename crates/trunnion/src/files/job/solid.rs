@@ -1,6 +1,7 @@
 //! The job's `[stock]` and `[[fixture]]`.
 
 use super::super::document::Document;
+use super::super::summary::ChordSummary;
 use super::data::JobFile;
 use super::raw::{RawFixture, RawSolid, RawSolidKind, RawStock};
 use nalgebra::Point3;
@@ -125,11 +126,14 @@ impl JobFile {
         self
     }
 
-    /// How far the triangles of its STEP solids may be off their faces: the most \[mm\]; `None` without any.
-    pub fn chord(&self) -> Option<f64> {
-        let stock = self.stock.iter().filter_map(Stock::solid);
-        let all = stock.chain(self.fixtures.iter().map(|fixture| &fixture.solid));
-        all.filter_map(Solid::chord).reduce(f64::max)
+    /// How far the triangles of each of its STEP solids may be off their faces: the stock, then fixtures by name.
+    pub fn chords(&self) -> Vec<ChordSummary> {
+        let stock = self.stock.iter().filter_map(Stock::solid).map(|solid| ("stock", solid));
+        let held = self.fixtures.iter().map(|fixture| (fixture.name.as_str(), &fixture.solid));
+        let of = |(name, solid): (&str, &Solid)| {
+            solid.chord().map(|chord| ChordSummary { solid: name.to_owned(), chord })
+        };
+        stock.chain(held).filter_map(of).collect()
     }
 }
 
@@ -258,7 +262,12 @@ mod tests {
         ];
         let fixtures = solids.map(|solid| format!("[[fixture]]\n{solid}")).concat();
         let job = parse(&format!("{EXAMPLE}fixture_clearance = 0.5\n{fixtures}")).unwrap();
-        assert_eq!((job.fixture_clearance, job.chord()), (0.5, Some(0.05)));
+        assert!((job.fixture_clearance - 0.5).abs() < 1e-12);
+        let told = |job: &JobFile| {
+            job.chords().into_iter().map(|of| (of.solid, of.chord)).collect::<Vec<_>>()
+        };
+        let vise = |chord: f64| ("vise.step".to_owned(), chord);
+        assert_eq!(told(&job), [vise(STEP_CHORD), vise(0.05)]);
         let names: Vec<&str> = job.fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
         let said = ["box:1,2,3,4,5.5,6", "cyl:0,0,-4,3,2", "clamp.stl", "vise.step", "vise.step"];
         assert_eq!(names, said);
@@ -270,8 +279,7 @@ mod tests {
             assert_eq!(job.stock.as_ref().and_then(Stock::solid), Some(&fixture.solid));
             assert_eq!((job.fixtures.len(), job.fixture_clearance), (0, 0.0));
         }
-        let finer = job.with_chord(0.002);
-        assert_eq!(finer.chord(), Some(0.002));
+        assert_eq!(told(&job.with_chord(0.002)), [vise(0.002), vise(0.002)]);
         let named =
             parse(&format!("{EXAMPLE}[[fixture]]\nname = \"vise\"\n{}", solids[0])).unwrap();
         assert_eq!(named.fixtures[0].name, "vise");

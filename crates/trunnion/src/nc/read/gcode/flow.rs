@@ -63,6 +63,9 @@ struct Wanted {
     label: Box<str>,
     numbered: bool,
     call: Call,
+    /// Line of the call, and where in it the call stands.
+    line: Line,
+    at: usize,
     /// Where it begins in the lines ahead.
     start: Option<usize>,
 }
@@ -149,7 +152,7 @@ impl Flow {
         &mut self,
         (label, numbered): (&str, bool),
         call: Call,
-        at: usize,
+        (line, text, at): (u32, &str, usize),
     ) -> Result<Called, Remark> {
         if self.frames.len() >= DEEPEST {
             let message = format!("more than {DEEPEST} calls in each other");
@@ -160,7 +163,8 @@ impl Flow {
         if let Some(lines) = self.subs.get(key.as_str()) {
             return Ok(self.enter(Arc::clone(lines), numbered, call));
         }
-        self.wanted = Some(Wanted { label: label.into(), numbered, call, start: None });
+        let line = (line, text.into());
+        self.wanted = Some(Wanted { label: label.into(), numbered, call, line, at, start: None });
         for at in 0..self.ahead.len() {
             if let Some(called) = self.look(at) {
                 return Ok(called);
@@ -208,16 +212,16 @@ impl Flow {
         Some(self.enter(lines, numbered, call))
     }
 
-    /// What is still open when the file is over.
-    pub(super) fn open(&self) -> Option<Remark> {
-        if let Some(wanted) = &self.wanted {
-            let message = format!("subprogram {} is not in the file", wanted.label);
-            return Some(Remark::new(0, message, "append its lines to the program"));
+    /// What is still open when the file is over, and the line that opened it.
+    pub(super) fn open(&self) -> Option<(&Line, Remark)> {
+        if let Some(Wanted { label, line, at, .. }) = &self.wanted {
+            let message = format!("subprogram {label} is not in the file");
+            return Some((line, Remark::new(*at, message, "append its lines to the program")));
         }
         let capture = self.capture.as_ref()?;
-        let (line, label) = (capture.lines.first().map_or(0, |line| line.0), &capture.label);
-        let message = format!("what o<{label}> begins on line {line} has no end");
-        Some(Remark::new(0, message, "end it: endsub, endwhile, endif, endrepeat"))
+        let message = format!("what o<{}> begins here has no end", capture.label);
+        let remark = Remark::new(0, message, "end it: endsub, endwhile, endif, endrepeat");
+        Some((capture.lines.first()?, remark))
     }
 
     /// Only subprograms were read.

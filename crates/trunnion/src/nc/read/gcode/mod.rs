@@ -327,7 +327,7 @@ impl Gcode {
         state.control.ended |= now.ends;
         if let Some((label, times, at)) = &now.call {
             let call = Call { arguments: now.arguments.clone(), times: *times };
-            let done = self.run_sub((label, true), call, *at);
+            let done = self.run_sub((label, true), call, (state.log.line, text, *at));
             note(state, text, done);
         }
         match now.return_to {
@@ -361,8 +361,9 @@ impl Gcode {
 
     /// What is missing at the end; a file of subprograms has no end of its own.
     pub(super) fn finish(&mut self, state: &mut State) {
-        if let Some(open) = self.flow.open().filter(|_| !state.control.ended) {
-            state.log.whole(&open.message, &open.help);
+        if let Some(((line, text), open)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = *line;
+            state.log.fault(text, open);
             return;
         }
         let open = self.macros.open();

@@ -228,7 +228,8 @@ impl Gcode {
             arguments.push(scan.bracket(&env)?);
         }
         nothing_more(&scan)?;
-        self.run_sub((&word.label, false), Call { arguments: Some(arguments), times: 1 }, word.at)
+        let place = (state.log.line, text, word.at);
+        self.run_sub((&word.label, false), Call { arguments: Some(arguments), times: 1 }, place)
     }
 
     /// Calls a subprogram, now or once it is found.
@@ -236,9 +237,9 @@ impl Gcode {
         &mut self,
         name: (&str, bool),
         call: Call,
-        at: usize,
+        place: (u32, &str, usize),
     ) -> Result<(), Remark> {
-        let called = self.flow.call(name, call, at)?;
+        let called = self.flow.call(name, call, place)?;
         self.called(called);
         Ok(())
     }
