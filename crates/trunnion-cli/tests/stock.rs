@@ -271,4 +271,17 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     assert_eq!(coarser, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.5"]));
     let [fine, coarse] = [of_job, coarser].map(|(_, of)| of["least"]["distance"].as_f64().unwrap());
     assert!((fine - coarse - 0.496).abs() < 1e-3, "{fine} {coarse}");
+    // Its place is said by the job as that of the setup, and on the command line behind it.
+    let place = "origin = [14, -3, 7]\nrotation = [10, 0, 35]\n";
+    let text = fs::read_to_string(folder.join("job.toml")).unwrap();
+    fs::write(folder.join("moved.toml"), format!("{text}{place}")).unwrap();
+    let moved = check("moved.toml", &[]);
+    let said =
+        check("plain.toml", &["--fixture", "hollow.step@14,-3,7,10,0,35", "--chord", "0.004"]);
+    let least = |of: &serde_json::Value| of["least"]["distance"].as_f64().unwrap();
+    let [moved, said] = [moved, said].map(|(_, of)| least(&of));
+    assert!((moved - said).abs() < 1e-12 && (moved - fine).abs() > 0.1, "{moved} {said} {fine}");
+    let wrong = ["check", "moves.cls", "--job", "plain.toml", "--fixture", "hollow.step@1,2"];
+    let (code, _, errors) = told(&trunnion(folder, &wrong));
+    assert!(code == Some(2) && errors.contains("vise.step@10,0,-25,0,0,90"), "{errors}");
 }

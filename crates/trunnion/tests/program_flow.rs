@@ -117,7 +117,7 @@ fn what_cannot_be_followed_is_told_with_its_line() {
     fanuc("O1\nGOTO 50\nG0 X1.\nM30\n", 2, "N50 is not in the file");
     fanuc("O1\nEND 1\nM30\n", 2, "nothing was begun");
     fanuc("O1\nWHILE [0] DO 1\nG0 X1.\nM30\n", 2, "DO 1 has no END 1");
-    fanuc("O1\nG66 P7\nG0 X1.\nM30\n", 0, "subprogram 7");
+    fanuc("O1\nG66 P7\nG0 X1.\nM30\n", 3, "subprogram 7");
     fanuc("O1\nG66 A1.\nM30\n", 2, "without a program");
     fanuc("O1\n#1=1\nN5 M99 P5\nM30\n", 3, "more than 1000 lines");
     fanuc("O1\n#3000=1(CHECK TOOL)\nM30\n", 2, "alarm");

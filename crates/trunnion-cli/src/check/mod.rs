@@ -87,8 +87,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MM", value_parser = tool::positive)]
     grid: Option<f64>,
     /// Material it is cut from, in the part's coordinates in mm: box:x,y,z,X,Y,Z (two corners),
-    /// cyl:x,y,z,radius,height (centre of the lower end), a closed STL file or a STEP file [default: the
-    /// job's].
+    /// cyl:x,y,z,radius,height (centre of the lower end), a closed STL file or a STEP file, which may have a
+    /// place behind it: vise.step@x,y,z where its origin lies, vise.step@x,y,z,a,b,c turned about the fixed x,
+    /// then y, then z by so many degrees, too [default: the job's].
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     stock: Option<String>,
     /// What the tool must not touch, said as --stock; may be given several times, and is looked at beside the

@@ -11,7 +11,7 @@ use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
 use crate::types::{Fault, Mesh};
 use crate::verify::Solid;
-use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
 
 /// Everything one run needs. Made by [`Job::new`] from files that were read elsewhere.
 #[derive(Debug)]
@@ -137,17 +137,21 @@ impl Job {
 }
 
 impl Job {
-    /// With what the job's stock file holds.
+    /// With what the job's stock file holds, moved to where the job places it.
     #[must_use]
     pub fn with_stock(self, mesh: Mesh) -> Self {
-        Self { stock: Some(Solid::Mesh(mesh)), ..self }
+        let solid = self.file.stock.as_ref().and_then(job::Stock::solid);
+        let place = solid.map_or_else(Isometry3::identity, job::Solid::place);
+        Self { stock: Some(Solid::Mesh(mesh.moved(&place))), ..self }
     }
 
-    /// With what the file of a fixture holds; `number` counts the job's fixtures from 0.
+    /// With what the file of a fixture holds, moved to where the job places it; `number` counts the job's fixtures
+    /// from 0.
     #[must_use]
     pub fn with_fixture(mut self, number: usize, mesh: Mesh) -> Self {
-        if let Some(held) = self.fixtures.get_mut(number) {
-            held.solid = Some(Solid::Mesh(mesh));
+        let said = self.file.fixtures.get(number);
+        if let (Some(held), Some(said)) = (self.fixtures.get_mut(number), said) {
+            held.solid = Some(Solid::Mesh(mesh.moved(&said.solid.place())));
         }
         self
     }

@@ -45,3 +45,17 @@ pub struct Mesh {
     /// Corners of each triangle as indices into `vertices`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
+
+impl Mesh {
+    /// The same in other coordinates.
+    #[must_use]
+    pub fn moved(mut self, to_from: &nalgebra::Isometry3<f64>) -> Self {
+        // The identity would still round.
+        if *to_from != nalgebra::Isometry3::identity() {
+            for vertex in &mut self.vertices {
+                *vertex = to_from * *vertex;
+            }
+        }
+        self
+    }
+}

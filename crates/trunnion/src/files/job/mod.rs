@@ -13,7 +13,7 @@ pub use data::{
 };
 pub(super) use raw::RawJob;
 pub use read::parse;
-pub use solid::{Fixture, STEP_CHORD, Solid, Stock};
+pub use solid::{Fixture, STEP_CHORD, Solid, Stock, placement};
 
 /// Name and version of the layout.
 pub const LAYOUT: &str = "trunnion-job/1";

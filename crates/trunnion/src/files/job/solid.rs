@@ -4,7 +4,8 @@ use super::super::document::Document;
 use super::super::summary::ChordSummary;
 use super::data::JobFile;
 use super::raw::{RawFixture, RawSolid, RawSolidKind, RawStock};
-use nalgebra::Point3;
+use crate::machine::Setup;
+use nalgebra::{Isometry3, Point3};
 use std::fmt;
 
 /// How far the triangles that stand for a STEP solid may be off its faces where nothing is said \[mm\].
@@ -54,6 +55,8 @@ pub enum Solid {
     Stl {
         /// STL file in mm, as written in the job.
         file: String,
+        /// The part's coordinates from those of the file.
+        place: Isometry3<f64>,
     },
     /// The solids of a STEP file.
     Step {
@@ -61,7 +64,16 @@ pub enum Solid {
         file: String,
         /// How far the triangles that stand for them may be off their faces \[mm\].
         chord: f64,
+        /// The part's coordinates from those of the file.
+        place: Isometry3<f64>,
     },
+}
+
+/// The part's coordinates from those of a file whose origin lies at `origin` \[mm\], turned by `angles` \[rad\] about
+/// the fixed x, then y, then z.
+pub fn placement(origin: [f64; 3], angles: [f64; 3]) -> Isometry3<f64> {
+    let Setup { origin, rotation, .. } = Setup::new(origin.into(), angles, 0.0);
+    Isometry3::from_parts(origin.into(), rotation.into())
 }
 
 impl Stock {
@@ -79,7 +91,15 @@ impl Solid {
     pub fn file(&self) -> Option<&str> {
         match self {
             Self::Box { .. } | Self::Cylinder { .. } => None,
-            Self::Stl { file } | Self::Step { file, .. } => Some(file),
+            Self::Stl { file, .. } | Self::Step { file, .. } => Some(file),
+        }
+    }
+
+    /// The part's coordinates from those of its file.
+    pub fn place(&self) -> Isometry3<f64> {
+        match self {
+            Self::Box { .. } | Self::Cylinder { .. } => Isometry3::identity(),
+            Self::Stl { place, .. } | Self::Step { place, .. } => *place,
         }
     }
 
@@ -108,7 +128,7 @@ impl fmt::Display for Solid {
             Self::Cylinder { base: p, radius, height } => {
                 write!(f, "cyl:{},{},{},{radius},{height}", p.x, p.y, p.z)
             }
-            Self::Stl { file } | Self::Step { file, .. } => f.write_str(file),
+            Self::Stl { file, .. } | Self::Step { file, .. } => f.write_str(file),
         }
     }
 }
@@ -176,10 +196,12 @@ impl Table<'_> {
         let words: (&str, &[&str], &[&str]) = match kind {
             RawSolidKind::Box => ("box", &["min", "max"], &[]),
             RawSolidKind::Cylinder => ("cylinder", &["base", "radius", "height"], &[]),
-            RawSolidKind::Stl => ("stl", &["file"], &[]),
-            RawSolidKind::Step => ("step", &["file"], &["chord"]),
+            RawSolidKind::Stl => ("stl", &["file"], &["origin", "rotation"]),
+            RawSolidKind::Step => ("step", &["file"], &["chord", "origin", "rotation"]),
         };
         self.keys(raw, words, doc);
+        let angles = raw.rotation.unwrap_or_default().map(f64::to_radians);
+        let place = placement(raw.origin.unwrap_or_default(), angles);
         Some(match kind {
             RawSolidKind::Box => {
                 let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
@@ -194,9 +216,10 @@ impl Table<'_> {
                 let base = Point3::from(raw.base?);
                 Solid::Cylinder { base, radius: raw.radius?, height: raw.height? }
             }
-            RawSolidKind::Stl => Solid::Stl { file: raw.file.clone()? },
+            RawSolidKind::Stl => Solid::Stl { file: raw.file.clone()?, place },
             RawSolidKind::Step => {
-                Solid::Step { file: raw.file.clone()?, chord: raw.chord.unwrap_or(STEP_CHORD) }
+                let chord = raw.chord.unwrap_or(STEP_CHORD);
+                Solid::Step { file: raw.file.clone()?, chord, place }
             }
         })
     }
@@ -216,6 +239,8 @@ impl Table<'_> {
             ("height", raw.height.is_some()),
             ("file", raw.file.is_some()),
             ("chord", raw.chord.is_some()),
+            ("origin", raw.origin.is_some()),
+            ("rotation", raw.rotation.is_some()),
         ];
         let Self { what, path, more } = self;
         let wanted = needed.join(", ");
@@ -283,6 +308,27 @@ mod tests {
         let named =
             parse(&format!("{EXAMPLE}[[fixture]]\nname = \"vise\"\n{}", solids[0])).unwrap();
         assert_eq!(named.fixtures[0].name, "vise");
+    }
+
+    #[test]
+    fn solids_of_files_have_places_as_the_setup_has() {
+        let at = |more: &str| {
+            let text = format!("{EXAMPLE}[[fixture]]\nkind = \"stl\"\nfile = \"a.stl\"\n{more}");
+            parse(&text).unwrap().fixtures[0].solid.place() * Point3::new(1.0, 2.0, 3.0)
+        };
+        assert_eq!(at(""), Point3::new(1.0, 2.0, 3.0));
+        assert_eq!(at("origin = [10, 0, -5]\n"), Point3::new(11.0, 2.0, -2.0));
+        // About x: (1, -3, 2); then about z: (3, 1, 2).
+        let turned = at("origin = [10, 0, -5]\nrotation = [90, 0, 90]\n");
+        assert!((turned - Point3::new(13.0, 1.0, -3.0)).norm() < 1e-12, "{turned}");
+        let wrong = "[[fixture]]\nkind = \"cylinder\"\nbase = [0, 0, 0]\nradius = 1\nheight = 1\norigin = [1, 2, 3]\n\
+            [[fixture]]\nkind = \"stl\"\nfile = \"a.stl\"\nrotation = [400, 0, 0]\n";
+        let found = faults(wrong);
+        assert!(
+            found[0].starts_with("58:10: a fixture of kind \"cylinder\" has no origin"),
+            "{found:?}"
+        );
+        assert!(found[1].contains("rotation") && found[1].contains("360"), "{found:?}");
     }
 
     #[test]

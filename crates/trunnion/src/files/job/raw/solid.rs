@@ -7,7 +7,7 @@ use serde::Deserialize;
 #[schemars(deny_unknown_fields)]
 pub(in super::super) struct RawStock {
     /// Which of the keys below apply: offset: thickness; box: min, max; cylinder: base, radius,
-    /// height; stl: file; step: file, and chord if wanted.
+    /// height; stl: file; step: file, and chord if wanted; of both, origin and rotation if wanted.
     pub(in super::super) kind: RawStockKind,
     /// Material left on the part, in mm.
     #[schemars(extend("minimum" = 0.0))]
@@ -23,7 +23,7 @@ pub(in super::super) struct RawFixture {
     #[schemars(length(min = 1))]
     pub(in super::super) name: Option<String>,
     /// Which of the keys below apply: box: min, max; cylinder: base, radius, height; stl: file;
-    /// step: file, and chord if wanted.
+    /// step: file, and chord if wanted; of both, origin and rotation if wanted.
     pub(in super::super) kind: RawSolidKind,
     #[serde(flatten)]
     pub(in super::super) solid: RawSolid,
@@ -51,6 +51,12 @@ pub(in super::super) struct RawSolid {
     /// taken to be larger by that.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0))]
     pub(in super::super) chord: Option<f64>,
+    /// Where the origin of the file lies in the part's coordinates, in mm; 0, 0, 0 if left out.
+    pub(in super::super) origin: Option<[f64; 3]>,
+    /// Turns of what is in the file about the part's fixed x, then y, then z, in degrees, before it is moved to its
+    /// origin.
+    #[schemars(inner(range(min = -360.0, max = 360.0)))]
+    pub(in super::super) rotation: Option<[f64; 3]>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
