@@ -10,10 +10,7 @@ use crate::types::{AxisVector, Block, Fault, ToolPose};
 /// Faults after which nothing more is read.
 const MOST_FAULTS: usize = 20;
 
-/// Share by which an F word may be below what is meant: it has three digits at least.
-const FEED_SHARE: f64 = 0.01;
-
-/// Half of the last digit of a feed \[mm/min or 1/min\], twice: it is rounded down.
+/// Last digit of a feed \[mm/min or 1/min\], by which it is rounded down, and up to a whole number of mm/min.
 const FEED_DIGIT: f64 = 1e-3;
 
 /// Largest inverse-time word; a quicker block has it, too.
@@ -278,7 +275,7 @@ impl ReadBack {
         Err(self.differs(format!("the tool goes to {a} instead of {b}, workpiece frame")))
     }
 
-    /// F says what is meant, or a little less.
+    /// F says what is meant to a last digit; in inverse time it is not above.
     fn pace(&self, read: &PostMove, pace: BlockPace) -> Result<(), ReadBackError> {
         let [seconds, length, turn] = self.waiting;
         let is_apt = self.style.dialect == Dialect::Apt;
@@ -306,7 +303,9 @@ impl ReadBack {
             // Rounding moves the tip where none was meant.
             (PostPace::Feed(_), _) => return Ok(()),
         };
-        let fits = said <= meant * (1.0 + SUMS) && said >= meant * (1.0 - FEED_SHARE) - FEED_DIGIT;
+        let above = if self.style.inverse_time { 0.0 } else { FEED_DIGIT };
+        let fits =
+            said <= meant * (1.0 + SUMS) + above && said >= meant * (1.0 - SUMS) - FEED_DIGIT;
         if fits {
             return Ok(());
         }

@@ -2,7 +2,8 @@
 //!
 //! [`ProgramWriter`] writes blocks one by one in any [`Dialect`], [`program`] all of them; see [`nc`](super) for what
 //! X Y Z mean in each. Positions are rounded to nearest; [`rounding`] bounds what that does at the tool. Feeds are
-//! rounded down, so that a block never takes less time than planned.
+//! rounded down, so that a block takes no less time than planned; feeds of the tip up to a whole number of mm/min where a
+//! last digit is missing.
 
 mod apt;
 mod dialect;
@@ -13,6 +14,7 @@ mod program;
 mod sheet;
 mod template;
 mod whole;
+mod words_of;
 
 pub use super::words::{AxisWord, AxisWords, WordsError};
 pub use apt::apt;
@@ -23,6 +25,7 @@ pub use sheet::{program_sheet, setup_sheet, work_offset};
 pub use template::{Template, TemplateError};
 pub(crate) use whole::pace;
 pub use whole::program;
+pub use words_of::PlaceWords;
 
 use std::fmt;
 

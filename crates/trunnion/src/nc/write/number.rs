@@ -92,13 +92,11 @@ impl Fixed {
         Self { digits: self.digits - lower, ..self }
     }
 
-    /// With as many leading digits as `most` has less one, the others 0: rounded down, for values above 0.
-    pub(super) fn coarse(self, most: i64) -> Self {
-        let mut unit = 1;
-        while self.digits / unit >= most {
-            unit *= 10;
-        }
-        Self { digits: self.digits / unit * unit, ..self }
+    /// The whole number above, where a last digit is all that is missing; for values above 0.
+    pub(super) fn up_to_whole(self) -> Self {
+        let unit = 10_i64.pow(u32::from(self.decimals));
+        let missing = i64::from(self.digits % unit == unit - 1);
+        Self { digits: self.digits + missing, ..self }
     }
 
     /// The value of one revolution less or more, so that it lies in `[low, low + 360)` degrees.
@@ -163,12 +161,12 @@ mod tests {
     }
 
     #[test]
-    fn feeds_keep_three_digits() {
-        let text = |value| Fixed::down(value, 3).unwrap().coarse(1000).to_string();
-        assert_eq!(text(800.0), "800.");
-        assert_eq!(text(799.9), "799.");
-        assert_eq!(text(12_345.6), "12300.");
-        assert_eq!(text(0.0123), "0.012");
+    fn a_last_digit_short_of_a_whole_number_is_that_number() {
+        let text = |value| Fixed::down(value, 3).unwrap().up_to_whole().to_string();
+        assert_eq!(text(2_999.999_2), "3000.");
+        assert_eq!(text(2_999.998_9), "2999.998");
+        assert_eq!(text(0.999), "1.");
+        assert_eq!(text(12_345.678_9), "12345.678");
     }
 
     #[test]

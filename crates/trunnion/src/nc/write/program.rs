@@ -1,10 +1,11 @@
 //! A program in any dialect, written block by block: memory is that of the modal state.
 
-use super::apt::{self, Locations};
+use super::apt::Locations;
 use super::dialect::{Pointing, Syntax};
 use super::error_bound::Coordinates;
 use super::number::{Fixed, Form};
 use super::template::{Frame, Template};
+use super::words_of;
 use super::{AxisWords, Dialect, Note, WriteError, comment, work_offset};
 use crate::machine::{FeedMode, Kinematics, Modulo};
 use crate::types::{AXES, AxisVector, ToolPose};
@@ -21,13 +22,6 @@ const FEED_DECIMALS: u8 = 3;
 
 /// Decimals of inverse-time words below 1, of blocks longer than a minute: three would be too coarse.
 const SLOW_DECIMALS: u8 = 6;
-
-/// Significant digits of tip feeds: they change where that matters, by up to a hundredth.
-const FEED_DIGITS: i64 = 1000;
-
-/// A tip feed that falls short of a round number by less than this share is that number: its time is a sum of some
-/// thousand rounded ones, and a last digit less would cost a hundredth.
-const ROUNDED: f64 = 1e-9;
 
 /// How a program is written. No `Default`: the caller knows the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -320,7 +314,7 @@ impl ProgramWriter {
         self.last = words.map(Some);
     }
 
-    /// Feed word, rounded down: never faster than planned.
+    /// Feed word, rounded down: not faster than planned, or by less than a last digit.
     fn feed_word(&self, of: &Waiting, still: bool) -> Result<Fixed, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
@@ -336,8 +330,9 @@ impl ProgramWriter {
         }
         let moves = of.length > 0.0 && !(still && of.turn > 0.0);
         let way = if moves { of.length } else { of.turn.to_degrees() };
-        let feed = Fixed::down(60.0 * way / of.seconds * (1.0 + ROUNDED), FEED_DECIMALS);
-        feed.filter(|feed| !feed.is_zero()).map(|feed| feed.coarse(FEED_DIGITS)).ok_or(failed)
+        // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
+        let feed = Fixed::down(60.0 * way / of.seconds, FEED_DECIMALS).map(Fixed::up_to_whole);
+        feed.filter(|feed| !feed.is_zero()).ok_or(failed)
     }
 
     /// X Y Z and the rotaries, rounded.
@@ -346,12 +341,10 @@ impl ProgramWriter {
         q: &AxisVector,
         pose: &ToolPose,
     ) -> Result<[Fixed; AXES], WriteError> {
-        let tip = match self.style.dialect {
-            Dialect::Apt => pose.tip.coords,
-            of if of.coordinates() == Coordinates::Axes => {
-                q.fixed_rows::<3>(0).into_owned() - self.shift
-            }
-            _ => self.kinematics.setup().rotation * pose.tip.coords,
+        let dialect = self.style.dialect;
+        let tip = match dialect.coordinates() {
+            Coordinates::Axes => q.fixed_rows::<3>(0).into_owned() - self.shift,
+            Coordinates::Tip => words_of::tip(&self.kinematics, dialect, pose),
         };
         let values = [tip.x, tip.y, tip.z, q[3], q[4]];
         let mut rounded = [self.fixed(0.0, 0)?; AXES];
@@ -371,14 +364,9 @@ impl ProgramWriter {
 
     /// Components of the tool vector: in the table frame, in a CL file in the workpiece frame.
     pub(super) fn components(&self, pose: &ToolPose) -> Result<[Fixed; 3], WriteError> {
-        let decimals = match self.style.dialect {
-            Dialect::Apt => apt::AXIS_DECIMALS,
-            _ => 7,
-        };
-        let axis = match self.style.dialect {
-            Dialect::Apt => pose.axis.into_inner(),
-            _ => self.kinematics.setup().rotation * pose.axis.into_inner(),
-        };
+        let dialect = self.style.dialect;
+        let decimals = words_of::vector_decimals(dialect);
+        let axis = words_of::vector(&self.kinematics, dialect, pose);
         Ok([
             self.fixed(axis.x, decimals)?,
             self.fixed(axis.y, decimals)?,

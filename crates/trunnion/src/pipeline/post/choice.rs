@@ -5,9 +5,10 @@ use super::ahead::{Ahead, Part, Planned};
 use super::course::Course;
 use super::filter::Filter;
 use super::gauge::Clock;
-use super::leg::{Place, as_written};
+use super::leg::Place;
 use super::pace::Timed;
 use super::timer::Timer;
+use super::written::Written;
 use super::{PostError, PostFilter, PostMove, PostOptions, PostPace, PostSource};
 use crate::machine::Kinematics;
 use crate::nc::write::Style;
@@ -303,7 +304,13 @@ impl Choice<'_> {
                 }
             }
         };
-        for place in as_written(self.style, &trial.places).iter() {
+        let mut places = trial.places.clone();
+        Written::new(self.kinematics, self.style, &start).take(
+            self.kinematics,
+            self.style,
+            &mut places,
+        );
+        for place in &places {
             pace.push(place, &mut timed)?;
             add(&mut timed);
         }

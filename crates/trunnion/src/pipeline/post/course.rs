@@ -149,6 +149,7 @@ impl Course {
             bowed: (1.0 - share) * self.tolerance[0],
             per_length,
             per_share,
+            per_way: if matches!(one.pace, PostPace::Feed(_)) { per_length } else { 0.0 },
             out,
         };
         let turns = planned.part == Some(Part::Turn);

@@ -40,6 +40,14 @@ impl Gauge {
         self.before = Some((velocity, seconds));
     }
 
+    /// A part of the block, with the axes at its own speed.
+    pub(super) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
+        if seconds > 0.0 {
+            let velocity = travel / seconds;
+            self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+        }
+    }
+
     /// The machine rests.
     pub(super) fn rest(&mut self) {
         if let Some((velocity, seconds)) = self.before.take() {

@@ -1,9 +1,7 @@
 //! A move on its way to places that the axes pass.
 
 use crate::machine::FIRST_ROTARY;
-use crate::nc::write::{BRIEFEST_BLOCK, Style};
 use crate::types::{AxisVector, ToolPose};
-use std::borrow::Cow;
 
 /// A place the axes pass.
 #[derive(Debug, Clone, Copy)]
@@ -19,36 +17,12 @@ pub(super) struct Place {
     /// Way of the tip, and of both rotaries (the root of the sum of squares), from the place before \[mm, rad\].
     pub(super) tip: f64,
     pub(super) turn: f64,
+    /// The same between the words, as far as F is of them.
+    pub(super) written: [f64; 2],
+    /// Programmed time by the way of the tip \[s/mm\]; 0 where the input says a time.
+    pub(super) per_way: f64,
     /// Part of the cut, where some of them are smoothed.
     pub(super) part: usize,
-}
-
-/// Blocks that are quicker than inverse time can say take as long as it can: what comes before and behind them
-/// has to know.
-pub(super) fn as_written<'a>(style: &Style, places: &'a [Place]) -> Cow<'a, [Place]> {
-    let brief = |block: &[Place]| {
-        let time = block.iter().map(|place| place.least.unwrap_or(f64::INFINITY)).sum::<f64>();
-        (BRIEFEST_BLOCK - time).max(0.0)
-    };
-    if !style.inverse_time || places.chunk_by(same_block).all(|block| brief(block) <= 0.0) {
-        return Cow::Borrowed(places);
-    }
-    let mut longer = places.to_vec();
-    for block in longer.chunk_by_mut(same_block) {
-        let more = brief(block);
-        let size = |place: &Place| place.tip + place.turn;
-        let whole: f64 = block.iter().map(size).sum();
-        for place in block.iter_mut().filter(|_| more > 0.0 && whole > 0.0) {
-            let by = more * size(place) / whole;
-            place.least = place.least.map(|least| least + by);
-        }
-    }
-    Cow::Owned(longer)
-}
-
-/// Whether the next place is on the way to the same block end.
-fn same_block(place: &Place, _: &Place) -> bool {
-    !place.block
 }
 
 /// Where the machine is.
@@ -71,6 +45,7 @@ pub(super) struct Leg<'a> {
     pub(super) bowed: f64,
     pub(super) per_length: f64,
     pub(super) per_share: f64,
+    pub(super) per_way: f64,
     pub(super) out: &'a mut Vec<Place>,
 }
 
@@ -87,6 +62,8 @@ impl Leg<'_> {
             least: (!self.rapid).then_some(least),
             tip,
             turn,
+            written: [tip, turn],
+            per_way: self.per_way,
             part: 0,
         });
     }

@@ -6,6 +6,7 @@
 //! choice  where smoothing is quicker
 //! ahead   which way round the rotaries go, so that cuts stay inside travel
 //! course  moves to places on the machine, close enough for its control
+//! written ways and times as far as words can say them
 //! timer   times of places: pace along a smooth path, classic block after block, window by window
 //! gauge   what it asks of the axes, what it takes on a control without look-ahead
 //! running the program as it is written and read back
@@ -27,6 +28,7 @@ mod pace;
 mod replay;
 mod running;
 mod timer;
+mod written;
 
 pub use choice::PostChoice;
 pub use error::PostError;

@@ -1,9 +1,10 @@
 //! The program as it is written: places are timed, and every block is read back.
 
 use super::gauge::{ControlModel, Gauge, words};
-use super::leg::{Place, as_written};
+use super::leg::Place;
 use super::pace::Timed;
 use super::timer::Timer;
+use super::written::Written;
 use super::{PostError, Poster};
 use crate::machine::Kinematics;
 use crate::nc::write::{BlockPace, Note, ProgramWriter, Template, rounding};
@@ -43,8 +44,11 @@ pub(super) struct Running {
     /// The last place whose time is known, and the last block end.
     at: (AxisVector, ToolPose),
     block: (AxisVector, ToolPose),
-    /// Time, way and turn since the last block end.
+    /// Time, way and turn since the last block end, as they are written.
     waiting: [f64; 3],
+    /// Travel of the axes from place to place since then, and the share of the block that it is.
+    inside: Vec<(AxisVector, f64)>,
+    words: Written,
 }
 
 /// Places that are timed before what is known is written.
@@ -69,8 +73,10 @@ impl Poster {
         let text = out.get(begin..).unwrap_or_default();
         let read = ReadBack::new(&self.kinematics, style, (text, &to.1));
         let read_back = self.understood(read)?;
-        let waiting = [0.0; 3];
-        self.running = Some(Running { pace, writer, read_back, at: to, block: to, waiting });
+        let (waiting, inside) = ([0.0; 3], Vec::new());
+        let words = Written::new(&self.kinematics, &self.style, &to);
+        let (at, block) = (to, to);
+        self.running = Some(Running { pace, writer, read_back, at, block, waiting, inside, words });
         Ok(())
     }
 
@@ -90,14 +96,19 @@ impl Poster {
             running.read_back = self.understood(done)?.map(|()| read);
         }
         let pace = Timer::new(&self.kinematics, &self.options, to.0)?;
-        let waiting = [0.0; 3];
-        self.running = Some(Running { pace, at: to, block: to, waiting, ..running });
+        let (waiting, inside) = ([0.0; 3], Vec::new());
+        let words = Written::new(&self.kinematics, &self.style, &to);
+        let (at, block) = (to, to);
+        self.running = Some(Running { pace, at, block, waiting, inside, words, ..running });
         Ok(())
     }
 
     /// Times places, and writes the blocks whose time is known.
     pub(super) fn run(&mut self, out: &mut String, places: &[Place]) -> Result<(), PostError> {
-        let places = as_written(&self.style, places);
+        let mut places = places.to_vec();
+        if let Some(running) = &mut self.running {
+            running.words.take(&self.kinematics, &self.style, &mut places);
+        }
         for batch in places.chunks(BATCH) {
             let Some(running) = &mut self.running else { return Ok(()) };
             for place in batch {
@@ -151,23 +162,19 @@ impl Poster {
         let Some(mut running) = self.running.take() else { return Ok(()) };
         let timed = std::mem::take(&mut self.timed);
         for one in &timed {
-            self.tell_after(&running, one);
             let place = &one.place;
-            running.at = (place.q, place.pose);
-            let [seconds, length, turn] = &mut running.waiting;
-            *seconds += one.seconds;
-            *length += place.tip;
-            *turn += place.turn;
+            running.pass(one);
             if !place.block {
                 continue;
             }
+            self.tell_after(&mut running, one);
+            let [seconds, length, turn] = running.waiting;
             let pace = match place.least {
                 None => BlockPace::Rapid,
-                Some(_) => BlockPace::Timed { seconds: *seconds, length: *length, turn: *turn },
+                Some(_) => BlockPace::Timed { seconds, length, turn },
             };
             if place.least.is_some() {
-                let time = *seconds;
-                self.after.model += self.model(&running.block, &running.at, time);
+                self.after.model += self.model(&running.block, &running.at, seconds);
                 let words = &self.style.axes;
                 let coordinates = self.style.dialect.coordinates();
                 let off = rounding(&self.kinematics, &place.q, words, coordinates, 0.0);
@@ -192,14 +199,35 @@ impl Poster {
         Ok(())
     }
 
-    /// Takes down what the output does.
-    fn tell_after(&mut self, running: &Running, one: &Timed) {
-        if one.place.least.is_none() {
-            self.report.rapid_seconds += one.seconds;
+    /// Takes down what a block of the output does.
+    fn tell_after(&mut self, running: &mut Running, end: &Timed) {
+        let inside = std::mem::take(&mut running.inside);
+        let [seconds, ..] = running.waiting;
+        if end.place.least.is_none() {
+            self.report.rapid_seconds += seconds;
             return self.after.rapid();
         }
         self.after.cutting = true;
-        self.after.gauge.push(&(one.place.q - running.at.0), one.seconds);
-        self.after.seconds += one.seconds;
+        self.after.seconds += seconds;
+        self.after.gauge.push(&(end.place.q - running.block.0), seconds);
+        if inside.len() > 1 {
+            let whole: f64 = inside.iter().map(|(_, size)| size).sum();
+            for (travel, size) in &inside {
+                self.after.gauge.inside(travel, seconds * size / whole);
+            }
+        }
+    }
+}
+
+impl Running {
+    /// Passes a place.
+    fn pass(&mut self, one: &Timed) {
+        let place = &one.place;
+        let travel = place.q - self.at.0;
+        // The tip keeps its speed inside a block; where it stands, both rotaries together do.
+        self.inside.push((travel, if place.tip > 0.0 { place.tip } else { place.turn }));
+        self.at = (place.q, place.pose);
+        let passed = [one.seconds, place.written[0], place.written[1]];
+        self.waiting.iter_mut().zip(passed).for_each(|(sum, by)| *sum += by);
     }
 }

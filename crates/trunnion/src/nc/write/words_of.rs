@@ -1,0 +1,93 @@
+//! A place as the words of a program say it.
+
+use super::Dialect;
+use super::apt;
+use super::error_bound::Coordinates;
+use super::number::Fixed;
+use super::program::Style;
+use crate::machine::{FIRST_ROTARY, Kinematics};
+use crate::types::{AxisVector, ToolPose};
+use nalgebra::Vector3;
+
+/// Decimals of tool vectors in programs.
+const VECTOR_DECIMALS: u8 = 7;
+
+/// Tip and tool of a place, each word rounded: what a control knows of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceWords {
+    tip: [Fixed; 3],
+    /// Rotary words, or components of the tool vector.
+    tool: [Fixed; 3],
+    /// It is rotary words.
+    rotaries: bool,
+}
+
+impl PlaceWords {
+    /// Words of a place in a program that tells the tip; `None` where it tells axes, or for a number no word can hold.
+    pub fn new(
+        kinematics: &Kinematics,
+        style: &Style,
+        (q, pose): (&AxisVector, &ToolPose),
+    ) -> Option<Self> {
+        let dialect = style.dialect;
+        if dialect.coordinates() != Coordinates::Tip {
+            return None;
+        }
+        let [x, y, z, first, second] = &style.axes.0;
+        let [i, j, k]: [f64; 3] = tip(kinematics, dialect, pose).into();
+        let tip = [(x, i), (y, j), (z, k)];
+        let rotaries = !dialect.is_vector() && dialect != Dialect::Apt;
+        let tool = if rotaries {
+            let word = |of: usize| {
+                [first, second]
+                    .get(of)
+                    .map(|word| (word.written(q[of + FIRST_ROTARY]), word.decimals))
+            };
+            let [a, b] = [word(0)?, word(1)?];
+            [a, b, (0.0, 0)]
+        } else {
+            let decimals = vector_decimals(dialect);
+            let [i, j, k]: [f64; 3] = vector(kinematics, dialect, pose).into();
+            [i, j, k].map(|of| (of, decimals))
+        };
+        let [x, y, z] = tip.map(|(word, of)| Fixed::nearest(word.written(of), word.decimals));
+        let [i, j, k] = tool.map(|(of, decimals)| Fixed::nearest(of, decimals));
+        Some(Self { tip: [x?, y?, z?], tool: [i?, j?, k?], rotaries })
+    }
+
+    /// Way of the tip to another place \[mm\].
+    pub fn way(&self, to: &Self) -> f64 {
+        norm(&self.tip, &to.tip)
+    }
+
+    /// Turn of both rotaries to another place, the root of the sum of squares \[rad\]; `None` where vectors are told.
+    pub fn turn(&self, to: &Self) -> Option<f64> {
+        self.rotaries.then(|| norm(&self.tool, &to.tool).to_radians())
+    }
+}
+
+fn norm(from: &[Fixed; 3], to: &[Fixed; 3]) -> f64 {
+    let by = |k: usize| to[k].value() - from[k].value();
+    Vector3::new(by(0), by(1), by(2)).norm()
+}
+
+/// The tip as X Y Z tell it: in the table frame, in a CL file in the workpiece frame \[mm\].
+pub(super) fn tip(kinematics: &Kinematics, dialect: Dialect, pose: &ToolPose) -> Vector3<f64> {
+    match dialect {
+        Dialect::Apt => pose.tip.coords,
+        _ => kinematics.setup().rotation * pose.tip.coords,
+    }
+}
+
+/// The tool vector, in the same frames.
+pub(super) fn vector(kinematics: &Kinematics, dialect: Dialect, pose: &ToolPose) -> Vector3<f64> {
+    match dialect {
+        Dialect::Apt => pose.axis.into_inner(),
+        _ => kinematics.setup().rotation * pose.axis.into_inner(),
+    }
+}
+
+/// Decimals of its components.
+pub(super) fn vector_decimals(dialect: Dialect) -> u8 {
+    if dialect == Dialect::Apt { apt::AXIS_DECIMALS } else { VECTOR_DECIMALS }
+}
