@@ -43,11 +43,15 @@ function path(packed) {
   const points = floats(packed.points);
   let start = 0;
   const pieces = packed.kinds.map((kind, at) => {
-    const piece = { kind, start, count: packed.counts[at] };
+    const piece = { kind, start, count: packed.counts[at], tool: packed.tools[at] };
     start += piece.count;
     return piece;
   });
-  return { points, pieces, count: start };
+  return { points, pieces, count: start, contacts: packed.contacts };
+}
+
+function solid(packed) {
+  return packed && { positions: floats(packed.positions), triangles: longs(packed.triangles) };
 }
 
 export function unpack(packed) {
@@ -56,6 +60,7 @@ export function unpack(packed) {
     ...packed,
     surface: surface(packed.surface),
     path: path(packed.path),
+    fixtures: solid(packed.fixtures),
     motion: {
       ...motion,
       speed: band(motion.speed),
@@ -98,8 +103,56 @@ export function toolAt({ points, pieces, count }, t) {
     });
   const axis = mix(4);
   const length = Math.hypot(...axis) || 1;
-  const piece = pieces.find(({ start, count: size }) => low < start + size) ?? pieces.at(-1);
-  return { tip: mix(1), axis: axis.map((x) => x / length), contact: mix(7), kind: piece.kind };
+  const { kind, tool } = pieces.find(({ start, count: size }) => low < start + size) ?? pieces.at(-1);
+  return { tip: mix(1), axis: axis.map((x) => x / length), contact: mix(7), kind, tool };
+}
+
+/** Time of the last point of the path. */
+export const endOf = ({ points, count }) => (count > 0 ? points[STRIDE * (count - 1)] : 0);
+
+/** How far a point [radius, height above the tip] is off the outline of a tool; below 0 inside. */
+function off(outline, [radius, height]) {
+  let nearest = Infinity;
+  let inside = false;
+  for (let at = 1; at < outline.length; at += 1) {
+    const [[r0, h0], [r1, h1]] = [outline[at - 1], outline[at]];
+    const [dr, dh] = [r1 - r0, h1 - h0];
+    const size = dr * dr + dh * dh;
+    const share = size > 0 ? Math.min(Math.max(((radius - r0) * dr + (height - h0) * dh) / size, 0), 1) : 0;
+    nearest = Math.min(nearest, Math.hypot(radius - r0 - share * dr, height - h0 - share * dh));
+    if (h0 <= height !== h1 <= height && radius < r0 + ((height - h0) / dh) * dr) inside = true;
+  }
+  return inside ? -nearest : nearest;
+}
+
+/** Time at which the tool was nearest to a point, or the point deepest in the tool. */
+export function toolTime({ points, pieces }, outlines, [x, y, z]) {
+  let [best, nearest] = [null, Infinity];
+  for (const { start, count, tool } of pieces) {
+    for (let at = start; at < start + count; at += 1) {
+      const [t, px, py, pz, i, j, k] = points.subarray(STRIDE * at, STRIDE * at + 7);
+      const [dx, dy, dz] = [x - px, y - py, z - pz];
+      const height = dx * i + dy * j + dz * k;
+      const radius = Math.sqrt(Math.max(dx * dx + dy * dy + dz * dz - height * height, 0));
+      const away = off(outlines[tool] ?? [], [radius, height]);
+      if (away < nearest) [best, nearest] = [t, away];
+    }
+  }
+  return best;
+}
+
+/** Time at which the cutter contact was nearest to a point. */
+export function contactTime({ points, pieces }, [x, y, z]) {
+  let [best, nearest] = [null, Infinity];
+  for (const { kind, start, count } of pieces) {
+    if (kind !== "cut") continue;
+    for (let at = start; at < start + count; at += 1) {
+      const p = STRIDE * at;
+      const away = (points[p + 7] - x) ** 2 + (points[p + 8] - y) ** 2 + (points[p + 9] - z) ** 2;
+      if (away < nearest) [best, nearest] = [points[p], away];
+    }
+  }
+  return best;
 }
 
 /** Slot of a time. */

@@ -19,7 +19,8 @@ export class FlatView {
     this.data = data;
     this.canvas = document.createElement("canvas");
     host.append(this.canvas);
-    this.layers = { surface: true, contact: true, tip: false, leads: true, links: false, tool: true };
+    const contact = data.path.contacts;
+    this.layers = { surface: true, contact, tip: !contact, leads: true, links: false, tool: true, fixtures: true };
     this.pose = null;
     this.point = null;
     this.turn = [-0.58, 0.62];
@@ -139,6 +140,7 @@ export class FlatView {
     brush.scale(dots, dots);
     const project = this.project();
     if (this.layers.surface) this.paintSurface(brush, project);
+    if (this.layers.fixtures && this.data.fixtures) this.paintFixtures(brush, project);
     for (const [key, line] of Object.entries(KINDS)) {
       if (this.layers[key]) this.paintLines(brush, project, line);
     }
@@ -184,6 +186,23 @@ export class FlatView {
     }
   }
 
+  /** As they would be seen through: all edges. */
+  paintFixtures(brush, project) {
+    const { positions, triangles } = this.data.fixtures;
+    const stride = Math.max(1, Math.ceil(triangles.length / 3 / MOST));
+    brush.strokeStyle = "rgb(217 142 60 / 0.6)";
+    brush.lineWidth = 0.8;
+    brush.beginPath();
+    for (let at = 0; at + 2 < triangles.length; at += 3 * stride) {
+      [0, 1, 2, 0].forEach((k, step) => {
+        const [x, y] = project(...positions.subarray(3 * triangles[at + k], 3 * triangles[at + k] + 3));
+        if (step === 0) brush.moveTo(x, y);
+        else brush.lineTo(x, y);
+      });
+    }
+    brush.stroke();
+  }
+
   paintLines(brush, project, { kinds, first, colour }) {
     const { points, pieces } = this.data.path;
     brush.strokeStyle = colour;
@@ -214,7 +233,7 @@ export class FlatView {
     const e2 = cross(axis, e1);
     brush.strokeStyle = "rgb(110 120 132 / 0.8)";
     brush.lineWidth = 1;
-    for (const [radius, height] of this.data.tool_outline) {
+    for (const [radius, height] of this.data.tools[this.pose.tool] ?? []) {
       brush.beginPath();
       for (let step = 0; step <= 36; step += 1) {
         const [s, c] = [Math.sin((step * Math.PI) / 18), Math.cos((step * Math.PI) / 18)];

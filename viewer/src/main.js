@@ -3,7 +3,17 @@
 import "./style.css";
 import { Charts, limitColour, number } from "./charts.js";
 import { inTolerances, micrometres } from "./colour.js";
-import { STRIDE, deviationAt, limitName, slotAt, toolAt, unpack } from "./data.js";
+import {
+  STRIDE,
+  contactTime,
+  deviationAt,
+  endOf,
+  limitName,
+  slotAt,
+  toolAt,
+  toolTime,
+  unpack,
+} from "./data.js";
 import { FlatView } from "./flat.js";
 import { histogram, layers, legend } from "./panels.js";
 import { View } from "./scene.js";
@@ -25,21 +35,21 @@ function start() {
     );
   }
   histogram(find("histogram"), data);
-  const clock = data.motion.slots > 0 ? new Clock(view, data) : null;
+  const clock = data.path.count > 0 ? new Clock(view, data) : null;
   picking(view, data, clock);
-  places(view, data);
+  places(view, data, clock);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     view.theme();
-    clock?.charts.draw();
+    clock?.charts?.draw();
   });
   // Paper is light and has its own width.
   addEventListener("beforeprint", () => {
     view.theme(false);
-    clock?.charts.draw();
+    clock?.charts?.draw();
   });
   addEventListener("afterprint", () => {
     view.theme();
-    clock?.charts.draw();
+    clock?.charts?.draw();
   });
 }
 
@@ -52,18 +62,21 @@ function open(host, data) {
   }
 }
 
-/** The shared time: slider, play button, tool, charts, readout. */
+/** The shared time: slider, play button, tool; charts and readout where the motion of the axes is known. */
 class Clock {
   constructor(view, data) {
     this.view = view;
     this.data = data;
     this.slider = find("time");
-    this.slider.max = data.motion.duration;
-    this.charts = new Charts(find("charts"), find("binding"), data, (t) => this.set(t));
+    this.end = data.motion.slots > 0 ? data.motion.duration : endOf(data.path);
+    this.slider.max = this.end;
+    if (data.motion.slots > 0) {
+      this.charts = new Charts(find("charts"), find("binding"), data, (t) => this.set(t));
+      this.readouts();
+    }
     this.slider.addEventListener("input", () => this.set(Number(this.slider.value)));
     find("play").addEventListener("click", () => this.play(!this.playing));
     find("transport").hidden = false;
-    this.readouts();
     const cut = data.path.pieces.find(({ kind }) => kind === "cut");
     const middle = cut ? data.path.points[STRIDE * (cut.start + (cut.count >> 1))] : 0;
     this.set(middle);
@@ -89,10 +102,11 @@ class Clock {
 
   set(t) {
     const { motion, path } = this.data;
-    this.t = Math.min(Math.max(t, 0), motion.duration);
+    this.t = Math.min(Math.max(t, 0), this.end);
     this.slider.value = this.t;
-    find("clock").textContent = `${this.t.toFixed(2)} / ${motion.duration.toFixed(2)} s`;
+    find("clock").textContent = `${this.t.toFixed(2)} / ${this.end.toFixed(2)} s`;
     this.view.placeTool(toolAt(path, this.t));
+    if (!this.charts) return;
     this.charts.setTime(this.t);
     const slot = slotAt(motion, this.t);
     this.outputs.forEach((output, k) => {
@@ -108,31 +122,22 @@ class Clock {
     this.playing = on;
     find("play").textContent = on ? "❚❚" : "▶";
     if (!on) return;
-    if (this.t >= this.data.motion.duration) this.set(0);
+    if (this.t >= this.end) this.set(0);
     let before = performance.now();
     const step = (now) => {
       if (!this.playing) return;
       this.set(this.t + (Number(find("pace").value) * (now - before)) / 1000);
       before = now;
-      if (this.t >= this.data.motion.duration) this.play(false);
+      if (this.t >= this.end) this.play(false);
       else requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
   }
 }
 
-/** Time at which the cutter contact was nearest to a point. */
-function nearestTime({ points, pieces }, [x, y, z]) {
-  let [best, nearest] = [null, Infinity];
-  for (const { kind, start, count } of pieces) {
-    if (kind !== "cut") continue;
-    for (let at = start; at < start + count; at += 1) {
-      const p = STRIDE * at;
-      const away = (points[p + 7] - x) ** 2 + (points[p + 8] - y) ** 2 + (points[p + 9] - z) ** 2;
-      if (away < nearest) [best, nearest] = [points[p], away];
-    }
-  }
-  return best;
+/** Time at which the tool was at a point of the surface. */
+function timeAt({ path, tools }, point) {
+  return path.contacts ? contactTime(path, point) : toolTime(path, tools, point);
 }
 
 function picking(view, data, clock) {
@@ -172,7 +177,7 @@ function describe(label, data, clock, vertex, point) {
   const where = document.createElement("small");
   where.textContent = `${point.map((x) => x.toFixed(3)).join(", ")} mm`;
   label.replaceChildren(value, share, where);
-  const t = clock ? nearestTime(data.path, point) : null;
+  const t = clock ? timeAt(data, point) : null;
   if (t !== null) {
     const button = document.createElement("button");
     button.type = "button";
@@ -183,11 +188,14 @@ function describe(label, data, clock, vertex, point) {
   label.hidden = false;
 }
 
-function places(view, data) {
+function places(view, data, clock) {
   for (const button of document.querySelectorAll("[data-place]")) {
     button.addEventListener("click", () => {
       const place = data.check.places[Number(button.dataset.place)];
-      if (place) view.mark(place.point, { look: true });
+      if (!place) return;
+      const t = clock ? toolTime(data.path, data.tools, place.point) : null;
+      if (t !== null) clock.set(t);
+      view.mark(place.point, { look: true });
     });
   }
 }

@@ -47,15 +47,16 @@ export function legend(host, { budget, surface }) {
 }
 
 /** Check boxes and directions of view. */
-export function layers(host, view, { path, tool_outline }) {
+export function layers(host, view, { path, tools, fixtures }) {
   const has = (kinds) => path.pieces.some(({ kind }) => kinds.includes(kind));
   const list = [
     ["surface", "Surface", true, true],
-    ["contact", "Passes (cutter contact)", true, has(["cut"])],
-    ["tip", "Passes (tool tip)", false, has(["cut"])],
+    ["contact", "Passes (cutter contact)", true, path.contacts && has(["cut"])],
+    ["tip", "Passes (tool tip)", !path.contacts, has(["cut"])],
     ["leads", "Lead-in and lead-out", true, has(["leadin", "leadout"])],
     ["links", "Links", false, has(["link"])],
-    ["tool", "Tool", true, tool_outline.length > 1 && path.count > 0],
+    ["fixtures", "Fixtures", true, Boolean(fixtures)],
+    ["tool", "Tool", true, tools.some((outline) => outline.length > 1) && path.count > 0],
   ];
   for (const [key, text, shown, exists] of list) {
     view.show(key, shown && exists);

@@ -122,6 +122,24 @@ function toolMesh(outline) {
   return group;
 }
 
+/** What the tool must not touch, in the colour of the still picture. */
+function fixtureMesh(fixtures) {
+  const group = new Group();
+  if (!fixtures) return group;
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(fixtures.positions, 3));
+  geometry.setIndex(new BufferAttribute(fixtures.triangles, 1));
+  const material = new MeshStandardMaterial({
+    color: "#d98e3c",
+    flatShading: true,
+    roughness: 0.8,
+    metalness: 0,
+    side: DoubleSide,
+  });
+  group.add(new Mesh(geometry, material));
+  return group;
+}
+
 /** Small arrows that say where the workpiece's x, y and z point. */
 class Triad {
   constructor(host) {
@@ -172,7 +190,10 @@ export class View {
     this.scene.add(this.mesh);
     this.lines = Object.fromEntries(LINES.map((line) => [line.key, pathLines(data, line)]));
     this.scene.add(...Object.values(this.lines));
-    this.tool = toolMesh(data.tool_outline);
+    this.fixtures = fixtureMesh(data.fixtures);
+    this.scene.add(this.fixtures);
+    this.tool = new Group();
+    this.tool.add(...data.tools.map(toolMesh));
     this.scene.add(this.tool);
     this.addMarker();
     this.measure();
@@ -250,7 +271,7 @@ export class View {
 
   show(layer, visible) {
     if (layer === "surface") this.mesh.visible = visible;
-    else if (layer === "tool") this.tool.visible = visible;
+    else if (layer === "tool" || layer === "fixtures") this[layer].visible = visible;
     else this.lines[layer].visible = visible;
     this.draw();
   }
@@ -260,6 +281,9 @@ export class View {
     this.tool.position.fromArray(pose.tip);
     const turn = new Quaternion().setFromUnitVectors(UP, new Vector3().fromArray(pose.axis));
     this.tool.quaternion.copy(turn);
+    this.tool.children.forEach((tool, at) => {
+      tool.visible = at === pose.tool;
+    });
     this.draw();
   }
 

@@ -4,7 +4,17 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { ticks } from "../src/charts.js";
 import { colourOf, inTolerances } from "../src/colour.js";
-import { UNCUT, deviationAt, floats, limitName, slotAt, toolAt, unpack } from "../src/data.js";
+import {
+  UNCUT,
+  deviationAt,
+  endOf,
+  floats,
+  limitName,
+  slotAt,
+  toolAt,
+  toolTime,
+  unpack,
+} from "../src/data.js";
 
 const base64 = (array) => Buffer.from(array.buffer).toString("base64");
 
@@ -32,15 +42,33 @@ test("the tool lies between its points", () => {
     ...[2, 4, 0, 0, 0, 1, 0, 7, 5, 5],
     ...[3, 4, 0, 9, 0, 1, 0, 7, 5, 5],
   ]);
-  const pieces = [{ kind: "cut", start: 0, count: 2 }, { kind: "link", start: 2, count: 2 }];
+  const pieces = [
+    { kind: "cut", start: 0, count: 2, tool: 0 },
+    { kind: "link", start: 2, count: 2, tool: 1 },
+  ];
   const path = { points, pieces, count: 4 };
   const tool = toolAt(path, 1);
   assert.deepEqual(tool.tip, [2, 0, 0]);
   assert.ok(Math.abs(tool.axis[1] - Math.SQRT1_2) < 1e-9);
   assert.equal(tool.kind, "cut");
   assert.equal(toolAt(path, 2.5).kind, "link");
+  assert.deepEqual([toolAt(path, 1).tool, toolAt(path, 2.5).tool], [0, 1]);
+  assert.equal(endOf(path), 3);
   assert.deepEqual(toolAt(path, 99).tip, [4, 0, 9]);
   assert.equal(toolAt({ points, pieces: [], count: 0 }, 1), null);
+});
+
+test("a place is where the point is deepest in the tool, whichever tool that is", () => {
+  // Upright at x = 0, 10, 20; the holder of the second tool, above 30, is wide.
+  const points = new Float32Array([0, 10, 20].flatMap((x, t) => [t, x, 0, 0, 0, 0, 1, x, 0, 0]));
+  const pieces = [{ kind: "cut", start: 0, count: 2, tool: 0 }, { kind: "link", start: 2, count: 1, tool: 1 }];
+  const slim = [[0, 0], [2, 0], [2, 60]];
+  const tools = [slim, [[0, 0], [2, 0], [2, 30], [15, 30], [15, 60]]];
+  const path = { points, pieces, count: 3 };
+  assert.equal(toolTime(path, tools, [11, 0, 5]), 1);
+  assert.equal(toolTime(path, tools, [9, 0, 40]), 2);
+  assert.equal(toolTime(path, tools, [14, 0, 40]), 2);
+  assert.equal(toolTime(path, [slim, slim], [14, 0, 40]), 1);
 });
 
 test("packed data come out as they went in", () => {
@@ -55,13 +83,15 @@ test("packed data come out as they went in", () => {
       triangles: "",
       measured: 2,
     },
-    path: { kinds: [], counts: [], points: "" },
+    path: { kinds: [], counts: [], tools: [], contacts: false, points: "" },
+    fixtures: { positions: base64(new Float32Array([1, 2, 3])), triangles: base64(new Uint32Array([0, 0, 0])) },
     motion: { duration: 4, axes: [], slots: 8, bands: [], speed: empty, tip: empty, binding: "" },
   });
   assert.deepEqual([...data.surface.positions], [0, 20, 0, 10, 0, 0]);
   assert.equal(deviationAt(data.surface, 0), -0.007);
   assert.equal(deviationAt(data.surface, 1), null);
   assert.equal(deviationAt(data.surface, 2), undefined);
+  assert.deepEqual([[...data.fixtures.positions], data.fixtures.triangles.length], [[1, 2, 3], 3]);
   assert.equal(slotAt(data.motion, 3.99), 7);
   assert.equal(slotAt(data.motion, 9), 7);
   assert.deepEqual([...floats(base64(new Float32Array([1.5])))], [1.5]);

@@ -103,7 +103,8 @@ pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [N
     let volume = |what: &str, of: f64| {
         plain(&name(what), format!("{of:.1}"), "mm3", format!("rays {cell:.3} mm apart"))
     };
-    let note = "rapid through the stock, or shank or holder in it".to_owned();
+    let note =
+        "rapid through the stock, shank or holder in it, or anything in a fixture".to_owned();
     [
         judged(hits == 0, plain(&name("lines in collision"), hits.to_string(), "", note), hits > 0),
         volume("taken away", stock.removed),

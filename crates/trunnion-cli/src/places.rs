@@ -8,9 +8,19 @@ use trunnion_report::WorstPlace;
 /// Places of fixtures that are listed.
 const TOUCHED: usize = 5;
 
-/// Worst places of a check, and the nearest of those that come too near a fixture.
-pub(crate) fn worst(check: &verify::Report, fixtures: Option<&FixturesSummary>) -> Vec<WorstPlace> {
+/// Worst places of a check, and the nearest of those that come too near a fixture: first what has no tolerance, then by
+/// how much of its tolerance (most material left, deepest gouge \[mm\]) each takes.
+pub(crate) fn worst(
+    check: &verify::Report,
+    fixtures: Option<&FixturesSummary>,
+    [total, gouge]: [f64; 2],
+) -> Vec<WorstPlace> {
     let deviation = &check.deviation;
+    let share = |place: &WorstPlace| match place.deviation {
+        None => f64::INFINITY,
+        Some(height) if height < 0.0 => -height / gouge.max(f64::MIN_POSITIVE),
+        Some(height) => height / total.max(f64::MIN_POSITIVE),
+    };
     let place = |name: &str, extreme: &Extreme| WorstPlace {
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
         point: extreme.point.coords.into(),
@@ -30,6 +40,7 @@ pub(crate) fn worst(check: &verify::Report, fixtures: Option<&FixturesSummary>) 
             places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
         }
     }
+    places.sort_by(|a, b| share(b).total_cmp(&share(a)));
     places
 }
 

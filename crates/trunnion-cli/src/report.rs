@@ -47,7 +47,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         warnings: summary.warnings.clone(),
         numbers: numbers(summary),
         budget: budget(job, outcome),
-        tool_outline: outline(&job.cutter),
+        tools: vec![outline(&job.cutter)],
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
@@ -273,7 +273,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
                 point(piece, (s - first) / (last - first), s, t)
             })
             .collect();
-        Some(PathPiece { motion: kind(axes.motion), points })
+        Some(PathPiece { motion: kind(axes.motion), tool: 0, points })
     })
     .collect()
 }
@@ -399,6 +399,6 @@ fn check(job: &Job, (program, summary): (&Program, &Summary)) -> Check {
         points: deviation.points as u64,
         uncut: deviation.uncut as u64,
         histogram: Histogram::of(heights(), [-reach, reach], BINS),
-        places: places::worst(report, fixtures),
+        places: places::worst(report, fixtures, [job.budget.total, job.budget.gouge]),
     }
 }

@@ -134,7 +134,7 @@ fn path() -> Vec<PathPiece> {
             _ => {
                 let joint = pieces.last().and_then(|piece| piece.points.last().copied());
                 let points = joint.into_iter().chain([point]).collect();
-                pieces.push(PathPiece { motion, points });
+                pieces.push(PathPiece { motion, tool: 0, points });
             }
         }
     }
@@ -231,7 +231,7 @@ fn data() -> ReportData {
         warnings: vec!["C turns 12°/mm near v = 0.9: the feed drops to 38 % there.".into()],
         numbers: numbers(),
         budget: budget(),
-        tool_outline: tool_outline(),
+        tools: vec![tool_outline()],
         path: path(),
         motion: record(),
         check: check(&deviations),

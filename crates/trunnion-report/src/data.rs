@@ -25,8 +25,8 @@ pub struct ReportData {
     pub numbers: Vec<Number>,
     /// Tolerance and how it was shared out.
     pub budget: Budget,
-    /// Cross-section of the tool, `[radius, height above the tip]` \[mm\], from the tip up.
-    pub tool_outline: Vec<[f64; 2]>,
+    /// Cross-section of every tool, `[radius, height above the tip]` \[mm\], from the tip up.
+    pub tools: Vec<Vec<[f64; 2]>>,
     /// The surface with what was measured on it.
     pub surface: Surface,
     /// The path, in the order it is run.
@@ -137,6 +137,8 @@ pub enum MotionKind {
 pub struct PathPiece {
     /// Kind of motion.
     pub motion: MotionKind,
+    /// Place of the tool in [`ReportData::tools`].
+    pub tool: usize,
     /// Positions in order of time.
     pub points: Vec<PathPoint>,
 }
@@ -150,7 +152,7 @@ pub struct PathPoint {
     pub tip: [f64; 3],
     /// Unit vector from the tip to the spindle.
     pub axis: [f64; 3],
-    /// Cutter contact \[mm\].
+    /// Cutter contact \[mm\]; the tip where it is not known.
     pub contact: [f64; 3],
 }
 

@@ -3,12 +3,14 @@
 use crate::data::{
     Axis, AxisBands, Band, Budget, Check, Motion, MotionKind, PathPiece, ReportData,
 };
-use crate::data::{PathPoint, Surface};
+use crate::data::{PathPoint, Solid, Surface};
 use crate::thin::{thinned_path, thinned_surface};
 use serde::Serialize;
 
 /// Vertices of the surface that a page carries at most: about one a pixel, and 5 MB.
 const VERTICES: usize = 100_000;
+/// Triangles of fixtures that a page carries at most: about 2 MB.
+const TRIANGLES: usize = 60_000;
 /// Points of the path that a page carries at most: about 3 MB.
 const POINTS: usize = 60_000;
 
@@ -17,9 +19,11 @@ const POINTS: usize = 60_000;
 pub(crate) struct Payload<'a> {
     job: &'a str,
     budget: &'a Budget,
-    tool_outline: &'a [[f64; 2]],
+    tools: &'a [Vec<[f64; 2]>],
     surface: PackedSurface,
     path: PackedPath,
+    /// `None` without any, or where they are too large for a page: the still picture shows them.
+    fixtures: Option<PackedSolid>,
     motion: PackedMotion<'a>,
     check: &'a Check,
 }
@@ -43,8 +47,19 @@ struct PackedSurface {
 struct PackedPath {
     kinds: Vec<MotionKind>,
     counts: Vec<usize>,
+    tools: Vec<usize>,
+    /// Whether contacts are known.
+    contacts: bool,
     /// `f32`: t, tip, axis and contact of every point, ten numbers each.
     points: String,
+}
+
+#[derive(Debug, Serialize)]
+struct PackedSolid {
+    /// `f32`.
+    positions: String,
+    /// `u32`.
+    triangles: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -79,9 +94,10 @@ impl<'a> Payload<'a> {
         Self {
             job: &data.job,
             budget: &data.budget,
-            tool_outline: &data.tool_outline,
+            tools: &data.tools,
             surface: surface(&data.surface, &data.budget),
             path: path(&thinned_path(&data.path, POINTS)),
+            fixtures: data.fixtures.as_ref().and_then(solid),
             motion: motion(&data.motion),
             check: &data.check,
         }
@@ -158,11 +174,27 @@ fn path(pieces: &[PathPiece]) -> PackedPath {
         let PathPoint { t, tip, axis, contact } = point;
         std::iter::once(*t).chain(*tip).chain(*axis).chain(*contact).collect::<Vec<f64>>()
     });
+    let off = |PathPoint { tip, contact, .. }: &PathPoint| {
+        tip.iter().zip(contact).any(|(a, b)| (a - b).abs() > 0.0)
+    };
     PackedPath {
         kinds: pieces.iter().map(|piece| piece.motion).collect(),
         counts: pieces.iter().map(|piece| piece.points.len()).collect(),
+        tools: pieces.iter().map(|piece| piece.tool).collect(),
+        contacts: pieces.iter().flat_map(|piece| &piece.points).any(off),
         points: floats(points),
     }
+}
+
+fn solid(solid: &Solid) -> Option<PackedSolid> {
+    if solid.triangles.len() > TRIANGLES {
+        return None;
+    }
+    let corners = solid.triangles.iter().flatten().flat_map(|corner| corner.to_le_bytes());
+    Some(PackedSolid {
+        positions: floats(solid.vertices.iter().flatten().copied()),
+        triangles: base64(&corners.collect::<Vec<u8>>()),
+    })
 }
 
 fn motion(motion: &Motion) -> PackedMotion<'_> {

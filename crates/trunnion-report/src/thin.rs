@@ -15,7 +15,7 @@ pub(crate) fn thinned_path(path: &[PathPiece], most: usize) -> Cow<'_, [PathPiec
         let last = piece.points.len().saturating_sub(1);
         let kept =
             piece.points.iter().enumerate().filter(|(at, _)| at % stride == 0 || *at == last);
-        PathPiece { motion: piece.motion, points: kept.map(|(_, point)| *point).collect() }
+        PathPiece { points: kept.map(|(_, point)| *point).collect(), ..*piece }
     };
     Cow::Owned(path.iter().map(thin).collect())
 }

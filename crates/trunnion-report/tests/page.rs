@@ -51,7 +51,11 @@ fn hostile() -> ReportData {
         }],
         budget: Budget { total: 0.02, gouge: 0.002, shares: Vec::new() },
         surface,
-        path: vec![PathPiece { motion: MotionKind::Cut, points: vec![point(0.0), point(1.0)] }],
+        path: vec![PathPiece {
+            motion: MotionKind::Cut,
+            tool: 0,
+            points: vec![point(0.0), point(1.0)],
+        }],
         motion: recorder.finish(),
         ..ReportData::default()
     };

@@ -16,7 +16,6 @@ const BINS: usize = 60;
 
 /// The page of a check.
 pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<String, Failure> {
-    let cutter = &subject.cutter;
     let data = ReportData {
         job: subject.program.clone(),
         part: subject.part.clone(),
@@ -36,7 +35,7 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
             gouge: subject.options.gouge,
             shares: Vec::new(),
         },
-        tool_outline: report::outline(cutter),
+        tools: outlines(subject),
         surface: surface(found),
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
@@ -48,7 +47,15 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
 }
 
-/// The tool in words, or all of them by their numbers; the first is drawn.
+/// Outlines of the tools, in the order of their table.
+fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
+    if subject.tools.is_empty() {
+        return vec![report::outline(&subject.cutter)];
+    }
+    subject.tools.iter().map(|(_, cutter)| report::outline(cutter)).collect()
+}
+
+/// The tool in words, or all of them by their numbers.
 fn tools(subject: &Subject) -> String {
     let words = |cutter: &Cutter| {
         let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
@@ -70,13 +77,26 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         state: if good { State::Good } else { State::Bad },
         headline,
     };
+    let noted = |note: String, number: Number| Number { note, ..number };
     let (options, left) = (&subject.options, &told.deviation);
     let fits = left.excess <= options.total;
+    let at = |bound: Option<f64>| {
+        let everywhere = bound.map_or_else(String::new, |b| format!("; everywhere <= {b:.4}"));
+        format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
+    };
+    let uncut = number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true);
     let mut numbers = vec![
-        number("most left", format!("{:.4}", left.excess), "mm", fits, true),
-        number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
-        number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true),
+        noted(
+            at(left.excess_bound),
+            number("most left", format!("{:.4}", left.excess), "mm", fits, true),
+        ),
+        noted(
+            at(left.gouge_bound),
+            number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
+        ),
+        noted(format!("of {}, {:.2} mm2", left.points, left.uncut_area), uncut),
     ];
+    numbers.extend(told.time());
     if let Some(stock) = &told.stock {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
@@ -87,6 +107,7 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)
     };
     for axis in &told.axes {
+        numbers.push(axis.number());
         numbers.push(percent(format!("{} velocity", axis.name), axis.velocity));
         numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
     }
@@ -111,6 +132,7 @@ fn piece(track: &Track) -> PathPiece {
     };
     PathPiece {
         motion: if track.rapid { MotionKind::Link } else { MotionKind::Cut },
+        tool: track.tool,
         points: track.poses.iter().map(point).collect(),
     }
 }
@@ -128,6 +150,10 @@ fn check(subject: &Subject, found: &Found, told: &Told) -> Check {
         points: report.deviation.points as u64,
         uncut: report.deviation.uncut as u64,
         histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
-        places: places::worst(report, told.fixtures.as_ref()),
+        places: places::worst(
+            report,
+            told.fixtures.as_ref(),
+            [subject.options.total, subject.options.gouge],
+        ),
     }
 }

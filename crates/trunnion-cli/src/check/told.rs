@@ -3,12 +3,14 @@
 use super::left_open::{ChangesTold, ChoicesTold};
 use super::model::ModelTold;
 use super::subject::{Found, Motion, Subject};
+use crate::figure::plain;
 use crate::material;
 use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
 use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
+use trunnion_report::Number;
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
@@ -213,6 +215,13 @@ impl Told {
         }
     }
 
+    /// How long it takes, for the page.
+    pub(super) fn time(&self) -> Option<Number> {
+        let (duration, rapid, moves) = (self.duration?, self.rapid?, self.moves?);
+        let note = format!("of it rapid {rapid:.1} s, for {moves} moves");
+        Some(plain("time", format!("{duration:.1}"), "s", note))
+    }
+
     /// The short table for people.
     pub(super) fn table(&self, places: &[PathBuf]) -> String {
         let verdict = if self.passed { self.kept() } else { "NOT KEPT" };
@@ -358,6 +367,17 @@ fn axis(subject: &Subject, audit: &AxisAudit) -> AxisTold {
 }
 
 impl AxisTold {
+    /// Where it goes, for the page.
+    pub(super) fn number(&self) -> Number {
+        let [low, high] = self.range;
+        plain(
+            &format!("{} range", self.name),
+            format!("{low:.3} to {high:.3}"),
+            self.unit,
+            String::new(),
+        )
+    }
+
     fn words(&self) -> String {
         let [low, high] = self.range;
         let percent = |of: Fraction| 100.0 * of.ratio;

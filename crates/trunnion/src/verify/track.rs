@@ -6,13 +6,15 @@ use super::{CHORD_SHARE, ClInput, Input, VerifyError, controls};
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
 
-/// Consecutive moves of one kind as a chain of tool positions.
+/// Consecutive moves of one kind with one tool as a chain of tool positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     /// Line of the first move.
     pub line: u32,
     /// Run at rapid speed.
     pub rapid: bool,
+    /// Place of the tool in the table, 0 without one.
+    pub tool: usize,
     /// Time \[s\] and tool, workpiece frame.
     pub poses: Vec<(f64, ToolPose)>,
 }
@@ -90,10 +92,11 @@ struct Drawing {
 impl Drawing {
     /// The poses to which a move is added that begins at `from`.
     fn track(&mut self, segment: &Segment, from: (f64, ToolPose)) -> &mut Vec<(f64, ToolPose)> {
-        let Segment { line, rapid, .. } = *segment;
+        let Segment { line, rapid, tool, .. } = *segment;
         let broken = std::mem::take(&mut self.broken);
-        if broken || self.tracks.last().is_none_or(|track| track.rapid != rapid) {
-            self.tracks.push(Track { line, rapid, poses: vec![from] });
+        let other = |track: &Track| track.rapid != rapid || track.tool != tool;
+        if broken || self.tracks.last().is_none_or(other) {
+            self.tracks.push(Track { line, rapid, tool, poses: vec![from] });
         }
         let last = self.tracks.len() - 1;
         &mut self.tracks[last].poses
