@@ -50,6 +50,13 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
+/// Reads a program whole. Its comments may be in any character set.
+pub(crate) fn program(path: &Path) -> Result<String, Failure> {
+    let text =
+        |error: std::string::FromUtf8Error| String::from_utf8_lossy(error.as_bytes()).into_owned();
+    Ok(String::from_utf8(read_bytes(path)?).unwrap_or_else(text))
+}
+
 /// Reads a text file whole.
 pub(crate) fn read(path: &Path) -> Result<String, Failure> {
     String::from_utf8(read_bytes(path)?).map_err(|error| {

@@ -135,6 +135,9 @@ fn tools_and_offsets_are_said_by_number() {
     let clean = ["--json", "check", "out/program.linuxcnc.ngc", "--job", "job.toml"];
     let wanted = json(&trunnion(folder, &clean));
     assert!(text.contains("G54") && text.contains("\nM2"), "{text}");
+    fs::write(folder.join("other.ngc"), text.replace("T1 M6", "T3 M6")).unwrap();
+    let (code, table, _) = told(&trunnion(folder, &["check", "other.ngc", "--job", "job.toml"]));
+    assert!(code == Some(0) && table.contains("the program calls tool 3; it is taken"), "{table}");
     let two = text.replace("G54", "G55").replace("\nM2", "\nT2 M6\nG53 G0 Z0\nG0 G54 X0 Y0\nM2");
     fs::write(folder.join("two.ngc"), two).unwrap();
     let mut check = vec!["--json", "check", "two.ngc", "--job", "job.toml"];
@@ -268,7 +271,18 @@ fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
         assert!(table.contains("gouges are told from 0.0001 mm on, not from 0 mm"), "{table}");
         assert!(table.contains("gouge 0.0001 mm"), "{table}");
     }
-    for wrong in ["0,0", "0.02,-0.001", "-0.02,0.001"] {
+    let wrong = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60", "--flip"];
+    let (code, _, errors) =
+        told(&trunnion(folder, &[&wrong[..], &["--tolerance", "0.2,0.01"]].concat()));
+    assert!(code == Some(2) && errors.contains("from behind, at 25 of 25 places"), "{errors}");
+    // A comment in another character set.
+    let foreign = [b"$$ Gr\xf6\xdfe\n", MOVES.as_bytes()].concat();
+    fs::write(folder.join("foreign.cls"), foreign).unwrap();
+    let all = ["check", "foreign.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
+    let more = ["--tolerance", "0.2,0.01", "--grid", "1"];
+    let (code, table, errors) = told(&trunnion(folder, &[&all[..], &more[..]].concat()));
+    assert_eq!(code, Some(0), "{table}{errors}");
+    for wrong in ["0,0", "0.02,-0.001", "-0.02,0.001", "1e9,1", "0.02,1e9"] {
         let (code, _, errors) = check(",-5,", wrong);
         assert!(code == Some(2) && errors.contains("such as 0.02,0.002"), "{wrong}: {errors}");
     }
@@ -355,6 +369,9 @@ fn fixtures_are_kept_clear_of_without_stock() {
     let lines: Vec<_> = near(&clear).iter().map(|near| near["line"].clone()).collect();
     // The rapid move before it passes at an angle; the descent stays at x = 30.
     assert!(lines.contains(&9.into()), "{lines:?}");
+    assert_eq!(told(&check(&["--clearance", "0"])).0, Some(0));
+    let (code, _, errors) = told(&check(&["--clearance", "-1"]));
+    assert!(code == Some(2) && errors.contains("0 or a number above it is wanted"), "{errors}");
     assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
 }
 

@@ -84,7 +84,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TOTAL,GOUGE", value_parser = tool::tolerance, allow_hyphen_values = true)]
     tolerance: Option<[f64; 2]>,
     /// Largest distance between measured points in mm [default: 0.2, or the job's].
-    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    #[arg(long, value_name = "MM", value_parser = tool::positive, allow_negative_numbers = true)]
     grid: Option<f64>,
     /// Material it is cut from, in the part's coordinates in mm: box:x,y,z,X,Y,Z (two corners),
     /// cyl:x,y,z,radius,height (centre of the lower end), a closed STL file or a STEP file, which may have a
@@ -98,14 +98,14 @@ pub(crate) struct Args {
     fixture: Vec<String>,
     /// How far any part of the tool must keep off fixtures in mm; what comes nearer is told [default: the
     /// job's, or 0: what runs into one].
-    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    #[arg(long, value_name = "MM", value_parser = tool::not_negative, allow_negative_numbers = true)]
     clearance: Option<f64>,
     /// How far the triangles that stand for STEP solids may be off their faces in mm; fixtures are taken to
     /// be larger by that [default: the job's, or 0.01].
-    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    #[arg(long, value_name = "MM", value_parser = tool::positive, allow_negative_numbers = true)]
     chord: Option<f64>,
     /// Largest distance of the rays that stand for stock in mm [default: 400 on the longest side].
-    #[arg(long, value_name = "MM", value_parser = tool::positive)]
+    #[arg(long, value_name = "MM", value_parser = tool::positive, allow_negative_numbers = true)]
     stock_cell: Option<f64>,
     /// Servo period of a table of setpoints in s [default: the job's, the machine's or that of its rows].
     #[arg(long, value_name = "S", value_parser = tool::positive)]

@@ -361,7 +361,7 @@ impl Told {
         let mut lines = vec![format!("{}: {kept}", self.table)];
         let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));
         let Self { rows, duration, period, .. } = self;
-        row("rows", format!("{rows}, {:.6} ms apart, {duration:.3} s", 1e3 * period));
+        row("rows", format!("{rows}, {duration:.3} s, to be {:.6} ms apart", 1e3 * period));
         for axis in &self.axes {
             let [low, high] = axis.range;
             let rates = axis.rates(self.jerk_judged).map(|(name, rate, judged)| {

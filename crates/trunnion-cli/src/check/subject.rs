@@ -10,7 +10,9 @@ use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::files::summary::ChordSummary;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{AxisWords, ClText, Dialect, ProgramSource, ProgramText, ReadOptions};
+use trunnion::nc::read::{
+    AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions,
+};
 use trunnion::nc::write::work_offset;
 use trunnion::pipeline::{self, Fixtures, MOST_COLLISIONS};
 use trunnion::surface::Face;
@@ -81,6 +83,9 @@ impl Subject {
         };
         let place = args.program.display();
         warnings.extend(said.iter().map(|warning| format!("{place}:{warning}")));
+        if setting.tools.is_empty() {
+            warnings.extend(setting.number.and_then(|own| misnamed(&motion, own)));
+        }
         let machine = match &motion {
             Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
             Motion::Locations(_) => None,
@@ -107,6 +112,7 @@ impl Subject {
 
     /// Runs the program and measures what it leaves.
     pub(super) fn check(&self, bars: &dyn Progress) -> Result<Found, Failure> {
+        self.right_side()?;
         let mut report = self.measure(&self.faces, &self.options, bars)?;
         let mut others = (0, 0.0);
         if !self.others.is_empty() {
@@ -125,6 +131,29 @@ impl Subject {
             pipeline::add_hits(carving, clearance);
         }
         Ok(Found { report, others, stock, clearance })
+    }
+
+    /// Refuses faces that the tool cuts from behind: no height on them would mean anything.
+    fn right_side(&self) -> Result<(), Failure> {
+        let (faces, cutter) = (&self.faces[..], &self.cutter);
+        let tools = self.table();
+        let found = match &self.motion {
+            Motion::Program(program, kinematics) => {
+                verify::behind(&self.input((program, kinematics), faces, &tools))
+            }
+            Motion::Locations(file) => {
+                let input = ClInput { file: &**file, faces, cutter, rest: &[], tools: &tools };
+                verify::behind_cl(&input, self.options.ray_tolerance)
+            }
+        };
+        match found.map_err(|error| self.failure(&error))? {
+            None => Ok(()),
+            Some([back, all]) => Err(Failure::input(format!(
+                "{}: the tool cuts the faces of {} from behind, at {back} of {all} places that were looked at\n  \
+                 help: turn the faces over with --flip, or leave it out; in a job, part.flip",
+                self.program, self.part
+            ))),
+        }
     }
 
     /// The tools that the program tells apart.
@@ -243,10 +272,22 @@ fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     args.offset.iter().map(|said| said.offset(g54)).collect()
 }
 
+/// What is told of a program that calls its only tool otherwise than the job.
+fn misnamed(motion: &Motion, own: u32) -> Option<String> {
+    let called = match motion {
+        Motion::Program(program, _) => program.tools().first().copied(),
+        Motion::Locations(file) => file.tools().first().map(|tool| tool.number),
+    };
+    let called = called.filter(|number| *number != own)?;
+    Some(format!(
+        "the program calls tool {called}; it is taken to be the job's, which is tool {own}"
+    ))
+}
+
 /// Reads the program.
 fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
     let path = &args.program;
-    let text = text::read(path)?;
+    let text = text::program(path)?;
     let faults = |faults: Vec<trunnion::types::Fault>| Failure::faults(path, &faults);
     let told = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
     let dialect = args.dialect.unwrap_or_else(told);

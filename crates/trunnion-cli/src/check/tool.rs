@@ -15,6 +15,10 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|value| *value > 0.0).ok_or("a number above 0 is wanted".into())
 }
 
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|value| *value >= 0.0).ok_or("0 or a number above it is wanted".into())
+}
+
 fn numbers<const N: usize>(text: &str, wanted: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
     numbers?.try_into().map_err(|_| format!("{wanted} numbers separated by commas are wanted"))
@@ -24,13 +28,18 @@ pub(super) fn three(text: &str) -> Result<[f64; 3], String> {
     numbers(text, "three")
 }
 
+/// Largest tolerance \[mm\]: the tool is looked for twice as far off each place of the face.
+const LARGEST_TOLERANCE: f64 = 100.0;
+
 /// Most material left, and deepest gouge.
 pub(super) fn tolerance(text: &str) -> Result<[f64; 2], String> {
     let [total, gouge] = numbers(text, "two")?;
-    if !(total > 0.0 && gouge >= 0.0) {
-        return Err("most material left above 0 and deepest gouge at least 0 are wanted, such as 0.02,0.002".into());
+    if total > 0.0 && gouge >= 0.0 && total.max(gouge) <= LARGEST_TOLERANCE {
+        return Ok([total, gouge]);
     }
-    Ok([total, gouge])
+    Err(format!(
+        "most material left above 0 and deepest gouge at least 0, up to {LARGEST_TOLERANCE} mm, are wanted, such as 0.02,0.002"
+    ))
 }
 
 /// Options of which each may have a number in front: `2=R=5,r=1`.

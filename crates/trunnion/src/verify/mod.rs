@@ -32,6 +32,7 @@ mod ray;
 mod replay;
 mod report;
 mod run;
+mod side;
 mod stock;
 mod sweep;
 mod tools;
@@ -50,6 +51,7 @@ pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
     Report, Sample, Sensitivity, Singular,
 };
+pub use side::{behind, behind_cl};
 pub use stock::{Carving, Collision, CollisionKind, Cutting, Solid, Stock, simulate, simulate_cl};
 pub use tools::{Changes, Tables, Tool, WorkOffset};
 pub use track::{Track, track, track_cl};
