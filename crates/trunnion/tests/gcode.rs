@@ -87,7 +87,7 @@ fn numbered_subprograms_stand_behind_their_calls() {
         [5.0, 4.0],
     ];
     assert_eq!(found.iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>(), expected);
-    refuses(Dialect::Fanuc, "G0 X1.\nM98 P7\nX2.", 0, "not in the file");
+    refuses(Dialect::Fanuc, "G0 X1.\nM98 P7\nX2.", 2, "not in the file");
 }
 
 #[test]
