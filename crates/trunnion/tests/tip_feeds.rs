@@ -3,24 +3,24 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+mod audited;
 mod dice;
 mod posted;
 
+use audited::audit;
 use dice::Random;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use trunnion::blocks::Control;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Axis, Kinematics, Setup};
-use trunnion::nc::read::{self, AxisWords, ReadOptions};
+use trunnion::nc::read::{self, AxisWords};
 use trunnion::nc::write::{Dialect, Style, Template};
 use trunnion::pipeline::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
     Poster, control_of,
 };
-use trunnion::surface::{Face, NurbsSurface, Surface};
-use trunnion::types::{AxisVector, Silent};
-use trunnion::verify::{self, Audit, Input, Options, Ratio};
+use trunnion::types::AxisVector;
+use trunnion::verify::{self, Audit, Ratio};
 
 /// Dialects whose F is a speed of the tip, by what reads them. (Of tool vectors the rotaries are reckoned back, from words
 /// that no axis has.)
@@ -91,48 +91,6 @@ fn post(
         Err(PostError::Reach { .. }) => None,
         done => Some((text, done.unwrap())),
     }
-}
-
-/// A face that no tool comes near: only the axes are looked at.
-fn face() -> Face {
-    let knots = || vec![0.0, 0.0, 1.0, 1.0];
-    let point = |x: f64, y: f64| Point3::new(x, y, -9e3);
-    let net = vec![vec![point(0.0, 0.0), point(0.0, 1.0)], vec![point(1.0, 0.0), point(1.0, 1.0)]];
-    let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
-}
-
-/// What the text asks of the axes.
-fn audit(
-    kinematics: &Kinematics,
-    axes: AxisWords,
-    (text, dialect): (&str, read::Dialect),
-) -> Audit {
-    // The reference point is the machine's, not the part's.
-    let text = text.replace("G91 G28 Z0.\nG90\n", "");
-    let program = read::read(&text, &ReadOptions::new(dialect, axes, 5)).unwrap();
-    let (kind, construction) = (Kind::Ball, Construction::Solid);
-    let length = kinematics.setup().tool_length;
-    let spec = CutterSpec { kind, major: 0.0, minor: 3.0, length, construction, shank: vec![] };
-    let input = Input {
-        program: &program,
-        believed: kinematics,
-        real: kinematics,
-        faces: &[face()],
-        cutter: &Cutter::new(spec).unwrap(),
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
-    let options = Options {
-        grid: 1.0,
-        reach: 1.0,
-        ray_tolerance: 1e-3,
-        total: 0.1,
-        gouge: 0.1,
-        most_points: 1000,
-        promise: None,
-    };
-    verify::check(&input, &options, &Silent).unwrap().audit.unwrap()
 }
 
 /// Largest ratio of all axes.

@@ -2,6 +2,7 @@
 
 use super::blocks::Blocks;
 use super::control_model::Model;
+use super::inner::Inner;
 use super::replay::{Block, Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::run::Run;
@@ -12,11 +13,6 @@ use crate::machine::{Axis, FIRST_ROTARY};
 use crate::types::{AXES, AxisVector};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
-
-/// Turn within a TCP block beyond which the linear axes are looked at in between \[rad\].
-const TURN: f64 = 0.02;
-/// Looks inside one block at most.
-const MOST_LOOKS: f64 = 256.0;
 
 /// What a stretch of a program asks of the axes.
 struct Stretch {
@@ -48,6 +44,7 @@ pub(super) fn audit(
     let mut before = None;
     let (mut chord, mut start): (Option<Stretch>, _) = (None, AxisVector::zeros());
     let mut change = Change::REST;
+    let mut inner = Inner::default();
     let (mut blocks, mut model) = (Blocks::new(control), Model::new(control));
     let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
     for segment in replay.by_ref() {
@@ -56,7 +53,7 @@ pub(super) fn audit(
         moves += usize::from(segment.block.begins);
         all += segment.duration;
         rapid += if segment.rapid { segment.duration } else { 0.0 };
-        visit(control, segment, &mut axes)?;
+        visit(control, segment, (&mut inner, &mut axes))?;
         if segment.rapid || matches!(segment.course, Course::Rest) {
             // The machine rests before and after: the stretch before runs into a standstill.
             between(&mut axes, before.take().as_ref(), None, &mut change);
@@ -68,7 +65,7 @@ pub(super) fn audit(
             continue;
         }
         let stretch = stretch(control, segment, input)?;
-        let fastest = inner_velocities(control, segment, &stretch, &mut axes)?;
+        let fastest = fastest(&inner, &stretch, &mut axes);
         blocks.take(control, segment, &fastest)?;
         model.chord(control, segment, &fastest);
         if segment.block.begins {
@@ -103,34 +100,29 @@ pub(super) fn audit(
     Ok(Audited { audit, choices: replay.choices, changes: replay.changes })
 }
 
-/// Times in 0..=1 at which a segment is looked at: its ends where axes are linear, more where they
-/// are not.
-fn looks(segment: &Segment) -> impl Iterator<Item = f64> + use<> {
-    let [from, to] = segment.joints;
-    let turn = (to[3] - from[3]).abs() + (to[4] - from[4]).abs();
-    let count = match segment.course {
-        Course::Tip { .. } | Course::Circle { .. } => (turn / TURN).ceil().clamp(1.0, MOST_LOOKS),
-        _ => 1.0,
-    };
-    let mut index = 0.0;
-    std::iter::from_fn(move || {
-        let t = index / count;
-        index += 1.0;
-        (t <= 1.0).then_some(t)
-    })
-}
-
 /// Takes the positions of a move in, where they are known.
 fn visit(
     control: &Control,
     segment: &Segment,
-    axes: &mut [AxisState<'_>; AXES],
+    (inner, axes): (&mut Inner, &mut [AxisState<'_>; AXES]),
 ) -> Result<(), VerifyError> {
-    for t in looks(segment).take_while(|_| !segment.is_unknown()) {
-        let q = control.joints(segment, t)?;
+    if segment.is_unknown() {
+        return Ok(());
+    }
+    inner.look(control, segment)?;
+    for q in inner.joints() {
         axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
     }
     Ok(())
+}
+
+/// Takes the largest velocities of a move in.
+fn fastest(inner: &Inner, stretch: &Stretch, axes: &mut [AxisState<'_>; AXES]) -> AxisVector {
+    let fastest = inner.fastest(stretch.duration);
+    for (index, axis) in axes.iter_mut().enumerate() {
+        axis.velocity.take(fastest[index], stretch.slack[index], axis.axis.vel, stretch.line);
+    }
+    fastest
 }
 
 /// Mean velocity of a block and its slack: both ends may be off by the rounding, and the time by
@@ -189,29 +181,6 @@ fn joint_rounding(
     let error = rounding.fixed_rows::<3>(0).norm() + swing(3) + swing(4);
     let linear: Vector3<f64> = Vector3::from_fn(|row, _| inverse.row(row).norm() * error);
     Ok(AxisVector::new(linear.x, linear.y, linear.z, rounding[3], rounding[4]))
-}
-
-/// The largest velocities between the looks of a block.
-fn inner_velocities(
-    control: &Control,
-    segment: &Segment,
-    stretch: &Stretch,
-    axes: &mut [AxisState<'_>; AXES],
-) -> Result<AxisVector, VerifyError> {
-    let mut last: Option<(f64, AxisVector)> = None;
-    let mut fastest = AxisVector::zeros();
-    for t in looks(segment) {
-        let q = control.joints(segment, t)?;
-        if let Some((before, from)) = last {
-            let velocity = (q - from) / ((t - before) * stretch.duration);
-            fastest = fastest.sup(&velocity.abs());
-        }
-        last = Some((t, q));
-    }
-    for (index, axis) in axes.iter_mut().enumerate() {
-        axis.velocity.take(fastest[index], stretch.slack[index], axis.axis.vel, stretch.line);
-    }
-    Ok(fastest)
 }
 
 /// Mean acceleration from one stretch to the next, what rounding can have added to it, and when it begins: at

@@ -23,6 +23,7 @@ mod deviation;
 mod fixture;
 mod grid;
 mod index;
+mod inner;
 mod known;
 mod ledger;
 mod measure;

@@ -9,7 +9,7 @@ use super::leg::Place;
 use super::pace::Timed;
 use super::timer::Timer;
 use super::written::Written;
-use super::{PostError, PostFilter, PostMove, PostOptions, PostPace, PostSource};
+use super::{PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource};
 use crate::machine::Kinematics;
 use crate::nc::write::Style;
 use crate::types::{AxisVector, ToolPose};
@@ -305,11 +305,9 @@ impl Choice<'_> {
             }
         };
         let mut places = trial.places.clone();
-        Written::new(self.kinematics, self.style, &start).take(
-            self.kinematics,
-            self.style,
-            &mut places,
-        );
+        let course = (self.options.method != PostMethod::Programmed).then_some(self.course);
+        let of = (self.kinematics, self.style);
+        Written::new(of.0, of.1, &start).take(of, course, &mut places);
         for place in &places {
             pace.push(place, &mut timed)?;
             add(&mut timed);

@@ -20,6 +20,9 @@ const MOST_SAMPLES: u32 = 64;
 /// Turn of both rotaries after which the times inside a block are looked at: its axes bend \[rad\].
 const TURN: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
+/// Turn up to which axes keep their mean velocity, to a thousandth of that of lever and tip \[rad\].
+const LITTLE: f64 = 1e-3;
+
 /// Most turn of a rotary in a block where a control takes the shorter way \[rad\].
 const SHORT_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
@@ -166,6 +169,24 @@ impl Course {
         let cut = self.cut(&Way { run, ends: [from, to] }, &mut leg);
         self.source = source;
         cut
+    }
+
+    /// Travel from place to place inside a block, had each axis kept the largest velocity it has on the way: that at an end
+    /// of the parabola through both and the middle.
+    pub(super) fn fastest(&self, pair: [(&AxisVector, &ToolPose); 2]) -> AxisVector {
+        let [from, to] = pair.map(|(q, _)| q);
+        let travel = to - from;
+        let Target { inverse, control } = &self.target;
+        let turns = travel.fixed_rows::<2>(FIRST_ROTARY).lp_norm(1) > LITTLE;
+        let middle = if turns && *control != Control::Axes {
+            let pose = moved(inverse.kinematics(), *control, pair, 0.5);
+            pose.and_then(|pose| inverse.near(&pose, &from.lerp(to, 0.5)).ok())
+        } else {
+            None
+        };
+        let Some(middle) = middle else { return travel.abs() };
+        let [first, second] = [middle - from, to - middle];
+        (3.0 * first - second).abs().sup(&(3.0 * second - first).abs())
     }
 
     /// Axes at the end of a move, near those before.

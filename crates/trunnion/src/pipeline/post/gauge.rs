@@ -5,7 +5,7 @@ use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
 use crate::nc::write::{Coordinates, Dialect, Style};
 use crate::types::{AXES, AxisVector, ToolPose};
 
-/// Largest mean velocities of blocks, and changes of them over the time between their middles, over the limits of
+/// Largest velocities, and changes of those that blocks have in the mean over the time between their middles, over the limits of
 /// the axes. The machine rests before and after.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gauge {
@@ -40,7 +40,7 @@ impl Gauge {
         self.before = Some((velocity, seconds));
     }
 
-    /// A part of the block, with the axes at its own speed.
+    /// A part of the block, in which the axes come to velocities with which they would travel so far.
     pub(super) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
         if seconds > 0.0 {
             let velocity = travel / seconds;

@@ -1,5 +1,6 @@
 //! A move on its way to places that the axes pass.
 
+use super::pace::LEAST;
 use crate::machine::FIRST_ROTARY;
 use crate::types::{AxisVector, ToolPose};
 
@@ -23,6 +24,13 @@ pub(super) struct Place {
     pub(super) per_way: f64,
     /// Part of the cut, where some of them are smoothed.
     pub(super) part: usize,
+}
+
+impl Place {
+    /// What the time of a block goes by: the tip keeps its speed inside a block; where it stands, both rotaries together do.
+    pub(super) fn size(&self) -> f64 {
+        if self.tip > LEAST { self.tip } else { self.turn }
+    }
 }
 
 /// Where the machine is.

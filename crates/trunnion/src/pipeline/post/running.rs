@@ -1,11 +1,12 @@
 //! The program as it is written: places are timed, and every block is read back.
 
+use super::course::Course;
 use super::gauge::{ControlModel, Gauge, words};
 use super::leg::Place;
 use super::pace::Timed;
 use super::timer::Timer;
 use super::written::Written;
-use super::{PostError, Poster};
+use super::{PostError, PostMethod, Poster};
 use crate::machine::Kinematics;
 use crate::nc::write::{BlockPace, Note, ProgramWriter, Template, rounding};
 use crate::pipeline::read_back::{ReadBack, ReadBackError};
@@ -46,7 +47,7 @@ pub(super) struct Running {
     block: (AxisVector, ToolPose),
     /// Time, way and turn since the last block end, as they are written.
     waiting: [f64; 3],
-    /// Travel of the axes from place to place since then, and the share of the block that it is.
+    /// Largest travel of the axes from place to place since then ([`Course::fastest`]), and the share of the block.
     inside: Vec<(AxisVector, f64)>,
     words: Written,
 }
@@ -107,7 +108,8 @@ impl Poster {
     pub(super) fn run(&mut self, out: &mut String, places: &[Place]) -> Result<(), PostError> {
         let mut places = places.to_vec();
         if let Some(running) = &mut self.running {
-            running.words.take(&self.kinematics, &self.style, &mut places);
+            let course = (self.options.method != PostMethod::Programmed).then_some(&self.course);
+            running.words.take((&self.kinematics, &self.style), course, &mut places);
         }
         for batch in places.chunks(BATCH) {
             let Some(running) = &mut self.running else { return Ok(()) };
@@ -163,7 +165,7 @@ impl Poster {
         let timed = std::mem::take(&mut self.timed);
         for one in &timed {
             let place = &one.place;
-            running.pass(one);
+            running.pass(one, &self.course);
             if !place.block {
                 continue;
             }
@@ -210,22 +212,21 @@ impl Poster {
         self.after.cutting = true;
         self.after.seconds += seconds;
         self.after.gauge.push(&(end.place.q - running.block.0), seconds);
-        if inside.len() > 1 {
-            let whole: f64 = inside.iter().map(|(_, size)| size).sum();
-            for (travel, size) in &inside {
-                self.after.gauge.inside(travel, seconds * size / whole);
-            }
+        let whole: f64 = inside.iter().map(|(_, size)| size).sum();
+        for (travel, size) in &inside {
+            self.after.gauge.inside(travel, seconds * size / whole);
         }
     }
 }
 
 impl Running {
     /// Passes a place.
-    fn pass(&mut self, one: &Timed) {
+    fn pass(&mut self, one: &Timed, course: &Course) {
         let place = &one.place;
-        let travel = place.q - self.at.0;
-        // The tip keeps its speed inside a block; where it stands, both rotaries together do.
-        self.inside.push((travel, if place.tip > 0.0 { place.tip } else { place.turn }));
+        if place.least.is_some() {
+            let fastest = course.fastest([(&self.at.0, &self.at.1), (&place.q, &place.pose)]);
+            self.inside.push((fastest, place.size()));
+        }
         self.at = (place.q, place.pose);
         let passed = [one.seconds, place.written[0], place.written[1]];
         self.waiting.iter_mut().zip(passed).for_each(|(sum, by)| *sum += by);

@@ -1,5 +1,6 @@
 //! Places with the ways and times that their words can say, so that what comes before and behind is planned with them.
 
+use super::course::Course;
 use super::leg::Place;
 use crate::machine::Kinematics;
 use crate::nc::write::{BRIEFEST_BLOCK, PlaceWords, Style};
@@ -12,6 +13,8 @@ pub(super) struct Written {
     last: Option<PlaceWords>,
     /// Way and turn since then, of blocks that are left out as their words say nothing new.
     since: [f64; 2],
+    /// The last place.
+    at: (AxisVector, ToolPose),
 }
 
 impl Written {
@@ -21,7 +24,7 @@ impl Written {
         start: &(AxisVector, ToolPose),
     ) -> Self {
         let last = words(kinematics, style, start);
-        Self { last, since: [0.0; 2] }
+        Self { last, since: [0.0; 2], at: *start }
     }
 
     /// Takes in the places of whole blocks.
@@ -29,7 +32,14 @@ impl Written {
     /// A tip feed is a speed between rounded places: there the time of a block is that way over it, and the programmed
     /// feed is kept where the way is a little longer. In inverse time a block that is quicker than F can say takes as
     /// long as it can.
-    pub(super) fn take(&mut self, kinematics: &Kinematics, style: &Style, places: &mut [Place]) {
+    ///
+    /// With `course` no axis is to exceed its velocity inside a block that is run at one speed.
+    pub(super) fn take(
+        &mut self,
+        (kinematics, style): (&Kinematics, &Style),
+        course: Option<&Course>,
+        places: &mut [Place],
+    ) {
         for block in places.chunk_by_mut(same_block) {
             if style.inverse_time {
                 lengthen(block);
@@ -37,9 +47,30 @@ impl Written {
                 let now = words(kinematics, style, &(end.q, end.pose));
                 self.block(block, now);
             }
+            if let Some(course) = course {
+                self.hold(course, kinematics, block);
+            }
+            self.at = block.last().map_or(self.at, |end| (end.q, end.pose));
         }
     }
 
+    /// Gives a block the time that its fastest place asks for.
+    fn hold(&self, course: &Course, kinematics: &Kinematics, block: &mut [Place]) {
+        let limits = kinematics.machine().vector(|axis| axis.vel);
+        let whole: f64 = block.iter().map(Place::size).sum();
+        let (mut need, mut before) = (0.0_f64, self.at);
+        for place in block.iter() {
+            let fastest = course.fastest([(&before.0, &before.1), (&place.q, &place.pose)]);
+            need = need.max(fastest.component_div(&limits).amax() * whole / place.size());
+            before = (place.q, place.pose);
+        }
+        for place in block.iter_mut().filter(|_| need.is_finite()) {
+            let share = need * place.size() / whole;
+            place.least = place.least.map(|least| least.max(share));
+        }
+    }
+
+    /// Gives a block the way between its words.
     fn block(&mut self, block: &mut [Place], now: Option<PlaceWords>) {
         let (Some(last), Some(to)) = (self.last, now) else {
             self.last = now;
