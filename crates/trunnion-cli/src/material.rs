@@ -7,7 +7,7 @@ use crate::text;
 use nalgebra::Vector3;
 use std::io::{Result as IoResult, Write};
 use std::path::Path;
-use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
+use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary, UndecidedSummary};
 use trunnion::import::stl;
 use trunnion::pipeline::{self, Fixtures, Outcome};
 use trunnion::types::{Mesh, Silent};
@@ -70,8 +70,17 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     let cell = cell.iter().copied().fold(0.0, f64::max);
     [
         format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
-        format!("{} lines run into stock or fixtures", lines(stock)),
+        format!("{} lines run into stock or fixtures{}", lines(stock), undecided(stock)),
     ]
+}
+
+/// What could not be decided between rays, to be added to what was.
+fn undecided(stock: &StockSummary) -> String {
+    stock.undecided.as_ref().map_or_else(String::new, |UndecidedSummary { line, depth, .. }| {
+        format!(
+            "; not decided between rays, {depth:.4} mm at most (line {line}): use smaller cells"
+        )
+    })
 }
 
 /// What is told of STEP solids, those with one chord together.

@@ -286,6 +286,19 @@ pub struct StockSummary {
     pub collisions: Vec<CollisionSummary>,
     /// How many there are of each kind.
     pub collision_lines: Vec<KindSummary>,
+    /// Where it was not decided whether something runs into the stock between rays: the deepest. Null in the rule.
+    pub undecided: Option<UndecidedSummary>,
+}
+
+/// Where something may run into the stock between two of its rays.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct UndecidedSummary {
+    /// As in `collisions`.
+    pub kind: String,
+    /// Line of the program.
+    pub line: u32,
+    /// No deeper than this, in mm.
+    pub depth: f64,
 }
 
 /// How many lines run into something.

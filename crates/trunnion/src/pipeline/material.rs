@@ -6,11 +6,11 @@ use super::job::Job;
 use super::programs::Program;
 use crate::files::job;
 use crate::files::summary::{
-    CollisionSummary, FixturesSummary, KindSummary, LinesSummary, StockSummary,
+    CollisionSummary, FixturesSummary, KindSummary, LinesSummary, StockSummary, UndecidedSummary,
 };
 use crate::surface::{Face, FaceMesh};
 use crate::types::Mesh;
-use crate::verify::{Carving, Collision, CollisionKind, Lines, Solid, Stock};
+use crate::verify::{Carving, Collision, CollisionKind, Lines, Solid, Stock, Undecided};
 use std::collections::BTreeSet;
 
 /// Rays of one stock at most: some gigabytes.
@@ -138,6 +138,11 @@ pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
             .iter()
             .map(|(kind, all)| KindSummary { kind: word(*kind), lines: lines(*all) })
             .collect(),
+        undecided: carving.undecided.map(|Undecided { kind, line, depth }| UndecidedSummary {
+            kind: word(kind),
+            line,
+            depth,
+        }),
     }
 }
 

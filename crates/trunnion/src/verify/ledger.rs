@@ -43,6 +43,20 @@ impl<T: Copy> Ledger<T> {
         }
     }
 
+    /// Takes in what was found on a line that may have been passed; `known`: it had been noted.
+    pub(super) fn note_late(&mut self, line: u32, bad: f64, what: T, known: bool) {
+        let lines = self.lines.get_or_insert(Lines { count: 0, first: line, last: line });
+        lines.count += usize::from(!known && !self.kept.contains_key(&line));
+        (lines.first, lines.last) = (lines.first.min(line), lines.last.max(line));
+        let worst = self.kept.entry(line).or_insert((bad, what));
+        if bad > worst.0 {
+            *worst = (bad, what);
+        }
+        if self.kept.len() > 2 * self.most {
+            self.prune();
+        }
+    }
+
     fn prune(&mut self) {
         let mut bad: Vec<f64> = self.kept.values().map(|(bad, _)| *bad).collect();
         bad.sort_by(|a, b| b.total_cmp(a));

@@ -18,6 +18,7 @@ mod blocks;
 mod body;
 mod bounds;
 mod chunks;
+mod contact;
 mod control_model;
 mod deviation;
 mod fixture;
@@ -28,11 +29,13 @@ mod known;
 mod ledger;
 mod measure;
 mod motion;
+mod passing;
 mod place;
 mod ray;
 mod replay;
 mod report;
 mod run;
+mod shell;
 mod side;
 mod stock;
 mod sweep;
@@ -53,7 +56,9 @@ pub use report::{
     Report, Sample, Sensitivity, Singular,
 };
 pub use side::{behind, behind_cl};
-pub use stock::{Carving, Collision, CollisionKind, Cutting, Solid, Stock, simulate, simulate_cl};
+pub use stock::{
+    Carving, Collision, CollisionKind, Cutting, Solid, Stock, Undecided, simulate, simulate_cl,
+};
 pub use tools::{Changes, Tables, Tool, WorkOffset};
 pub use track::{Track, track, track_cl};
 pub use turns::{Choice, Choices};

@@ -1,15 +1,14 @@
 //! Material under a moving tool.
 
-use super::super::body::{self, Body};
 use super::super::ledger::{Ledger, Lines};
-use super::super::replay::{Mover, Segment};
 use super::super::run::Run;
-use super::super::sweep::{self, Piece};
+use super::super::shell::Shell;
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
-use super::Stock;
-use super::cut;
-use super::near::{self, Part, Stretch};
-use super::work::Work;
+use super::graze::{self, Close, Graze};
+use super::near::{self, Part};
+use super::tools::Tools;
+use super::work::{self, Told, Work};
+use super::{Solid, Stock};
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
 use nalgebra::Point3;
@@ -36,9 +35,9 @@ pub struct Collision {
     pub kind: CollisionKind,
     /// Line of the program.
     pub line: u32,
-    /// How deep: in stock on the rays that stand for it, in a fixture anywhere \[mm\].
+    /// How deep it is in the tool; in stock, where that is more than rays are apart, on the rays \[mm\].
     pub depth: f64,
-    /// In the middle of the deepest ray, or the deepest place of the fixture \[mm\].
+    /// The deepest place, or the middle of the deepest ray \[mm\].
     pub point: Point3<f64>,
 }
 
@@ -70,6 +69,19 @@ pub struct Carving {
     pub collisions: Vec<Collision>,
     /// How many there are of each kind.
     pub lines: Vec<(CollisionKind, Lines)>,
+    /// Where shank, holder or a rapid move may run into it between rays, as the search met its limit: the deepest.
+    pub undecided: Option<Undecided>,
+}
+
+/// Where it could not be decided whether something runs into material between rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undecided {
+    /// With what.
+    pub kind: CollisionKind,
+    /// Line of the program.
+    pub line: u32,
+    /// No deeper than this \[mm\].
+    pub depth: f64,
 }
 
 impl Carving {
@@ -94,6 +106,9 @@ pub struct Cutting {
 const BATCH: usize = 256;
 
 /// Runs a program through stock. Rapid moves are run both as all axes together and as each axis at its own speed.
+///
+/// Cutting moves are judged by the rays. Shank, holder and rapid moves are held against the stock between them, too,
+/// where they come within two of their distances of one; of stock that was cut before, nothing is known there.
 ///
 /// # Errors
 ///
@@ -130,12 +145,22 @@ pub fn simulate_cl(
 /// A tool in stock.
 struct Carver<'a> {
     stock: &'a mut Stock,
-    /// By their places in the table of tools: the bodies, and how far a point may be from the tip \[mm\].
-    tools: Vec<(Vec<Body>, f64)>,
-    tolerance: f64,
+    tools: Tools,
     worst: usize,
     found: BTreeMap<CollisionKind, Ledger<Collision>>,
+    /// Where to look between rays, and what the stock was; `None` if that is not known.
+    close: Vec<Close>,
+    uncut: Option<Arc<Solid>>,
+    /// Its triangles once they are needed.
+    shell: Option<Shell>,
+    undecided: Option<Undecided>,
 }
+
+/// Boxes in which bodies come close to material, before they are looked at.
+const MOST_CLOSE: usize = 50_000;
+/// How much larger than the stock, all around, the prism that stands for a cylinder may be, as a share of the
+/// least depth that is told between rays.
+const PRISM: f64 = 0.1;
 
 impl<'a> Carver<'a> {
     fn new(
@@ -148,31 +173,39 @@ impl<'a> Carver<'a> {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
-        let tools = body::tools(cutters);
-        Ok(Self { stock, tools, tolerance, worst, found: BTreeMap::new() })
+        let margin = work::margin(&stock.lattice);
+        let tools = Tools::new(cutters, tolerance, margin);
+        let uncut = stock.uncut.take();
+        let (found, close) = (BTreeMap::new(), Vec::new());
+        Ok(Self { stock, tools, worst, found, close, uncut, shell: None, undecided: None })
     }
 
     fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
         let (mut segments, steps) = (run.segments(), run.steps());
         let before = self.stock.volume();
-        let mut done = 0;
+        let (mut done, mut number) = (0, 0);
         loop {
             let mut parts = Vec::new();
             let mut count = 0;
             for segment in segments.by_ref().take(BATCH) {
-                self.parts(&run.mover, &segment?, &mut parts)?;
+                self.tools.parts(&run.mover, &segment?, number + parts.len(), &mut parts)?;
                 count += 1;
             }
             if count == 0 {
                 break;
             }
             self.cut(&parts);
+            if self.close.len() > MOST_CLOSE {
+                self.look_between_rays(run, progress)?;
+            }
             done += count;
+            number += parts.len();
             progress.step(Stage::Verify, done as u64, steps.max(done) as u64)?;
         }
         if done == 0 {
             return Err(VerifyError::NoMotion);
         }
+        self.look_between_rays(run, progress)?;
         let left = self.stock.volume();
         let (mut collisions, mut lines) = (Vec::new(), Vec::new());
         for (kind, ledger) in std::mem::take(&mut self.found) {
@@ -181,41 +214,34 @@ impl<'a> Carver<'a> {
             lines.extend(all.map(|all| (kind, all)));
         }
         collisions.sort_by_key(|hit: &Collision| (hit.line, hit.kind));
-        Ok(Carving { removed: before - left, left, collisions, lines })
+        Ok(Carving { removed: before - left, left, collisions, lines, undecided: self.undecided })
     }
 
-    /// The tool over a move, in all the ways it may be run.
-    fn parts(
-        &self,
-        mover: &Mover<'_>,
-        segment: &Segment,
-        parts: &mut Vec<Part>,
+    /// Looks at the boxes in which bodies come close to material.
+    fn look_between_rays(
+        &mut self,
+        run: &Run<'_>,
+        progress: &dyn Progress,
     ) -> Result<(), VerifyError> {
-        self.parts_of(mover, segment, parts)?;
-        mover.dog_leg(segment).iter().try_for_each(|other| self.parts_of(mover, other, parts))
-    }
-
-    fn parts_of(
-        &self,
-        mover: &Mover<'_>,
-        segment: &Segment,
-        parts: &mut Vec<Part>,
-    ) -> Result<(), VerifyError> {
-        let [error, bend] = [cut::ERROR, cut::BEND].map(|share| share * self.tolerance);
-        let Some((bodies, size)) = self.tools.get(segment.tool) else { return Ok(()) };
-        let mut pieces = Vec::new();
-        sweep::pieces(mover, segment, *size, error, &mut pieces)?;
-        for piece in &pieces {
-            let straight = sweep::straight(mover, segment, piece, [*size, bend])?;
-            let stretch = |piece: &Piece| Stretch::new(piece, *size);
-            let straight: Arc<[Stretch]> = straight.iter().map(stretch).collect();
-            for (index, body) in bodies.iter().enumerate() {
-                let harm = match (index, segment.rapid) {
-                    (0, false) => None,
-                    (0, true) => Some(CollisionKind::Rapid),
-                    _ => Some(CollisionKind::Holder),
-                };
-                parts.push(Part::new(&stretch(piece), Arc::clone(&straight), *body, harm));
+        let close = std::mem::take(&mut self.close);
+        if close.is_empty() {
+            return Ok(());
+        }
+        if self.shell.is_none() {
+            let solid = self.uncut.as_ref();
+            self.shell = solid.and_then(|solid| Shell::new(solid.triangles(PRISM * graze::LEAST)));
+        }
+        let Some(shell) = &self.shell else { return Ok(()) };
+        for Graze { line, kind, known, hit, open } in
+            graze::look((run, &self.tools), shell, close, progress)?
+        {
+            if let Some(hit) = hit {
+                let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
+                ledger.note_late(line, hit.depth, hit, known);
+            }
+            let deepest = self.undecided.map_or(0.0, |undecided| undecided.depth);
+            if let Some(depth) = open.filter(|depth| *depth > deepest) {
+                self.undecided = Some(Undecided { kind, line, depth });
             }
         }
         Ok(())
@@ -224,19 +250,33 @@ impl<'a> Carver<'a> {
     /// Cuts the stock by a batch.
     fn cut(&mut self, parts: &[Part]) {
         let lattice = self.stock.lattice;
-        let mut hits = Vec::new();
+        let (mut hits, mut close) = (Vec::new(), Vec::new());
         for family in &mut self.stock.families {
             let near = near::by_tile(parts, &lattice, family);
-            let work = Work::new(lattice, family, parts, self.tolerance);
+            let work = Work::new(lattice, family, parts, self.tools.tolerance);
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
-            let all: Vec<Vec<Collision>> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
-            hits.extend(all.into_iter().flatten());
+            let all: Vec<Told> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
+            for told in all {
+                hits.extend(told.hits);
+                close.extend(told.close);
+            }
         }
-        self.note(hits);
+        let deepest = self.note(hits);
+        if self.uncut.is_none() {
+            return;
+        }
+        // What is deeper than rays are apart, they show as well.
+        let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
+        for mut close in graze::merge(close) {
+            close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
+            if close.known < cell {
+                self.close.push(close);
+            }
+        }
     }
 
-    /// Takes in what a batch ran into: line by line, in the order of the program but for loops.
-    fn note(&mut self, hits: Vec<Collision>) {
+    /// Takes in what a batch ran into: line by line, in the order of the program but for loops. Returns the deepest.
+    fn note(&mut self, hits: Vec<Collision>) -> BTreeMap<(CollisionKind, u32), Collision> {
         let mut deepest: BTreeMap<(CollisionKind, u32), Collision> = BTreeMap::new();
         for hit in hits {
             let worst = deepest.entry((hit.kind, hit.line)).or_insert(hit);
@@ -244,10 +284,11 @@ impl<'a> Carver<'a> {
                 *worst = hit;
             }
         }
-        for ((kind, line), hit) in deepest {
+        for (&(kind, line), &hit) in &deepest {
             let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
             ledger.note(line, hit.depth, hit);
         }
+        deepest
     }
 }
 

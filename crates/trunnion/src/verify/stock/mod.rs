@@ -8,6 +8,7 @@ mod carve;
 mod cover;
 mod cut;
 mod follow;
+mod graze;
 mod merge;
 mod near;
 mod nearest;
@@ -17,20 +18,25 @@ mod settle;
 mod sheet;
 mod solid;
 mod surface;
+mod tools;
+mod triangles;
 mod work;
 
-pub use carve::{Carving, Collision, CollisionKind, Cutting, simulate, simulate_cl};
+pub use carve::{Carving, Collision, CollisionKind, Cutting, Undecided, simulate, simulate_cl};
 pub use solid::Solid;
 pub(super) use solid::crossing;
 
 use super::VerifyError;
 use rays::{Family, Lattice};
+use std::sync::Arc;
 
 /// Material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stock {
     lattice: Lattice,
     families: [Family; 3],
+    /// What it was before anything cut it; `None` since.
+    uncut: Option<Arc<Solid>>,
 }
 
 /// Shares of a tolerance and of the cell by which rays are cut inexactly at most.

@@ -39,8 +39,11 @@ pub(super) struct Part {
     pub(super) body: Body,
     /// What it is if it meets material; `None` for what is there to cut, at feed.
     pub(super) harm: Option<CollisionKind>,
-    /// A box around it.
-    bounds: Bounds,
+    /// A box around it, and around all that comes too close to what must not touch material.
+    pub(super) bounds: Bounds,
+    /// Its number in the program, and that of the first part of its move.
+    pub(super) number: usize,
+    pub(super) first: usize,
 }
 
 impl Part {
@@ -52,7 +55,15 @@ impl Part {
     ) -> Self {
         let [low, high] = whole.piece.axis_box(body.heights());
         let bounds = Bounds { low, high }.grown(body.radius());
-        Self { whole: *whole, straight, body, harm, bounds }
+        Self { whole: *whole, straight, body, harm, bounds, number: 0, first: 0 }
+    }
+
+    /// Gives it its number in the program, `first` being that of its move; what is within `margin` \[mm\] of what must not touch material is close.
+    pub(super) fn number(&mut self, [first, number]: [usize; 2], margin: f64) {
+        (self.first, self.number) = (first, number);
+        if self.harm.is_some() {
+            self.bounds = self.bounds.grown(margin);
+        }
     }
 
     /// Lowest and highest place along an axis.

@@ -1,8 +1,10 @@
 //! A batch of moves against the tiles of a family.
 
+use super::super::index::Bounds;
 use super::super::sweep::Tent;
 use super::carve::{Collision, CollisionKind};
 use super::cut::{self, Swept};
+use super::graze::Close;
 use super::near::{Frame, Part, Stretch};
 use super::nearest::{Line, Moving};
 use super::rays::{Family, Lattice, Spans, Tile, unit};
@@ -17,7 +19,22 @@ pub(super) struct Work<'a> {
     pub(super) tolerance: f64,
     /// What dips in by less than this is not cut \[mm\].
     pub(super) touch: f64,
+    /// What must not touch material is close to it if it is no farther from a ray \[mm\].
+    margin: f64,
 }
+
+/// What a batch tells of a tile.
+#[derive(Debug, Default)]
+pub(super) struct Told {
+    /// What runs into material on its rays.
+    pub(super) hits: Vec<Collision>,
+    /// Where a body comes close to material.
+    pub(super) close: Vec<Close>,
+}
+
+/// Distances of rays within which a body is close to material: what is as thick as rays are apart, or pointed at no less
+/// than some 30 degrees, has a ray so near to any of its places.
+const CLOSE: f64 = 2.0;
 
 impl<'a> Work<'a> {
     pub(super) fn new(
@@ -27,13 +44,19 @@ impl<'a> Work<'a> {
         tolerance: f64,
     ) -> Self {
         let frame = Frame { lattice, along: family.along, bins: family.bins };
-        Self { frame, parts, tolerance, touch: cut::TOUCH * tolerance }
+        let margin = margin(&lattice);
+        Self { frame, parts, tolerance, touch: cut::TOUCH * tolerance, margin }
     }
 
     /// What comes near a tile's material, in the order of the program.
     fn near(&self, tile: &Tile, near: &[u32]) -> Vec<&'a Part> {
         let parts = near.iter().filter_map(|&number| self.parts.get(number as usize));
-        parts.filter(|part| self.meets(tile, part)).collect()
+        parts.filter(|part| self.meets(tile, part) || self.comes_close(tile, part)).collect()
+    }
+
+    fn comes_close(&self, tile: &Tile, part: &Part) -> bool {
+        let whole = (tile, tile.whole(), &tile.held);
+        part.harm.is_some() && self.frame.meets(whole, part, -self.margin)
     }
 
     fn meets(&self, tile: &Tile, part: &Part) -> bool {
@@ -41,33 +64,81 @@ impl<'a> Work<'a> {
     }
 
     /// Cuts a tile.
-    pub(super) fn cut(&self, tile: &mut Tile, near: &[u32]) -> Vec<Collision> {
+    pub(super) fn cut(&self, tile: &mut Tile, near: &[u32]) -> Told {
         let near = self.near(tile, near);
-        let mut hits = Vec::new();
+        let mut told = Told::default();
         if near.iter().any(|part| part.harm.is_some()) {
-            self.in_order(tile, &near, &mut hits);
+            self.in_order(tile, &near, &mut told);
         } else if !near.is_empty() {
             // What is cut in the end does not depend on the order.
             self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
-        hits
+        told
     }
 
     /// Cuts a tile by one body after the other.
-    fn in_order(&self, tile: &mut Tile, near: &[&Part], hits: &mut Vec<Collision>) {
+    fn in_order(&self, tile: &mut Tile, near: &[&Part], told: &mut Told) {
         for part in near {
+            told.close.extend(self.close(tile, part));
             if !self.meets(tile, part) {
                 continue;
             }
             let mut changed = false;
             for index in 0..tile.rays.len() {
-                changed |= self.ray(tile, index, part, hits);
+                changed |= self.ray(tile, index, part, &mut told.hits);
             }
             if changed {
                 tile.measure(self.frame.bins);
             }
         }
+    }
+
+    /// A box around the material of a tile to which a body comes close that must not touch it.
+    fn close(&self, tile: &Tile, part: &Part) -> Option<Close> {
+        let kind = part.harm.filter(|_| self.comes_close(tile, part))?;
+        let mut bounds = Bounds::empty();
+        for (index, spans) in tile.rays.iter().enumerate() {
+            let line = self.line(tile, index);
+            for [low, high] in spans.iter().filter_map(|span| self.comes_to(part, &line, span)) {
+                bounds = bounds.join(&Bounds { low: line.at(low), high: line.at(high) });
+            }
+        }
+        let some = bounds.low.x <= bounds.high.x;
+        let (bounds, line) = (bounds.grown(self.margin), part.whole.piece.line);
+        let most = part.body.radius();
+        some.then_some(Close {
+            part: part.number,
+            first: part.first,
+            bounds,
+            line,
+            kind,
+            most,
+            known: 0.0,
+        })
+    }
+
+    /// The part of a span that tents do not hold a body off by the margin.
+    fn comes_to(&self, part: &Part, line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+        let [low, high] = part.extent(self.frame.along);
+        let mut span = [from.max(low), to.min(high)];
+        let held = |s: f64| self.held(&part.whole.tent(part.body, &line.at(s)), s, -self.margin);
+        for _ in 0..TENTS {
+            if span[0] >= span[1] {
+                return None;
+            }
+            let before = span[1] - span[0];
+            if let Some([_, above]) = held(span[0]) {
+                span[0] = above;
+            }
+            if let Some([below, _]) = held(span[1]) {
+                span[1] = below;
+            }
+            if before - (span[1] - span[0]) < self.margin {
+                break;
+            }
+        }
+        (span[0] < span[1]).then_some(span)
     }
 
     /// Cuts a ray by one body over one piece; whether anything was cut.
@@ -139,7 +210,7 @@ impl<'a> Work<'a> {
         if span[0] >= span[1] {
             return None;
         }
-        let held = |s: f64| self.held(&stretch.tent(part.body, &line.at(s)), s);
+        let held = |s: f64| self.held(&stretch.tent(part.body, &line.at(s)), s, self.touch);
         let Some([high, _]) = held(span[1]) else { return Some(span) };
         if high <= span[0] {
             return None;
@@ -159,12 +230,13 @@ impl<'a> Work<'a> {
         Some(span)
     }
 
-    /// From where to where along a ray a tent from `s` holds a body off; `None` if it does not even there.
+    /// From where to where along a ray a tent from `s` holds a body off but for `touch` \[mm\]; `None` if it does not
+    /// even there.
     #[inline]
-    fn held(&self, tent: &Tent, s: f64) -> Option<[f64; 2]> {
+    fn held(&self, tent: &Tent, s: f64, touch: f64) -> Option<[f64; 2]> {
         let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
         for (height, gradient) in &tent.sides {
-            let (height, slope) = (height + self.touch, gradient[self.frame.along]);
+            let (height, slope) = (height + touch, gradient[self.frame.along]);
             if height <= 0.0 {
                 return None;
             }
@@ -201,4 +273,9 @@ impl<'a> Work<'a> {
             None => hits.push(found),
         }
     }
+}
+
+/// How far from a ray is close \[mm\].
+pub(super) fn margin(lattice: &Lattice) -> f64 {
+    CLOSE * lattice.cell.into_iter().fold(0.0, f64::max)
 }
