@@ -5,7 +5,12 @@
 //! if a body before it held all of the polytope: the distance from a convex body that moves straight is convex in
 //! place and time, but for how its frame turns, so what it holds at the corners, each at its own time, it holds in
 //! between. Boxes of which that is not known are parted.
+//!
+//! Where a tool leaves what it cut, both surfaces are the same, and boxes along them would have to be small. There a
+//! place outside of the body before is in front of a plane at its surface; if that plane moves back, or on by less
+//! than the given depth, the place is not deeper in the body now.
 
+use super::super::super::body::{Body, Stand};
 use super::super::super::contact;
 use super::super::super::index::Bounds;
 use super::super::super::passing::Passing;
@@ -88,6 +93,8 @@ pub(super) struct Search<'a> {
     shell: &'a Shell,
     passing: Passing<'a>,
     scale: Scale,
+    /// Where the same body ended last, and how much the bodies are off \[mm\].
+    last: Option<(Stand, f64)>,
     found: Option<Deepest>,
     open: BinaryHeap<Cell<'a>>,
 }
@@ -103,13 +110,16 @@ struct Held {
 
 impl<'a> Search<'a> {
     pub(super) fn new(shell: &'a Shell, passing: Passing<'a>, scale: Scale) -> Self {
-        Self { shell, passing, scale, found: None, open: BinaryHeap::new() }
+        Self { shell, passing, scale, last: None, found: None, open: BinaryHeap::new() }
     }
 
     /// The deepest place in a box that none of the parts before held, if deeper than `known`.
     pub(super) fn run(mut self, bounds: &Bounds, before: Rc<[&'a Before]>, known: f64) -> Outcome {
         let goal = known.max(self.scale.least);
         let (depth, time) = (f64::INFINITY, [-1.0, 1.0]);
+        let same = before.iter().rev().find(|before| before.body == self.passing.body);
+        self.last =
+            same.map(|before| (before.stretch.piece.instant(1.0).stand, before.stretch.bend));
         self.open.push(Cell { depth, bounds: *bounds, time, before });
         let mut cells = 0;
         while let Some(cell) = self.open.pop() {
@@ -132,6 +142,9 @@ impl<'a> Search<'a> {
     }
 
     fn part(&mut self, cell: &Cell<'a>, goal: f64) {
+        if self.leaves(&cell.bounds, cell.time, goal) {
+            return;
+        }
         let Some(held) = self.held(&cell.bounds, cell.time, goal) else { return };
         let bounds = around(&held.corners);
         let middle = nalgebra::center(&bounds.low, &bounds.high);
@@ -216,6 +229,32 @@ impl<'a> Search<'a> {
         };
         let depth = planes.iter().map(under).fold(f64::INFINITY, f64::min);
         Some(Held { corners, depth, in_time })
+    }
+
+    /// Whether nothing of a box that the same body did not hold where it ended last is deeper in it now than `goal`: at no
+    /// place of its surface there, as seen from the box, has it moved on by more.
+    fn leaves(&self, bounds: &Bounds, time: [f64; 2], goal: f64) -> bool {
+        let Passing { body, piece, sag } = self.passing;
+        let (Some((was, off)), Body::Nose { top, .. }) = (self.last, body) else { return false };
+        let half = 0.5 * (bounds.high - bounds.low).norm();
+        let from_tip = nalgebra::center(&bounds.low, &bounds.high) - was.tip;
+        let height = was.axis.dot(&from_tip);
+        if height + half > top {
+            return false;
+        }
+        let aside = from_tip - was.axis * height;
+        // Below its top it faces across its axis and back along it; across, no farther round than the box lies.
+        let round = (half / aside.norm()).min(1.0).asin();
+        time.into_iter().all(|u| {
+            let now = piece.instant(u).stand;
+            let by = now.tip - was.tip;
+            let along = was.axis.dot(&by);
+            let apart = by - was.axis * along;
+            let angle = if half < aside.norm() { aside.angle(&apart) - round } else { 0.0 };
+            let [out, back] = [apart.norm() * angle.max(0.0).cos(), -along];
+            let on = if out > 0.0 && back > 0.0 { out.hypot(back) } else { out.max(back) };
+            on + (now.axis - was.axis).norm() * top.hypot(body.radius()) + sag + off <= goal
+        })
     }
 
     /// Bodies before that come within `far` of a place, those that held it the deepest first.
