@@ -35,7 +35,7 @@ pub struct Collision {
     pub kind: CollisionKind,
     /// Line of the program.
     pub line: u32,
-    /// How deep it is in the tool; in stock, where that is more than rays are apart, on the rays \[mm\].
+    /// How deep it is in the tool, at least; in stock, where that is more than rays are apart, on the rays \[mm\].
     pub depth: f64,
     /// The deepest place, or the middle of the deepest ray \[mm\].
     pub point: Point3<f64>,

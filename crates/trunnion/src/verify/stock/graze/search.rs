@@ -45,12 +45,13 @@ pub(super) struct Deepest {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Outcome {
     pub(super) deepest: Option<Deepest>,
-    /// It met its limit: it may be as deep as this.
+    /// It met its limit and found nothing: it may be as deep as this.
     pub(super) open: Option<f64>,
 }
 
-/// Boxes looked at, at most.
+/// Boxes looked at, at most, to find that something is in material, and how deep.
 const MOST_CELLS: u32 = 20_000;
+const REFINING: u32 = 1000;
 /// Bodies of which it is asked whether they held all of a box: those that held its middle the deepest.
 const ASKED: usize = 3;
 /// Of more bodies than this the last ones are asked first.
@@ -128,8 +129,10 @@ impl<'a> Search<'a> {
                 break;
             }
             cells += 1;
-            if cells > MOST_CELLS {
-                return Outcome { deepest: self.found, open: Some(cell.depth) };
+            let told = self.found.is_some() || known > 0.0;
+            if cells > if told { REFINING } else { MOST_CELLS } {
+                let open = Some(cell.depth).filter(|_| !told);
+                return Outcome { deepest: self.found, open };
             }
             self.part(&cell, goal);
         }
@@ -330,7 +333,8 @@ fn across(bounds: &Bounds, corners: &[Point3<f64>], over: Option<&[f64]>) -> usi
             let half = corners.iter().zip(over.unwrap_or_default());
             half.filter(|(p, _)| (p[axis] > middle) == upper).all(|(_, over)| *over <= 0.0)
         };
-        over.is_some() && (clear(false) || clear(true))
+        // In a box without extent all corners are in one half.
+        over.is_some() && size[axis] > 0.0 && (clear(false) || clear(true))
     };
     let longest =
         |axes: &[usize]| axes.iter().copied().max_by(|a, b| size[*a].total_cmp(&size[*b]));
