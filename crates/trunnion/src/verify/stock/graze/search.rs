@@ -57,6 +57,8 @@ const ASKED: usize = 3;
 /// Of more bodies than this the last ones are asked first.
 const MANY: usize = 64;
 const LAST: usize = 8;
+/// What is thinner than this is of rounding alone \[mm\].
+const THIN: f64 = 1e-6;
 /// A box in which depths differ by less than this share of the least depth is parted no further.
 const FINEST: f64 = 0.25;
 
@@ -150,6 +152,9 @@ impl<'a> Search<'a> {
         }
         let Some(held) = self.held(&cell.bounds, cell.time, goal) else { return };
         let bounds = around(&held.corners);
+        if (bounds.high - bounds.low).min() < THIN {
+            return;
+        }
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         let far = 0.5 * (bounds.high - bounds.low).norm();
         let most = |all: &[f64]| all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -333,8 +338,7 @@ fn across(bounds: &Bounds, corners: &[Point3<f64>], over: Option<&[f64]>) -> usi
             let half = corners.iter().zip(over.unwrap_or_default());
             half.filter(|(p, _)| (p[axis] > middle) == upper).all(|(_, over)| *over <= 0.0)
         };
-        // In a box without extent all corners are in one half.
-        over.is_some() && size[axis] > 0.0 && (clear(false) || clear(true))
+        over.is_some() && (clear(false) || clear(true))
     };
     let longest =
         |axes: &[usize]| axes.iter().copied().max_by(|a, b| size[*a].total_cmp(&size[*b]));
