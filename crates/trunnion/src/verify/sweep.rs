@@ -391,9 +391,15 @@ impl Piece {
 
     /// Distance of a body from a point, less all that the motion of the piece can take from it.
     pub(super) fn clearance(&self, body: Body, point: &Point3<f64>) -> f64 {
+        let (distance, motion) = self.at_middle(body, point);
+        distance - motion
+    }
+
+    /// Distance of a body from a point at u = 0, and what the motion of the piece can take from it.
+    pub(super) fn at_middle(&self, body: Body, point: &Point3<f64>) -> (f64, f64) {
         let stand = &self.middle.stand;
         let y = point - stand.tip;
-        body.probe(&y, &stand.axis).distance - self.pace(y.norm())
+        (body.probe(&y, &stand.axis).distance, self.pace(y.norm()))
     }
 
     /// How fast a point so far from the tip at u = 0 moves at most, seen from the tool \[mm\].

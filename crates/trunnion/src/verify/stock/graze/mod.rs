@@ -174,7 +174,7 @@ fn index(before: &[Before]) -> u32 {
 fn graze(tools: &Tools, shell: &Shell, close: &Close, again: Option<&Again>) -> Option<Graze> {
     let &Close { line, kind, known, .. } = close;
     let Some(Again { before, suspects, tree }) = again else {
-        let open = Some(close.most);
+        let open = Some(close.most).filter(|_| known <= 0.0);
         return Some(Graze { line, kind, known: known > 0.0, hit: None, open });
     };
     let (body, piece) = suspects.get(&close.part)?;

@@ -163,9 +163,9 @@ impl<'a> Search<'a> {
         if last.into_iter().any(|before| most(&self.outside(before, &held.corners)) <= 0.0) {
             return;
         }
-        let near = self.near(&cell.before, &middle, far);
+        let (before, deepest) = self.near(&cell.before, &middle, far);
         let mut over: Option<Vec<f64>> = None;
-        for (_, before) in near.iter().take(ASKED) {
+        for before in deepest {
             let outside = self.outside(before, &held.corners);
             if most(&outside) <= 0.0 {
                 return;
@@ -175,9 +175,6 @@ impl<'a> Search<'a> {
             }
         }
         let place = mean(&held.corners);
-        let mut before: Vec<&'a Before> = near.into_iter().map(|(_, before)| before).collect();
-        before.sort_by_key(|before| before.number);
-        let before: Rc<[&'a Before]> = before.into();
         self.try_at(&place, cell.time, &before);
         if far <= FINEST * self.scale.least {
             return;
@@ -265,19 +262,35 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Bodies before that come within `far` of a place, those that held it the deepest first.
-    fn near(&self, before: &[&'a Before], place: &Point3<f64>, far: f64) -> Vec<(f64, &'a Before)> {
-        let away = |before: &&'a Before| {
+    /// Bodies before that come within `far` of a place, in order, and those that held it the deepest.
+    fn near(
+        &self,
+        before: &[&'a Before],
+        place: &Point3<f64>,
+        far: f64,
+    ) -> (Rc<[&'a Before]>, Vec<&'a Before>) {
+        let mut deepest: Vec<(f64, &'a Before)> = Vec::with_capacity(ASKED + 1);
+        let mut close = |before: &&'a Before| {
             let Before { body, stretch, .. } = *before;
-            if stretch.piece.clearance(*body, place) > far {
-                return None;
+            // In a short move the middle tells enough.
+            let (mut distance, motion) = stretch.piece.at_middle(*body, place);
+            if distance - motion > far {
+                return false;
             }
-            let (distance, bound, _) = self.away(before, place);
-            (bound <= far).then_some((distance, *before))
+            if motion > far {
+                let (nearest, bound, _) = self.away(before, place);
+                if bound > far {
+                    return false;
+                }
+                distance = nearest;
+            }
+            let place = deepest.partition_point(|(other, _)| *other <= distance);
+            deepest.insert(place, (distance, *before));
+            deepest.truncate(ASKED);
+            true
         };
-        let mut near: Vec<(f64, &'a Before)> = before.iter().filter_map(away).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        near
+        let near = before.iter().filter(|before| close(before)).copied().collect();
+        (near, deepest.into_iter().map(|(_, before)| before).collect())
     }
 
     /// Distance of a point from a body at the nearest time, what it is at least at all times, and that time.
