@@ -72,8 +72,11 @@ proptest! {
         about in -3.0..3.0f64,
         depth in 0.003..0.012f64,
         cell in 0.05..0.4f64,
+        round in any::<bool>(),
     ) {
         let cutter = cutter(vec![[40.0, 20.0]]);
+        let base = Point3::new(0.5, 0.0, -10.0);
+        let solid = if round { Solid::Cylinder { base, radius: 12.0, height: 10.0 } } else { block() };
         let axis = leaning(lean, about);
         let down = -Vector3::z();
         let aside = (down - *axis * axis.dot(&down)).normalize();
@@ -84,7 +87,7 @@ proptest! {
         for (dip, lines) in [(-0.0005, vec![]), (depth, vec![3])] {
             let (path, deep) = ([20.0, 5.0, -dip, 5.0].map(pose), wedge(dip, lean));
             // The cutter's end is far beside the block, or below it.
-            let carving = carve(&path, &cutter, &block(), cell);
+            let carving = carve(&path, &cutter, &solid, cell);
             let told = holders(&carving);
             if lines.is_empty() {
                 prop_assert!(told.is_empty(), "{told:?}");

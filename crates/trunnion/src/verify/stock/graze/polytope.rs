@@ -29,17 +29,16 @@ impl Polytope {
         self.faces.is_empty()
     }
 
-    /// Keeps where `way x <= most`.
+    /// Keeps where `way x <= most`; a cut less deep than rounding takes nothing.
     pub(super) fn keep(&mut self, way: &Vector3<f64>, most: f64) {
         let over = |p: &Point3<f64>| way.dot(&p.coords) - most;
-        if self.faces.iter().flatten().all(|p| over(p) <= 0.0) {
+        if self.faces.iter().flatten().all(|p| over(p) <= SAME) {
             return;
         }
-        let mut rim = Vec::new();
         for face in &mut self.faces {
             *face = kept(face, over);
-            rim.extend(face.iter().filter(|p| over(p) > -SAME).copied());
         }
+        let rim = different(self.faces.iter().flatten().filter(|p| over(p) > -SAME));
         self.faces.retain(|face| !face.is_empty());
         if rim.len() > 2 && !self.faces.is_empty() {
             self.faces.push(in_order(rim, way));
@@ -48,14 +47,19 @@ impl Polytope {
 
     /// Its corners.
     pub(super) fn corners(&self) -> Vec<Point3<f64>> {
-        let mut corners: Vec<Point3<f64>> = Vec::new();
-        for p in self.faces.iter().flatten() {
-            if corners.iter().all(|q| (p - q).amax() > SAME) {
-                corners.push(*p);
-            }
-        }
-        corners
+        different(self.faces.iter().flatten())
     }
+}
+
+/// Points, each once.
+fn different<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Point3<f64>> {
+    let mut all: Vec<Point3<f64>> = Vec::new();
+    for p in points {
+        if all.iter().all(|q| (p - q).amax() > SAME) {
+            all.push(*p);
+        }
+    }
+    all
 }
 
 /// Points of a plane across `way`, around their middle.
@@ -79,6 +83,18 @@ pub(super) fn mean(points: &[Point3<f64>]) -> Point3<f64> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn planes_that_are_one_but_for_rounding_cut_once() {
+        let bounds = Bounds { low: Point3::origin(), high: Point3::new(1.0, 1.0, 1.0) };
+        let mut polytope = Polytope::cuboid(&bounds);
+        for k in 0..60 {
+            let way = Vector3::new(1.0, 1e-11 * f64::from(k), 1.0).normalize();
+            polytope.keep(&way, 0.9 - 1e-10 * f64::from(k));
+        }
+        // An edge of the cube is off.
+        assert_eq!(polytope.corners().len(), 10);
+    }
 
     proptest! {
         /// What is kept of the box is what lies in the hull of the corners: the farthest corner in any direction is as
