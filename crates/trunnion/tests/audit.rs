@@ -3,31 +3,20 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
+#[path = "audited/mod.rs"]
+mod audited;
 #[path = "shop/mod.rs"]
 mod shop;
 
-use nalgebra::Point3;
 use shop::Layout;
 use std::f64::consts::PI;
 use std::fmt::Write;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::machine::{Kinematics, Machine};
-use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
-use trunnion::surface::{Face, NurbsSurface, Surface};
-use trunnion::types::Silent;
-use trunnion::verify::{self, Audit, Finding, Input, Options, Report};
+use trunnion::nc::read::{AxisWords, Dialect};
+use trunnion::verify::{Audit, Finding, Report};
 
 fn machine() -> Machine {
     shop::machine(Layout::TableTable)
-}
-
-/// A face that no tool comes near: only the axes are looked at.
-fn face() -> Face {
-    let knots = || vec![0.0, 0.0, 1.0, 1.0];
-    let point = |x: f64, y: f64| Point3::new(x, y, -900.0);
-    let net = vec![vec![point(0.0, 0.0), point(0.0, 1.0)], vec![point(1.0, 0.0), point(1.0, 1.0)]];
-    let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
 }
 
 fn audit(text: &str, machine: &Machine) -> Audit {
@@ -36,30 +25,8 @@ fn audit(text: &str, machine: &Machine) -> Audit {
 
 fn check(text: &str, machine: &Machine) -> Report {
     let words = AxisWords::of(machine, false).unwrap().with_decimals(6, 6);
-    let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
     let kinematics = Kinematics::new(machine, &shop::setup(Layout::TableTable));
-    let (kind, construction) = (Kind::Ball, Construction::Solid);
-    let spec =
-        CutterSpec { kind, major: 0.0, minor: 3.0, length: 60.0, construction, shank: vec![] };
-    let input = Input {
-        program: &program,
-        believed: &kinematics,
-        real: &kinematics,
-        faces: &[face()],
-        cutter: &Cutter::new(spec).unwrap(),
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
-    let options = Options {
-        grid: 1.0,
-        reach: 1.0,
-        ray_tolerance: 1e-3,
-        total: 0.1,
-        gouge: 0.1,
-        most_points: 1000,
-        promise: None,
-    };
-    verify::check(&input, &options, &Silent).unwrap()
+    audited::check(&kinematics, words, (text, Dialect::LinuxCnc))
 }
 
 const JERK: f64 = 5000.0;

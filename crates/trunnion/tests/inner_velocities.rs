@@ -6,7 +6,7 @@ mod audited;
 mod dice;
 mod posted;
 
-use audited::audit;
+use audited::check;
 use dice::Random;
 use trunnion::blocks::{Control, moved};
 use trunnion::files::machine::{BUILT_IN, parse};
@@ -63,7 +63,7 @@ fn compare(
     let blocks = [block(from, 0.0), block(to, seconds)];
     let style = posted::style(dialect, axes);
     let text = posted::text(kinematics, &blocks, (&posted::NOTE, &style)).unwrap();
-    let audit = audit(kinematics, axes, (&text, language));
+    let audit = check(kinematics, axes, (&text, language)).audit.unwrap();
     let (fastest, together) = sampled(kinematics, control, [&blocks[0], &blocks[1]]);
     let tip = (blocks[1].pose.tip - blocks[0].pose.tip).norm() / seconds;
     for (index, axis) in audit.axes.iter().enumerate() {

@@ -7,7 +7,7 @@ mod audited;
 mod dice;
 mod posted;
 
-use audited::audit;
+use audited::check;
 use dice::Random;
 use nalgebra::Vector3;
 use trunnion::blocks::Control;
@@ -116,7 +116,7 @@ fn what_is_said_of_the_axes_is_what_the_program_asks_of_them() {
             for filter in [PostFilter::None, PostFilter::Smooth, PostFilter::Reduce] {
                 let posted = post(&kinematics, &style, (filter, &moves));
                 let Some((text, report)) = posted else { continue };
-                let audit = audit(&kinematics, axes, (&text, language));
+                let audit = check(&kinematics, axes, (&text, language)).audit.unwrap();
                 let read =
                     [worst(&audit, |axis| axis.velocity), worst(&audit, |axis| axis.acceleration)];
                 for (read, said) in read.into_iter().zip(report.ratios_after) {

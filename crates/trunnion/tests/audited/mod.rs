@@ -8,7 +8,7 @@ use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
-use trunnion::verify::{self, Audit, Input, Options};
+use trunnion::verify::{self, Input, Options, Report};
 
 /// A face that no tool comes near: only the axes are looked at.
 fn face() -> Face {
@@ -19,12 +19,12 @@ fn face() -> Face {
     Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
 }
 
-/// What the text asks of the axes.
-pub(crate) fn audit(
+/// What is told of the text: of its axes alone.
+pub(crate) fn check(
     kinematics: &Kinematics,
     axes: AxisWords,
     (text, dialect): (&str, read::Dialect),
-) -> Audit {
+) -> Report {
     // The reference point is the machine's, not the part's.
     let text = text.replace("G91 G28 Z0.\nG90\n", "");
     let program = read::read(&text, &ReadOptions::new(dialect, axes, 5)).unwrap();
@@ -49,5 +49,5 @@ pub(crate) fn audit(
         most_points: 1000,
         promise: None,
     };
-    verify::check(&input, &options, &Silent).unwrap().audit.unwrap()
+    verify::check(&input, &options, &Silent).unwrap()
 }
