@@ -15,7 +15,7 @@ ci:
 # for more. The round trips of the kinematics and the choice of branches print their seed;
 # TRUNNION_TORTURE_SEED=... repeats one.
 torture cases="20000" seed=`date +%s`:
-    TRUNNION_TORTURE=1 cargo test --release -p trunnion --test round_trip --test branches --test setup --test feed --test jerk --test jerk_ends --test feed_stream --test jerk_stream --test jerk_override --test random_motion --test random_programs -- --nocapture
+    TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs::
     PROPTEST_RNG_SEED={{seed}} PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
 # Figures, side by side with their peers.

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 #![expect(clippy::print_stdout, reason = "the figures are what it is for")]
 
-#[path = "../tests/shop/mod.rs"]
+#[path = "../tests/it/shop/mod.rs"]
 mod shop;
 
 use divan::counter::ItemsCount;

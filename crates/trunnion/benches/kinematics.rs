@@ -13,7 +13,7 @@
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 #![expect(clippy::print_stdout, reason = "the figures are what it is for")]
 
-#[path = "../tests/chains/mod.rs"]
+#[path = "../../trunnion-motion/tests/it/chains/mod.rs"]
 mod chains;
 
 use chains::{V3, axis, slides, spec};

@@ -3,9 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 
-#[path = "../tests/posted/mod.rs"]
+#[path = "../tests/it/posted/mod.rs"]
 mod posted;
-#[path = "../tests/shop/mod.rs"]
+#[path = "../tests/it/shop/mod.rs"]
 mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};

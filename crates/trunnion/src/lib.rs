@@ -14,21 +14,17 @@
 //! the same input gives the same bytes on any number of threads.
 //! Which module may use which is written down, and checked, in `tests/layers.rs`.
 
-pub mod axes;
 pub mod blocks;
 pub mod cover;
-pub mod cutter;
-pub mod feed;
 pub mod files;
-pub mod import;
-pub mod inverse;
-pub mod machine;
-pub mod math;
-pub mod nc;
 pub mod pipeline;
 pub mod positioning;
-pub mod setpoint;
-pub mod surface;
+#[cfg(test)]
+mod sample_machine;
 pub mod toolpath;
-pub mod types;
 pub mod verify;
+
+pub use trunnion_geometry::{cutter, import, surface};
+pub use trunnion_motion::{axes, feed, inverse, machine, setpoint};
+pub use trunnion_nc as nc;
+pub use trunnion_types::{math, types};

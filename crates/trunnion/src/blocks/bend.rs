@@ -108,8 +108,8 @@ impl Bend {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::samples::ac_trunnion;
     use crate::machine::{Kinematics, Machine, Setup};
+    use crate::sample_machine::ac_trunnion;
 
     #[test]
     fn a_turning_table_bends_the_tip_by_its_arm() {

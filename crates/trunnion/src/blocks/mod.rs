@@ -136,8 +136,8 @@ fn start(kinematics: &Kinematics, path: &AxisPath) -> Option<Block> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::samples::ac_trunnion;
     use crate::machine::{Machine, Setup};
+    use crate::sample_machine::ac_trunnion;
     use crate::types::{AxisNode, AxisVector, Motion, Silent};
     use nalgebra::Vector3;
 

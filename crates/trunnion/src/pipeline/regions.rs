@@ -6,7 +6,7 @@ use crate::cover::{Covering, Fallback};
 use crate::files::summary::{RegionSummary, RestSummary};
 use crate::import::inspect::{AreaElement, elements};
 use crate::surface::{Face, FaceIndex};
-use crate::types::{Rest, RestReason};
+use crate::types::Rest;
 
 /// Regions that are told at most, in words.
 const TOLD: usize = 5;
@@ -99,25 +99,7 @@ pub(super) fn rest(rest: &Rest) -> RestSummary {
         deepest: rest.point.coords.into(),
         ball: Some(rest.ball).filter(|radius| radius.is_finite()),
         least_ball: Some(rest.balls[0]).filter(|radius| radius.is_finite()),
-        why: why(rest.reason),
-    }
-}
-
-fn why(reason: RestReason) -> String {
-    match reason {
-        RestReason::Hollow => "the face is hollow there, for the corner of the cutter".to_owned(),
-        RestReason::Neighbour(face) => {
-            format!("the corner of the cutter would go into face {face}")
-        }
-        RestReason::Tool(face) => {
-            format!(
-                "however it leans, the tool beside or above its corner would go into face {face}"
-            )
-        }
-        RestReason::Machine => {
-            "the tool fits there only where the machine does not get to: turn the setup".to_owned()
-        }
-        RestReason::Passes => "the tool fits there, but no pass gets to it".to_owned(),
+        why: rest.reason.to_string(),
     }
 }
 
@@ -164,7 +146,7 @@ fn part(rest: &Rest, all: f64) -> String {
         p.x,
         p.y,
         p.z,
-        why(rest.reason)
+        rest.reason
     )
 }
 

@@ -73,32 +73,8 @@ fn blame(errors: &[MachineError], found: &Found, doc: &mut Document<'_>) {
         };
         let key = error.key();
         if !told && !doc.is_faulty(&key) {
-            doc.fault(&key, error.to_string(), remedy(error));
+            doc.fault(&key, error.to_string(), error.remedy());
         }
-    }
-}
-
-fn remedy(error: &MachineError) -> String {
-    match error {
-        MachineError::Chain { .. } | MachineError::AxisCount { .. } => {
-            "for example chain = [\"w\", \"C\", \"B\", \"b\", \"X\", \"Y\", \"Z\", \"t\"]".into()
-        }
-        MachineError::MissingAxis { name } => format!("add [axis.{name}], or correct the name"),
-        MachineError::UnusedAxis { name } => format!("put \"{name}\" into the chain, or remove it"),
-        MachineError::DoubleLetter { .. } => "give one of them output.letter".into(),
-        MachineError::ZeroDirection { .. } => "for example [0, 0, 1]".into(),
-        MachineError::Missing { .. } => "add it".into(),
-        MachineError::ParallelRotaries { .. } | MachineError::SpindleParallel { .. } => {
-            "give the direction the axis has when all axes are at zero".into()
-        }
-        MachineError::CoplanarLinear { .. } => {
-            "three linear axes point three ways: give the directions they have when all axes are at zero".into()
-        }
-        MachineError::EmptyTravel { .. } => "write [low, high]".into(),
-        MachineError::Number { key, .. } if key.rsplit('.').next() == Some("sense") => {
-            "leave it out if the control counts by ISO 841".into()
-        }
-        MachineError::Number { .. } => "correct the number".into(),
     }
 }
 

@@ -167,7 +167,7 @@ impl<'a> Clock<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::samples::ac_trunnion;
+    use crate::sample_machine::ac_trunnion;
 
     #[test]
     fn two_blocks_of_one_axis_are_a_pencil_calculation() {

@@ -1,0 +1,13 @@
+//! Tests of the binary as its users run it: one binary, one module a verb.
+
+mod binary;
+mod check;
+mod cli;
+mod feed;
+mod inspect;
+mod machine;
+mod path;
+mod post;
+mod rs274;
+mod setpoints;
+mod stock;

@@ -1,0 +1,394 @@
+//! `trunnion post` as a user meets it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::binary;
+
+use binary::{folder, trunnion};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Every dialect, and how a file of it ends.
+const DIALECTS: [&str; 10] = [
+    "linuxcnc",
+    "g93",
+    "fanuc",
+    "fanuc-vector",
+    "haas",
+    "siemens",
+    "siemens-axes",
+    "heidenhain",
+    "heidenhain-axes",
+    "apt",
+];
+
+const SETUP: [&str; 4] =
+    ["--origin=-381,-254,-505", "--tool-length", "120", "--tolerance=0.01,0.05"];
+
+fn post(folder: &Path, arguments: &[&str]) -> Output {
+    trunnion(folder, &[&["post"], arguments].concat())
+}
+
+fn wave() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/wave/wave.cls")
+}
+
+fn posted(folder: &Path, input: &Path, more: &[&str]) -> Value {
+    let input = input.to_str().unwrap();
+    let mut arguments = vec![input, "--json"];
+    arguments.extend(more);
+    let output = post(folder, &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{told}{}", String::from_utf8_lossy(&output.stdout));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn on_bc<'a>(dialect: &'a str, out: &'a str) -> Vec<&'a str> {
+    let mut arguments = vec!["-m", "bc-trunnion", "-d", dialect, "-o", out];
+    arguments.extend(SETUP);
+    arguments
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+#[test]
+fn every_dialect_keeps_limits_and_tolerance_and_has_its_setup_sheet() {
+    let folder = tempfile::tempdir().unwrap();
+    for dialect in DIALECTS {
+        let told = posted(folder.path(), &wave(), &on_bc(dialect, "part.nc"));
+        assert_eq!(told["kept"], true, "{dialect}: {told}");
+        assert_eq!(told["dialect"], *dialect);
+        assert!(
+            number(&told["tip_bound"]) <= 0.01 && number(&told["axis_bound"]) <= 0.05,
+            "{told}"
+        );
+        assert!(number(&told["seconds"][1]) >= number(&told["seconds"][0]));
+        assert!(number(&told["ratios_before"][1]) > 1.0, "the example asks for too much: {told}");
+        let text = fs::read_to_string(folder.path().join("part.nc")).unwrap();
+        assert!(text.lines().count() > 360, "{dialect}");
+        let sheet = fs::read_to_string(folder.path().join("part.setup.txt")).unwrap();
+        assert!(sheet.contains("tool length H1") && sheet.contains("120.0000"), "{sheet}");
+    }
+}
+
+/// A and C cross at machine zero, limits so high that blocks run at their feed: the machine of the worked cut.
+fn pencil_machine(folder: &Path) {
+    let show = Command::new(env!("CARGO_BIN_EXE_trunnion"))
+        .args(["machine", "show", "ac-trunnion", "--file"])
+        .output()
+        .unwrap();
+    let replaced = |line: &str| {
+        let key = line.split('=').next().unwrap_or_default().trim();
+        match key {
+            "point" => "point = [0.0, 0.0, 0.0]".to_owned(),
+            "acc" | "jerk" => format!("{key} = 1e12"),
+            "limits" => "limits = [-900.0, 900.0]".to_owned(),
+            _ => line.to_owned(),
+        }
+    };
+    let shown = String::from_utf8(show.stdout).unwrap();
+    let text = shown.lines().map(replaced).collect::<Vec<_>>().join("\n");
+    fs::write(folder.join("pencil.toml"), text).unwrap();
+}
+
+/// The cut of `fixtures/dialects`, computed by hand: blocks of every dialect.
+#[test]
+fn the_worked_cut_is_written_as_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    pencil_machine(folder.path());
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/dialects");
+    let cut = fixtures.join("cut.cls");
+    let wanted: Value =
+        serde_json::from_str(&fs::read_to_string(fixtures.join("blocks.json")).unwrap()).unwrap();
+    for dialect in DIALECTS {
+        let arguments = [
+            "-m",
+            "pencil.toml",
+            "-d",
+            dialect,
+            "-o",
+            "cut.nc",
+            "--origin=0,0,80",
+            "--tool-length=150",
+            "--tolerance=1,1",
+        ];
+        posted(folder.path(), &cut, &arguments);
+        let text = fs::read_to_string(folder.path().join("cut.nc")).unwrap();
+        for line in wanted[dialect].as_array().unwrap() {
+            let line = line.as_str().unwrap();
+            assert!(
+                text.lines().any(|found| says(found, line)),
+                "{dialect}: no {line:?} in\n{text}"
+            );
+        }
+    }
+}
+
+/// The time on `LinuxCNC` that `post` tells before writing, and the one that `check` reckons from the text with a formula of
+/// its own: apart by the rounding of words.
+#[test]
+fn check_finds_the_time_on_the_control_that_post_told() {
+    let folder = folder();
+    let told = posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
+    let mut arguments = vec!["check", "wave.ngc", "--json", "--machine", "bc-trunnion"];
+    arguments.extend([
+        "--part",
+        "patch.json",
+        "--cutter",
+        "R=0,r=5",
+        "--tolerance",
+        "5,5",
+        "--grid",
+        "5",
+    ]);
+    arguments.extend(SETUP.iter().take(3));
+    let output = trunnion(folder.path(), &arguments);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let seconds = number(&found["control_model"]["seconds"]) - number(&found["rapid"]);
+    let wanted = number(&told["model_seconds"][1]);
+    assert!((seconds - wanted).abs() < 1e-5 * wanted, "{seconds} s, told {wanted} s");
+}
+
+#[test]
+fn programmed_axes_beyond_travel_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "G21 G90 G54 G0 X0 Y0 Z0 B0 C0\nG1 X10 B20 F100\nX20 B175\nM2\n";
+    fs::write(folder.path().join("far.ngc"), program).unwrap();
+    let arguments = ["far.ngc", "-m", "bc-trunnion", "-o", "out.nc", "--origin=-381,-254,-405"];
+    let output = post(folder.path(), &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("far.ngc:3: B = 175.0000 deg is outside its travel"), "{told}");
+    assert!(!folder.path().join("out.nc").exists());
+}
+
+/// The same words; F, where both have it, up to a hundredth below: the machine starts from rest.
+fn says(found: &str, wanted: &str) -> bool {
+    let parts = |line: &str| -> (String, Option<f64>) {
+        match line.rsplit_once(" F") {
+            Some((rest, feed)) => (rest.to_owned(), feed.parse().ok()),
+            None => (line.to_owned(), None),
+        }
+    };
+    let (found, wanted) = (parts(found), parts(wanted));
+    let feeds = match (found.1, wanted.1) {
+        (Some(found), Some(wanted)) => found <= wanted * (1.0 + 1e-6) && found >= 0.99 * wanted,
+        (None, Some(_)) => false,
+        (_, None) => true,
+    };
+    found.0 == wanted.0 && feeds
+}
+
+#[test]
+fn a_shop_changes_one_block_of_a_template() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = post(folder.path(), &["--print-template", "fanuc"]);
+    let text = String::from_utf8(printed.stdout).unwrap();
+    assert!(text.contains("{% block start %}") && text.contains("G43.4"), "{text}");
+    let own = "{% extends \"fanuc\" %}{% block end %}G49\nM99\n{% endblock %}";
+    fs::write(folder.path().join("shop.j2"), own).unwrap();
+    let mut arguments = on_bc("fanuc", "part.nc");
+    arguments.extend(["--template", "shop.j2"]);
+    posted(folder.path(), &wave(), &arguments);
+    let text = fs::read_to_string(folder.path().join("part.nc")).unwrap();
+    assert!(text.ends_with("G49\nM99\n") && text.contains("G43.4 H1"), "{text}");
+    fs::write(folder.path().join("shop.j2"), "{% block start %}\n{{ x").unwrap();
+    let mut arguments = vec![wave().to_str().unwrap().to_owned()];
+    arguments.extend(on_bc("fanuc", "other.nc").iter().map(|&one| one.to_owned()));
+    arguments.extend(["--template".to_owned(), "shop.j2".to_owned()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = post(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("shop.j2") && told.contains("line 2"), "{told}");
+}
+
+#[test]
+fn a_pose_out_of_reach_is_told_with_line_and_remedy_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "UNITS/MM\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/100,MMPM\nGOTO/0,0,0,0,0,1\n\
+                GOTO/2000,0,0,0,0,1\nFINI\n";
+    fs::write(folder.path().join("far.cls"), text).unwrap();
+    let mut arguments = vec!["far.cls"];
+    arguments.extend(on_bc("fanuc", "far.nc"));
+    let output = post(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("far.cls:6: X = ") && told.contains("--origin"), "{told}");
+    assert!(
+        !folder.path().join("far.nc").exists() && !folder.path().join("far.setup.txt").exists()
+    );
+}
+
+/// Axis positions for one tool length, posted for another machine and length: the same tip again.
+#[test]
+fn a_program_for_one_machine_becomes_one_for_another() {
+    let folder = tempfile::tempdir().unwrap();
+    posted(folder.path(), &wave(), &on_bc("g93", "old.nc"));
+    let old = folder.path().join("old.nc");
+    let told = posted(
+        folder.path(),
+        &old,
+        &[
+            "-m",
+            "ac-trunnion",
+            "-d",
+            "linuxcnc",
+            "-o",
+            "new.ngc",
+            "--origin=0,0,-450",
+            "--tool-length=80",
+            "--from-machine=bc-trunnion",
+            "--from-origin=-381,-254,-505",
+            "--from-tool-length=120",
+        ],
+    );
+    assert_eq!(told["kept"], true, "{told}");
+    let text = fs::read_to_string(folder.path().join("new.ngc")).unwrap();
+    // The last location of the example, as a tip of the other machine's program.
+    let words = |text: &str| {
+        let mut at = [f64::NAN; 3];
+        for line in text.lines().filter(|line| line.starts_with('G') && !line.contains("G53")) {
+            for word in line.split(' ') {
+                for (slot, letter) in at.iter_mut().zip(["X", "Y", "Z"]) {
+                    if let Some(value) = word.strip_prefix(letter) {
+                        *slot = value.parse().unwrap();
+                    }
+                }
+            }
+        }
+        at
+    };
+    let cl = fs::read_to_string(wave()).unwrap();
+    let last = cl.lines().rfind(|line| line.starts_with("GOTO/")).unwrap();
+    let last: Vec<f64> = last[5..].split(',').map(|word| word.parse().unwrap()).collect();
+    let found = words(&text);
+    for (found, wanted) in found.iter().zip(&last) {
+        assert!((found - wanted).abs() < 1e-3, "{found:?} {last:?}");
+    }
+}
+
+#[test]
+fn smoothing_takes_less_time_and_reducing_fewer_blocks() {
+    let folder = tempfile::tempdir().unwrap();
+    let loose = |out| {
+        let mut arguments = on_bc("linuxcnc", out);
+        arguments.pop();
+        arguments.push("--tolerance=0.1,1");
+        arguments
+    };
+    let plain = posted(folder.path(), &wave(), &loose("plain.ngc"));
+    let fine = posted(folder.path(), &wave(), &on_bc("linuxcnc", "plain.ngc"));
+    let cases = [
+        ("--smooth", "model_seconds", on_bc("linuxcnc", "other.ngc"), &fine),
+        ("--reduce", "blocks", loose("other.ngc"), &plain),
+    ];
+    for (option, better, mut arguments, plain) in cases {
+        arguments.push(option);
+        let told = posted(folder.path(), &wave(), &arguments);
+        assert_eq!(told["kept"], true, "{option}: {told}");
+        let within = |bound: &str, most: &str| number(&told[bound]) <= number(&told[most]);
+        assert!(within("tip_bound", "tip_tolerance") && within("axis_bound", "axis_tolerance"));
+        assert!(number(&told[better][1]) < number(&plain[better][1]), "{told}\n{plain}");
+    }
+}
+
+#[test]
+fn a_program_with_two_tools_is_posted_tool_by_tool() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "G21 G90 G94 G54\nT1 M6\nG43 H1\nG0 X0 Y0 Z60 B0 C0\nG1 Z50 F600\nX10\nG0 Z90\n\
+                T2 M6\nG43 H2\nG0 X0 Y20 Z60\nG1 Z55 F300\nX#<_hal[wide]>\n/ Y30\nG0 Z90\nM2\n";
+    fs::write(folder.path().join("two.ngc"), text).unwrap();
+    let input = folder.path().join("two.ngc");
+    let output = post(
+        folder.path(),
+        &[
+            &["two.ngc", "--set", "_hal[wide]=25", "--block-delete=false"],
+            &on_bc("g93", "one.nc")[..],
+        ]
+        .concat(),
+    );
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        output.status.code() == Some(2) && told.contains("two.ngc:8:") && told.contains("--tool"),
+        "{told}"
+    );
+    whole_program_of_two_tools(folder.path(), &input);
+    for (tool, way, last) in [("1", 10.0 + 10.0, "X10"), ("2", 5.0 + 25.0, "X25")] {
+        let mut arguments = on_bc("g93", "one.nc");
+        arguments.extend(["--tool", tool, "--set", "_hal[wide]=25", "--block-delete=false"]);
+        let told = posted(folder.path(), &input, &arguments);
+        assert!((number(&told["length"]) - way).abs() < 1e-9, "{told}");
+        let text = fs::read_to_string(folder.path().join("one.nc")).unwrap();
+        assert!(text.contains(&format!("T{tool} M6")) && text.contains(last), "{text}");
+    }
+    let mut none = vec![input.to_str().unwrap()];
+    none.extend(on_bc("g93", "none.nc"));
+    none.extend(["--tool", "9", "--set", "_hal[wide]=25", "--block-delete=false"]);
+    let output = post(folder.path(), &none);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("which tools it calls"), "{told}");
+    assert!(!folder.path().join("none.nc").exists());
+    let told = trunnion(
+        folder.path(),
+        &["inspect", "two.ngc", "--json", "--set", "_hal[wide]=25", "--block-delete=false"],
+    );
+    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let seconds: Vec<f64> =
+        told["by_tool"].as_array().unwrap().iter().map(|own| number(&own["seconds"])).collect();
+    // 10 mm down at 10 mm/s, 10 across; the second 5 down and 25 across at 5 mm/s.
+    assert!((seconds[0] - 2.0).abs() < 1e-9 && (seconds[1] - 6.0).abs() < 1e-9, "{seconds:?}");
+}
+
+/// Both tools in one program, in every dialect: each with its own length, the change between, and read back; the
+/// blocks are those of the tools posted alone.
+fn whole_program_of_two_tools(folder: &Path, input: &Path) {
+    let set = ["--set", "_hal[wide]=25", "--block-delete=false"];
+    for dialect in DIALECTS {
+        let mut whole = on_bc(dialect, "both.nc");
+        whole.retain(|word| !word.starts_with("--tool-length"));
+        let without_length = whole.iter().position(|word| *word == "120");
+        if let Some(at) = without_length {
+            whole.remove(at);
+        }
+        whole.extend(set);
+        whole.extend(["--tool-length", "1=120", "--tool-length", "2=95"]);
+        let told = posted(folder, input, &whole);
+        assert_eq!(told["tools"], serde_json::json!([1, 2]), "{dialect}: {told}");
+        assert_eq!(told["read_back"], true, "{dialect}: {told}");
+        let sheet = fs::read_to_string(folder.join("both.setup.txt")).unwrap();
+        assert!(sheet.contains("H1") && sheet.contains("120.0000"), "{sheet}");
+        assert!(sheet.contains("H2") && sheet.contains("95.0000"), "{sheet}");
+        let both = fs::read_to_string(folder.join("both.nc")).unwrap();
+        let mut lines = both.lines().map(bare);
+        for (tool, length) in [("1", "1=120"), ("2", "2=95")] {
+            let mut alone = on_bc(dialect, "alone.nc");
+            alone.retain(|word| !word.starts_with("--tool-length"));
+            if let Some(at) = alone.iter().position(|word| *word == "120") {
+                alone.remove(at);
+            }
+            alone.extend(set);
+            alone.extend(["--tool-length", length, "--tool", tool]);
+            posted(folder, input, &alone);
+            let alone = fs::read_to_string(folder.join("alone.nc")).unwrap();
+            let cuts = alone
+                .lines()
+                .map(bare)
+                .filter(|line| line.contains('F') && line.contains(char::is_numeric));
+            for line in cuts.filter(|line| {
+                ["G1", "X", "L ", "LN", "GOTO"].iter().any(|of| line.starts_with(of))
+            }) {
+                assert!(lines.any(|other| other == line), "{dialect}, tool {tool}: {line}\n{both}");
+            }
+        }
+    }
+}
+
+/// A line without its number.
+fn bare(line: &str) -> &str {
+    line.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
+}

@@ -1,0 +1,204 @@
+//! The tool as convex solids of revolution.
+//!
+//! The signed distance from a convex solid is a convex function of the place, inside and outside:
+//! over a hull it is largest at a corner, and nowhere below its tangent plane. All bounds of what a
+//! moving cutter does to a face (`cover`) rest on these two facts.
+
+use super::{Cutter, ProfilePiece};
+use crate::types::ToolPose;
+use nalgebra::{Point3, Vector3};
+
+/// A truncated cone about the tool axis, grown by a ball.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solid {
+    /// `[rho, z]` of the rim below and above, before growing \[mm\].
+    low: [f64; 2],
+    high: [f64; 2],
+    /// Radius of the ball \[mm\].
+    rounding: f64,
+}
+
+/// Signed distance of a place from a solid and its gradient, a unit vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Signed distance \[mm\], negative inside.
+    pub distance: f64,
+    /// Unit vector in which the distance grows fastest.
+    pub gradient: Vector3<f64>,
+}
+
+/// The cutting end with its flank, and the shank and holder above. The upper end of the flank, which is
+/// flat, is rounded up too: the tool is taken to be larger there than it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tool {
+    /// The cutting end with its flank.
+    pub end: Solid,
+    pub(crate) body: Vec<Solid>,
+}
+
+impl Tool {
+    /// Divides a cutter into its convex solids.
+    pub fn new(cutter: &Cutter) -> Self {
+        let [major, minor] = [cutter.major(), cutter.minor()];
+        let shank = cutter.spec().shank.first();
+        let top = shank.map_or(cutter.length(), |&[height, _]| height).max(minor);
+        let end = Solid { low: [major, minor], high: [major, top], rounding: minor };
+        let above = cutter.profile().iter().filter_map(|piece| match *piece {
+            ProfilePiece::Line { from, to } if from[1] >= top && to[1] > from[1] => {
+                Some(Solid { low: from, high: to, rounding: 0.0 })
+            }
+            _ => None,
+        });
+        Self { end, body: above.collect() }
+    }
+
+    /// All solids, the cutting end first.
+    pub fn solids(&self) -> impl Iterator<Item = &Solid> {
+        std::iter::once(&self.end).chain(&self.body)
+    }
+}
+
+impl Solid {
+    /// What is above a height: the flank, which is straight there, shank and holder.
+    pub fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
+        cutter.profile().iter().filter_map(move |piece| match *piece {
+            ProfilePiece::Line { from, to } if to[1] > from[1].max(bottom) => {
+                let up = ((bottom - from[1]) / (to[1] - from[1])).max(0.0);
+                let low = [from[0] + up * (to[0] - from[0]), from[1].max(bottom)];
+                Some(Self { low, high: to, rounding: 0.0 })
+            }
+            _ => None,
+        })
+    }
+
+    /// A ball about the tip of a pose.
+    pub fn ball(radius: f64) -> Self {
+        Self { low: [0.0; 2], high: [0.0; 2], rounding: radius }
+    }
+
+    /// Signed distance of `point` from the solid at `pose` \[mm\].
+    pub fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
+        let from_tip = point - pose.tip;
+        let z = from_tip.dot(&pose.axis);
+        let rho = (from_tip.norm_squared() - z * z).max(0.0).sqrt();
+        self.section([rho, z]).0
+    }
+
+    /// Diameter where it is widest \[mm\].
+    pub fn width(&self) -> f64 {
+        2.0 * (self.low[0].max(self.high[0]) + self.rounding)
+    }
+
+    /// About the radius at which a place passes under the cutter: how fast its distance changes its change.
+    pub fn bending_radius(&self) -> f64 {
+        // A sharp edge has none; then anything well below the width of the cutter serves.
+        self.rounding.max(0.05 * self.low[0])
+    }
+
+    /// Signed distance of a point from this solid of a tool at `pose`.
+    pub fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
+        let from_tip = point - pose.tip;
+        let z = from_tip.dot(&pose.axis);
+        let out = from_tip - pose.axis.scale(z);
+        let rho = out.norm();
+        let (distance, [by_rho, by_z]) = self.section([rho, z]);
+        // On the axis the distance has a kink or does not change outward: 0 is a subgradient.
+        let outward = if rho > 0.0 { out / rho } else { Vector3::zeros() };
+        Gap { distance, gradient: outward.scale(by_rho) + pose.axis.scale(by_z) }
+    }
+
+    /// How far `point` lies beyond the plane square to `normal` that the solid touches from below:
+    /// nowhere more than its distance, whatever unit vector is taken. Along a sharp edge, where the
+    /// gradient turns within no length, the face's own normal gives the better plane.
+    pub fn plane(&self, point: &Point3<f64>, pose: &ToolPose, normal: Vector3<f64>) -> Gap {
+        let up = normal.dot(&pose.axis);
+        let out = (1.0 - up * up).max(0.0).sqrt();
+        let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
+        let reach = rim(self.low).max(rim(self.high)) + self.rounding;
+        Gap { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
+    }
+
+    /// Distance in the half plane through the axis, and its gradient by `[rho, z]`.
+    fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
+        let [rho, z] = place;
+        let (low, high) = (self.low, self.high);
+        let along = [high[0] - low[0], high[1] - low[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let from_low = [rho - low[0], z - low[1]];
+        let length = square.sqrt();
+        let normal =
+            if length > 0.0 { [along[1] / length, -along[0] / length] } else { [1.0, 0.0] };
+        let away = from_low[0] * normal[0] + from_low[1] * normal[1];
+        let (below, above) = (low[1] - z, z - high[1]);
+        let deepest = below.max(above).max(away);
+        if deepest <= 0.0 {
+            let flat = [0.0, if below >= above { -1.0 } else { 1.0 }];
+            return (deepest - self.rounding, if away >= deepest { normal } else { flat });
+        }
+        // The nearest point of the boundary: of the flank, of the lower disc or of the upper one.
+        let share = (from_low[0] * along[0] + from_low[1] * along[1]) / square;
+        let t = if square > 0.0 { share.clamp(0.0, 1.0) } else { 0.0 };
+        let off = |p: [f64; 2]| {
+            let way = [rho - p[0], z - p[1]];
+            (way[0] * way[0] + way[1] * way[1], way)
+        };
+        let nearer = |a: (f64, [f64; 2]), b: (f64, [f64; 2])| if b.0 < a.0 { b } else { a };
+        let flank = off([low[0] + t * along[0], low[1] + t * along[1]]);
+        let discs = nearer(off([rho.min(low[0]), low[1]]), off([rho.min(high[0]), high[1]]));
+        let (square, way) = nearer(flank, discs);
+        let distance = square.sqrt();
+        (distance - self.rounding, way.map(|x| x / distance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::{Construction, CutterSpec, Kind};
+    use nalgebra::Unit;
+
+    fn tool(shank: Vec<[f64; 2]>) -> Tool {
+        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let spec = CutterSpec { kind, major: 4.0, minor: 3.0, length: 60.0, construction, shank };
+        Tool::new(&Cutter::new(spec).unwrap())
+    }
+
+    #[test]
+    fn distances_from_a_standing_cutter_by_pencil() {
+        let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
+        let tool = tool(vec![[30.0, 12.0], [40.0, 12.0]]);
+        let at = |x: f64, z: f64| tool.end.distance(&Point3::new(x, 0.0, z), &pose);
+        for (x, z, expected) in
+            [(0.0, -1.0, 1.0), (9.0, 8.0, 2.0), (8.0, 0.0, 2.0), (7.0, 3.0, 0.0), (0.0, 1.0, -1.0)]
+        {
+            assert!((at(x, z) - expected).abs() < 1e-12, "{x} {z}: {}", at(x, z));
+        }
+        let above = |x: f64, z: f64| tool.body[0].distance(&Point3::new(x, 0.0, z), &pose);
+        assert!((above(5.0, 28.0) - 2.0).abs() < 1e-12 && (above(10.0, 35.0) + 2.0).abs() < 1e-12);
+    }
+
+    /// Convexity as it is used: nowhere below the tangent plane at any place.
+    #[test]
+    fn no_distance_lies_below_a_tangent_plane() {
+        let axis = Unit::new_normalize(Vector3::new(0.3, -0.2, 0.9));
+        let pose = ToolPose { tip: Point3::new(1.0, 2.0, 3.0), axis };
+        let grid = |i: u32| {
+            let at = |k: u32| f64::from((i / 7_u32.pow(k)) % 7) * 4.1 - 12.0;
+            Point3::new(at(0), at(1), at(2))
+        };
+        for solid in tool(vec![[10.0, 5.0], [20.0, 12.0]]).solids() {
+            for p in (0..343).map(grid) {
+                let gap = solid.gap(&p, &pose);
+                assert!((gap.distance - solid.distance(&p, &pose)).abs() < 1e-12);
+                assert!(gap.gradient.norm() <= 1.0 + 1e-12);
+                for q in (0..343).map(grid) {
+                    let plane = gap.distance + gap.gradient.dot(&(q - p));
+                    let distance = solid.distance(&q, &pose);
+                    assert!(distance >= plane - 1e-9, "{solid:?} {p} {q}");
+                    let any = solid.plane(&q, &pose, (p - Point3::origin()).normalize());
+                    assert!(distance >= any.distance - 1e-9, "{solid:?} {p} {q}");
+                }
+            }
+        }
+    }
+}

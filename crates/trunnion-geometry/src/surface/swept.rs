@@ -1,0 +1,268 @@
+//! Linear extrusion and revolution of a curve, parametrised as in ISO 10303-42.
+
+use super::curve::Curve;
+use super::error::SurfaceError;
+use super::jet::Table;
+use super::nurbs::NurbsSurface;
+use nalgebra::Point3;
+use nalgebra::UnitVector3;
+use nalgebra::Vector3;
+use nalgebra::Vector4;
+use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::TAU;
+
+/// `curve(u) + v direction`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extrusion {
+    curve: Curve,
+    direction: Vector3<f64>,
+}
+
+/// `curve(v)` turned by `u` about an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Revolution {
+    curve: Curve,
+    origin: Point3<f64>,
+    axis: UnitVector3<f64>,
+}
+
+impl Extrusion {
+    /// The direction need not be a unit vector: `v` counts in its length.
+    ///
+    /// # Errors
+    ///
+    /// [`SurfaceError::Size`] for a direction without length.
+    pub fn new(curve: Curve, direction: Vector3<f64>) -> Result<Self, SurfaceError> {
+        let value = direction.norm();
+        if !(value > 0.0 && value.is_finite()) {
+            let need = "finite and above 0";
+            return Err(SurfaceError::Size { what: "length of the extrusion", value, need });
+        }
+        Ok(Self { curve, direction })
+    }
+
+    /// Range of `v` that is short \[1e-3 mm\]: curvature is the same at every `v`.
+    pub(crate) fn thin(&self) -> f64 {
+        1e-3 / self.direction.norm()
+    }
+
+    /// The curve that is moved.
+    pub fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
+        [self.curve.domain(), [f64::NEG_INFINITY, f64::INFINITY]]
+    }
+
+    pub(crate) fn periods(&self) -> [Option<f64>; 2] {
+        [self.curve.period(), None]
+    }
+
+    pub(crate) fn table(&self, u: f64, v: f64) -> Table {
+        let jet = self.curve.jet(u);
+        let mut d = [[Vector3::zeros(); 4]; 4];
+        for (row, c) in d.iter_mut().zip(jet) {
+            row[0] = c;
+        }
+        d[0][0] += self.direction * v;
+        d[0][1] = self.direction;
+        d
+    }
+
+    /// The same surface over `bounds` as NURBS; see [`Conversion`].
+    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<Conversion, Vec<SurfaceError>> {
+        let strip = Strip::of_curve(&self.curve, u);
+        let ends = v.map(|v| self.direction * v);
+        let net = strip.net.iter().map(|point| {
+            ends.iter().map(|end| (point.xyz() + end * point.w).push(point.w)).collect()
+        });
+        let surface =
+            from_net([strip.degree, 1], [strip.knots, vec![v[0], v[0], v[1], v[1]]], net)?;
+        Ok(Conversion { surface, arcs: [strip.arcs, false] })
+    }
+}
+
+impl Revolution {
+    /// A short range of `u` \[rad\]: curvature is the same at every `u`, and over such an arc
+    /// tangents turn by no more than a thousandth.
+    pub(crate) const THIN: f64 = 1e-3;
+
+    /// # Errors
+    ///
+    /// [`SurfaceError::NotFinite`] for an origin that is not finite.
+    pub fn new(
+        curve: Curve,
+        origin: Point3<f64>,
+        axis: UnitVector3<f64>,
+    ) -> Result<Self, SurfaceError> {
+        let mut numbers = origin.iter().chain(axis.iter());
+        if let Some(&value) = numbers.find(|value| !value.is_finite()) {
+            return Err(SurfaceError::NotFinite { what: "axis of revolution".into(), value });
+        }
+        Ok(Self { curve, origin, axis })
+    }
+
+    /// The curve that is turned.
+    pub fn curve(&self) -> &Curve {
+        &self.curve
+    }
+
+    /// Distance of a place from the axis \[mm\].
+    pub fn radius(&self, place: &Vector3<f64>) -> f64 {
+        self.axis.cross(&(place - self.origin.coords)).norm()
+    }
+
+    pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
+        [[0.0, TAU], self.curve.domain()]
+    }
+
+    pub(crate) fn periods(&self) -> [Option<f64>; 2] {
+        [Some(TAU), self.curve.period()]
+    }
+
+    /// Axial and radial part of an offset from the origin, and the radial part a quarter further.
+    fn split(&self, offset: &Vector3<f64>) -> [Vector3<f64>; 3] {
+        let axial = self.axis.scale(offset.dot(&self.axis));
+        [axial, offset - axial, self.axis.cross(offset)]
+    }
+
+    pub(crate) fn table(&self, u: f64, v: f64) -> Table {
+        let (sin, cos) = u.sin_cos();
+        let mut jet = self.curve.jet(v);
+        jet[0] -= self.origin.coords;
+        let mut d = [[Vector3::zeros(); 4]; 4];
+        for (l, c) in jet.iter().enumerate() {
+            let [axial, radial, quarter] = self.split(c);
+            let (e, f) = (radial * cos + quarter * sin, quarter * cos - radial * sin);
+            (d[0][l], d[1][l], d[2][l], d[3][l]) = (axial + e, f, -e, -f);
+        }
+        d[0][0] += self.origin.coords;
+        d
+    }
+
+    /// The same surface over `bounds` as NURBS; see [`Conversion`].
+    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<Conversion, Vec<SurfaceError>> {
+        let strip = Strip::of_curve(&self.curve, v);
+        let (breaks, half) = arcs(u);
+        let turned = |point: &Vector4<f64>, angle: f64, weight: f64| {
+            let offset = point.xyz() - self.origin.coords * point.w;
+            let [axial, radial, quarter] = self.split(&offset);
+            let ring = radial * angle.cos() + quarter * angle.sin();
+            // Radial part 1/weight farther out, then everything times weight.
+            let w = point.w * weight;
+            (self.origin.coords * w + axial * weight + ring).push(w)
+        };
+        let row = |(angle, weight): (f64, f64)| -> Vec<Vector4<f64>> {
+            strip.net.iter().map(|point| turned(point, angle, weight)).collect()
+        };
+        let net = arc_angles(&breaks, half).into_iter().map(row);
+        let knots = [arc_knots(&breaks), strip.knots.clone()];
+        let surface = from_net([2, strip.degree], knots, net)?;
+        Ok(Conversion { surface, arcs: [true, strip.arcs] })
+    }
+}
+
+/// A NURBS surface with the same points over the same rectangle. Where `arcs` is set its
+/// parameter runs through circular arcs at another pace: they agree at the breaks and
+/// `tan(angle/2) = tan(half/2) (2t - 1)` between, angle counted from the arc's middle.
+#[derive(Debug, Clone)]
+pub(crate) struct Conversion {
+    pub(crate) surface: NurbsSurface,
+    pub(crate) arcs: [bool; 2],
+}
+
+impl Conversion {
+    /// Parameters of the original surface.
+    pub(crate) fn original(&self, uv: [f64; 2]) -> [f64; 2] {
+        self.map(uv, |x, half| (2.0 * ((0.5 * half).tan() * x).atan()) / half)
+    }
+
+    /// Parameters of the NURBS surface.
+    pub(crate) fn converted(&self, uv: [f64; 2]) -> [f64; 2] {
+        self.map(uv, |x, half| (0.5 * half * x).tan() / (0.5 * half).tan())
+    }
+
+    /// Applies `bend` to the position in [-1, 1] within each arc.
+    fn map(&self, uv: [f64; 2], bend: impl Fn(f64, f64) -> f64) -> [f64; 2] {
+        [0, 1].map(|k| {
+            let knots = &self.surface.knots()[k];
+            let piece = knots.piece(uv[k]);
+            let [a, b] = [knots.breaks()[piece], knots.breaks()[piece + 1]];
+            let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+            if self.arcs[k] { middle + half * bend((uv[k] - middle) / half, half) } else { uv[k] }
+        })
+    }
+}
+
+/// A curve in B-spline form.
+struct Strip {
+    degree: usize,
+    knots: Vec<f64>,
+    net: Vec<Vector4<f64>>,
+    arcs: bool,
+}
+
+impl Strip {
+    fn of_curve(curve: &Curve, [low, high]: [f64; 2]) -> Self {
+        match curve {
+            Curve::Line { .. } => {
+                let net = [low, high].map(|t| curve.jet(t)[0].push(1.0)).to_vec();
+                Self { degree: 1, knots: vec![low, low, high, high], net, arcs: false }
+            }
+            Curve::Ellipse { frame, .. } => {
+                let (breaks, half) = arcs([low, high]);
+                let centre = frame.origin().coords;
+                let point = |(t, weight): (f64, f64)| {
+                    // Tangents meet 1/weight times as far from the centre.
+                    (centre * weight + (curve.jet(t)[0] - centre)).push(weight)
+                };
+                let net = arc_angles(&breaks, half).into_iter().map(point).collect();
+                Self { degree: 2, knots: arc_knots(&breaks), net, arcs: true }
+            }
+            Curve::Nurbs(spline) => {
+                let knots = spline.knots().knots().to_vec();
+                let degree = spline.knots().degree();
+                Self { degree, knots, net: spline.net().to_vec(), arcs: false }
+            }
+        }
+    }
+}
+
+/// Breaks of arcs of at most a right angle, and half the angle of each.
+fn arcs([low, high]: [f64; 2]) -> (Vec<f64>, f64) {
+    let count = ((high - low) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 8.0);
+    let step = (high - low) / count;
+    let breaks = (0..=8).take_while(|&i| f64::from(i) <= count).map(|i| low + step * f64::from(i));
+    (breaks.collect(), 0.5 * step)
+}
+
+/// Angle and weight of every control point of the arcs.
+fn arc_angles(breaks: &[f64], half: f64) -> Vec<(f64, f64)> {
+    let mut angles = vec![(breaks[0], 1.0)];
+    for pair in breaks.windows(2) {
+        angles.extend([(0.5 * (pair[0] + pair[1]), half.cos()), (pair[1], 1.0)]);
+    }
+    angles
+}
+
+/// Quadratic knots with every break repeated twice, the ends thrice.
+fn arc_knots(breaks: &[f64]) -> Vec<f64> {
+    let ends = [breaks[0], breaks[breaks.len() - 1]];
+    let inner = breaks.iter().flat_map(|&b| [b, b]);
+    std::iter::once(ends[0]).chain(inner).chain([ends[1]]).collect()
+}
+
+/// A NURBS surface from homogeneous control points.
+fn from_net(
+    degree: [usize; 2],
+    knots: [Vec<f64>; 2],
+    net: impl Iterator<Item = Vec<Vector4<f64>>>,
+) -> Result<NurbsSurface, Vec<SurfaceError>> {
+    let (mut points, mut weights) = (Vec::new(), Vec::new());
+    for row in net {
+        points.push(row.iter().map(|point| Point3::from(point.xyz() / point.w)).collect());
+        weights.push(row.iter().map(|point| point.w).collect());
+    }
+    NurbsSurface::new(degree, knots, points, Some(weights))
+}

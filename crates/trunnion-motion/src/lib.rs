@@ -1,0 +1,14 @@
+//! Motion of five-axis machines: kinematics, axis paths and feed planning.
+//!
+//! [`machine`] is the kinematic chain and its forward map, [`inverse`] maps tool poses to axes in
+//! closed form, [`axes`] turns a tool path into an axis path, [`feed`] plans the speed along it as
+//! fast as the axes allow, and [`setpoint`] samples the plan at the servo period. No stage needs a
+//! file format. Units everywhere: **mm, rad, s**.
+
+pub mod axes;
+pub mod feed;
+pub mod inverse;
+pub mod machine;
+pub mod setpoint;
+
+pub use trunnion_types::{math, types};

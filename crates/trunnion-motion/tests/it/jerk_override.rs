@@ -1,0 +1,198 @@
+//! Feed hold, resume and override under jerk limits.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::property;
+use crate::waves;
+
+use nalgebra::{SVector, Vector1};
+use proptest::prelude::*;
+use trunnion::feed::{FeedError, JerkStream, Limits, Step, StreamOptions};
+use trunnion::types::{AxisNode, AxisPath, Motion};
+use waves::{Event, any_event, any_waves, machine};
+
+fn options(feed: Option<f64>, window: usize) -> StreamOptions {
+    StreamOptions { feed, link_feed: None, tip: None, window, step: 1.0 }
+}
+
+/// Largest velocity, acceleration and jerk over their limits, densely in time on the path's own
+/// quintics in the power basis, and the largest gap between steps.
+fn worst(path: &AxisPath, steps: &[Step]) -> [f64; 4] {
+    let limits = machine();
+    let mut worst = [0.0_f64; 4];
+    for step in steps {
+        let piece = &path.pieces[step.piece];
+        let velocity = if piece.motion.is_free() { limits.rapid } else { limits.velocity };
+        let over =
+            |values: SVector<f64, 5>, limits: &SVector<f64, 5>| values.component_div(limits).amax();
+        let (origin, quintic) = piece.quintic(step.interval).unwrap();
+        for k in 0..=6 {
+            let m = step.at(step.duration * f64::from(k) / 6.0);
+            let [_, t, c, l] = quintic.at(m.s - origin);
+            let [v, a, j] = [m.speed, m.acceleration, m.jerk];
+            let all = [
+                over(t * v, &velocity),
+                over(t * a + c * (v * v), &limits.acceleration),
+                over(t * j + c * (3.0 * v * a) + l * v.powi(3), &limits.jerk.unwrap()),
+            ];
+            for (worst, value) in worst.iter_mut().zip(all) {
+                *worst = worst.max(value);
+            }
+        }
+    }
+    for two in steps.windows(2) {
+        let v = (two[0].speed[1] - two[1].speed[0]).abs() / two[0].speed[1].max(1.0);
+        let a = (two[0].end_acceleration - two[1].acceleration).abs() / 1e4;
+        let t = (two[0].t + two[0].duration - two[1].t).abs();
+        let same = two[0].piece == two[1].piece;
+        let s = if same { (two[0].s[1] - two[1].s[0]).abs() } else { 0.0 };
+        worst[3] = worst[3].max(s).max(v).max(a).max(t);
+    }
+    worst
+}
+
+fn line(length: u32) -> impl Iterator<Item = AxisNode<1>> {
+    let (zero, one) = (Vector1::zeros(), Vector1::new(1.0));
+    (0..=length).map(move |s| {
+        let s = f64::from(s);
+        AxisNode { s, q: [Vector1::new(s), one, zero, zero], tip_rate: 1.0, feed_rate: 1.0 }
+    })
+}
+
+fn straight(feed: f64) -> JerkStream<1> {
+    let [velocity, acceleration, jerk] = [100.0, 500.0, 5000.0].map(Vector1::new);
+    let limits = Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None };
+    let mut stream = JerkStream::new(limits, options(Some(feed), 128)).unwrap();
+    stream.begin(Motion::Cut);
+    stream
+}
+
+/// Takes steps until `done`, or until the stream rests.
+fn until(
+    stream: &mut JerkStream<1>,
+    nodes: &mut impl Iterator<Item = AxisNode<1>>,
+    done: impl Fn(&Step) -> bool,
+) -> Vec<Step> {
+    let mut steps = Vec::new();
+    loop {
+        while stream.wants() {
+            let Some(node) = nodes.next() else { break };
+            stream.push(node).unwrap();
+        }
+        let Some(step) = stream.next() else { return steps };
+        steps.push(step);
+        if done(&step) {
+            return steps;
+        }
+    }
+}
+
+/// From 50 mm/s at 500 mm/s² and 5000 mm/s³: 0.1 s of jerk, nothing, 0.1 s of jerk, 5 mm. From 80 mm/s
+/// 0.1 s, 0.06 s and 0.1 s: 10.4 mm.
+#[test]
+fn a_hold_stops_in_little_more_than_the_shortest_way() {
+    for (feed, way) in [(50.0, 5.0), (80.0, 10.4)] {
+        let mut stream = straight(feed);
+        let mut nodes = line(400);
+        let steps = until(&mut stream, &mut nodes, |step| step.s[1] > 100.0);
+        let from = steps.last().unwrap().s[1];
+        assert!(stream.speed() > 0.98 * feed, "{}", stream.speed());
+        stream.set_override(0.0).unwrap();
+        let steps = until(&mut stream, &mut nodes, |_| false);
+        assert!(stream.held() && stream.speed() <= 0.0);
+        let stop = steps.last().unwrap().s[1];
+        assert!(stop - from >= way * 0.98, "stopped after {} mm", stop - from);
+        assert!(stop - from <= way * 1.35, "stopped after {} mm", stop - from);
+        let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+        assert!(fastest <= 1.01 * feed, "{fastest} mm/s after the hold");
+        stream.set_override(1.0).unwrap();
+        let steps = until(&mut stream, &mut nodes, |_| false);
+        assert!(steps[0].s[0].to_bits() == stop.to_bits() && steps[0].speed[0] <= 0.0);
+        assert!(steps.last().unwrap().s[1] >= 400.0 && !stream.held());
+        let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+        assert!(fastest > 0.98 * feed);
+    }
+}
+
+/// At half the feed the path takes twice the time, at twice the feed half.
+#[test]
+fn a_changed_override_is_reached_without_a_stop() {
+    for (value, feed) in [(0.5, 30.0), (1.5, 90.0)] {
+        let mut stream = straight(60.0);
+        let mut nodes = line(600);
+        until(&mut stream, &mut nodes, |step| step.s[1] > 100.0);
+        stream.set_override(value).unwrap();
+        let steps = until(&mut stream, &mut nodes, |step| step.s[1] > 300.0);
+        let slowest = steps.iter().map(|step| step.speed[1]).fold(f64::INFINITY, f64::min);
+        let last = steps.last().unwrap().speed[1];
+        assert!((last - feed).abs() <= 0.01 * feed, "{value}: {last} mm/s");
+        assert!(slowest >= 0.95 * feed.min(60.0), "{value}: down to {slowest} mm/s");
+        // 5 mm and 3 mm would do from one speed to the other.
+        let reached = steps.iter().find(|step| (step.speed[1] - feed).abs() < 0.02 * feed).unwrap();
+        assert!(reached.s[1] < 125.0, "{value}: reached at {} mm", reached.s[1]);
+    }
+}
+
+#[test]
+fn an_override_out_of_range_is_refused() {
+    let error = straight(10.0).set_override(2.5).unwrap_err();
+    assert!(matches!(error, FeedError::BadOverride { .. }), "{error}");
+}
+
+proptest! {
+    #![proptest_config(property::cases(12))]
+
+    #[test]
+    fn limits_hold_whatever_the_feeder_and_the_operator_do(
+        waves in any_waves(),
+        intervals in prop::sample::select(vec![20_u32, 150, 400]),
+        feed in prop::option::of(5.0..300.0f64),
+        window in 8..300_usize,
+        events in prop::collection::vec(any_event([120, 120]), 0..24),
+    ) {
+        let path = AxisPath {
+            pieces: [Motion::Link, Motion::Cut].map(|motion| waves.piece(motion, intervals)).to_vec(),
+        };
+        let mut nodes = path.pieces.iter().flat_map(|piece| {
+            piece.nodes.iter().enumerate().map(|(index, node)| (index, piece.motion, *node))
+        });
+        let mut stream = JerkStream::new(machine(), options(feed, window)).unwrap();
+        let mut push = |stream: &mut JerkStream<5>| {
+            let Some((index, motion, node)) = nodes.next() else { return false };
+            if index == 0 {
+                stream.begin(motion);
+            }
+            stream.push(node).unwrap();
+            true
+        };
+        let mut steps = Vec::new();
+        for event in events {
+            match event {
+                Event::Push(count) => {
+                    let _ = (0..count).take_while(|_| stream.wants() && push(&mut stream)).count();
+                }
+                Event::Take(count) => steps.extend(stream.by_ref().take(count)),
+                Event::Override(value) => stream.set_override(value).unwrap(),
+            }
+        }
+        // A hold stops before the end of what is known, and a resumed path runs to its end.
+        stream.set_override(0.0).unwrap();
+        steps.extend(stream.by_ref());
+        prop_assert!(stream.speed() <= 0.0);
+        stream.set_override(1.3).unwrap();
+        loop {
+            while stream.wants() && push(&mut stream) {}
+            let Some(step) = stream.next() else { break };
+            steps.push(step);
+        }
+        let last = steps.last().unwrap();
+        prop_assert_eq!(last.piece, 1);
+        prop_assert_eq!(last.s[1].to_bits(), path.pieces[1].nodes.last().unwrap().s.to_bits());
+        prop_assert!(last.speed[1] <= 0.0);
+        let [velocity, acceleration, jerk, gap] = worst(&path, &steps);
+        prop_assert!(velocity <= 1.0 + 1e-9, "velocity {velocity}");
+        prop_assert!(acceleration <= 1.0 + 1e-7, "acceleration {acceleration}");
+        prop_assert!(jerk <= 1.0 + 1e-6, "jerk {jerk}");
+        prop_assert!(gap <= 1e-9, "gap {gap}");
+    }
+}

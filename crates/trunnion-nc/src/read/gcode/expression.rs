@@ -1,0 +1,428 @@
+//! Values: numbers, parameters and expressions in brackets.
+
+use super::super::control::{COMPUTED, Control};
+use super::super::log::Remark;
+use super::super::number;
+use super::parameters::{self, Key, Parameters};
+
+/// Brackets in brackets; deeper is no program for a machine.
+const DEEPEST: u32 = 60;
+
+/// Two values closer than this are equal, as `LinuxCNC`'s interpreter compares.
+const EQUAL: f64 = 1e-6;
+
+/// What values are read from.
+pub(super) struct Env<'a> {
+    pub(super) parameters: &'a Parameters,
+    pub(super) control: &'a Control,
+    pub(super) line: u32,
+    /// Rounding functions and ATAN as Fanuc has them.
+    pub(super) fanuc: bool,
+}
+
+/// A cursor on a line.
+pub(super) struct Scan<'a> {
+    pub(super) text: &'a str,
+    pub(super) at: usize,
+    depth: u32,
+}
+
+/// A value and the digits behind its point, [`COMPUTED`] if it was no plain number; whether it had a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Value {
+    pub(super) number: f64,
+    pub(super) decimals: u8,
+    pub(super) point: bool,
+}
+
+/// Operators by how tightly they bind, the loosest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Operator {
+    And,
+    Or,
+    Xor,
+    Equal,
+    NotEqual,
+    Greater,
+    GreaterEqual,
+    Less,
+    LessEqual,
+    Plus,
+    Minus,
+    Times,
+    Over,
+    Modulo,
+    Power,
+}
+
+/// Words that are operators.
+const OPERATORS: [(&str, Operator); 15] = [
+    ("**", Operator::Power),
+    ("*", Operator::Times),
+    ("/", Operator::Over),
+    ("+", Operator::Plus),
+    ("-", Operator::Minus),
+    ("MOD", Operator::Modulo),
+    ("AND", Operator::And),
+    ("XOR", Operator::Xor),
+    ("OR", Operator::Or),
+    ("EQ", Operator::Equal),
+    ("NE", Operator::NotEqual),
+    ("GT", Operator::Greater),
+    ("GE", Operator::GreaterEqual),
+    ("LT", Operator::Less),
+    ("LE", Operator::LessEqual),
+];
+
+/// Levels of binding.
+const TIGHTEST: u8 = 5;
+
+impl Operator {
+    fn level(self) -> u8 {
+        match self {
+            Self::And | Self::Or | Self::Xor => 1,
+            Self::Equal
+            | Self::NotEqual
+            | Self::Greater
+            | Self::GreaterEqual
+            | Self::Less
+            | Self::LessEqual => 2,
+            Self::Plus | Self::Minus => 3,
+            Self::Times | Self::Over | Self::Modulo => 4,
+            Self::Power => TIGHTEST,
+        }
+    }
+
+    fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, Remark> {
+        let flag = |on: bool| f64::from(u8::from(on));
+        let is = |value: f64| value.abs() > 0.0;
+        let value = match self {
+            Self::And => flag(is(a) && is(b)),
+            Self::Or => flag(is(a) || is(b)),
+            Self::Xor => flag(is(a) != is(b)),
+            Self::Equal => flag((a - b).abs() < EQUAL),
+            Self::NotEqual => flag((a - b).abs() >= EQUAL),
+            Self::Greater => flag(a > b),
+            Self::GreaterEqual => flag(a >= b),
+            Self::Less => flag(a < b),
+            Self::LessEqual => flag(a <= b),
+            Self::Plus => a + b,
+            Self::Minus => a - b,
+            Self::Times => a * b,
+            Self::Over => a / b,
+            Self::Modulo => modulo(a, b),
+            Self::Power => a.powf(b),
+        };
+        finite(value, at, || format!("{a} {} {b}", self.name()))
+    }
+
+    fn name(self) -> &'static str {
+        OPERATORS.iter().find(|(_, operator)| *operator == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Remainder with the sign of the divisor made positive, as the interpreter has it.
+fn modulo(a: f64, b: f64) -> f64 {
+    let rest = a % b;
+    if rest < 0.0 { rest + b.abs() } else { rest }
+}
+
+fn finite(value: f64, at: usize, what: impl FnOnce() -> String) -> Result<f64, Remark> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Remark::new(at, format!("{} has no finite value", what()), "look at what it is made of"))
+}
+
+impl<'a> Scan<'a> {
+    pub(super) fn new(text: &'a str, at: usize) -> Self {
+        Self { text, at, depth: 0 }
+    }
+
+    pub(super) fn peek(&self) -> Option<u8> {
+        self.text.as_bytes().get(self.at).copied()
+    }
+
+    pub(super) fn rest(&self) -> &'a str {
+        self.text.get(self.at..).unwrap_or_default()
+    }
+
+    /// Passes blanks.
+    #[inline]
+    pub(super) fn blanks(&mut self) {
+        while matches!(self.peek(), Some(b' ' | b'\t' | b'\r')) {
+            self.at += 1;
+        }
+    }
+
+    fn take(&mut self, byte: u8) -> bool {
+        self.blanks();
+        let found = self.peek() == Some(byte);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn expect(&mut self, byte: u8) -> Result<(), Remark> {
+        if self.take(byte) {
+            return Ok(());
+        }
+        let message = format!("{} is missing here", char::from(byte));
+        Err(Remark::new(self.at, message, "look at the brackets of this line"))
+    }
+
+    /// Letters from here, in upper case; none if longer than any known word.
+    fn word(&self) -> &'a str {
+        let rest = self.rest();
+        let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+        rest.get(..end).unwrap_or_default()
+    }
+
+    /// A value: number, `[expression]`, `#parameter`, function, with signs.
+    #[inline]
+    pub(super) fn value(&mut self, env: &Env<'_>) -> Result<Value, Remark> {
+        self.blanks();
+        if let Some(found) = number::signed(self.rest(), false) {
+            self.at += found.length;
+            let number::Number { value: number, decimals, point, .. } = found;
+            return Ok(Value { number, decimals, point });
+        }
+        let number = self.computed(env)?;
+        Ok(Value { number, decimals: COMPUTED, point: true })
+    }
+
+    fn computed(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        if self.depth >= DEEPEST {
+            let message = format!("more than {DEEPEST} brackets in each other");
+            return Err(Remark::new(self.at, message, "take the expression apart"));
+        }
+        self.depth += 1;
+        let value = self.term(env);
+        self.depth -= 1;
+        value
+    }
+
+    fn term(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        self.blanks();
+        let at = self.at;
+        match self.peek() {
+            Some(b'-') => {
+                self.at += 1;
+                Ok(-self.value(env)?.number)
+            }
+            Some(b'+') => {
+                self.at += 1;
+                Ok(self.value(env)?.number)
+            }
+            Some(b'[') => self.bracket(env),
+            Some(b'#') => {
+                let key = self.key(env)?;
+                self.parameter(&key, at, env)
+            }
+            Some(byte) if byte.is_ascii_alphabetic() => self.function(env),
+            _ => Err(Remark::new(
+                at,
+                "a value is missing here",
+                "write a number, #n or [expression]",
+            )),
+        }
+    }
+
+    /// `[a + b * c]`.
+    pub(super) fn bracket(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        self.expect(b'[')?;
+        let value = self.operations(1, env)?;
+        self.expect(b']')?;
+        Ok(value)
+    }
+
+    /// `a + b * c`: Fanuc has it without brackets behind =.
+    pub(super) fn sum(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        self.operations(1, env)
+    }
+
+    /// Operators from a level on; equal levels bind from the left.
+    fn operations(&mut self, level: u8, env: &Env<'_>) -> Result<f64, Remark> {
+        if level > TIGHTEST {
+            return Ok(self.value(env)?.number);
+        }
+        let mut left = self.operations(level + 1, env)?;
+        loop {
+            self.blanks();
+            let at = self.at;
+            let Some((length, operator)) = self.operator() else { return Ok(left) };
+            if operator.level() != level {
+                return Ok(left);
+            }
+            self.at += length;
+            let right = self.operations(level + 1, env)?;
+            left = operator.apply(left, right, at)?;
+        }
+    }
+
+    fn operator(&self) -> Option<(usize, Operator)> {
+        let rest = self.rest().as_bytes();
+        let matches = |name: &str| {
+            rest.get(..name.len()).is_some_and(|head| head.eq_ignore_ascii_case(name.as_bytes()))
+        };
+        let found = OPERATORS.iter().find(|(name, _)| matches(name));
+        found.map(|&(name, operator)| (name.len(), operator))
+    }
+
+    /// What stands behind `#`, which is at the cursor.
+    pub(super) fn key(&mut self, env: &Env<'_>) -> Result<Key, Remark> {
+        let at = self.at;
+        self.expect(b'#')?;
+        self.blanks();
+        if self.peek() == Some(b'<') {
+            let rest = self.text.get(self.at + 1..).unwrap_or_default();
+            let Some(end) = rest.find('>') else {
+                return Err(Remark::new(at, "parameter name without a closing >", "close it"));
+            };
+            self.at += end + 2;
+            return Ok(Key::Name(parameters::normal(rest.get(..end).unwrap_or_default())));
+        }
+        let value =
+            if self.peek() == Some(b'#') { self.computed(env)? } else { self.value(env)?.number };
+        parameters::key_number(value, at)
+    }
+
+    fn parameter(&self, key: &Key, at: usize, env: &Env<'_>) -> Result<f64, Remark> {
+        env.parameters.get(key, env.control, env.line).ok_or_else(|| {
+            let text = self.text.get(at..self.at).unwrap_or_default().trim();
+            let message = format!("{text} has no value");
+            Remark::new(at, message, "set it in the program, or give its value when reading")
+        })
+    }
+
+    /// `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
+    fn function(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+        let at = self.at;
+        let name = self.word().to_ascii_uppercase();
+        self.at += name.len();
+        if name == "EXISTS" {
+            self.expect(b'[')?;
+            self.blanks();
+            let key = self.key(env)?;
+            self.expect(b']')?;
+            let exists = env.parameters.get(&key, env.control, env.line).is_some();
+            return Ok(f64::from(u8::from(exists)));
+        }
+        let Some(function) = function(&name) else {
+            let message = format!("{} is no function", super::super::log::excerpt(&name));
+            let help = "known are ABS ACOS ASIN ATAN COS EXISTS EXP FIX FUP LN ROUND SIN SQRT TAN";
+            return Err(Remark::new(at, message, help));
+        };
+        let argument = self.bracket(env)?;
+        self.blanks();
+        if name == "ATAN" && !(env.fanuc && self.peek() != Some(b'/')) {
+            self.expect(b'/')?;
+            self.blanks();
+            let below = self.bracket(env)?;
+            return Ok(argument.atan2(below).to_degrees());
+        }
+        match name.as_str() {
+            "ATAN" => return Ok(argument.atan().to_degrees()),
+            // Towards zero and away from it; LinuxCNC goes down and up.
+            "FIX" if env.fanuc => return Ok(argument.trunc()),
+            "FUP" if env.fanuc => return Ok(argument.abs().ceil().copysign(argument)),
+            _ => {}
+        }
+        finite(function(argument), at, || format!("{name}[{argument}]"))
+    }
+}
+
+/// Functions of one argument; angles in degrees.
+fn function(name: &str) -> Option<fn(f64) -> f64> {
+    Some(match name {
+        // ATAN has two arguments, and is made of them elsewhere.
+        "ABS" | "ATAN" => f64::abs,
+        "ACOS" => |x| x.acos().to_degrees(),
+        "ASIN" => |x| x.asin().to_degrees(),
+        "COS" => |x| x.to_radians().cos(),
+        "EXP" => f64::exp,
+        "FIX" => f64::floor,
+        "FUP" => f64::ceil,
+        "LN" => f64::ln,
+        "ROUND" => f64::round,
+        "SIN" => |x| x.to_radians().sin(),
+        "SQRT" => f64::sqrt,
+        "TAN" => |x| x.to_radians().tan(),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read::gcode::tests::env;
+
+    fn value(text: &str) -> Result<f64, String> {
+        let (parameters, control) = env(&[("7", 2.0), ("depth", -3.5), ("3", 7.0)]);
+        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: false };
+        let mut scan = Scan::new(text, 0);
+        let value = scan.value(&env).map_err(|remark| remark.message)?.number;
+        scan.blanks();
+        if scan.rest().is_empty() { Ok(value) } else { Err(format!("rest {}", scan.rest())) }
+    }
+
+    #[test]
+    fn operators_bind_as_the_manual_says() {
+        let cases = [
+            ("[1 + 2 * 3]", 7.0),
+            ("[2 ** 3 ** 2]", 64.0),
+            ("[2 * 3 ** 2]", 18.0),
+            ("[10 - 4 - 3]", 3.0),
+            ("[7 mod 4]", 3.0),
+            ("[-7 mod 4]", 1.0),
+            ("[1 + 1 eq 2 and 3 gt 2]", 1.0),
+            ("[1 xor 1 or 1]", 1.0),
+            ("[5 ge 5] ", 1.0),
+            ("-[3]", -3.0),
+            ("- -3", 3.0),
+            ("[#<DEPTH> * -1]", 3.5),
+            ("#<de pth>", -3.5),
+            ("fix[-2.5]", -3.0),
+            ("fup[-2.5]", -2.0),
+            ("round[-2.5]", -3.0),
+            ("atan[1]/[-1]", 135.0),
+            ("sqrt[abs[-16]]", 4.0),
+            ("[exists[#<depth>] + exists[#<width>]]", 1.0),
+        ];
+        for (text, expected) in cases {
+            let found = value(text).unwrap();
+            assert!((found - expected).abs() < 1e-12, "{text} is {found}");
+        }
+    }
+
+    #[test]
+    fn fanuc_rounds_towards_zero_and_has_one_sided_arc_tangents() {
+        let (parameters, control) = env(&[]);
+        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: true };
+        let value = |text: &str| Scan::new(text, 0).value(&env).unwrap().number;
+        for (text, expected) in
+            [("FIX[-2.5]", -2.0), ("FUP[-2.5]", -3.0), ("ATAN[1]", 45.0), ("ATAN[1]/[-1]", 135.0)]
+        {
+            assert!((value(text) - expected).abs() < 1e-12, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_value_says_so() {
+        let cases = [
+            ("[1/0]", "no finite value"),
+            ("sqrt[-1]", "no finite value"),
+            ("#<width>", "has no value"),
+            ("[1", "missing"),
+            ("sinh[1]", "no function"),
+            ("[1 + ]", "missing"),
+            ("#[0.5]", "no number of a parameter"),
+        ];
+        for (text, part) in cases {
+            let error = value(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+        assert!(value(&"[".repeat(100_000)).unwrap_err().contains("brackets"));
+        assert!(value(&"-".repeat(100_000)).unwrap_err().contains("brackets"));
+        assert!(value(&"#".repeat(100_000)).unwrap_err().contains("brackets"));
+    }
+}

@@ -1,0 +1,192 @@
+//! G and M codes, and words without a value.
+
+use super::super::Turning;
+use super::super::control::FeedMode;
+use super::super::log::Remark;
+use super::word::{Behind, Item};
+use super::{Line, Motion, Siemens};
+use crate::read::reader::State;
+
+/// Words that say how, not where.
+const KEPT: [&str; 41] = [
+    "MSG",
+    "CYCLE832",
+    "FFWON",
+    "FFWOF",
+    "SOFT",
+    "BRISK",
+    "DRIVE",
+    "COMPCAD",
+    "COMPCURV",
+    "COMPON",
+    "COMPOF",
+    "COMPSURF",
+    "FGREF",
+    "FGROUP",
+    "FIFOCTRL",
+    "STOPFIFO",
+    "STARTFIFO",
+    "STOPRE",
+    "UPATH",
+    "SPATH",
+    "CFC",
+    "CFTCP",
+    "CFIN",
+    "FNORM",
+    "DYNNORM",
+    "DYNPOS",
+    "DYNROUGH",
+    "DYNSEMIFIN",
+    "DYNFINISH",
+    "DYNPREC",
+    "WORKPIECE",
+    "DIAMOF",
+    "ORISON",
+    "ORISOF",
+    "ADIS",
+    "ADISPOS",
+    "CTOL",
+    "OTOL",
+    "WALIMOF",
+    "GETD",
+    "SETMS",
+];
+
+impl Siemens {
+    /// A G or M code.
+    pub(super) fn code(
+        &mut self,
+        state: &mut State,
+        line: &mut Line,
+        (item, letter, tenths, code): (&Item<'_>, u8, u32, &str),
+    ) -> Result<(), Remark> {
+        if tenths % 10 != 0 {
+            return Err(not_understood(item, code));
+        }
+        let number = tenths / 10;
+        if letter == b'M' {
+            m_code(state, line, (item, number, code));
+            return Ok(());
+        }
+        match number {
+            0 => self.moves(line, Motion::Rapid),
+            1 => self.moves(line, Motion::Feed),
+            2 => self.moves(line, Motion::Arc { clockwise: true }),
+            3 => self.moves(line, Motion::Arc { clockwise: false }),
+            4 => line.dwell = true,
+            17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
+            70 | 700 => state.control.inch = true,
+            71 | 710 => state.control.inch = false,
+            90 => self.incremental = false,
+            91 => self.incremental = true,
+            93 => feed_mode(state, FeedMode::Inverse),
+            94 => feed_mode(state, FeedMode::PerMinute),
+            95 => feed_mode(state, FeedMode::PerRevolution),
+            53 | 153 => line.machine = true,
+            54..=57 => state.control.set_offset(u8::try_from(number - 54).unwrap_or(u8::MAX)),
+            505..=599 => state.control.set_offset(u8::try_from(number - 501).unwrap_or(u8::MAX)),
+            // Without a settable offset words are axis positions less the tool: no offset of ours.
+            500 => state.control.set_offset(u8::MAX),
+            9 | 60 | 64 | 601 | 602 | 603 | 641..=646 => {
+                let text = code.get(item.at..item.end).unwrap_or_default();
+                state.control.keep(state.log.line, text);
+            }
+            40 | 290 | 450 | 451 => {}
+            _ => return Err(not_understood(item, code)),
+        }
+        Ok(())
+    }
+
+    fn moves(&mut self, line: &mut Line, motion: Motion) {
+        self.motion = Some(motion);
+        line.motion = true;
+    }
+
+    /// A word without a value, or a call.
+    pub(super) fn keyword(
+        state: &mut State,
+        line: &mut Line,
+        (item, name, code): (&Item<'_>, &str, &str),
+    ) -> Result<(), Remark> {
+        match name {
+            "TRAORI" => {
+                if !matches!(arguments(item), "" | "1") {
+                    let message = "TRAORI with values of its own";
+                    return Err(Remark::new(item.at, message, "set up the machine's first one"));
+                }
+                state.control.set_tcp(true);
+            }
+            "TRAFOOF" => {
+                state.control.set_tcp(false);
+                state.control.turning = None;
+            }
+            "SUPA" => line.machine = true,
+            "ORIVECT" | "ORIPLANE" => state.control.turning = Some(Turning::GreatCircle),
+            "ORIAXES" => state.control.turning = Some(Turning::Rotary),
+            // With rotary words ORIMKS and ORIWKS differ by the frames that are refused here.
+            "ORIWKS" | "ORIMKS" => {}
+            "TRANS" | "ATRANS" => line.shift = Some(name == "ATRANS"),
+            "RET" => line.ends = true,
+            _ if KEPT.contains(&name) => {
+                let text = code.get(item.at..item.end).unwrap_or_default();
+                state.control.keep(state.log.line, text);
+            }
+            _ => return Err(not_understood(item, code)),
+        }
+        Ok(())
+    }
+}
+
+/// What stands in the brackets of a call.
+pub(super) fn arguments<'a>(item: &Item<'a>) -> &'a str {
+    match item.behind {
+        Behind::Arguments => {
+            let text = item.line.get(item.value_at..item.end).unwrap_or_default().trim();
+            text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(text).trim()
+        }
+        _ => "",
+    }
+}
+
+fn m_code(state: &mut State, line: &mut Line, (item, number, code): (&Item<'_>, u32, &str)) {
+    let text = code.get(item.at..item.end).unwrap_or_default();
+    match number {
+        2 | 17 | 30 => line.ends = true,
+        3..=5 => {
+            state.control.sense = i8::from(number == 3) - i8::from(number == 4);
+            line.turns_spindle = true;
+        }
+        6 => line.changes_tool = true,
+        0 | 1 | 7..=9 | 40..=45 => state.control.keep(state.log.line, text),
+        _ => {
+            let message = format!("{text} is not known: it is kept, and taken to move nothing");
+            state.log.warn(item.line, Remark::new(item.at, message, ""));
+            state.control.keep(state.log.line, text);
+        }
+    }
+}
+
+fn feed_mode(state: &mut State, mode: FeedMode) {
+    if state.control.feed_mode != mode {
+        state.control.feed = None;
+    }
+    state.control.feed_mode = mode;
+}
+
+fn not_understood(item: &Item<'_>, code: &str) -> Remark {
+    let text = super::super::log::excerpt(code.get(item.at..item.end).unwrap_or_default());
+    let name = item.text_name().to_ascii_uppercase();
+    let help = match name.as_str() {
+        "CALL" | "PCALL" | "EXTCALL" | "MCALL" | "CASE" | "PROC" | "EXTERN" => {
+            "programs of other files are not known; put their lines here"
+        }
+        "ROT" | "AROT" | "MIRROR" | "SCALE" | "TOROT" | "TOFRAME" => {
+            "turned frames are not followed but for CYCLE800; post plain coordinates"
+        }
+        "A2" | "B2" | "C2" | "LEAD" | "TILT" | "A4" | "A5" | "A6" | "A7" => {
+            "write the tool axis as A3= B3= C3=, or rotary axes"
+        }
+        _ => "is it the right dialect?",
+    };
+    Remark::new(item.at, format!("{text} is not understood as siemens"), help)
+}

@@ -1,0 +1,76 @@
+//! All blocks of a plan as one program.
+
+use super::program::{BlockPace, ProgramWriter, Style};
+use super::template::Template;
+use super::{Note, WriteError};
+use crate::machine::{FIRST_ROTARY, Kinematics};
+use crate::types::{Block, Motion};
+
+/// Writes blocks with their passes and the remarks of `note`; the bytes at which the text of each ends, the first being
+/// the start of the program.
+///
+/// The first block says where the program starts. Links run at their planned time, too: all axes together. A block
+/// whose words all round to those before it is left out, and its time is added to the next.
+///
+/// # Errors
+///
+/// [`WriteError`].
+pub fn program(
+    out: &mut String,
+    kinematics: &Kinematics,
+    blocks: &[Block],
+    (note, style, template): (&Note<'_>, &Style, &Template),
+) -> Result<Vec<usize>, WriteError> {
+    let (mut before, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
+    let start = (&before.q, &before.pose);
+    let mut writer = ProgramWriter::new(out, kinematics, (note, style, template), start)?;
+    let mut ends = vec![out.len()];
+    let mut remarks = note.remarks.iter().peekable();
+    let mut passes = Passes::default();
+    for (index, block) in rest.iter().enumerate() {
+        while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
+            writer.comment(out, &remark.text);
+            passes.interrupt();
+        }
+        if let Some(line) = passes.line(block.motion) {
+            writer.comment(out, &line);
+        }
+        writer.block(out, (&block.q, &block.pose), pace(before, block))?;
+        ends.push(out.len());
+        before = block;
+    }
+    writer.finish(out);
+    Ok(ends)
+}
+
+/// How a block is run.
+pub fn pace(before: &Block, block: &Block) -> BlockPace {
+    let length = (block.pose.tip - before.pose.tip).norm();
+    let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();
+    BlockPace::Timed { seconds: block.duration, length, turn }
+}
+
+/// Counts passes; one that a remark parts goes on.
+#[derive(Debug, Default)]
+struct Passes {
+    motion: Option<Motion>,
+    count: u32,
+    interrupted: bool,
+}
+
+impl Passes {
+    fn interrupt(&mut self) {
+        self.interrupted = self.motion == Some(Motion::Cut);
+    }
+
+    /// What is said where a block is the first of a pass.
+    fn line(&mut self, motion: Motion) -> Option<String> {
+        let begins = self.motion.replace(motion) != Some(motion) && motion == Motion::Cut;
+        if !begins {
+            return None;
+        }
+        let goes_on = std::mem::take(&mut self.interrupted);
+        self.count += u32::from(!goes_on);
+        Some(format!("pass {}{}", self.count, if goes_on { " goes on" } else { "" }))
+    }
+}

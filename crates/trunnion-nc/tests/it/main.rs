@@ -1,0 +1,10 @@
+//! Tests of the program readers and writers: one binary, one module a subject.
+
+mod cl_files;
+mod gcode;
+mod heidenhain;
+mod program_flow;
+#[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
+mod property;
+mod readings;
+mod siemens;

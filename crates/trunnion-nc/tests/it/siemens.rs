@@ -1,0 +1,155 @@
+//! Sinumerik programs against hand-reckoned cases.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::readings;
+
+use proptest::prelude::*;
+use readings::{moves, options, places};
+use std::f64::consts::{PI, TAU};
+use trunnion_nc::read::{Dialect, Frame, Pace, Program, ReadOptions, Step, Turning};
+
+const DIALECT: Dialect = Dialect::Siemens;
+
+fn read(text: &str) -> Program {
+    readings::read(text, &options(DIALECT, "XYZAC"))
+}
+
+fn refuses(text: &str, line: u32, part: &str) {
+    let with = options(DIALECT, "XYZAC");
+    let found = trunnion_nc::read::read(&format!("{text}\nM30\n"), &with).unwrap_err();
+    let all: Vec<_> = found.iter().map(ToString::to_string).collect();
+    assert!(found[0].line == line && all[0].contains(part), "{text:?}: {all:?}");
+}
+
+#[test]
+fn the_worked_cut_by_vectors_and_by_axes() {
+    for (file, turning) in
+        [("siemens.mpf", Turning::GreatCircle), ("siemens-axes.mpf", Turning::Rotary)]
+    {
+        let text = readings::fixture(file);
+        assert_eq!(Dialect::guess(text.lines()), DIALECT, "{file}");
+        let program = read(&text);
+        readings::is_the_worked_cut(
+            &program,
+            2e-7_f64.max(if turning == Turning::Rotary { 2e-5 } else { 0.0 }),
+        );
+        let last = moves(&program).last().copied().unwrap();
+        assert_eq!(
+            (last.turning, last.frame),
+            (turning, Frame::Work { offset: 0, length: true, tcp: true })
+        );
+        assert_eq!(last.pace, Pace::PerMinute { speed: 800.0 / 60.0 });
+        assert_eq!(program.tools.len(), 1);
+        assert!(program.steps.contains(&Step::Spindle {
+            line: if file == "siemens.mpf" { 7 } else { 6 },
+            speed: 8000.0
+        }));
+    }
+}
+
+#[test]
+fn parameters_are_reckoned_with() {
+    let program = read(
+        "R1=10 R2=R1*2\nR2=R1/4 + SQRT(4)\nG0 X=R1 Y=-R2 Z=(R1 - 1)*2\nX=IC(R1) Z=AC(1)\nG91 X1 Y=AC(7)\nM30\n",
+    );
+    assert_eq!(places(&program), [[10.0, -4.5, 18.0], [20.0, -4.5, 1.0], [21.0, 7.0, 1.0]]);
+    refuses("G0 X=R7", 1, "has no value");
+    refuses("G0 X=1/0", 1, "finite");
+    refuses("X1", 1, "without G0");
+    let with =
+        ReadOptions { parameters: vec![("R7".to_owned(), 3.0)], ..options(DIALECT, "XYZAC") };
+    let [[x, ..]] = places(&readings::read("G0 X=R7\nM30\n", &with))[..] else { unreachable!() };
+    assert!((x - 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn rotary_axes_take_the_way_they_are_told() {
+    let program = read("G0 C350\nC=DC(10)\nC=ACN(350)\nC=ACP(340)\nC=DC(150)\nC=IC(-20)\nM30\n");
+    let found: Vec<_> =
+        moves(&program).iter().map(|m| (m.words[4].unwrap().to_degrees(), m.incremental)).collect();
+    let expected = [
+        (350.0, false),
+        (370.0, false),
+        (350.0, false),
+        (700.0, false),
+        (870.0, false),
+        (-20.0, true),
+    ];
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(
+            (found.0 - expected.0).abs() < 1e-9 && found.1 == expected.1,
+            "{found:?} is not {expected:?}"
+        );
+    }
+    refuses("G0 X=DC(10)", 1, "rotary axes");
+}
+
+#[test]
+fn arcs_by_centre_radius_and_turns() {
+    let program = read(
+        "G17 G0 X10 Y0 Z0\nG1 F600\nG3 X0 Y10 I-10 J0\nG2 X10 Y0 CR=10\nG3 X0 Y-10 CR=-10\nG2 X0 Y-10 I=AC(0) J=AC(0) Z-5 TURN=2\n\
+         G18 G3 X0 Z-5 K5 I0\nM30\n",
+    );
+    let expected = [
+        ([0, 1], [-10.0, 0.0], 0.5),
+        ([0, 1], [0.0, -10.0], -0.5),
+        ([0, 1], [-10.0, 0.0], 1.5),
+        ([0, 1], [0.0, 10.0], -6.0),
+        ([2, 0], [5.0, 0.0], 2.0),
+    ];
+    let arcs = readings::arcs(&program, &expected);
+    assert_eq!(arcs.len(), 5);
+}
+
+#[test]
+fn words_without_motion_are_kept_or_refused() {
+    let program = read(
+        "; a head\nMSG(\"cut; and run\")\nN10 G64 FFWON SOFT\nT3 D1\nM6\nG0 SUPA Z0 D0\nG54 TRANS X5\nG0 X1\nTRANS\nX1\nG4 F2\nG500\nX0\nM17\n",
+    );
+    assert_eq!(program.tools, [3]);
+    let found = moves(&program);
+    assert_eq!(found[0].frame, Frame::Machine);
+    assert_eq!([found[1].words[0], found[2].words[0]], [Some(6.0), Some(1.0)]);
+    assert!(matches!(found[3].frame, Frame::Work { offset: 255, .. }));
+    assert!(program.steps.contains(&Step::Dwell { line: 11, seconds: 2.0 }));
+    let kept: Vec<_> = program
+        .steps
+        .iter()
+        .filter_map(|step| match step {
+            Step::Words { text, .. } => Some(text.to_string()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(kept, ["MSG(\"cut; and run\")", "G64", "FFWON", "SOFT"]);
+    refuses("G0 X1\nROT Z30", 2, "ROT");
+    refuses("G1 X1 A3=1 F5", 1, "without TRAORI");
+    refuses("TRAORI\nG1 X1 A3=0 B3=0 F5", 2, "length zero");
+    refuses("TRAORI(2)", 1, "TRAORI with");
+    refuses("MSG(\"open", 1, "not closed");
+    refuses("ROT X10", 1, "not understood");
+    refuses("G0 B10", 1, "machine's axes");
+    refuses("G0 X1 X2", 1, "second X");
+}
+
+proptest! {
+    #[test]
+    fn shortest_ways_are_at_most_half_a_turn(from in -2000.0..2000.0_f64, to in 0.0..360.0_f64) {
+        let program = read(&format!("G0 C{from:.6}\nC=DC({to:.6})\nM30\n"));
+        let found: Vec<_> = moves(&program).iter().map(|m| m.words[4].unwrap()).collect();
+        prop_assert!((found[1] - found[0]).abs() <= PI + 1e-9);
+        let off = (found[1] - to.to_radians()).rem_euclid(TAU);
+        prop_assert!(off.min(TAU - off) < 1e-7);
+    }
+
+    #[test]
+    fn token_soup_ends_and_never_panics(
+        tokens in prop::collection::vec(prop::sample::select(vec![
+            "G0", "G1", "G2", "G3", "X1", "Y-2", "Z=R1", "R1=5", "R1=R1*2", "A3=1", "B3=", "C3=0", "TRAORI", "TRAFOOF", "C=DC(10)",
+            "C=ACP(", ")", "(", "IC(1)", "X=IC(1)", "I1", "J=AC(2)", "CR=5", "TURN=1", "F100", "M3", "M30", "MSG(\"", "\"", ";", "\n",
+            "\n", "SUPA", "G4", "TRANS", "T=\"A\"", "D1", "é", "%", "/", "G91", "G70", "--", "=", "==", "N1", "CYCLE832(1,2)",
+        ]), 0..60),
+    ) {
+        let _ = trunnion_nc::read::read(&tokens.join(" "), &options(DIALECT, "XYZAC"));
+    }
+}

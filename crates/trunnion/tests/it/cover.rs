@@ -1,0 +1,530 @@
+//! Passes must finish the whole face: an independent check of what the cutter leaves.
+//!
+//! The oracle knows nothing of strips or closest points: it takes the curves that the tool path
+//! follows, and for points of the face the least signed distance to the cutter, in closed form.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::swept_tool;
+
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::FRAC_PI_2;
+use std::ops::ControlFlow;
+use swept_tool::{SPACING, distance, poses};
+use trunnion::cover::{
+    Along, Clock, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method,
+    Ways, cover, cover_by, legs, lever,
+};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::surface::{
+    Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
+};
+use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::{Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
+
+const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const SHARE: f64 = 0.002;
+
+/// What that may miss: a point is at most half of it from the nearest pose, where its distance has a
+/// minimum with a second derivative of at most one over the corner radius of 3 mm.
+const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING) / 3.0;
+
+/// A bicubic patch over 36 x 30 mm, hollow across and waved along: `lift` scales the heights.
+fn surface(lift: f64) -> Surface {
+    let heights = [
+        [0.0, -1.5, -1.0, 0.5],
+        [-1.0, -2.5, -2.0, -0.5],
+        [-1.2, -2.0, -2.2, -0.8],
+        [0.4, -1.0, -1.4, 0.2],
+    ];
+    let points = (0..4)
+        .map(|i| {
+            (0..4)
+                .map(|j| Point3::new(12.0 * i as f64, 10.0 * j as f64, lift * heights[i][j]))
+                .collect()
+        })
+        .collect();
+    nurbs(points)
+}
+
+fn nurbs(points: Vec<Vec<Point3<f64>>>) -> Surface {
+    let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    Surface::Nurbs(NurbsSurface::new([3, 3], [knots(), knots()], points, None).unwrap())
+}
+
+fn face(surface: Surface, loops: &[Vec<[f64; 2]>], flip: bool) -> FaceIndex {
+    let loops = loops
+        .iter()
+        .map(|points| {
+            let closed: Vec<_> = points.iter().chain(points.first()).copied().collect();
+            let curve = TrimCurve::polyline(&closed).unwrap();
+            TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()
+        })
+        .collect();
+    FaceIndex::new(Face::new(1, surface, loops, flip).unwrap()).unwrap()
+}
+
+fn cutter() -> Cutter {
+    long(60.0)
+}
+
+fn long(length: f64) -> Cutter {
+    Cutter::new(CutterSpec {
+        kind: Kind::Bull,
+        major: 4.0,
+        minor: 3.0,
+        length,
+        construction: Construction::Solid,
+        shank: Vec::new(),
+    })
+    .unwrap()
+}
+
+fn options() -> CoverOptions {
+    CoverOptions {
+        along: Along::V,
+        direction: Direction::ZigZag,
+        method: Method::Widest,
+        side: ContactSide::Ahead,
+        band: BAND,
+        link: 25.0,
+        path_share: SHARE,
+        spacing: [0.05, 4.0],
+        max_axis_turn: 0.1,
+        offset_range: [-0.5, 0.5],
+        lean: Lean { angle: 0.05, towards: None },
+        effort: 3.0,
+    }
+}
+
+/// Largest and least distance left over an `n` x `n` grid inside the trims, and where.
+fn left_over(
+    face: &FaceIndex,
+    poses: &[ToolPose],
+    cutter: &Cutter,
+    n: u32,
+) -> [(f64, f64, f64); 2] {
+    let [bu, bv] = face.face().bounds();
+    let mut worst = [(f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0)];
+    for i in 0..=n {
+        for j in 0..=n {
+            let at = |b: [f64; 2], k: u32| b[0] + (b[1] - b[0]) * f64::from(k) / f64::from(n);
+            let (u, v) = (at(bu, i), at(bv, j));
+            if !face.face().contains(u, v) {
+                continue;
+            }
+            let p = face.face().point(u, v);
+            let left = poses.iter().map(|q| distance(&p, q, cutter)).fold(f64::INFINITY, f64::min);
+            if left > worst[0].0 {
+                worst[0] = (left, u, v);
+            }
+            if left < worst[1].0 {
+                worst[1] = (left, u, v);
+            }
+        }
+    }
+    worst
+}
+
+fn finished(face: &FaceIndex, options: &CoverOptions) -> Covering {
+    finished_by(&cutter(), face, options)
+}
+
+fn finished_by(cutter: &Cutter, face: &FaceIndex, options: &CoverOptions) -> Covering {
+    let covering = cover(std::slice::from_ref(face), cutter, options, &Silent).unwrap();
+    let [most, least] = left_over(face, &poses(&covering.passes, cutter), cutter, 60);
+    let report = &covering.report;
+    let most_allowed = options.band.upper + SHARE + SAMPLING;
+    let least_allowed = options.band.lower - SHARE;
+    assert!(most.0 <= most_allowed, "excess {most:?} of {most_allowed}; {report:?}");
+    assert!(report.rest.is_empty(), "{report:?}");
+    assert!(least.0 >= least_allowed, "gouge {least:?} of {least_allowed}; {report:?}");
+    covering
+}
+
+#[test]
+fn strips_meet_over_the_whole_face() {
+    let face = face(surface(1.0), &[], false);
+    let to_and_fro = finished(&face, &options());
+    assert!(to_and_fro.report.fallbacks.is_empty(), "{:?}", to_and_fro.report);
+    let one_way = finished(&face, &CoverOptions { direction: Direction::OneWay, ..options() });
+    let feeds = |covering: &Covering| -> Vec<bool> {
+        covering.passes.iter().map(|pass| pass.track[0][1] < pass.track[1][1]).collect()
+    };
+    assert!(feeds(&one_way).iter().all(|forward| *forward));
+    // Parts of one lane run the same way, the lane after it the other way.
+    for pair in to_and_fro.passes.windows(2) {
+        let lane = |pass: &Pass| pass.track[0][0];
+        let forward = |pass: &Pass| pass.track[0][1] < pass.track[1][1];
+        let same_lane = lane(&pair[0]).total_cmp(&lane(&pair[1])).is_eq();
+        assert_eq!(forward(&pair[0]) == forward(&pair[1]), same_lane);
+    }
+}
+
+/// A bicubic patch of about 36 x 30 mm, times `size`, from a seed: points off their grid, waves of a few
+/// millimetres.
+fn any_patch(seed: u64, size: f64) -> FaceIndex {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let lift = 2.5 + random();
+    let mut point = |i: u32, j: u32| {
+        let [x, y] = [12.0 * f64::from(i), 10.0 * f64::from(j)];
+        Point3::new(x + 2.0 * random(), y + 2.0 * random(), lift * random()) * size
+    };
+    face(nurbs((0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect()), &[], false)
+}
+
+#[test]
+fn strips_meet_on_passes_that_bend() {
+    for seed in [1, 2, 3] {
+        finished(&any_patch(seed, 1.0), &CoverOptions { along: Along::Curvature, ..options() });
+    }
+    finished(
+        &face(surface(-1.0), &[], true),
+        &CoverOptions { along: Along::Curvature, direction: Direction::OneWay, ..options() },
+    );
+}
+
+/// What is placed is chosen by its true cost: no search on paper can make it dearer than both parameters; and by
+/// nothing that depends on threads.
+#[test]
+fn adaptive_passes_cost_no_more_than_straight_ones() {
+    let face = any_patch(4, 0.6);
+    let options = |along: Along| CoverOptions { along, ..options() };
+    let cost = |covering: &Covering| {
+        covering.report.length + options(Along::V).link * covering.passes.len() as f64
+    };
+    // What is refused one way may be done another.
+    let straight = |along: Along| {
+        let covering = cover(std::slice::from_ref(&face), &cutter(), &options(along), &Silent);
+        covering.map_or(f64::INFINITY, |covering| cost(&covering))
+    };
+    let [u, v] = [Along::U, Along::V].map(straight);
+    assert!(u.min(v).is_finite(), "{u} {v}");
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| finished(&face, &options(Along::Adaptive)))
+    };
+    let adaptive = run(1);
+    assert!(cost(&adaptive) <= u.min(v), "{} mm, {u} mm along u, {v} mm along v", cost(&adaptive));
+    assert_eq!(adaptive, run(3));
+}
+
+/// Bent passes leave a trimmed face where they please.
+#[test]
+fn bent_passes_finish_a_trimmed_face() {
+    let slanted = [[0.1, 0.05], [0.9, 0.3], [0.7, 0.95], [0.3, 0.8]];
+    let face = face(surface(1.0), &[slanted.to_vec()], false);
+    finished(&face, &CoverOptions { along: Along::Curvature, ..options() });
+}
+
+/// Where turning round costs more than anything, there are no more passes than where it costs nothing.
+#[test]
+fn a_clock_decides_how_many_passes_there_are() {
+    struct Slow(f64);
+    impl Clock for Slow {
+        fn feed(&self) -> f64 {
+            10.0
+        }
+        fn pass(&self, stations: &[Station]) -> f64 {
+            let length = stations.windows(2).map(|p| (p[1].contact - p[0].contact).norm());
+            length.sum::<f64>() / 10.0
+        }
+        fn link(&self, _: &Station, _: &Station) -> f64 {
+            self.0
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let passes = |link: f64| {
+        let options = CoverOptions { link, ..options() };
+        let clock = Slow(link / 10.0);
+        cover_by(&face, &cutter(), &options, (&clock, &Silent)).unwrap()
+    };
+    assert!(passes(1000.0).passes.len() <= passes(0.0).passes.len());
+    // By length at the feed a clock changes nothing.
+    let plain = CoverOptions { link: 50.0, ..options() };
+    assert_eq!(passes(50.0), cover(&face, &cutter(), &plain, &Silent).unwrap());
+}
+
+/// Wide strips are given up at the same place every time, and the face is finished all the same.
+#[test]
+fn a_face_is_finished_when_its_work_is_used_up() {
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let shaft = Surface::Cylinder(Cylinder::new(frame, 12.0).unwrap());
+    let half = [[0.0, 0.0], [3.0, 0.0], [3.0, 60.0], [0.0, 60.0]];
+    let face = face(shaft, &[half.to_vec()], false);
+    let options = CoverOptions { effort: 0.2, spacing: [0.05, 1.0], ..options() };
+    let Covering { passes, report } = finished(&face, &options);
+    let (number, _, share) = report.given_up.unwrap();
+    assert!(number == 1 && share > 0.0 && share < 1.0, "{report:?}");
+    let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
+    let [first, last] = [&passes[0], &passes[passes.len() - 1]].map(widest);
+    assert!(first > last, "{first} mm, {last} mm");
+}
+
+#[test]
+fn strips_meet_along_u_and_on_the_other_side() {
+    finished(&face(surface(1.0), &[], false), &CoverOptions { along: Along::U, ..options() });
+    finished(&face(surface(-1.0), &[], true), &options());
+}
+
+/// Left to itself the side may not change from place to place: a pass of its own for every change.
+#[test]
+fn either_side_is_as_good_as_the_better_one() {
+    let face = face(surface(0.5), &[], false);
+    let passes = |side: ContactSide| {
+        cover(std::slice::from_ref(&face), &cutter(), &CoverOptions { side, ..options() }, &Silent)
+            .unwrap()
+            .passes
+    };
+    let [either, ahead, behind] =
+        [ContactSide::Either, ContactSide::Ahead, ContactSide::Behind].map(passes);
+    assert!(either == ahead || either == behind);
+    assert!(either.len() <= ahead.len().max(behind.len()));
+}
+
+#[test]
+fn passes_run_out_over_the_border() {
+    let face = face(surface(1.0), &[], false);
+    let cutter = cutter();
+    let covering = finished(&face, &options());
+    let mut whole = 0;
+    for pass in &covering.passes {
+        let [first, last] = [pass.track[0], pass.track[pass.track.len() - 1]];
+        let outside = |v: f64| !(0.0..=1.0).contains(&v);
+        assert!(outside(first[1]) || outside(last[1]), "an island from {first:?} to {last:?}");
+        whole += usize::from(outside(first[1]) && outside(last[1]));
+        for [u, v] in [first, last] {
+            // No farther than the tool needs to leave the face: half of that by its radius.
+            let border = face.face().point(u, v.clamp(0.0, 1.0));
+            let beyond = (face.face().point(u, v) - border).norm();
+            assert!(beyond <= cutter.radius(), "{beyond} mm beyond the border");
+        }
+    }
+    assert!(2 * whole > covering.passes.len(), "{whole} of {}", covering.passes.len());
+}
+
+#[test]
+fn trims_shorten_and_split_passes() {
+    // A plate with a large hole: passes beside the hole lie on one side of it or the other.
+    let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
+    let wide = nurbs(
+        (0..4)
+            .map(|i| {
+                (0..4)
+                    .map(|j| {
+                        let [x, y] = [25.0 * f64::from(i), 25.0 * f64::from(j)];
+                        Point3::new(x, y, 0.002 * (x - 37.0).powi(2) + 0.001 * y * y)
+                    })
+                    .collect()
+            })
+            .collect(),
+    );
+    let face = face(wide, &[square(0.02, 0.98), square(0.22, 0.78)], false);
+    let covering = finished(&face, &options());
+    let wholly = |inside: &dyn Fn(f64) -> bool| {
+        covering.passes.iter().filter(|pass| pass.track.iter().all(|[_, v]| inside(*v))).count()
+    };
+    let [below, above] = [wholly(&|v| v < 0.36), wholly(&|v| v > 0.64)];
+    assert!(below > 0 && above > 0, "{below} passes below the hole, {above} above");
+    let in_hole = |[u, v]: &[f64; 2]| (0.36..0.64).contains(u) && (0.36..0.64).contains(v);
+    assert!(!covering.passes.iter().flat_map(|pass| &pass.track).any(in_hole));
+}
+
+#[test]
+fn a_collapsed_edge_is_covered_up_to_its_corner() {
+    // Three-sided: the edge v = 0 is one point, near which the height is 1.8 v^2 mm.
+    let heights = [0.0, 0.0, 0.6, 1.8];
+    let fan = nurbs(
+        (0..4)
+            .map(|i| {
+                (0..4)
+                    .map(|j| {
+                        let angle = 0.25 * f64::from(i) - 0.375;
+                        let radius = 10.0 * j as f64;
+                        Point3::new(radius * angle.sin(), radius * angle.cos(), heights[j])
+                    })
+                    .collect()
+            })
+            .collect(),
+    );
+    let fan = face(fan, &[], false);
+    let covering = finished(&fan, &options());
+    assert!(covering.report.rest.is_empty(), "{:?}", covering.report);
+    // Along the collapsed edge there is nothing to follow.
+    let along_u = CoverOptions { along: Along::U, ..options() };
+    let refused = cover(&[fan], &cutter(), &along_u, &Silent);
+    assert!(matches!(refused, Err(CoverError::NoTrack { face: 1, .. })), "{refused:?}");
+}
+
+#[test]
+fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
+    // It turns by 11.5 deg/mm, twice what the tool may turn by of its own: it has to follow.
+    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(Sphere::new(frame, 5.0).unwrap());
+    let quarter = FRAC_PI_2;
+    let corners = [[0.0, 0.0], [quarter, 0.0], [quarter, quarter], [0.0, quarter]];
+    let octant = face(sphere, &[corners.to_vec()], false);
+    finished(&octant, &options());
+}
+
+#[test]
+fn a_ball_needs_no_more_stations_than_the_face_bends() {
+    let spec = CutterSpec {
+        kind: Kind::Ball,
+        major: 0.0,
+        minor: 4.0,
+        length: 60.0,
+        construction: Construction::Solid,
+        shank: Vec::new(),
+    };
+    let options = CoverOptions { spacing: [0.02, 1.0], ..options() };
+    let covering =
+        finished_by(&Cutter::new(spec).unwrap(), &face(surface(1.0), &[], false), &options);
+    let report = &covering.report;
+    let stations = report.stations as f64;
+    // At the largest spacing there is one per mm, and one more at the end of each pass.
+    let sparse = report.length + covering.passes.len() as f64;
+    assert!(stations < 1.5 * sparse, "{stations} stations, {sparse} at the largest spacing");
+}
+
+#[test]
+fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
+    // A tube of 2 mm seen from inside, for a cutter with a corner of 3 mm.
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(Cylinder::new(frame, 2.0).unwrap());
+    let below = [[2.5, 0.0], [3.7, 0.0], [3.7, 20.0], [2.5, 20.0]];
+    let error = cover(&[face(tube, &[below.to_vec()], true)], &cutter(), &options(), &Silent);
+    let Err(CoverError::NoPose { at, .. }) = &error else { panic!("{error:?}") };
+    assert!((at.hollow - 2.0).abs() < 1e-9 && at.least_hollow <= at.hollow, "{at:?}");
+    assert!((at.point.y.hypot(at.point.z) - 2.0).abs() < 1e-9, "{at:?}");
+    let text = error.unwrap_err().to_string();
+    assert!(text.contains("radius of 2.000 mm, the largest ball that fits there"), "{text}");
+}
+
+#[test]
+fn the_result_does_not_depend_on_the_number_of_threads() {
+    // Far enough apart that the tool does not have to keep off the one while it cuts the other.
+    let frame = Frame::new(Point3::new(100.0, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(Sphere::new(frame, 20.0).unwrap());
+    let cap = [[0.2, 0.6], [0.8, 0.6], [0.8, 1.1], [0.2, 1.1]];
+    let faces = [face(surface(1.0), &[], false), face(sphere, &[cap.to_vec()], false)];
+    let run = |threads: usize, along: Along| {
+        let options = CoverOptions { along, ..options() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| cover(&faces, &cutter(), &options, &Silent).unwrap())
+    };
+    for along in [Along::V, Along::Curvature] {
+        assert_eq!(run(1, along), run(3, along));
+    }
+}
+
+#[test]
+fn a_stop_is_a_typed_error() {
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+            assert_eq!(stage, Stage::Cover);
+            assert!(done <= total);
+            if 5 * done > total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let stopped = cover(&face, &cutter(), &options(), &Stop);
+    assert!(matches!(stopped, Err(CoverError::Cancelled(_))), "{stopped:?}");
+}
+
+#[test]
+fn bad_options_are_named() {
+    let face = [face(surface(1.0), &[], false)];
+    let run = |options| cover(&face, &cutter(), &options, &Silent);
+    for options in [
+        CoverOptions { spacing: [0.0, 1.0], ..options() },
+        CoverOptions { spacing: [2.0, 1.0], ..options() },
+        CoverOptions { path_share: f64::NAN, ..options() },
+        CoverOptions { max_axis_turn: -1.0, ..options() },
+        CoverOptions { lean: Lean { angle: f64::INFINITY, towards: None }, ..options() },
+        CoverOptions { effort: 0.0, ..options() },
+    ] {
+        assert!(matches!(run(options), Err(CoverError::BadOption { .. })), "{options:?}");
+    }
+}
+
+#[test]
+fn legs_join_and_turn_only_above_the_plane() {
+    let face = [face(surface(1.0), &[], false)];
+    let cutter = cutter();
+    let passes = cover(&face, &cutter, &options(), &Silent).unwrap().passes;
+    for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
+        let link = LinkOptions {
+            up: Vector3::z_axis(),
+            boxes: vec![[Point3::new(0.0, 0.0, -9.0), Point3::new(30.0, 30.0, 12.0)]],
+            clearance: 8.0,
+            lead,
+            approach: f64::INFINITY,
+            gouge: 0.002,
+        };
+        let legs = legs(&passes, &face, &cutter, (&link, &Ways::default()), &Silent).unwrap();
+        assert_eq!(legs.len(), 4 * passes.len() - 1);
+        // `through` refuses gaps and leads that turn.
+        through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
+        for leg in legs.iter().filter(|leg| leg.motion == Motion::Link) {
+            for station in &leg.stations {
+                assert!(station.pose.tip.z >= 20.0 + cutter.radius() - 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lead_that_would_gouge_takes_another_way() {
+    // A floor with a wall 12 mm high at x = 24.
+    let profile = [[0.0, 0.0], [18.0, 0.0], [24.0, 0.0], [24.0, 12.0]];
+    let wall = nurbs(
+        profile
+            .iter()
+            .map(|[x, z]| (0..4).map(|j| Point3::new(*x, 10.0 * f64::from(j), *z)).collect())
+            .collect(),
+    );
+    let faces = [face(wall, &[], false)];
+    let standing = |x: f64, lean: f64| {
+        let axis = nalgebra::Unit::new_normalize(Vector3::new(lean, 0.0, 1.0));
+        let at = |y: f64| {
+            let pose = ToolPose { tip: Point3::new(x, y, 8.0), axis };
+            Station { pose, contact: Point3::new(x, y, 0.0) }
+        };
+        let stations = vec![at(10.0), at(20.0)];
+        vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]
+    };
+    let link = LinkOptions {
+        up: Vector3::z_axis(),
+        boxes: vec![[Point3::origin(), Point3::new(24.0, 30.0, 12.0)]],
+        clearance: 3.0,
+        lead: LeadKind::Axis,
+        approach: f64::INFINITY,
+        gouge: 0.01,
+    };
+    // A longer tool would touch the wall with its flank from the start.
+    let short = long(8.0);
+    let up = |passes: &[Pass]| {
+        let legs = legs(passes, &faces, &short, (&link, &Ways::default()), &Silent).unwrap();
+        let ends = &legs[2].stations;
+        (ends[1].pose.tip - ends[0].pose.tip).normalize()
+    };
+    // Far from the wall the way is the axis, beside it the axis would lead into the wall.
+    let free = standing(0.0, 0.4);
+    assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
+    let barred = standing(11.0, 1.5);
+    assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
+    let flank = legs(&barred, &faces, &cutter(), (&link, &Ways::default()), &Silent);
+    assert!(matches!(flank, Err(CoverError::LeadGouges { .. })), "{flank:?}");
+    // Inside the wall no way is free.
+    let stuck = legs(&standing(22.0, 0.0), &faces, &short, (&link, &Ways::default()), &Silent);
+    assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
+}

@@ -1,0 +1,65 @@
+//! Tests of the whole engine: one binary, one module a subject.
+
+mod around;
+mod audit;
+mod audited;
+mod axes;
+mod blocks;
+mod bounds;
+mod brute_force;
+#[path = "../../../trunnion-motion/tests/it/chains/mod.rs"]
+mod chains;
+mod contour;
+mod cover;
+#[path = "../../../trunnion-motion/tests/it/dice/mod.rs"]
+mod dice;
+mod dog_legs;
+#[path = "../../../trunnion-motion/tests/it/every_choice/mod.rs"]
+mod every_choice;
+mod extended;
+mod files;
+mod fixtures;
+mod grazes;
+mod hops;
+mod inner_velocities;
+mod kinematics;
+mod layers;
+mod links;
+mod machine_files;
+mod many_poses;
+mod methods;
+mod nc;
+mod paper_002;
+mod planted;
+mod positioning;
+mod positioning_bounds;
+mod positioning_threads;
+mod post;
+mod post_feeds;
+mod posted;
+#[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
+mod property;
+mod random_cut;
+mod random_motion;
+mod random_programs;
+mod rest;
+mod round_trip;
+mod run_dialects;
+mod setpoints;
+mod shop;
+mod smoothed_posts;
+mod smoothing;
+mod smoothing_bounds;
+mod step_solids;
+mod stock;
+mod swept_tool;
+mod tables;
+mod tilted;
+mod tip_feeds;
+mod toolpath;
+mod unwinding;
+mod validator;
+mod vectors;
+mod verify;
+#[path = "../../../trunnion-motion/tests/it/waves/mod.rs"]
+mod waves;

@@ -1,0 +1,343 @@
+//! What the tool cannot reach is left and told, and nothing of the part is cut on the way.
+//!
+//! The oracle takes the curves that the tool path follows, and for points of all faces the least signed distance to
+//! the cutter, in closed form.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::swept_tool;
+
+use nalgebra::{Point3, Vector3};
+use swept_tool::{SPACING, distance, poses};
+use trunnion::cover::{
+    Along, Clock, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside,
+};
+use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::surface::{
+    Cylinder, Face, FaceIndex, Frame, Plane, Sphere, Surface, TrimCurve, TrimLoop,
+};
+use trunnion::types::{Rest, RestReason, Silent, Station, ToolPose};
+
+const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const SHARE: f64 = 0.002;
+
+/// What poses [`SPACING`] apart may miss over a corner of 1 mm \[mm\].
+const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING);
+
+fn cutter([major, minor]: [f64; 2]) -> Cutter {
+    let kind = match (major > 0.0, minor > 0.0) {
+        (false, _) => Kind::Ball,
+        (_, false) => Kind::Flat,
+        _ => Kind::Bull,
+    };
+    let construction = Construction::Solid;
+    let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: Vec::new() };
+    Cutter::new(spec).unwrap()
+}
+
+fn options(method: Method) -> CoverOptions {
+    CoverOptions {
+        along: Along::V,
+        direction: Direction::ZigZag,
+        method,
+        side: ContactSide::Ahead,
+        band: BAND,
+        link: 25.0,
+        path_share: SHARE,
+        spacing: [0.02, 1.0],
+        max_axis_turn: 0.1,
+        offset_range: [-0.5, 0.5],
+        lean: Lean { angle: 0.087, towards: None },
+        effort: 3.0,
+    }
+}
+
+fn face(number: usize, surface: Surface, corners: &[[f64; 2]], flip: bool) -> FaceIndex {
+    let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
+    let curve = TrimCurve::polyline(&closed).unwrap();
+    let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
+    FaceIndex::new(Face::new(number, surface, vec![trim], flip).unwrap()).unwrap()
+}
+
+fn plane(origin: Point3<f64>, z: Vector3<f64>, x: Vector3<f64>) -> Surface {
+    Surface::Plane(Plane { frame: Frame::new(origin, z, x).unwrap() })
+}
+
+/// The floor z = 0 between x = 0 and a wall through (20, 0) that leans by `slope` in x over y, y in 0..12.
+fn floor(slope: f64) -> FaceIndex {
+    let floor = plane(Point3::origin(), Vector3::z(), Vector3::x());
+    let end = 20.0 + 12.0 * slope;
+    face(1, floor, &[[0.0, 0.0], [20.0, 0.0], [end, 12.0], [0.0, 12.0]], false)
+}
+
+/// The wall on its far side, 12 mm high, and on both sides 4 mm longer.
+fn wall(slope: f64) -> FaceIndex {
+    let along = Vector3::new(slope, 1.0, 0.0).normalize();
+    let surface = plane(Point3::new(20.0, 0.0, 0.0), along.cross(&Vector3::z()), along);
+    face(2, surface, &[[-4.0, 0.0], [20.0, 0.0], [20.0, 12.0], [-4.0, 12.0]], true)
+}
+
+/// Points of a face, `n` ways across its box, with the distance that any pose comes near.
+fn measured(face: &FaceIndex, poses: &[ToolPose], cutter: &Cutter, n: u32) -> Vec<([f64; 2], f64)> {
+    let bounds = face.face().bounds();
+    let at = |k: usize, i: u32| {
+        let [low, high] = bounds[k];
+        low + (high - low) * (f64::from(i) + 0.5) / f64::from(n)
+    };
+    let places = (0..n * n).map(|i| [at(0, i / n), at(1, i % n)]);
+    places
+        .filter(|[u, v]| face.face().contains(*u, *v))
+        .map(|[u, v]| {
+            let p = face.face().point(u, v);
+            let left = poses.iter().map(|q| distance(&p, q, cutter)).fold(f64::INFINITY, f64::min);
+            ([u, v], left)
+        })
+        .collect()
+}
+
+/// Everything beyond the tolerance lies in a part that is told, nothing is cut too deep, and what is told is hardly
+/// larger than what is left.
+fn agrees(
+    covering: &Covering,
+    (face, others): (&FaceIndex, &[FaceIndex]),
+    cutter: &Cutter,
+) -> Vec<Rest> {
+    const N: u32 = 90;
+    let poses = poses(&covering.passes, cutter);
+    let rest = &covering.report.rest;
+    let (mut left, mut told, mut both) = (0, 0, 0);
+    for (uv, height) in measured(face, &poses, cutter, N) {
+        assert!(height >= BAND.lower - SHARE, "gouge of {height} at {uv:?}");
+        let held = rest.iter().any(|rest| rest.holds(uv));
+        let over = height > BAND.upper + SHARE + SAMPLING;
+        assert!(held || !over, "{height} left at {uv:?}, in no part that is told");
+        told += u32::from(held);
+        left += u32::from(height > BAND.upper + SHARE);
+        both += u32::from(held && height > BAND.upper + SHARE);
+    }
+    assert!(both <= left && f64::from(told) <= 1.05 * f64::from(left) + 12.0, "{told} of {left}");
+    for other in others {
+        for (uv, height) in measured(other, &poses, cutter, N) {
+            let number = other.face().number;
+            assert!(height >= BAND.lower - SHARE, "gouge of {height} on face {number} at {uv:?}");
+        }
+    }
+    rest.clone()
+}
+
+fn beside_all(
+    faces: (&[FaceIndex], &[FaceIndex]),
+    cutter: &Cutter,
+    options: &CoverOptions,
+) -> Result<Covering, CoverError> {
+    cover_beside(faces, cutter, options, (&Length { link: options.link }, &Silent))
+}
+
+fn cut(
+    (face, others): (&FaceIndex, &[FaceIndex]),
+    cutter: &Cutter,
+    options: &CoverOptions,
+) -> (Covering, Vec<Rest>) {
+    let covering = beside_all((std::slice::from_ref(face), others), cutter, options).unwrap();
+    let rest = agrees(&covering, (face, others), cutter);
+    (covering, rest)
+}
+
+/// The side of the part below the far end of the floor, in a frame that is turned in its plane: its upper edge, which
+/// it has in common with the floor, is no line of its parameters.
+fn cliff(slope: f64) -> FaceIndex {
+    let along = Vector3::new(slope, 1.0, 0.0).normalize();
+    let out = along.cross(&Vector3::z());
+    let (sin, cos) = 0.5_f64.sin_cos();
+    let surface = plane(Point3::new(20.0, 0.0, 0.0), out, along * cos + Vector3::z() * sin);
+    let turned = [[-4.0, 0.0], [20.0, 0.0], [20.0, -12.0], [-4.0, -12.0]]
+        .map(|[x, z]: [f64; 2]| [x * cos + z * sin, z * cos - x * sin]);
+    face(2, surface, &turned, false)
+}
+
+/// Width that stays beside a wall for a corner of radius `r`: from where its flank is `r` off the wall, the corner
+/// still finishes `sqrt(2 r e)`.
+fn beside(minor: f64) -> f64 {
+    let e = BAND.upper + SHARE;
+    minor - (2.0 * minor * e - e * e).sqrt()
+}
+
+/// A machine that gets to some poses only.
+struct Fenced(fn(&ToolPose) -> bool);
+
+impl Clock for Fenced {
+    fn feed(&self) -> f64 {
+        1.0
+    }
+
+    fn pass(&self, stations: &[Station]) -> f64 {
+        Length { link: 25.0 }.pass(stations)
+    }
+
+    fn link(&self, _: &Station, _: &Station) -> f64 {
+        25.0
+    }
+
+    fn reaches(&self, pose: &ToolPose) -> bool {
+        (self.0)(pose)
+    }
+}
+
+/// The ball leans otherwise than asked where the machine needs that, and what it gets to in no way is told.
+#[test]
+fn where_the_machine_does_not_get_to_nothing_is_cut() {
+    let (floor, cutter) = (floor(0.2), cutter([0.0, 3.0]));
+    let fenced = |clock: &Fenced| {
+        let faces = std::slice::from_ref(&floor);
+        let options = options(Method::Inclined);
+        let covering = cover_beside((faces, &[]), &cutter, &options, (clock, &Silent)).unwrap();
+        let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
+        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        let rest = agrees(&covering, (&floor, &[]), &cutter);
+        rest.iter().map(|rest| (rest.area, rest.reason)).collect::<Vec<_>>()
+    };
+    assert_eq!(fenced(&Fenced(|pose| pose.axis.x < -0.3)), []);
+    let beyond = fenced(&Fenced(|pose| pose.tip.x < 14.0));
+    assert!(beyond.iter().all(|(_, reason)| *reason == RestReason::Machine), "{beyond:?}");
+    // The floor is 12 mm wide and ends at x = 20 .. 22.4. The ball leans by up to 1.3 rad, touches that far from its tip,
+    // and half its strip is beyond that.
+    let reached = 14.0 + 3.0 * 1.3_f64.sin() + (2.0 * 3.0 * (BAND.upper + SHARE)).sqrt();
+    let least = 12.0 * (21.2 - reached);
+    let area: f64 = beyond.iter().map(|(area, _)| area).sum();
+    assert!(area >= least && area < 1.2 * least, "{area} {least}");
+}
+
+#[test]
+fn a_convex_edge_keeps_nothing_back() {
+    for (radii, method) in [([0.0, 3.0], Method::Inclined), ([4.0, 1.0], Method::Widest)] {
+        let cutter = cutter(radii);
+        let (floor, sides) = (floor(0.2), [cliff(0.2)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(method) };
+            let (_, rest) = cut((&floor, &sides), &cutter, &options);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            assert!(rest.is_empty(), "{radii:?} {along:?}: {area} mm2 in {} parts", rest.len());
+        }
+    }
+}
+
+#[test]
+fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
+    for (radii, method) in [
+        ([0.0, 3.0], Method::Inclined),
+        ([0.0, 3.0], Method::Widest),
+        ([4.0, 1.0], Method::Inclined),
+        ([4.0, 1.0], Method::Widest),
+    ] {
+        let cutter = cutter(radii);
+        let (floor, walls) = (floor(0.0), [wall(0.0)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(method) };
+            let (_, rest) = cut((&floor, &walls), &cutter, &options);
+            let expected = 12.0 * beside(radii[1]);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            // A cutter that leans a little touches that much farther inside.
+            let most = 1.04 * expected + 12.0 * 0.1 * radii[0];
+            assert!(area >= 0.999 * expected && area <= most, "{area} {expected}");
+            let ball = radii[0] <= 0.0;
+            assert!(!ball || rest.len() == 1, "{} parts", rest.len());
+            let part = &rest[0];
+            // In the edge the corner's circle is (sqrt 2 - 1) r away; a little less where it is looked at.
+            let deepest = (2f64.sqrt() - 1.0) * radii[1];
+            assert!(part.depth <= deepest + 0.02 || !ball, "{}", part.depth);
+            assert!(part.depth > 0.8 * deepest, "{}", part.depth);
+            assert_eq!(part.reason, RestReason::Neighbour(2));
+            // A ball on the floor that touches the wall is as far from it as it is large.
+            let [u, _] = part.deepest;
+            assert!((part.ball - (20.0 - u)).abs() < 1e-3, "{} {u}", part.ball);
+            assert!(part.balls[1] <= beside(radii[1]) + 0.3 * radii[0] + 0.25, "{:?}", part.balls);
+        }
+    }
+}
+
+#[test]
+fn beside_a_wall_across_the_passes_no_more_stays() {
+    let slope = 0.6;
+    for radii in [[0.0, 3.0], [4.0, 1.0]] {
+        let cutter = cutter(radii);
+        let (floor, walls) = (floor(slope), [wall(slope)]);
+        for along in [Along::V, Along::U] {
+            let options = CoverOptions { along, ..options(Method::Inclined) };
+            let (_, rest) = cut((&floor, &walls), &cutter, &options);
+            let expected = 12.0 * slope.hypot(1.0) * beside(radii[1]);
+            let area: f64 = rest.iter().map(|rest| rest.area).sum();
+            let most = 1.05 * expected + 14.0 * 0.16 * radii[0];
+            assert!(area >= 0.999 * expected && area <= most, "{area} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished() {
+    // A tube of 4 mm, a third of its round.
+    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(Cylinder::new(frame, 4.0).unwrap());
+    let below = [[2.1, 0.0], [4.2, 0.0], [4.2, 10.0], [2.1, 10.0]];
+    let tube = face(1, tube, &below, true);
+    let faces = (std::slice::from_ref(&tube), &[][..]);
+    let refused = beside_all(faces, &cutter([0.0, 5.0]), &options(Method::Inclined));
+    assert!(matches!(refused, Err(CoverError::NoPose { .. })), "{refused:?}");
+    // The third that is there leaves a gap as wide as a tool of 3.46 mm: the larger one has to lean.
+    for radius in [2.5, 3.5] {
+        let (_, rest) = cut((&tube, &[]), &cutter([0.0, radius]), &options(Method::Inclined));
+        assert!(rest.is_empty(), "{radius} {rest:?}");
+    }
+}
+
+/// The corner of a block whose edges are rounded with `r`: an eighth of a sphere, and the three cylinders and three planes
+/// that go on smoothly from it.
+fn rounded_corner(r: f64) -> (FaceIndex, Vec<FaceIndex>) {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let frame = |origin, z, x| Frame::new(origin, z, x).unwrap();
+    let (o, [x, y, z]) = (Point3::origin(), [Vector3::x(), Vector3::y(), Vector3::z()]);
+    let sphere = Surface::Sphere(Sphere::new(frame(o, z, x), r).unwrap());
+    let eighth = [[3.0, -1.0], [4.0, -1.0], [4.0, 0.0], [3.0, 0.0]].map(|p| p.map(|k| k * quarter));
+    let edge = |number, z, x| {
+        let surface = Surface::Cylinder(Cylinder::new(frame(o, z, x), r).unwrap());
+        face(number, surface, &[[0.0, 0.0], [quarter, 0.0], [quarter, 9.0], [0.0, 9.0]], false)
+    };
+    let side = |number, out: Vector3<f64>, x| {
+        let square = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
+        face(number, plane(o + out * r, out, x), &square, false)
+    };
+    let edges = [edge(2, y, x), edge(3, -x, -z), edge(4, z, -y)];
+    let sides = [side(5, x, y), side(6, -y, z), side(7, -z, -x)];
+    (face(1, sphere, &eighth, false), edges.into_iter().chain(sides).collect())
+}
+
+/// The faces next to it bend less than the corner does: a cutter that touches the corner at its rim goes into them by less
+/// than a micrometre, and is raised by as much.
+#[test]
+fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
+    for (r, tool, lower) in [(5.0, [4.0, 2.0], 0.002), (3.0, [4.0, 2.0], 0.0)] {
+        let (corner, others) = rounded_corner(r);
+        let band = Band { lower, upper: 0.016 };
+        let options = CoverOptions { band, ..options(Method::Widest) };
+        let (_, rest) = cut((&corner, &others), &cutter(tool), &options);
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        assert!(rest.is_empty(), "{r} {tool:?} {lower}: {area} mm2 in {} parts", rest.len());
+    }
+}
+
+/// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to
+/// the other side, is run the same way as the one before.
+#[test]
+fn a_lean_that_only_one_feed_direction_has_is_taken() {
+    let (floor, cutter) = (floor(0.0), cutter([3.0, 2.0]));
+    for clock in [Fenced(|pose| pose.axis.y > 0.05), Fenced(|pose| pose.axis.y < -0.05)] {
+        let options = CoverOptions { along: Along::V, ..options(Method::Inclined) };
+        let faces = std::slice::from_ref(&floor);
+        let covering = cover_beside((faces, &[]), &cutter, &options, (&clock, &Silent)).unwrap();
+        let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
+        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        let rest = agrees(&covering, (&floor, &[]), &cutter);
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
+    }
+}

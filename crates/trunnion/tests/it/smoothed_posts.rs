@@ -1,0 +1,155 @@
+//! Smoothed programs: never longer than the same program without smoothing, and within the tolerance of it.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::dice;
+use crate::posted;
+
+use dice::Random;
+use nalgebra::Vector3;
+use trunnion::blocks::Control;
+use trunnion::files::machine::{BUILT_IN, parse};
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::math::angle::great_circle;
+use trunnion::nc::read::{self, AxisWords, ReadOptions};
+use trunnion::nc::write::{Dialect, Style, Template};
+use trunnion::pipeline::{
+    PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
+    ProgramMoves, control_of,
+};
+use trunnion::types::{AxisVector, ToolPose};
+
+const TOLERANCE: [f64; 2] = [0.02, 1e-3];
+
+/// Rounding of the words at a lever of a metre, as in the tests of posting.
+const ROUNDING: f64 = 2.0 * 0.5e-4 * std::f64::consts::PI / 180.0 * 1000.0 + 1e-4;
+
+/// Cuts of straight stretches, corners, waves and steps of all sizes, rapid moves between.
+fn moves(kinematics: &Kinematics, random: &mut Random) -> Vec<PostMove> {
+    let machine = kinematics.machine();
+    let mut q = machine.vector(|axis| {
+        let [low, high] = axis.limits;
+        if (high - low).is_finite() { 0.5 * (low + high) } else { 0.3 }
+    });
+    let mut line = 0;
+    let mut moves = Vec::new();
+    let mut add = |q: &AxisVector, pace: PostPace| {
+        line += 1;
+        let pose = kinematics.forward(q);
+        moves.push(PostMove { line, pose, q: None, pace, way: Control::GreatCircle });
+    };
+    for _ in 0..3 {
+        add(&q, PostPace::Rapid);
+        let feed = random.within(5.0, 200.0);
+        let kinds = [random.within(0.0, 3.0), random.within(0.0, 3.0)];
+        for k in 0..90_u32 {
+            let step = 10.0_f64.powf(random.within(-2.0, 0.5));
+            let kind = kinds[usize::from(k > 45)];
+            let t = 0.1 * f64::from(k);
+            let way = match kind {
+                of if of < 1.0 => AxisVector::from([step, 0.0, 0.0, 0.0, 1e-3]),
+                of if of < 2.0 => {
+                    AxisVector::from([step * t.cos(), step * t.sin(), 0.1, 1e-3 * t.sin(), 2e-3])
+                }
+                _ => AxisVector::from_fn(|axis, _| {
+                    random.within(-1.0, 1.0) * if axis < 3 { step } else { 0.01 * step }
+                }),
+            };
+            q += way;
+            add(&q, PostPace::Feed(feed));
+        }
+        add(&q, PostPace::Rapid);
+        q += AxisVector::from([5.0, -5.0, 3.0, 0.01, 0.02]);
+    }
+    // Nothing to gain on a straight line.
+    add(&q, PostPace::Rapid);
+    q[0] += 20.0;
+    add(&q, PostPace::Feed(30.0));
+    moves
+}
+
+fn post(
+    kinematics: &Kinematics,
+    style: &Style,
+    (filter, moves): (PostFilter, &[PostMove]),
+) -> (String, PostReport) {
+    let options = PostOptions {
+        control: control_of(kinematics, style.dialect),
+        tolerance: TOLERANCE,
+        max_feed: None,
+        method: PostMethod::Optimal,
+        window: 512,
+        filter,
+        unwind: None,
+    };
+    let template = Template::of(style.dialect).unwrap();
+    let mut poster = Poster::new(kinematics, PostSource::Locations, &options, style).unwrap();
+    let mut text = String::new();
+    for one in moves {
+        poster.push(&mut text, one, (&posted::NOTE, &template)).unwrap();
+    }
+    let report = poster.finish(&mut text, (&posted::NOTE, &template)).unwrap();
+    (text, report)
+}
+
+/// Least distance of a pose from the straight moves, a tolerance each of tip and tool axis being 1.
+fn off(pose: &ToolPose, moves: &[PostMove]) -> f64 {
+    let one = |pair: &[PostMove]| {
+        let [from, to] = [&pair[0].pose, &pair[1].pose];
+        let chord = to.tip - from.tip;
+        let square = chord.norm_squared();
+        let share = if square > 0.0 { (pose.tip - from.tip).dot(&chord) / square } else { 0.0 };
+        let share = share.clamp(0.0, 1.0);
+        let axis = great_circle(&from.axis, &to.axis, share).unwrap();
+        let tip = (from.tip + chord * share - pose.tip).norm();
+        ((tip - ROUNDING) / TOLERANCE[0]).max((axis.angle(&pose.axis) - 1e-5) / TOLERANCE[1])
+    };
+    moves.windows(2).map(one).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
+    let mut random = Random(dice::seed());
+    let (mut gained, mut kept) = (0, 0);
+    for (name, text) in BUILT_IN.into_iter().take(4) {
+        let machine = parse(text).unwrap().machine;
+        let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 120.0));
+        let moves = moves(&kinematics, &mut random);
+        let axes = AxisWords::of(&machine, false).unwrap();
+        let dialects = [
+            (Dialect::LinuxCnc, read::Dialect::LinuxCnc),
+            (Dialect::G93, read::Dialect::LinuxCnc),
+            (Dialect::Haas, read::Dialect::Haas),
+            (Dialect::Siemens, read::Dialect::Siemens),
+        ];
+        for (dialect, language) in dialects {
+            let style = Style::of(&kinematics, dialect, axes);
+            let [plain, smooth] = [PostFilter::None, PostFilter::Smooth]
+                .map(|filter| post(&kinematics, &style, (filter, &moves)));
+            let choice = smooth.1.smoothing.unwrap();
+            let of = |report: &PostReport| {
+                if choice.by_model { report.model_seconds[1] } else { report.seconds[1] }
+            };
+            let [before, after] = [of(&plain.1), of(&smooth.1)];
+            assert!(after <= before * (1.0 + 1e-9), "{name} {dialect:?}: {before} -> {after}");
+            assert!((choice.seconds[0] - before).abs() <= 1e-6 * before, "{choice:?} {before}");
+            assert!((choice.seconds[1] - after).abs() <= 1e-6 * after, "{choice:?} {after}");
+            assert_eq!(choice.cuts.iter().sum::<usize>(), 4, "{choice:?}");
+            gained += choice.cuts[1] + choice.cuts[2];
+            kept += choice.cuts[0];
+            assert!(smooth.1.strayed[0] <= TOLERANCE[0] && smooth.1.strayed[1] <= TOLERANCE[1]);
+            let program = read::read(&smooth.0, &ReadOptions::new(language, axes, 5)).unwrap();
+            let (mut replay, mut places) =
+                (ProgramMoves::new(&kinematics, 1e-3).unwrap(), Vec::new());
+            for step in &program.steps {
+                replay.step(step, &mut places).unwrap();
+            }
+            assert!(places.len() > 30, "{name} {dialect:?}: {} places", places.len());
+            for place in places.iter().filter(|place| place.pace != PostPace::Rapid) {
+                let off = off(&place.pose, &moves);
+                assert!(off <= 1.0, "{name} {dialect:?}: {off} tolerances at {place:?}");
+            }
+        }
+    }
+    assert!(gained > 0 && kept > 0, "{gained} smoothed, {kept} as they were");
+}
