@@ -1,6 +1,5 @@
 //! Program blocks from an axis path, and point reduction: blocks per second for each kind of control.
 
-#![expect(clippy::unwrap_used, reason = "a bench stops on surprise")]
 #![expect(clippy::print_stdout, reason = "the figures are what it is for")]
 
 #[path = "../tests/it/shop/mod.rs"]

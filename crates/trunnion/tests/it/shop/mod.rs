@@ -1,6 +1,7 @@
 //! Machines that program and verification tests share.
 
-#![allow(dead_code, reason = "every test file uses its part")]
+#![allow(dead_code, reason = "benches use a part")]
+#![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
