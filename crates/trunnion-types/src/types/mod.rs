@@ -11,14 +11,18 @@
 //! | [`Block`] | `blocks` | what a program says |
 
 mod fault;
+mod interval;
 mod motion;
 mod path;
 mod progress;
 mod ramp;
 mod rest;
 mod timing;
+mod tolerance;
+mod uv;
 
 pub use fault::Fault;
+pub use interval::Interval;
 pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Law, Schedule, SchedulePiece, Setpoint};
 pub use path::{
     Geometry, Leg, Motion, Pass, PoseCoordinates, PoseCurve, PoseRates, Span, Station, ToolPath,
@@ -28,6 +32,8 @@ pub use progress::{Cancelled, Progress, Silent, Stage};
 pub use ramp::Stretch;
 pub use rest::{Rest, RestReason};
 pub use timing::Moment;
+pub use tolerance::PoseTolerance;
+pub use uv::Uv;
 
 /// Number of machine axes: three linear and two rotary.
 pub const AXES: usize = 5;

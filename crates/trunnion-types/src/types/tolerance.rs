@@ -1,0 +1,42 @@
+//! Tolerances of a cutter location.
+
+/// Largest deviation of a cutter location: of its tip, and of its tool axis.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_types::types::PoseTolerance;
+///
+/// // 5 um at the tip; 1 mrad moves a point 100 mm above the tip by 0.1 mm.
+/// let tolerance = PoseTolerance { tip: 0.005, axis: 0.001 };
+/// assert_eq!(PoseTolerance::from([0.005, 0.001]), tolerance);
+/// assert_eq!(<[f64; 2]>::from(tolerance), [0.005, 0.001]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseTolerance {
+    /// Largest distance between tips \[mm\].
+    pub tip: f64,
+    /// Largest angle between tool axes \[rad\].
+    pub axis: f64,
+}
+
+impl PoseTolerance {
+    /// Creates the tolerance of `tip` \[mm\] and `axis` \[rad\].
+    pub const fn new(tip: f64, axis: f64) -> Self {
+        Self { tip, axis }
+    }
+}
+
+impl From<[f64; 2]> for PoseTolerance {
+    /// From `[tip, axis]` \[mm, rad\].
+    fn from([tip, axis]: [f64; 2]) -> Self {
+        Self { tip, axis }
+    }
+}
+
+impl From<PoseTolerance> for [f64; 2] {
+    /// To `[tip, axis]` \[mm, rad\].
+    fn from(tolerance: PoseTolerance) -> Self {
+        [tolerance.tip, tolerance.axis]
+    }
+}
