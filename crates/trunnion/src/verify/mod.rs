@@ -15,36 +15,25 @@
 
 mod audit;
 mod blocks;
-mod body;
-mod bounds;
-mod chunks;
-mod contact;
 mod control_model;
 mod deviation;
 mod fixture;
-mod grid;
-mod index;
 mod inner;
 mod known;
 mod ledger;
-mod measure;
 mod motion;
-mod passing;
 mod place;
-mod ray;
 mod replay;
 mod report;
 mod run;
-mod shell;
-mod side;
 mod stock;
-mod sweep;
+mod swept;
 mod tools;
 mod track;
 mod turns;
-mod whole;
 
 pub use control_model::{AxisRatio, ModelAudit};
+pub use deviation::side::{behind, behind_cl};
 pub use fixture::{Approach, Clearance, DEPTH_SHARE, Fixture, Watch, clearance, clearance_cl};
 pub use ledger::Lines;
 pub use motion::{
@@ -55,7 +44,6 @@ pub use report::{
     Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
     Report, Sample, Sensitivity, Singular,
 };
-pub use side::{behind, behind_cl};
 pub use stock::{
     Carving, Collision, CollisionKind, Cutting, Solid, Stock, Undecided, simulate, simulate_cl,
 };
@@ -69,7 +57,7 @@ use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest};
 use audit::Audited;
-use measure::Subject;
+use deviation::measure::{self, Subject};
 use run::Run;
 use tools::Controls;
 

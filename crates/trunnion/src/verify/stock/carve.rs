@@ -2,15 +2,19 @@
 
 use super::super::ledger::{Ledger, Lines};
 use super::super::run::Run;
-use super::super::shell::Shell;
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
-use super::graze::{self, Close, Graze};
-use super::near::{self, Part};
-use super::tools::Tools;
-use super::work::{self, Told, Work};
-use super::{Solid, Stock};
+use super::between_rays;
+use super::between_rays::{Close, Graze};
+use super::broad_phase;
+use super::broad_phase::Part;
+use super::build::solid::Solid;
+use super::clip::batch;
+use super::clip::batch::{Told, Work};
+use super::material::Stock;
+use super::moving_tools::Tools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
+use crate::verify::swept::mesh::Shell;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -173,7 +177,7 @@ impl<'a> Carver<'a> {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
-        let margin = work::margin(&stock.lattice);
+        let margin = batch::margin(&stock.lattice);
         let tools = Tools::new(cutters, tolerance, margin);
         let uncut = stock.uncut.take();
         let (found, close) = (BTreeMap::new(), Vec::new());
@@ -229,11 +233,12 @@ impl<'a> Carver<'a> {
         }
         if self.shell.is_none() {
             let solid = self.uncut.as_ref();
-            self.shell = solid.and_then(|solid| Shell::new(solid.triangles(PRISM * graze::LEAST)));
+            self.shell =
+                solid.and_then(|solid| Shell::new(solid.triangles(PRISM * between_rays::LEAST)));
         }
         let Some(shell) = &self.shell else { return Ok(()) };
         for Graze { line, kind, known, hit, open } in
-            graze::look((run, &self.tools), shell, close, progress)?
+            between_rays::look((run, &self.tools), shell, close, progress)?
         {
             if let Some(hit) = hit {
                 let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
@@ -252,7 +257,7 @@ impl<'a> Carver<'a> {
         let lattice = self.stock.lattice;
         let (mut hits, mut close) = (Vec::new(), Vec::new());
         for family in &mut self.stock.families {
-            let near = near::by_tile(parts, &lattice, family);
+            let near = broad_phase::by_tile(parts, &lattice, family);
             let work = Work::new(lattice, family, parts, self.tools.tolerance);
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
             let all: Vec<Told> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
@@ -267,7 +272,7 @@ impl<'a> Carver<'a> {
         }
         // What is deeper than rays are apart, they show as well.
         let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
-        for mut close in graze::merge(close) {
+        for mut close in between_rays::merge(close) {
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
             if close.known < cell {
                 self.close.push(close);
@@ -294,14 +299,14 @@ impl<'a> Carver<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::near::Frame;
-    use super::super::nearest::Line;
-    use super::super::rays::unit;
     use super::*;
     use crate::cutter::{Construction, CutterSpec, Kind};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
+    use crate::verify::stock::broad_phase::Frame;
+    use crate::verify::stock::clip::closest_approach::Line;
+    use crate::verify::stock::dexel::unit;
     use nalgebra::{Rotation3, Unit, Vector3};
     use proptest::prelude::*;
 

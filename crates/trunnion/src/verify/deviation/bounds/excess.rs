@@ -1,0 +1,236 @@
+//! A tool holds each piece of the face moved outwards, or passes over it.
+
+use super::shape::{Cell, Rectangle, quarters};
+use super::{Known, Place, Survey, TILE};
+use crate::verify::deviation::ray::Deciding;
+use crate::verify::report::{Extreme, Sample};
+use crate::verify::swept::tool::Ray;
+use std::rc::Rc;
+
+/// Quarterings after which a larger bound is tried.
+const DEEPEST: u32 = 14;
+/// Doublings of the bound at most.
+const DOUBLINGS: i32 = 24;
+/// Poses tried on one piece: those that decided nearest to it.
+const MOST_POSES: usize = 6;
+
+/// A piece of the face and poses that may hold it.
+struct Open {
+    rectangle: Rectangle,
+    level: u32,
+    poses: Vec<Deciding>,
+    /// The pose of those that was found last, if it was found among what may come to the piece.
+    found: Option<Deciding>,
+    /// What may come to it.
+    items: Rc<[(u32, u32)]>,
+    /// Trim segments that may touch it.
+    border: Option<Vec<u32>>,
+}
+
+/// The highest excess in a tile, bounded by `most` pieces.
+pub(crate) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
+    let mut known = survey.start[1];
+    let mut open = Vec::new();
+    let items: Rc<[(u32, u32)]> = survey.parts.numbers().collect();
+    let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
+    for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
+        for j in at[1]..(at[1] + TILE).min(columns.saturating_sub(1)) {
+            cell(survey, [i, j], &items, &mut open);
+        }
+    }
+    let mut count = 0;
+    while let Some(next) = open.pop() {
+        count += 1;
+        let Some(piece) = survey.shape.cell(&next.rectangle) else {
+            halve(next, None, &mut open);
+            continue;
+        };
+        let aim = known.aim();
+        if next.poses.iter().any(|pose| holds(survey, &piece, aim, pose))
+            || next.found.is_some_and(|pose| passes(survey, &piece, aim, &pose))
+        {
+            continue;
+        }
+        if count > most {
+            known.end(piece.area());
+            continue;
+        }
+        search(survey, (next, &piece), (&mut known, &mut open));
+    }
+    known
+}
+
+/// The pieces of a grid cell, with the poses that decided at its corners. Cells with a corner that is
+/// uncut, and those that meet the rest, are told as such and left out.
+fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], items: &Rc<[(u32, u32)]>, open: &mut Vec<Open>) {
+    let columns = survey.map.v.len();
+    if survey.map.unfinished.get(i * columns.saturating_sub(1) + j).is_some_and(|meets| *meets) {
+        return;
+    }
+    let mut poses: Vec<Deciding> = Vec::new();
+    for place in
+        [i * columns + j, i * columns + j + 1, (i + 1) * columns + j, (i + 1) * columns + j + 1]
+    {
+        let sample: Option<&Sample> = survey.map.samples.get(place).and_then(Option::as_ref);
+        if sample.is_some_and(|sample| sample.rest || sample.height.is_none()) {
+            return;
+        }
+        let pose = survey.deciding.get(place).copied().flatten();
+        poses.extend(pose.filter(|pose| !poses.contains(pose)));
+    }
+    let Some(whole) = survey.rectangle([i, j], 1) else { return };
+    for rectangle in survey.shape.smooth_parts(whole) {
+        let border = match survey.first_place(&rectangle) {
+            Place::Outside => continue,
+            Place::Inside => None,
+            Place::Border(segments) => Some(segments),
+        };
+        let (poses, items) = (poses.clone(), Rc::clone(items));
+        open.push(Open { rectangle, level: 0, poses, found: None, items, border });
+    }
+}
+
+/// Whether a pose holds all of a piece moved outwards by `height`: a convex body does if it holds the
+/// corners of the plane piece with room for what the piece may differ from it.
+fn holds(survey: &Survey<'_>, cell: &Cell, height: f64, pose: &Deciding) -> bool {
+    let Some(body) = survey.parts.body(pose.body) else { return false };
+    let stand = pose.stand;
+    let room = cell.bulge + height * cell.turn + survey.parts.look.error();
+    let [a, b] = cell.half;
+    let middle = cell.centre + cell.normal * height - stand.tip;
+    [a + b, a - b, b - a, -a - b]
+        .iter()
+        .all(|corner| body.probe(&(middle + corner), &stand.axis).distance <= -room)
+}
+
+/// Whether a tool in motion passes over all of a piece moved outwards by `height`, one place after the other, as a
+/// sharp edge does that holds no two places at once.
+///
+/// Give every place `p` the time `u(p)`, linear in `p`: seen from the tool, `p` at that time depends linearly on `p`,
+/// but for the bend of the motion, and a convex body that holds the corners holds all in between. Any such `u` will
+/// do; it is taken from when the middles of the sides are deepest.
+fn passes(survey: &Survey<'_>, cell: &Cell, height: f64, by: &Deciding) -> bool {
+    let Some(part) = survey.parts.part((by.piece, by.body)) else { return false };
+    let [a, b] = cell.half;
+    let place = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
+    let deepest = |s: f64, t: f64| part.piece.deepest(part.body, &place(s, t));
+    let sides = [deepest(-1.0, 0.0), deepest(1.0, 0.0), deepest(0.0, -1.0), deepest(0.0, 1.0)];
+    let rates = [0.5 * (sides[1] - sides[0]), 0.5 * (sides[3] - sides[2])];
+    // Within the piece of the move: a little early or late does for some micrometres.
+    let width = rates[0].abs() + rates[1].abs();
+    let [p, q] = rates.map(|rate| rate / width.max(1.0));
+    let width = width.min(1.0);
+    let middle = (0.25 * sides.iter().sum::<f64>()).clamp(width - 1.0, 1.0 - width);
+    let far = (cell.centre - part.piece.middle().stand.tip).norm() + cell.radius() + height;
+    // Both a place and the corners may be off what is linear.
+    let bend =
+        2.0 * (part.piece.bend(far) * width * width + part.piece.shear(width) * cell.radius());
+    let room = cell.bulge + height * cell.turn + survey.parts.look.error() + bend;
+    [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].iter().all(|[s, t]| {
+        part.piece.distance(part.body, middle + p * s + q * t, &place(*s, *t)).0 <= -room
+    })
+}
+
+fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
+    if next.level >= DEEPEST {
+        return;
+    }
+    let border = border.or(next.border);
+    for rectangle in quarters(next.rectangle) {
+        let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
+        let (level, border) = (next.level + 1, border.clone());
+        open.push(Open { rectangle, level, poses, found: next.found, items, border });
+    }
+}
+
+/// Looks for the pose that comes lowest in the middle of a piece, and quarters the piece if that does
+/// not hold it.
+fn search(
+    survey: &Survey<'_>,
+    (mut next, piece): (Open, &Cell),
+    (known, open): (&mut Known, &mut Vec<Open>),
+) {
+    let place = survey.place(&next.rectangle, next.border.as_deref());
+    if matches!(place, Place::Outside) {
+        return;
+    }
+    let ray = Ray { origin: piece.centre, normal: piece.normal, below: survey.parts.look.reach };
+    next.items = coming(survey, piece, &next.items);
+    let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
+    let inside = survey.holds_middle(&next.rectangle, &place);
+    if inside && lowest.s > survey.top {
+        known.short = true;
+        open.clear();
+        return;
+    }
+    match (lowest.by, lowest.line) {
+        (Some(pose), Some(line)) => {
+            next.poses.insert(0, pose);
+            next.poses.truncate(MOST_POSES);
+            if inside && lowest.s > known.worst {
+                known.worst = lowest.s;
+                let uv = next.rectangle.map(|[low, high]| 0.5 * (low + high));
+                let (face, point) = (survey.map.face, piece.centre);
+                known.place = Some(Extreme {
+                    face,
+                    uv,
+                    point,
+                    height: lowest.s,
+                    or_deeper: false,
+                    line,
+                    dog_leg: false,
+                });
+            }
+            next.found = Some(pose);
+            if holds(survey, piece, known.aim(), &pose) || passes(survey, piece, known.aim(), &pose)
+            {
+                return;
+            }
+        }
+        // A hole between the measured points.
+        _ if inside => {
+            known.open += piece.area();
+            return;
+        }
+        _ => {}
+    }
+    if next.level >= DEEPEST {
+        beyond(survey, piece, &next, known);
+        return;
+    }
+    let border = match place {
+        Place::Border(segments) => Some(segments),
+        _ => None,
+    };
+    if border.is_none() {
+        next.border = None;
+    }
+    halve(next, border, open);
+}
+
+/// Looks for a larger bound that holds.
+fn beyond(survey: &Survey<'_>, piece: &Cell, next: &Open, known: &mut Known) {
+    for doubling in 1..DOUBLINGS {
+        let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
+        if height > survey.parts.look.reach {
+            break;
+        }
+        if next.poses.iter().any(|pose| holds(survey, piece, height, pose))
+            || next.found.is_some_and(|pose| passes(survey, piece, height, &pose))
+        {
+            known.beyond = known.beyond.max(height);
+            return;
+        }
+    }
+    known.open += piece.area();
+}
+
+/// What of some may come to a piece, lowest first.
+fn coming(survey: &Survey<'_>, piece: &Cell, items: &[(u32, u32)]) -> Rc<[(u32, u32)]> {
+    let disc = piece.disc();
+    let keeps =
+        |&numbers: &(u32, u32)| Some((survey.parts.comes(numbers, &disc, survey.top)?, numbers));
+    let mut coming: Vec<(f64, (u32, u32))> = items.iter().filter_map(keeps).collect();
+    coming.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    coming.into_iter().map(|(_, numbers)| numbers).collect()
+}

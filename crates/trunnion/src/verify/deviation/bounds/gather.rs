@@ -1,0 +1,149 @@
+//! The moves that come to tiles, from however long a program.
+
+use super::shape::{Rectangle, quarters};
+use super::{Ground, Known, Survey, TILE, Task};
+use crate::verify::VerifyError;
+use crate::verify::deviation::chunks::{Chunk, Chunks, Parts};
+use crate::verify::swept::bvh::Bounds;
+use crate::verify::swept::quadratic::Piece;
+use crate::verify::swept::rays::Disc;
+use rayon::prelude::*;
+
+/// Quarterings of a tile where its middle has no normal.
+const DEEPEST: u32 = 3;
+
+/// Tiles in order, with the moves that come to them.
+struct Gathered {
+    /// Tiles taken.
+    count: usize,
+    pieces: Vec<Piece>,
+    /// Numbers of pieces by tile.
+    lists: Vec<Vec<u32>>,
+    /// More moves than can be kept come to the only tile taken.
+    crowded: bool,
+}
+
+/// Looks at each tile, with the moves that come to it below `task.top`; the program is run as often as that takes.
+pub(crate) fn each(
+    chunks: &Chunks<'_>,
+    tasks: &[Task<'_>],
+) -> Result<Vec<[Known; 2]>, VerifyError> {
+    let mut done: Vec<[Known; 2]> = Vec::with_capacity(tasks.len());
+    let mut count = tasks.len();
+    while let Some(left) = tasks.get(done.len()..).filter(|left| !left.is_empty()) {
+        let some = left.get(..count).unwrap_or(left);
+        let Gathered { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
+        count = taken;
+        let look = |(task, list): (&Task<'_>, &Vec<u32>)| {
+            let Task { ground, at, top, .. } = *task;
+            if crowded {
+                return ground.crowded(at);
+            }
+            let of = list.iter().filter_map(|&number| pieces.get(number as usize));
+            let parts = Parts { pieces: of.copied().collect(), look: chunks.look.clone() };
+            Survey { ground, parts, top }.tile(task)
+        };
+        done.par_extend(some.par_iter().zip(&lists).map(look));
+    }
+    Ok(done)
+}
+
+/// The moves that come to some tiles, or to the first of them if those are too many.
+fn gather(chunks: &Chunks<'_>, tasks: &[Task<'_>]) -> Result<Gathered, VerifyError> {
+    let tiles: Vec<(Vec<Disc>, f64)> =
+        tasks.par_iter().map(|task| (task.ground.discs(task.at), task.top)).collect();
+    let count = tasks.len();
+    let mut all =
+        Gathered { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
+    let boxes = tiles
+        .iter()
+        .flat_map(|(discs, top)| discs.iter().map(|disc| chunks.look.around(disc, *top)));
+    let within = boxes.fold(Bounds::empty(), |all, each| all.join(&each));
+    chunks.each(&within, |chunk, _| {
+        if all.crowded {
+            return Ok(());
+        }
+        let coming = tiles.par_iter().take(all.count).map(|(discs, top)| chunk.coming(discs, *top));
+        let coming: Vec<Vec<u32>> = coming.collect();
+        all.take(chunk, &coming, chunks.kept());
+        Ok(())
+    })?;
+    Ok(all)
+}
+
+impl Gathered {
+    /// Takes in moves of a chunk that come to the tiles, by tile; `most` pieces at most are kept.
+    fn take(&mut self, chunk: &Chunk, coming: &[Vec<u32>], most: usize) {
+        let mut numbers = vec![None; chunk.parts.pieces.len()];
+        for (list, coming) in self.lists.iter_mut().zip(coming) {
+            for &index in coming {
+                let (Some(number), Some(piece)) =
+                    (numbers.get_mut(index as usize), chunk.parts.pieces.get(index as usize))
+                else {
+                    continue;
+                };
+                let next = u32::try_from(self.pieces.len()).unwrap_or(u32::MAX);
+                let number = *number.get_or_insert(next);
+                if number == next {
+                    self.pieces.push(*piece);
+                }
+                list.push(number);
+            }
+        }
+        while self.pieces.len() > most && self.count > 1 {
+            self.count = self.count.div_ceil(2);
+            self.shrink();
+        }
+        if self.pieces.len() > most {
+            (self.crowded, self.pieces) = (true, Vec::new());
+        }
+    }
+
+    /// Keeps the moves of the tiles taken alone, in order.
+    fn shrink(&mut self) {
+        self.lists.truncate(self.count);
+        let mut wanted = vec![false; self.pieces.len()];
+        for &number in self.lists.iter().flatten() {
+            if let Some(wanted) = wanted.get_mut(number as usize) {
+                *wanted = true;
+            }
+        }
+        let mut next = 0;
+        let renumbered: Vec<u32> = wanted
+            .iter()
+            .map(|wanted| {
+                let number = next;
+                next += u32::from(*wanted);
+                number
+            })
+            .collect();
+        let mut kept = wanted.iter();
+        self.pieces.retain(|_| kept.next().is_some_and(|wanted| *wanted));
+        for number in self.lists.iter_mut().flatten() {
+            *number = renumbered.get(*number as usize).copied().unwrap_or(*number);
+        }
+    }
+}
+
+impl Ground<'_> {
+    /// Discs that hold all of a tile.
+    fn discs(&self, at: [usize; 2]) -> Vec<Disc> {
+        let mut discs = Vec::new();
+        for part in
+            self.rectangle(at, TILE).iter().flat_map(|&whole| self.shape.smooth_parts(whole))
+        {
+            self.disc(part, 0, &mut discs);
+        }
+        discs
+    }
+
+    fn disc(&self, rectangle: Rectangle, level: u32, discs: &mut Vec<Disc>) {
+        if let Some(cell) = self.shape.cell(&rectangle) {
+            discs.push(cell.disc());
+        } else if level < DEEPEST {
+            for quarter in quarters(rectangle) {
+                self.disc(quarter, level + 1, discs);
+            }
+        }
+    }
+}

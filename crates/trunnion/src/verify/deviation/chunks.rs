@@ -1,0 +1,311 @@
+//! The moving tool, ready to be measured against: so much of a program at a time that memory does not grow
+//! with it.
+
+use super::ray::{Lowest, Part};
+use crate::cutter::Cutter;
+use crate::verify::replay::Segment;
+use crate::verify::run::{Run, Segments};
+use crate::verify::swept::bvh::{Bounds, Item, Tree};
+use crate::verify::swept::quadratic;
+use crate::verify::swept::quadratic::Piece;
+use crate::verify::swept::rays::Disc;
+use crate::verify::swept::tool;
+use crate::verify::swept::tool::{Body, Ray};
+use crate::verify::{Options, VerifyError};
+use nalgebra::Point3;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Pieces of moves that are looked at together: some tens of megabytes.
+const PIECES: usize = 32_768;
+/// Chunks whose pieces may be kept for a closer look.
+const KEPT: usize = 4;
+/// Share of the ray tolerance that replacing moves by quadratics may take.
+const ERROR_SHARE: f64 = 0.1;
+
+/// Tools by their places in the table, and how they are looked at.
+pub(crate) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
+
+/// Which moves of a program are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Moves {
+    /// Those at feed: what they leave, and what they gouge.
+    Cuts,
+    /// Rapids, all axes together: nobody counts on what they cut, but they gouge.
+    Rapids,
+    /// Rapids, each axis at its own speed; likewise.
+    DogLegs,
+}
+
+/// How far and how exactly is looked at which tool.
+#[derive(Clone)]
+pub(crate) struct Look {
+    /// Those of all tools.
+    bodies: Arc<[Body]>,
+    /// Which of them a tool has, by its place in the table.
+    of_tool: Arc<[Range<u32>]>,
+    /// How far below the faces is looked \[mm\].
+    pub(crate) reach: f64,
+    pub(crate) moves: Moves,
+    /// How exactly heights are found \[mm\].
+    pub(crate) tolerance: f64,
+}
+
+impl Look {
+    fn new((cutters, options): Tools<'_>, moves: Moves) -> Self {
+        let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
+        for cutter in cutters {
+            let start = narrow(bodies.len());
+            bodies.extend(tool::bodies(cutter));
+            of_tool.push(start..narrow(bodies.len()));
+        }
+        let (bodies, of_tool) = (bodies.into(), of_tool.into());
+        let Options { reach, ray_tolerance: tolerance, .. } = *options;
+        Self { bodies, of_tool, reach, moves, tolerance }
+    }
+
+    /// How far above the faces is looked \[mm\].
+    pub(crate) fn top(&self) -> f64 {
+        if self.moves == Moves::DogLegs { 0.0 } else { self.reach }
+    }
+
+    /// Numbers of the bodies that move in a piece.
+    fn bodies_in(&self, piece: &Piece) -> Range<u32> {
+        self.of_tool.get(piece.tool).cloned().unwrap_or(0..0)
+    }
+
+    /// A box around rays through a disc, from the reach below up to `top` \[mm\].
+    pub(crate) fn around(&self, disc: &Disc, top: f64) -> Bounds {
+        let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
+        Bounds { low: disc.centre, high: disc.centre }.grown(far)
+    }
+
+    /// How far the tool may be from where the pieces have it \[mm\].
+    pub(crate) fn error(&self) -> f64 {
+        ERROR_SHARE * self.tolerance
+    }
+}
+
+/// All moves of a program, chunk by chunk.
+pub(crate) struct Chunks<'a> {
+    run: &'a Run<'a>,
+    pub(crate) look: Look,
+    /// No point that is looked at is farther from the tip when it matters \[mm\].
+    far: f64,
+    /// Pieces of a chunk.
+    size: usize,
+    /// All moves, where they are few.
+    whole: Option<Chunk>,
+}
+
+impl<'a> Chunks<'a> {
+    /// What is cut, in chunks of a usual size.
+    pub(crate) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
+        Self::of(run, tools, PIECES)
+    }
+
+    /// The same in chunks of about `size` pieces.
+    pub(crate) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
+        Self::some(run, tools, (Moves::Cuts, size))?.ok_or(VerifyError::NoMotion)
+    }
+
+    /// Rapids, run one way or the other; `None` if there are none that run this way.
+    pub(crate) fn rapids(
+        run: &'a Run<'a>,
+        tools: Tools<'_>,
+        moves: Moves,
+    ) -> Result<Option<Self>, VerifyError> {
+        let chunks = Self::some(run, tools, (moves, PIECES))?;
+        let any = |chunk: &Chunk| !chunk.parts.pieces.is_empty();
+        Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(any)))
+    }
+
+    /// `None` if the program has no move.
+    fn some(
+        run: &'a Run<'a>,
+        tools: Tools<'_>,
+        (moves, size): (Moves, usize),
+    ) -> Result<Option<Self>, VerifyError> {
+        let (cutters, options) = tools;
+        let far = cutters.iter().map(|cutter| tool::size(cutter)).fold(0.0, f64::max);
+        let look = Look::new(tools, moves);
+        let far = far + options.reach;
+        let mut chunks = Self { run, look, far, size, whole: None };
+        let mut segments = run.segments();
+        let Some(first) = chunks.next(&mut segments)? else { return Ok(None) };
+        if chunks.next(&mut segments)?.is_none() {
+            chunks.whole = Some(Chunk::new(first.0, &chunks.look, &Bounds::everywhere()));
+        }
+        Ok(Some(chunks))
+    }
+
+    /// Hands out chunk by chunk in the order of the program, with how much of it is done before and after \[0..=1\].
+    /// Its tree may lack what does not come `within` a region.
+    pub(crate) fn each(
+        &self,
+        within: &Bounds,
+        mut work: impl FnMut(&Chunk, [f64; 2]) -> Result<(), VerifyError>,
+    ) -> Result<(), VerifyError> {
+        if let Some(whole) = &self.whole {
+            return work(whole, [0.0, 1.0]);
+        }
+        let (mut segments, mut before) = (self.run.segments(), 0);
+        while let Some((pieces, moves)) = self.next(&mut segments)? {
+            let ends = [before, before + moves].map(|done| done as f64 / self.run.steps() as f64);
+            work(&Chunk::new(pieces, &self.look, within), ends.map(|share| share.min(1.0)))?;
+            before += moves;
+        }
+        Ok(())
+    }
+
+    /// Pieces that may be kept for a closer look.
+    pub(crate) fn kept(&self) -> usize {
+        KEPT * self.size
+    }
+
+    /// The next pieces and of how many moves they are; `None` at the end.
+    fn next(
+        &self,
+        segments: &mut Segments<'_>,
+    ) -> Result<Option<(Vec<Piece>, usize)>, VerifyError> {
+        let (mut pieces, mut moves) = (Vec::new(), 0);
+        while pieces.len() < self.size {
+            let Some(segment) = segments.next() else { break };
+            let segment: Segment = segment?;
+            match self.look.moves {
+                Moves::DogLegs => {
+                    let legs = self.run.mover.dog_leg(&segment);
+                    legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
+                }
+                moves if segment.rapid == (moves == Moves::Rapids) => {
+                    self.take(&segment, &mut pieces)?;
+                }
+                _ => {}
+            }
+            moves += 1;
+        }
+        Ok((moves > 0).then_some((pieces, moves)))
+    }
+
+    fn take(&self, segment: &Segment, pieces: &mut Vec<Piece>) -> Result<(), VerifyError> {
+        quadratic::pieces(&self.run.mover, segment, self.far, self.look.error(), pieces)
+    }
+}
+
+/// Some moves.
+pub(crate) struct Parts {
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) look: Look,
+}
+
+impl Parts {
+    /// A body in motion by its numbers.
+    pub(crate) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
+        let piece = self.pieces.get(numbers.0 as usize)?;
+        let body = self.body(numbers.1)?;
+        Some(Part { piece, body, numbers })
+    }
+
+    /// The body of that number.
+    pub(crate) fn body(&self, number: u32) -> Option<Body> {
+        self.look.bodies.get(number as usize).copied()
+    }
+
+    /// Numbers of all bodies in all pieces.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (u32, u32)> {
+        let pieces = (0..).zip(&self.pieces);
+        pieces.flat_map(|(index, piece)| self.look.bodies_in(piece).map(move |body| (index, body)))
+    }
+
+    /// Lowest entry of a ray into some of the bodies in motion.
+    pub(crate) fn lowest(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
+        let mut lowest = Lowest::none(self.look.top());
+        for part in numbers.filter_map(|numbers| self.part(numbers)) {
+            lowest.search(&part, ray, self.look.tolerance);
+        }
+        lowest
+    }
+
+    /// Whether a part may come to rays through a disc, from the reach below up to `top` \[mm\]; about how far it
+    /// keeps off, then.
+    pub(crate) fn comes(&self, numbers: (u32, u32), disc: &Disc, top: f64) -> Option<f64> {
+        let Part { piece, body, .. } = self.part(numbers)?;
+        piece.comes(body, disc, [self.look.reach, top], self.look.error())
+    }
+}
+
+/// Some moves, sorted by place.
+pub(crate) struct Chunk {
+    pub(crate) parts: Parts,
+    pub(crate) tree: Tree,
+}
+
+impl Chunk {
+    fn new(pieces: Vec<Piece>, look: &Look, within: &Bounds) -> Self {
+        let mut items = Vec::new();
+        for (index, piece) in pieces.iter().enumerate() {
+            for part in look.bodies_in(piece) {
+                let Some(body) = look.bodies.get(part as usize) else { continue };
+                let content = (narrow(index), part);
+                let grown = boxes(piece, *body).map(|bounds| bounds.grown(look.error()));
+                let near = grown.filter(|bounds| bounds.meets(within));
+                items.extend(near.map(|bounds| Item { bounds, content }));
+            }
+        }
+        Self { parts: Parts { pieces, look: look.clone() }, tree: Tree::new(items) }
+    }
+
+    /// What can come near a region, by distance from a centre, with what at least lies between \[mm\]: what cuts
+    /// lowest comes early, and most of the rest is refused at a glance.
+    pub(crate) fn around(&self, region: &Bounds, centre: Point3<f64>) -> Vec<(f64, Part<'_>)> {
+        let mut near = Vec::new();
+        self.tree.near(region, &mut near);
+        let mut parts = Vec::with_capacity(near.len());
+        for &numbers in &near {
+            if let Some(part) = self.parts.part(numbers) {
+                parts.push((part.piece.clearance(part.body, &centre), part));
+            }
+        }
+        // Stable: equal distances keep the order of the program.
+        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        parts
+    }
+
+    /// Numbers of the pieces that may come to rays through one of some discs, from the reach below up to `top`
+    /// \[mm\]; ascending.
+    pub(crate) fn coming(&self, discs: &[Disc], top: f64) -> Vec<u32> {
+        let look = &self.parts.look;
+        let mut found = Vec::new();
+        let mut near = Vec::new();
+        for disc in discs {
+            self.tree.near(&look.around(disc, top), &mut near);
+            let comes = |numbers: &&(u32, u32)| self.parts.comes(**numbers, disc, top).is_some();
+            found.extend(near.iter().filter(comes).map(|numbers| numbers.0));
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+fn narrow(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+/// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
+/// tool does not claim all the space beside it.
+fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
+    let [low, high] = body.heights();
+    let radius = body.radius();
+    let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
+    let mut index = 0.0;
+    std::iter::from_fn(move || {
+        if index >= count {
+            return None;
+        }
+        let [from, to] = [index, index + 1.0].map(|i| low + (high - low) * i / count);
+        index += 1.0;
+        let [low, high] = piece.axis_box([from, to]);
+        Some(Bounds { low, high }.grown(radius))
+    })
+}

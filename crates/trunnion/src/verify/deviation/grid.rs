@@ -1,0 +1,119 @@
+//! Points over a face, about equally far apart.
+
+use crate::surface::Face;
+use crate::verify::{Options, VerifyError};
+
+/// A grid of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Grid {
+    /// Increasing values of u.
+    pub(crate) u: Vec<f64>,
+    /// Increasing values of v.
+    pub(crate) v: Vec<f64>,
+}
+
+/// Steps in which the length of parameter lines is added up.
+const STEPS: usize = 512;
+/// Lines across which the longest is taken.
+const LINES: usize = 17;
+
+impl Grid {
+    /// A grid whose neighbours are at most about `options.grid` apart, borders included.
+    pub(crate) fn over(face: &Face, options: &Options) -> Result<Self, VerifyError> {
+        let bounds = face.bounds();
+        let lengths = [0, 1].map(|k| lengths(face, bounds, k));
+        let counts = lengths.each_ref().map(|l| {
+            let total = l.last().copied().unwrap_or(0.0);
+            (total / options.grid).ceil().max(1.0)
+        });
+        let points = (counts[0] + 1.0) * (counts[1] + 1.0);
+        if points.is_nan() || points > options.most_points as f64 {
+            return Err(VerifyError::TooManyPoints {
+                face: face.number,
+                points,
+                most: options.most_points,
+            });
+        }
+        let [u, v] = [0, 1].map(|k| breaks(&lengths[k], bounds[k], counts[k]));
+        Ok(Self { u, v })
+    }
+
+    /// Count of values of u and of v.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.u.len(), self.v.len()]
+    }
+
+    /// Parameters of a point.
+    pub(crate) fn at(&self, i: usize, j: usize) -> Option<[f64; 2]> {
+        Some([*self.u.get(i)?, *self.v.get(j)?])
+    }
+
+    /// Area of u, v that a point stands for.
+    pub(crate) fn cell(&self, i: usize, j: usize) -> f64 {
+        share(&self.u, i) * share(&self.v, j)
+    }
+}
+
+/// Half of the way to either neighbour.
+fn share(values: &[f64], i: usize) -> f64 {
+    let at = |i: usize| values.get(i).copied();
+    let Some(here) = at(i) else { return 0.0 };
+    let before = i.checked_sub(1).and_then(at).unwrap_or(here);
+    0.5 * (at(i + 1).unwrap_or(here) - before)
+}
+
+/// Length along parameter `k` \[mm\], added up over [`STEPS`] steps; of [`LINES`] lines the one that
+/// is fastest at each step counts.
+fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
+    let along = |t: f64| bounds[k][0] + (bounds[k][1] - bounds[k][0]) * t;
+    let across = |t: f64| bounds[1 - k][0] + (bounds[1 - k][1] - bounds[1 - k][0]) * t;
+    let step = (bounds[k][1] - bounds[k][0]) / STEPS as f64;
+    let mut total = 0.0;
+    let mut sums = vec![0.0];
+    for index in 0..STEPS {
+        let here = along((index as f64 + 0.5) / STEPS as f64);
+        let speeds = (0..LINES).map(|line| {
+            let there = across(line as f64 / (LINES - 1) as f64);
+            let [u, v] = if k == 0 { [here, there] } else { [there, here] };
+            let jet = face.surface.jet1(u, v);
+            if k == 0 { jet.su.norm() } else { jet.sv.norm() }
+        });
+        total += speeds.fold(0.0, f64::max) * step;
+        sums.push(total);
+    }
+    sums
+}
+
+/// Values of the parameter that cut the length into `count` equal parts.
+fn breaks(sums: &[f64], [low, high]: [f64; 2], count: f64) -> Vec<f64> {
+    let total = sums.last().copied().unwrap_or(0.0);
+    let mut values = vec![low];
+    let mut index = 1.0;
+    while index < count {
+        let length = total * index / count;
+        let after = sums.partition_point(|&sum| sum <= length).clamp(1, STEPS);
+        let [a, b] = [after - 1, after].map(|i| sums.get(i).copied().unwrap_or(total));
+        let part = if b > a { (length - a) / (b - a) } else { 0.0 };
+        values.push(low + (high - low) * ((after - 1) as f64 + part) / STEPS as f64);
+        index += 1.0;
+    }
+    values.push(high);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn breaks_cut_a_length_into_equal_parts() {
+        // Length grows as the square of the parameter.
+        let sums: Vec<f64> = (0..=STEPS).map(|i| (i as f64 / STEPS as f64).powi(2)).collect();
+        let values = breaks(&sums, [2.0, 4.0], 4.0);
+        let expected = [2.0, 3.0, 2.0 + 2.0 * 0.5f64.sqrt(), 2.0 + 2.0 * 0.75f64.sqrt(), 4.0];
+        for (value, expected) in values.iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-5, "{value} {expected}");
+        }
+        assert!((share(&values, 0) - 0.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,174 @@
+//! Material left over the faces: the lowest the tool ever gets on the normal of each grid point.
+
+use super::chunks::{Chunk, Chunks, Look};
+use super::grid::Grid;
+use super::ray::{Deciding, Lowest};
+use crate::surface::Face;
+use crate::types::Cancelled;
+use crate::verify::VerifyError;
+use crate::verify::report::{FaceMap, Sample};
+use crate::verify::swept::bvh::Bounds;
+use crate::verify::swept::rays::Disc;
+use crate::verify::swept::tool::Ray;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Grid points along the side of a tile: points that share one look into the tree.
+const TILE: usize = 8;
+/// Tiles worked on between two looks at the progress.
+const BATCH: usize = 128;
+
+/// A face under measurement.
+pub(crate) struct Field<'a> {
+    face: &'a Face,
+    grid: Grid,
+    tiles: Vec<Tile>,
+    /// Points without a normal.
+    bare: usize,
+}
+
+/// Some points of a face, by their places in the map, and what is known over them.
+struct Tile {
+    places: Vec<usize>,
+    lowest: Vec<Lowest>,
+    /// Around all rays.
+    region: Bounds,
+}
+
+/// A map with what decided at its points.
+pub(crate) type Measured = (FaceMap, Vec<Option<Deciding>>);
+
+/// Measures faces at the points of their grids; `advance` is told which share is done.
+pub(crate) fn maps(
+    chunks: &Chunks<'_>,
+    faces: &[Face],
+    grids: Vec<Grid>,
+    advance: &mut dyn FnMut(f64) -> Result<(), Cancelled>,
+) -> Result<Vec<Measured>, VerifyError> {
+    let fields = faces.iter().zip(grids);
+    let mut fields: Vec<Field<'_>> =
+        fields.map(|(face, grid)| Field::new(face, grid, &chunks.look)).collect();
+    let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
+    chunks.each(&Bounds::everywhere(), |chunk, [from, to]| {
+        let mut done = 0;
+        for field in &mut fields {
+            let Field { face, grid, tiles, .. } = field;
+            for batch in tiles.chunks_mut(BATCH) {
+                batch.par_iter_mut().for_each(|tile| tile.take(chunk, face, grid));
+                done += batch.len();
+                advance(from + (to - from) * done as f64 / all as f64)?;
+            }
+        }
+        Ok(())
+    })?;
+    Ok(fields.into_iter().map(Field::finish).collect())
+}
+
+/// A ray from a point of a face, if that has a normal.
+fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<Ray> {
+    let normal = face.normal(u, v)?.into_inner();
+    Some(Ray { origin: face.point(u, v), normal, below })
+}
+
+impl<'a> Field<'a> {
+    fn new(face: &'a Face, grid: Grid, look: &Look) -> Self {
+        let [rows, columns] = grid.size();
+        let corners: Vec<[usize; 2]> = (0..rows)
+            .step_by(TILE)
+            .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
+            .collect();
+        let tile = |&corner| Tile::new(face, &grid, corner, look);
+        let (tiles, bare): (Vec<Tile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
+        Self { face, tiles, bare: bare.iter().sum(), grid }
+    }
+
+    fn finish(self) -> Measured {
+        let Self { face, grid, tiles, bare: mut unmeasured } = self;
+        let [rows, columns] = grid.size();
+        let mut samples = vec![None; rows * columns];
+        let mut deciding = vec![None; rows * columns];
+        for tile in tiles {
+            for (place, lowest) in tile.places.into_iter().zip(tile.lowest) {
+                unmeasured += usize::from(lowest.unresolved);
+                if let (Some(sample), Some(by)) = (samples.get_mut(place), deciding.get_mut(place))
+                {
+                    *sample = self::sample(face, &grid, place, &lowest);
+                    *by = lowest.by;
+                }
+            }
+        }
+        let Grid { u, v } = grid;
+        let unfinished = Vec::new();
+        (FaceMap { face: face.number, u, v, samples, unmeasured, unfinished }, deciding)
+    }
+}
+
+fn sample(face: &Face, grid: &Grid, place: usize, lowest: &Lowest) -> Option<Sample> {
+    let (uv, cell) = at(grid, place)?;
+    let [u, v] = uv;
+    let jet = face.surface.jet1(u, v);
+    let area = Vector3::cross(&jet.su, &jet.sv).norm() * cell;
+    let height = lowest.line.map(|_| lowest.s);
+    Some(Sample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
+}
+
+/// Parameters of a place, and the area of u, v that it stands for.
+fn at(grid: &Grid, place: usize) -> Option<([f64; 2], f64)> {
+    let columns = grid.size()[1];
+    let [i, j] = [place / columns, place % columns];
+    Some((grid.at(i, j)?, grid.cell(i, j)))
+}
+
+impl Tile {
+    /// The points of a tile that are on the face, and how many there have no normal.
+    fn new(face: &Face, grid: &Grid, [row, column]: [usize; 2], look: &Look) -> (Self, usize) {
+        let [rows, columns] = grid.size();
+        let (mut places, mut region, mut bare) = (Vec::new(), Bounds::empty(), 0);
+        for i in row..(row + TILE).min(rows) {
+            for j in column..(column + TILE).min(columns) {
+                let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
+                    continue;
+                };
+                let Some(ray) = ray(face, uv, look.reach) else {
+                    bare += 1;
+                    continue;
+                };
+                let [a, b] = [ray.at(-look.reach), ray.at(look.top())];
+                region = region.join(&Bounds { low: a.inf(&b), high: a.sup(&b) });
+                places.push(i * columns + j);
+            }
+        }
+        let lowest = vec![Lowest::none(look.top()); places.len()];
+        (Self { places, lowest, region }, bare)
+    }
+
+    /// Takes in what some moves do.
+    fn take(&mut self, chunk: &Chunk, face: &Face, grid: &Grid) {
+        let Self { places, lowest, region } = self;
+        if !chunk.tree.meets(region) {
+            return;
+        }
+        let Look { reach, tolerance, .. } = chunk.parts.look;
+        let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
+        let rays: Vec<Ray> = rays.collect();
+        let Some(middle) = rays.get(rays.len() / 2) else { return };
+        let around = chunk.around(region, middle.origin);
+        let disc = Disc::around(middle, &rays);
+        let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
+        for (clearance, part) in &around {
+            let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
+            // Distances change by at most 1 a millimetre, and the rest is farther still.
+            if *clearance > disc.radius + disc.bulge + reach.max(top) {
+                break;
+            }
+            if part.piece.keeps_off_rays(part.body, &disc, [reach, top]) > 0.0 {
+                continue;
+            }
+            for ((ray, aside), lowest) in rays.iter().zip(&aside).zip(lowest.iter_mut()) {
+                if *clearance <= aside + reach.max(lowest.s) {
+                    lowest.search(part, ray, tolerance);
+                }
+            }
+        }
+    }
+}

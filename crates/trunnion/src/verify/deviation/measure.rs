@@ -1,0 +1,275 @@
+//! Heights over faces, in numbers: measured, and bounded in between.
+
+use super::bounds::Room;
+use super::chunks::{Chunks, Moves};
+use super::grid::Grid;
+use super::map;
+use super::map::Measured;
+use super::{bounds, tool_length};
+use crate::cutter::Cutter;
+use crate::surface::Face;
+use crate::types::{Cancelled, Progress, Rest, Stage};
+use crate::verify::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
+use crate::verify::run::Run;
+use crate::verify::{Options, Promise, VerifyError};
+use std::f64::consts::PI;
+
+/// What a motion is measured against.
+#[derive(Clone, Copy)]
+pub(crate) struct Subject<'a> {
+    pub(crate) faces: &'a [Face],
+    /// By their places in the table of tools.
+    pub(crate) cutters: &'a [&'a Cutter],
+    pub(crate) rest: &'a [Rest],
+}
+
+/// Steps of the progress bar.
+const STEPS: f64 = 1000.0;
+
+/// Heights over all faces, and in them what rapids gouge in whichever way they are run.
+pub(crate) fn measure(
+    run: &Run<'_>,
+    subject: &Subject<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+    let tools = (subject.cutters, options);
+    let mut found = measured(&Chunks::new(run, tools)?, subject, options, progress)?;
+    for moves in [Moves::Rapids, Moves::DogLegs] {
+        if let Some(chunks) = Chunks::rapids(run, tools, moves)? {
+            rapids(&chunks, &mut found, (subject, options), progress)?;
+        }
+    }
+    if let Some(lowest) = &mut found.1.lowest {
+        lowest.or_deeper = lowest.height <= -options.reach;
+    }
+    Ok(found)
+}
+
+/// Heights that the cuts leave, the moves in chunks.
+fn measured(
+    chunks: &Chunks<'_>,
+    subject: &Subject<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+    let mut advance = |share: f64| advance(progress, share);
+    let mut measured = map::maps(chunks, subject.faces, grids(subject, options)?, &mut advance)?;
+    for (map, _) in &mut measured {
+        map.note(subject.rest);
+    }
+    let mut deviation = Deviation::of(&measured.iter().map(|(map, _)| map));
+    deviation.sensitivity = sensitivity(subject.faces, &measured);
+    deviation.higher = tool_length::length(subject.faces, &measured, options);
+    if let Some(promise) = &options.promise {
+        promised((chunks, subject.faces), &measured, (promise, options), &mut deviation)?;
+    }
+    Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
+}
+
+/// Tells which share is done.
+fn advance(progress: &dyn Progress, share: f64) -> Result<(), Cancelled> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
+    progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
+}
+
+fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyError> {
+    subject.faces.iter().map(|face| Grid::over(face, options)).collect()
+}
+
+/// Takes in what rapids gouge, and where a face is finished by nothing else. What is left over the faces stays what
+/// it is without them.
+fn rapids(
+    chunks: &Chunks<'_>,
+    (maps, deviation): &mut (Vec<FaceMap>, Deviation),
+    (subject, options): (&Subject<'_>, &Options),
+    progress: &dyn Progress,
+) -> Result<(), VerifyError> {
+    // There are few of them; the run may still be cancelled.
+    let mut go_on = |_: f64| advance(progress, 1.0);
+    let measured = map::maps(chunks, subject.faces, grids(subject, options)?, &mut go_on)?;
+    let other = measured.iter().map(|(map, _)| map);
+    let mut other = Deviation::of(&other);
+    let dog_leg = chunks.look.moves == Moves::DogLegs;
+    other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| a.height.total_cmp(&b.height));
+    if let Some(promise) = options.promise.filter(|_| deviation.bounds.is_some()) {
+        let promise = Promise { excess: false, ..promise };
+        promised((chunks, subject.faces), &measured, (&promise, options), &mut other)?;
+    }
+    deviation.lowest = other.lowest;
+    deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| Bounds {
+        gouge: bounds.gouge.max(other.gouge),
+        open: bounds.open + other.open,
+        ..bounds
+    });
+    // Points without a normal are the same ones.
+    deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
+    for (map, (other, _)) in maps.iter_mut().zip(measured) {
+        if !dog_leg {
+            deviation.rapid = deviation.rapid.or_else(|| map.finished_by(&other, options.total));
+        }
+        map.deepen(&other);
+    }
+    deviation.histogram = Deviation::of(&maps.iter()).histogram;
+    Ok(())
+}
+
+/// Every how manieth point is asked for its sensitivity.
+const STRIDE: usize = 7;
+
+/// What errors of the tool would do where it cuts.
+fn sensitivity(faces: &[Face], measured: &[Measured]) -> Sensitivity {
+    let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
+    for (face, (map, deciding)) in faces.iter().zip(measured) {
+        for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
+            let normal = sample.as_ref().and_then(|s| face.normal(s.uv[0], s.uv[1]));
+            let (Some(by), Some(normal)) = (by, normal) else { continue };
+            // The tool touches with its outward normal against the surface's; its tip stays where it is
+            // measured, so that a larger rounding goes up with its centre.
+            let along = by.stand.axis.dot(&normal);
+            worst.length = worst.length.max(along.abs());
+            worst.radius = worst.radius.max(1.0 - along);
+        }
+    }
+    worst
+}
+
+/// How far the tool is off the workpiece at most, by how far a rotary axis is: turned by `q`, the place that was
+/// set at zero comes `2 sin(q / 2)` times as far out.
+pub(crate) fn pivot(audit: &Audit) -> f64 {
+    let chord = |[low, high]: [f64; 2]| {
+        // Half a turn, or an odd number of them, is farthest.
+        let half_turns = |q: f64| ((q - PI) / (2.0 * PI)).floor();
+        if half_turns(low) < half_turns(high) {
+            return 2.0;
+        }
+        [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
+    };
+    audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
+}
+
+/// Bounds what lies between the points, and takes in worse places that turn up.
+fn promised(
+    (chunks, faces): (&Chunks<'_>, &[Face]),
+    measured: &[Measured],
+    (promise, options): (&Promise, &Options),
+    deviation: &mut Deviation,
+) -> Result<(), VerifyError> {
+    let heights = [&deviation.lowest, &deviation.highest]
+        .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
+    if heights[0].is_some_and(|lowest| lowest <= -options.reach) {
+        // Deeper than is looked at: there is nothing to promise.
+        return Ok(());
+    }
+    let [gouge, excess] = promise.margin;
+    let exact = options.ray_tolerance;
+    let rooms = [(gouge, options.gouge), (excess, options.total)].map(|(margin, tolerance)| Room {
+        margin,
+        tolerance,
+        exact,
+    });
+    let (found, [lowest, highest]) =
+        bounds::of(chunks, faces, measured, (rooms, promise.excess), heights)?;
+    deviation.bounds = Some(found);
+    deviation.lowest = lowest.or(deviation.lowest);
+    deviation.highest = highest.or(deviation.highest);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::surface::{NurbsSurface, Surface};
+    use crate::types::{Silent, ToolPose};
+    use crate::verify::{ClInput, Finding};
+    use nalgebra::{Point3, Rotation3, Vector3};
+
+    fn face() -> Face {
+        let row = |i: u8| {
+            let point = |j: u8| {
+                let [x, y] = [f64::from(i) - 1.0, f64::from(j) - 1.0];
+                Point3::new(6.0 * x, 6.0 * y, 0.5 * x * x - 0.3 * y * y)
+            };
+            (0..3).map(point).collect()
+        };
+        let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let net = (0..3).map(row).collect();
+        let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
+        Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    }
+
+    /// Rows of a bull nose over the face; one location is too deep.
+    fn rows(face: &Face) -> ClFile {
+        let record = |k: u32| {
+            let [row, step] = [k / 41, k % 41].map(f64::from);
+            let normal = face.normal(step / 40.0, row / 20.0).unwrap();
+            let lean =
+                Rotation3::from_axis_angle(&Vector3::y_axis(), 0.1 + 0.01 * (step * 0.3).sin());
+            let axis = lean * normal;
+            let out = (normal.dot(&axis) * axis.into_inner() - normal.into_inner()).normalize();
+            let deeper = if k == 437 { -0.01 } else { 0.0 };
+            let tube = face.point(step / 40.0, row / 20.0) + normal.into_inner() * (1.0 + deeper);
+            let tip = tube - out * 2.0 - axis.into_inner();
+            let pose = ToolPose { tip, axis };
+            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+        };
+        let records = (0..41 * 21).map(record).collect();
+        ClFile { records, ..ClFile::default() }
+    }
+
+    /// What is found does not depend on how many moves are looked at together, but for the tolerance of the search.
+    #[test]
+    fn a_program_in_chunks_leaves_what_it_leaves_as_a_whole() {
+        let face = face();
+        let file = rows(&face);
+        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let shank = vec![];
+        let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 20.0, construction, shank };
+        let cutter = Cutter::new(spec).unwrap();
+        let promise = Some(Promise { margin: [1e-3; 2], excess: true });
+        let options = Options {
+            grid: 0.4,
+            reach: 0.5,
+            ray_tolerance: 1e-4,
+            total: 0.05,
+            gouge: 2e-3,
+            most_points: 10_000,
+            promise,
+        };
+        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+        let run = Run::locations(&input, 1e-5).unwrap();
+        let faces = std::slice::from_ref(&face);
+        let subject = Subject { faces, cutters: &[&cutter], rest: &[] };
+        let measure = |size: usize| {
+            let chunks = Chunks::of(&run, (&[&cutter], &options), size).unwrap();
+            measured(&chunks, &subject, &options, &Silent).unwrap()
+        };
+        let (maps, deviation) = measure(100_000);
+        let findings = crate::verify::left(&maps, &deviation, &options);
+        assert!(matches!(findings[..], [Finding::Gouge(_)]), "{findings:?}");
+        for size in [300, 431] {
+            let (others, other) = measure(size);
+            for (a, b) in maps[0].samples.iter().zip(&others[0].samples) {
+                let [a, b] = [a, b].map(|sample| sample.unwrap().height.unwrap());
+                assert!((a - b).abs() <= 2.0 * options.ray_tolerance, "{a} {b}");
+            }
+            let [a, b] = [&deviation, &other].map(|deviation| deviation.bounds.unwrap());
+            let near = |a: f64, b: f64| (a - b).abs() <= 4.0 * options.ray_tolerance;
+            assert!(
+                near(a.gouge, b.gouge) && near(a.excess.unwrap(), b.excess.unwrap()),
+                "{a:?} {b:?}"
+            );
+            assert!(a.open == 0.0 && b.open == 0.0, "{a:?} {b:?}");
+            let found = crate::verify::left(&others, &other, &options);
+            let [Finding::Gouge(a), Finding::Gouge(b)] = [&findings[0], &found[0]] else {
+                panic!("{found:?}")
+            };
+            assert_eq!(a.line, b.line);
+        }
+    }
+}

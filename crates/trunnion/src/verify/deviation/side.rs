@@ -1,0 +1,150 @@
+//! On which side of the faces the tool works.
+
+use crate::cutter::Cutter;
+use crate::surface::Face;
+use crate::verify::swept::tool::{Stand, bodies};
+use crate::verify::{ClInput, Input, Tool, Track, VerifyError, track, track_cl};
+use nalgebra::{Point3, Vector3};
+
+/// Places looked at along either parameter of a face, and in all at most.
+const ACROSS: u32 = 5;
+const MOST_PLACES: usize = 100;
+/// Share of the places that has to be cut from behind.
+const SHARE: usize = 4;
+/// How far off the face they lie, over the radius of the smallest tool: no tolerance is as large, and no tool as thin.
+const OFF: f64 = 0.1;
+/// Distance of tool positions over the same radius: a ball that touches a place between two of them has risen over it
+/// by less than a tenth of `OFF` at the nearer.
+const STEP: f64 = 0.25;
+
+/// Whether the program cuts the faces from their backs: to how many places the tool comes from there alone, of how many
+/// that are looked at; `None` if it comes to any from the front, or to few at all. Measured heights of such a program would
+/// say that nothing is cut.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+pub fn behind(input: &Input<'_>) -> Result<Option<[usize; 2]>, VerifyError> {
+    let scene = Scene::new(input.faces, input.cutter, input.tables.tools);
+    Ok(scene.votes(&track(input, STEP * scene.radius)?))
+}
+
+/// The same of cutter locations.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+pub fn behind_cl(input: &ClInput<'_>, tolerance: f64) -> Result<Option<[usize; 2]>, VerifyError> {
+    let scene = Scene::new(input.faces, input.cutter, input.tools);
+    Ok(scene.votes(&track_cl(input, tolerance, STEP * scene.radius)?))
+}
+
+/// Pairs of places before and behind faces, and the tools that may come to them.
+struct Scene<'a> {
+    pairs: Vec<[Point3<f64>; 2]>,
+    cutters: Vec<&'a Cutter>,
+    /// Smallest radius of a tool \[mm\].
+    radius: f64,
+}
+
+impl<'a> Scene<'a> {
+    fn new(faces: &[Face], only: &'a Cutter, tools: &[Tool<'a>]) -> Self {
+        let cutters = crate::verify::tools::cutters(only, tools);
+        let radius = cutters.iter().map(|cutter| cutter.radius()).fold(f64::INFINITY, f64::min);
+        let pairs: Vec<_> = faces.iter().flat_map(|face| places(face, OFF * radius)).collect();
+        let stride = pairs.len().div_ceil(MOST_PLACES).max(1);
+        Self { pairs: pairs.into_iter().step_by(stride).collect(), cutters, radius }
+    }
+
+    fn votes(&self, tracks: &[Track]) -> Option<[usize; 2]> {
+        let bodies: Vec<_> = self.cutters.iter().map(|cutter| bodies(cutter)).collect();
+        let reach: Vec<f64> =
+            self.cutters.iter().map(|cutter| crate::verify::swept::tool::size(cutter)).collect();
+        let mut held = vec![[false; 2]; self.pairs.len()];
+        for track in tracks.iter().filter(|track| !track.rapid) {
+            let (Some(bodies), Some(&reach)) = (bodies.get(track.tool), reach.get(track.tool))
+            else {
+                continue;
+            };
+            for (_, pose) in &track.poses {
+                let stand = Stand { tip: pose.tip, axis: pose.axis.into_inner() };
+                for (pair, held) in self.pairs.iter().zip(&mut held) {
+                    for (point, held) in pair.iter().zip(held) {
+                        *held |= (point - pose.tip).norm_squared() < reach * reach
+                            && bodies.iter().any(|body| body.holds(&stand, point));
+                    }
+                }
+            }
+        }
+        let count = |wanted: [bool; 2]| held.iter().filter(|held| **held == wanted).count();
+        let [front, back] = [count([true, false]), count([false, true])];
+        (front == 0 && back > 0 && SHARE * back >= held.len()).then_some([back, held.len()])
+    }
+}
+
+/// Pairs of places so far before and behind a face.
+fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
+    let [u, v] = face.bounds();
+    let at = |[low, high]: [f64; 2], k: u32| {
+        low + (high - low) * (f64::from(k) + 0.5) / f64::from(ACROSS)
+    };
+    let grid = (0..ACROSS * ACROSS).map(|k| [at(u, k / ACROSS), at(v, k % ACROSS)]);
+    let pair = |[u, v]: [f64; 2]| {
+        let out: Vector3<f64> = face.normal(u, v)?.into_inner() * off;
+        let point = face.point(u, v);
+        face.contains(u, v).then_some([point + out, point - out])
+    };
+    grid.filter_map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::surface::{NurbsSurface, Surface};
+    use crate::types::ToolPose;
+
+    /// 40 by 20 mm at height 0.
+    fn plate(flip: bool) -> Face {
+        let at = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let net = vec![vec![at(0.0, 0.0), at(0.0, 20.0)], vec![at(40.0, 0.0), at(40.0, 20.0)]];
+        let knots = || vec![0.0, 0.0, 1.0, 1.0];
+        let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
+        Face::new(1, Surface::Nurbs(surface), Vec::new(), flip).unwrap()
+    }
+
+    /// Rows 2 mm apart of a tool whose tip is at a height.
+    fn rows(height: f64) -> ClFile {
+        let record = |k: u32| {
+            let [row, end] = [k / 2, k % 2].map(f64::from);
+            let tip = Point3::new(40.0 * end, 2.0 * row, height);
+            let pose = ToolPose { tip, axis: Vector3::z_axis() };
+            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+        };
+        ClFile { records: (0..22).map(record).collect(), ..ClFile::default() }
+    }
+
+    #[test]
+    fn a_tool_behind_the_face_is_found() {
+        for (kind, major, minor) in [(Kind::Ball, 0.0, 4.0), (Kind::Bull, 3.0, 1.0)] {
+            let (construction, shank) = (Construction::Solid, vec![]);
+            let spec = CutterSpec { kind, major, minor, length: 50.0, construction, shank };
+            let cutter = Cutter::new(spec).unwrap();
+            let found = |height: f64, flip: bool| {
+                let (file, faces) = (rows(height), [plate(flip)]);
+                let input =
+                    ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
+                behind_cl(&input, 1e-3).unwrap()
+            };
+            for height in [-0.01, 0.0, 0.01] {
+                assert_eq!(found(height, false), None, "{kind:?} {height}");
+                assert_eq!(found(height, true), Some([25, 25]), "{kind:?} {height}");
+            }
+            // Far above, and far too deep: neither side is the wrong one.
+            for height in [5.0, -5.0] {
+                assert_eq!((found(height, false), found(height, true)), (None, None), "{kind:?}");
+            }
+        }
+    }
+}

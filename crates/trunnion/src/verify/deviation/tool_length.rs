@@ -1,0 +1,37 @@
+//! Whether all that is wrong is one length: that of the tool, or the height of the work.
+
+use super::map::Measured;
+use crate::surface::Face;
+use crate::verify::Options;
+use std::collections::BTreeMap;
+
+/// Share of the lines that leave something on the faces and break the tolerance, from which it is not theirs.
+const MOST: f64 = 0.5;
+
+/// How much higher along its own axis the tool would keep the tolerance at every point, least and most \[mm\];
+/// `None` if nothing, or not everything, is wrong in this way. To first order, as a place that is touched along
+/// its normal by a tool that leans.
+pub(crate) fn length(faces: &[Face], measured: &[Measured], options: &Options) -> Option<[f64; 2]> {
+    let [low, high] = [-options.gouge, options.total];
+    let mut higher = [f64::NEG_INFINITY, f64::INFINITY];
+    let mut lines: BTreeMap<u32, bool> = BTreeMap::new();
+    for (face, (map, deciding)) in faces.iter().zip(measured) {
+        for (sample, by) in map.samples.iter().zip(deciding) {
+            let Some(sample) = sample.as_ref().filter(|sample| !sample.rest) else { continue };
+            let (height, line) = (sample.height?, sample.line?);
+            let normal = face.normal(sample.uv[0], sample.uv[1])?;
+            let along = by.as_ref()?.stand.axis.dot(&normal);
+            *lines.entry(line).or_default() |= !(low..=high).contains(&height);
+            if along > 0.0 {
+                let [least, most] = [low, high].map(|bound| (bound - height) / along);
+                higher = [higher[0].max(least), higher[1].min(most)];
+            } else if !(low..=high).contains(&height) {
+                return None;
+            }
+        }
+    }
+    let broken = lines.values().filter(|broken| **broken).count();
+    let all_over = broken as f64 > MOST * lines.len() as f64;
+    let [least, most] = higher;
+    (all_over && least <= most && (least > 0.0 || most < 0.0)).then_some(higher)
+}

@@ -1,0 +1,195 @@
+//! Bodies that must not touch material, where they come so close to it that they may between two rays.
+//!
+//! The rays tell where to look; how deep a body is there is found by a search over all places and times against the
+//! stock as it was and what every body before has held, for which the program is run again.
+
+mod polytope;
+mod search;
+
+use super::broad_phase::{Part, Stretch};
+use super::carve::{Collision, CollisionKind};
+use super::moving_tools::Tools;
+use crate::types::{Progress, Stage};
+use crate::verify::VerifyError;
+use crate::verify::run::Run;
+use crate::verify::swept::bvh::{Bounds, Item, Tree};
+use crate::verify::swept::mesh::Shell;
+use crate::verify::swept::quadratic::Piece;
+use crate::verify::swept::relative::Passing;
+use crate::verify::swept::tool::Body;
+use rayon::prelude::*;
+use search::{Outcome, Scale, Search};
+use std::collections::BTreeMap;
+
+/// A box in which a body comes close to material.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Close {
+    /// Number of the body's part, and of the first part of its move.
+    pub(crate) part: usize,
+    pub(crate) first: usize,
+    pub(crate) bounds: Bounds,
+    pub(crate) line: u32,
+    pub(crate) kind: CollisionKind,
+    /// How deep it can be in anything \[mm\].
+    pub(crate) most: f64,
+    /// How deep rays tell that it runs into material on this line, in this batch \[mm\].
+    pub(crate) known: f64,
+}
+
+/// What a look at such a box gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Graze {
+    pub(crate) line: u32,
+    pub(crate) kind: CollisionKind,
+    /// Whether the rays had told it.
+    pub(crate) known: bool,
+    pub(crate) hit: Option<Collision>,
+    /// The search met its limit: it may be as deep as this \[mm\].
+    pub(crate) open: Option<f64>,
+}
+
+/// How deep a body may be in material between rays without being told \[mm\].
+pub(crate) const LEAST: f64 = 0.002;
+/// Shares of that: to what depths are found, and how exactly times are.
+const DEPTH: f64 = 0.25;
+const TIME: f64 = 0.1;
+/// Stretches held at a time, so that memory does not grow with the program.
+const MOST_BEFORE: usize = 200_000;
+/// How often a program is run again for one call; what is left then is not decided.
+const MOST_RUNS: u32 = 64;
+/// What a box may gain in volume if it takes in another one.
+const GAIN: f64 = 1.1;
+/// Boxes between two chances to cancel.
+const BATCH: usize = 256;
+
+/// A body over a stretch, before or after others.
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    number: usize,
+    harm: Option<CollisionKind>,
+    body: Body,
+    stretch: Stretch,
+}
+
+/// What a second run of the program gave: what comes to boxes, in order, and the bodies that boxes are about.
+struct Again {
+    before: Vec<Before>,
+    suspects: BTreeMap<usize, (Body, Piece)>,
+    tree: Tree,
+}
+
+/// Boxes of the same part that are one, or nearly.
+pub(crate) fn merge(mut all: Vec<Close>) -> Vec<Close> {
+    all.sort_by_key(|close| close.part);
+    let mut merged: Vec<Close> = Vec::new();
+    for next in all {
+        let same = merged.iter_mut().rev().take_while(|close| close.part == next.part);
+        let volume = |b: &Bounds| (b.high - b.low).product();
+        let fits = |close: &&mut Close| {
+            let joined = close.bounds.join(&next.bounds);
+            volume(&joined) <= GAIN * (volume(&close.bounds) + volume(&next.bounds))
+        };
+        match same.into_iter().find(fits) {
+            Some(close) => close.bounds = close.bounds.join(&next.bounds),
+            None => merged.push(next),
+        }
+    }
+    merged
+}
+
+/// Looks at boxes.
+pub(crate) fn look(
+    (run, tools): (&Run<'_>, &Tools),
+    shell: &Shell,
+    close: Vec<Close>,
+    progress: &dyn Progress,
+) -> Result<Vec<Graze>, VerifyError> {
+    let (total, mut found, mut done) = (close.len(), Vec::new(), 0);
+    let (mut waiting, mut runs) = (vec![close], 0);
+    while let Some(close) = waiting.pop() {
+        runs += 1;
+        let again = again((run, tools), &close)?;
+        if again.is_none() && close.len() > 1 && runs < MOST_RUNS {
+            waiting.extend(halves(close));
+            continue;
+        }
+        for some in close.chunks(BATCH) {
+            let of = |close: &Close| graze(tools, shell, close, again.as_ref());
+            found.par_extend(some.par_iter().filter_map(of));
+            done += some.len();
+            progress.step(Stage::Verify, done as u64, total as u64)?;
+        }
+    }
+    Ok(found)
+}
+
+/// Both halves of some boxes, by where they are.
+fn halves(mut close: Vec<Close>) -> [Vec<Close>; 2] {
+    let all = close.iter().fold(Bounds::empty(), |all, close| all.join(&close.bounds));
+    let axis = (all.high - all.low).imax();
+    close.sort_by(|a, b| a.bounds.low[axis].total_cmp(&b.bounds.low[axis]));
+    let upper = close.split_off(close.len() / 2);
+    [close, upper]
+}
+
+/// Runs the program to the last of some boxes' bodies; `None` if too much comes to the boxes.
+fn again((run, tools): (&Run<'_>, &Tools), close: &[Close]) -> Result<Option<Again>, VerifyError> {
+    let last = close.iter().map(|close| close.part).max().unwrap_or(0);
+    let item = |(index, close): (u32, &Close)| Item { bounds: close.bounds, content: (index, 0) };
+    let boxes = Tree::new((0..).zip(close).map(item).collect());
+    let mut suspects: BTreeMap<usize, Option<(Body, Piece)>> =
+        close.iter().map(|close| (close.part, None)).collect();
+    let (mut before, mut items, mut parts, mut number) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    for segment in run.segments() {
+        parts.clear();
+        tools.parts(&run.mover, &segment?, number, &mut parts)?;
+        number += parts.len();
+        for Part { number, body, harm, straight, bounds, whole, .. } in &parts {
+            if let Some(suspect) = suspects.get_mut(number) {
+                *suspect = Some((*body, whole.piece));
+            }
+            for stretch in straight.iter().filter(|_| boxes.meets(bounds)) {
+                items.push(Item { bounds: *bounds, content: (index(&before), 0) });
+                let (number, body, harm, stretch) = (*number, *body, *harm, *stretch);
+                before.push(Before { number, harm, body, stretch });
+            }
+        }
+        if before.len() > MOST_BEFORE {
+            return Ok(None);
+        }
+        if number > last {
+            break;
+        }
+    }
+    let suspects = suspects.into_iter().filter_map(|(number, found)| Some((number, found?)));
+    Ok(Some(Again { before, suspects: suspects.collect(), tree: Tree::new(items) }))
+}
+
+/// The number that the next one will have.
+fn index(before: &[Before]) -> u32 {
+    u32::try_from(before.len()).unwrap_or(u32::MAX)
+}
+
+/// What there is to tell of a box.
+fn graze(tools: &Tools, shell: &Shell, close: &Close, again: Option<&Again>) -> Option<Graze> {
+    let &Close { line, kind, known, .. } = close;
+    let Some(Again { before, suspects, tree }) = again else {
+        let open = Some(close.most).filter(|_| known <= 0.0);
+        return Some(Graze { line, kind, known: known > 0.0, hit: None, open });
+    };
+    let (body, piece) = suspects.get(&close.part)?;
+    let passing = Passing { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
+    let mut near = Vec::new();
+    tree.near(&close.bounds, &mut near);
+    let before = near.iter().filter_map(|&(index, _)| before.get(index as usize));
+    // What it ran through itself on the way, the move has not made good.
+    let own = |before: &Before| before.number >= close.first && before.harm == Some(kind);
+    let before = before.filter(|before| before.number < close.part && !own(before)).collect();
+    let least = LEAST.max(2.0 * tools.tolerance);
+    let scale = Scale { least, depth: DEPTH * least, tolerance: TIME * least };
+    let Outcome { deepest, open } =
+        Search::new(shell, passing, scale).run(&close.bounds, before, known);
+    let hit = deepest.map(|found| Collision { kind, line, depth: found.depth, point: found.point });
+    let graze = Graze { line, kind, known: known > 0.0, hit, open };
+    (hit.is_some() || open.is_some()).then_some(graze)
+}

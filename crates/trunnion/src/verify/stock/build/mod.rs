@@ -1,0 +1,4 @@
+//! Builds stock from solids.
+
+pub(crate) mod solid;
+pub(crate) mod triangles;

@@ -1,0 +1,166 @@
+//! Which of several bodies decide a ray.
+//!
+//! Of all that come near, the deepest cuts first, and then the deepest of what is left. How deep planes below the
+//! distance of a body tell; one that held it off a span holds it off what is left of that span, so that most
+//! bodies are looked at once.
+
+use super::batch::Work;
+use super::closest_approach::Line;
+use super::front::Plane;
+use super::tile::Chain;
+use crate::verify::stock::broad_phase::Part;
+use crate::verify::stock::dexel::Spans;
+
+/// Planes laid below the distance of a body from a span for one that tells how near it comes.
+const PLANES: u32 = 12;
+/// Share of the distance that such a plane has to tell.
+const ENOUGH: f64 = 0.9;
+
+/// Bodies near a ray, with planes below their distance from its spans.
+struct Rivals<'a> {
+    work: &'a Work<'a>,
+    chain: &'a Chain<'a>,
+    line: Line,
+    /// Where it runs, across.
+    beside: [f64; 2],
+    all: Vec<Rival>,
+    /// With the number of the one before of the same body.
+    planes: Vec<(Plane, Option<usize>)>,
+}
+
+struct Rival {
+    part: usize,
+    /// Of its planes.
+    last: Option<usize>,
+    /// Lowest it was seen; whether it may still cut.
+    height: f64,
+    open: bool,
+}
+
+/// Cuts of a ray, each with the number of the stretch that made it, in their order.
+pub(crate) type Cuts = Vec<(usize, [f64; 2])>;
+
+impl Work<'_> {
+    /// Cuts a ray by bodies, deepest first. Returns the cuts, and planes below the distance of all of the bodies
+    /// from what is left then, body by body; of a ray that is gone those before the last cut.
+    pub(crate) fn decide(
+        &self,
+        line: &Line,
+        spans: &mut Spans,
+        chain: &Chain<'_>,
+        parts: &[usize],
+    ) -> (Vec<Plane>, Cuts) {
+        let rival = |&part: &usize| Rival { part, last: None, height: f64::INFINITY, open: true };
+        let all = parts.iter().map(rival).collect();
+        let planes = Vec::with_capacity(2 * parts.len());
+        let beside = self.beside(line);
+        let mut rivals = Rivals { work: self, chain, line: *line, beside, all, planes };
+        let mut cuts = Cuts::new();
+        while spans.len() > 0 {
+            rivals.look(spans);
+            let Some(part) = rivals.deepest() else { break };
+            for number in chain.of(part) {
+                let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
+                self.cut_spans((part, stretch, 0.0), line, spans, &mut |cut| {
+                    cuts.push((number, cut));
+                });
+            }
+        }
+        (rivals.below(spans), cuts)
+    }
+
+    /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
+    fn plane(&self, (number, part): (usize, &Part), line: &Line, [low, high]: [f64; 2]) -> Plane {
+        let along = self.frame.along;
+        let plane = |s: f64| Plane::new((number, part), along, &line.at(s));
+        let [least, most] = part.extent(along);
+        let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
+        let mut upper = plane(high);
+        // Farther down it only gets farther, then.
+        if upper.falls() || upper.height <= -self.touch {
+            return upper;
+        }
+        let mut lower = plane(low);
+        if lower.rises() || lower.height <= -self.touch {
+            return lower;
+        }
+        for _ in 0..PLANES {
+            let Some(meet) = lower.meet(&upper) else { break };
+            if meet.height >= ENOUGH * lower.height.min(upper.height) {
+                return meet;
+            }
+            let next = plane(meet.place());
+            if next.height <= -self.touch {
+                return next;
+            }
+            *(if next.slope() > 0.0 { &mut upper } else { &mut lower }) = next;
+        }
+        lower.meet(&upper).unwrap_or(if lower.height < upper.height { lower } else { upper })
+    }
+}
+
+impl Rivals<'_> {
+    /// The first of a body's planes that holds it off a span.
+    fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&Plane> {
+        let before = |&at: &usize| self.planes.get(at).and_then(|(_, before)| *before);
+        let mut planes = std::iter::successors(last, before).filter_map(|at| self.planes.get(at));
+        let (beside, least) = (self.beside, -self.work.touch);
+        let holding = planes.find(|(plane, _)| plane.along(beside, span) > least);
+        holding.map(|(plane, _)| plane)
+    }
+
+    /// Lays a new plane below a span.
+    fn lay(&mut self, index: usize, span: [f64; 2]) -> Option<f64> {
+        let rival = self.all.get_mut(index)?;
+        let body = self.chain.parts.get(rival.part)?;
+        let plane = self.work.plane((rival.part, body), &self.line, span);
+        let before = rival.last.replace(self.planes.len());
+        self.planes.push((plane, before));
+        Some(plane.height)
+    }
+
+    /// Looks at all that may still cut anything of what is left.
+    fn look(&mut self, spans: &Spans) {
+        let least = -self.work.touch;
+        for index in 0..self.all.len() {
+            let Some(&Rival { last, open: true, .. }) = self.all.get(index) else { continue };
+            let mut height = f64::INFINITY;
+            for span in spans.iter() {
+                if self.holding(last, span).is_none() {
+                    height = height.min(self.lay(index, span).unwrap_or(height));
+                }
+            }
+            if let Some(rival) = self.all.get_mut(index) {
+                (rival.height, rival.open) = (height, height <= least);
+            }
+        }
+    }
+
+    /// The deepest; it may not cut again.
+    fn deepest(&mut self) -> Option<usize> {
+        let open = self.all.iter_mut().filter(|rival| rival.open);
+        let deepest = open.min_by(|a, b| a.height.total_cmp(&b.height))?;
+        deepest.open = false;
+        Some(deepest.part)
+    }
+
+    /// For every body and span one plane.
+    fn below(mut self, spans: &Spans) -> Vec<Plane> {
+        let mut below = Vec::with_capacity(self.all.len());
+        for index in 0..self.all.len() {
+            let Some(&Rival { last, .. }) = self.all.get(index) else { continue };
+            if spans.len() == 0 {
+                below.extend(last.and_then(|at| self.planes.get(at)).map(|(plane, _)| *plane));
+            }
+            for span in spans.iter() {
+                if let Some(plane) = self.holding(last, span) {
+                    below.push(*plane);
+                } else {
+                    self.lay(index, span);
+                    below.extend(self.planes.last().map(|(plane, _)| *plane));
+                }
+            }
+        }
+        below
+    }
+}

@@ -1,0 +1,191 @@
+//! The instant of a piece at which a body in motion is nearest to a point of a ray.
+
+use crate::verify::stock::broad_phase::Stretch;
+use crate::verify::swept::quadratic::Piece;
+use crate::verify::swept::tool::Body;
+use nalgebra::{Point3, Vector3};
+
+/// A body in motion over a part of a piece, and how exactly it is looked at \[mm\].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moving<'a> {
+    pub(crate) piece: &'a Piece,
+    pub(crate) body: Body,
+    pub(crate) tolerance: f64,
+    /// From when to when.
+    pub(crate) time: [f64; 2],
+    /// By how much planes below the distance are less steep farther along the ray.
+    pub(crate) shear: f64,
+    /// How far points may be from moving straight in the tool's frame \[mm\].
+    pub(crate) bend: f64,
+}
+
+/// A line of points `from + s way`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line {
+    pub(crate) from: Point3<f64>,
+    /// Unit vector.
+    pub(crate) way: Vector3<f64>,
+}
+
+impl Line {
+    #[inline]
+    pub(crate) fn at(&self, s: f64) -> Point3<f64> {
+        self.from + self.way * s
+    }
+}
+
+/// The body at the time at which it is nearest to a point of a line: nowhere on the line is its distance
+/// below `bound + slope (s' - s)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nearest {
+    pub(crate) distance: f64,
+    pub(crate) bound: f64,
+    pub(crate) slope: f64,
+    pub(crate) u: f64,
+    /// About when it is nearest: the better of what was looked at is `u`.
+    pub(crate) least: f64,
+    /// Of which `slope` is the part along the line.
+    pub(crate) gradient: Vector3<f64>,
+    /// How fast the derivative by time grows; 0 if that is not known.
+    pub(crate) curve: f64,
+}
+
+impl Nearest {
+    /// To look first when it was nearest to a point close by.
+    pub(crate) fn guess(&self) -> Guess {
+        Guess { u: self.least, curve: self.curve }
+    }
+}
+
+/// Distance at a time, and its derivatives by time and along the line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tangent {
+    u: f64,
+    pub(crate) distance: f64,
+    by_u: f64,
+    pub(crate) by_s: f64,
+    gradient: Vector3<f64>,
+}
+
+impl Tangent {
+    /// Least that is possible while the time is between here and `end`.
+    fn towards(&self, end: f64) -> Nearest {
+        Nearest {
+            distance: self.distance,
+            bound: self.distance - self.by_u.abs() * (end - self.u).abs(),
+            slope: self.by_s,
+            u: self.u,
+            least: self.u,
+            gradient: self.gradient,
+            curve: 0.0,
+        }
+    }
+
+    /// Least that is possible where two planes meet, one falling by time and one rising: the mean of both
+    /// that does neither. At a sharp edge only this mean has the slope of what is nearest.
+    fn meet(&self, other: &Self) -> Nearest {
+        let weight = other.by_u / (other.by_u - self.by_u);
+        let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
+        let at_zero = |plane: &Self| plane.distance - plane.by_u * plane.u;
+        let near = if self.distance < other.distance { self } else { other };
+        Nearest {
+            distance: near.distance,
+            bound: mean(at_zero(self), at_zero(other)),
+            slope: mean(self.by_s, other.by_s),
+            u: near.u,
+            least: mean(self.u, other.u),
+            gradient: self.gradient * weight + other.gradient * (1.0 - weight),
+            curve: (other.by_u - self.by_u) / (other.u - self.u),
+        }
+    }
+}
+
+/// Where to look for the nearest instant first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Guess {
+    pub(crate) u: f64,
+    /// See [`Nearest::curve`].
+    pub(crate) curve: f64,
+}
+
+impl Guess {
+    pub(crate) fn at(u: f64) -> Self {
+        Self { u, curve: 0.0 }
+    }
+}
+
+/// What a search over time may lose, as a share of the tolerance.
+pub(crate) const SEARCH: f64 = 0.1;
+/// Steps of a search for the nearest instant: two of them halve at least, so that this many pass from a metre
+/// to below a nanometre.
+pub(crate) const STEPS: u32 = 80;
+
+impl<'a> Moving<'a> {
+    pub(crate) fn new(stretch: &'a Stretch, body: Body, tolerance: f64) -> Self {
+        let Stretch { piece, bend, .. } = stretch;
+        Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0), bend: *bend }
+    }
+
+    /// The second derivative of the distance by time is at least `-2 bend`. With `bend (u² - 1/2)` it is convex,
+    /// and by at most half the bend another.
+    #[inline]
+    pub(crate) fn tangent(&self, line: &Line, s: f64, u: f64) -> Tangent {
+        let (distance, by_u, gradient) = self.piece.distance(self.body, u, &line.at(s));
+        Tangent {
+            u,
+            distance: distance + self.bend * (u * u - 0.5),
+            by_u: by_u + 2.0 * self.bend * u,
+            by_s: gradient.dot(&line.way),
+            gradient,
+        }
+    }
+
+    /// Distance of the nearest instant from a point of the line; `guess` is where to look first.
+    #[inline]
+    pub(crate) fn nearest(&self, line: &Line, s: f64, guess: Guess) -> Nearest {
+        let at = |u: f64| self.tangent(line, s, u);
+        let enough = SEARCH * self.tolerance;
+        let first = at(guess.u.clamp(self.time[0], self.time[1]));
+        let rises = first.by_u > 0.0;
+        let end = self.time[usize::from(!rises)];
+        let found = first.towards(end);
+        if found.distance - found.bound <= enough {
+            let [low, high] = self.time;
+            let least =
+                if guess.curve > 0.0 { first.u - first.by_u / guess.curve } else { first.u };
+            return Nearest { curve: guess.curve, least: least.clamp(low, high), ..found };
+        }
+        // As far beyond the nearest instant as the first look is before it, or the end.
+        let beyond = (first.u - 2.0 * first.by_u / guess.curve).clamp(self.time[0], self.time[1]);
+        let beyond = if guess.curve > 0.0 { beyond } else { end };
+        let mut last = at(beyond);
+        if (last.by_u > 0.0) == rises && (beyond - end).abs() > 0.0 {
+            last = at(end);
+        }
+        if (last.by_u > 0.0) == rises || last.by_u == 0.0 {
+            return last.towards(end);
+        }
+        let [mut falling, mut rising] = if rises { [last, first] } else { [first, last] };
+        let mut found = falling.meet(&rising);
+        for step in 0..STEPS {
+            if found.distance - found.bound <= enough {
+                break;
+            }
+            // Where the slope is zero if it is linear, and where the two planes meet if it jumps.
+            let share = if step % 2 == 0 {
+                falling.by_u / (falling.by_u - rising.by_u)
+            } else {
+                (found.bound - falling.distance) / (falling.by_u * (rising.u - falling.u))
+            };
+            let share = if (0.0..=1.0).contains(&share) { share } else { 0.5 };
+            let here = at(falling.u + share * (rising.u - falling.u));
+            let before = found;
+            *(if here.by_u > 0.0 { &mut rising } else { &mut falling }) = here;
+            found = falling.meet(&rising);
+            if before.distance < found.distance {
+                (found.distance, found.u) = (before.distance, before.u);
+            }
+        }
+        found
+    }
+}

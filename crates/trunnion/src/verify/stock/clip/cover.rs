@@ -1,0 +1,88 @@
+//! What some instants of the motion take off the middle of a ray.
+//!
+//! Where a tool moves along a ray, moves from its first to its last together leave nothing between. A few instants
+//! are enough for that: those that did so on one ray, each from where it meets the one before to where it meets
+//! the next, are tried on the rays around it. A convex body that holds both ends of an interval holds all of it.
+
+use super::batch::Work;
+use super::candidates::Cuts;
+use super::closest_approach::Line;
+use super::tile::Chain;
+use crate::verify::stock::broad_phase::{Part, Stretch};
+use crate::verify::stock::dexel::Spans;
+
+/// An instant, and what it is to take off a ray.
+pub(crate) struct Link<'a> {
+    part: &'a Part,
+    stretch: &'a Stretch,
+    /// All of the ray that the body holds.
+    holds: [f64; 2],
+}
+
+/// How much of what an instant holds of a ray it may be expected to hold of the next.
+const SHARE: f64 = 0.9;
+
+impl Work<'_> {
+    /// The instants in the middle of the stretches that cut a ray, in the order of the ray.
+    pub(crate) fn links<'a>(&self, line: &Line, cuts: &Cuts, chain: &Chain<'a>) -> Vec<Link<'a>> {
+        let link = |&(number, [low, high]): &(usize, [f64; 2])| {
+            let &(part, stretch) = chain.stretches.get(number)?;
+            let moving = self.moving(part, stretch);
+            let [from, to] = part.extent(self.frame.along);
+            let middle = 0.5 * (low + high);
+            let holds = [
+                moving.through(line, [from, middle], 0.0)?.0,
+                moving.through(line, [to, middle], 0.0)?.0,
+            ];
+            Some(Link { part, stretch, holds })
+        };
+        let mut links: Vec<Link<'a>> = cuts.iter().filter_map(link).collect();
+        links.sort_by(|a, b| a.holds[0].total_cmp(&b.holds[0]));
+        links.dedup_by(|next, link| next.holds[1] <= link.holds[1]);
+        links
+    }
+}
+
+/// Takes off a ray what instants take off it between where each meets the next.
+pub(crate) fn cover(links: &[Link<'_>], line: &Line, spans: &mut Spans) {
+    for at in (0..spans.len()).rev() {
+        let Some([low, high]) = spans.get(at) else { continue };
+        let mut taken: Option<[f64; 2]> = None;
+        for (index, link) in links.iter().enumerate() {
+            let before = index.checked_sub(1).and_then(|before| links.get(before));
+            let [from, to] = link.between(before, links.get(index + 1));
+            let [from, to] = [from.max(low), to.min(high)];
+            if from >= to || !link.takes(line, [from, to]) {
+                continue;
+            }
+            match &mut taken {
+                Some(taken) if taken[1] >= from => taken[1] = to,
+                Some(_) => break,
+                None => taken = Some([from, to]),
+            }
+        }
+        if let Some(taken) = taken {
+            spans.cut(at, taken);
+        }
+    }
+}
+
+impl Link<'_> {
+    /// From the middle of what it shares with the one before to that of what it shares with the next.
+    fn between(&self, before: Option<&Self>, next: Option<&Self>) -> [f64; 2] {
+        let [from, to] = self.holds;
+        let [middle, half] = [0.5 * (from + to), 0.5 * SHARE * (to - from)];
+        let share = |other: &Self, end: f64| 0.5 * (other.holds[usize::from(end < middle)] + end);
+        [
+            before.map_or(middle - half, |before| share(before, from)),
+            next.map_or(middle + half, |next| share(next, to)),
+        ]
+    }
+
+    /// Whether the body holds an interval at its instant.
+    fn takes(&self, line: &Line, ends: [f64; 2]) -> bool {
+        let Self { part, stretch, .. } = self;
+        let middle = stretch.piece.middle();
+        ends.iter().all(|&s| part.body.holds(&middle.stand, &line.at(s)))
+    }
+}

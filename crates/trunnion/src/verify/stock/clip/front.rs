@@ -1,0 +1,196 @@
+//! Where the material of a square of rays ends, and planes below the distance of bodies from there.
+//!
+//! Neighbouring rays end on nearly a plane, whichever way it leans; how far off it they are is measured. What holds
+//! a body off the corners of that plane, less that, holds it off all of the rays.
+
+use super::batch::Work;
+use super::closest_approach::Line;
+use crate::verify::stock::broad_phase::Part;
+use crate::verify::stock::dexel::{Spans, Square, Tile, across};
+use nalgebra::{Point3, Vector3};
+
+/// What holds a body's distance up from a place: two planes, of which the lower one counts. The body is told by its
+/// number; places are given across the rays, first, and along them.
+#[derive(Clone, Copy)]
+pub(crate) struct Plane {
+    pub(crate) part: usize,
+    at: [f64; 3],
+    pub(crate) height: f64,
+    /// Height at the place, and slopes.
+    sides: [(f64, [f64; 3]); 2],
+    /// The slope along the rays of the lower one.
+    slope: f64,
+    /// Lowest and highest place along the rays that the body comes to.
+    extent: [f64; 2],
+}
+
+/// Where one end of a span lies on the rays of a square.
+struct Sheet {
+    middle: [f64; 3],
+    /// Largest distance from the middle across.
+    half: [f64; 2],
+    /// How much farther along it is, across.
+    slopes: [f64; 2],
+    /// Lowest and highest ray beside it.
+    off: [f64; 2],
+}
+
+/// A span of all the rays of a square: lower and upper end.
+pub(crate) struct Layer([Sheet; 2]);
+
+impl Plane {
+    /// Of a body and its number, from a place.
+    pub(crate) fn new((number, part): (usize, &Part), along: usize, at: &Point3<f64>) -> Self {
+        let [a, b] = across(along);
+        let tent = part.whole.tent(part.body, at);
+        let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
+        let sides = [side(&tent.sides[0]), side(&tent.sides[1])];
+        let &(height, gradient) = tent.lower();
+        let (slope, extent) = (gradient[along], part.extent(along));
+        Self { part: number, at: [at[a], at[b], at[along]], height, sides, slope, extent }
+    }
+
+    /// The mean of two planes of a body from places of one ray that neither falls nor rises along it, if the first falls
+    /// and the other rises: at no time is the distance less than any mean of both. It is laid from where they cross.
+    pub(crate) fn meet(&self, other: &Self) -> Option<Self> {
+        if !(self.slope < 0.0 && other.slope > 0.0) {
+            return None;
+        }
+        let share = other.slope / (other.slope - self.slope);
+        let mean = |a: f64, b: f64| share * a + (1.0 - share) * b;
+        let [from, to] = [self.at[2], other.at[2]];
+        let rise = other.height - self.height + other.slope * (from - to);
+        let s = (from + rise / (self.slope - other.slope)).clamp(from.min(to), from.max(to));
+        let side = |k: usize| {
+            let [(one, a), (two, b)] = [self.sides[k], other.sides[k]];
+            let height = mean(one + a[2] * (s - from), two + b[2] * (s - to));
+            (height, [mean(a[0], b[0]), mean(a[1], b[1]), mean(a[2], b[2])])
+        };
+        let sides = [side(0), side(1)];
+        let lower = if sides[0].0 < sides[1].0 { &sides[0] } else { &sides[1] };
+        let [a, b, _] = self.at;
+        Some(Self { at: [a, b, s], height: lower.0, slope: lower.1[2], sides, ..*self })
+    }
+
+    /// The place along a ray from which it was laid.
+    pub(crate) fn place(&self) -> f64 {
+        self.at[2]
+    }
+
+    /// Its slope along the ray.
+    pub(crate) fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    /// Whether nothing farther back along a ray is nearer than its place.
+    pub(crate) fn falls(&self) -> bool {
+        self.sides.iter().all(|side| side.1[2] <= 0.0)
+    }
+
+    /// Whether nothing farther on along a ray is nearer than its place.
+    pub(crate) fn rises(&self) -> bool {
+        self.sides.iter().all(|side| side.1[2] >= 0.0)
+    }
+
+    /// Least height over a span of a ray through a place across, as far as the body comes to it.
+    #[inline]
+    pub(crate) fn along(&self, [a, b]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
+        let Self { at, sides, extent, .. } = self;
+        let [low, high] = [low.max(extent[0]), high.min(extent[1])];
+        if low >= high {
+            return f64::INFINITY;
+        }
+        let [a, b, low, high] = [a - at[0], b - at[1], low - at[2], high - at[2]];
+        let over = |&(height, slopes): &(f64, [f64; 3])| {
+            height + slopes[0] * a + slopes[1] * b + (slopes[2] * low).min(slopes[2] * high)
+        };
+        over(&sides[0]).min(over(&sides[1]))
+    }
+
+    /// Least height over a layer.
+    pub(crate) fn over(&self, Layer(ends): &Layer) -> f64 {
+        let [low, high] = ends;
+        let [from, to] = self.extent;
+        if low.range()[0] >= to || high.range()[1] <= from {
+            return f64::INFINITY;
+        }
+        // Beyond where the body is at all nothing is asked.
+        let flat = |sheet: &Sheet, s: f64| Sheet {
+            middle: [sheet.middle[0], sheet.middle[1], s],
+            slopes: [0.0; 2],
+            off: [0.0; 2],
+            ..*sheet
+        };
+        let low = if low.range()[1] <= from { &flat(low, from) } else { low };
+        let high = if high.range()[0] >= to { &flat(high, to) } else { high };
+        self.over_sheet(low).min(self.over_sheet(high))
+    }
+
+    fn over_sheet(&self, sheet: &Sheet) -> f64 {
+        let Sheet { middle, half, slopes: lean, off } = sheet;
+        let by = [0, 1, 2].map(|k: usize| middle[k] - self.at[k]);
+        let over = |&(mut height, slopes): &(f64, [f64; 3])| {
+            height += slopes[2] * by[2] + (slopes[2] * off[0]).min(slopes[2] * off[1]);
+            for k in [0, 1] {
+                height += slopes[k] * by[k];
+                height -= (slopes[k] + slopes[2] * lean[k]).abs() * half[k];
+            }
+            height
+        };
+        over(&self.sides[0]).min(over(&self.sides[1]))
+    }
+}
+
+impl Sheet {
+    /// Lowest and highest place on the rays.
+    fn range(&self) -> [f64; 2] {
+        let Self { middle, half, slopes, off } = self;
+        let by = slopes[0].abs() * half[0] + slopes[1].abs() * half[1];
+        [middle[2] - by + off[0], middle[2] + by + off[1]]
+    }
+}
+
+impl Work<'_> {
+    /// The layers of a square: first spans of all rays, second ones, and so on.
+    pub(crate) fn layers(&self, tile: &Tile, square: Square) -> Vec<Layer> {
+        let most = square.rays().filter_map(|ray| tile.rays.get(ray)).map(Spans::len);
+        let layer = |number| Layer([0, 1].map(|end| self.sheet(tile, square, (number, end))));
+        (0..most.max().unwrap_or(0)).map(layer).collect()
+    }
+
+    /// Through an end of a span of the corners of a square, if they have it.
+    fn sheet(&self, tile: &Tile, square: Square, (number, end): (usize, usize)) -> Sheet {
+        let place = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
+        let [low, high] = self.frame.sides(tile, square);
+        let half = [0, 1].map(|k: usize| 0.5 * (high[k] - low[k]));
+        let mut slopes = [0.0; 2];
+        let mut middle = None;
+        if let [Some(a), Some(b), Some(c), Some(d)] = square.corners().map(place) {
+            let slope = |rise: f64, half: f64| if half > 0.0 { 0.25 * rise / half } else { 0.0 };
+            slopes = [slope(c + d - a - b, half[0]), slope(b + d - a - c, half[1])];
+            middle = Some(0.25 * (a + b + c + d));
+        }
+        let middle = middle.or_else(|| square.rays().find_map(place)).unwrap_or(0.0);
+        let centre = [0, 1].map(|k: usize| low[k] + half[k]);
+        let steps = across(self.frame.along).map(|axis| self.frame.lattice.cell[axis]);
+        let steps = [0, 1].map(|k: usize| slopes[k] * steps[k]);
+        let corner = middle - slopes[0] * half[0] - slopes[1] * half[1];
+        let mut off = [0.0_f64; 2];
+        for (row, rays) in square.rows().enumerate() {
+            let mut expected = corner + steps[0] * row as f64;
+            for spans in tile.rays.get(rays).unwrap_or_default() {
+                if let Some(span) = spans.get(number) {
+                    let by = span[end] - expected;
+                    off = [off[0].min(by), off[1].max(by)];
+                }
+                expected += steps[1];
+            }
+        }
+        Sheet { middle: [centre[0], centre[1], middle], half, slopes, off }
+    }
+
+    /// Where a line of this family runs, across.
+    pub(crate) fn beside(&self, line: &Line) -> [f64; 2] {
+        across(self.frame.along).map(|axis| line.from[axis])
+    }
+}

@@ -1,0 +1,376 @@
+//! A ray against a body in motion over one piece of a move.
+//!
+//! The distance `d(s, u)` of a convex body from a point `s` along the ray at time `u` is convex in `s`. Seen
+//! from the tool a point moves straight while a piece lasts, but for the bend ([`Piece::bend`]); with as much of
+//! a parabola `d` is convex in `u` as well ([`Moving::tangent`]), and pieces are cut until that is below the
+//! tolerance. In both together it is not, since the ray turns ([`Piece::shear`]). Hence
+//!
+//! * from the tangents at a point of the ray a plane is known below `d` for all times, the less steep by the
+//!   shear the farther off: along such planes the search for where the body begins comes down to it from
+//!   outside and cannot step over;
+//! * between two such ends there may be a gap, as where a leaning flank turns past a ray. There is none if a
+//!   point of the ray is in the body at the times of both ends: it is then in it at all times between.
+//!   Otherwise both halves of the time are looked at one by one.
+//!
+//! But for that the motion is not simplified: distances are those over the piece as it is.
+
+use super::closest_approach::{Guess, Line, Moving, Nearest, SEARCH, STEPS};
+
+/// Shares of the tolerance: half of how far points are from moving straight, how far off pieces are as quadratics, how deep a body may dip in without cutting, what a search over time may lose, when the way in
+/// counts as found, and what may be taken for a gap. What is cut is then at most
+/// `BEND + ERROR + SEARCH + CLOSE + GAP` outside, what is left at most `BEND + ERROR + SEARCH + TOUCH`
+/// inside, neither of them more than 1.
+pub(crate) const BEND: f64 = 0.55;
+pub(crate) const ERROR: f64 = 0.1;
+pub(crate) const TOUCH: f64 = 0.15;
+pub(crate) const CLOSE: f64 = 0.05;
+pub(crate) const GAP: f64 = 0.2;
+/// Steps on the way in, which gain digits where the ray does not graze.
+const WAY_IN: u32 = 500;
+/// Places of a cut at which its depth is tried first.
+const PLACES: i32 = 8;
+
+/// What a body sweeps of a ray: one interval nearly always.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Swept {
+    pub(crate) first: Option<[f64; 2]>,
+    pub(crate) more: Vec<[f64; 2]>,
+}
+
+impl Swept {
+    fn push(&mut self, cut: [f64; 2]) {
+        if self.first.is_none() { self.first = Some(cut) } else { self.more.push(cut) }
+    }
+}
+
+impl Moving<'_> {
+    /// Over both halves of the time.
+    fn halves(&self) -> [Self; 2] {
+        let [from, to] = self.time;
+        let middle = 0.5 * (from + to);
+        let shear = self.piece.shear(middle - from);
+        [[from, middle], [middle, to]].map(|time| Self { time, shear, ..*self })
+    }
+
+    /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance. `guess`: when it
+    /// may be nearest to the upper end.
+    pub(crate) fn swept(&self, line: &Line, span: [f64; 2], guess: f64) -> Swept {
+        let mut found = Swept::default();
+        self.sweep(line, span, guess, &mut found);
+        found
+    }
+
+    fn sweep(&self, line: &Line, span: [f64; 2], guess: f64, found: &mut Swept) {
+        let Some(cut) = self.hull(line, span, Guess::at(guess)) else { return };
+        let [low, high] = cut.map(|end| end.0);
+        if self.has_no_gap(line, cut) {
+            found.push([low, high]);
+            return;
+        }
+        // A quarter of what the ray turns, at its ends, is what it can be off in between.
+        let [from, to] = self.time;
+        if 0.25 * self.piece.shear(to - from) * (high - low) <= GAP * self.tolerance {
+            found.push([low, high]);
+            return;
+        }
+        for half in self.halves() {
+            half.sweep(line, [low, high], guess, found);
+        }
+    }
+
+    /// Whether a point between both ends is in the body at both their times.
+    fn has_no_gap(&self, line: &Line, [low, high]: [(f64, f64); 2]) -> bool {
+        let same = (low.1 - high.1).abs() <= f64::EPSILON;
+        let holds =
+            |s: f64| [low.1, high.1].iter().all(|&u| self.tangent(line, s, u).distance <= 0.0);
+        same || holds(0.5 * (low.0 + high.0)) || holds(high.0) || holds(low.0)
+    }
+
+    /// Lowest and highest end of what is swept of a span, each with its time.
+    fn hull(&self, line: &Line, [low, high]: [f64; 2], guess: Guess) -> Option<[(f64, f64); 2]> {
+        let touch = -TOUCH * self.tolerance;
+        let length = high - low;
+        let top = self.nearest(line, high, guess);
+        if top.distance <= touch {
+            return Some([self.other_end(line, [high, low], &top), (high, top.u)]);
+        }
+        // Below it gets no nearer than this.
+        if top.bound - (top.slope + self.shear).max(0.0) * length > touch {
+            return None;
+        }
+        let bottom = self.nearest(line, low, top.guess());
+        if bottom.distance <= touch {
+            return Some([(low, bottom.u), self.other_end(line, [low, high], &bottom)]);
+        }
+        let time = |(s, here): (f64, Nearest)| (s, here.u);
+        let from = self.enter(line, [low, high], bottom).map(time)?;
+        let to = self.enter(line, [high, low], top).map(time)?;
+        (from.0 < to.0 && self.deepest(line, [from.0, to.0], touch) <= touch).then_some([from, to])
+    }
+
+    /// From `inside` towards `end`: where the body ends, and when.
+    fn other_end(&self, line: &Line, [inside, end]: [f64; 2], at: &Nearest) -> (f64, f64) {
+        let out = self.beyond([inside, end], at).unwrap_or(end);
+        let here = self.nearest(line, out, at.guess());
+        if here.bound <= CLOSE * self.tolerance {
+            return (out, here.u);
+        }
+        self.enter(line, [out, inside], here).map_or((inside, at.u), |(s, here)| (s, here.u))
+    }
+
+    /// Where the plane from `inside` leads out before `end`.
+    pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &Nearest) -> Option<f64> {
+        let way = if end > inside { 1.0 } else { -1.0 };
+        let rise = at.slope * way - self.shear;
+        let by = -at.bound / rise;
+        (rise > 0.0 && by < (end - inside) * way).then_some(inside + way * by)
+    }
+
+    /// From `from`, outside, towards `to`: where the body begins, and the nearest instant there.
+    pub(crate) fn enter(
+        &self,
+        line: &Line,
+        [from, to]: [f64; 2],
+        mut here: Nearest,
+    ) -> Option<(f64, Nearest)> {
+        let way = if to > from { 1.0 } else { -1.0 };
+        let mut s = from;
+        for _ in 0..WAY_IN {
+            if here.bound <= CLOSE * self.tolerance {
+                break;
+            }
+            let fall = self.shear - here.slope * way;
+            if fall <= 0.0 {
+                return None;
+            }
+            s += way * here.bound / fall;
+            if (to - s) * way < 0.0 {
+                return None;
+            }
+            here = self.nearest(line, s, here.guess());
+        }
+        Some((s, here))
+    }
+
+    /// Least distance over an interval: the best of some places, and of what halving finds around it; the
+    /// search ends where it is at most `enough`.
+    fn deepest(&self, line: &Line, [low, high]: [f64; 2], enough: f64) -> f64 {
+        let step = (high - low) / f64::from(PLACES);
+        let mut best = (f64::INFINITY, low);
+        // The middle first.
+        for place in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
+            let s = low + step * f64::from(place);
+            let distance = self.nearest(line, s, Guess::at(0.0)).distance;
+            if distance < best.0 {
+                best = (distance, s);
+            }
+            if distance <= enough {
+                return distance;
+            }
+        }
+        let (mut deepest, middle) = best;
+        let [mut low, mut high] = [(middle - step).max(low), (middle + step).min(high)];
+        for _ in 0..STEPS {
+            let here = self.nearest(line, 0.5 * (low + high), Guess::at(0.0));
+            deepest = deepest.min(here.distance);
+            if deepest <= enough || here.slope.abs() * (high - low) <= SEARCH * self.tolerance {
+                break;
+            }
+            if here.slope > 0.0 { high = 0.5 * (low + high) } else { low = 0.5 * (low + high) }
+        }
+        deepest
+    }
+
+    /// How deep the body gets below the surface of what it sweeps of a ray, if that is deeper than `known`.
+    pub(crate) fn depth(&self, line: &Line, [low, high]: [f64; 2], known: f64) -> Option<f64> {
+        let half = 0.5 * (high - low);
+        let middle = self.nearest(line, low + half, Guess::at(0.0));
+        if half * (middle.slope.abs() + self.shear) - middle.bound <= known {
+            return None;
+        }
+        Some(-self.deepest(line, [low, high], f64::NEG_INFINITY)).filter(|depth| *depth > known)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::{AxisVector, ToolPose};
+    use crate::verify::replay::{Block, Course, Mover, Segment};
+    use crate::verify::stock::broad_phase::{Part, Stretch};
+    use crate::verify::stock::clip::front::Plane;
+    use crate::verify::swept::quadratic;
+    use crate::verify::swept::quadratic::Piece;
+    use crate::verify::swept::tool::Body;
+    use nalgebra::{Point3, Rotation3, Unit, Vector3};
+    use proptest::prelude::*;
+
+    const TOLERANCE: f64 = 1e-3;
+
+    fn pieces(ends: [ToolPose; 2]) -> Vec<Stretch> {
+        let (joints, course) = ([AxisVector::zeros(); 2], Course::Circle { ends });
+        let block = Block::of_one(1.0);
+        let segment =
+            Segment { line: 1, tool: 0, joints, course, duration: 1.0, block, rapid: false };
+        let mut whole = Vec::new();
+        quadratic::pieces(&Mover::Locations, &segment, 60.0, ERROR * TOLERANCE, &mut whole)
+            .unwrap();
+        let straight = |piece: &Piece| {
+            quadratic::straight(&Mover::Locations, &segment, piece, [60.0, BEND * TOLERANCE])
+                .unwrap()
+        };
+        whole.iter().flat_map(straight).map(|piece| Stretch::new(&piece, 60.0)).collect()
+    }
+
+    /// Distance of a point from the tool at `t`, in cylinder coordinates and by slerp: nothing in common
+    /// with the pieces.
+    fn distance(body: Body, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
+        let axis = from.axis.slerp(&to.axis, t);
+        let y = p - (from.tip + (to.tip - from.tip) * t);
+        let z = axis.dot(&y);
+        let rho = axis.cross(&y).norm();
+        match body {
+            Body::Nose { major, minor, top } => {
+                let [out, down] = [rho - major, minor - z];
+                let round = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0);
+                (round - minor).max(z - top)
+            }
+            Body::Frustum { low, high, radius, slope } => {
+                let side = (rho - radius - slope * (z - low)) / slope.hypot(1.0);
+                side.max(low - z).max(z - high)
+            }
+        }
+    }
+
+    /// Least distance over the whole move: sampled densely, then by thirds around the best sample.
+    fn nearest(body: Body, ends: &[ToolPose; 2], p: &Point3<f64>) -> f64 {
+        let at = |t: f64| distance(body, ends, t, p);
+        let best = (0..=100).map(|k| f64::from(k) / 100.0).min_by(|a, b| at(*a).total_cmp(&at(*b)));
+        let best = best.unwrap();
+        let [mut low, mut high] = [(best - 0.01).max(0.0), (best + 0.01).min(1.0)];
+        for _ in 0..40 {
+            let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+            if at(a) < at(b) { high = b } else { low = a }
+        }
+        at(low).min(at(best))
+    }
+
+    fn body() -> impl Strategy<Value = Body> {
+        prop_oneof![
+            Just(Body::Nose { major: 10.0, minor: 6.0, top: 50.0 }),
+            Just(Body::Nose { major: 0.0, minor: 3.0, top: 20.0 }),
+            Just(Body::Nose { major: 5.0, minor: 0.0, top: 30.0 }),
+            Just(Body::Frustum { low: 20.0, high: 45.0, radius: 12.0, slope: 0.4 }),
+        ]
+    }
+
+    fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+        [-size..size, -size..size, -size..size].prop_map(Vector3::from)
+    }
+
+    proptest! {
+        /// Nothing farther than the tolerance from the swept body is cut, nothing deeper in it is left;
+        /// turns about both axes, rays from anywhere.
+        #[test]
+        fn what_is_cut_of_a_ray_is_what_the_body_sweeps(
+            body in body(),
+            step in vector(4.0),
+            lean in vector(0.6),
+            turn in vector(0.12),
+            through in vector(20.0),
+            way in vector(1.0).prop_filter("no way", |way| way.norm() > 0.1),
+        ) {
+            let axis = Rotation3::new(lean) * Vector3::z();
+            let to = Rotation3::new(turn) * axis;
+            let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
+            let ends = [pose(-step, axis), pose(step, to)];
+            let line = Line { from: Point3::from(through + axis * 12.0), way: way.normalize() };
+            let mut left = crate::verify::stock::dexel::Spans::NONE;
+            left.push([-30.0, 30.0]);
+            for piece in &pieces(ends) {
+                let moving = Moving::new(piece, body, TOLERANCE);
+                for at in (0..left.len()).rev() {
+                    let span = left.get(at).unwrap();
+                    let Swept { first, more } = moving.swept(&line, span, 0.0);
+                    for cut in first.into_iter().chain(more) {
+                        prop_assert!(span[0] <= cut[0] && cut[0] < cut[1] && cut[1] <= span[1]);
+                        left.take(cut);
+                    }
+                }
+            }
+            // Evenly, and close to both sides of every end.
+            let mut places: Vec<f64> = (0..=60).map(|k| f64::from(k) - 30.0).collect();
+            for end in left.iter().flatten() {
+                places.extend([-1e-2, -1e-4, -1e-6, 1e-6, 1e-4, 1e-2].map(|by| end + by));
+            }
+            for s in places.into_iter().filter(|s| s.abs() <= 30.0) {
+                let distance = nearest(body, &ends, &line.at(s));
+                let kept = left.iter().any(|[low, high]| (low..=high).contains(&s));
+                if kept {
+                    prop_assert!(distance >= -TOLERANCE, "left {distance} at {s}: {left:?}");
+                } else {
+                    prop_assert!(distance <= TOLERANCE, "cut {distance} at {s}: {left:?}");
+                }
+            }
+        }
+    }
+
+    proptest! {
+        /// What is laid below a body over a whole piece, from one place or from two, is at no point that it holds above
+        /// how deep that is.
+        #[test]
+        fn planes_are_below_the_distance(
+            body in body(),
+            step in vector(2.0),
+            lean in vector(0.6),
+            turn in vector(0.15),
+            through in vector(9.0),
+            places in [-20.0..20.0, -20.0..20.0, -9.0..9.0],
+            beside in [-3.0..3.0, -3.0..3.0],
+        ) {
+            let axis = Rotation3::new(lean) * Vector3::z();
+            let to = Rotation3::new(turn) * axis;
+            let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
+            let ends = [pose(-step, axis), pose(step, to)];
+            let from = Point3::from(through + axis * 12.0);
+            let [a, b, s] = places;
+            let at = from + Vector3::new(s, beside[0], beside[1]);
+            let truth = nearest(body, &ends, &at) + ERROR * TOLERANCE;
+            let mut least = f64::INFINITY;
+            for stretch in pieces(ends) {
+                let part = Part::new(&stretch, [stretch].into(), body, None);
+                let plane = |s: f64| Plane::new((0, &part), 0, &(from + Vector3::x() * s));
+                let [one, other] = [plane(a.min(b)), plane(a.max(b))];
+                let over = |plane: &Plane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
+                let meet = one.meet(&other).map_or(f64::NEG_INFINITY, |meet| over(&meet));
+                least = least.min(over(&one).max(over(&other)).max(meet));
+            }
+            // The piece in which it is nearest has all of its planes below that; outside, the truth is less than the
+            // distance.
+            prop_assert!(truth > 0.0 || least <= truth, "{least} {truth}");
+        }
+    }
+
+    #[test]
+    fn a_ball_moved_straight_cuts_a_capsule() {
+        let pose = |x: f64| ToolPose { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() };
+        let pieces = pieces([pose(-5.0), pose(5.0)]);
+        let [piece] = &pieces[..] else { panic!("{}", pieces.len()) };
+        let body = Body::Nose { major: 0.0, minor: 5.0, top: 20.0 };
+        let moving = Moving::new(piece, body, TOLERANCE);
+        let cut = |x: f64, y: f64, span| {
+            let line = Line { from: Point3::new(x, y, 0.0), way: Vector3::z() };
+            moving.swept(&line, span, 0.0).first
+        };
+        let close = |cut: Option<[f64; 2]>, [low, high]: [f64; 2]| {
+            let cut = cut.unwrap();
+            assert!((cut[0] - low).abs() + (cut[1] - high).abs() < TOLERANCE, "{cut:?}");
+        };
+        close(cut(0.0, 0.0, [-10.0, 10.0]), [0.0, 10.0]);
+        close(cut(2.0, 3.0, [-10.0, 30.0]), [1.0, 20.0]); // 3-4-5
+        close(cut(8.0, 0.0, [-10.0, 10.0]), [1.0, 10.0]); // 3-4-5 at the end
+        close(cut(8.0, 0.0, [3.0, 10.0]), [3.0, 10.0]);
+        assert_eq!(cut(8.0, 0.0, [-10.0, 0.99]), None);
+        assert_eq!(cut(0.0, 5.01, [-10.0, 30.0]), None);
+    }
+}

@@ -1,0 +1,400 @@
+//! A tile that nothing harmful comes near: what decides which rays.
+//!
+//! From a ray on which everything is tried, what decides it is followed over the tile: its surface on the next
+//! ray is where its tangent plane lets expect it, and where one stretch of the motion ends the next goes on.
+//! Where the tool moves along the rays some of its instants take off what is between both ends (see `cover`).
+//! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
+//! do not hold off is tried as on any ray.
+
+use super::batch::Work;
+use super::candidates::Cuts;
+use super::closest_approach::{Guess, Line, Nearest};
+use super::cover::cover;
+use super::front::{Layer, Plane};
+use super::trace::{Expected, Followed, Trace};
+use crate::verify::stock::broad_phase::{Part, Stretch};
+use crate::verify::stock::dexel::{Spans, Square, Tile};
+use nalgebra::Point3;
+
+/// Rays along the side of a square.
+const SIDE: usize = 8;
+
+/// All stretches of some bodies, one after the other: stretch `k` lasts from `2 k - 1` to `2 k + 1`.
+pub(crate) struct Chain<'a> {
+    pub(crate) parts: &'a [&'a Part],
+    /// By body: the number of its first stretch.
+    first: Vec<usize>,
+    pub(crate) stretches: Vec<(&'a Part, &'a Stretch)>,
+}
+
+impl<'a> Chain<'a> {
+    fn new(parts: &'a [&'a Part]) -> Self {
+        let mut first = Vec::with_capacity(parts.len());
+        let mut stretches = Vec::with_capacity(2 * parts.len());
+        for part in parts {
+            first.push(stretches.len());
+            stretches.extend(part.straight.iter().map(|stretch| (*part, stretch)));
+        }
+        Self { parts, first, stretches }
+    }
+
+    /// The numbers of a body's stretches.
+    pub(crate) fn of(&self, part: usize) -> std::ops::Range<usize> {
+        let first = self.first.get(part).copied().unwrap_or(0);
+        first..self.first.get(part + 1).copied().unwrap_or(self.stretches.len())
+    }
+}
+
+/// Where a ray ends, by which stretch and when.
+#[derive(Clone, Copy)]
+struct End {
+    number: usize,
+    time: f64,
+    s: f64,
+}
+
+impl End {
+    /// Its time as a stretch has it, or the end of that stretch next to it.
+    fn seen_from(&self, number: usize) -> f64 {
+        (self.time - 2.0 * number as f64).clamp(-1.0, 1.0)
+    }
+}
+
+/// Where a ray was followed to, by the number of what followed it.
+type Ends = [Option<End>; 2];
+
+/// A point in a body, how deep, and when.
+#[derive(Clone, Copy)]
+struct Held {
+    at: Point3<f64>,
+    depth: f64,
+    number: usize,
+    u: f64,
+    /// How fast points less far from it than that move at most, seen from the tool.
+    pace: f64,
+}
+
+impl Held {
+    fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &Stretch), u: f64) -> Self {
+        let far = (at - stretch.piece.middle().stand.tip).norm();
+        let pace = stretch.piece.pace(far + depth.max(0.0));
+        Self { at, depth: depth - stretch.bend, number, u, pace }
+    }
+
+    /// Whether another point a little earlier or later is in the body as well, however both moved meanwhile.
+    fn holds(&self, at: &Point3<f64>, number: usize, u: f64) -> bool {
+        let left = self.depth - self.pace * (u - self.u).abs();
+        number == self.number && left > 0.0 && (at - self.at).norm_squared() < left * left
+    }
+}
+
+/// What is followed from ray to ray.
+struct Follower {
+    trace: Trace,
+    /// The ray of the trace, and when it is decided.
+    ray: [usize; 2],
+    time: f64,
+    /// By both directions across: how far the surface was off the tangent plane, and how much later it was
+    /// reached, one ray on.
+    off: [f64; 2],
+    later: [f64; 2],
+    /// By how much more each time, and which way that was learned; 0 if it was not.
+    more: [f64; 2],
+    way: [f64; 2],
+    held: Option<Held>,
+}
+
+impl Work<'_> {
+    /// Cuts a tile by bodies in any order.
+    pub(crate) fn settle(&self, tile: &mut Tile, parts: &[&Part]) {
+        let chain = Chain::new(parts);
+        let all: Vec<usize> = (0..parts.len()).collect();
+        let mut ends: Vec<Ends> = vec![[None; 2]; tile.rays.len()];
+        let mut planes = Vec::new();
+        for ray in tile.places() {
+            let (below, followers, _) = self.decided(tile, ray, &chain, &all);
+            if !below.is_empty() {
+                planes = below;
+            }
+            if !followers.is_empty() {
+                let whole = tile.whole();
+                for (which, follower) in followers.into_iter().enumerate() {
+                    self.walk(tile, whole, (&chain, follower), (which, &mut ends));
+                }
+                break;
+            }
+        }
+        for square in tile.squares(SIDE) {
+            self.square(tile, square, (&chain, &planes), &mut ends);
+        }
+    }
+
+    /// Cuts a square by what the planes of the tile do not hold off.
+    fn square(
+        &self,
+        tile: &mut Tile,
+        square: Square,
+        (chain, planes): (&Chain<'_>, &[Plane]),
+        ends: &mut [Ends],
+    ) {
+        let off = |planes: &[Plane], layer: &Layer| {
+            planes.iter().any(|plane| plane.over(layer) > -self.touch)
+        };
+        let layers = self.layers(tile, square);
+        let by_part = || planes.chunk_by(|a, b| a.part == b.part);
+        let close = by_part().filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
+        let close: Vec<usize> = close.filter_map(|planes| Some(planes.first()?.part)).collect();
+        let holds = |ray: &usize| tile.rays.get(*ray).is_some_and(|spans| spans.len() > 0);
+        let middle = Some(square.middle()).filter(holds).or_else(|| square.rays().find(holds));
+        let Some(middle) = middle.filter(|_| !close.is_empty()) else { return };
+        let (mut near, followers, cuts) = self.decided(tile, middle, chain, &close);
+        let links = self.links(&self.line(tile, middle), &cuts, chain);
+        if near.is_empty() {
+            near = planes.iter().filter(|plane| close.contains(&plane.part)).copied().collect();
+        }
+        for (which, follower) in followers.into_iter().enumerate() {
+            self.walk(tile, square, (chain, follower), (which, ends));
+        }
+        for index in square.rays().filter(|_| !links.is_empty()) {
+            let line = self.line(tile, index);
+            if let Some(spans) = tile.rays.get_mut(index) {
+                cover(&links, &line, spans);
+            }
+        }
+        let layers = self.layers(tile, square);
+        let near = near.chunk_by(|a, b| a.part == b.part);
+        let near = near.filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
+        let near = halving(near.collect());
+        for index in square.rays() {
+            let line = self.line(tile, index);
+            let Some(spans) = tile.rays.get_mut(index) else { continue };
+            let ends = ends.get(index).copied().unwrap_or_default();
+            for planes in &near {
+                self.try_on(chain, planes, ends, (&line, spans));
+            }
+        }
+    }
+
+    /// Cuts a ray by bodies, deepest first. Returns planes below the distance of all of them from what is left,
+    /// and what decided its ends.
+    fn decided(
+        &self,
+        tile: &mut Tile,
+        ray: usize,
+        chain: &Chain<'_>,
+        parts: &[usize],
+    ) -> (Vec<Plane>, Vec<Follower>, Cuts) {
+        let (line, place) = (self.line(tile, ray), tile.place(ray));
+        let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
+        let (planes, cuts) = self.decide(&line, spans, chain, parts);
+        let last = |end: f64| {
+            let made =
+                |(_, cut): &&(usize, [f64; 2])| cut.iter().any(|s| s.total_cmp(&end).is_eq());
+            cuts.iter().rev().find(made).map(|(number, _)| (*number, end))
+        };
+        let ends: Vec<(usize, f64)> = spans.iter().flatten().filter_map(last).collect();
+        let follower = |(number, s): (usize, f64)| {
+            let &(part, stretch) = chain.stretches.get(number)?;
+            let near = self.moving(part, stretch).nearest(&line, s, Guess::at(0.0));
+            let (trace, time) = (Trace::new(&line, s, &near), 2.0 * number as f64 + near.least);
+            Some(Follower {
+                trace,
+                ray: place,
+                time,
+                off: [0.0; 2],
+                later: [0.0; 2],
+                more: [0.0; 2],
+                way: [0.0; 2],
+                held: None,
+            })
+        };
+        (planes, ends.into_iter().filter_map(follower).collect(), cuts)
+    }
+
+    /// Cuts rays to and fro by what decides them, as far as it can be followed.
+    fn walk(
+        &self,
+        tile: &mut Tile,
+        square: Square,
+        (chain, mut follower): (&Chain<'_>, Follower),
+        (which, ends): (usize, &mut [Ends]),
+    ) {
+        for index in square.to_and_fro() {
+            let (line, place) = (self.line(tile, index), tile.place(index));
+            let Some(spans) = tile.rays.get_mut(index) else { continue };
+            let end = self.step(chain, &mut follower, place, (&line, spans));
+            let known = ends.get_mut(index).and_then(|ends| ends.get_mut(which));
+            if let (Some(_), Some(known)) = (end, known) {
+                *known = end;
+            }
+        }
+    }
+
+    /// Follows the surface to a ray.
+    fn step(
+        &self,
+        chain: &Chain<'_>,
+        follower: &mut Follower,
+        ray: [usize; 2],
+        (line, spans): (&Line, &mut Spans),
+    ) -> Option<End> {
+        let plain = follower.trace.on(line)?;
+        let by = [0, 1].map(|k: usize| ray[k].cast_signed() - follower.ray[k].cast_signed());
+        let (axis, way) = match by {
+            [0, 1] => (1, 1.0),
+            [0, -1] => (1, -1.0),
+            [1, 0] => (0, 1.0),
+            _ => (0, 0.0),
+        };
+        let s = plain.s + follower.off[axis] * f64::abs(way);
+        // The same again but for its trend, except where it turns round.
+        let goes_on = f64::abs(way) > 0.0 && (way - follower.way[axis]).abs() < 0.5;
+        let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
+        let time = follower.time + (follower.later[axis] + trend) * way;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let number = (0.5 * time).round().clamp(0.0, chain.stretches.len() as f64 - 1.0) as usize;
+        let u = time - 2.0 * number as f64;
+        let expected = Expected { s, guess: Guess { u, ..plain.guess }, ..plain };
+        let (number, here) = self.seek(chain, number, line, &expected)?;
+        let (s, near) =
+            self.end((chain, number), &mut follower.held, (line, spans), (&expected, here))?;
+        let time = 2.0 * number as f64 + near.least;
+        if f64::abs(way) > 0.0 {
+            follower.off[axis] = s - plain.s;
+            let later = way * (time - follower.time);
+            if goes_on {
+                follower.more[axis] = way * (later - follower.later[axis]);
+            }
+            (follower.later[axis], follower.way[axis]) = (later, way);
+        }
+        (follower.time, follower.ray) = (time, ray);
+        follower.trace = Trace::new(line, s, &near);
+        Some(End { number, time, s })
+    }
+
+    /// The stretch during which the tool is nearest to where its surface is expected, from `number` on or back.
+    fn seek(
+        &self,
+        chain: &Chain<'_>,
+        mut number: usize,
+        line: &Line,
+        expected: &Expected,
+    ) -> Option<(usize, Nearest)> {
+        let mut guess = expected.guess;
+        let mut way = 0.0;
+        loop {
+            let &(part, stretch) = chain.stretches.get(number)?;
+            let here = self.moving(part, stretch).nearest(line, expected.s, guess);
+            let ends = here.u.abs() >= 1.0 && way * here.u >= 0.0;
+            let next = if here.u > 0.0 { number.checked_add(1) } else { number.checked_sub(1) };
+            match next.filter(|next| ends && *next < chain.stretches.len()) {
+                Some(next) => (number, guess.u, way) = (next, -here.u, here.u),
+                None => return Some((number, here)),
+            }
+        }
+    }
+
+    /// Takes off a ray what one stretch sweeps up to where its surface is expected.
+    fn end(
+        &self,
+        (chain, number): (&Chain<'_>, usize),
+        held: &mut Option<Held>,
+        (line, spans): (&Line, &mut Spans),
+        (expected, here): (&Expected, Nearest),
+    ) -> Option<(f64, Nearest)> {
+        let &(part, stretch) = chain.stretches.get(number)?;
+        let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
+        let at = line.at(span[usize::from(expected.way < 0.0)]);
+        let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
+        let moving = self.moving(part, stretch);
+        let followed = moving.follow(line, span, (expected, is_held), here)?;
+        let Followed { cut, s, near, depth } = followed;
+        if let Some(depth) = depth {
+            *held = Some(Held::new(at, depth, (number, stretch), near.u));
+        }
+        spans.take(cut);
+        Some((s, near))
+    }
+
+    /// Cuts a ray by a body unless its planes hold it off; `ends`: where it was followed to.
+    fn try_on(
+        &self,
+        chain: &Chain<'_>,
+        planes: &[Plane],
+        ends: Ends,
+        (line, spans): (&Line, &mut Spans),
+    ) {
+        let Some(which) = planes.first().map(|plane| plane.part) else { return };
+        let beside = self.beside(line);
+        let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
+        for at in (0..spans.len()).rev() {
+            if !spans.get(at).is_none_or(off) {
+                self.cut_by_all((chain, which), ends, line, (spans, at));
+            }
+        }
+    }
+
+    /// Cuts a span by all stretches of a body.
+    fn cut_by_all(
+        &self,
+        (chain, which): (&Chain<'_>, usize),
+        ends: Ends,
+        line: &Line,
+        (spans, at): (&mut Spans, usize),
+    ) {
+        let above = spans.len() - at - 1;
+        let stretches = chain.of(which);
+        // No stretch meets what the whole does not meet.
+        let mut met = stretches.len() == 1;
+        for number in stretches {
+            let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
+            for at in (at..spans.len() - above).rev() {
+                let Some(span) = spans.get(at) else { continue };
+                if self.passes((part, stretch), (ends, number), line, span) {
+                    continue;
+                }
+                met = met || self.meeting(part, &part.whole, line, span).is_some();
+                if !met {
+                    return;
+                }
+                let end = ends.iter().flatten().next();
+                let guess = end.map_or(0.0, |end| end.seen_from(number));
+                self.cut_span((part, stretch, guess), line, (spans, at), &mut |_| ());
+            }
+        }
+    }
+
+    /// Whether a stretch keeps off a span for certain, as its nearest instant at an end that was followed tells: what
+    /// is nearest when the ray is decided, or just before or after, may be so for longer.
+    fn passes(
+        &self,
+        (part, stretch): (&Part, &Stretch),
+        (ends, number): (Ends, usize),
+        line: &Line,
+        span: [f64; 2],
+    ) -> bool {
+        let followed = |end: &&End| span.iter().any(|s| s.total_cmp(&end.s).is_eq());
+        let Some(end) = ends.iter().flatten().find(followed) else { return false };
+        if end.number == number {
+            return true;
+        }
+        let moving = self.moving(part, stretch);
+        let guess = Guess::at(end.seen_from(number));
+        let holds = |(s, way): (f64, f64)| {
+            let near = moving.nearest(line, s, guess);
+            near.bound > -self.touch && near.slope * way >= moving.shear
+        };
+        let [low, high] = [(span[0], 1.0), (span[1], -1.0)];
+        let [first, other] = if end.s > span[0] { [high, low] } else { [low, high] };
+        holds(first) || holds(other)
+    }
+}
+
+/// In another order: the one in the middle first, then those in the middle of both halves, and so on. Of what
+/// sweeps a ray lengthwise a few leave nothing to the others, then.
+fn halving<T>(all: Vec<T>) -> Vec<T> {
+    let bits = usize::BITS - all.len().leading_zeros();
+    let order = (0..1usize << bits).map(|at| (at.reverse_bits() >> 1) >> (usize::BITS - 1 - bits));
+    let mut left: Vec<Option<T>> = all.into_iter().map(Some).collect();
+    order.filter_map(|at| left.get_mut(at).and_then(Option::take)).collect()
+}

@@ -1,0 +1,4 @@
+//! Turns stock into a triangle mesh.
+
+pub(crate) mod merge;
+pub(crate) mod surface_nets;

@@ -1,0 +1,190 @@
+//! Boxes in a tree: which pieces of which body can touch a region.
+
+use nalgebra::Point3;
+
+/// An axis-parallel box.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    pub(crate) low: Point3<f64>,
+    pub(crate) high: Point3<f64>,
+}
+
+impl Bounds {
+    /// Holds nothing.
+    pub(crate) fn empty() -> Self {
+        Self { low: Point3::from([f64::INFINITY; 3]), high: Point3::from([f64::NEG_INFINITY; 3]) }
+    }
+
+    /// Holds everything.
+    pub(crate) fn everywhere() -> Self {
+        Self { low: Point3::from([f64::NEG_INFINITY; 3]), high: Point3::from([f64::INFINITY; 3]) }
+    }
+
+    /// The smallest box around both.
+    pub(crate) fn join(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// Grown by `margin` on every side.
+    pub(crate) fn grown(&self, margin: f64) -> Self {
+        let margin = nalgebra::Vector3::repeat(margin);
+        Self { low: self.low - margin, high: self.high + margin }
+    }
+
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    fn middle(&self, k: usize) -> f64 {
+        self.low[k] + self.high[k]
+    }
+}
+
+/// A box and what is in it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Item {
+    pub(crate) bounds: Bounds,
+    /// Piece and body.
+    pub(crate) content: (u32, u32),
+}
+
+/// A bounding-box tree.
+#[derive(Debug)]
+pub(crate) struct Tree {
+    nodes: Vec<Node>,
+    items: Vec<Item>,
+}
+
+/// Boxes a leaf holds at most.
+const LEAF: usize = 8;
+
+/// What is below a node.
+#[derive(Debug)]
+pub(crate) enum Below<'a> {
+    Nodes([usize; 2]),
+    Items(&'a [Item]),
+}
+
+#[derive(Debug)]
+struct Node {
+    bounds: Bounds,
+    /// Items of a leaf, or the node of the second child (the first one follows directly).
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Leaf { first: usize, count: usize },
+    Fork { second: usize },
+}
+
+impl Tree {
+    /// Sorts boxes into a tree by halving along the longest side.
+    pub(crate) fn new(mut items: Vec<Item>) -> Self {
+        let mut nodes = Vec::new();
+        let count = items.len();
+        if count > 0 {
+            build(&mut nodes, &mut items, 0, count);
+        }
+        Self { nodes, items }
+    }
+
+    /// Whether anything may be in a region.
+    pub(crate) fn meets(&self, region: &Bounds) -> bool {
+        self.nodes.first().is_some_and(|all| all.bounds.meets(region))
+    }
+
+    /// Number of the node above all others, if there is anything.
+    pub(crate) fn root(&self) -> Option<usize> {
+        (!self.nodes.is_empty()).then_some(0)
+    }
+
+    /// The box of a node.
+    pub(crate) fn bounds(&self, node: usize) -> Option<&Bounds> {
+        self.nodes.get(node).map(|node| &node.bounds)
+    }
+
+    /// What is below a node.
+    pub(crate) fn below(&self, node: usize) -> Below<'_> {
+        match self.nodes.get(node).map(|node| &node.kind) {
+            Some(Kind::Fork { second }) => Below::Nodes([node + 1, *second]),
+            Some(Kind::Leaf { first, count }) => {
+                Below::Items(self.items.get(*first..first + count).unwrap_or_default())
+            }
+            None => Below::Items(&[]),
+        }
+    }
+
+    /// Contents of all boxes that meet a region, each once, in ascending order.
+    pub(crate) fn near(&self, region: &Bounds, found: &mut Vec<(u32, u32)>) {
+        found.clear();
+        let mut open = vec![0];
+        while let Some(at) = open.pop() {
+            let Some(node) = self.nodes.get(at) else { continue };
+            if !node.bounds.meets(region) {
+                continue;
+            }
+            match node.kind {
+                Kind::Fork { second } => open.extend([at + 1, second]),
+                Kind::Leaf { first, count } => {
+                    let items = self.items.iter().skip(first).take(count);
+                    found.extend(
+                        items.filter(|item| item.bounds.meets(region)).map(|item| item.content),
+                    );
+                }
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+    }
+}
+
+/// Appends the subtree of `items[first..first + count]`.
+fn build(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, count: usize) {
+    let bounds = items.iter().fold(Bounds::empty(), |all, item| all.join(&item.bounds));
+    let at = nodes.len();
+    nodes.push(Node { bounds, kind: Kind::Leaf { first, count } });
+    if count <= LEAF {
+        return;
+    }
+    let size = bounds.high - bounds.low;
+    let half = count / 2;
+    items.select_nth_unstable_by(half, |a, b| {
+        let k = size.imax();
+        let order = a.bounds.middle(k).total_cmp(&b.bounds.middle(k));
+        order.then(a.content.cmp(&b.content))
+    });
+    let (left, right) = items.split_at_mut(half);
+    build(nodes, left, first, half);
+    let second = nodes.len();
+    build(nodes, right, first + half, count - half);
+    if let Some(node) = nodes.get_mut(at) {
+        node.kind = Kind::Fork { second };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_finds_what_a_loop_over_all_boxes_finds() {
+        let cube = |x: f64, size: f64| Bounds {
+            low: Point3::new(x, (7.0 * x).sin() * 9.0, (3.0 * x).cos() * 5.0),
+            high: Point3::new(x + size, (7.0 * x).sin() * 9.0 + size, (3.0 * x).cos() * 5.0 + size),
+        };
+        let items: Vec<Item> = (0..500)
+            .map(|i| Item { bounds: cube(f64::from(i) * 0.1, 1.5), content: (i / 2, 0) })
+            .collect();
+        let tree = Tree::new(items.clone());
+        let mut found = Vec::new();
+        for i in 0..60 {
+            let region = cube(f64::from(i), 3.0);
+            tree.near(&region, &mut found);
+            let mut all: Vec<_> =
+                items.iter().filter(|i| i.bounds.meets(&region)).map(|i| i.content).collect();
+            all.dedup();
+            assert_eq!(found, all);
+        }
+    }
+}

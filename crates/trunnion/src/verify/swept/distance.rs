@@ -1,0 +1,213 @@
+//! How far a point is from a body: the distance itself, with the direction in which it grows.
+
+use super::tool::{Body, Stand};
+use nalgebra::{Point3, Vector3};
+
+/// In the half plane of the axis: distance, and its derivatives by the distance from the axis and the height.
+type Plane = (f64, f64, f64);
+
+/// Signed distance of a point from a body, below 0 inside, and the unit vector in which it grows.
+pub(crate) fn distance(body: Body, stand: &Stand, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+    let y = point - stand.tip;
+    let height = stand.axis.dot(&y);
+    let aside = y - stand.axis * height;
+    let rho = aside.norm();
+    let (distance, out, up) = match body {
+        Body::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+        Body::Frustum { low, high, radius, slope } => {
+            let steep = slope.hypot(1.0);
+            let side = (rho - radius - slope * (height - low)) / steep;
+            let ends = [[radius, low], [radius + slope * (high - low), high]];
+            frustum([rho, height], (side, 1.0 / steep, -slope / steep), ends)
+        }
+    };
+    // On the axis one direction across is as good as another.
+    let across = if rho > f64::MIN_POSITIVE { aside / rho } else { any_across(&stand.axis) };
+    (distance, across * out + stand.axis * up)
+}
+
+/// Directions in which a body begins that a point of it may be about as near to as to its nearest side: across and
+/// along the axis, both ways.
+pub(crate) fn other_sides(stand: &Stand, point: &Point3<f64>) -> [Vector3<f64>; 4] {
+    let y = point - stand.tip;
+    let aside = y - stand.axis * stand.axis.dot(&y);
+    let across = aside.try_normalize(0.0).unwrap_or_else(|| any_across(&stand.axis));
+    [across, -across, stand.axis, -stand.axis]
+}
+
+/// Directions across the sides of a body that face the half plane in which a point lies: unit vectors.
+pub(crate) fn sides(body: Body, stand: &Stand, point: &Point3<f64>) -> [Vector3<f64>; 3] {
+    let [across, _, up, down] = other_sides(stand, point);
+    let side = match body {
+        Body::Nose { .. } => across,
+        Body::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
+    };
+    [side, up, down]
+}
+
+fn any_across(axis: &Vector3<f64>) -> Vector3<f64> {
+    let mut way = Vector3::zeros();
+    way[axis.iamin()] = 1.0;
+    way.cross(axis).normalize()
+}
+
+fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> Plane {
+    let above = height - top;
+    if above > 0.0 {
+        return from_disc([rho - major - minor, above]);
+    }
+    let [out, down] = [rho - major, minor - height];
+    let side = if out > 0.0 && down > 0.0 {
+        let away = out.hypot(down);
+        (away - minor, out / away, -down / away)
+    } else if out >= down {
+        (out - minor, 1.0, 0.0)
+    } else {
+        (down - minor, 0.0, -1.0)
+    };
+    if above > side.0 { (above, 0.0, 1.0) } else { side }
+}
+
+/// `side` is what the cone alone has; `ends` are radius and height of both discs.
+fn frustum([rho, height]: [f64; 2], side: Plane, [low, high]: [[f64; 2]; 2]) -> Plane {
+    let [above, below] = [height - high[1], low[1] - height];
+    if side.0 <= 0.0 && above <= 0.0 && below <= 0.0 {
+        let ends = if above > below { (above, 0.0, 1.0) } else { (below, 0.0, -1.0) };
+        return if ends.0 > side.0 { ends } else { side };
+    }
+    let foot = height - side.2 * side.0.max(0.0);
+    if foot > high[1] {
+        from_disc([rho - high[0], above])
+    } else if foot < low[1] {
+        let (distance, out, down) = from_disc([rho - low[0], below]);
+        (distance, out, -down)
+    } else {
+        side
+    }
+}
+
+/// From a disc's face or rim: how far out of the rim, and how far above, one of them more than 0.
+fn from_disc([out, up]: [f64; 2]) -> Plane {
+    let out = out.max(0.0);
+    let away = out.hypot(up);
+    (away, out / away, up / away)
+}
+
+/// The point of a body that is farthest in a direction, a unit vector.
+pub(crate) fn farthest(body: Body, stand: &Stand, way: &Vector3<f64>) -> Point3<f64> {
+    let up = way.dot(&stand.axis);
+    let aside = way - stand.axis * up;
+    let across = aside.try_normalize(0.0).unwrap_or_default();
+    let rim = |radius: f64, height: f64| across * radius + stand.axis * height;
+    match body {
+        Body::Nose { major, minor, top } if up > 0.0 => stand.tip + rim(major + minor, top),
+        Body::Nose { major, minor, .. } => stand.tip + rim(major, minor) + way * minor,
+        Body::Frustum { low, high, radius, slope } => {
+            let [lower, upper] = [rim(radius, low), rim(radius + slope * (high - low), high)];
+            stand.tip + if lower.dot(way) > upper.dot(way) { lower } else { upper }
+        }
+    }
+}
+
+/// Height of a point of the axis from which the body's surface is farthest \[mm above the tip\].
+pub(crate) fn deepest(body: Body) -> f64 {
+    let [low, high] = body.heights();
+    let middle = 0.5 * (low + high);
+    match body {
+        Body::Nose { .. } => middle,
+        Body::Frustum { radius, slope, .. } => {
+            // Where the side is as near as the wider end.
+            let steep = slope.hypot(1.0);
+            if slope < 0.0 {
+                middle.min(low + radius / (steep - slope))
+            } else {
+                middle.max(high - (radius + slope * (high - low)) / (steep + slope))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn body() -> impl Strategy<Value = Body> {
+        let frustum =
+            (5.0..20.0, 1.0..30.0, 1.0..9.0, -0.9..0.9).prop_map(|(low, long, r, lean)| {
+                let slope = f64::max(lean * 4.0, (0.1 - r) / long);
+                Body::Frustum { low, high: low + long, radius: r, slope }
+            });
+        let nose = (0.0..5.0, 0.0..4.0, 0.5..30.0).prop_map(|(major, minor, more)| Body::Nose {
+            major: major + 0.1,
+            minor,
+            top: minor + more,
+        });
+        prop_oneof![frustum, nose]
+    }
+
+    fn stand() -> Stand {
+        let axis = Vector3::new(0.3, -0.5, 0.8).normalize();
+        Stand { tip: Point3::new(1.0, -2.0, 3.0), axis }
+    }
+
+    /// A grid of points of the body's outline in the half plane.
+    fn outline(body: Body) -> Vec<[f64; 2]> {
+        let along = |k: u32| f64::from(k) / 400.0;
+        let mut points = Vec::new();
+        for k in 0..=400 {
+            let s = along(k);
+            match body {
+                Body::Nose { major, minor, top } => {
+                    let angle = s * std::f64::consts::FRAC_PI_2;
+                    points.push([major + minor * angle.sin(), minor - minor * angle.cos()]);
+                    points.push([major * s, 0.0]);
+                    points.push([major + minor, minor + (top - minor) * s]);
+                    points.push([(major + minor) * s, top]);
+                }
+                Body::Frustum { low, high, radius, slope } => {
+                    let end = radius + slope * (high - low);
+                    points.push([radius * s, low]);
+                    points.push([end * s, high]);
+                    points.push([radius + (end - radius) * s, low + (high - low) * s]);
+                }
+            }
+        }
+        points
+    }
+
+    proptest! {
+        /// Against the nearest of many points of the outline.
+        #[test]
+        fn the_distance_is_that_to_the_outline(body in body(), rho in 0.0..30.0f64, height in -15.0..60.0f64) {
+            let stand = stand();
+            let across = any_across(&stand.axis);
+            let point = stand.tip + stand.axis * height + across * rho;
+            let (distance, way) = distance(body, &stand, &point);
+            let outline = outline(body);
+            let sampled = outline.iter().map(|[r, h]| (r - rho).hypot(h - height)).fold(f64::INFINITY, f64::min);
+            prop_assert!((distance.abs() - sampled).abs() < 0.1, "{distance} {sampled}");
+            prop_assert!(distance.abs() <= sampled + 1e-12, "{distance} {sampled}");
+            prop_assert!((way.norm() - 1.0).abs() < 1e-12);
+            // The plane at the surface leaves all of the body on one side.
+            let reach = farthest(body, &stand, &way);
+            let most = stand.tip.coords.dot(&way) + body.extent(&stand.axis, &way);
+            prop_assert!((reach.coords.dot(&way) - most).abs() < 1e-12);
+            prop_assert!((point.coords.dot(&way) - distance - most).abs() < 1e-9);
+            for [r, h] in outline {
+                let p = stand.axis * h + across * r;
+                prop_assert!((stand.tip + p).coords.dot(&way) < most + 1e-9);
+            }
+        }
+
+        #[test]
+        fn nowhere_on_the_axis_is_deeper_than_the_deepest_place(body in body()) {
+            let stand = stand();
+            let at = |height: f64| distance(body, &stand, &(stand.tip + stand.axis * height)).0;
+            let least = at(deepest(body));
+            for k in -10..=50 {
+                prop_assert!(at(f64::from(k)) >= least - 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A moving body against many rays at a time, and against planes.
+
+use super::quadratic::{Instant, Margin, Patch, Piece};
+use super::tool::{Body, Ray};
+use nalgebra::{Point3, Vector3};
+
+/// Halvings of a piece in time end here: a millionth of it.
+const SHORTEST: f64 = 1e-6;
+
+/// Rays that begin near each other: within `bulge` of a flat disc, along normals within `turn` of its own.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Disc {
+    pub(crate) centre: Point3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) radius: f64,
+    pub(crate) bulge: f64,
+    pub(crate) turn: f64,
+}
+
+impl Disc {
+    /// The disc across one of some rays, around them all.
+    pub(crate) fn around(middle: &Ray, rays: &[Ray]) -> Self {
+        let Ray { origin: centre, normal, .. } = *middle;
+        let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
+        rays.iter().fold(none, |disc, ray| {
+            let aside = ray.origin - centre;
+            let up = aside.dot(&normal);
+            Self {
+                radius: disc.radius.max((aside - normal * up).norm()),
+                bulge: disc.bulge.max(up.abs()),
+                turn: disc.turn.max((ray.normal - normal).norm()),
+                ..disc
+            }
+        })
+    }
+}
+
+impl Piece {
+    /// Bounds the distance of a body from rays over `u` within `half` of the instant, from `below` under the disc
+    /// they begin at up to `top` over it: the distance function's linear part at the top of the middle ray supports
+    /// it, as in [`Piece::keeps_off`].
+    fn off_rays(
+        &self,
+        (instant, half): (&Instant, f64),
+        body: Body,
+        disc: &Disc,
+        [below, top]: [f64; 2],
+    ) -> Margin {
+        let Instant { stand, tip_rate, axis_rate } = instant;
+        let y = disc.centre + disc.normal * top - stand.tip;
+        let probe = body.probe(&y, &stand.axis);
+        let along = probe.axial - probe.radial * probe.height;
+        let gradient = y * probe.radial + stand.axis * along;
+        let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
+        let up = gradient.dot(&disc.normal);
+        let aside = (gradient - disc.normal * up).norm();
+        let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
+        let radius = disc.radius + top + below + bulge;
+        let [bend, shear] = self.beyond(half, y.norm() + radius);
+        Margin {
+            distance: probe.distance,
+            place: aside * disc.radius + bulge + up.max(0.0) * (top + below),
+            time: drift.abs() * half + bend + shear * radius,
+        }
+    }
+
+    /// Lower bound of the distance of a body from rays over the whole piece, see [`Piece::off_rays`].
+    pub(crate) fn keeps_off_rays(&self, body: Body, disc: &Disc, range: [f64; 2]) -> f64 {
+        let Margin { distance, place, time } =
+            self.off_rays((&self.middle, 1.0), body, disc, range);
+        distance - place - time
+    }
+
+    /// Whether a body may come within `slack` of rays during the piece, and about how far it keeps off, then; time is
+    /// halved as long as that tells more than place does.
+    pub(crate) fn comes(
+        &self,
+        body: Body,
+        disc: &Disc,
+        range: [f64; 2],
+        slack: f64,
+    ) -> Option<f64> {
+        let mut open = vec![(0.0, 1.0)];
+        while let Some((u, half)) = open.pop() {
+            let margin = self.off_rays((&self.instant(u), half), body, disc, range);
+            let Margin { distance, place, time } = margin;
+            if distance - place - time > slack {
+                continue;
+            }
+            if time <= place || half < SHORTEST {
+                return Some(distance);
+            }
+            open.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
+        }
+        None
+    }
+
+    /// Bounds the distance of a body from a patch as [`Piece::keeps_off`] does, by the body's plane across the patch's
+    /// normal: where a sharp edge is nearest, that plane tells more than those of both sides of the edge.
+    pub(crate) fn keeps_above(
+        &self,
+        instant: &Instant,
+        half: f64,
+        body: Body,
+        patch: &Patch<'_>,
+    ) -> Margin {
+        let Instant { stand, tip_rate, axis_rate } = instant;
+        let y = patch.centre - stand.tip;
+        let down = -patch.normal;
+        // The tool turns without spin.
+        let turning = stand.axis.cross(axis_rate).cross(&y);
+        let drift = down.dot(&(tip_rate + turning));
+        let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
+        Margin {
+            distance: down.dot(&y) - body.extent(&stand.axis, &down),
+            place: patch.bulge,
+            time: drift.abs() * half + bend + shear * patch.radius,
+        }
+    }
+}

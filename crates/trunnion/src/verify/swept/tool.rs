@@ -1,0 +1,340 @@
+//! The tool as convex bodies of revolution: signed distance with its gradient.
+
+use crate::cutter::Cutter;
+use nalgebra::{Point3, Vector3};
+
+/// A convex body about the tool axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Body {
+    /// Cutting end and flank: a circle of radius `minor` swept round one of radius `major`, then a
+    /// cylinder up to `top`.
+    Nose { major: f64, minor: f64, top: f64 },
+    /// A piece of the shank between two heights; `slope` is the growth of the radius by height.
+    Frustum { low: f64, high: f64, radius: f64, slope: f64 },
+}
+
+/// Convex function that is 0 on a body's surface, below 0 inside, and never above the distance.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Probe {
+    /// Its value \[mm\].
+    pub(crate) distance: f64,
+    /// Its derivative by the distance `rho` from the axis, divided by `rho` \[1/mm\].
+    pub(crate) radial: f64,
+    /// Its derivative by the height above the tip.
+    pub(crate) axial: f64,
+    /// Height above the tip \[mm\].
+    pub(crate) height: f64,
+}
+
+/// The tool of a job, in the order tip to spindle.
+pub(crate) fn bodies(cutter: &Cutter) -> Vec<Body> {
+    let shank = &cutter.spec().shank;
+    let top = shank.first().map_or(cutter.length(), |&[height, _]| height);
+    let mut bodies = vec![Body::Nose { major: cutter.major(), minor: cutter.minor(), top }];
+    let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
+    let ends = shank.iter().copied().skip(1).chain(last);
+    for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
+        if high > low {
+            bodies.push(Body::Frustum { low, high, radius, slope: (end - radius) / (high - low) });
+        }
+    }
+    bodies
+}
+
+/// No point of a tool is farther from its tip \[mm\].
+pub(crate) fn size(cutter: &Cutter) -> f64 {
+    let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
+    cutter.length().hypot(widest)
+}
+
+/// Bodies of some tools, and how far a point of them may be from the tip \[mm\].
+pub(crate) fn tools(cutters: &[&Cutter]) -> Vec<(Vec<Body>, f64)> {
+    cutters.iter().map(|cutter| (bodies(cutter), size(cutter))).collect()
+}
+
+impl Body {
+    /// Lowest and highest point on the axis \[mm above the tip\].
+    pub(crate) fn heights(self) -> [f64; 2] {
+        match self {
+            Self::Nose { top, .. } => [0.0, top],
+            Self::Frustum { low, high, .. } => [low, high],
+        }
+    }
+
+    /// Largest radius \[mm\].
+    pub(crate) fn radius(self) -> f64 {
+        match self {
+            Self::Nose { major, minor, .. } => major + minor,
+            Self::Frustum { low, high, radius, slope } => radius.max(radius + slope * (high - low)),
+        }
+    }
+
+    /// How far the body reaches along a unit vector, from the tip \[mm\].
+    pub(crate) fn extent(self, axis: &Vector3<f64>, way: &Vector3<f64>) -> f64 {
+        let up = way.dot(axis);
+        let out = (way - axis * up).norm();
+        match self {
+            Self::Nose { major, minor, top } => {
+                if up > 0.0 {
+                    (major + minor) * out + top * up
+                } else {
+                    major * out + minor * up + minor
+                }
+            }
+            Self::Frustum { low, high, radius, slope } => {
+                let end = radius + slope * (high - low);
+                (radius * out + low * up).max(end * out + high * up)
+            }
+        }
+    }
+
+    /// Probes a point `y` (from the tip) for a tool along the unit vector `axis`.
+    ///
+    /// Every piece is a convex function of `y`, so their maximum is; where it has a kink, the
+    /// derivative of one side is given, which supports it as well.
+    #[inline]
+    pub(crate) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> Probe {
+        let height = axis.dot(y);
+        let rho = (y - axis * height).norm();
+        let (distance, by_rho, axial) = match self {
+            Self::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+            Self::Frustum { low, high, radius, slope } => {
+                frustum([rho, height], [low, high], [radius, slope])
+            }
+        };
+        // On the axis itself any radial slope up to by_rho supports the function; 0 is one.
+        let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
+        Probe { distance, radial, axial, height }
+    }
+}
+
+/// Value and derivatives by rho and height of the nose.
+#[inline]
+fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f64) {
+    // Distance to the corner region {out <= 0, down <= 0}, less the rounding.
+    let [out, down] = [rho - major, minor - height];
+    let side = if out > 0.0 && down > 0.0 {
+        // Millimetres do not overflow, and hypot is a slow call.
+        let away = (out * out + down * down).sqrt();
+        (away - minor, out / away, -down / away)
+    } else if out >= down {
+        (out - minor, 1.0, 0.0)
+    } else {
+        (down - minor, 0.0, -1.0)
+    };
+    let [beyond, above] = [rho - major - minor, height - top];
+    if beyond > 0.0 && above > 0.0 {
+        return from_rim([beyond, above]);
+    }
+    if above > side.0 { (above, 0.0, 1.0) } else { side }
+}
+
+/// Value and derivatives by rho and height of a frustum: outside of a rim the distance to it, as two planes would meet
+/// in a kink that no one of them bounds.
+#[inline]
+fn frustum(
+    [rho, height]: [f64; 2],
+    [low, high]: [f64; 2],
+    [radius, slope]: [f64; 2],
+) -> (f64, f64, f64) {
+    for (sign, rim) in [(-1.0, [radius, low]), (1.0, [radius + slope * (high - low), high])] {
+        let out = [rho - rim[0], height - rim[1]];
+        // Beyond the end plane's edge, and beyond the end of the slanting line.
+        if out[0] > 0.0 && sign * (slope * out[0] + out[1]) > 0.0 {
+            return from_rim(out);
+        }
+    }
+    let steep = slope.hypot(1.0);
+    let side = (rho - radius - slope * (height - low)) / steep;
+    let end =
+        if height - high > low - height { (height - high, 1.0) } else { (low - height, -1.0) };
+    if end.0 > side { (end.0, 0.0, end.1) } else { (side, 1.0 / steep, -slope / steep) }
+}
+
+/// Distance from a rim, and its derivatives.
+fn from_rim([out, up]: [f64; 2]) -> (f64, f64, f64) {
+    // Millimetres do not overflow, and hypot is a slow call.
+    let away = (out * out + up * up).sqrt();
+    (away, out / away, up / away)
+}
+
+/// Where and how a tool stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stand {
+    pub(crate) tip: Point3<f64>,
+    /// Unit vector.
+    pub(crate) axis: Vector3<f64>,
+}
+
+/// A ray from a surface point along its normal, searched from `-below` up.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ray {
+    pub(crate) origin: Point3<f64>,
+    /// Unit vector.
+    pub(crate) normal: Vector3<f64>,
+    /// How far below the origin the search begins \[mm\].
+    pub(crate) below: f64,
+}
+
+impl Ray {
+    /// The point at `s`.
+    #[inline]
+    pub(crate) fn at(&self, s: f64) -> Point3<f64> {
+        self.origin + self.normal * s
+    }
+}
+
+/// Newton steps on a convex function approach its root from one side; halving is the slowest they
+/// can be (a double root), and 60 halvings pass from metres to below a nanometre.
+const STEPS: u32 = 60;
+
+impl Body {
+    /// Distance function along a ray and its derivative.
+    fn along(self, stand: &Stand, ray: &Ray, s: f64) -> (f64, f64) {
+        let y = ray.at(s) - stand.tip;
+        let probe = self.probe(&y, &stand.axis);
+        (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
+    }
+
+    /// Whether a point is inside the body.
+    pub(crate) fn holds(self, stand: &Stand, point: &Point3<f64>) -> bool {
+        self.probe(&(point - stand.tip), &stand.axis).distance <= 0.0
+    }
+
+    /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, until a
+    /// linear bound from there loses at most a tenth of the distance; near a sharp edge, where the
+    /// slope turns round within about the distance, that takes more steps than elsewhere.
+    pub(crate) fn closest(self, stand: &Stand, ray: &Ray, limit: f64) -> f64 {
+        let (mut low, mut high) = (-ray.below, limit);
+        let range = high - low;
+        for _ in 0..STEPS {
+            let middle = 0.5 * (low + high);
+            let (distance, slope) = self.along(stand, ray, middle);
+            if slope.abs() * range <= 0.1 * distance.abs() {
+                return middle;
+            }
+            if slope > 0.0 { high = middle } else { low = middle }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Lowest `s` in `[-below, limit)` at which the ray is inside the body, to within
+    /// `tolerance` \[mm\]; `None` if there is none.
+    ///
+    /// The distance function is convex along the ray. Newton's method started where it is positive
+    /// and falling never passes the root, so it finds the first one or shows that there is none.
+    pub(crate) fn entry(self, stand: &Stand, ray: &Ray, limit: f64, tolerance: f64) -> Option<f64> {
+        let mut s = -ray.below;
+        let inside = self.along(stand, ray, limit).0;
+        if inside <= 0.0 {
+            // The distance changes by at most 1 a millimetre: the root is at least this far below.
+            let guess = limit + 2.0 * inside - tolerance;
+            if guess > s {
+                let (value, slope) = self.along(stand, ray, guess);
+                if value > 0.0 && slope < 0.0 {
+                    s = guess;
+                }
+            }
+        }
+        for _ in 0..STEPS {
+            let (value, slope) = self.along(stand, ray, s);
+            if value <= 0.0 {
+                break;
+            }
+            if slope >= 0.0 {
+                return None;
+            }
+            let step = -value / slope;
+            s += step;
+            if s >= limit {
+                return None;
+            }
+            if step <= tolerance {
+                break;
+            }
+        }
+        Some(s)
+    }
+}
+
+impl Probe {
+    /// Derivative when the point moves along `direction`.
+    #[inline]
+    pub(crate) fn slope(
+        &self,
+        y: &Vector3<f64>,
+        axis: &Vector3<f64>,
+        direction: &Vector3<f64>,
+    ) -> f64 {
+        let out = y.dot(direction) - self.height * axis.dot(direction);
+        self.radial * out + self.axial * axis.dot(direction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BULL: Body = Body::Nose { major: 10.0, minor: 6.0, top: 50.0 };
+
+    fn distance(body: Body, y: [f64; 3]) -> f64 {
+        body.probe(&Vector3::from(y), &Vector3::z()).distance
+    }
+
+    #[test]
+    fn distances_to_a_bull_nose_are_a_pencil_calculation() {
+        assert!((distance(BULL, [0.0, 3.0, -2.0]) - 2.0).abs() < 1e-15); // below the disc
+        assert!((distance(BULL, [20.0, 0.0, 20.0]) - 4.0).abs() < 1e-15); // beside the flank
+        assert!((distance(BULL, [14.0, 0.0, 3.0]) + 1.0).abs() < 1e-15); // 3-4-5 in the corner
+        assert!((distance(BULL, [0.0, 0.0, 51.0]) - 1.0).abs() < 1e-15); // above
+    }
+
+    #[test]
+    fn a_ray_from_below_enters_where_the_disc_is() {
+        let stand = Stand { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
+        let ray = Ray { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
+        assert!((BULL.entry(&stand, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
+        assert_eq!(BULL.entry(&stand, &ray, 0.2, 1e-9), None);
+        let beside = Ray { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
+        assert_eq!(BULL.entry(&stand, &beside, 2.0, 1e-9), None);
+        let deep = Ray { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
+        assert_eq!(BULL.entry(&stand, &deep, 2.0, 1e-9), Some(-4.0));
+    }
+
+    #[test]
+    fn a_ray_past_a_sharp_edge_is_bounded_from_its_closest_point() {
+        // 1e-5 mm below and beside the edge of a flat end, at 45 deg to it.
+        let (flat, limit) = (Body::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
+        let stand = Stand { tip: Point3::origin(), axis: Vector3::z() };
+        let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
+        let ray = Ray { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
+        let s = flat.closest(&stand, &ray, limit);
+        let (distance, slope) = flat.along(&stand, &ray, s);
+        assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");
+        assert!((distance - 2.0f64.sqrt() * 1e-5).abs() < 1e-7);
+    }
+
+    #[test]
+    fn extents_are_where_no_point_is_beyond() {
+        let way = Vector3::new(0.6, 0.0, -0.8);
+        // Edge of the disc at 10, rounding 6 about height 6: 10 0.6 - 6 0.8 + 6.
+        assert!((BULL.extent(&Vector3::z(), &way) - 7.2).abs() < 1e-12);
+        assert!((BULL.extent(&Vector3::z(), &Vector3::z()) - 50.0).abs() < 1e-12);
+        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        assert!((body.extent(&Vector3::z(), &Vector3::x()) - 12.5).abs() < 1e-12);
+        assert!((body.extent(&Vector3::z(), &way) - (5.0 * 0.6 - 8.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_frustum_ends_at_its_planes_and_its_cone() {
+        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        assert!((distance(body, [0.0, 0.0, 8.0]) - 2.0).abs() < 1e-15);
+        assert!((distance(body, [10.0, 0.0, 10.0]) - 4.0).abs() < 1e-15); // 5 / hypot(1, 0.75)
+        assert!((body.radius() - 12.5).abs() < 1e-15);
+        assert!((distance(body, [8.0, 0.0, 6.0]) - 5.0).abs() < 1e-15); // 3-4-5 from the lower rim
+        assert!((distance(body, [15.5, 0.0, 24.0]) - 5.0).abs() < 1e-15); // and from the upper one
+        assert!((distance(BULL, [19.0, 0.0, 54.0]) - 5.0).abs() < 1e-15);
+        // Beside the slanting line near its lower end, where a level line would be below the rim.
+        assert!((distance(body, [9.0, 0.0, 8.0]) - (4.0 - 0.75 * -2.0) / 1.25).abs() < 1e-15);
+    }
+}
