@@ -1,8 +1,6 @@
-//! What can be wrong with a path or with limits.
+//! Errors of paths, limits and options.
 
-use super::{FeedOptions, Limits};
-use crate::types::{AxisNode, AxisPath, AxisPiece, Cancelled};
-use nalgebra::SVector;
+use crate::types::Cancelled;
 use std::fmt;
 
 /// Which limit an error is about.
@@ -276,96 +274,4 @@ pub enum FeedError {
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-}
-
-/// Checks everything the planner relies on.
-pub(super) fn validate<const N: usize>(
-    path: &AxisPath<N>,
-    limits: &Limits<N>,
-    options: &FeedOptions,
-) -> Result<(), FeedError> {
-    validate_limits(limits)?;
-    validate_options(options)?;
-    path.pieces.iter().enumerate().try_for_each(|(index, piece)| validate_piece(index, piece))
-}
-
-pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
-    let minus = limits.minus;
-    let all: [(LimitKind, Option<SVector<f64, N>>); 7] = [
-        (LimitKind::Velocity, Some(limits.velocity)),
-        (LimitKind::Rapid, Some(limits.rapid)),
-        (LimitKind::Acceleration, Some(limits.acceleration)),
-        (LimitKind::Jerk, limits.jerk),
-        (LimitKind::Velocity, minus.map(|minus| minus.velocity)),
-        (LimitKind::Rapid, minus.map(|minus| minus.rapid)),
-        (LimitKind::Acceleration, minus.map(|minus| minus.acceleration)),
-    ];
-    for (kind, values) in all {
-        for (axis, &value) in values.iter().flatten().enumerate() {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(FeedError::BadLimit { kind, axis, value });
-            }
-        }
-    }
-    Ok(())
-}
-
-pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
-    let all = [("feed", options.feed), ("link_feed", options.link_feed), ("tip", options.tip)];
-    for (name, value) in all {
-        if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-            return Err(FeedError::BadFeed { name, value });
-        }
-    }
-    for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(FeedError::BadEnd { name, value });
-        }
-    }
-    let value = options.time_tolerance;
-    if value > 0.0 { Ok(()) } else { Err(FeedError::BadTolerance { value }) }
-}
-
-fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(), FeedError> {
-    if data.nodes.len() < 2 {
-        return Err(FeedError::TooFewNodes { piece, nodes: data.nodes.len() });
-    }
-    let mut before = f64::NEG_INFINITY;
-    for (node, at) in data.nodes.iter().enumerate() {
-        validate_next([piece, node], at, before)?;
-        before = at.s;
-    }
-    Ok(())
-}
-
-/// The next node of a piece, and that it comes after the one before.
-pub(super) fn validate_next<const N: usize>(
-    [piece, node]: [usize; 2],
-    at: &AxisNode<N>,
-    before: f64,
-) -> Result<(), FeedError> {
-    if !(at.s > before && at.s.is_finite()) {
-        return Err(FeedError::NotIncreasing { piece, node, s: at.s, before });
-    }
-    validate_node(piece, node, at)
-}
-
-fn validate_node<const N: usize>(
-    piece: usize,
-    node: usize,
-    at: &AxisNode<N>,
-) -> Result<(), FeedError> {
-    for (order, derivative) in at.q.iter().enumerate() {
-        for (axis, &value) in derivative.iter().enumerate() {
-            if !value.is_finite() {
-                return Err(FeedError::NotFinite { piece, node, axis, order, value });
-            }
-        }
-    }
-    for (name, value) in [("tip_rate", at.tip_rate), ("feed_rate", at.feed_rate)] {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(FeedError::BadRate { piece, node, name, value });
-        }
-    }
-    Ok(())
 }

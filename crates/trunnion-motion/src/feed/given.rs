@@ -1,12 +1,17 @@
 //! The user's own speed along the path: what the axes do, and where which limit breaks.
 
 use super::cell::Cell;
-use super::profile::{Grid, Profile};
-use super::sides::Sides;
-use super::{
-    Binding, Ends, FeedError, FeedOptions, Limits, Plan, Reciprocals, assemble, check, error,
-    lower, plan_all, planned,
-};
+use super::directional::Sides;
+use super::ends::Ends;
+use super::error::FeedError;
+use super::grid::Grid;
+use super::limits::Limits;
+use super::options::FeedOptions;
+use super::pieces::{assemble, plan_all, planned};
+use super::plan::{Binding, Plan};
+use super::profile::Profile;
+use super::reciprocal::Reciprocals;
+use super::{lower_bound, measure, validate as feed_validate};
 use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 use nalgebra::SVector;
 
@@ -66,7 +71,7 @@ pub fn given<const N: usize>(
     (limits, options): (&Limits<N>, &FeedOptions),
     progress: &dyn Progress,
 ) -> Result<(Plan, Vec<Breach>), FeedError> {
-    error::validate(path, limits, options)?;
+    feed_validate::validate(path, limits, options)?;
     if speeds.len() != path.pieces.len() {
         return Err(FeedError::GivenPieces { path: path.pieces.len(), given: speeds.len() });
     }
@@ -80,7 +85,7 @@ pub fn given<const N: usize>(
         moving(index, &grid, &profile)?;
         let ends = [profile.x.first(), profile.x.last()].map(|x| x.copied().unwrap_or_default());
         let ends = Ends { start: ends[0], end: ends[1] };
-        let lower_bound = lower::bound(&nodes, &inverse, &ends);
+        let lower_bound = lower_bound::bound(&nodes, &inverse, &ends);
         Ok(planned(piece, (&grid, &profile), &inverse, lower_bound))
     })?;
     let plan = assemble(planned);
@@ -163,7 +168,7 @@ fn breaches<const N: usize>(
             let dt = duration * f64::from(sample) / f64::from(SAMPLES - 1);
             let Some([ds, v, u, _]) = schedule.advance(row, dt) else { continue };
             let s = schedule.s[row] + ds;
-            let points = check::rates_at(piece, interval, s);
+            let points = measure::rates_at(piece, interval, s);
             let ratios = ratios(&quintic.at(s - origin), [v, u], points, limits);
             for ((slot, ratio), limit) in open.iter_mut().zip(ratios).zip(&names) {
                 if ratio <= 1.0 + ROUNDING {

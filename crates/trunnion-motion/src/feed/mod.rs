@@ -1,370 +1,41 @@
 //! Axis path and limits to speed along the path; knows no machine.
-//!
-//! [`optimal`] plans the fastest speed that velocity limits, acceleration limits and the programmed
-//! feed allow, everywhere on the path and not only at its nodes. [`jerk`] keeps jerk limits as well.
-//! Pieces rest where they meet.
-//!
-//! ```text
-//! terms    limits and options, plans and what is said about them
-//! sides    limits towards plus and minus
-//! cell     a stretch between two rows: its Bernstein coefficients and constraints
-//! strip    the two-variable linear program of one cell
-//! profile  backward and forward pass over a piece
-//! refine   rows where the schedule would gain from them
-//! lower    certified lower bound of the time
-//! check    what the schedule does, measured with another discretisation
-//! jerk     the same for schedules with jerk limits
-//! limit    accelerations from chord errors, speeds point by point
-//! blocks   the classical planner: straight blocks with look-ahead
-//! stream   a path that arrives bit by bit, with feed hold and override
-//! given    the user's own speed: what the axes do, which limits break
-//! ```
 
+mod accelerations;
+mod binding;
 mod blocks;
+mod bounds;
+mod ceiling;
 mod cell;
-mod check;
+mod cell_program;
+mod directional;
+mod ends;
 mod error;
 mod given;
+mod grid;
 mod jerk;
-mod limit;
-mod lower;
+mod limits;
+mod lower_bound;
+mod measure;
+mod numeric;
+mod optimal;
+mod options;
+mod pieces;
+mod plan;
 mod profile;
+mod reciprocal;
 mod refine;
-mod sides;
+mod speed_limit;
 mod stream;
-mod strip;
-mod terms;
+mod validate;
 
 pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
+pub use ceiling::{Ceiling, ceiling};
 pub use error::{FeedError, LimitKind};
 pub use given::{Breach, GivenSpeed, given};
 pub use jerk::{jerk, jerk_between};
-pub use limit::limit_speeds;
+pub use limits::{Limits, MinusLimits};
+pub use optimal::{optimal, optimal_schedule};
+pub use options::FeedOptions;
+pub use plan::{Binding, Plan, Ratios};
+pub use speed_limit::limit_speeds;
 pub use stream::{AnyStream, JerkStream, Step, Stream, StreamOptions, jerk_through_window};
-pub use terms::{Binding, Ceiling, FeedOptions, Limits, MinusLimits, Plan, Ratios, ceiling};
-
-use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};
-use profile::{Grid, Profile};
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicU64, Ordering};
-use terms::Reciprocals;
-
-/// Plans the fastest schedule within velocity, acceleration and feed limits.
-///
-/// Backward and forward reachability over the rows in closed form; the constraints of a cell are the
-/// Bernstein coefficients of its axis accelerations, so the limits hold between rows as well. Greedy:
-/// next to points where an axis reverses it can be up to about 1e-5 slower than the optimum of the
-/// same grid. Zero is always allowed, so valid data always has a schedule, whatever its units.
-///
-/// # Errors
-///
-/// [`FeedError`] names the limit, or piece, node and axis that is wrong; [`FeedError::Cancelled`].
-///
-/// # Source
-///
-/// `docs/sources.md#001`: time-optimal path parametrisation by reachability (Pham and Pham, 2018).
-pub fn optimal<const N: usize>(
-    path: &AxisPath<N>,
-    limits: &Limits<N>,
-    options: &FeedOptions,
-    progress: &dyn Progress,
-) -> Result<Plan, FeedError> {
-    error::validate(path, limits, options)?;
-    let count = path.pieces.len();
-    let planned = plan_all(path, progress, |index, piece| {
-        let limits = Reciprocals::new(piece.motion, limits, options);
-        plan_piece(piece, &limits, options, &Ends::of(index, count, options))
-    })?;
-    Ok(assemble(planned))
-}
-
-/// The schedule of [`optimal`] alone, in half the time: without lower bound, dense check and what binds.
-///
-/// # Errors
-///
-/// As [`optimal`].
-pub fn optimal_schedule<const N: usize>(
-    path: &AxisPath<N>,
-    limits: &Limits<N>,
-    options: &FeedOptions,
-    progress: &dyn Progress,
-) -> Result<Schedule, FeedError> {
-    error::validate(path, limits, options)?;
-    let count = path.pieces.len();
-    let mut pieces = plan_all(path, progress, |index, piece| {
-        let limits = Reciprocals::new(piece.motion, limits, options);
-        schedule_piece(piece, &limits, options, &Ends::of(index, count, options))
-    })?;
-    let mut start = 0.0;
-    for piece in &mut pieces {
-        piece.t.iter_mut().for_each(|t| *t += start);
-        start = piece.t.last().copied().unwrap_or(start);
-    }
-    Ok(Schedule { pieces })
-}
-
-fn schedule_piece<const N: usize>(
-    piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    options: &FeedOptions,
-    ends: &Ends,
-) -> Result<SchedulePiece, FeedError> {
-    if !options.guarantee && piece.nodes.len() > refine::FEWEST_CELLS {
-        let profile = Profile::fastest_at_nodes(&piece.nodes, limits, ends);
-        ends.reached(&profile)?;
-        let s = piece.nodes.iter().map(|node| node.s).collect();
-        let lengths = piece.nodes.windows(2).map(|pair| pair[1].s - pair[0].s);
-        return Ok(profile.schedule(s, lengths));
-    }
-    let (grid, profile) = refine::plan(piece, limits, (options, ends));
-    ends.reached(&profile)?;
-    Ok(profile.schedule(grid.s, grid.cells.iter().map(|cell| cell.h)))
-}
-
-/// Plans all pieces, in order whatever the number of threads.
-fn plan_all<const N: usize, T: Send>(
-    path: &AxisPath<N>,
-    progress: &dyn Progress,
-    plan: impl Fn(usize, &AxisPiece<N>) -> Result<T, FeedError> + Sync,
-) -> Result<Vec<T>, FeedError> {
-    let done = AtomicU64::new(0);
-    let total = path.pieces.len() as u64;
-    progress.step(Stage::Feed, 0, total)?;
-    path.pieces
-        .par_iter()
-        .enumerate()
-        .map(|(index, piece)| {
-            let planned = plan(index, piece)?;
-            progress.step(Stage::Feed, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
-            Ok(planned)
-        })
-        .collect()
-}
-
-/// One piece's share of a [`Plan`], with times from 0.
-struct PlannedPiece {
-    schedule: SchedulePiece,
-    lower_bound: f64,
-    measured: check::Measured,
-    bounds: Ratios,
-    binding: Vec<Binding>,
-    inserted: usize,
-}
-
-fn plan_piece<const N: usize>(
-    piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    options: &FeedOptions,
-    ends: &Ends,
-) -> Result<PlannedPiece, FeedError> {
-    let (grid, profile) = refine::plan(piece, limits, (options, ends));
-    ends.reached(&profile)?;
-    let lower_bound = lower::bound(&grid, limits, ends);
-    Ok(planned(piece, (&grid, &profile), limits, lower_bound))
-}
-
-/// A profile as a schedule, and what is known about it.
-fn planned<const N: usize>(
-    piece: &AxisPiece<N>,
-    (grid, profile): (&Grid<N>, &Profile),
-    limits: &Reciprocals<N>,
-    lower_bound: f64,
-) -> PlannedPiece {
-    let schedule = profile.schedule(grid.s.clone(), grid.cells.iter().map(|cell| cell.h));
-    PlannedPiece {
-        lower_bound,
-        measured: check::measure(piece, &schedule, limits),
-        bounds: check::bounds(grid, profile, limits),
-        binding: check::binding(grid, profile, limits),
-        inserted: schedule.s.len() - piece.nodes.len(),
-        schedule,
-    }
-}
-
-/// Squared speeds at the ends of a piece.
-#[derive(Debug, Clone, Copy)]
-struct Ends {
-    start: f64,
-    end: f64,
-}
-
-impl Ends {
-    /// Those of piece `index` of `count`: inner ones rest.
-    fn of(index: usize, count: usize, options: &FeedOptions) -> Self {
-        let [start, end] = options.ends;
-        let at = |here: bool, speed: f64| if here { speed * speed } else { 0.0 };
-        Self { start: at(index == 0, start), end: at(index + 1 == count, end) }
-    }
-
-    /// Whether a profile has the speeds asked for; it has lower ones where those are impossible.
-    fn reached(&self, profile: &Profile) -> Result<(), FeedError> {
-        // Half of a speed's digits: passes lose a few roundings a row.
-        let short = |wanted: f64, got: f64| got < wanted * (1.0 - f64::EPSILON.sqrt());
-        let [first, last] = [profile.x.first(), profile.x.last()].map(|x| x.map_or(0.0, |x| *x));
-        if short(self.start, first) {
-            return Err(FeedError::StartTooFast { speed: self.start.sqrt(), most: first.sqrt() });
-        }
-        if short(self.end, last) {
-            return Err(FeedError::EndTooFast { speed: self.end.sqrt(), most: last.sqrt() });
-        }
-        Ok(())
-    }
-}
-
-fn assemble(planned: Vec<PlannedPiece>) -> Plan {
-    let mut plan = Plan {
-        schedule: Schedule::default(),
-        lower_bound: 0.0,
-        ratios: Ratios::default(),
-        bounds: Ratios::default(),
-        acceleration_step: 0.0,
-        binding: Vec::with_capacity(planned.len()),
-        inserted: 0,
-    };
-    let mut start = 0.0;
-    for mut piece in planned {
-        for t in &mut piece.schedule.t {
-            *t += start;
-        }
-        start = piece.schedule.t.last().copied().unwrap_or(start);
-        plan.schedule.pieces.push(piece.schedule);
-        plan.lower_bound += piece.lower_bound;
-        plan.ratios = plan.ratios.max(piece.measured.ratios);
-        plan.bounds = plan.bounds.max(piece.bounds);
-        plan.acceleration_step = plan.acceleration_step.max(piece.measured.acceleration_step);
-        plan.binding.push(piece.binding);
-        plan.inserted += piece.inserted;
-    }
-    plan
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::types::{AxisNode, Motion, Silent};
-    use nalgebra::{SVector, Vector1, Vector2};
-
-    fn node<const N: usize>(s: f64, q: [SVector<f64, N>; 4]) -> AxisNode<N> {
-        AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }
-    }
-
-    fn path<const N: usize>(nodes: Vec<AxisNode<N>>) -> AxisPath<N> {
-        AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] }
-    }
-
-    fn limits<const N: usize>(velocity: f64, acceleration: f64) -> Limits<N> {
-        Limits {
-            velocity: SVector::repeat(velocity),
-            rapid: SVector::repeat(2.0 * velocity),
-            acceleration: SVector::repeat(acceleration),
-            jerk: None,
-            minus: None,
-        }
-    }
-
-    const FREE: FeedOptions = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-4,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
-
-    /// A straight line of `length` by one axis, from two nodes.
-    fn line(length: f64) -> AxisPath<1> {
-        let [zero, one] = [Vector1::zeros(), Vector1::new(1.0)];
-        let at = |s: f64| node(s, [Vector1::new(s), one, zero, zero]);
-        path(vec![at(0.0), at(length)])
-    }
-
-    fn duration<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, o: &FeedOptions) -> Plan {
-        optimal(path, limits, o, &Silent).unwrap()
-    }
-
-    #[test]
-    fn a_line_is_a_trapezoid_or_a_triangle() {
-        // 100 mm at 50 mm/s, 500 mm/s²: 0.1 + 1.9 + 0.1 s; 2 mm: a triangle.
-        for (length, time) in [(100.0, 2.1), (5.0, 0.2), (2.0, 2.0 * (2.0f64 / 500.0).sqrt())] {
-            let plan = duration(&line(length), &limits(50.0, 500.0), &FREE);
-            let got = plan.schedule.duration();
-            assert!((got - time).abs() < 1e-9 * time, "{length} mm: {got} s");
-            assert!((plan.lower_bound - time).abs() < 1e-9 * time, "{}", plan.lower_bound);
-            assert!(plan.bounds.velocity <= 1.0 + 1e-12);
-            assert!(plan.bounds.acceleration <= 1.0 + 1e-12);
-            assert!(plan.acceleration_step <= 2.0 + 1e-12);
-        }
-    }
-
-    #[test]
-    fn feed_limits_cuts_and_rapids_limit_links() {
-        let options = FeedOptions { feed: Some(20.0), ..FREE };
-        let cut = duration(&line(100.0), &limits(50.0, 500.0), &options);
-        assert!((cut.schedule.duration() - (100.0 / 20.0 + 20.0 / 500.0)).abs() < 1e-9);
-        assert_eq!(cut.binding[0][cut.binding[0].len() / 2], Binding::Feed);
-        let mut link = line(100.0);
-        link.pieces[0].motion = Motion::Link;
-        let link = duration(&link, &limits(50.0, 500.0), &options);
-        assert!((link.schedule.duration() - (100.0 / 100.0 + 100.0 / 500.0)).abs() < 1e-9);
-        assert_eq!(link.binding[0][0], Binding::Acceleration(0));
-    }
-
-    #[test]
-    fn a_circle_is_limited_by_centripetal_acceleration() {
-        // Half a turn about (0, 0): v² / r = a at the places where one axis takes it all.
-        let radius = 40.0;
-        let nodes = (0..=64).map(|k| {
-            let s = f64::from(k) / 64.0 * radius * std::f64::consts::PI;
-            let (sin, cos) = (s / radius).sin_cos();
-            let at = |x: f64, y: f64| Vector2::new(x, y);
-            let (r, rr) = (1.0 / radius, 1.0 / (radius * radius));
-            let q = [at(radius * cos, radius * sin), at(-sin, cos), at(-cos, -sin) * r];
-            node(s, [q[0], q[1], q[2], at(sin, -cos) * rr])
-        });
-        let plan = duration(&path(nodes.collect()), &limits(1e6, 1000.0), &FREE);
-        let piece = &plan.schedule.pieces[0];
-        let top = piece.time_at(radius * std::f64::consts::FRAC_PI_2);
-        let speed = piece.at_time(top).unwrap().speed;
-        assert!(speed <= 200.0 * (1.0 + 1e-12) && speed > 199.0, "{speed}");
-        assert!(plan.ratios.acceleration <= 1.0 + 1e-12);
-        assert!(plan.lower_bound <= plan.schedule.duration());
-    }
-
-    #[test]
-    #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
-    fn a_path_that_stands_still_takes_no_time() {
-        let zero = Vector1::zeros();
-        let mut still = path(vec![node(0.0, [zero; 4]), node(1.0, [zero; 4])]);
-        for node in &mut still.pieces[0].nodes {
-            (node.tip_rate, node.feed_rate) = (0.0, 0.0);
-        }
-        let plan = duration(&still, &limits(50.0, 500.0), &FREE);
-        assert_eq!(plan.schedule.duration(), 0.0);
-        assert_eq!(plan.binding[0][0], Binding::Still);
-    }
-
-    #[test]
-    fn wrong_data_is_named() {
-        let good = line(1.0);
-        let ok = limits(50.0, 500.0);
-        let error = |path: &AxisPath<1>, limits: &Limits<1>, options: &FeedOptions| {
-            optimal(path, limits, options, &Silent).unwrap_err().to_string()
-        };
-        let mut bad = ok;
-        bad.rapid[0] = 0.0;
-        assert!(error(&good, &bad, &FREE).contains("rapid velocity limit of axis 0 is 0"));
-        bad = ok;
-        bad.acceleration[0] = f64::INFINITY;
-        assert!(error(&good, &bad, &FREE).contains("acceleration limit of axis 0 is inf"));
-        let options = FeedOptions { feed: Some(-1.0), ..FREE };
-        assert!(error(&good, &ok, &options).contains("feed is -1 mm/s"));
-        let mut path = good.clone();
-        path.pieces[0].nodes[1].s = 0.0;
-        assert!(error(&path, &ok, &FREE).contains("piece 0, node 1: s = 0 does not increase"));
-        path = good.clone();
-        path.pieces[0].nodes[1].q[2][0] = f64::NAN;
-        assert!(error(&path, &ok, &FREE).contains("node 1: derivative 2 of axis 0 is NaN"));
-        path.pieces[0].nodes.truncate(1);
-        assert!(error(&path, &ok, &FREE).contains("piece 0 has 1 node(s)"));
-    }
-}

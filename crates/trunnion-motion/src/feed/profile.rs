@@ -1,17 +1,13 @@
 //! Backward and forward pass over one piece.
 
-use super::cell::{Accelerations, Cell, largest};
-use super::{Ends, Reciprocals, strip};
+use super::accelerations::Accelerations;
+use super::cell::Cell;
+use super::cell_program::{Guess, backward, forward};
+use super::ends::Ends;
+use super::grid::Grid;
+use super::numeric::largest;
+use super::reciprocal::Reciprocals;
 use crate::types::{AxisNode, Law, SchedulePiece};
-
-/// Rows of a piece and the cells between them.
-#[derive(Debug, Clone)]
-pub(super) struct Grid<const N: usize> {
-    /// Path parameter of each row.
-    pub(super) s: Vec<f64>,
-    /// One less than rows.
-    pub(super) cells: Vec<Cell<N>>,
-}
 
 /// Squared speed `x = (ds/dt)²` at each row, linear in between.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,19 +67,19 @@ impl Profile {
         if let Some(last) = x.last_mut() {
             *last = last.min(ends.end);
         }
-        let mut guess = strip::Guess::default();
+        let mut guess = Guess::default();
         for row in (0..cells.count()).rev() {
             let cell = cells.accelerations(row, limits);
-            x[row] = strip::backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
+            x[row] = backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
         }
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);
         }
-        guess = strip::Guess::default();
+        guess = Guess::default();
         let mut bound = 0.0;
         for row in 0..cells.count() {
             let cell = cells.accelerations(row, limits);
-            let (next, most) = strip::forward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
+            let (next, most) = forward::<N, K>(&cell, x[row], x[row + 1], &mut guess);
             x[row + 1] = next;
             bound = largest(most, bound);
         }

@@ -3,10 +3,15 @@
 //! Limits hold on any grid; rows only make the schedule faster. The fastest motion uses some limit
 //! fully at every place, so the unused share of a cell, times its time, measures what is to gain.
 
-use super::cell::{Cell, MIDDLE, largest};
-use super::profile::{Grid, Profile};
-use super::sides::Sides;
-use super::{Binding, Ends, FeedOptions, Reciprocals, lower};
+use super::cell::{Cell, MIDDLE};
+use super::directional::Sides;
+use super::ends::Ends;
+use super::grid::{Grid, resolvable};
+use super::lower_bound;
+use super::numeric::largest;
+use super::options::FeedOptions;
+use super::profile::Profile;
+use super::reciprocal::Reciprocals;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -20,6 +25,7 @@ const ROUNDS: usize = 12;
 /// Rows a piece may end with: so many per node, and so many at least. Bounds memory and time on
 /// paths that no grid makes smooth.
 const ROWS_PER_NODE: usize = 4;
+
 const ROWS_AT_LEAST: usize = 1024;
 
 /// A cut nearer to an end than this share of the cell is no use: neighbours that continue one another
@@ -40,7 +46,7 @@ pub(super) fn plan<const N: usize>(
     }
     let mut profile = Profile::fastest(&grid, limits, ends);
     // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
-    let unbeatable = if tolerance < 1.0 { lower::bound(&grid, limits, ends) } else { 0.0 };
+    let unbeatable = if tolerance < 1.0 { lower_bound::bound(&grid, limits, ends) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
     let mut before = f64::INFINITY;
     for _ in 0..ROUNDS {
@@ -128,45 +134,6 @@ fn utilisation<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64;
     0.25 * (from + to) + 0.5 * middle
 }
 
-/// Which limit is used most in the middle of a cell. Time goes with the root of the acceleration, so an
-/// acceleration's share is its root; shares are compared as squares.
-pub(super) fn binding<const N: usize>(
-    cell: &Cell<N>,
-    limits: &Reciprocals<N>,
-    x: [f64; 2],
-) -> Binding {
-    let [rate, bend] = cell.rates_in_the_middle();
-    let [square, u] = [0.5 * (x[0] + x[1]), 0.5 * (x[1] - x[0]) / cell.h];
-    let [mut accelerations, mut velocities] = [[0.0; N]; 2];
-    for axis in 0..N {
-        let acceleration = rate[axis] * u + bend[axis] * square;
-        accelerations[axis] = limits.acceleration.share(axis, acceleration);
-        let velocity = limits.velocity.share(axis, rate[axis]);
-        velocities[axis] = square * velocity * velocity;
-    }
-    let point = |rates: [f64; 2], inverse: f64| {
-        let rate = 0.5 * (rates[0] + rates[1]) * inverse;
-        square * rate * rate
-    };
-    let [feed, tip] = [point(cell.feed_rate, limits.feed), point(cell.tip_rate, limits.tip)];
-    let mut most = (0.0, Binding::Still);
-    for axis in 0..N {
-        let name = u8::try_from(axis).unwrap_or(u8::MAX);
-        if accelerations[axis] > most.0 {
-            most = (accelerations[axis], Binding::Acceleration(name));
-        }
-        if velocities[axis] > most.0 {
-            most = (velocities[axis], Binding::Velocity(name));
-        }
-    }
-    for (square, name) in [(feed, Binding::Feed), (tip, Binding::Tip)] {
-        if square > most.0 {
-            most = (square, name);
-        }
-    }
-    most.1
-}
-
 /// Squares of the shares of the limits that are used at the start of a cell, in its middle and at its
 /// end. Time goes with the root of the acceleration, so an acceleration's share is its root.
 struct Squares<const N: usize> {
@@ -242,12 +209,6 @@ fn split<const N: usize>(
     }
     finer.s.extend(grid.s.last());
     finer
-}
-
-/// Whether differences of three neighbouring `s` keep half of their digits.
-pub(super) fn resolvable(before: f64, middle: f64, after: f64) -> bool {
-    let size = before.abs().max(after.abs()) * f64::EPSILON.sqrt();
-    middle - before > size && after - middle > size
 }
 
 /// Fraction of a cell at which the profiles of its two neighbours, continued, cross above its own.

@@ -5,8 +5,16 @@
 //! its weight after steps that were long and changed little, and raises it after those that were cut short.
 
 use super::newton::Solver;
-use super::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
 use std::ops::Range;
+
+/// Barrier weights as shares of each cell's time: the first about balances the time against the 110
+/// sides of rows a cell has, the last leaves 4e-4 of it.
+pub(super) const FIRST_WEIGHT: f64 = 5e-3;
+
+pub(super) const LAST_WEIGHT: f64 = 3.6e-6;
+
+/// Newton steps per stretch and sweep.
+pub(super) const STEPS: usize = 3;
 
 /// Controls of a stretch: many times the distance over which a stop is felt, so that few places wait at a border.
 const STRETCH: usize = 2000;

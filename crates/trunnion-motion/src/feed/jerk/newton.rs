@@ -6,15 +6,16 @@
 //! stall. Each stretch therefore has its own, with everything outside it held; stretches of the next
 //! sweep lie across the borders of this one. Every step keeps all limits everywhere.
 
-use super::band::Band;
-use super::caps::Caps;
-use super::local::{Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update};
+use super::band_matrix::Band;
+use super::speed_caps::Caps;
+use super::derivatives::{Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update};
 use super::rows::{JERK, LANES, Rows, reference, rooms};
-use super::slower::Slower;
-use super::spline::{Spline, Weights, middle};
-use crate::feed::cell::smallest;
-use crate::feed::profile::Grid;
-use crate::feed::{Ratios, Reciprocals};
+use super::slow_down::Slower;
+use super::speed_spline::{Spline, Weights, middle};
+use crate::feed::numeric::smallest;
+use crate::feed::grid::Grid;
+use crate::feed::plan::Ratios;
+use crate::feed::reciprocal::Reciprocals;
 use std::ops::Range;
 
 /// Share of the way to the first row in the way.

@@ -9,9 +9,10 @@
 //! `1 / sqrt(x) >= (3 - x / r) / (2 sqrt r)` for every reference `r > 0` (a tangent of a convex
 //! function), hence `|P| sqrt(r) / J <= (3 - x / r) / 2` is enough, again linear in `x`.
 
-use super::spline::middle;
-use crate::feed::Reciprocals;
-use crate::feed::cell::{Cell, largest};
+use super::speed_spline::middle;
+use crate::feed::reciprocal::Reciprocals;
+use crate::feed::cell::Cell;
+use crate::feed::numeric::largest;
 use nalgebra::SVector;
 
 /// Bernstein coefficients of a jerk and of an acceleration.
@@ -251,7 +252,7 @@ pub(super) fn rest_cap<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::sides::Sides;
+    use crate::feed::directional::Sides;
     use nalgebra::Vector1;
 
     fn limits() -> Reciprocals<1> {

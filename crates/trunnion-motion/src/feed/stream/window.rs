@@ -1,8 +1,10 @@
 //! The rows ahead of a stream and the backward pass over them.
 
-use super::MOST_OVERRIDE;
-use crate::feed::cell::{Cell, scaled, tangent};
-use crate::feed::{Reciprocals, strip};
+use super::options::MOST_OVERRIDE;
+use crate::feed::cell::Cell;
+use crate::feed::cell_program::{Guess, backward};
+use crate::feed::numeric::{scaled, tangent};
+use crate::feed::reciprocal::Reciprocals;
 use std::collections::VecDeque;
 
 /// Where a cell ends and the next one starts.
@@ -171,7 +173,7 @@ impl<const N: usize> Window<N> {
     }
 
     fn backward(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = strip::Guess::default();
+        let mut guess = Guess::default();
         let mut settled = None;
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
@@ -184,7 +186,7 @@ impl<const N: usize> Window<N> {
             };
             let (reach, alone) = match cell {
                 Some(cell) => {
-                    strip::backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess)
+                    backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess)
                 }
                 None => (0.0, true),
             };
@@ -204,7 +206,7 @@ impl<const N: usize> Window<N> {
 
     /// The same without feed and override, which a braking motion is above.
     fn backward_at_any_feed(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = strip::Guess::default();
+        let mut guess = Guess::default();
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
             row.most = 0.0;
@@ -212,7 +214,7 @@ impl<const N: usize> Window<N> {
         for (row, cell) in self.rows.iter_mut().zip(&self.cells).rev() {
             let cap = if row.hard.is_finite() { row.hard } else { self.fastest };
             row.most = cell.as_ref().map_or(0.0, |cell| {
-                strip::backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess).0
+                backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess).0
             });
             next = row.most;
         }

@@ -1,9 +1,10 @@
 //! A stop from the motion that is under way.
 
-use super::course::{Ahead, Course, caps};
-use super::spline::{Border, Spline};
-use super::{grid, lengths, restore};
-use crate::feed::Reciprocals;
+use super::rolling_plan::{Ahead, Course, caps};
+use super::speed_spline::{Border, Spline};
+use super::solve::lengths;
+use super::{graded_grid, restore};
+use crate::feed::reciprocal::Reciprocals;
 use crate::types::{AxisNode, AxisPiece};
 use nalgebra::SVector;
 
@@ -137,7 +138,7 @@ fn halt<const N: usize>(
     (limits, rows): (&Reciprocals<N>, &[[f64; 2]]),
 ) -> Option<Course<N>> {
     let ends = [Border::Moving(motion), Border::Rest];
-    let grid = grid::graded(piece, limits, &ends);
+    let grid = graded_grid::graded(piece, limits, &ends);
     let origin = grid.s.first().copied()?;
     let at = |s: f64| {
         let after = rows.partition_point(|row| row[0] <= s - origin).clamp(1, rows.len() - 1);

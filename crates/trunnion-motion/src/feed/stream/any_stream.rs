@@ -1,7 +1,12 @@
 //! A stream of either kind.
 
-use super::{JerkStream, Step, Stream, StreamOptions};
-use crate::feed::{FeedError, Limits, Ratios};
+use super::feed_stream::Stream;
+use super::jerk_stream::JerkStream;
+use super::options::StreamOptions;
+use super::step::Step;
+use crate::feed::error::FeedError;
+use crate::feed::limits::Limits;
+use crate::feed::plan::Ratios;
 use crate::types::{AXES, AxisNode, Motion};
 
 /// A stream that keeps jerk limits or does without, as the user chooses.

@@ -7,9 +7,11 @@
 //!   `|s_k u + c_k x| <= a_k` leaves `x <= (a_j |s_k| + a_k |s_j|) / |s_j c_k - s_k c_j|`;
 //! * speed limits, integrated over the cell: `dt >= |dq_j| / v_j`.
 
-use super::cell::{Cell, largest};
-use super::profile::Grid;
-use super::{Ends, Reciprocals};
+use super::cell::Cell;
+use super::ends::Ends;
+use super::grid::Grid;
+use super::numeric::largest;
+use super::reciprocal::Reciprocals;
 use nalgebra::SVector;
 
 /// Lower bound of the time with the given speeds at the ends \[s\].

@@ -1,8 +1,8 @@
-//! What a schedule does: measured densely with another discretisation, and bounded.
+//! Dense measurement of a schedule with another discretisation.
 
-use super::cell::{largest, scaled};
-use super::profile::{Grid, Profile};
-use super::{Binding, Ratios, Reciprocals, refine};
+use super::numeric::largest;
+use super::plan::Ratios;
+use super::reciprocal::Reciprocals;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisPiece, SchedulePiece};
 
@@ -151,64 +151,4 @@ pub(super) fn rates_at<const N: usize>(piece: &AxisPiece<N>, interval: usize, s:
     let t = (s - from.s) / (to.s - from.s);
     let at = |from: f64, to: f64| from + t * (to - from);
     [at(from.feed_rate, to.feed_rate), at(from.tip_rate, to.tip_rate)]
-}
-
-/// Upper bounds of velocity and acceleration ratios over the whole piece.
-pub(super) fn bounds<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
-) -> Ratios {
-    let acceleration = profile.acceleration.unwrap_or_default();
-    let mut bounds = Ratios { acceleration, ..Ratios::default() };
-    let mut square = 0.0_f64;
-    for (index, cell) in grid.cells.iter().enumerate() {
-        let x = profile.ends(index);
-        if profile.acceleration.is_none() {
-            let most = cell.accelerations(limits).most::<5>(x);
-            bounds.acceleration = largest(most, bounds.acceleration);
-        }
-        let mut speed = |line: [f64; 2]| {
-            // The exact maximum only where it can be above what was seen.
-            let rate = largest(line[0], line[1]);
-            if largest(x[0], x[1]) * rate * rate > square {
-                square = largest(peak_square(x, line), square);
-            }
-        };
-        cell.speed_lines(limits).into_iter().for_each(&mut speed);
-        speed(scaled(cell.feed_rate, limits.feed));
-        speed(scaled(cell.tip_rate, limits.tip));
-    }
-    bounds.velocity = square.sqrt();
-    bounds
-}
-
-/// Maximum of `x rate²` with both linear over a cell: at an end, or where
-/// `(x rate²)' = rate (x' rate + 2 x rate') = 0`.
-fn peak_square(x: [f64; 2], rate: [f64; 2]) -> f64 {
-    let [dx, dr] = [x[1] - x[0], rate[1] - rate[0]];
-    let ends = (x[0] * rate[0] * rate[0]).max(x[1] * rate[1] * rate[1]);
-    let [above, below] = [-(dx * rate[0] + 2.0 * dr * x[0]), 3.0 * dx * dr];
-    // Fraction above / below strictly between 0 and 1; the division only where it is.
-    if above * below > 0.0 && above.abs() < below.abs() {
-        let t = above / below;
-        return ends.max((x[0] + t * dx) * (rate[0] + t * dr).powi(2));
-    }
-    ends
-}
-
-/// What binds from each row to the next; the last entry repeats.
-pub(super) fn binding<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
-) -> Vec<Binding> {
-    let mut binding: Vec<Binding> = grid
-        .cells
-        .iter()
-        .enumerate()
-        .map(|(index, cell)| refine::binding(cell, limits, profile.ends(index)))
-        .collect();
-    binding.extend(binding.last().copied());
-    binding
 }

@@ -1,8 +1,8 @@
 //! One cell's part in a Newton step: derivatives of its time and of the barrier of its rows.
 
 use super::rows::{ACCELERATION, JERK, LANES, Lanes, RAISED, Rows, rooms, values};
-use super::spline::middle;
-use crate::feed::cell::largest;
+use super::speed_spline::middle;
+use crate::feed::numeric::largest;
 
 /// A number for every row of every axis.
 pub(super) type PerRow<const N: usize> = [[Lanes; 2]; N];

@@ -1,60 +1,7 @@
-//! Limits that follow from others: what a servo's straight lines may cut off, speeds point by point.
+//! Speed limits of single nodes.
 
-use super::{Binding, FeedError, Limits, Plan};
+use super::error::FeedError;
 use crate::types::{AxisNode, AxisPath};
-use nalgebra::SVector;
-
-impl<const N: usize> Limits<N> {
-    /// The same, with accelerations so low that between two setpoints `period` \[s\] apart a straight
-    /// line leaves the motion of no axis by more than `error` \[axis unit\]; infinite for any.
-    ///
-    /// A chord over `T` of a motion whose acceleration is at most `a` is off by at most `a T² / 8`, so
-    /// `a <= 8 e / T²` is enough; on a circle that is `v <= sqrt(8 e / curvature) / T`.
-    ///
-    /// # Errors
-    ///
-    /// [`FeedError::BadChord`] for an error or a period that is not positive.
-    ///
-    /// # Source
-    ///
-    /// `docs/sources.md#001`: chord error of a sampled curve.
-    pub fn with_chord_error(
-        mut self,
-        error: &SVector<f64, N>,
-        period: f64,
-    ) -> Result<Self, FeedError> {
-        for axis in 0..N {
-            let value = error[axis];
-            if !(value > 0.0 && period > 0.0 && period.is_finite()) {
-                return Err(FeedError::BadChord { axis, value, period });
-            }
-            let most = 8.0 * value / (period * period);
-            let minus = self.minus.as_mut().map(|minus| &mut minus.acceleration[axis]);
-            for limit in std::iter::once(&mut self.acceleration[axis]).chain(minus) {
-                *limit = limit.min(most);
-            }
-        }
-        Ok(self)
-    }
-
-    /// Axes whose acceleration is limited to less than in `own`: by a chord error.
-    pub fn lowered_from(&self, own: &Self) -> [bool; N] {
-        std::array::from_fn(|axis| self.acceleration[axis] < own.acceleration[axis])
-    }
-}
-
-impl Plan {
-    /// Calls what binds by its name on axes whose acceleration limit is that of a chord error.
-    pub fn name_chords<const N: usize>(&mut self, lowered: [bool; N]) {
-        for binding in self.binding.iter_mut().flatten() {
-            if let Binding::Acceleration(axis) = *binding
-                && lowered.get(usize::from(axis)).is_some_and(|lowered| *lowered)
-            {
-                *binding = Binding::Chord(axis);
-            }
-        }
-    }
-}
 
 /// The path with its feed rates raised where `ds/dt` is to stay below `most` of piece and node, planned
 /// with the feed `feed` \[mm/s\]; `None` for no limit of its own. Between nodes the limit is harmonic.
@@ -82,7 +29,7 @@ pub fn limit_speeds<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::{FeedOptions, jerk, optimal};
+    use crate::feed::{Binding, FeedOptions, Limits, jerk, optimal};
     use crate::setpoint::sample;
     use crate::types::{AxisPiece, Motion, Silent};
     use nalgebra::Vector2;

@@ -3,48 +3,11 @@
 //! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
 //! `-minus <= a x + b y <= 1` about the origin, so zero is always allowed and there is always an answer.
 
-mod search;
-
-use super::cell::{Accelerations, largest};
-use nalgebra::SVector;
-use search::{Line, search};
-
-/// Constraints `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
-/// per axis and row alone (`K` = 2).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Strips<const N: usize, const K: usize = 5> {
-    pub(super) a: [SVector<f64, N>; K],
-    pub(super) b: [SVector<f64, N>; K],
-    /// Limit towards minus, axis by axis.
-    pub(super) minus: [f64; N],
-}
-
-impl<const N: usize, const K: usize> Strips<N, K> {
-    /// Limit of a constraint of this axis, by the sign of the side.
-    #[inline]
-    pub(super) fn limit(&self, axis: usize, sign: f64) -> f64 {
-        if sign < 0.0 { self.minus[axis] } else { 1.0 }
-    }
-}
-
-/// What bound a cell before: on smooth paths it binds the next one too, and that is quickly checked. It
-/// only saves time: answers do not depend on it but for rounding.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Guess {
-    /// Coefficient and axis of the strip, where the end is as fast as what follows allows.
-    one: Option<[usize; 2]>,
-    /// The two sides of strips whose corner it is.
-    corner: Option<[Side; 2]>,
-    /// Whether it was a corner.
-    at_corner: bool,
-}
-
-/// `sign (a x + b y) = limit` for the strip of a coefficient and an axis.
-#[derive(Debug, Clone, Copy)]
-struct Side {
-    place: [usize; 2],
-    sign: f64,
-}
+use super::constraints::Strips;
+use super::guess::{Guess, Side};
+use super::search::{Line, search};
+use crate::feed::accelerations::Accelerations;
+use crate::feed::numeric::largest;
 
 /// Roundings in the value of a constraint, of the terms it is the sum of: three products and sums,
 /// and one in the answer itself.
@@ -65,7 +28,7 @@ fn allowed(term: f64) -> f64 {
 /// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips, and whether a
 /// larger `y_max` would leave it as it is.
 #[inline]
-pub(super) fn backward<const N: usize, const K: usize>(
+pub(in crate::feed) fn backward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x_max: f64,
     y: f64,
@@ -97,7 +60,7 @@ pub(super) fn backward<const N: usize, const K: usize>(
         guess.at_corner = true;
         return (x, true);
     }
-    anywhere(&cell.strips::<K>(), x_max, y, guess)
+    anywhere(&Strips::<N, K>::of(cell), x_max, y, guess)
 }
 
 /// The answer at the corner guessed, if that is it: allowed, and moving along neither side gives more
@@ -188,7 +151,7 @@ fn largest_at<const N: usize, const K: usize>(
 
 /// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
 #[inline]
-pub(super) fn forward<const N: usize, const K: usize>(
+pub(in crate::feed) fn forward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x: f64,
     y_max: f64,
@@ -210,7 +173,7 @@ pub(super) fn forward<const N: usize, const K: usize>(
             return (y, most);
         }
     }
-    let y = onward(&cell.strips::<K>(), x, y_max, guess);
+    let y = onward(&Strips::<N, K>::of(cell), x, y_max, guess);
     (y, cell.most::<K>([x, y]))
 }
 
@@ -238,30 +201,15 @@ fn onward<const N: usize, const K: usize>(
     y.max(0.0)
 }
 
-/// Smallest `y >= 0` that satisfies all strips for this `x`, if there is one.
-pub(super) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f64) -> f64 {
-    let mut y = 0.0;
-    for k in 0..K {
-        for axis in 0..N {
-            let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
-            let limit = strips.limit(axis, -b);
-            let lacking = if b > 0.0 { -limit - a * x } else { a * x - limit };
-            if b != 0.0 && y * b.abs() < lacking {
-                y = lacking / b.abs();
-            }
-        }
-    }
-    y
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::Reciprocals;
     use crate::feed::cell::Cell;
-    use crate::feed::sides::Sides;
+    use crate::feed::cell_program::search::STEEPEST;
+    use crate::feed::directional::Sides;
+    use crate::feed::reciprocal::Reciprocals;
+    use nalgebra::SVector;
     use proptest::prelude::*;
-    use search::STEEPEST;
 
     /// The same with a limit of its own towards minus.
     fn sided(rows: [[f64; 2]; 5], minus: f64) -> Strips<1> {
@@ -351,8 +299,8 @@ mod tests {
                 tip_rate: [0.0; 2],
             };
             let cell = cell.accelerations(&limits);
-            let x = anywhere(&cell.strips::<5>(), x_max, y_max, &mut Guess::default()).0;
-            let y = onward(&cell.strips::<5>(), x, y_max, &mut Guess::default());
+            let x = anywhere(&Strips::<2, 5>::of(&cell), x_max, y_max, &mut Guess::default()).0;
+            let y = onward(&Strips::<2, 5>::of(&cell), x, y_max, &mut Guess::default());
             let side = |axis: usize, sign: f64| Side { place: [place[0], axis], sign };
             for (one, signs) in [(None, [1.0; 2]), (Some(place), [1.0, -1.0]), (Some([4, 0]), [-1.0, 1.0])] {
                 for at_corner in [false, true] {

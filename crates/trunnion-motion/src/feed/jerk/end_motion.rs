@@ -1,8 +1,10 @@
 //! What a path may start and end with.
 
-use super::spline::Border;
-use super::{feasible, grid};
-use crate::feed::{FeedError, Reciprocals};
+use super::speed_spline::Border;
+use super::graded_grid;
+use super::solve::feasible;
+use crate::feed::error::FeedError;
+use crate::feed::reciprocal::Reciprocals;
 use crate::types::AxisPiece;
 
 /// Halvings of the range in which the largest possible speed lies: to a thousandth of it.
@@ -40,7 +42,7 @@ pub(super) fn refused<const N: usize>(
     ends: [Border; 2],
 ) -> FeedError {
     let possible = |ends: [Border; 2]| {
-        let grid = grid::graded(piece, limits, &ends);
+        let grid = graded_grid::graded(piece, limits, &ends);
         feasible(&grid, limits, ends).is_some_and(|(_, start)| start.is_some())
     };
     // The start alone, to rest; if that can be had, the end is what is too much.

@@ -1,7 +1,8 @@
 //! What a jerk-limited schedule does, measured densely with another discretisation.
 
-use crate::feed::check::{Measured, rates_at};
-use crate::feed::{Binding, Ratios, Reciprocals};
+use crate::feed::measure::{Measured, rates_at};
+use crate::feed::plan::{Binding, Ratios};
+use crate::feed::reciprocal::Reciprocals;
 use crate::types::{AxisPiece, SchedulePiece};
 use nalgebra::SVector;
 

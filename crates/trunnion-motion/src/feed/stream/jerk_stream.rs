@@ -1,9 +1,14 @@
 //! A stream that keeps jerk limits.
 
-use super::known::{Entry, Known};
-use super::{MOST_OVERRIDE, Step, StreamOptions};
+use super::nodes::{Entry, Known};
+use super::options::{MOST_OVERRIDE, StreamOptions};
+use super::step::Step;
+use crate::feed::error::FeedError;
 use crate::feed::jerk::{Ahead, Course, stop};
-use crate::feed::{FeedError, Limits, Ratios, Reciprocals, error};
+use crate::feed::limits::Limits;
+use crate::feed::plan::Ratios;
+use crate::feed::reciprocal::Reciprocals;
+use crate::feed::validate;
 use crate::types::{AXES, AxisNode, Motion, Stretch};
 
 /// The window grows to this many times its rows where the distance to stop is longer. That goes with the square of
@@ -91,7 +96,7 @@ impl<const N: usize> JerkStream<N> {
     /// [`FeedError`] names piece, node and axis of what is wrong with the node; it is not taken then.
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let [piece, index] = self.pushed;
-        error::validate_next([piece, index], &node, self.last.unwrap_or(f64::NEG_INFINITY))?;
+        validate::validate_next([piece, index], &node, self.last.unwrap_or(f64::NEG_INFINITY))?;
         self.known.push(Entry { piece, index, motion: self.motion, node });
         (self.last, self.pushed[1]) = (Some(node.s), index + 1);
         Ok(())

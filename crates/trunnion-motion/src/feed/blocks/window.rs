@@ -1,6 +1,6 @@
 //! Speeds at the junctions of blocks, looked ahead for over a window.
 
-use super::{Ahead, Tiny};
+use super::options::{Ahead, BlockOptions, Tiny};
 use nalgebra::SVector;
 
 /// What the look-ahead knows of a block.
@@ -14,6 +14,32 @@ pub(super) struct Row<const N: usize> {
     pub(super) feed: f64,
     /// Largest acceleration, and deceleration.
     pub(super) acceleration: f64,
+}
+
+/// (14), (15): feed and acceleration of a block from its axis coefficients.
+pub(super) fn row<const N: usize>(
+    coefficients: SVector<f64, N>,
+    length: f64,
+    feed: f64,
+    velocity: SVector<f64, N>,
+    acceleration: SVector<f64, N>,
+) -> Row<N> {
+    let least = |limits: SVector<f64, N>| limits.component_div(&coefficients.abs()).min();
+    let feed = feed.min(least(velocity));
+    Row { length, coefficients, feed, acceleration: least(acceleration) }
+}
+
+pub(super) fn plan_rows<const N: usize>(
+    rows: &mut [Row<N>],
+    acceleration: &SVector<f64, N>,
+    options: &BlockOptions,
+    ends: [f64; 2],
+) -> Vec<f64> {
+    if let Some(tiny) = options.tiny {
+        join_tiny(rows, tiny);
+    }
+    let junctions = junctions(rows, acceleration, options.period);
+    speeds(rows, &junctions, ends, (options.ahead, options.period))
 }
 
 /// Runs of tiny blocks take the feed and the acceleration of their slowest, so that they are passed

@@ -1,9 +1,9 @@
 //! Upper bounds of the squared speed that do not depend on its slope.
 
 use super::rows::rest_cap;
-use super::spline::{Border, Spline};
-use crate::feed::Reciprocals;
-use crate::feed::profile::Grid;
+use super::speed_spline::{Border, Spline};
+use crate::feed::reciprocal::Reciprocals;
+use crate::feed::grid::Grid;
 
 /// A given speed up to this share of a limit is at the limit: squares, rates and caps are right to a few
 /// roundings each.

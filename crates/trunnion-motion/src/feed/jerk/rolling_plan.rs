@@ -5,14 +5,17 @@
 //! they are kept that much below their limits. From there the search goes on, and what was a stop becomes what the
 //! path allows.
 
-use super::caps::Caps;
+use super::speed_caps::Caps;
 use super::newton::Solver;
 use super::rows::{Rows, reference};
-use super::spline::{Border, Spline};
-use super::{FIRST_WEIGHT, Feasible, LAST_WEIGHT, STEPS, grid, kept, lengths, restore, start};
+use super::speed_spline::{Border, Spline};
+use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
+use super::solve::{Feasible, kept, lengths};
+use super::{graded_grid, initial, restore};
 use crate::feed::cell::Cell;
-use crate::feed::profile::Grid;
-use crate::feed::{Ratios, Reciprocals};
+use crate::feed::grid::Grid;
+use crate::feed::plan::Ratios;
+use crate::feed::reciprocal::Reciprocals;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -195,7 +198,7 @@ impl<const N: usize> Course<N> {
         let ends = [Border::Moving(motion), Border::Rest];
         let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
         let caps = caps(&grid, &spline, limits, self.ahead)?;
-        start::feasible(&grid, limits, &caps, &mut spline);
+        initial::feasible(&grid, limits, &caps, &mut spline);
         let (slow, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
         let mut plan = (self.spline.clone(), self.references.clone());
         // The control of the first cell is given by the motion there, and stays.
@@ -332,10 +335,10 @@ fn slow<const N: usize>(
     reserves: [f64; 2],
 ) -> (Grid<N>, Feasible) {
     let ends = [Border::Rest; 2];
-    let grid = grid::graded(piece, limits, &ends);
+    let grid = graded_grid::graded(piece, limits, &ends);
     let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     if let Some(caps) = caps_with(&grid, &spline, limits, reserves) {
-        start::feasible(&grid, limits, &caps, &mut spline);
+        initial::feasible(&grid, limits, &caps, &mut spline);
     }
     let references = vec![0.0; spline.len()];
     (grid, (spline, references))

@@ -1,10 +1,15 @@
 //! A path that is known as a whole, planned through a window.
 
-use super::{JerkStream, StreamOptions};
+use super::jerk_stream::JerkStream;
+use super::options::StreamOptions;
+use crate::feed::error::FeedError;
 use crate::feed::jerk::known_of;
-use crate::feed::{
-    FeedError, FeedOptions, Limits, Plan, PlannedPiece, Reciprocals, assemble, error,
-};
+use crate::feed::limits::Limits;
+use crate::feed::options::FeedOptions;
+use crate::feed::pieces::{PlannedPiece, assemble};
+use crate::feed::plan::Plan;
+use crate::feed::reciprocal::Reciprocals;
+use crate::feed::validate;
 use crate::types::{AxisNode, AxisPath, Law, Motion, SchedulePiece};
 
 /// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest to rest.
@@ -18,7 +23,7 @@ pub fn jerk_through_window<const N: usize>(
     options: &FeedOptions,
     window: usize,
 ) -> Result<Plan, FeedError> {
-    error::validate(path, limits, options)?;
+    validate::validate(path, limits, options)?;
     let FeedOptions { feed, link_feed, tip, .. } = *options;
     let step = f64::MAX;
     let mut stream =

@@ -1,6 +1,6 @@
 //! The linear program of a cell wherever its answer lies.
 
-use super::Strips;
+use super::constraints::Strips;
 
 /// Most rounds of a search. Each round drops at least one line for good, and a cell has
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.

@@ -1,6 +1,6 @@
 //! Limits of an axis in both directions.
 
-use super::cell::largest;
+use super::numeric::largest;
 use nalgebra::SVector;
 
 /// Reciprocal limits of what an axis does towards plus and towards minus; 0 is unlimited.

@@ -3,24 +3,21 @@
 //! A lower feed cannot be had at once. Where the motion is above a wanted cap, that cap is left out and the
 //! objective pulls down, until the place is below it.
 
-use super::caps::Caps;
-use super::newton::Solver;
-use super::spline::Spline;
+use super::speed_caps::Caps;
+use super::speed_spline::Spline;
 
 /// A cap that is left out comes in where the motion is this far below it: a barrier needs room.
 const BELOW: f64 = 0.99;
+
 /// Share of a cap that is aimed at, for the motion to come that far below.
 const TARGET: f64 = 0.97;
-
-/// A sweep that lengthens the time by less is the last.
-const SLOWS: f64 = 1.001;
 
 /// Caps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
 #[derive(Debug)]
 pub(super) struct Slower {
-    wanted: Caps,
-    most: Caps,
-    slow: Vec<bool>,
+    pub(super) wanted: Caps,
+    pub(super) most: Caps,
+    pub(super) slow: Vec<bool>,
 }
 
 impl Slower {
@@ -31,7 +28,7 @@ impl Slower {
     }
 
     /// Puts caps that are not kept out of the way, and those that are into place; the cells that changed.
-    fn update(&mut self, caps: &mut Caps, spline: &Spline) -> Vec<usize> {
+    pub(super) fn update(&mut self, caps: &mut Caps, spline: &Spline) -> Vec<usize> {
         let mut changed = Vec::new();
         for cell in spline.cells() {
             let [_, control, end] = spline.coefficients(cell);
@@ -55,44 +52,5 @@ impl Slower {
             }
         }
         changed
-    }
-}
-
-impl<const N: usize> Solver<'_, N> {
-    /// Keeps `most`, and `wanted` as soon as it can be.
-    pub(super) fn brake_to(&mut self, wanted: Caps, most: Caps) {
-        let slow = vec![false; self.spline.len()];
-        self.caps.given = most.given;
-        let mut slower = Slower { wanted, most, slow };
-        slower.update(&mut self.caps, &self.spline);
-        self.slower = slower.slow.iter().any(|slow| *slow).then_some(slower);
-    }
-
-    /// Brings in the caps that are kept by now; how many those are.
-    pub(super) fn brake_on(&mut self, weight: f64) -> usize {
-        let Some(mut slower) = self.slower.take() else { return 0 };
-        let changed = slower.update(&mut self.caps, &self.spline);
-        for cell in &changed {
-            self.centre_caps(weight, *cell);
-        }
-        self.slower = Some(slower);
-        changed.len()
-    }
-
-    /// Sweeps over all of it until no more caps come in, or the time says that it slows no more.
-    pub(super) fn brake(&mut self, (weight, steps): (f64, usize), sweeps: usize) {
-        let mut before = 0.0;
-        for _ in 0..sweeps {
-            if self.slower.is_none() {
-                return;
-            }
-            let last = self.spline.len() - 1;
-            self.sweep(weight, steps, [last; 2]);
-            let time = self.spline.time();
-            if self.brake_on(weight) == 0 && time < SLOWS * before {
-                return;
-            }
-            before = time;
-        }
     }
 }

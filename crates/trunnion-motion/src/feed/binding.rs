@@ -1,0 +1,62 @@
+//! The limits that bind along a profile.
+
+use super::cell::Cell;
+use super::grid::Grid;
+use super::plan::Binding;
+use super::profile::Profile;
+use super::reciprocal::Reciprocals;
+
+/// What binds from each row to the next; the last entry repeats.
+pub(super) fn binding<const N: usize>(
+    grid: &Grid<N>,
+    profile: &Profile,
+    limits: &Reciprocals<N>,
+) -> Vec<Binding> {
+    let mut binding: Vec<Binding> = grid
+        .cells
+        .iter()
+        .enumerate()
+        .map(|(index, cell)| binding_in_cell(cell, limits, profile.ends(index)))
+        .collect();
+    binding.extend(binding.last().copied());
+    binding
+}
+
+/// Which limit is used most in the middle of a cell. Time goes with the root of the acceleration, so an
+/// acceleration's share is its root; shares are compared as squares.
+fn binding_in_cell<const N: usize>(
+    cell: &Cell<N>,
+    limits: &Reciprocals<N>,
+    x: [f64; 2],
+) -> Binding {
+    let [rate, bend] = cell.rates_in_the_middle();
+    let [square, u] = [0.5 * (x[0] + x[1]), 0.5 * (x[1] - x[0]) / cell.h];
+    let [mut accelerations, mut velocities] = [[0.0; N]; 2];
+    for axis in 0..N {
+        let acceleration = rate[axis] * u + bend[axis] * square;
+        accelerations[axis] = limits.acceleration.share(axis, acceleration);
+        let velocity = limits.velocity.share(axis, rate[axis]);
+        velocities[axis] = square * velocity * velocity;
+    }
+    let point = |rates: [f64; 2], inverse: f64| {
+        let rate = 0.5 * (rates[0] + rates[1]) * inverse;
+        square * rate * rate
+    };
+    let [feed, tip] = [point(cell.feed_rate, limits.feed), point(cell.tip_rate, limits.tip)];
+    let mut most = (0.0, Binding::Still);
+    for axis in 0..N {
+        let name = u8::try_from(axis).unwrap_or(u8::MAX);
+        if accelerations[axis] > most.0 {
+            most = (accelerations[axis], Binding::Acceleration(name));
+        }
+        if velocities[axis] > most.0 {
+            most = (velocities[axis], Binding::Velocity(name));
+        }
+    }
+    for (square, name) in [(feed, Binding::Feed), (tip, Binding::Tip)] {
+        if square > most.0 {
+            most = (square, name);
+        }
+    }
+    most.1
+}

@@ -1,0 +1,97 @@
+//! Straight moves of the axes, block by block.
+
+use super::options::{BlockOptions, validate};
+use super::ramp::Ramp;
+use super::window::{plan_rows, row};
+use crate::feed::error::FeedError;
+use crate::feed::limits::Limits;
+use crate::feed::validate::validate_limits;
+use nalgebra::SVector;
+
+/// One block as the classical planner runs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedBlock {
+    /// Index of the move it came from.
+    pub source: usize,
+    /// Equivalent displacement.
+    pub length: f64,
+    /// Largest speed the axes and the programmed feed allow.
+    pub feed: f64,
+    /// Largest acceleration.
+    pub acceleration: f64,
+    /// What is driven.
+    pub ramp: Ramp,
+}
+
+/// Plans straight moves of the axes as in paper 001.
+///
+/// `moves` are travels of all axes; the length of one is `sqrt(sum (w_j d_j)²)` with `weights` w (1
+/// for a linear axis, the paper's k \[mm/rad\] for a rotary one), and `feed` is a speed in that
+/// measure. Moves without length are left out. `ends` are the speeds before the first and after the
+/// last block; what cannot be had is lowered, as in the paper. `limits.velocity` counts.
+///
+/// # Errors
+///
+/// [`FeedError`] names the wrong limit, option or move.
+///
+/// # Source
+///
+/// `docs/sources.md#001`: (1)-(2) equivalent displacement and axis coefficients, (14)-(16) feed,
+/// acceleration, junction.
+pub fn look_ahead<const N: usize>(
+    moves: &[SVector<f64, N>],
+    weights: &SVector<f64, N>,
+    (limits, feed): (&Limits<N>, f64),
+    (options, ends): (&BlockOptions, [f64; 2]),
+) -> Result<Vec<PlannedBlock>, FeedError> {
+    validate_limits(limits)?;
+    validate(options)?;
+    validate_moves(moves, weights, feed, ends)?;
+    let limits = limits.smaller();
+    let mut sources = Vec::with_capacity(moves.len());
+    let mut rows = Vec::with_capacity(moves.len());
+    for (source, travel) in moves.iter().enumerate() {
+        let length = travel.component_mul(weights).norm();
+        if length > 0.0 {
+            sources.push(source);
+            rows.push(row(travel / length, length, feed, limits.velocity, limits.acceleration));
+        }
+    }
+    let speeds = plan_rows(&mut rows, &limits.acceleration, options, ends);
+    let planned = sources.into_iter().zip(&rows).zip(speeds.windows(2));
+    let planned = planned.map(|((source, row), pair)| PlannedBlock {
+        source,
+        length: row.length,
+        feed: row.feed,
+        acceleration: row.acceleration,
+        ramp: Ramp::new(row.length, [pair[0], pair[1]], row.feed, [row.acceleration; 2]),
+    });
+    Ok(planned.collect())
+}
+
+fn validate_moves<const N: usize>(
+    moves: &[SVector<f64, N>],
+    weights: &SVector<f64, N>,
+    feed: f64,
+    ends: [f64; 2],
+) -> Result<(), FeedError> {
+    if !(feed > 0.0 && feed.is_finite()) {
+        return Err(FeedError::BadFeed { name: "feed", value: feed });
+    }
+    if let Some(&value) = weights.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
+        return Err(FeedError::BadBlockOption { name: "weight of an axis", value });
+    }
+    for (name, value) in ["start speed", "end speed"].into_iter().zip(ends) {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(FeedError::BadBlockOption { name, value });
+        }
+    }
+    for (index, travel) in moves.iter().enumerate() {
+        if let Some((axis, &value)) =
+            travel.iter().enumerate().find(|(_, value)| !value.is_finite())
+        {
+            return Err(FeedError::BadMove { index, axis, value });
+        }
+    }
+    Ok(())
+}

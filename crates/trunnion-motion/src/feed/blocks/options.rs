@@ -1,0 +1,56 @@
+//! Options of the classical planner.
+
+use crate::feed::error::FeedError;
+
+/// How the classical planner works.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockOptions {
+    /// Servo period \[s\]: axis velocities may step at a junction by acceleration times period.
+    pub period: f64,
+    /// How far it looks ahead.
+    pub ahead: Ahead,
+    /// Blocks that are passed through in runs, if any.
+    pub tiny: Option<Tiny>,
+}
+
+/// How many blocks are looked at before one is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ahead {
+    /// None: it stops at every junction.
+    Stops,
+    /// A fixed number.
+    Blocks(usize),
+    /// `blocks` at first, and on until they last `periods` servo periods at their feed.
+    Dynamic {
+        /// Least number of blocks; the paper has 5.
+        blocks: usize,
+        /// Least time in servo periods; the paper has 1000.
+        periods: f64,
+    },
+    /// All.
+    Whole,
+}
+
+/// Which blocks are tiny.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tiny {
+    /// Blocks shorter than this are tiny: `L_ref`, in the measure of the path.
+    pub length: f64,
+    /// Runs of more tiny blocks than this are passed through like one block: `N_ref`.
+    pub count: usize,
+}
+
+pub(super) fn validate(options: &BlockOptions) -> Result<(), FeedError> {
+    let positive = |name: &'static str, value: f64| {
+        let good = value > 0.0 && value.is_finite();
+        if good { Ok(()) } else { Err(FeedError::BadBlockOption { name, value }) }
+    };
+    positive("servo period", options.period)?;
+    if let Some(tiny) = options.tiny {
+        positive("length of a tiny block", tiny.length)?;
+    }
+    match options.ahead {
+        Ahead::Dynamic { periods, .. } => positive("window in servo periods", periods),
+        _ => Ok(()),
+    }
+}

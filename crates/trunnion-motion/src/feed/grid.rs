@@ -1,0 +1,18 @@
+//! The rows of a piece.
+
+use super::cell::Cell;
+
+/// Rows of a piece and the cells between them.
+#[derive(Debug, Clone)]
+pub(super) struct Grid<const N: usize> {
+    /// Path parameter of each row.
+    pub(super) s: Vec<f64>,
+    /// One less than rows.
+    pub(super) cells: Vec<Cell<N>>,
+}
+
+/// Whether differences of three neighbouring `s` keep half of their digits.
+pub(super) fn resolvable(before: f64, middle: f64, after: f64) -> bool {
+    let size = before.abs().max(after.abs()) * f64::EPSILON.sqrt();
+    middle - before > size && after - middle > size
+}

@@ -1,0 +1,202 @@
+//! Jerk-limited plans of whole paths.
+
+use super::speed_spline::{Border, Spline};
+use super::solve::{fastest, feasible, lengths, schedule};
+use super::{end_motion, graded_grid, measure};
+use crate::feed::ends::Ends;
+use crate::feed::error::FeedError;
+use crate::feed::limits::Limits;
+use crate::feed::options::FeedOptions;
+use crate::feed::pieces::{PlannedPiece, assemble, plan_all};
+use crate::feed::plan::{Plan, Ratios};
+use crate::feed::reciprocal::Reciprocals;
+use crate::feed::{lower_bound, validate};
+use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
+
+/// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous acceleration.
+/// Pieces rest where they meet; the first starts and the last ends with the speeds of `options.ends`
+/// and no `d²s/dt²`.
+///
+/// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well: [`Plan::bounds`]
+/// are guaranteed. Not convex, so not certainly the fastest; [`Plan::lower_bound`] disregards jerk and
+/// tells how much it can be at most. From rest to rest every slow enough profile is allowed, so valid
+/// data always has a schedule, whatever its units; every step of the search keeps all limits.
+///
+/// The search of a stretch ends when it gains less than `time_tolerance`.
+///
+/// # Errors
+///
+/// As [`super::super::optimal()`], and [`FeedError::NoJerkLimit`]. A speed at an end for which no schedule is
+/// found is [`FeedError::StartTooFast`] or [`FeedError::EndTooFast`].
+///
+/// # Source
+///
+/// `docs/sources.md#001`: jerk-limited schedules.
+pub fn jerk<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    options: &FeedOptions,
+    progress: &dyn Progress,
+) -> Result<Plan, FeedError> {
+    jerk_between(path, limits, (options, [0.0; 2]), progress)
+}
+
+/// As [`jerk`], with `d²s/dt²` at the start and at the end as well.
+///
+/// # Errors
+///
+/// As [`jerk`]; [`FeedError::BadEndAcceleration`] for one that is not finite, or not 0 at rest.
+pub fn jerk_between<const N: usize>(
+    path: &AxisPath<N>,
+    limits: &Limits<N>,
+    (options, accelerations): (&FeedOptions, [f64; 2]),
+    progress: &dyn Progress,
+) -> Result<Plan, FeedError> {
+    validate::validate(path, limits, options)?;
+    if limits.jerk.is_none() {
+        return Err(FeedError::NoJerkLimit);
+    }
+    let limits = &limits.smaller();
+    let ends = end_motion::borders(options.ends, accelerations)?;
+    let count = path.pieces.len();
+    let planned = plan_all(path, progress, |index, piece| {
+        let at = |here: bool, end: Border| if here { end } else { Border::Rest };
+        let ends = [at(index == 0, ends[0]), at(index + 1 == count, ends[1])];
+        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options, ends)
+    })?;
+    Ok(assemble(planned))
+}
+
+fn plan_piece<const N: usize>(
+    piece: &AxisPiece<N>,
+    limits: &Reciprocals<N>,
+    options: &FeedOptions,
+    ends: [Border; 2],
+) -> Result<PlannedPiece, FeedError> {
+    let grid = graded_grid::graded(piece, limits, &ends);
+    let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+    let mut bounds = Ratios { jerk: Some(0.0), ..Ratios::default() };
+    if let Some((caps, start)) = feasible(&grid, limits, ends) {
+        let start = start.ok_or_else(|| end_motion::refused(piece, limits, ends))?;
+        (spline, bounds) = fastest(&grid, limits, caps, (start, options.time_tolerance));
+    }
+    let schedule = schedule(&grid, &spline);
+    let [start, end] = ends.map(|end| end.square());
+    let lower_bound = lower_bound::bound(&grid, limits, &Ends { start, end });
+    Ok(PlannedPiece { lower_bound, bounds, ..measured(piece, schedule, limits) })
+}
+
+/// A schedule from rest to rest and what is known about it; its bounds are not.
+pub(in crate::feed) fn known_of<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> PlannedPiece {
+    let grid = graded_grid::graded(piece, limits, &[Border::Rest; 2]);
+    let lower_bound = lower_bound::bound(&grid, limits, &Ends { start: 0.0, end: 0.0 });
+    PlannedPiece { lower_bound, ..measured(piece, schedule, limits) }
+}
+
+fn measured<const N: usize>(
+    piece: &AxisPiece<N>,
+    schedule: SchedulePiece,
+    limits: &Reciprocals<N>,
+) -> PlannedPiece {
+    PlannedPiece {
+        lower_bound: 0.0,
+        measured: measure::measure(piece, &schedule, limits),
+        bounds: Ratios::default(),
+        binding: measure::binding(piece, &schedule, limits),
+        inserted: schedule.s.len().saturating_sub(piece.nodes.len()),
+        schedule,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::{AxisNode, Motion, Silent};
+    use nalgebra::Vector1;
+
+    const FREE: FeedOptions = FeedOptions {
+        feed: None,
+        link_feed: None,
+        tip: None,
+        time_tolerance: 1e-3,
+        ends: [0.0; 2],
+        guarantee: true,
+    };
+
+    fn limits(velocity: f64, acceleration: f64, jerk: f64) -> Limits<1> {
+        let [velocity, acceleration, jerk] = [velocity, acceleration, jerk].map(Vector1::new);
+        Limits { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None }
+    }
+
+    fn line(length: f64, nodes: u32) -> AxisPath<1> {
+        let [zero, one] = [Vector1::zeros(), Vector1::new(1.0)];
+        let at = |k: u32| {
+            let s = length * f64::from(k) / f64::from(nodes - 1);
+            AxisNode { s, q: [Vector1::new(s), one, zero, zero], tip_rate: 1.0, feed_rate: 1.0 }
+        };
+        let nodes = (0..nodes).map(at).collect();
+        AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] }
+    }
+
+    /// Shortest time over a straight line from rest to rest: phases of constant jerk, of constant
+    /// acceleration and of constant speed, as many as there are.
+    fn seven_phases(length: f64, [v, a, j]: [f64; 3]) -> f64 {
+        // Time and distance from rest to a speed.
+        let rise = |v: f64| if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };
+        let way = |v: f64| 0.5 * v * rise(v);
+        let [mut slow, mut fast] = [0.0, v];
+        for _ in 0..100 {
+            let middle = 0.5 * (slow + fast);
+            if 2.0 * way(middle) <= length { slow = middle } else { fast = middle }
+        }
+        2.0 * rise(slow) + (length - 2.0 * way(slow)) / slow
+    }
+
+    /// With v = 50, a = 500 and j = 10^4, 0.05 s of jerk, 0.05 s of constant acceleration, 0.05 s of
+    /// jerk: 3.75 mm each way. Short moves: four phases of jerk, 32 (T/4)³ j / 16 = L.
+    #[test]
+    fn a_line_takes_the_time_of_its_phases() {
+        let machine = [50.0, 500.0, 1e4];
+        assert!((seven_phases(100.0, machine) - 2.15).abs() < 1e-12);
+        let short = 4.0 * (0.2_f64 / (2.0 * 1e4)).cbrt();
+        assert!((seven_phases(0.2, machine) - short).abs() < 1e-12);
+        let [brisk, lazy] = [[100.0, 1000.0, 2e4], [1000.0, 50.0, 1e4]];
+        for (length, [v, a, j]) in
+            [(100.0, machine), (10.0, machine), (0.2, machine), (1.0, brisk), (1.0, lazy)]
+        {
+            let want = seven_phases(length, [v, a, j]);
+            for nodes in [2, 7, 200] {
+                let path = line(length, nodes);
+                let plan = jerk(&path, &limits(v, a, j), &FREE, &Silent).unwrap();
+                let got = plan.schedule.duration();
+                assert!(got >= want * (1.0 - 1e-12), "{length} mm: {got} s below {want} s");
+                assert!(got <= want * 1.005, "{length} mm, {nodes} nodes: {got} s, best {want} s");
+                assert!(plan.lower_bound <= want);
+                assert!(plan.ratios.jerk.unwrap() > 0.98, "{:?}", plan.ratios);
+            }
+        }
+    }
+
+    #[test]
+    fn without_jerk_limits_there_is_no_plan() {
+        let mut limits = limits(50.0, 500.0, 1e4);
+        limits.jerk = None;
+        let error = jerk(&line(1.0, 2), &limits, &FREE, &Silent).unwrap_err();
+        assert_eq!(error, FeedError::NoJerkLimit);
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "exactly nothing")]
+    fn a_path_that_stands_still_takes_no_time() {
+        let zero = Vector1::zeros();
+        let at = |s| AxisNode { s, q: [zero; 4], tip_rate: 0.0, feed_rate: 0.0 };
+        let nodes = vec![at(0.0), at(1.0)];
+        let still = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
+        let plan = jerk(&still, &limits(50.0, 500.0, 1e4), &FREE, &Silent).unwrap();
+        assert_eq!(plan.schedule.duration(), 0.0);
+    }
+}

@@ -1,0 +1,78 @@
+//! The search for a fast profile.
+
+use super::barrier::FIRST_WEIGHT;
+use super::newton::Solver;
+use super::speed_caps::Caps;
+use super::speed_spline::{Border, Spline};
+use super::{initial, restore};
+use crate::feed::grid::Grid;
+use crate::feed::plan::Ratios;
+use crate::feed::reciprocal::Reciprocals;
+use crate::types::{Law, SchedulePiece, Stretch};
+
+/// A spline inside all limits, with the references that show it.
+pub(super) type Feasible = (Spline, Vec<f64>);
+
+pub(super) fn lengths<const N: usize>(grid: &Grid<N>) -> Vec<f64> {
+    grid.cells.iter().map(|cell| cell.h).collect()
+}
+
+/// Something to start from, if there is; nothing at all where nothing is limited, so nothing moves.
+pub(super) fn feasible<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    ends: [Border; 2],
+) -> Option<(Caps, Option<Feasible>)> {
+    let mut spline = Spline::new(lengths(grid), vec![0.0; grid.cells.len()], ends);
+    let caps = Caps::new(grid, &spline, limits)?;
+    initial::feasible(grid, limits, &caps, &mut spline);
+    let start = if ends.iter().any(Border::moves) {
+        restore::restore(grid, limits, &caps, (spline, Vec::new()))
+    } else {
+        Some((spline, Vec::new()))
+    };
+    Some((caps, start))
+}
+
+/// The spline made fast, and the bounds it keeps.
+pub(super) fn fastest<const N: usize>(
+    grid: &Grid<N>,
+    limits: &Reciprocals<N>,
+    caps: Caps,
+    (start, tolerance): (Feasible, f64),
+) -> (Spline, Ratios) {
+    let slow = start.clone();
+    let mut solver = Solver::new(grid, limits, (caps, Vec::new()), start.0);
+    solver.keep_references(&start.1);
+    solver.centre(FIRST_WEIGHT, solver.spline.cells());
+    solver.hurry(1..solver.spline.len() - 1, (FIRST_WEIGHT, tolerance));
+    let bounds = solver.bounds();
+    if kept(&bounds) {
+        return (solver.spline, bounds);
+    }
+    // Steps stay off the limits by far more than rounding, so this is not expected to be reached.
+    solver.restart(slow);
+    let bounds = solver.bounds();
+    (solver.spline, bounds)
+}
+
+pub(super) fn kept(bounds: &Ratios) -> bool {
+    let kept = |bound: f64| bound <= 1.0;
+    kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept)
+}
+
+pub(super) fn schedule<const N: usize>(grid: &Grid<N>, spline: &Spline) -> SchedulePiece {
+    let mut t = vec![0.0];
+    let mut now = 0.0;
+    let [speed, acceleration] = spline.motion();
+    for (cell, length) in spline.lengths.iter().enumerate() {
+        let stretch = Stretch {
+            length: *length,
+            speed: [speed[cell], speed[cell + 1]],
+            acceleration: [acceleration[cell], acceleration[cell + 1]],
+        };
+        now += stretch.time();
+        t.push(now);
+    }
+    SchedulePiece { s: grid.s.clone(), t, speed, acceleration, law: Law::Ramps }
+}

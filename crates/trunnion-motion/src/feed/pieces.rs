@@ -1,0 +1,86 @@
+//! Planning piece by piece, and putting the pieces together.
+
+use super::error::FeedError;
+use super::grid::Grid;
+use super::plan::{Binding, Plan, Ratios};
+use super::profile::Profile;
+use super::reciprocal::Reciprocals;
+use super::{binding, bounds, measure};
+use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// One piece's share of a [`Plan`], with times from 0.
+pub(super) struct PlannedPiece {
+    pub(super) schedule: SchedulePiece,
+    pub(super) lower_bound: f64,
+    pub(super) measured: measure::Measured,
+    pub(super) bounds: Ratios,
+    pub(super) binding: Vec<Binding>,
+    pub(super) inserted: usize,
+}
+
+/// Plans all pieces, in order whatever the number of threads.
+pub(super) fn plan_all<const N: usize, T: Send>(
+    path: &AxisPath<N>,
+    progress: &dyn Progress,
+    plan: impl Fn(usize, &AxisPiece<N>) -> Result<T, FeedError> + Sync,
+) -> Result<Vec<T>, FeedError> {
+    let done = AtomicU64::new(0);
+    let total = path.pieces.len() as u64;
+    progress.step(Stage::Feed, 0, total)?;
+    path.pieces
+        .par_iter()
+        .enumerate()
+        .map(|(index, piece)| {
+            let planned = plan(index, piece)?;
+            progress.step(Stage::Feed, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
+            Ok(planned)
+        })
+        .collect()
+}
+
+/// A profile as a schedule, and what is known about it.
+pub(super) fn planned<const N: usize>(
+    piece: &AxisPiece<N>,
+    (grid, profile): (&Grid<N>, &Profile),
+    limits: &Reciprocals<N>,
+    lower_bound: f64,
+) -> PlannedPiece {
+    let schedule = profile.schedule(grid.s.clone(), grid.cells.iter().map(|cell| cell.h));
+    PlannedPiece {
+        lower_bound,
+        measured: measure::measure(piece, &schedule, limits),
+        bounds: bounds::bounds(grid, profile, limits),
+        binding: binding::binding(grid, profile, limits),
+        inserted: schedule.s.len() - piece.nodes.len(),
+        schedule,
+    }
+}
+
+pub(super) fn assemble(planned: Vec<PlannedPiece>) -> Plan {
+    let mut plan = Plan {
+        schedule: Schedule::default(),
+        lower_bound: 0.0,
+        ratios: Ratios::default(),
+        bounds: Ratios::default(),
+        acceleration_step: 0.0,
+        binding: Vec::with_capacity(planned.len()),
+        inserted: 0,
+    };
+    let mut start = 0.0;
+    for mut piece in planned {
+        for t in &mut piece.schedule.t {
+            *t += start;
+        }
+        start = piece.schedule.t.last().copied().unwrap_or(start);
+        plan.schedule.pieces.push(piece.schedule);
+        plan.lower_bound += piece.lower_bound;
+        plan.ratios = plan.ratios.max(piece.measured.ratios);
+        plan.bounds = plan.bounds.max(piece.bounds);
+        plan.acceleration_step = plan.acceleration_step.max(piece.measured.acceleration_step);
+        plan.binding.push(piece.binding);
+        plan.inserted += piece.inserted;
+    }
+    plan
+}

@@ -1,0 +1,56 @@
+//! Reciprocal limits of one kind of motion.
+
+use super::directional::Sides;
+use super::limits::Limits;
+use super::options::FeedOptions;
+use crate::types::Motion;
+use nalgebra::SVector;
+
+/// Reciprocal limits of one kind of motion: 0 is unlimited.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reciprocals<const N: usize> {
+    pub(super) velocity: Sides<N>,
+    pub(super) acceleration: Sides<N>,
+    pub(super) jerk: Option<SVector<f64, N>>,
+    pub(super) feed: f64,
+    pub(super) tip: f64,
+}
+
+impl<const N: usize> Reciprocals<N> {
+    pub(super) fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
+        let (velocity, feed) = match motion {
+            Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
+            _ => (limits.velocity, options.feed),
+        };
+        let minus = limits.minus.map(|minus| {
+            (if motion.is_free() { minus.rapid } else { minus.velocity }, minus.acceleration)
+        });
+        Self {
+            velocity: Sides::of(velocity, minus.map(|(velocity, _)| velocity)),
+            acceleration: Sides::of(
+                limits.acceleration,
+                minus.map(|(_, acceleration)| acceleration),
+            ),
+            jerk: limits.jerk.map(|jerk| jerk.map(f64::recip)),
+            feed: feed.map_or(0.0, f64::recip),
+            tip: options.tip.map_or(0.0, f64::recip),
+        }
+    }
+
+    /// At an override: below 1 it scales all speeds, above 1 the feed alone.
+    pub(super) fn at_override(&self, value: f64) -> Self {
+        let speeds = 1.0 / value.min(1.0);
+        Self {
+            velocity: self.velocity.scaled(speeds),
+            tip: self.tip * speeds,
+            feed: self.feed / value,
+            ..*self
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn none() -> Self {
+        let zero = Sides::both(SVector::zeros());
+        Self { velocity: zero, acceleration: zero, jerk: None, feed: 0.0, tip: 0.0 }
+    }
+}

@@ -1,0 +1,44 @@
+//! A stretch of committed schedule.
+
+use crate::types::{Moment, Stretch};
+
+/// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
+/// limits constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Piece of the path, counted from 0.
+    pub piece: usize,
+    /// Interval between nodes of the piece, counted from 0.
+    pub interval: usize,
+    /// Path parameter at both ends.
+    pub s: [f64; 2],
+    /// Time at the start, since the stream began and without the time it was held \[s\].
+    pub t: f64,
+    /// Time it takes \[s\].
+    pub duration: f64,
+    /// `ds/dt` at both ends.
+    pub speed: [f64; 2],
+    /// `d²s/dt²` at the start.
+    pub acceleration: f64,
+    /// `d²s/dt²` at the end.
+    pub end_acceleration: f64,
+}
+
+impl Step {
+    /// Place and speed a time after the start, clamped to the step.
+    pub fn at(&self, dt: f64) -> Moment {
+        let dt = dt.clamp(0.0, self.duration);
+        let accelerations = [self.acceleration, self.end_acceleration];
+        if accelerations[0].to_bits() != accelerations[1].to_bits() {
+            let length = self.s[1] - self.s[0];
+            let stretch = Stretch { length, speed: self.speed, acceleration: accelerations };
+            let [advance, speed, acceleration, jerk] = stretch.at(dt);
+            let s = (self.s[0] + advance).clamp(self.s[0], self.s[1]);
+            return Moment { s, speed: speed.max(0.0), acceleration, jerk };
+        }
+        let s = self.s[0] + dt * (self.speed[0] + 0.5 * self.acceleration * dt);
+        let speed = (self.speed[0] + self.acceleration * dt).max(0.0);
+        let s = s.clamp(self.s[0], self.s[1]);
+        Moment { s, speed, acceleration: self.acceleration, jerk: 0.0 }
+    }
+}
