@@ -73,13 +73,13 @@ fn schedule_piece<const N: usize>(
 ) -> Result<SchedulePiece, FeedError> {
     if !options.guarantee && piece.nodes.len() > refine::FEWEST_CELLS {
         let profile = Profile::fastest_at_nodes(&piece.nodes, limits, ends);
-        ends.reached(&profile)?;
+        profile.check_ends(ends)?;
         let s = piece.nodes.iter().map(|node| node.s).collect();
         let lengths = piece.nodes.windows(2).map(|pair| pair[1].s - pair[0].s);
         return Ok(profile.schedule(s, lengths));
     }
     let (grid, profile) = refine::plan(piece, limits, (options, ends));
-    ends.reached(&profile)?;
+    profile.check_ends(ends)?;
     Ok(profile.schedule(grid.s, grid.cells.iter().map(|cell| cell.h)))
 }
 
@@ -90,7 +90,7 @@ fn plan_piece<const N: usize>(
     ends: &Ends,
 ) -> Result<PlannedPiece, FeedError> {
     let (grid, profile) = refine::plan(piece, limits, (options, ends));
-    ends.reached(&profile)?;
+    profile.check_ends(ends)?;
     let lower_bound = lower_bound::bound(&grid, limits, ends);
     Ok(planned(piece, (&grid, &profile), limits, lower_bound))
 }

@@ -4,6 +4,7 @@ use super::accelerations::Accelerations;
 use super::cell::Cell;
 use super::cell_program::{Guess, backward, forward};
 use super::ends::Ends;
+use super::error::FeedError;
 use super::grid::Grid;
 use super::numeric::largest;
 use super::reciprocal::Reciprocals;
@@ -85,6 +86,25 @@ impl Profile {
         }
         // Values at rows alone bound nothing in between.
         Self { x, acceleration: (K == 5).then_some(bound) }
+    }
+
+    /// Checks that the profile has the end speeds asked for; it has lower ones where those are
+    /// impossible.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::StartTooFast`] or [`FeedError::EndTooFast`], with the largest possible speed.
+    pub(super) fn check_ends(&self, ends: &Ends) -> Result<(), FeedError> {
+        // Half of a speed's digits: passes lose a few roundings a row.
+        let short = |wanted: f64, got: f64| got < wanted * (1.0 - f64::EPSILON.sqrt());
+        let [first, last] = [self.x.first(), self.x.last()].map(|x| x.map_or(0.0, |x| *x));
+        if short(ends.start, first) {
+            return Err(FeedError::StartTooFast { speed: ends.start.sqrt(), most: first.sqrt() });
+        }
+        if short(ends.end, last) {
+            return Err(FeedError::EndTooFast { speed: ends.end.sqrt(), most: last.sqrt() });
+        }
+        Ok(())
     }
 
     /// `x` at both ends of a cell.

@@ -113,7 +113,7 @@ fn run<const N: usize>(
     }
     grid.s.extend(piece.nodes.last().map(|node| node.s));
     profile.x.extend(speeds.last().map(|speed| speed * speed));
-    ends.reached(&profile)?;
+    profile.check_ends(ends)?;
     let lower_bound = lower_bound::bound(&nodes, limits, ends);
     Ok(planned(piece, (&grid, &profile), limits, lower_bound))
 }

@@ -6,17 +6,18 @@ use nalgebra::SVector;
 /// Constraints `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
 /// per axis and row alone (`K` = 2).
 #[derive(Debug, Clone, Copy)]
-pub(in crate::feed) struct Strips<const N: usize, const K: usize = 5> {
-    pub(in crate::feed) a: [SVector<f64, N>; K],
-    pub(in crate::feed) b: [SVector<f64, N>; K],
+pub(crate) struct Strips<const N: usize, const K: usize = 5> {
+    pub(crate) a: [SVector<f64, N>; K],
+    pub(crate) b: [SVector<f64, N>; K],
     /// Limit towards minus, axis by axis.
-    pub(in crate::feed) minus: [f64; N],
+    pub(crate) minus: [f64; N],
 }
 
 impl<const N: usize, const K: usize> Strips<N, K> {
     /// All constraints of a cell as `a x0 + b x1`.
-    pub(in crate::feed) fn of(cell: &Accelerations<N>) -> Self {
-        let mut strips = Self { a: [SVector::zeros(); K], b: [SVector::zeros(); K], minus: cell.minus };
+    pub(crate) fn of(cell: &Accelerations<N>) -> Self {
+        let mut strips =
+            Self { a: [SVector::zeros(); K], b: [SVector::zeros(); K], minus: cell.minus };
         for place in 0..K {
             for axis in 0..N {
                 let [a, b] = cell.constraint::<K>([place, axis]);
@@ -28,13 +29,13 @@ impl<const N: usize, const K: usize> Strips<N, K> {
 
     /// Limit of a constraint of this axis, by the sign of the side.
     #[inline]
-    pub(in crate::feed) fn limit(&self, axis: usize, sign: f64) -> f64 {
+    pub(crate) fn limit(&self, axis: usize, sign: f64) -> f64 {
         if sign < 0.0 { self.minus[axis] } else { 1.0 }
     }
 }
 
 /// Smallest `y >= 0` that satisfies all strips for this `x`, if there is one.
-pub(in crate::feed) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f64) -> f64 {
+pub(crate) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f64) -> f64 {
     let mut y = 0.0;
     for k in 0..K {
         for axis in 0..N {

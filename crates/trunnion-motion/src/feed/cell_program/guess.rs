@@ -3,7 +3,7 @@
 /// What bound a cell before: on smooth paths it binds the next one too, and that is quickly checked. It
 /// only saves time: answers do not depend on it but for rounding.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::feed) struct Guess {
+pub(crate) struct Guess {
     /// Coefficient and axis of the strip, where the end is as fast as what follows allows.
     pub(super) one: Option<[usize; 2]>,
     /// The two sides of strips whose corner it is.

@@ -28,7 +28,7 @@ fn allowed(term: f64) -> f64 {
 /// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips, and whether a
 /// larger `y_max` would leave it as it is.
 #[inline]
-pub(in crate::feed) fn backward<const N: usize, const K: usize>(
+pub(crate) fn backward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x_max: f64,
     y: f64,
@@ -151,7 +151,7 @@ fn largest_at<const N: usize, const K: usize>(
 
 /// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
 #[inline]
-pub(in crate::feed) fn forward<const N: usize, const K: usize>(
+pub(crate) fn forward<const N: usize, const K: usize>(
     cell: &Accelerations<N>,
     x: f64,
     y_max: f64,

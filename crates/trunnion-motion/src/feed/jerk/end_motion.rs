@@ -1,8 +1,8 @@
 //! What a path may start and end with.
 
-use super::speed_spline::Border;
 use super::graded_grid;
 use super::solve::feasible;
+use super::speed_spline::Border;
 use crate::feed::error::FeedError;
 use crate::feed::reciprocal::Reciprocals;
 use crate::types::AxisPiece;

@@ -1,10 +1,10 @@
 //! Cells for a jerk-limited profile.
 
 use super::speed_spline::Border;
-use crate::feed::reciprocal::Reciprocals;
 use crate::feed::cell::Cell;
 use crate::feed::grid::Grid;
 use crate::feed::grid::resolvable;
+use crate::feed::reciprocal::Reciprocals;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 

@@ -6,11 +6,11 @@
 //! could have come to rest, which bounds the jerk they need. What still breaks a limit is lowered at
 //! its place a few times, then everywhere: every profile that is slow enough keeps all limits.
 
-use super::speed_caps::Caps;
 use super::rows::{Rows, reference};
+use super::speed_caps::Caps;
 use super::speed_spline::{Border, Spline};
-use crate::feed::reciprocal::Reciprocals;
 use crate::feed::grid::Grid;
+use crate::feed::reciprocal::Reciprocals;
 use nalgebra::SVector;
 
 /// Share of each limit that the start aims at.

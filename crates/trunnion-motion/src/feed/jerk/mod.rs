@@ -24,7 +24,7 @@ mod speed_caps;
 mod speed_spline;
 mod stop;
 
-pub use planner::{jerk, jerk_between};
 pub(super) use planner::known_of;
+pub use planner::{jerk, jerk_between};
 pub(super) use rolling_plan::{Ahead, Course};
 pub(super) use stop::stop;

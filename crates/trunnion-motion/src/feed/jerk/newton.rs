@@ -7,13 +7,15 @@
 //! sweep lie across the borders of this one. Every step keeps all limits everywhere.
 
 use super::band_matrix::Band;
-use super::speed_caps::Caps;
-use super::derivatives::{Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update};
+use super::derivatives::{
+    Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update,
+};
 use super::rows::{JERK, LANES, Rows, reference, rooms};
 use super::slow_down::Slower;
+use super::speed_caps::Caps;
 use super::speed_spline::{Spline, Weights, middle};
-use crate::feed::numeric::smallest;
 use crate::feed::grid::Grid;
+use crate::feed::numeric::smallest;
 use crate::feed::plan::Ratios;
 use crate::feed::reciprocal::Reciprocals;
 use std::ops::Range;

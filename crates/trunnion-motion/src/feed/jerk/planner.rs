@@ -1,7 +1,7 @@
 //! Jerk-limited plans of whole paths.
 
-use super::speed_spline::{Border, Spline};
 use super::solve::{fastest, feasible, lengths, schedule};
+use super::speed_spline::{Border, Spline};
 use super::{end_motion, graded_grid, measure};
 use crate::feed::ends::Ends;
 use crate::feed::error::FeedError;
@@ -87,7 +87,7 @@ fn plan_piece<const N: usize>(
 }
 
 /// A schedule from rest to rest and what is known about it; its bounds are not.
-pub(in crate::feed) fn known_of<const N: usize>(
+pub(crate) fn known_of<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,
     limits: &Reciprocals<N>,

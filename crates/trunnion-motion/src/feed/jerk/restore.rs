@@ -4,12 +4,12 @@
 //! which are tightened after it, round by round. Convex but for the references of the
 //! jerk rows, so that what can be had is found, or very nearly.
 
-use super::speed_caps::Caps;
 use super::newton::Solver;
 use super::rows::{Rows, reference};
+use super::speed_caps::Caps;
 use super::speed_spline::Spline;
-use crate::feed::reciprocal::Reciprocals;
 use crate::feed::grid::Grid;
+use crate::feed::reciprocal::Reciprocals;
 use std::ops::Range;
 
 /// Barrier weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would

@@ -5,12 +5,12 @@
 //! they are kept that much below their limits. From there the search goes on, and what was a stop becomes what the
 //! path allows.
 
-use super::speed_caps::Caps;
+use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
 use super::newton::Solver;
 use super::rows::{Rows, reference};
-use super::speed_spline::{Border, Spline};
-use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
 use super::solve::{Feasible, kept, lengths};
+use super::speed_caps::Caps;
+use super::speed_spline::{Border, Spline};
 use super::{graded_grid, initial, restore};
 use crate::feed::cell::Cell;
 use crate::feed::grid::Grid;
@@ -24,7 +24,7 @@ const RESERVE: f64 = 0.37;
 
 /// What is expected at the end of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::feed) enum Ahead {
+pub(crate) enum Ahead {
     /// More path: the stop there is not meant to happen.
     More,
     /// Nothing; should more come after all, the axes may have to stop here.
@@ -63,7 +63,7 @@ const FEWEST: usize = 8;
 
 /// A plan to rest at its end.
 #[derive(Debug, Clone)]
-pub(in crate::feed) struct Course<const N: usize> {
+pub(crate) struct Course<const N: usize> {
     grid: Grid<N>,
     spline: Spline,
     references: Vec<f64>,
@@ -75,19 +75,15 @@ pub(in crate::feed) struct Course<const N: usize> {
     /// Cell from which a stop takes what is left of it.
     down: usize,
     /// Upper bounds of all ratios everywhere on it.
-    pub(in crate::feed) bounds: Ratios,
+    pub(crate) bounds: Ratios,
 }
 
 /// A cell that is run: `s`, `ds/dt` and `d²s/dt²` at both ends.
-pub(in crate::feed) type Run = [[f64; 2]; 3];
+pub(crate) type Run = [[f64; 2]; 3];
 
 impl<const N: usize> Course<N> {
     /// From rest to rest.
-    pub(in crate::feed) fn new(
-        piece: &AxisPiece<N>,
-        limits: &Reciprocals<N>,
-        ahead: Ahead,
-    ) -> Self {
+    pub(crate) fn new(piece: &AxisPiece<N>, limits: &Reciprocals<N>, ahead: Ahead) -> Self {
         let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
         let motion = spline.motion();
         let bounds = Ratios::default();
@@ -110,23 +106,23 @@ impl<const N: usize> Course<N> {
     }
 
     /// `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
-    pub(in crate::feed) fn here(&self) -> Option<[f64; 3]> {
+    pub(crate) fn here(&self) -> Option<[f64; 3]> {
         let at = |list: &[f64]| list.get(self.done).copied();
         Some([at(&self.grid.s)?, at(&self.motion[0])?, at(&self.motion[1])?])
     }
 
     /// Where it ends.
-    pub(in crate::feed) fn end(&self) -> Option<f64> {
+    pub(crate) fn end(&self) -> Option<f64> {
         self.grid.s.last().copied()
     }
 
     /// Whether the stop at its end is felt within so many cells.
-    pub(in crate::feed) fn stops_within(&self, cells: usize) -> bool {
+    pub(crate) fn stops_within(&self, cells: usize) -> bool {
         self.down < self.done + cells
     }
 
     /// Goes over to other limits from the motion under way.
-    pub(in crate::feed) fn go_over(&mut self, limits: [&Reciprocals<N>; 2]) {
+    pub(crate) fn go_over(&mut self, limits: [&Reciprocals<N>; 2]) {
         if self.done + FEWEST <= self.spline.len() {
             self.forget();
             self.search((1, FIRST_WEIGHT), limits);
@@ -134,7 +130,7 @@ impl<const N: usize> Course<N> {
     }
 
     /// The path ends where the plan does, which was not known when it was made: the stop needs no reserve.
-    pub(in crate::feed) fn end_here(&mut self, limits: [&Reciprocals<N>; 2]) {
+    pub(crate) fn end_here(&mut self, limits: [&Reciprocals<N>; 2]) {
         if self.ahead == Ahead::More && self.done + FEWEST <= self.spline.len() {
             self.forget();
             self.ahead = Ahead::Nothing;
@@ -144,7 +140,7 @@ impl<const N: usize> Course<N> {
     }
 
     /// The next cell.
-    pub(in crate::feed) fn run(&mut self) -> Option<Run> {
+    pub(crate) fn run(&mut self) -> Option<Run> {
         let cell = self.done;
         let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
         let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
@@ -153,7 +149,7 @@ impl<const N: usize> Course<N> {
     }
 
     /// Goes on over a piece that begins where this ends; `false` if it cannot, and stays as it is.
-    pub(in crate::feed) fn lead_on(
+    pub(crate) fn lead_on(
         &mut self,
         piece: &AxisPiece<N>,
         limits: [&Reciprocals<N>; 2],

@@ -10,9 +10,9 @@
 //! function), hence `|P| sqrt(r) / J <= (3 - x / r) / 2` is enough, again linear in `x`.
 
 use super::speed_spline::middle;
-use crate::feed::reciprocal::Reciprocals;
 use crate::feed::cell::Cell;
 use crate::feed::numeric::largest;
+use crate::feed::reciprocal::Reciprocals;
 use nalgebra::SVector;
 
 /// Bernstein coefficients of a jerk and of an acceleration.

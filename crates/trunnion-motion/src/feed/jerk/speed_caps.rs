@@ -2,8 +2,8 @@
 
 use super::rows::rest_cap;
 use super::speed_spline::{Border, Spline};
-use crate::feed::reciprocal::Reciprocals;
 use crate::feed::grid::Grid;
+use crate::feed::reciprocal::Reciprocals;
 
 /// A given speed up to this share of a limit is at the limit: squares, rates and caps are right to a few
 /// roundings each.

@@ -1,8 +1,8 @@
 //! A stop from the motion that is under way.
 
 use super::rolling_plan::{Ahead, Course, caps};
-use super::speed_spline::{Border, Spline};
 use super::solve::lengths;
+use super::speed_spline::{Border, Spline};
 use super::{graded_grid, restore};
 use crate::feed::reciprocal::Reciprocals;
 use crate::types::{AxisNode, AxisPiece};
@@ -22,7 +22,7 @@ const HALVINGS: usize = 30;
 ///
 /// Tried from the distance that the limits at the start allow on a straight line, a little farther every
 /// time.
-pub(in crate::feed) fn stop<const N: usize>(
+pub(crate) fn stop<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],
     limits: &Reciprocals<N>,

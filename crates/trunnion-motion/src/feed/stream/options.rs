@@ -27,7 +27,10 @@ pub struct StreamOptions {
 
 impl StreamOptions {
     /// The options as those of a plan, if they and the limits make sense.
-    pub(super) fn validated<const N: usize>(&self, limits: &Limits<N>) -> Result<FeedOptions, FeedError> {
+    pub(super) fn validated<const N: usize>(
+        &self,
+        limits: &Limits<N>,
+    ) -> Result<FeedOptions, FeedError> {
         validate_limits(limits)?;
         let feeds = FeedOptions {
             feed: self.feed,

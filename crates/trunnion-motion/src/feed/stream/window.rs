@@ -185,9 +185,7 @@ impl<const N: usize> Window<N> {
                 return;
             };
             let (reach, alone) = match cell {
-                Some(cell) => {
-                    backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess)
-                }
+                Some(cell) => backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess),
                 None => (0.0, true),
             };
             if alone && settled.is_none() {
