@@ -7,7 +7,9 @@
 
 use divan::Bencher;
 use nalgebra::SVector;
-use trunnion::feed::{FeedOptions, Limits, Stream, StreamOptions, jerk, optimal, optimal_schedule};
+use trunnion::feed::{
+    FeedOptions, FeedStream, Limits, StreamOptions, jerk, optimal, optimal_schedule,
+};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
 fn main() {
@@ -99,7 +101,7 @@ fn stream(bencher: Bencher, points: u32) {
     let options =
         StreamOptions { feed: OPTIONS.feed, link_feed: None, tip: None, window: 512, step: 1.0 };
     bencher.counter(divan::counter::ItemsCount::new(points)).bench(|| {
-        let mut stream = Stream::new(limits(), options)?;
+        let mut stream = FeedStream::new(limits(), options)?;
         let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
         stream.begin(Motion::Cut);
         loop {

@@ -13,7 +13,7 @@ use crate::text;
 use path::Table;
 use std::path::PathBuf;
 use std::time::Instant;
-use trunnion::feed::{Breach, FeedError, FeedOptions, Limits, Plan};
+use trunnion::feed::{FeedError, FeedOptions, FeedPlan, LimitBreach, Limits};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::types::AxisPath;
 
@@ -218,9 +218,9 @@ fn rests(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
 /// What was planned, and for which path.
 struct Planned<const N: usize> {
     path: AxisPath<N>,
-    plan: Plan,
+    plan: FeedPlan,
     /// Where a given speed breaks which limit.
-    breaches: Vec<Breach>,
+    breaches: Vec<LimitBreach>,
     /// Wall-clock time of planning \[s\].
     seconds: f64,
 }

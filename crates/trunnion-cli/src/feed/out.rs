@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{Error, Result as Written, Write};
 use std::path::Path;
-use trunnion::feed::{Binding, Breach, Plan, Ratios};
+use trunnion::feed::{BindingLimit, FeedPlan, LimitBreach, LimitRatios};
 use trunnion::files::table::write_number;
 use trunnion::setpoint;
 
@@ -42,7 +42,7 @@ pub(super) fn write<const N: usize>(
     args.ends.write(|out| schedule(out, &planned.plan))
 }
 
-fn schedule(out: &mut dyn Write, plan: &Plan) -> Written<()> {
+fn schedule(out: &mut dyn Write, plan: &FeedPlan) -> Written<()> {
     writeln!(out, "{HEADER}")?;
     let mut line = String::new();
     for piece in &plan.schedule.pieces {
@@ -161,8 +161,8 @@ pub(super) struct Share {
     jerk: Option<f64>,
 }
 
-impl From<Ratios> for Share {
-    fn from(Ratios { velocity, acceleration, jerk }: Ratios) -> Self {
+impl From<LimitRatios> for Share {
+    fn from(LimitRatios { velocity, acceleration, jerk }: LimitRatios) -> Self {
         Self { velocity, acceleration, jerk }
     }
 }
@@ -243,8 +243,8 @@ pub(super) fn tell_rests(rests: &[Rest], more: usize) {
     }
 }
 
-fn tell_breaches(breaches: &[Breach], table: &Table) {
-    for Breach { s: [from, to], limit: name, ratio, worst, .. } in breaches.iter().take(TOLD) {
+fn tell_breaches(breaches: &[LimitBreach], table: &Table) {
+    for LimitBreach { s: [from, to], limit: name, ratio, worst, .. } in breaches.iter().take(TOLD) {
         let name = limit(*name, table);
         eprintln!("s = {from} to {to}: {name} is {ratio:.4} of its limit at s = {worst}");
     }
@@ -254,7 +254,7 @@ fn tell_breaches(breaches: &[Breach], table: &Table) {
 }
 
 /// Shares of the time by what binds.
-fn binding(plan: &Plan, table: &Table) -> Vec<Bound> {
+fn binding(plan: &FeedPlan, table: &Table) -> Vec<Bound> {
     let mut times: BTreeMap<String, f64> = BTreeMap::new();
     for (piece, binding) in plan.schedule.pieces.iter().zip(&plan.binding) {
         for (times_of, name) in piece.t.windows(2).zip(binding) {
@@ -268,16 +268,16 @@ fn binding(plan: &Plan, table: &Table) -> Vec<Bound> {
     shares
 }
 
-fn limit(name: Binding, table: &Table) -> String {
+fn limit(name: BindingLimit, table: &Table) -> String {
     let of = |what: &str, axis: u8| format!("{what} of {}", table.layout.axis(usize::from(axis)));
     match name {
-        Binding::Velocity(axis) => of("velocity", axis),
-        Binding::Acceleration(axis) => of("acceleration", axis),
-        Binding::Chord(axis) => of("chord error", axis),
-        Binding::Jerk(axis) => of("jerk", axis),
-        Binding::Feed => "feed".into(),
-        Binding::Tip => "tip speed".into(),
-        Binding::Still => "nothing moves".into(),
+        BindingLimit::Velocity(axis) => of("velocity", axis),
+        BindingLimit::Acceleration(axis) => of("acceleration", axis),
+        BindingLimit::Chord(axis) => of("chord error", axis),
+        BindingLimit::Jerk(axis) => of("jerk", axis),
+        BindingLimit::Feed => "feed".into(),
+        BindingLimit::Tip => "tip speed".into(),
+        BindingLimit::Still => "nothing moves".into(),
     }
 }
 

@@ -3,13 +3,13 @@
 use super::path::Table;
 use super::{Args, Method};
 use trunnion::feed::{
-    self, Ahead, BlockOptions, Breach, FeedError, FeedOptions, GivenSpeed, Limits, Plan, Stream,
-    StreamOptions,
+    self, FeedError, FeedOptions, FeedPlan, FeedStream, GivenSpeed, LimitBreach, Limits, LookAhead,
+    LookAheadOptions, StreamOptions,
 };
 use trunnion::types::{AxisNode, AxisPath, Progress};
 
 /// Paper 001's window: so many blocks at first, and on until they last so many periods.
-const BLOCKS_AHEAD: Ahead = Ahead::Dynamic { blocks: 5, periods: 1000.0 };
+const BLOCKS_AHEAD: LookAhead = LookAhead::Dynamic { blocks: 5, periods: 1000.0 };
 
 /// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
 pub(super) const LEAST_ROWS: f64 = 128.0;
@@ -20,7 +20,7 @@ pub(super) fn plan<const N: usize>(
     (path, table): (&AxisPath<N>, &Table),
     (limits, options): (&Limits<N>, &FeedOptions),
     progress: &dyn Progress,
-) -> Result<(Plan, Vec<Breach>), FeedError> {
+) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
     let unbroken = |plan| (plan, Vec::new());
     match (args.method, args.window) {
         (Method::Optimal, Some(rows)) => {
@@ -35,7 +35,7 @@ pub(super) fn plan<const N: usize>(
         }
         (Method::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
         (Method::Blocks, _) => {
-            let blocks = BlockOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
+            let blocks = LookAheadOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
             feed::blocks(path, limits, (options, &blocks), progress).map(unbroken)
         }
         (Method::Given, _) => feed::given(path, &table.speeds(path), (limits, options), progress),
@@ -53,7 +53,8 @@ fn streamed<const N: usize>(
     let length: f64 = path.pieces.iter().filter_map(|piece| ends(&piece.nodes)).sum();
     let FeedOptions { feed, link_feed, tip, .. } = *options;
     let step = length / LEAST_ROWS;
-    let mut stream = Stream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
+    let mut stream =
+        FeedStream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
     let mut speeds = vec![GivenSpeed::default(); path.pieces.len()];
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))

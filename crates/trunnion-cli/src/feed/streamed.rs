@@ -10,7 +10,7 @@ use crate::table::{Faults, each_of};
 use anyhow::Context;
 use std::io::Write;
 use std::time::Instant;
-use trunnion::feed::{AnyStream, FeedError, Limits, Ratios, Step, StreamOptions};
+use trunnion::feed::{AnyStream, FeedError, LimitRatios, Limits, StreamOptions, StreamStep};
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPiece, Fault, Motion};
 
@@ -40,7 +40,7 @@ struct Last<const N: usize> {
 struct Writer<'a> {
     out: &'a mut dyn Write,
     line: String,
-    last: Option<Step>,
+    last: Option<StreamStep>,
     rows: u64,
 }
 
@@ -49,7 +49,7 @@ struct Outcome {
     duration: f64,
     points: u64,
     /// Guaranteed bounds, where the planner keeps them.
-    bounds: Option<Ratios>,
+    bounds: Option<LimitRatios>,
 }
 
 /// What came out, for scripts.
@@ -97,7 +97,7 @@ pub(super) fn run<const N: usize>(
         args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let within = bounds.is_none_or(|bounds| {
-        let Ratios { velocity, acceleration, jerk } = bounds;
+        let LimitRatios { velocity, acceleration, jerk } = bounds;
         kept(velocity) && kept(acceleration) && jerk.is_none_or(kept)
     });
     let summary = Summary {
@@ -231,11 +231,11 @@ const WRITING: &str = "writing the result";
 
 impl Writer<'_> {
     /// Takes a stretch: its start is a row, its end one only if the piece ends there.
-    fn step(&mut self, step: Step) -> Result<(), Failure> {
+    fn step(&mut self, step: StreamStep) -> Result<(), Failure> {
         if self.last.is_some_and(|last| last.piece != step.piece) {
             self.end_piece()?;
         }
-        let Step { s, t, speed, acceleration, .. } = step;
+        let StreamStep { s, t, speed, acceleration, .. } = step;
         self.row([s[0], t, speed[0], acceleration, step.at(0.0).jerk])?;
         self.last = Some(step);
         Ok(())
@@ -243,7 +243,7 @@ impl Writer<'_> {
 
     fn end_piece(&mut self) -> Result<(), Failure> {
         let Some(step) = self.last.take() else { return Ok(()) };
-        let Step { s, t, duration, speed, end_acceleration, .. } = step;
+        let StreamStep { s, t, duration, speed, end_acceleration, .. } = step;
         self.row([s[1], t + duration, speed[1], end_acceleration, step.at(duration).jerk])
     }
 

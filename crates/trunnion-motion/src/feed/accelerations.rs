@@ -1,8 +1,8 @@
 //! Axis accelerations of one cell as linear constraints.
 
-use super::cell::{Cell, MIDDLE};
+use super::cell::{FeedCell, MIDDLE};
 use super::numeric::largest;
-use super::reciprocal::Reciprocals;
+use super::reciprocal::ReciprocalLimits;
 use crate::types::AxisNode;
 use nalgebra::SVector;
 
@@ -12,7 +12,7 @@ use nalgebra::SVector;
 /// `x` is raised to the quartic, and `u = (x1 - x0) / 2h`. Coefficient `k` of the acceleration is
 /// `r_k (x1 - x0) / 2 + (4 - k) d_k x0 + k d_(k-1) x1`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Accelerations<const N: usize> {
+pub(super) struct CellAccelerations<const N: usize> {
     r: [[f64; N]; 5],
     d: [[f64; N]; 4],
     /// Limit towards minus over the one towards plus.
@@ -26,10 +26,10 @@ const fn coefficient(place: usize, of: usize) -> usize {
     if of == 2 { place * 4 } else { place }
 }
 
-impl<const N: usize> Accelerations<N> {
+impl<const N: usize> CellAccelerations<N> {
     /// Nothing that moves, within these limits.
     #[inline]
-    fn within(limits: &Reciprocals<N>) -> Self {
+    fn within(limits: &ReciprocalLimits<N>) -> Self {
         let sides = &limits.acceleration;
         let ratio = |over: &SVector<f64, N>, under: &SVector<f64, N>| {
             std::array::from_fn(|axis| over[axis] / under[axis])
@@ -109,12 +109,12 @@ impl<const N: usize> Accelerations<N> {
     }
 }
 
-impl<const N: usize> Cell<N> {
+impl<const N: usize> FeedCell<N> {
     /// What the Bernstein coefficients of the axis accelerations over their limits are made of.
     #[inline]
-    pub(super) fn accelerations(&self, limits: &Reciprocals<N>) -> Accelerations<N> {
+    pub(super) fn accelerations(&self, limits: &ReciprocalLimits<N>) -> CellAccelerations<N> {
         let per_length = 1.0 / self.h;
-        let mut scaled = Accelerations::within(limits);
+        let mut scaled = CellAccelerations::within(limits);
         for axis in 0..N {
             let scale = limits.acceleration.plus[axis] * per_length;
             for k in 0..5 {
@@ -133,10 +133,10 @@ impl<const N: usize> Cell<N> {
     pub(super) fn at_rows(
         from: &AxisNode<N>,
         to: &AxisNode<N>,
-        limits: &Reciprocals<N>,
-    ) -> Accelerations<N> {
+        limits: &ReciprocalLimits<N>,
+    ) -> CellAccelerations<N> {
         let per_length = 1.0 / (to.s - from.s);
-        let mut scaled = Accelerations::within(limits);
+        let mut scaled = CellAccelerations::within(limits);
         for axis in 0..N {
             let inverse = limits.acceleration.plus[axis];
             scaled.r[0][axis] = from.q[1][axis] * (inverse * per_length);
@@ -151,11 +151,11 @@ impl<const N: usize> Cell<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::directional::Sides;
+    use crate::feed::directional::DirectionalLimits;
     use nalgebra::Vector1;
 
-    fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
-        Cell {
+    fn cell(rates: [f64; 5], h: f64) -> FeedCell<1> {
+        FeedCell {
             h,
             rates: rates.map(Vector1::new),
             doubt: Vector1::zeros(),
@@ -168,8 +168,8 @@ mod tests {
     #[test]
     fn strips_are_the_acceleration_in_bernstein_form() {
         let cell = cell([0.0, 0.25, 0.5, 0.75, 1.0], 1.0);
-        let acceleration = Sides::both(Vector1::new(0.5));
-        let limits = Reciprocals { acceleration, ..Reciprocals::none() };
+        let acceleration = DirectionalLimits::both(Vector1::new(0.5));
+        let limits = ReciprocalLimits { acceleration, ..ReciprocalLimits::none() };
         let x = [3.0, 7.0];
         for (k, t) in [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().enumerate() {
             let want = (3.0 + 6.0 * t) * 0.5;

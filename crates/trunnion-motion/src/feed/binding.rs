@@ -1,18 +1,18 @@
 //! The limits that bind along a profile.
 
-use super::cell::Cell;
-use super::grid::Grid;
-use super::plan::Binding;
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::cell::FeedCell;
+use super::grid::FeedGrid;
+use super::plan::BindingLimit;
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 
 /// What binds from each row to the next; the last entry repeats.
 pub(super) fn binding<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
-) -> Vec<Binding> {
-    let mut binding: Vec<Binding> = grid
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
+    limits: &ReciprocalLimits<N>,
+) -> Vec<BindingLimit> {
+    let mut binding: Vec<BindingLimit> = grid
         .cells
         .iter()
         .enumerate()
@@ -25,10 +25,10 @@ pub(super) fn binding<const N: usize>(
 /// Which limit is used most in the middle of a cell. Time goes with the root of the acceleration, so an
 /// acceleration's share is its root; shares are compared as squares.
 fn binding_in_cell<const N: usize>(
-    cell: &Cell<N>,
-    limits: &Reciprocals<N>,
+    cell: &FeedCell<N>,
+    limits: &ReciprocalLimits<N>,
     x: [f64; 2],
-) -> Binding {
+) -> BindingLimit {
     let [rate, bend] = cell.rates_in_the_middle();
     let [square, u] = [0.5 * (x[0] + x[1]), 0.5 * (x[1] - x[0]) / cell.h];
     let [mut accelerations, mut velocities] = [[0.0; N]; 2];
@@ -43,17 +43,17 @@ fn binding_in_cell<const N: usize>(
         square * rate * rate
     };
     let [feed, tip] = [point(cell.feed_rate, limits.feed), point(cell.tip_rate, limits.tip)];
-    let mut most = (0.0, Binding::Still);
+    let mut most = (0.0, BindingLimit::Still);
     for axis in 0..N {
         let name = u8::try_from(axis).unwrap_or(u8::MAX);
         if accelerations[axis] > most.0 {
-            most = (accelerations[axis], Binding::Acceleration(name));
+            most = (accelerations[axis], BindingLimit::Acceleration(name));
         }
         if velocities[axis] > most.0 {
-            most = (velocities[axis], Binding::Velocity(name));
+            most = (velocities[axis], BindingLimit::Velocity(name));
         }
     }
-    for (square, name) in [(feed, Binding::Feed), (tip, Binding::Tip)] {
+    for (square, name) in [(feed, BindingLimit::Feed), (tip, BindingLimit::Tip)] {
         if square > most.0 {
             most = (square, name);
         }

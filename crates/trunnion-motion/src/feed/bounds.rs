@@ -1,19 +1,19 @@
 //! Guaranteed bounds of a profile over a whole piece.
 
-use super::grid::Grid;
+use super::grid::FeedGrid;
 use super::numeric::{largest, scaled};
-use super::plan::Ratios;
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::plan::LimitRatios;
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 
 /// Upper bounds of velocity and acceleration ratios over the whole piece.
 pub(super) fn bounds<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
-) -> Ratios {
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
+    limits: &ReciprocalLimits<N>,
+) -> LimitRatios {
     let acceleration = profile.acceleration.unwrap_or_default();
-    let mut bounds = Ratios { acceleration, ..Ratios::default() };
+    let mut bounds = LimitRatios { acceleration, ..LimitRatios::default() };
     let mut square = 0.0_f64;
     for (index, cell) in grid.cells.iter().enumerate() {
         let x = profile.ends(index);

@@ -3,13 +3,13 @@
 use super::limits::Limits;
 use super::lower_bound;
 use super::options::FeedOptions;
-use super::reciprocal::Reciprocals;
+use super::reciprocal::ReciprocalLimits;
 use crate::types::Motion;
 use nalgebra::SVector;
 
 /// Largest `ds/dt` at one place, whatever happens elsewhere \[s per s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ceiling {
+pub struct SpeedCeiling {
     /// From the axis velocities.
     pub velocity: f64,
     /// From the axis accelerations: above it no `d²s/dt²` satisfies all axes at once.
@@ -28,7 +28,7 @@ pub fn ceiling<const N: usize>(
     rate: &SVector<f64, N>,
     curvature: &SVector<f64, N>,
     limits: &Limits<N>,
-) -> Ceiling {
+) -> SpeedCeiling {
     let options = FeedOptions {
         feed: None,
         link_feed: None,
@@ -37,8 +37,8 @@ pub fn ceiling<const N: usize>(
         ends: [0.0; 2],
         guarantee: true,
     };
-    let limits = Reciprocals::new(Motion::Cut, limits, &options);
-    Ceiling {
+    let limits = ReciprocalLimits::new(Motion::Cut, limits, &options);
+    SpeedCeiling {
         velocity: (0..N)
             .map(|axis| limits.velocity.share(axis, rate[axis]))
             .fold(0.0, f64::max)

@@ -7,13 +7,13 @@
 //! *everywhere* between the rows. The first and the last are the interpolation scheme of TOPP-RA.
 
 use super::numeric::{largest, scaled, tangent};
-use super::reciprocal::Reciprocals;
+use super::reciprocal::ReciprocalLimits;
 use crate::types::AxisNode;
 use nalgebra::SVector;
 
 /// A stretch of path between two rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell<const N: usize> {
+pub(super) struct FeedCell<const N: usize> {
     /// Length in `s`.
     pub(super) h: f64,
     /// Bernstein coefficients of the quartic `q'`.
@@ -33,7 +33,7 @@ pub(super) const MIDDLE: [f64; 3] = [0.0625, 0.25, 0.375];
 /// the averages of up to a dozen cuts.
 const ROUNDINGS: f64 = 64.0;
 
-impl<const N: usize> Cell<N> {
+impl<const N: usize> FeedCell<N> {
     /// The quintic between two nodes.
     pub(super) fn between(from: &AxisNode<N>, to: &AxisNode<N>) -> Self {
         let h = to.s - from.s;
@@ -88,7 +88,7 @@ impl<const N: usize> Cell<N> {
 
     /// Largest `x` at both ends by the speed limits there alone.
     #[inline]
-    pub(super) fn end_caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {
+    pub(super) fn end_caps(&self, limits: &ReciprocalLimits<N>) -> [f64; 2] {
         let cap = |rates: &SVector<f64, N>, end: usize| {
             let mut most =
                 largest(self.feed_rate[end] * limits.feed, self.tip_rate[end] * limits.tip);
@@ -102,7 +102,7 @@ impl<const N: usize> Cell<N> {
 
     /// Largest `x` at both ends such that a linear `x` below keeps every speed limit in between.
     #[inline]
-    pub(super) fn caps(&self, limits: &Reciprocals<N>) -> [f64; 2] {
+    pub(super) fn caps(&self, limits: &ReciprocalLimits<N>) -> [f64; 2] {
         let lines = self.speed_lines(limits);
         let points = [scaled(self.feed_rate, limits.feed), scaled(self.tip_rate, limits.tip)];
         let mut above = [0.0; 2];
@@ -125,7 +125,7 @@ impl<const N: usize> Cell<N> {
 
     /// For each axis a line (its values at both ends) above `|q'|` over the velocity limit.
     #[inline]
-    pub(super) fn speed_lines(&self, limits: &Reciprocals<N>) -> [[f64; 2]; N] {
+    pub(super) fn speed_lines(&self, limits: &ReciprocalLimits<N>) -> [[f64; 2]; N] {
         std::array::from_fn(|axis| {
             let rate = |k: usize| limits.velocity.share(axis, self.rates[k][axis]);
             let [first, last] = [rate(0), rate(4)];
@@ -153,7 +153,7 @@ impl<const N: usize> Cell<N> {
     }
 }
 
-impl<const N: usize> Cell<N> {
+impl<const N: usize> FeedCell<N> {
     /// What rounding leaves open of second derivatives: `4 / h` of differences of rates is taken.
     pub(super) fn blur(&self) -> SVector<f64, N> {
         self.doubt * (8.0 / self.h)
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector1;
 
-    impl<const N: usize> Cell<N> {
+    impl<const N: usize> FeedCell<N> {
         /// Rates at fraction `t` by de Casteljau's scheme: `q'` and `q''`.
         fn rates_at(&self, t: f64) -> [SVector<f64, N>; 2] {
             let mut rest = self.rates;
@@ -178,8 +178,8 @@ mod tests {
         }
     }
 
-    fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
-        Cell {
+    fn cell(rates: [f64; 5], h: f64) -> FeedCell<1> {
+        FeedCell {
             h,
             rates: rates.map(Vector1::new),
             doubt: Vector1::zeros(),
@@ -203,7 +203,7 @@ mod tests {
             tip_rate: 1.0,
         };
         let (ulp, h) = (300.0 * f64::EPSILON, 1e-7);
-        let cell = Cell::between(&node(0.0, 0.0), &node(h, ulp));
+        let cell = FeedCell::between(&node(0.0, 0.0), &node(h, ulp));
         let mut largest = 0.0f64;
         for part in cell.split(0.5).iter().flat_map(|half| half.split(0.5)) {
             for t in [0.0, 0.3, 1.0] {

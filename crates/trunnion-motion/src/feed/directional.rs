@@ -5,12 +5,12 @@ use nalgebra::SVector;
 
 /// Reciprocal limits of what an axis does towards plus and towards minus; 0 is unlimited.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sides<const N: usize> {
+pub(super) struct DirectionalLimits<const N: usize> {
     pub(super) plus: SVector<f64, N>,
     pub(super) minus: SVector<f64, N>,
 }
 
-impl<const N: usize> Sides<N> {
+impl<const N: usize> DirectionalLimits<N> {
     /// From limits; those towards minus where they differ.
     pub(super) fn of(plus: SVector<f64, N>, minus: Option<SVector<f64, N>>) -> Self {
         let inverse = |limits: SVector<f64, N>| limits.map(f64::recip);

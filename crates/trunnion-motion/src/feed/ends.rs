@@ -4,12 +4,12 @@ use super::options::FeedOptions;
 
 /// Squared speeds at the ends of a piece.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ends {
+pub(super) struct EndSquares {
     pub(super) start: f64,
     pub(super) end: f64,
 }
 
-impl Ends {
+impl EndSquares {
     /// Those of piece `index` of `count`: inner ones rest.
     pub(super) fn of(index: usize, count: usize, options: &FeedOptions) -> Self {
         let [start, end] = options.ends;

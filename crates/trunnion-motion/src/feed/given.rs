@@ -1,16 +1,16 @@
 //! The user's own speed along the path: what the axes do, and where which limit breaks.
 
-use super::cell::Cell;
-use super::directional::Sides;
-use super::ends::Ends;
+use super::cell::FeedCell;
+use super::directional::DirectionalLimits;
+use super::ends::EndSquares;
 use super::error::FeedError;
-use super::grid::Grid;
+use super::grid::FeedGrid;
 use super::limits::Limits;
 use super::options::FeedOptions;
 use super::pieces::{assemble, plan_all, planned};
-use super::plan::{Binding, Plan};
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::plan::{BindingLimit, FeedPlan};
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 use super::{lower_bound, measure, validate as feed_validate};
 use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 use nalgebra::SVector;
@@ -38,13 +38,13 @@ pub struct GivenSpeed {
 
 /// A stretch on which a limit does not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Breach {
+pub struct LimitBreach {
     /// Index of the piece.
     pub piece: usize,
     /// Where it begins and ends, to an eighth of the way between rows.
     pub s: [f64; 2],
     /// Which limit.
-    pub limit: Binding,
+    pub limit: BindingLimit,
     /// Largest value over the limit.
     pub ratio: f64,
     /// Where that is.
@@ -70,7 +70,7 @@ pub fn given<const N: usize>(
     speeds: &[GivenSpeed],
     (limits, options): (&Limits<N>, &FeedOptions),
     progress: &dyn Progress,
-) -> Result<(Plan, Vec<Breach>), FeedError> {
+) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
     feed_validate::validate(path, limits, options)?;
     if speeds.len() != path.pieces.len() {
         return Err(FeedError::GivenPieces { path: path.pieces.len(), given: speeds.len() });
@@ -79,31 +79,34 @@ pub fn given<const N: usize>(
         validate(index, piece, given)?;
     }
     let planned = plan_all(path, progress, |index, piece| {
-        let inverse = Reciprocals::new(piece.motion, limits, options);
+        let inverse = ReciprocalLimits::new(piece.motion, limits, options);
         let (nodes, grid, profile) =
             grid(piece, speeds.get(index).unwrap_or(&GivenSpeed::default()));
         moving(index, &grid, &profile)?;
         let ends = [profile.x.first(), profile.x.last()].map(|x| x.copied().unwrap_or_default());
-        let ends = Ends { start: ends[0], end: ends[1] };
+        let ends = EndSquares { start: ends[0], end: ends[1] };
         let lower_bound = lower_bound::bound(&nodes, &inverse, &ends);
         Ok(planned(piece, (&grid, &profile), &inverse, lower_bound))
     })?;
     let plan = assemble(planned);
     let pieces = path.pieces.iter().zip(&plan.schedule.pieces).enumerate();
     let breaches = pieces.flat_map(|(index, (piece, schedule))| {
-        breaches(index, piece, schedule, &Reciprocals::new(piece.motion, limits, options))
+        breaches(index, piece, schedule, &ReciprocalLimits::new(piece.motion, limits, options))
     });
     let breaches = breaches.collect();
     Ok((plan, breaches))
 }
 
 /// The nodes alone, then nodes and rows in between, and the squared speeds there.
-fn grid<const N: usize>(piece: &AxisPiece<N>, given: &GivenSpeed) -> (Grid<N>, Grid<N>, Profile) {
-    let mut nodes = Grid { s: Vec::new(), cells: Vec::new() };
+fn grid<const N: usize>(
+    piece: &AxisPiece<N>,
+    given: &GivenSpeed,
+) -> (FeedGrid<N>, FeedGrid<N>, SpeedProfile) {
+    let mut nodes = FeedGrid { s: Vec::new(), cells: Vec::new() };
     let mut grid = nodes.clone();
     for pair in piece.nodes.windows(2) {
         let [from, to] = [pair[0].s, pair[1].s];
-        let mut rest = Cell::between(&pair[0], &pair[1]);
+        let mut rest = FeedCell::between(&pair[0], &pair[1]);
         nodes.cells.push(rest);
         let mut last = from;
         grid.s.push(from);
@@ -121,7 +124,7 @@ fn grid<const N: usize>(piece: &AxisPiece<N>, given: &GivenSpeed) -> (Grid<N>, G
     }
     grid.s.extend(piece.nodes.last().map(|node| node.s));
     let x = grid.s.iter().map(|&s| square_at(given, s)).collect();
-    (nodes, grid, Profile { x, acceleration: None })
+    (nodes, grid, SpeedProfile { x, acceleration: None })
 }
 
 /// Squared speed at `s`.
@@ -137,8 +140,8 @@ fn square_at(given: &GivenSpeed, s: f64) -> f64 {
 /// Nothing stands still where the path goes on.
 fn moving<const N: usize>(
     piece: usize,
-    grid: &Grid<N>,
-    profile: &Profile,
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
 ) -> Result<(), FeedError> {
     for (index, cell) in grid.cells.iter().enumerate() {
         let [from, to] = profile.ends(index);
@@ -155,10 +158,10 @@ fn breaches<const N: usize>(
     index: usize,
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
-    limits: &Reciprocals<N>,
-) -> Vec<Breach> {
+    limits: &ReciprocalLimits<N>,
+) -> Vec<LimitBreach> {
     let names = names::<N>();
-    let mut open: Vec<Option<Breach>> = vec![None; names.len()];
+    let mut open: Vec<Option<LimitBreach>> = vec![None; names.len()];
     let mut closed = Vec::new();
     for row in 0..schedule.s.len().saturating_sub(1) {
         let interval = piece.interval_at(schedule.s[row]);
@@ -175,7 +178,7 @@ fn breaches<const N: usize>(
                     closed.extend(slot.take());
                     continue;
                 }
-                let fresh = Breach { piece: index, s: [s; 2], limit: *limit, ratio, worst: s };
+                let fresh = LimitBreach { piece: index, s: [s; 2], limit: *limit, ratio, worst: s };
                 let breach = slot.get_or_insert(fresh);
                 breach.s[1] = s;
                 if ratio > breach.ratio {
@@ -191,11 +194,11 @@ fn breaches<const N: usize>(
 }
 
 /// Limits in the order of [`ratios`].
-fn names<const N: usize>() -> Vec<Binding> {
+fn names<const N: usize>() -> Vec<BindingLimit> {
     let axis = |axis: usize| u8::try_from(axis).unwrap_or(u8::MAX);
-    let kinds = [Binding::Velocity, Binding::Acceleration, Binding::Jerk];
+    let kinds = [BindingLimit::Velocity, BindingLimit::Acceleration, BindingLimit::Jerk];
     let axes = kinds.into_iter().flat_map(|kind| (0..N).map(move |index| kind(axis(index))));
-    axes.chain([Binding::Feed, Binding::Tip]).collect()
+    axes.chain([BindingLimit::Feed, BindingLimit::Tip]).collect()
 }
 
 /// Everything over its limit, at one moment; `d²s/dt²` is constant.
@@ -203,18 +206,18 @@ fn ratios<const N: usize>(
     q: &[SVector<f64, N>; 4],
     [v, u]: [f64; 2],
     [feed, tip]: [f64; 2],
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
 ) -> Vec<f64> {
     let velocity = q[1] * v;
     let acceleration = q[1] * u + q[2] * (v * v);
     let jerk = q[2] * (3.0 * u * v) + q[3] * v.powi(3);
-    let over = |values: SVector<f64, N>, sides: &Sides<N>| {
+    let over = |values: SVector<f64, N>, sides: &DirectionalLimits<N>| {
         SVector::<f64, N>::from_fn(|axis, _| sides.share(axis, values[axis]))
     };
     let all = [
         over(velocity, &limits.velocity),
         over(acceleration, &limits.acceleration),
-        over(jerk, &Sides::both(limits.jerk.unwrap_or_else(SVector::zeros))),
+        over(jerk, &DirectionalLimits::both(limits.jerk.unwrap_or_else(SVector::zeros))),
     ];
     let axes = all.iter().flat_map(|values| values.iter().copied());
     axes.chain([v * feed * limits.feed, v * tip * limits.tip]).collect()

@@ -1,14 +1,14 @@
 //! The rows of a piece.
 
-use super::cell::Cell;
+use super::cell::FeedCell;
 
 /// Rows of a piece and the cells between them.
 #[derive(Debug, Clone)]
-pub(super) struct Grid<const N: usize> {
+pub(super) struct FeedGrid<const N: usize> {
     /// Path parameter of each row.
     pub(super) s: Vec<f64>,
     /// One less than rows.
-    pub(super) cells: Vec<Cell<N>>,
+    pub(super) cells: Vec<FeedCell<N>>,
 }
 
 /// Whether differences of three neighbouring `s` keep half of their digits.

@@ -15,7 +15,7 @@ pub struct Limits<const N: usize> {
     /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by [`super::optimal`].
     pub jerk: Option<SVector<f64, N>>,
     /// What differs towards minus; `None` for limits that are the same in both directions. Kept to the full by
-    /// [`super::optimal`], [`super::Stream`] and [`super::given()`]; planners with jerk limits and [`super::blocks()`]
+    /// [`super::optimal`], [`super::FeedStream`] and [`super::given()`]; planners with jerk limits and [`super::blocks()`]
     /// keep the smaller of both directions.
     pub minus: Option<MinusLimits<N>>,
 }

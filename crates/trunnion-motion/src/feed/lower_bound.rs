@@ -7,23 +7,27 @@
 //!   `|s_k u + c_k x| <= a_k` leaves `x <= (a_j |s_k| + a_k |s_j|) / |s_j c_k - s_k c_j|`;
 //! * speed limits, integrated over the cell: `dt >= |dq_j| / v_j`.
 
-use super::cell::Cell;
-use super::ends::Ends;
-use super::grid::Grid;
+use super::cell::FeedCell;
+use super::ends::EndSquares;
+use super::grid::FeedGrid;
 use super::numeric::largest;
-use super::reciprocal::Reciprocals;
+use super::reciprocal::ReciprocalLimits;
 use nalgebra::SVector;
 
 /// Lower bound of the time with the given speeds at the ends \[s\].
-pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> f64 {
+pub(super) fn bound<const N: usize>(
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    ends: &EndSquares,
+) -> f64 {
     // What holds with the larger limit of both directions holds with both.
-    let limits = &Reciprocals { acceleration: limits.acceleration.loosest(), ..*limits };
+    let limits = &ReciprocalLimits { acceleration: limits.acceleration.loosest(), ..*limits };
     let x = reachable(grid, limits, ends);
     let mut sum = 0.0;
     let mut ahead = x.last().map_or(0.0, |x| x.min(ends.end));
     let mut to = ahead.sqrt();
     for (cell, here) in grid.cells.iter().zip(&x).rev() {
-        let travel = Travel::of(cell, limits);
+        let travel = AxisTravel::of(cell, limits);
         let here = travel.gain(ahead, *here, [1, 0]);
         let from = here.sqrt();
         sum += cell_time(cell, &travel, ([here, ahead], [from, to]), limits);
@@ -34,7 +38,11 @@ pub(super) fn bound<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, end
 }
 
 /// Upper bounds of `x` at the rows, going forwards.
-fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &Ends) -> Vec<f64> {
+fn reachable<const N: usize>(
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    ends: &EndSquares,
+) -> Vec<f64> {
     let mut x = Vec::with_capacity(grid.cells.len() + 1);
     let mut here = ends.start;
     for cell in &grid.cells {
@@ -45,7 +53,7 @@ fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &End
             here = here.min(pairs);
         }
         x.push(here);
-        here = Travel::of(cell, limits).gain(here, f64::INFINITY, [0, 1]);
+        here = AxisTravel::of(cell, limits).gain(here, f64::INFINITY, [0, 1]);
     }
     x.push(here);
     x
@@ -53,7 +61,7 @@ fn reachable<const N: usize>(grid: &Grid<N>, limits: &Reciprocals<N>, ends: &End
 
 /// Largest `x` at the start of a cell by the speed limits.
 #[inline]
-fn speed_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
+fn speed_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> f64 {
     let mut most = largest(cell.feed_rate[0] * limits.feed, cell.tip_rate[0] * limits.tip);
     for axis in 0..N {
         most = largest(limits.velocity.share(axis, cell.rates[0][axis]), most);
@@ -62,7 +70,7 @@ fn speed_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
 }
 
 /// What each axis travels in a cell.
-struct Travel<const N: usize> {
+struct AxisTravel<const N: usize> {
     /// Squared rates at both ends over the acceleration limit.
     squares: [[f64; N]; 2],
     /// Twice the distance; infinite for an axis that may turn round, which says nothing then.
@@ -72,9 +80,9 @@ struct Travel<const N: usize> {
     net: [f64; N],
 }
 
-impl<const N: usize> Travel<N> {
+impl<const N: usize> AxisTravel<N> {
     #[inline]
-    fn of(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
+    fn of(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> Self {
         let mut travel =
             Self { squares: [[0.0; N]; 2], twice: [0.0; N], signed: [0.0; N], net: [0.0; N] };
         let share = 0.2 * cell.h;
@@ -113,7 +121,7 @@ impl<const N: usize> Travel<N> {
     /// The axis that needs longest, by what its speed can be half-way from either end: the one with
     /// the least `x` there.
     #[inline]
-    fn slowest(&self, x: [f64; 2], limits: &Reciprocals<N>) -> Option<usize> {
+    fn slowest(&self, x: [f64; 2], limits: &ReciprocalLimits<N>) -> Option<usize> {
         let [mut least, mut weight] = [f64::INFINITY, 1.0];
         let mut slowest = None;
         for axis in 0..N {
@@ -134,7 +142,7 @@ impl<const N: usize> Travel<N> {
 fn bent<const N: usize>(
     [s, c]: &[SVector<f64, N>; 2],
     blur: &SVector<f64, N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     x: f64,
 ) -> bool {
     let inverse = &limits.acceleration.plus;
@@ -164,7 +172,7 @@ fn bent<const N: usize>(
 pub(super) fn pair_cap<const N: usize>(
     [s, c]: [SVector<f64, N>; 2],
     blur: &SVector<f64, N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
 ) -> f64 {
     let sides = &limits.acceleration;
     let [s, c, blur] = [s, c, *blur].map(|rate| rate.component_mul(&sides.plus));
@@ -205,10 +213,10 @@ pub(super) fn pair_cap<const N: usize>(
 /// Lower bound of the time in a cell whose ends are passed with at most the given `x` and `ds/dt`.
 #[inline]
 fn cell_time<const N: usize>(
-    cell: &Cell<N>,
-    travel: &Travel<N>,
+    cell: &FeedCell<N>,
+    travel: &AxisTravel<N>,
     (squares, ends): ([f64; 2], [f64; 2]),
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
 ) -> f64 {
     let mean = |rate: [f64; 2]| 0.5 * (rate[0] + rate[1]);
     let mut time =
@@ -247,7 +255,7 @@ fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
 }
 
 /// Upper bound of the two-axis cap over a whole cell, from Bernstein coefficients.
-fn cell_pair_cap<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> f64 {
+fn cell_pair_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> f64 {
     let s = cell.rates.map(|rate| rate.component_mul(&limits.acceleration.plus));
     let blur = cell.blur().component_mul(&limits.acceleration.plus);
     let largest = |axis: usize| s.iter().map(|rate| rate[axis].abs()).fold(0.0, f64::max);

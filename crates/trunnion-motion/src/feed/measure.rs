@@ -1,40 +1,40 @@
 //! Dense measurement of a schedule with another discretisation.
 
 use super::numeric::largest;
-use super::plan::Ratios;
-use super::reciprocal::Reciprocals;
+use super::plan::LimitRatios;
+use super::reciprocal::ReciprocalLimits;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisPiece, SchedulePiece};
 
-/// Samples from a row to the next, evenly in time. Both ends are among them, each seen from inside:
+/// IntervalSamples from a row to the next, evenly in time. Both ends are among them, each seen from inside:
 /// jerk jumps at nodes and is often largest there.
 const SAMPLES: usize = 4;
 
 /// Largest values found between and at rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Measured {
-    pub(super) ratios: Ratios,
+pub(super) struct MeasuredRatios {
+    pub(super) ratios: LimitRatios,
     pub(super) acceleration_step: f64,
 }
 
-/// Samples the schedule evenly in time and evaluates the path in the power basis, so that neither
+/// IntervalSamples the schedule evenly in time and evaluates the path in the power basis, so that neither
 /// the grid nor the polynomial basis of the planner is used.
 pub(super) fn measure<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
-    limits: &Reciprocals<N>,
-) -> Measured {
-    let mut most = Most { velocity: 0.0, acceleration: 0.0, jerk: 0.0, step: 0.0 };
+    limits: &ReciprocalLimits<N>,
+) -> MeasuredRatios {
+    let mut most = LargestRatios { velocity: 0.0, acceleration: 0.0, jerk: 0.0, step: 0.0 };
     let mut before = 0.0;
     let mut row = 0;
     // Every node is a row, so a row interval lies in one node interval.
     for (interval, nodes) in piece.nodes.windows(2).enumerate() {
         let Some((origin, quintic)) = piece.quintic(interval) else { break };
-        let curve = Curve::new(&quintic);
+        let curve = PowerCurve::new(&quintic);
         let feed = [nodes[0].feed_rate, nodes[1].feed_rate].map(|rate| rate * limits.feed);
         let tip = [nodes[0].tip_rate, nodes[1].tip_rate].map(|rate| rate * limits.tip);
         while row + 1 < schedule.s.len() && schedule.s[row] < nodes[1].s {
-            let motion = Samples::of(schedule, row, [origin, curve.per_length]);
+            let motion = IntervalSamples::of(schedule, row, [origin, curve.per_length]);
             curve.look(&motion, limits, &mut most);
             most.step =
                 largest(curve.start(&motion, limits) * (motion.u - before).abs(), most.step);
@@ -46,16 +46,16 @@ pub(super) fn measure<const N: usize>(
             row += 1;
         }
     }
-    let ratios = Ratios {
+    let ratios = LimitRatios {
         velocity: most.velocity,
         acceleration: most.acceleration,
         jerk: limits.jerk.map(|_| most.jerk),
     };
-    Measured { ratios, acceleration_step: most.step }
+    MeasuredRatios { ratios, acceleration_step: most.step }
 }
 
 /// Largest shares of the limits seen.
-struct Most {
+struct LargestRatios {
     velocity: f64,
     acceleration: f64,
     jerk: f64,
@@ -63,14 +63,14 @@ struct Most {
 }
 
 /// Some moments on one quintic under constant `u = d²s/dt²`.
-struct Samples {
+struct IntervalSamples {
     /// Places as shares of the quintic's length.
     at: [f64; SAMPLES],
     v: [f64; SAMPLES],
     u: f64,
 }
 
-impl Samples {
+impl IntervalSamples {
     /// From a row of the schedule to the next, on a quintic that starts at `origin`.
     #[inline]
     fn of(schedule: &SchedulePiece, row: usize, [origin, per_length]: [f64; 2]) -> Self {
@@ -83,13 +83,13 @@ impl Samples {
 }
 
 /// Derivatives of a quintic in the power basis.
-struct Curve<const N: usize> {
+struct PowerCurve<const N: usize> {
     per_length: f64,
     /// Coefficients of `q'`, axis by axis; those of `q''` and `q'''` follow from them.
     rate: [[f64; 5]; N],
 }
 
-impl<const N: usize> Curve<N> {
+impl<const N: usize> PowerCurve<N> {
     #[inline]
     fn new(quintic: &Quintic<N>) -> Self {
         let per_length = 1.0 / quintic.length();
@@ -102,7 +102,7 @@ impl<const N: usize> Curve<N> {
 
     /// Largest `|q'|` over the acceleration limit at the first of the moments.
     #[inline]
-    fn start(&self, motion: &Samples, limits: &Reciprocals<N>) -> f64 {
+    fn start(&self, motion: &IntervalSamples, limits: &ReciprocalLimits<N>) -> f64 {
         let mut most = 0.0;
         let sides = &limits.acceleration;
         for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
@@ -115,8 +115,13 @@ impl<const N: usize> Curve<N> {
 
     /// `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = 3 q'' u v + q''' v³`, over the limits.
     #[inline]
-    fn look(&self, motion: &Samples, limits: &Reciprocals<N>, most: &mut Most) {
-        let Samples { at: t, v, u } = *motion;
+    fn look(
+        &self,
+        motion: &IntervalSamples,
+        limits: &ReciprocalLimits<N>,
+        most: &mut LargestRatios,
+    ) {
+        let IntervalSamples { at: t, v, u } = *motion;
         let vv = v.map(|v| v * v * self.per_length);
         for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
             let [mut velocity, mut acceleration] = [[0.0; SAMPLES]; 2];

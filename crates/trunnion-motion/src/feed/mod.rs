@@ -28,14 +28,18 @@ mod speed_limit;
 mod stream;
 mod validate;
 
-pub use blocks::{Ahead, BlockOptions, PlannedBlock, Ramp, Tiny, blocks, look_ahead};
-pub use ceiling::{Ceiling, ceiling};
+pub use blocks::{
+    LookAhead, LookAheadOptions, PlannedBlock, SpeedRamp, TinyBlocks, blocks, look_ahead,
+};
+pub use ceiling::{SpeedCeiling, ceiling};
 pub use error::{FeedError, LimitKind};
-pub use given::{Breach, GivenSpeed, given};
+pub use given::{GivenSpeed, LimitBreach, given};
 pub use jerk::{jerk, jerk_between};
 pub use limits::{Limits, MinusLimits};
 pub use optimal::{optimal, optimal_schedule};
 pub use options::FeedOptions;
-pub use plan::{Binding, Plan, Ratios};
+pub use plan::{BindingLimit, FeedPlan, LimitRatios};
 pub use speed_limit::limit_speeds;
-pub use stream::{AnyStream, JerkStream, Step, Stream, StreamOptions, jerk_through_window};
+pub use stream::{
+    AnyStream, FeedStream, JerkStream, StreamOptions, StreamStep, jerk_through_window,
+};

@@ -1,13 +1,13 @@
 //! The fastest schedule within velocity and acceleration limits.
 
-use super::ends::Ends;
+use super::ends::EndSquares;
 use super::error::FeedError;
 use super::limits::Limits;
 use super::options::FeedOptions;
 use super::pieces::{PlannedPiece, assemble, plan_all, planned};
-use super::plan::Plan;
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::plan::FeedPlan;
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 use super::{lower_bound, refine, validate};
 use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece};
 
@@ -30,12 +30,12 @@ pub fn optimal<const N: usize>(
     limits: &Limits<N>,
     options: &FeedOptions,
     progress: &dyn Progress,
-) -> Result<Plan, FeedError> {
+) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
-        let limits = Reciprocals::new(piece.motion, limits, options);
-        plan_piece(piece, &limits, options, &Ends::of(index, count, options))
+        let limits = ReciprocalLimits::new(piece.motion, limits, options);
+        plan_piece(piece, &limits, options, &EndSquares::of(index, count, options))
     })?;
     Ok(assemble(planned))
 }
@@ -54,8 +54,8 @@ pub fn optimal_schedule<const N: usize>(
     validate::validate(path, limits, options)?;
     let count = path.pieces.len();
     let mut pieces = plan_all(path, progress, |index, piece| {
-        let limits = Reciprocals::new(piece.motion, limits, options);
-        schedule_piece(piece, &limits, options, &Ends::of(index, count, options))
+        let limits = ReciprocalLimits::new(piece.motion, limits, options);
+        schedule_piece(piece, &limits, options, &EndSquares::of(index, count, options))
     })?;
     let mut start = 0.0;
     for piece in &mut pieces {
@@ -67,12 +67,12 @@ pub fn optimal_schedule<const N: usize>(
 
 fn schedule_piece<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
-    ends: &Ends,
+    ends: &EndSquares,
 ) -> Result<SchedulePiece, FeedError> {
     if !options.guarantee && piece.nodes.len() > refine::FEWEST_CELLS {
-        let profile = Profile::fastest_at_nodes(&piece.nodes, limits, ends);
+        let profile = SpeedProfile::fastest_at_nodes(&piece.nodes, limits, ends);
         profile.check_ends(ends)?;
         let s = piece.nodes.iter().map(|node| node.s).collect();
         let lengths = piece.nodes.windows(2).map(|pair| pair[1].s - pair[0].s);
@@ -85,9 +85,9 @@ fn schedule_piece<const N: usize>(
 
 fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
-    ends: &Ends,
+    ends: &EndSquares,
 ) -> Result<PlannedPiece, FeedError> {
     let (grid, profile) = refine::plan(piece, limits, (options, ends));
     profile.check_ends(ends)?;
@@ -98,7 +98,7 @@ fn plan_piece<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::plan::Binding;
+    use crate::feed::plan::BindingLimit;
     use crate::types::{AxisNode, Motion, Silent};
     use nalgebra::{SVector, Vector1, Vector2};
 
@@ -136,7 +136,11 @@ mod tests {
         path(vec![at(0.0), at(length)])
     }
 
-    fn duration<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, o: &FeedOptions) -> Plan {
+    fn duration<const N: usize>(
+        path: &AxisPath<N>,
+        limits: &Limits<N>,
+        o: &FeedOptions,
+    ) -> FeedPlan {
         optimal(path, limits, o, &Silent).unwrap()
     }
 
@@ -159,12 +163,12 @@ mod tests {
         let options = FeedOptions { feed: Some(20.0), ..FREE };
         let cut = duration(&line(100.0), &limits(50.0, 500.0), &options);
         assert!((cut.schedule.duration() - (100.0 / 20.0 + 20.0 / 500.0)).abs() < 1e-9);
-        assert_eq!(cut.binding[0][cut.binding[0].len() / 2], Binding::Feed);
+        assert_eq!(cut.binding[0][cut.binding[0].len() / 2], BindingLimit::Feed);
         let mut link = line(100.0);
         link.pieces[0].motion = Motion::Link;
         let link = duration(&link, &limits(50.0, 500.0), &options);
         assert!((link.schedule.duration() - (100.0 / 100.0 + 100.0 / 500.0)).abs() < 1e-9);
-        assert_eq!(link.binding[0][0], Binding::Acceleration(0));
+        assert_eq!(link.binding[0][0], BindingLimit::Acceleration(0));
     }
 
     #[test]
@@ -198,7 +202,7 @@ mod tests {
         }
         let plan = duration(&still, &limits(50.0, 500.0), &FREE);
         assert_eq!(plan.schedule.duration(), 0.0);
-        assert_eq!(plan.binding[0][0], Binding::Still);
+        assert_eq!(plan.binding[0][0], BindingLimit::Still);
     }
 
     #[test]

@@ -18,6 +18,6 @@ pub struct FeedOptions {
     pub ends: [f64; 2],
     /// Whether [`super::optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
     /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;
-    /// [`Plan::bounds`] tells by how much. [`super::jerk()`] always keeps them.
+    /// [`FeedPlan::bounds`] tells by how much. [`super::jerk()`] always keeps them.
     pub guarantee: bool,
 }

@@ -1,22 +1,22 @@
 //! Planning piece by piece, and putting the pieces together.
 
 use super::error::FeedError;
-use super::grid::Grid;
-use super::plan::{Binding, Plan, Ratios};
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::grid::FeedGrid;
+use super::plan::{BindingLimit, FeedPlan, LimitRatios};
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 use super::{binding, bounds, measure};
 use crate::types::{AxisPath, AxisPiece, Progress, Schedule, SchedulePiece, Stage};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// One piece's share of a [`Plan`], with times from 0.
+/// One piece's share of a [`FeedPlan`], with times from 0.
 pub(super) struct PlannedPiece {
     pub(super) schedule: SchedulePiece,
     pub(super) lower_bound: f64,
-    pub(super) measured: measure::Measured,
-    pub(super) bounds: Ratios,
-    pub(super) binding: Vec<Binding>,
+    pub(super) measured: measure::MeasuredRatios,
+    pub(super) bounds: LimitRatios,
+    pub(super) binding: Vec<BindingLimit>,
     pub(super) inserted: usize,
 }
 
@@ -43,8 +43,8 @@ pub(super) fn plan_all<const N: usize, T: Send>(
 /// A profile as a schedule, and what is known about it.
 pub(super) fn planned<const N: usize>(
     piece: &AxisPiece<N>,
-    (grid, profile): (&Grid<N>, &Profile),
-    limits: &Reciprocals<N>,
+    (grid, profile): (&FeedGrid<N>, &SpeedProfile),
+    limits: &ReciprocalLimits<N>,
     lower_bound: f64,
 ) -> PlannedPiece {
     let schedule = profile.schedule(grid.s.clone(), grid.cells.iter().map(|cell| cell.h));
@@ -58,12 +58,12 @@ pub(super) fn planned<const N: usize>(
     }
 }
 
-pub(super) fn assemble(planned: Vec<PlannedPiece>) -> Plan {
-    let mut plan = Plan {
+pub(super) fn assemble(planned: Vec<PlannedPiece>) -> FeedPlan {
+    let mut plan = FeedPlan {
         schedule: Schedule::default(),
         lower_bound: 0.0,
-        ratios: Ratios::default(),
-        bounds: Ratios::default(),
+        ratios: LimitRatios::default(),
+        bounds: LimitRatios::default(),
         acceleration_step: 0.0,
         binding: Vec::with_capacity(planned.len()),
         inserted: 0,

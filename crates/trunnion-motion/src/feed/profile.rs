@@ -1,40 +1,40 @@
 //! Backward and forward pass over one piece.
 
-use super::accelerations::Accelerations;
-use super::cell::Cell;
-use super::cell_program::{Guess, backward, forward};
-use super::ends::Ends;
+use super::accelerations::CellAccelerations;
+use super::cell::FeedCell;
+use super::cell_program::{WarmStart, backward, forward};
+use super::ends::EndSquares;
 use super::error::FeedError;
-use super::grid::Grid;
+use super::grid::FeedGrid;
 use super::numeric::largest;
-use super::reciprocal::Reciprocals;
+use super::reciprocal::ReciprocalLimits;
 use crate::types::{AxisNode, Law, SchedulePiece};
 
 /// Squared speed `x = (ds/dt)²` at each row, linear in between.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Profile {
+pub(super) struct SpeedProfile {
     pub(super) x: Vec<f64>,
     /// Upper bound of the accelerations over their limits, where it came for nothing.
     pub(super) acceleration: Option<f64>,
 }
 
-impl Profile {
+impl SpeedProfile {
     /// The fastest profile: first what can still stop in time, then as fast as possible. Its ends are
     /// slower than asked for where that cannot be had.
     pub(super) fn fastest<const N: usize>(
-        grid: &Grid<N>,
-        limits: &Reciprocals<N>,
-        ends: &Ends,
+        grid: &FeedGrid<N>,
+        limits: &ReciprocalLimits<N>,
+        ends: &EndSquares,
     ) -> Self {
         let caps = caps(grid, |cell| cell.caps(limits));
         Self::through::<N, 5>(grid, caps, ends, limits)
     }
 
-    /// As [`Profile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
+    /// As [`SpeedProfile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
     pub(super) fn fastest_at_rows<const N: usize>(
-        grid: &Grid<N>,
-        limits: &Reciprocals<N>,
-        ends: &Ends,
+        grid: &FeedGrid<N>,
+        limits: &ReciprocalLimits<N>,
+        ends: &EndSquares,
     ) -> Self {
         let caps = caps(grid, |cell| cell.end_caps(limits));
         Self::through::<N, 2>(grid, caps, ends, limits)
@@ -43,8 +43,8 @@ impl Profile {
     /// The same on the nodes themselves.
     pub(super) fn fastest_at_nodes<const N: usize>(
         nodes: &[AxisNode<N>],
-        limits: &Reciprocals<N>,
-        ends: &Ends,
+        limits: &ReciprocalLimits<N>,
+        ends: &EndSquares,
     ) -> Self {
         let caps = nodes.iter().map(|node| {
             let mut most = largest(node.feed_rate * limits.feed, node.tip_rate * limits.tip);
@@ -60,15 +60,15 @@ impl Profile {
 
     /// Both passes below `x`, with `K` constraints an axis and cell.
     fn through<const N: usize, const K: usize>(
-        cells: &(impl Constraints<N> + ?Sized),
+        cells: &(impl ConstraintSource<N> + ?Sized),
         mut x: Vec<f64>,
-        ends: &Ends,
-        limits: &Reciprocals<N>,
+        ends: &EndSquares,
+        limits: &ReciprocalLimits<N>,
     ) -> Self {
         if let Some(last) = x.last_mut() {
             *last = last.min(ends.end);
         }
-        let mut guess = Guess::default();
+        let mut guess = WarmStart::default();
         for row in (0..cells.count()).rev() {
             let cell = cells.accelerations(row, limits);
             x[row] = backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
@@ -76,7 +76,7 @@ impl Profile {
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);
         }
-        guess = Guess::default();
+        guess = WarmStart::default();
         let mut bound = 0.0;
         for row in 0..cells.count() {
             let cell = cells.accelerations(row, limits);
@@ -94,7 +94,7 @@ impl Profile {
     /// # Errors
     ///
     /// [`FeedError::StartTooFast`] or [`FeedError::EndTooFast`], with the largest possible speed.
-    pub(super) fn check_ends(&self, ends: &Ends) -> Result<(), FeedError> {
+    pub(super) fn check_ends(&self, ends: &EndSquares) -> Result<(), FeedError> {
         // Half of a speed's digits: passes lose a few roundings a row.
         let short = |wanted: f64, got: f64| got < wanted * (1.0 - f64::EPSILON.sqrt());
         let [first, last] = [self.x.first(), self.x.last()].map(|x| x.map_or(0.0, |x| *x));
@@ -113,7 +113,7 @@ impl Profile {
     }
 
     /// Time through a cell \[s\]: `2 h / (sqrt x0 + sqrt x1)`, exact for constant `d²s/dt²`.
-    pub(super) fn time<const N: usize>(&self, grid: &Grid<N>, cell: usize) -> f64 {
+    pub(super) fn time<const N: usize>(&self, grid: &FeedGrid<N>, cell: usize) -> f64 {
         let [from, to] = self.ends(cell).map(f64::sqrt);
         time(grid.cells[cell].h, from + to)
     }
@@ -146,32 +146,32 @@ fn time(h: f64, sum: f64) -> f64 {
 }
 
 /// What both passes are limited by, cell by cell.
-trait Constraints<const N: usize> {
+trait ConstraintSource<const N: usize> {
     /// Number of cells.
     fn count(&self) -> usize;
 
-    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N>;
+    fn accelerations(&self, cell: usize, limits: &ReciprocalLimits<N>) -> CellAccelerations<N>;
 }
 
-impl<const N: usize> Constraints<N> for Grid<N> {
+impl<const N: usize> ConstraintSource<N> for FeedGrid<N> {
     fn count(&self) -> usize {
         self.cells.len()
     }
 
     #[inline]
-    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N> {
+    fn accelerations(&self, cell: usize, limits: &ReciprocalLimits<N>) -> CellAccelerations<N> {
         self.cells[cell].accelerations(limits)
     }
 }
 
-impl<const N: usize> Constraints<N> for [AxisNode<N>] {
+impl<const N: usize> ConstraintSource<N> for [AxisNode<N>] {
     fn count(&self) -> usize {
         self.len() - 1
     }
 
     #[inline]
-    fn accelerations(&self, cell: usize, limits: &Reciprocals<N>) -> Accelerations<N> {
-        Cell::at_rows(&self[cell], &self[cell + 1], limits)
+    fn accelerations(&self, cell: usize, limits: &ReciprocalLimits<N>) -> CellAccelerations<N> {
+        FeedCell::at_rows(&self[cell], &self[cell + 1], limits)
     }
 }
 
@@ -179,7 +179,7 @@ impl<const N: usize> Constraints<N> for [AxisNode<N>] {
 ///
 /// Where no limit binds at all (axes and programmed point stand still) the row is passed no faster
 /// than the fastest other one; where none binds anywhere, nothing moves, and `x` is 0 throughout.
-fn caps<const N: usize>(grid: &Grid<N>, of: impl Fn(&Cell<N>) -> [f64; 2]) -> Vec<f64> {
+fn caps<const N: usize>(grid: &FeedGrid<N>, of: impl Fn(&FeedCell<N>) -> [f64; 2]) -> Vec<f64> {
     let mut caps = vec![f64::INFINITY; grid.s.len()];
     for (row, cell) in grid.cells.iter().enumerate() {
         let [from, to] = of(cell);

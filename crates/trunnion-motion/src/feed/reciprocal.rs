@@ -1,6 +1,6 @@
 //! Reciprocal limits of one kind of motion.
 
-use super::directional::Sides;
+use super::directional::DirectionalLimits;
 use super::limits::Limits;
 use super::options::FeedOptions;
 use crate::types::Motion;
@@ -8,15 +8,15 @@ use nalgebra::SVector;
 
 /// Reciprocal limits of one kind of motion: 0 is unlimited.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reciprocals<const N: usize> {
-    pub(super) velocity: Sides<N>,
-    pub(super) acceleration: Sides<N>,
+pub(super) struct ReciprocalLimits<const N: usize> {
+    pub(super) velocity: DirectionalLimits<N>,
+    pub(super) acceleration: DirectionalLimits<N>,
     pub(super) jerk: Option<SVector<f64, N>>,
     pub(super) feed: f64,
     pub(super) tip: f64,
 }
 
-impl<const N: usize> Reciprocals<N> {
+impl<const N: usize> ReciprocalLimits<N> {
     pub(super) fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
         let (velocity, feed) = match motion {
             Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
@@ -26,8 +26,8 @@ impl<const N: usize> Reciprocals<N> {
             (if motion.is_free() { minus.rapid } else { minus.velocity }, minus.acceleration)
         });
         Self {
-            velocity: Sides::of(velocity, minus.map(|(velocity, _)| velocity)),
-            acceleration: Sides::of(
+            velocity: DirectionalLimits::of(velocity, minus.map(|(velocity, _)| velocity)),
+            acceleration: DirectionalLimits::of(
                 limits.acceleration,
                 minus.map(|(_, acceleration)| acceleration),
             ),
@@ -50,7 +50,7 @@ impl<const N: usize> Reciprocals<N> {
 
     #[cfg(test)]
     pub(super) fn none() -> Self {
-        let zero = Sides::both(SVector::zeros());
+        let zero = DirectionalLimits::both(SVector::zeros());
         Self { velocity: zero, acceleration: zero, jerk: None, feed: 0.0, tip: 0.0 }
     }
 }

@@ -3,15 +3,15 @@
 //! Limits hold on any grid; rows only make the schedule faster. The fastest motion uses some limit
 //! fully at every place, so the unused share of a cell, times its time, measures what is to gain.
 
-use super::cell::{Cell, MIDDLE};
-use super::directional::Sides;
-use super::ends::Ends;
-use super::grid::{Grid, resolvable};
+use super::cell::{FeedCell, MIDDLE};
+use super::directional::DirectionalLimits;
+use super::ends::EndSquares;
+use super::grid::{FeedGrid, resolvable};
 use super::lower_bound;
 use super::numeric::largest;
 use super::options::FeedOptions;
-use super::profile::Profile;
-use super::reciprocal::Reciprocals;
+use super::profile::SpeedProfile;
+use super::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -32,25 +32,25 @@ const ROWS_AT_LEAST: usize = 1024;
 /// meet at the end they share, or not, by rounding. Halving brings a true one away from the ends.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// Grid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
+/// FeedGrid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
 pub(super) fn plan<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    (options, ends): (&FeedOptions, &Ends),
-) -> (Grid<N>, Profile) {
+    limits: &ReciprocalLimits<N>,
+    (options, ends): (&FeedOptions, &EndSquares),
+) -> (FeedGrid<N>, SpeedProfile) {
     let tolerance = options.time_tolerance;
     let mut grid = initial(piece);
     if !options.guarantee {
-        let profile = Profile::fastest_at_rows(&grid, limits, ends);
+        let profile = SpeedProfile::fastest_at_rows(&grid, limits, ends);
         return (grid, profile);
     }
-    let mut profile = Profile::fastest(&grid, limits, ends);
+    let mut profile = SpeedProfile::fastest(&grid, limits, ends);
     // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
     let unbeatable = if tolerance < 1.0 { lower_bound::bound(&grid, limits, ends) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
     let mut before = f64::INFINITY;
     for _ in 0..ROUNDS {
-        let gains = Gains::of(&grid, &profile, limits);
+        let gains = CellGains::of(&grid, &profile, limits);
         let [wanted, won] = [tolerance * gains.time, before - gains.time];
         // A round that brings a small part of what is asked for will not be followed by better.
         let to_gain = gains.total.min(gains.time - unbeatable);
@@ -60,20 +60,20 @@ pub(super) fn plan<const N: usize>(
         }
         before = gains.time;
         grid = split(&grid, &profile, limits, (&gains, 0.5 * wanted / to_gain));
-        profile = Profile::fastest(&grid, limits, ends);
+        profile = SpeedProfile::fastest(&grid, limits, ends);
     }
     (grid, profile)
 }
 
 /// The path's nodes, with even cuts where there are too few.
-fn initial<const N: usize>(piece: &AxisPiece<N>) -> Grid<N> {
+fn initial<const N: usize>(piece: &AxisPiece<N>) -> FeedGrid<N> {
     let intervals = piece.nodes.len().saturating_sub(1).max(1);
     let parts = FEWEST_CELLS.div_ceil(intervals);
-    let mut grid = Grid { s: Vec::new(), cells: Vec::with_capacity(intervals * parts) };
+    let mut grid = FeedGrid { s: Vec::new(), cells: Vec::with_capacity(intervals * parts) };
     grid.s.reserve(intervals * parts + 1);
     for pair in piece.nodes.windows(2) {
         let [from, to] = [&pair[0], &pair[1]];
-        let mut rest = Cell::between(from, to);
+        let mut rest = FeedCell::between(from, to);
         let whole = rest.h;
         grid.s.push(from.s);
         for part in 1..parts {
@@ -89,14 +89,18 @@ fn initial<const N: usize>(piece: &AxisPiece<N>) -> Grid<N> {
 }
 
 /// What each cell could still gain.
-struct Gains {
+struct CellGains {
     cells: Vec<f64>,
     total: f64,
     time: f64,
 }
 
-impl Gains {
-    fn of<const N: usize>(grid: &Grid<N>, profile: &Profile, limits: &Reciprocals<N>) -> Self {
+impl CellGains {
+    fn of<const N: usize>(
+        grid: &FeedGrid<N>,
+        profile: &SpeedProfile,
+        limits: &ReciprocalLimits<N>,
+    ) -> Self {
         let mut gains = Self { cells: Vec::with_capacity(grid.cells.len()), total: 0.0, time: 0.0 };
         for (index, cell) in grid.cells.iter().enumerate() {
             let time = profile.time(grid, index);
@@ -110,7 +114,7 @@ impl Gains {
     }
 }
 
-impl Gains {
+impl CellGains {
     /// Cells with more than this are to be cut: the fewest that hold all but this share of what there
     /// is to gain. Cells that are alike but for rounding, as on a symmetric path, are all cut or none.
     fn worth_cutting(&self, rest: f64) -> f64 {
@@ -129,23 +133,27 @@ impl Gains {
 
 /// Mean share of the most used limit over a cell, by its ends and middle.
 /// Shares are in time: a path run at this share of the speed limits needs its reciprocal in time.
-fn utilisation<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64; 2]) -> f64 {
-    let [from, middle, to] = Squares::of(cell, limits, x).most().map(f64::sqrt);
+fn utilisation<const N: usize>(
+    cell: &FeedCell<N>,
+    limits: &ReciprocalLimits<N>,
+    x: [f64; 2],
+) -> f64 {
+    let [from, middle, to] = SquaredShares::of(cell, limits, x).most().map(f64::sqrt);
     0.25 * (from + to) + 0.5 * middle
 }
 
-/// Squares of the shares of the limits that are used at the start of a cell, in its middle and at its
+/// SquaredShares of the shares of the limits that are used at the start of a cell, in its middle and at its
 /// end. Time goes with the root of the acceleration, so an acceleration's share is its root.
-struct Squares<const N: usize> {
+struct SquaredShares<const N: usize> {
     accelerations: [[f64; N]; 3],
     velocities: [[f64; N]; 3],
     feed: [f64; 3],
     tip: [f64; 3],
 }
 
-impl<const N: usize> Squares<N> {
+impl<const N: usize> SquaredShares<N> {
     #[inline]
-    fn of(cell: &Cell<N>, limits: &Reciprocals<N>, x: [f64; 2]) -> Self {
+    fn of(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>, x: [f64; 2]) -> Self {
         let three = [x[0], 0.5 * (x[0] + x[1]), x[1]];
         let r = &cell.rates;
         let middle: [f64; N] = std::array::from_fn(|axis| {
@@ -187,13 +195,13 @@ impl<const N: usize> Squares<N> {
 /// Cuts the cells with the most to gain: where the profiles of both neighbours
 /// would meet if there is such a place, else in the middle.
 fn split<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
-    (gains, rest): (&Gains, f64),
-) -> Grid<N> {
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
+    limits: &ReciprocalLimits<N>,
+    (gains, rest): (&CellGains, f64),
+) -> FeedGrid<N> {
     let share = gains.worth_cutting(rest);
-    let mut finer = Grid { s: Vec::with_capacity(grid.s.len()), cells: Vec::new() };
+    let mut finer = FeedGrid { s: Vec::with_capacity(grid.s.len()), cells: Vec::new() };
     for (index, cell) in grid.cells.iter().enumerate() {
         let s = grid.s[index];
         finer.s.push(s);
@@ -214,9 +222,9 @@ fn split<const N: usize>(
 /// Fraction of a cell at which the profiles of its two neighbours, continued, cross above its own.
 /// At an end of the piece the fastest start from rest stands for the neighbour.
 fn kink<const N: usize>(
-    grid: &Grid<N>,
-    profile: &Profile,
-    limits: &Reciprocals<N>,
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
+    limits: &ReciprocalLimits<N>,
     index: usize,
 ) -> Option<f64> {
     let cell = grid.cells.get(index)?;
@@ -229,7 +237,7 @@ fn kink<const N: usize>(
             |axis: usize| largest(rates[axis] * sides[0][axis], -rates[axis] * sides[1][axis]);
         2.0 * cell.h / (0..N).map(share).fold(0.0, f64::max)
     };
-    let Sides { plus, minus } = &limits.acceleration;
+    let DirectionalLimits { plus, minus } = &limits.acceleration;
     let rise = match index.checked_sub(1) {
         Some(before) => slope(before)?,
         None => from_rest(&cell.rates[0], [plus, minus]),

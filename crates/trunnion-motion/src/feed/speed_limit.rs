@@ -29,7 +29,7 @@ pub fn limit_speeds<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::{Binding, FeedOptions, Limits, jerk, optimal};
+    use crate::feed::{BindingLimit, FeedOptions, Limits, jerk, optimal};
     use crate::setpoint::sample;
     use crate::types::{AxisPiece, Motion, Silent};
     use nalgebra::Vector2;
@@ -81,8 +81,8 @@ mod tests {
         let plans = [optimal, jerk].map(|plan| plan(&circle(), &tight, &FREE, &Silent).unwrap());
         for mut plan in plans {
             plan.name_chords([true, false]);
-            assert!(plan.binding[0].contains(&Binding::Chord(0)));
-            assert!(plan.binding[0].contains(&Binding::Acceleration(1)));
+            assert!(plan.binding[0].contains(&BindingLimit::Chord(0)));
+            assert!(plan.binding[0].contains(&BindingLimit::Acceleration(1)));
             let path = circle();
             let fine = sample(&path, &plan.schedule, 0.1 * period).unwrap();
             let points: Vec<_> = fine.map(|point| point.position).collect();

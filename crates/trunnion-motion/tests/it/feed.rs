@@ -12,14 +12,16 @@ use rayon::prelude::*;
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
-use trunnion::feed::{FeedError, FeedOptions, Limits, Plan, ceiling, optimal, optimal_schedule};
+use trunnion::feed::{
+    FeedError, FeedOptions, FeedPlan, Limits, ceiling, optimal, optimal_schedule,
+};
 use trunnion::setpoint::sample;
 use trunnion::types::{
     AxisNode, AxisPath, AxisPiece, Motion, Progress, SchedulePiece, Setpoint, Silent, Stage,
 };
 use waves::{FREE, Waves, any_waves, machine};
 
-fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, options: &FeedOptions) -> Plan {
+fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>, options: &FeedOptions) -> FeedPlan {
     optimal(path, limits, options, &Silent).unwrap()
 }
 

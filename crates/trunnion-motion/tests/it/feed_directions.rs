@@ -8,13 +8,14 @@ use crate::waves;
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
 use trunnion::feed::{
-    GivenSpeed, Limits, MinusLimits, Plan, Stream, StreamOptions, ceiling, given, jerk, optimal,
+    FeedPlan, FeedStream, GivenSpeed, Limits, MinusLimits, StreamOptions, ceiling, given, jerk,
+    optimal,
 };
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{FREE, any_waves, machine};
 
-fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>) -> Plan {
+fn plan<const N: usize>(path: &AxisPath<N>, limits: &Limits<N>) -> FeedPlan {
     optimal(path, limits, &FREE, &Silent).unwrap()
 }
 
@@ -123,7 +124,7 @@ fn larger(limits: &Limits<5>) -> Limits<5> {
 }
 
 /// Largest share of any limit at setpoints, each side by itself.
-fn worst(path: &AxisPath<5>, plan: &Plan, limits: &Limits<5>) -> f64 {
+fn worst(path: &AxisPath<5>, plan: &FeedPlan, limits: &Limits<5>) -> f64 {
     let minus = limits.minus.unwrap();
     let share = |value: f64, plus: f64, minus: f64| value / if value < 0.0 { -minus } else { plus };
     let period = plan.schedule.duration() / 2000.0;
@@ -140,9 +141,9 @@ fn worst(path: &AxisPath<5>, plan: &Plan, limits: &Limits<5>) -> f64 {
 }
 
 /// The speeds of a stream through a window.
-fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> Plan {
+fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> FeedPlan {
     let options = StreamOptions { feed: None, link_feed: None, tip: None, window: 64, step: 1e6 };
-    let mut stream = Stream::new(*limits, options).unwrap();
+    let mut stream = FeedStream::new(*limits, options).unwrap();
     let mut nodes = path.pieces[0].nodes.iter();
     let mut speeds = GivenSpeed { s: vec![0.0], speed: vec![0.0] };
     stream.begin(Motion::Cut);

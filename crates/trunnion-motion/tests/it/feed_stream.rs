@@ -8,7 +8,9 @@ use crate::waves;
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
-use trunnion::feed::{FeedError, FeedOptions, Limits, Step, Stream, StreamOptions, optimal};
+use trunnion::feed::{
+    FeedError, FeedOptions, FeedStream, Limits, StreamOptions, StreamStep, optimal,
+};
 use trunnion::types::{AxisNode, AxisPath, Motion, Silent};
 use waves::{Event, any_event, any_waves};
 
@@ -28,8 +30,8 @@ fn options(feed: Option<f64>, window: usize) -> StreamOptions {
 }
 
 /// Everything through a window, asked for as the stream wants it.
-fn run(path: &AxisPath, options: StreamOptions) -> Vec<Step> {
-    let mut stream = Stream::new(machine(), options).unwrap();
+fn run(path: &AxisPath, options: StreamOptions) -> Vec<StreamStep> {
+    let mut stream = FeedStream::new(machine(), options).unwrap();
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index, piece.motion, *node))
     });
@@ -49,13 +51,13 @@ fn run(path: &AxisPath, options: StreamOptions) -> Vec<Step> {
     steps
 }
 
-fn duration(steps: &[Step]) -> f64 {
+fn duration(steps: &[StreamStep]) -> f64 {
     steps.last().map_or(0.0, |step| step.t + step.duration)
 }
 
 /// Largest axis velocity and acceleration over the limits, by the path's power basis, and the largest
 /// gap of place, time or speed between steps.
-fn worst(path: &AxisPath, steps: &[Step]) -> [f64; 3] {
+fn worst(path: &AxisPath, steps: &[StreamStep]) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     let limits = machine();
     for step in steps {
@@ -119,14 +121,14 @@ fn a_line_is_a_trapezoid_however_it_arrives() {
     };
     for (count, step) in [(1_u32, 0.25), (40, 100.0), (40, 0.1)] {
         let options = StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step };
-        let mut stream = Stream::new(limits, options).unwrap();
+        let mut stream = FeedStream::new(limits, options).unwrap();
         stream.begin(Motion::Cut);
         for k in 0..=count {
             let s = 10.0 * f64::from(k) / f64::from(count);
             let q = [Vector1::new(s), one, zero, zero];
             stream.push(AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 }).unwrap();
         }
-        let steps: Vec<Step> = stream.by_ref().collect();
+        let steps: Vec<StreamStep> = stream.by_ref().collect();
         // 10 mm at 50 mm/s and 0.1 s at both ends.
         assert!((duration(&steps) - 0.3).abs() < 1e-9, "{count}: {}", duration(&steps));
         assert!((stream.time() - 0.3).abs() < 1e-9 && stream.speed() <= 0.0);
@@ -139,7 +141,7 @@ fn half_the_override_takes_twice_the_time_and_none_holds() {
     let path = any_waves().new_tree(&mut runner).unwrap().current().path(2000);
     let slow = options(Some(4.0), 512);
     let full = duration(&run(&path, slow));
-    let mut stream = Stream::new(machine(), slow).unwrap();
+    let mut stream = FeedStream::new(machine(), slow).unwrap();
     stream.begin(Motion::Cut);
     for node in &path.pieces[0].nodes {
         stream.push(*node).unwrap();
@@ -147,7 +149,7 @@ fn half_the_override_takes_twice_the_time_and_none_holds() {
     stream.set_override(0.0).unwrap();
     assert!(stream.next().is_none() && stream.held());
     stream.set_override(0.5).unwrap();
-    let steps: Vec<Step> = stream.by_ref().collect();
+    let steps: Vec<StreamStep> = stream.by_ref().collect();
     let ratio = duration(&steps) / full;
     assert!((ratio - 2.0).abs() < 0.02, "{ratio}");
     assert!(!stream.held());
@@ -157,10 +159,10 @@ fn half_the_override_takes_twice_the_time_and_none_holds() {
 fn wrong_data_is_named() {
     let bad = StreamOptions { window: 3, ..options(None, 3) };
     assert!(matches!(
-        Stream::new(machine(), bad).unwrap_err(),
+        FeedStream::new(machine(), bad).unwrap_err(),
         FeedError::BadWindow { window: 3, .. }
     ));
-    let mut stream = Stream::new(machine(), options(None, 100)).unwrap();
+    let mut stream = FeedStream::new(machine(), options(None, 100)).unwrap();
     let error = stream.set_override(2.5).unwrap_err();
     assert!(error.to_string().contains("2.5"), "{error}");
     let zero = SVector::zeros();
@@ -171,7 +173,7 @@ fn wrong_data_is_named() {
     assert!(matches!(error, FeedError::NotIncreasing { piece: 0, node: 1, .. }), "{error}");
     // The wrong node was not taken; nothing moves on the right one.
     stream.push(AxisNode { s: 2.0, ..node }).unwrap();
-    let steps: Vec<Step> = stream.by_ref().collect();
+    let steps: Vec<StreamStep> = stream.by_ref().collect();
     assert!(duration(&steps) <= 0.0);
 }
 
@@ -194,8 +196,8 @@ proptest! {
             piece.nodes.iter().enumerate().map(|(index, node)| (index, piece.motion, *node))
         });
         let options = StreamOptions { step, ..options(feed, window) };
-        let mut stream = Stream::new(machine(), options).unwrap();
-        let mut push = |stream: &mut Stream| {
+        let mut stream = FeedStream::new(machine(), options).unwrap();
+        let mut push = |stream: &mut FeedStream| {
             let Some((index, motion, node)) = nodes.next() else { return false };
             if index == 0 {
                 stream.begin(motion);
@@ -243,7 +245,7 @@ proptest! {
         value in 0.1..2.0f64,
     ) {
         let path = waves.path(300);
-        let mut stream = Stream::new(machine(), options(Some(feed), 128)).unwrap();
+        let mut stream = FeedStream::new(machine(), options(Some(feed), 128)).unwrap();
         stream.set_override(value).unwrap();
         stream.begin(Motion::Cut);
         let mut nodes = path.pieces[0].nodes.iter();
@@ -265,7 +267,7 @@ proptest! {
 fn a_path_without_end_needs_the_memory_of_its_window() {
     let long = std::env::var_os("TRUNNION_TORTURE").is_some();
     let count: u32 = if long { 10_000_000 } else { 20_000 };
-    let mut stream = Stream::new(machine(), options(Some(100.0), 512)).unwrap();
+    let mut stream = FeedStream::new(machine(), options(Some(100.0), 512)).unwrap();
     stream.begin(Motion::Cut);
     let mut nodes = (0..count).map(|k| {
         let s = 0.1 * f64::from(k);

@@ -5,7 +5,9 @@ use crate::waves;
 
 use nalgebra::Vector1;
 use proptest::prelude::*;
-use trunnion::feed::{Binding, Breach, FeedError, GivenSpeed, Limits, Plan, given, optimal};
+use trunnion::feed::{
+    BindingLimit, FeedError, FeedPlan, GivenSpeed, LimitBreach, Limits, given, optimal,
+};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{FREE, any_waves, machine};
@@ -39,7 +41,7 @@ fn trapezoid() -> GivenSpeed {
     GivenSpeed { s: vec![0.0, 10.0, 90.0, 100.0], speed: vec![0.0, 100.0, 100.0, 0.0] }
 }
 
-fn run(speed: GivenSpeed, limits: &Limits<1>) -> Result<(Plan, Vec<Breach>), FeedError> {
+fn run(speed: GivenSpeed, limits: &Limits<1>) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
     given(&line(), &[speed], (limits, &FREE), &Silent)
 }
 
@@ -59,12 +61,12 @@ fn a_breach_has_place_limit_and_size() {
     let (_, breaches) = run(trapezoid(), &limits(80.0, 400.0)).unwrap();
     let [speeding_up, fast, slowing_down] = breaches.as_slice() else { panic!("{breaches:?}") };
     for (breach, s) in [(speeding_up, [0.0, 10.0]), (slowing_down, [90.0, 100.0])] {
-        assert_eq!(breach.limit, Binding::Acceleration(0));
+        assert_eq!(breach.limit, BindingLimit::Acceleration(0));
         assert!((breach.ratio - 1.25).abs() < 1e-12, "{breach:?}");
         assert!((breach.s[0] - s[0]).abs() < 1e-9 && (breach.s[1] - s[1]).abs() < 1e-9);
     }
     // 80 mm/s is passed after 6.4 mm; found to an eighth of the time over 10 mm.
-    assert_eq!(fast.limit, Binding::Velocity(0));
+    assert_eq!(fast.limit, BindingLimit::Velocity(0));
     assert!((fast.ratio - 1.25).abs() < 1e-12);
     assert!((6.4..8.0).contains(&fast.s[0]) && (92.0..=93.6).contains(&fast.s[1]), "{fast:?}");
     assert!((10.0..=90.0).contains(&fast.worst));
@@ -169,14 +171,14 @@ proptest! {
         let (plan, breaches) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
         let duration = plan.schedule.duration();
         let setpoints: Vec<_> = sample(&path, &plan.schedule, duration / 5000.0).unwrap().collect();
-        let of = |limit: Binding| {
+        let of = |limit: BindingLimit| {
             let largest = |value: &dyn Fn(usize) -> f64| (0..setpoints.len()).map(value).fold(0.0, f64::max);
             match limit {
-                Binding::Velocity(axis) => {
+                BindingLimit::Velocity(axis) => {
                     let axis = usize::from(axis);
                     largest(&|k| setpoints[k].velocity[axis].abs() / limits.velocity[axis])
                 }
-                Binding::Acceleration(axis) => {
+                BindingLimit::Acceleration(axis) => {
                     let axis = usize::from(axis);
                     largest(&|k| setpoints[k].acceleration[axis].abs() / limits.acceleration[axis])
                 }
@@ -189,7 +191,7 @@ proptest! {
             prop_assert!(breach.ratio <= seen * 1.02 + 0.02, "{breach:?}, seen {seen}");
         }
         for axis in 0..5_u8 {
-            for limit in [Binding::Velocity(axis), Binding::Acceleration(axis)] {
+            for limit in [BindingLimit::Velocity(axis), BindingLimit::Acceleration(axis)] {
                 let found = breaches.iter().any(|breach| breach.limit == limit);
                 prop_assert!(found || of(limit) <= 1.02, "{limit:?}");
             }

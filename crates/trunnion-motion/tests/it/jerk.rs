@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use rayon::prelude::*;
-use trunnion::feed::{Binding, FeedOptions, Limits, Plan, jerk, optimal};
+use trunnion::feed::{BindingLimit, FeedOptions, FeedPlan, Limits, jerk, optimal};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
 use waves::{FREE, Waves, any_waves, machine_in as machine, whip};
@@ -28,7 +28,7 @@ fn scaled(path: &AxisPath, unit: f64) -> AxisPath {
     path
 }
 
-fn broken_limits(plan: &Plan) -> Option<String> {
+fn broken_limits(plan: &FeedPlan) -> Option<String> {
     let jerks = [plan.ratios.jerk.unwrap(), plan.bounds.jerk.unwrap()];
     let all = [
         (plan.ratios.velocity, plan.bounds.velocity),
@@ -142,7 +142,7 @@ fn a_whip_near_the_pole_keeps_limits_on_a_coarse_grid() {
         let plan = jerk(&path, &machine(1.0), &options, &Silent).unwrap();
         assert_eq!(broken_limits(&plan), None);
         assert!(plan.ratios.jerk.unwrap() > 0.9, "{spacing}: {:?}", plan.ratios);
-        assert!(plan.binding[0].contains(&Binding::Jerk(4)), "{spacing}");
+        assert!(plan.binding[0].contains(&BindingLimit::Jerk(4)), "{spacing}");
     }
 }
 

@@ -7,7 +7,7 @@ use crate::waves;
 use nalgebra::Vector1;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
-use trunnion::feed::{FeedError, FeedOptions, Limits, Plan, jerk, jerk_between};
+use trunnion::feed::{FeedError, FeedOptions, FeedPlan, Limits, jerk, jerk_between};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{any_waves, machine};
 
@@ -32,7 +32,7 @@ fn gentle() -> Limits<5> {
     }
 }
 
-fn keeps_limits(plan: &Plan) {
+fn keeps_limits(plan: &FeedPlan) {
     let pairs = [
         (plan.ratios.velocity, plan.bounds.velocity),
         (plan.ratios.acceleration, plan.bounds.acceleration),

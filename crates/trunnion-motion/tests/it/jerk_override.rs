@@ -7,7 +7,7 @@ use crate::waves;
 
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
-use trunnion::feed::{FeedError, JerkStream, Limits, Step, StreamOptions};
+use trunnion::feed::{FeedError, JerkStream, Limits, StreamOptions, StreamStep};
 use trunnion::types::{AxisNode, AxisPath, Motion};
 use waves::{Event, any_event, any_waves, machine};
 
@@ -17,7 +17,7 @@ fn options(feed: Option<f64>, window: usize) -> StreamOptions {
 
 /// Largest velocity, acceleration and jerk over their limits, densely in time on the path's own
 /// quintics in the power basis, and the largest gap between steps.
-fn worst(path: &AxisPath, steps: &[Step]) -> [f64; 4] {
+fn worst(path: &AxisPath, steps: &[StreamStep]) -> [f64; 4] {
     let limits = machine();
     let mut worst = [0.0_f64; 4];
     for step in steps {
@@ -71,8 +71,8 @@ fn straight(feed: f64) -> JerkStream<1> {
 fn until(
     stream: &mut JerkStream<1>,
     nodes: &mut impl Iterator<Item = AxisNode<1>>,
-    done: impl Fn(&Step) -> bool,
-) -> Vec<Step> {
+    done: impl Fn(&StreamStep) -> bool,
+) -> Vec<StreamStep> {
     let mut steps = Vec::new();
     loop {
         while stream.wants() {

@@ -7,7 +7,7 @@ use crate::waves;
 use nalgebra::SVector;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
-use trunnion::feed::{FeedError, FeedOptions, JerkStream, Limits, Step, StreamOptions, jerk};
+use trunnion::feed::{FeedError, FeedOptions, JerkStream, Limits, StreamOptions, StreamStep, jerk};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{FREE, Waves, any_waves, machine, whip};
 
@@ -15,7 +15,7 @@ fn options(window: usize) -> StreamOptions {
     StreamOptions { feed: None, link_feed: None, tip: None, window, step: 1.0 }
 }
 
-fn run(path: &AxisPath, window: usize) -> Vec<Step> {
+fn run(path: &AxisPath, window: usize) -> Vec<StreamStep> {
     let mut stream = JerkStream::new(machine(), options(window)).unwrap();
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, *node))
@@ -38,7 +38,7 @@ fn run(path: &AxisPath, window: usize) -> Vec<Step> {
 
 /// Largest velocity, acceleration and jerk over their limits, from the path's own functions and the
 /// steps' own motion, densely in time; and the largest jump from step to step.
-fn worst(waves: &Waves, steps: &[Step]) -> [f64; 4] {
+fn worst(waves: &Waves, steps: &[StreamStep]) -> [f64; 4] {
     let limits = machine();
     let mut worst = [0.0_f64; 4];
     let over =
@@ -150,7 +150,7 @@ fn pieces_of_any_length_are_run_to_their_ends() {
         let path = AxisPath { pieces: pieces.collect() };
         let steps = run(&path, window);
         for (index, piece) in path.pieces.iter().enumerate() {
-            let own: Vec<&Step> = steps.iter().filter(|step| step.piece == index).collect();
+            let own: Vec<&StreamStep> = steps.iter().filter(|step| step.piece == index).collect();
             let [first, last] = [own.first().unwrap(), own.last().unwrap()];
             assert!(first.s[0].to_bits() == piece.nodes[0].s.to_bits());
             assert!(last.s[1].to_bits() == piece.nodes.last().unwrap().s.to_bits());

@@ -10,8 +10,8 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 use trunnion::feed::{
-    Ahead, BlockOptions, FeedError, FeedOptions, Limits, PlannedBlock, Ramp, Tiny, blocks,
-    look_ahead, optimal,
+    FeedError, FeedOptions, Limits, LookAhead, LookAheadOptions, PlannedBlock, SpeedRamp,
+    TinyBlocks, blocks, look_ahead, optimal,
 };
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
@@ -43,7 +43,7 @@ fn single_blocks_are_the_reference() {
     assert_eq!(all.len(), 8);
     for case in all {
         let at = |name: &str| number(&case[name]);
-        let ramp = Ramp::new(at("L"), [at("vs"), at("ve")], at("F"), [at("A"), at("D")]);
+        let ramp = SpeedRamp::new(at("L"), [at("vs"), at("ve")], at("F"), [at("A"), at("D")]);
         let (id, tolerance) = (case["id"].as_str().unwrap(), at("tol"));
         for (name, got) in ["vs", "vp", "ve"].into_iter().zip(ramp.speeds) {
             near(got, number(&case["expect"][name]), tolerance, &format!("{id} {name}"));
@@ -59,8 +59,8 @@ fn limits<const N: usize>(velocity: SVector<f64, N>, acceleration: SVector<f64, 
     Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None }
 }
 
-fn whole(period: f64) -> BlockOptions {
-    BlockOptions { period, ahead: Ahead::Whole, tiny: None }
+fn whole(period: f64) -> LookAheadOptions {
+    LookAheadOptions { period, ahead: LookAhead::Whole, tiny: None }
 }
 
 fn total(planned: &[PlannedBlock]) -> f64 {
@@ -107,20 +107,23 @@ fn sequences_are_the_reference() {
 fn looking_ahead_makes_many_blocks_one() {
     let moves = vec![Vector2::new(0.2, 0.0); 50];
     let limits = limits(Vector2::repeat(500.0), Vector2::repeat(800.0));
-    let run = |ahead: Ahead| {
-        let options = BlockOptions { period: 0.004, ahead, tiny: None };
+    let run = |ahead: LookAhead| {
+        let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
         total(
             &look_ahead(&moves, &Vector2::repeat(1.0), (&limits, 100.0), (&options, [0.0; 2]))
                 .unwrap(),
         )
     };
-    near(run(Ahead::Whole), 0.223_606_797_749_979, 1e-12, "whole");
-    near(run(Ahead::Stops), 1.581_138_830_084_19, 1e-12, "stops");
-    let dynamic = run(Ahead::Dynamic { blocks: 5, periods: 1000.0 });
-    near(dynamic, run(Ahead::Whole), 1e-12, "a window of four seconds holds it all");
+    near(run(LookAhead::Whole), 0.223_606_797_749_979, 1e-12, "whole");
+    near(run(LookAhead::Stops), 1.581_138_830_084_19, 1e-12, "stops");
+    let dynamic = run(LookAhead::Dynamic { blocks: 5, periods: 1000.0 });
+    near(dynamic, run(LookAhead::Whole), 1e-12, "a window of four seconds holds it all");
     // Five blocks of 0.2 mm stop from 40 mm/s: slower than needed, but never too fast.
-    assert!(run(Ahead::Blocks(5)) > run(Ahead::Whole) && run(Ahead::Blocks(5)) < run(Ahead::Stops));
-    near(run(Ahead::Blocks(50)), run(Ahead::Whole), 1e-12, "a window as long as the path");
+    assert!(
+        run(LookAhead::Blocks(5)) > run(LookAhead::Whole)
+            && run(LookAhead::Blocks(5)) < run(LookAhead::Stops)
+    );
+    near(run(LookAhead::Blocks(50)), run(LookAhead::Whole), 1e-12, "a window as long as the path");
 }
 
 /// So many chords of a circle of 10 mm, as its own axis path too.
@@ -181,26 +184,26 @@ fn runs_of_tiny_blocks_are_passed_without_wavering() {
     let turn = |k: u32| if k.is_multiple_of(2) { 0.0 } else { 0.01 };
     let moves: Vec<Vector2<f64>> = (0..60).map(|k| Vector2::new(0.1, 0.1 * turn(k))).collect();
     let limits = limits(Vector2::new(50.0, 0.3), Vector2::new(500.0, 400.0));
-    let run = |tiny: Option<Tiny>| {
-        let options = BlockOptions { tiny, ..whole(0.004) };
+    let run = |tiny: Option<TinyBlocks>| {
+        let options = LookAheadOptions { tiny, ..whole(0.004) };
         look_ahead(&moves, &Vector2::repeat(1.0), (&limits, 100.0), (&options, [0.0; 2])).unwrap()
     };
-    let tiny = Some(Tiny { length: 0.5, count: 10 });
+    let tiny = Some(TinyBlocks { length: 0.5, count: 10 });
     let [plain, joined] = [run(None), run(tiny)];
     let feeds = |planned: &[PlannedBlock]| {
         planned.windows(2).filter(|pair| pair[0].feed.to_bits() != pair[1].feed.to_bits()).count()
     };
     assert_eq!((feeds(&plain), feeds(&joined)), (59, 0));
     assert!(total(&joined) >= total(&plain));
-    assert_eq!(run(Some(Tiny { length: 0.05, count: 10 })), plain);
-    assert_eq!(run(Some(Tiny { length: 0.5, count: 60 })), plain);
+    assert_eq!(run(Some(TinyBlocks { length: 0.05, count: 10 })), plain);
+    assert_eq!(run(Some(TinyBlocks { length: 0.5, count: 60 })), plain);
 }
 
 #[test]
 fn wrong_data_is_named() {
     let limits = limits(Vector2::repeat(500.0), Vector2::repeat(1000.0));
     let one = Vector2::repeat(1.0);
-    let run = |moves: &[Vector2<f64>], options: BlockOptions, ends| {
+    let run = |moves: &[Vector2<f64>], options: LookAheadOptions, ends| {
         look_ahead(moves, &one, (&limits, 100.0), (&options, ends)).unwrap_err()
     };
     let error = run(&[one], whole(0.0), [0.0; 2]);
@@ -235,8 +238,8 @@ proptest! {
         let moves: Vec<SVector<f64, 3>> =
             moves.into_iter().map(|travel| SVector::from(travel) * unit).collect();
         let limits = limits(SVector::repeat(50.0 * unit), SVector::repeat(400.0 * unit));
-        for ahead in [Ahead::Whole, Ahead::Blocks(count)] {
-            let options = BlockOptions { period: 2e-3, ahead, tiny: None };
+        for ahead in [LookAhead::Whole, LookAhead::Blocks(count)] {
+            let options = LookAheadOptions { period: 2e-3, ahead, tiny: None };
             let limit = (&limits, 70.0 * unit);
             let one = SVector::repeat(1.0);
             let planned = look_ahead(&moves, &one, limit, (&options, [0.0; 2])).unwrap();
@@ -271,12 +274,12 @@ fn figure_4_is_as_committed() {
         .collect();
     let vector = |linear: f64, rotary: f64| SVector::from([linear, linear, linear, rotary, rotary]);
     let limits = limits(vector(200.0, 60.0), vector(400.0, 400.0));
-    let run = |ahead: Ahead| {
-        let options = BlockOptions { period: 0.004, ahead, tiny: None };
+    let run = |ahead: LookAhead| {
+        let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
         let weights = vector(1.0, 1.0);
         look_ahead(&moves, &weights, (&limits, 19.0), (&options, [0.0; 2])).unwrap()
     };
-    let [stops, five] = [run(Ahead::Stops), run(Ahead::Blocks(5))];
+    let [stops, five] = [run(LookAhead::Stops), run(LookAhead::Blocks(5))];
     assert!(total(&five) < 0.7 * total(&stops), "{} {}", total(&five), total(&stops));
     let drawing =
         drawing([("stopping at every block", &stops), ("looking five blocks ahead", &five)]);

@@ -42,7 +42,7 @@ pub use stages::{
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;
-use crate::feed::Plan;
+use crate::feed::FeedPlan;
 use crate::files::summary::Summary;
 use crate::toolpath::{Deviated, SmoothReport, SmoothedPath};
 use crate::types::{Leg, Progress, ToolPath};
@@ -61,7 +61,7 @@ pub struct Outcome {
     /// The machine's axes along them.
     pub followed: Followed,
     /// Speeds.
-    pub plan: Plan,
+    pub plan: FeedPlan,
     /// Programs as text, each with what its own check found.
     pub programs: Vec<Program>,
     /// Fixtures they were checked against; `None` without any.

@@ -11,7 +11,7 @@ use super::stages::QUINTIC_SHARE;
 use crate::axes::Followed;
 use crate::blocks::{self, BlockOptions, Control};
 use crate::cover;
-use crate::feed::Plan;
+use crate::feed::FeedPlan;
 use crate::files::job as file;
 use crate::files::summary::{RetractSummary, SingularSummary};
 use crate::import::inspect;
@@ -97,7 +97,7 @@ fn form(dialect: file::Dialect) -> Form {
 #[derive(Clone, Copy)]
 pub(super) struct Moved<'a> {
     pub(super) followed: &'a Followed,
-    pub(super) plan: &'a Plan,
+    pub(super) plan: &'a FeedPlan,
     pub(super) retracts: &'a [RetractSummary],
     pub(super) singular: Option<SingularSummary>,
 }

@@ -10,7 +10,7 @@ use crate::axes::{
     SingularOptions,
 };
 use crate::cover::{self, Clock, CoverOptions, Covering, Hops, LinkOptions, Turns, Ways};
-use crate::feed::{self, Ahead, BlockOptions, FeedError, FeedOptions, Limits, Plan};
+use crate::feed::{self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::{AxisKind, Singular};
@@ -65,7 +65,7 @@ pub const WINDOW_STATIONS: usize = 1024;
 const ROWS: f64 = 2e7;
 
 /// Refuses a schedule with more setpoints than anybody could use.
-pub(super) fn rows(job: &Job, plan: &Plan) -> Result<(), PipelineError> {
+pub(super) fn rows(job: &Job, plan: &FeedPlan) -> Result<(), PipelineError> {
     let duration = plan.schedule.duration();
     let rows = duration / job.file.motion.servo_period;
     if rows <= ROWS {
@@ -262,7 +262,7 @@ pub(super) fn search(
 pub(super) fn singular_gain(
     job: &Job,
     path: &ToolPath,
-    (followed, plan): (&Followed, &Plan),
+    (followed, plan): (&Followed, &FeedPlan),
     progress: &dyn Progress,
 ) -> Result<Option<SingularSummary>, PipelineError> {
     let passages = &followed.passages;
@@ -329,7 +329,7 @@ pub(super) fn feed(
     job: &Job,
     path: &AxisPath,
     progress: &dyn Progress,
-) -> Result<Plan, PipelineError> {
+) -> Result<FeedPlan, PipelineError> {
     let machine = job.kinematics.machine();
     let (limits, chords) = motion_limits(job)?;
     let options = FeedOptions {
@@ -344,9 +344,9 @@ pub(super) fn feed(
         file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,
         file::MotionMethod::Optimal => feed::optimal(path, &limits, &options, progress)?,
         file::MotionMethod::Blocks => {
-            let classical = BlockOptions {
+            let classical = LookAheadOptions {
                 period: job.file.motion.servo_period,
-                ahead: Ahead::Dynamic { blocks: LEAST_BLOCKS, periods: WINDOW },
+                ahead: LookAhead::Dynamic { blocks: LEAST_BLOCKS, periods: WINDOW },
                 tiny: None,
             };
             feed::blocks(path, &limits, (&options, &classical), progress)?

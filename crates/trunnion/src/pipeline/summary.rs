@@ -8,7 +8,7 @@ use super::programs::{Moved, Program};
 use super::regions;
 use super::retracts;
 use crate::cover::{Covering, FallbackReason, Way};
-use crate::feed::Plan;
+use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary,
@@ -169,7 +169,7 @@ fn along(face: usize, covering: &Covering) -> String {
 }
 
 /// What the classical planner breaks on the path; the others bound it.
-fn broken(job: &Job, plan: &Plan) -> Option<String> {
+fn broken(job: &Job, plan: &FeedPlan) -> Option<String> {
     let [velocity, acceleration] = [plan.ratios.velocity, plan.ratios.acceleration];
     let broken = job.file.motion.method == MotionMethod::Blocks && velocity.max(acceleration) > 1.0;
     broken.then(|| {

@@ -7,6 +7,6 @@ mod ramp;
 mod window;
 
 pub use moves::{PlannedBlock, look_ahead};
-pub use options::{Ahead, BlockOptions, Tiny};
+pub use options::{LookAhead, LookAheadOptions, TinyBlocks};
 pub use path::blocks;
-pub use ramp::Ramp;
+pub use ramp::SpeedRamp;

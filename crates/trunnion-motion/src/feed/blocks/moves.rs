@@ -1,7 +1,7 @@
 //! Straight moves of the axes, block by block.
 
-use super::options::{BlockOptions, validate};
-use super::ramp::Ramp;
+use super::options::{LookAheadOptions, validate};
+use super::ramp::SpeedRamp;
 use super::window::{plan_rows, row};
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
@@ -20,7 +20,7 @@ pub struct PlannedBlock {
     /// Largest acceleration.
     pub acceleration: f64,
     /// What is driven.
-    pub ramp: Ramp,
+    pub ramp: SpeedRamp,
 }
 
 /// Plans straight moves of the axes as in paper 001.
@@ -42,7 +42,7 @@ pub fn look_ahead<const N: usize>(
     moves: &[SVector<f64, N>],
     weights: &SVector<f64, N>,
     (limits, feed): (&Limits<N>, f64),
-    (options, ends): (&BlockOptions, [f64; 2]),
+    (options, ends): (&LookAheadOptions, [f64; 2]),
 ) -> Result<Vec<PlannedBlock>, FeedError> {
     validate_limits(limits)?;
     validate(options)?;
@@ -64,7 +64,7 @@ pub fn look_ahead<const N: usize>(
         length: row.length,
         feed: row.feed,
         acceleration: row.acceleration,
-        ramp: Ramp::new(row.length, [pair[0], pair[1]], row.feed, [row.acceleration; 2]),
+        ramp: SpeedRamp::new(row.length, [pair[0], pair[1]], row.feed, [row.acceleration; 2]),
     });
     Ok(planned.collect())
 }

@@ -4,18 +4,18 @@ use crate::feed::error::FeedError;
 
 /// How the classical planner works.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BlockOptions {
+pub struct LookAheadOptions {
     /// Servo period \[s\]: axis velocities may step at a junction by acceleration times period.
     pub period: f64,
     /// How far it looks ahead.
-    pub ahead: Ahead,
+    pub ahead: LookAhead,
     /// Blocks that are passed through in runs, if any.
-    pub tiny: Option<Tiny>,
+    pub tiny: Option<TinyBlocks>,
 }
 
 /// How many blocks are looked at before one is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Ahead {
+pub enum LookAhead {
     /// None: it stops at every junction.
     Stops,
     /// A fixed number.
@@ -33,14 +33,14 @@ pub enum Ahead {
 
 /// Which blocks are tiny.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tiny {
+pub struct TinyBlocks {
     /// Blocks shorter than this are tiny: `L_ref`, in the measure of the path.
     pub length: f64,
     /// Runs of more tiny blocks than this are passed through like one block: `N_ref`.
     pub count: usize,
 }
 
-pub(super) fn validate(options: &BlockOptions) -> Result<(), FeedError> {
+pub(super) fn validate(options: &LookAheadOptions) -> Result<(), FeedError> {
     let positive = |name: &'static str, value: f64| {
         let good = value > 0.0 && value.is_finite();
         if good { Ok(()) } else { Err(FeedError::BadBlockOption { name, value }) }
@@ -50,7 +50,7 @@ pub(super) fn validate(options: &BlockOptions) -> Result<(), FeedError> {
         positive("length of a tiny block", tiny.length)?;
     }
     match options.ahead {
-        Ahead::Dynamic { periods, .. } => positive("window in servo periods", periods),
+        LookAhead::Dynamic { periods, .. } => positive("window in servo periods", periods),
         _ => Ok(()),
     }
 }

@@ -1,26 +1,26 @@
 //! A path run as straight blocks between its nodes.
 
-use super::options::{BlockOptions, validate};
-use super::ramp::Ramp;
-use super::window::{Row, plan_rows, row};
-use crate::feed::cell::Cell;
-use crate::feed::ends::Ends;
+use super::options::{LookAheadOptions, validate};
+use super::ramp::SpeedRamp;
+use super::window::{BlockRow, plan_rows, row};
+use crate::feed::cell::FeedCell;
+use crate::feed::ends::EndSquares;
 use crate::feed::error::FeedError;
-use crate::feed::grid::Grid;
+use crate::feed::grid::FeedGrid;
 use crate::feed::limits::Limits;
 use crate::feed::lower_bound;
 use crate::feed::options::FeedOptions;
 use crate::feed::pieces::{PlannedPiece, assemble, plan_all, planned};
-use crate::feed::plan::Plan;
-use crate::feed::profile::Profile;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::plan::FeedPlan;
+use crate::feed::profile::SpeedProfile;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate as path_validate;
 use crate::types::{AxisPath, AxisPiece, Progress};
 
 /// Runs a path as the classical planner would run straight blocks between its nodes.
 ///
 /// The path's own `s` takes the place of the equivalent displacement. Limits hold for the blocks, not
-/// for the path: [`Plan::ratios`] and [`Plan::bounds`] say what the path's own axes do.
+/// for the path: [`FeedPlan::ratios`] and [`FeedPlan::bounds`] say what the path's own axes do.
 ///
 /// # Errors
 ///
@@ -32,16 +32,16 @@ use crate::types::{AxisPath, AxisPiece, Progress};
 pub fn blocks<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
-    (feeds, options): (&FeedOptions, &BlockOptions),
+    (feeds, options): (&FeedOptions, &LookAheadOptions),
     progress: &dyn Progress,
-) -> Result<Plan, FeedError> {
+) -> Result<FeedPlan, FeedError> {
     path_validate::validate(path, limits, feeds)?;
     validate(options)?;
     let limits = &limits.smaller();
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
-        let inverse = Reciprocals::new(piece.motion, limits, feeds);
-        let ends = Ends::of(index, count, feeds);
+        let inverse = ReciprocalLimits::new(piece.motion, limits, feeds);
+        let ends = EndSquares::of(index, count, feeds);
         let mut rows = rows(piece, limits, &inverse);
         let speeds = [ends.start.sqrt(), ends.end.sqrt()];
         let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
@@ -54,8 +54,8 @@ pub fn blocks<const N: usize>(
 fn rows<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Limits<N>,
-    inverse: &Reciprocals<N>,
-) -> Vec<Row<N>> {
+    inverse: &ReciprocalLimits<N>,
+) -> Vec<BlockRow<N>> {
     let velocity = if piece.motion.is_free() { limits.rapid } else { limits.velocity };
     let blocks = piece.nodes.windows(2).map(|pair| {
         let [from, to] = [&pair[0], &pair[1]];
@@ -65,9 +65,9 @@ fn rows<const N: usize>(
         let feed = rate.max(tip).recip();
         row((to.q[0] - from.q[0]) / length, length, feed, velocity, limits.acceleration)
     });
-    let mut rows: Vec<Row<N>> = blocks.collect();
+    let mut rows: Vec<BlockRow<N>> = blocks.collect();
     // A block without travel has no limits: it goes like the fastest other.
-    let largest = |of: fn(&Row<N>) -> f64| {
+    let largest = |of: fn(&BlockRow<N>) -> f64| {
         rows.iter().map(of).filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let [feed, acceleration] = [largest(|row| row.feed), largest(|row| row.acceleration)];
@@ -84,16 +84,17 @@ const LEAST_SHARE: f64 = 1.5e-8;
 /// The blocks' speeds as a schedule of the path.
 fn run<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    (rows, speeds): (&[Row<N>], &[f64]),
-    ends: &Ends,
+    limits: &ReciprocalLimits<N>,
+    (rows, speeds): (&[BlockRow<N>], &[f64]),
+    ends: &EndSquares,
 ) -> Result<PlannedPiece, FeedError> {
-    let mut grid = Grid { s: Vec::new(), cells: Vec::new() };
-    let mut profile = Profile { x: Vec::new(), acceleration: None };
-    let mut nodes = Grid { s: Vec::new(), cells: Vec::new() };
+    let mut grid = FeedGrid { s: Vec::new(), cells: Vec::new() };
+    let mut profile = SpeedProfile { x: Vec::new(), acceleration: None };
+    let mut nodes = FeedGrid { s: Vec::new(), cells: Vec::new() };
     for ((pair, row), speed) in piece.nodes.windows(2).zip(rows).zip(speeds.windows(2)) {
-        let ramp = Ramp::new(row.length, [speed[0], speed[1]], row.feed, [row.acceleration; 2]);
-        let mut rest = Cell::between(&pair[0], &pair[1]);
+        let ramp =
+            SpeedRamp::new(row.length, [speed[0], speed[1]], row.feed, [row.acceleration; 2]);
+        let mut rest = FeedCell::between(&pair[0], &pair[1]);
         let start = pair[0].s;
         nodes.cells.push(rest);
         grid.s.push(start);

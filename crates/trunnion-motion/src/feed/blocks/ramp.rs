@@ -2,7 +2,7 @@
 
 /// A block's motion under constant acceleration and deceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ramp {
+pub struct SpeedRamp {
     /// Speeds at the start, at most, and at the end.
     pub speeds: [f64; 3],
     /// Times of speeding up, of constant speed, and of slowing down \[s\].
@@ -11,7 +11,7 @@ pub struct Ramp {
     pub distances: [f64; 3],
 }
 
-impl Ramp {
+impl SpeedRamp {
     /// The fastest motion over `length` at up to `feed`, with `[A, D]` to speed up and slow down.
     ///
     /// An end speed that cannot be reached is lowered to `sqrt(vs² + 2 A L)`, a start speed from
@@ -51,12 +51,12 @@ mod tests {
 
     #[test]
     fn a_block_is_a_trapezoid_a_triangle_or_a_single_ramp() {
-        let trapezoid = Ramp::new(100.0, [0.0; 2], 50.0, [500.0; 2]);
+        let trapezoid = SpeedRamp::new(100.0, [0.0; 2], 50.0, [500.0; 2]);
         assert!((trapezoid.duration() - 2.1).abs() < 1e-12, "{trapezoid:?}");
-        let triangle = Ramp::new(2.0, [0.0; 2], 50.0, [500.0; 2]);
+        let triangle = SpeedRamp::new(2.0, [0.0; 2], 50.0, [500.0; 2]);
         assert!((triangle.speeds[1] - 1000.0_f64.sqrt()).abs() < 1e-12, "{triangle:?}");
         // From 10 mm/s, 1 mm at 500 mm/s²: 50 mm/s is out of reach.
-        let up = Ramp::new(1.0, [10.0, 50.0], 60.0, [500.0; 2]);
+        let up = SpeedRamp::new(1.0, [10.0, 50.0], 60.0, [500.0; 2]);
         assert!((up.speeds[2] - 1100.0_f64.sqrt()).abs() < 1e-12, "{up:?}");
         assert!(up.times[1].abs() + up.times[2].abs() < 1e-12, "{up:?}");
     }
@@ -69,7 +69,7 @@ mod tests {
             feed in 1.0..300.0f64,
             rates in [1.0..5e3f64, 1.0..5e3f64],
         ) {
-            let ramp = Ramp::new(length, ends, feed, rates);
+            let ramp = SpeedRamp::new(length, ends, feed, rates);
             let [vs, vp, ve] = ramp.speeds;
             prop_assert!(vs <= vp && ve <= vp && vp <= feed, "{ramp:?}");
             prop_assert!((ramp.distances.iter().sum::<f64>() - length).abs() < 1e-12 * (length + vp * vp / rates[0].min(rates[1])));

@@ -1,11 +1,11 @@
 //! Speeds at the junctions of blocks, looked ahead for over a window.
 
-use super::options::{Ahead, BlockOptions, Tiny};
+use super::options::{LookAhead, LookAheadOptions, TinyBlocks};
 use nalgebra::SVector;
 
 /// What the look-ahead knows of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row<const N: usize> {
+pub(super) struct BlockRow<const N: usize> {
     /// Length in the path's measure.
     pub(super) length: f64,
     /// Axis travel per unit of length: the axis coefficients.
@@ -23,16 +23,16 @@ pub(super) fn row<const N: usize>(
     feed: f64,
     velocity: SVector<f64, N>,
     acceleration: SVector<f64, N>,
-) -> Row<N> {
+) -> BlockRow<N> {
     let least = |limits: SVector<f64, N>| limits.component_div(&coefficients.abs()).min();
     let feed = feed.min(least(velocity));
-    Row { length, coefficients, feed, acceleration: least(acceleration) }
+    BlockRow { length, coefficients, feed, acceleration: least(acceleration) }
 }
 
 pub(super) fn plan_rows<const N: usize>(
-    rows: &mut [Row<N>],
+    rows: &mut [BlockRow<N>],
     acceleration: &SVector<f64, N>,
-    options: &BlockOptions,
+    options: &LookAheadOptions,
     ends: [f64; 2],
 ) -> Vec<f64> {
     if let Some(tiny) = options.tiny {
@@ -44,13 +44,13 @@ pub(super) fn plan_rows<const N: usize>(
 
 /// Runs of tiny blocks take the feed and the acceleration of their slowest, so that they are passed
 /// through like one block.
-pub(super) fn join_tiny<const N: usize>(rows: &mut [Row<N>], tiny: Tiny) {
-    let is_tiny = |row: &Row<N>| row.length < tiny.length;
+pub(super) fn join_tiny<const N: usize>(rows: &mut [BlockRow<N>], tiny: TinyBlocks) {
+    let is_tiny = |row: &BlockRow<N>| row.length < tiny.length;
     for run in rows.chunk_by_mut(|a, b| is_tiny(a) == is_tiny(b)) {
         if run.len() <= tiny.count || !run.first().is_some_and(is_tiny) {
             continue;
         }
-        let least = |of: fn(&Row<N>) -> f64| run.iter().map(of).fold(f64::INFINITY, f64::min);
+        let least = |of: fn(&BlockRow<N>) -> f64| run.iter().map(of).fold(f64::INFINITY, f64::min);
         let [feed, acceleration] = [least(|row| row.feed), least(|row| row.acceleration)];
         for row in run {
             (row.feed, row.acceleration) = (feed, acceleration);
@@ -61,7 +61,7 @@ pub(super) fn join_tiny<const N: usize>(rows: &mut [Row<N>], tiny: Tiny) {
 /// Largest speed at every junction: both feeds, and no axis velocity may step by more than its
 /// acceleration changes it in one servo period.
 pub(super) fn junctions<const N: usize>(
-    rows: &[Row<N>],
+    rows: &[BlockRow<N>],
     acceleration: &SVector<f64, N>,
     period: f64,
 ) -> Vec<f64> {
@@ -82,19 +82,20 @@ pub(super) fn junctions<const N: usize>(
 /// it raises nothing the pass before is met: every block is looked at a few times, however long the
 /// window.
 pub(super) fn speeds<const N: usize>(
-    rows: &[Row<N>],
+    rows: &[BlockRow<N>],
     junctions: &[f64],
     ends: [f64; 2],
-    (ahead, period): (Ahead, f64),
+    (ahead, period): (LookAhead, f64),
 ) -> Vec<f64> {
     let count = rows.len();
     let mut caps = vec![0.0; count + 1];
     caps[0] = ends[0].min(rows.first().map_or(0.0, |row| row.feed));
     caps[count] = ends[1].min(rows.last().map_or(0.0, |row| row.feed));
-    if ahead != Ahead::Stops {
+    if ahead != LookAhead::Stops {
         caps[1..count].copy_from_slice(junctions);
     }
-    let mut window = Window { rows, caps: &caps, reach: vec![0.0; count + 1], end: 0, time: 0.0 };
+    let mut window =
+        BlockWindow { rows, caps: &caps, reach: vec![0.0; count + 1], end: 0, time: 0.0 };
     let mut speeds = Vec::with_capacity(count + 1);
     for (block, row) in rows.iter().enumerate() {
         window.extend(block, ahead, period);
@@ -109,13 +110,13 @@ pub(super) fn speeds<const N: usize>(
 }
 
 /// Speed after (or, backwards, before) a block that ends with `speed`.
-fn reached<const N: usize>(speed: f64, row: &Row<N>) -> f64 {
+fn reached<const N: usize>(speed: f64, row: &BlockRow<N>) -> f64 {
     (speed * speed + 2.0 * row.acceleration * row.length).sqrt()
 }
 
 /// The blocks looked at.
-struct Window<'a, const N: usize> {
-    rows: &'a [Row<N>],
+struct BlockWindow<'a, const N: usize> {
+    rows: &'a [BlockRow<N>],
     caps: &'a [f64],
     /// Largest speed at each junction from which the window's end is reached at rest.
     reach: Vec<f64>,
@@ -125,9 +126,9 @@ struct Window<'a, const N: usize> {
     time: f64,
 }
 
-impl<const N: usize> Window<'_, N> {
+impl<const N: usize> BlockWindow<'_, N> {
     /// Lets the window reach from `block` as far as it must.
-    fn extend(&mut self, block: usize, ahead: Ahead, period: f64) {
+    fn extend(&mut self, block: usize, ahead: LookAhead, period: f64) {
         let before = self.end;
         while self.end < self.rows.len() && !self.suffices(block, ahead, period) {
             self.time += self.rows[self.end].length / self.rows[self.end].feed;
@@ -147,15 +148,15 @@ impl<const N: usize> Window<'_, N> {
         }
     }
 
-    fn suffices(&self, block: usize, ahead: Ahead, period: f64) -> bool {
+    fn suffices(&self, block: usize, ahead: LookAhead, period: f64) -> bool {
         let blocks = self.end - block;
         match ahead {
-            Ahead::Stops => blocks >= 1,
-            Ahead::Blocks(count) => blocks >= count.max(1),
-            Ahead::Dynamic { blocks: first, periods } => {
+            LookAhead::Stops => blocks >= 1,
+            LookAhead::Blocks(count) => blocks >= count.max(1),
+            LookAhead::Dynamic { blocks: first, periods } => {
                 blocks >= first.max(1) && self.time >= periods * period
             }
-            Ahead::Whole => false,
+            LookAhead::Whole => false,
         }
     }
 }
@@ -166,17 +167,17 @@ mod tests {
     use nalgebra::Vector2;
     use proptest::prelude::*;
 
-    fn rows(lengths: &[f64]) -> Vec<Row<2>> {
+    fn rows(lengths: &[f64]) -> Vec<BlockRow<2>> {
         let row = |(index, &length): (usize, &f64)| {
             let (sin, cos) = (index as f64 * 0.7).sin_cos();
             let coefficients = Vector2::new(cos, sin);
-            Row { length, coefficients, feed: 100.0, acceleration: 500.0 + 10.0 * cos }
+            BlockRow { length, coefficients, feed: 100.0, acceleration: 500.0 + 10.0 * cos }
         };
         lengths.iter().enumerate().map(row).collect()
     }
 
     /// The window's passes all anew for each block.
-    fn plainly(rows: &[Row<2>], caps: &[f64], count: usize) -> Vec<f64> {
+    fn plainly(rows: &[BlockRow<2>], caps: &[f64], count: usize) -> Vec<f64> {
         let mut speeds = vec![caps[0]];
         for block in 0..rows.len() {
             let end = (block + count).min(rows.len());
@@ -200,10 +201,10 @@ mod tests {
             let mut all = vec![0.0];
             all.extend(&caps[..rows.len() - 1]);
             all.push(0.0);
-            let got = speeds(&rows, &all[1..rows.len()], [0.0; 2], (Ahead::Blocks(count), 1e-3));
+            let got = speeds(&rows, &all[1..rows.len()], [0.0; 2], (LookAhead::Blocks(count), 1e-3));
             prop_assert_eq!(&got, &plainly(&rows, &all, count));
             // The whole way is the longest window.
-            let whole = speeds(&rows, &all[1..rows.len()], [0.0; 2], (Ahead::Whole, 1e-3));
+            let whole = speeds(&rows, &all[1..rows.len()], [0.0; 2], (LookAhead::Whole, 1e-3));
             prop_assert_eq!(&whole, &plainly(&rows, &all, rows.len()));
             for (short, long) in got.iter().zip(&whole) {
                 prop_assert!(short <= long);
@@ -216,7 +217,7 @@ mod tests {
     fn only_long_runs_of_tiny_blocks_are_joined() {
         let mut all = rows(&[5.0, 0.1, 0.1, 5.0, 0.1, 0.1, 0.1]);
         let before = all.clone();
-        join_tiny(&mut all, Tiny { length: 1.0, count: 2 });
+        join_tiny(&mut all, TinyBlocks { length: 1.0, count: 2 });
         assert_eq!(all[..4], before[..4]);
         let least = before[4..].iter().map(|row| row.acceleration).fold(f64::INFINITY, f64::min);
         assert!(all[4..].iter().all(|row| row.acceleration == least));

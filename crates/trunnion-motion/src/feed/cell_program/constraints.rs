@@ -1,21 +1,21 @@
 //! The linear constraints of one cell.
 
-use crate::feed::accelerations::Accelerations;
+use crate::feed::accelerations::CellAccelerations;
 use nalgebra::SVector;
 
-/// Constraints `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
+/// ConstraintSource `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
 /// per axis and row alone (`K` = 2).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Strips<const N: usize, const K: usize = 5> {
+pub(crate) struct CellConstraints<const N: usize, const K: usize = 5> {
     pub(crate) a: [SVector<f64, N>; K],
     pub(crate) b: [SVector<f64, N>; K],
     /// Limit towards minus, axis by axis.
     pub(crate) minus: [f64; N],
 }
 
-impl<const N: usize, const K: usize> Strips<N, K> {
+impl<const N: usize, const K: usize> CellConstraints<N, K> {
     /// All constraints of a cell as `a x0 + b x1`.
-    pub(crate) fn of(cell: &Accelerations<N>) -> Self {
+    pub(crate) fn of(cell: &CellAccelerations<N>) -> Self {
         let mut strips =
             Self { a: [SVector::zeros(); K], b: [SVector::zeros(); K], minus: cell.minus };
         for place in 0..K {
@@ -35,7 +35,7 @@ impl<const N: usize, const K: usize> Strips<N, K> {
 }
 
 /// Smallest `y >= 0` that satisfies all strips for this `x`, if there is one.
-pub(crate) fn least<const N: usize, const K: usize>(strips: &Strips<N, K>, x: f64) -> f64 {
+pub(crate) fn least<const N: usize, const K: usize>(strips: &CellConstraints<N, K>, x: f64) -> f64 {
     let mut y = 0.0;
     for k in 0..K {
         for axis in 0..N {

@@ -3,18 +3,18 @@
 /// What bound a cell before: on smooth paths it binds the next one too, and that is quickly checked. It
 /// only saves time: answers do not depend on it but for rounding.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Guess {
+pub(crate) struct WarmStart {
     /// Coefficient and axis of the strip, where the end is as fast as what follows allows.
     pub(super) one: Option<[usize; 2]>,
     /// The two sides of strips whose corner it is.
-    pub(super) corner: Option<[Side; 2]>,
+    pub(super) corner: Option<[ActiveSide; 2]>,
     /// Whether it was a corner.
     pub(super) at_corner: bool,
 }
 
 /// `sign (a x + b y) = limit` for the strip of a coefficient and an axis.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct ActiveSide {
     pub(super) place: [usize; 2],
     pub(super) sign: f64,
 }

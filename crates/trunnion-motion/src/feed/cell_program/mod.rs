@@ -5,6 +5,6 @@ mod guess;
 mod search;
 mod solve;
 
-pub(super) use constraints::{Strips, least};
-pub(super) use guess::Guess;
+pub(super) use constraints::{CellConstraints, least};
+pub(super) use guess::WarmStart;
 pub(super) use solve::{backward, forward};

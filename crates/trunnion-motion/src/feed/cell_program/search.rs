@@ -1,6 +1,6 @@
 //! The linear program of a cell wherever its answer lies.
 
-use super::constraints::Strips;
+use super::constraints::CellConstraints;
 
 /// Most rounds of a search. Each round drops at least one line for good, and a cell has
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
@@ -14,20 +14,20 @@ pub(super) const STEEPEST: f64 = 4.0;
 
 /// A bound on `x` that is linear in `y`: `x <= at_zero + slope y`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct BoundLine {
     at_zero: f64,
     slope: f64,
     /// Coefficient and axis of the strip it bounds.
     pub(super) place: Option<[usize; 2]>,
 }
 
-impl Line {
+impl BoundLine {
     fn flat(at_zero: f64) -> Self {
         Self { at_zero, slope: 0.0, place: None }
     }
 }
 
-impl Line {
+impl BoundLine {
     fn at(self, y: f64) -> f64 {
         self.at_zero + self.slope * y
     }
@@ -35,24 +35,24 @@ impl Line {
 
 /// Upper and lower bounds of `x` as lines in `y`, one pair per strip.
 ///
-/// Strips that hardly depend on `x` bound `y` instead.
-struct Bounds<const N: usize, const K: usize> {
+/// CellConstraints that hardly depend on `x` bound `y` instead.
+struct LineBounds<const N: usize, const K: usize> {
     /// Upper lines at `y = 0`, and lower ones' opposites.
     at_zero: [[[f64; N]; K]; 2],
     slope: [[f64; N]; K],
     x_max: f64,
     y_max: f64,
-    steepest: Line,
+    steepest: BoundLine,
 }
 
-impl<const N: usize, const K: usize> Bounds<N, K> {
-    fn new(strips: &Strips<N, K>, x_max: f64, y_max: f64) -> Self {
+impl<const N: usize, const K: usize> LineBounds<N, K> {
+    fn new(strips: &CellConstraints<N, K>, x_max: f64, y_max: f64) -> Self {
         let mut bounds = Self {
             at_zero: [[[f64::INFINITY; N]; K]; 2],
             slope: [[0.0; N]; K],
             x_max,
             y_max,
-            steepest: Line::flat(f64::INFINITY),
+            steepest: BoundLine::flat(f64::INFINITY),
         };
         // Below this a term a x is lost in the rounding of the limit 1.
         let negligible = f64::EPSILON / x_max;
@@ -72,14 +72,14 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
         let at_rest = bounds.upper(0.0);
         if at_rest.slope < 0.0 {
             let at_zero = at_rest.at_zero / STEEPEST;
-            bounds.steepest = Line { at_zero, slope: STEEPEST, place: None };
+            bounds.steepest = BoundLine { at_zero, slope: STEEPEST, place: None };
         }
         bounds
     }
 
     /// The lowest upper bound at `y`.
-    fn upper(&self, y: f64) -> Line {
-        let mut line = Line::flat(self.x_max);
+    fn upper(&self, y: f64) -> BoundLine {
+        let mut line = BoundLine::flat(self.x_max);
         let mut lowest = self.x_max;
         if self.steepest.at(y) < lowest {
             (lowest, line) = (self.steepest.at(y), self.steepest);
@@ -89,7 +89,7 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
                 let [at_zero, slope] = [self.at_zero[0][k][axis], self.slope[k][axis]];
                 let value = at_zero + slope * y;
                 if value < lowest {
-                    (lowest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
+                    (lowest, line) = (value, BoundLine { at_zero, slope, place: Some([k, axis]) });
                 }
             }
         }
@@ -97,15 +97,15 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
     }
 
     /// The highest lower bound at `y`.
-    fn lower(&self, y: f64) -> Line {
-        let mut line = Line::flat(0.0);
+    fn lower(&self, y: f64) -> BoundLine {
+        let mut line = BoundLine::flat(0.0);
         let mut highest = 0.0;
         for k in 0..K {
             for axis in 0..N {
                 let [at_zero, slope] = [-self.at_zero[1][k][axis], self.slope[k][axis]];
                 let value = at_zero + slope * y;
                 if value > highest {
-                    (highest, line) = (value, Line { at_zero, slope, place: Some([k, axis]) });
+                    (highest, line) = (value, BoundLine { at_zero, slope, place: Some([k, axis]) });
                 }
             }
         }
@@ -117,13 +117,13 @@ impl<const N: usize, const K: usize> Bounds<N, K> {
 /// ones (-1).
 #[cold]
 pub(super) fn search<const N: usize, const K: usize>(
-    strips: &Strips<N, K>,
+    strips: &CellConstraints<N, K>,
     x_max: f64,
     y_max: f64,
-) -> (f64, bool, [(Line, f64); 2]) {
-    let bounds = Bounds::new(strips, x_max, y_max);
+) -> (f64, bool, [(BoundLine, f64); 2]) {
+    let bounds = LineBounds::new(strips, x_max, y_max);
     let mut y = bounds.y_max;
-    let mut closing = (Line::flat(0.0), 1.0);
+    let mut closing = (BoundLine::flat(0.0), 1.0);
     for _ in 0..ROUNDS {
         let [upper, lower] = [bounds.upper(y), bounds.lower(y)];
         // The gap closes between 0 and y: both lines leave some room at 0. Where rounding opens it
@@ -140,17 +140,17 @@ pub(super) fn search<const N: usize, const K: usize>(
         closing = (lower, -1.0);
         y = closer;
     }
-    let flat = Line::flat(0.0);
+    let flat = BoundLine::flat(0.0);
     (bounds.upper(0.0).at(0.0), false, [(flat, 1.0); 2])
 }
 
 /// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`, and the lines that meet
 /// there.
 fn peak<const N: usize, const K: usize>(
-    bounds: &Bounds<N, K>,
-    mut right: Line,
+    bounds: &LineBounds<N, K>,
+    mut right: BoundLine,
     mut y: f64,
-) -> (f64, [Line; 2]) {
+) -> (f64, [BoundLine; 2]) {
     let mut left = bounds.upper(0.0);
     let mut best = left.at(0.0);
     if left.slope <= 0.0 {

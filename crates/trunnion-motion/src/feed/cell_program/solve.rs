@@ -3,10 +3,10 @@
 //! The squared speeds `(x, y)` at both ends of a cell lie in an intersection of strips
 //! `-minus <= a x + b y <= 1` about the origin, so zero is always allowed and there is always an answer.
 
-use super::constraints::Strips;
-use super::guess::{Guess, Side};
-use super::search::{Line, search};
-use crate::feed::accelerations::Accelerations;
+use super::constraints::CellConstraints;
+use super::guess::{ActiveSide, WarmStart};
+use super::search::{BoundLine, search};
+use crate::feed::accelerations::CellAccelerations;
 use crate::feed::numeric::largest;
 
 /// Roundings in the value of a constraint, of the terms it is the sum of: three products and sums,
@@ -15,7 +15,11 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Whether all `K` constraints hold, up to the rounding of one with a term of this size.
 #[inline]
-fn kept<const N: usize, const K: usize>(cell: &Accelerations<N>, x: [f64; 2], term: f64) -> bool {
+fn kept<const N: usize, const K: usize>(
+    cell: &CellAccelerations<N>,
+    x: [f64; 2],
+    term: f64,
+) -> bool {
     cell.most::<K>(x) <= allowed(term)
 }
 
@@ -29,10 +33,10 @@ fn allowed(term: f64) -> f64 {
 /// larger `y_max` would leave it as it is.
 #[inline]
 pub(crate) fn backward<const N: usize, const K: usize>(
-    cell: &Accelerations<N>,
+    cell: &CellAccelerations<N>,
     x_max: f64,
     y: f64,
-    guess: &mut Guess,
+    guess: &mut WarmStart,
 ) -> (f64, bool) {
     if guess.at_corner
         && let Some(x) = corner::<N, K>(cell, [x_max, y], guess)
@@ -60,18 +64,18 @@ pub(crate) fn backward<const N: usize, const K: usize>(
         guess.at_corner = true;
         return (x, true);
     }
-    anywhere(&Strips::<N, K>::of(cell), x_max, y, guess)
+    anywhere(&CellConstraints::<N, K>::of(cell), x_max, y, guess)
 }
 
 /// The answer at the corner guessed, if that is it: allowed, and moving along neither side gives more
 /// (both multipliers of the linear program are positive).
 #[inline]
 fn corner<const N: usize, const K: usize>(
-    cell: &Accelerations<N>,
+    cell: &CellAccelerations<N>,
     [x_max, y_max]: [f64; 2],
-    guess: &Guess,
+    guess: &WarmStart,
 ) -> Option<f64> {
-    /// Sides nearer to parallel than this meet where rounding will have it.
+    /// DirectionalLimits nearer to parallel than this meet where rounding will have it.
     const PARALLEL: f64 = 1e-6;
     let [p, q] = guess.corner?;
     let [[a, b], [c, d]] = [p, q].map(|side| cell.constraint::<K>(side.place));
@@ -95,19 +99,19 @@ fn corner<const N: usize, const K: usize>(
 /// The same by looking at all strips.
 #[inline(never)]
 fn anywhere<const N: usize, const K: usize>(
-    strips: &Strips<N, K>,
+    strips: &CellConstraints<N, K>,
     x_max: f64,
     y_max: f64,
-    guess: &mut Guess,
+    guess: &mut WarmStart,
 ) -> (f64, bool) {
     if let Some((x, slope, place)) = largest_at(strips, x_max, y_max) {
         (guess.one, guess.at_corner) = (place, false);
         return (x, slope <= 0.0);
     }
     let (x, below, lines) = search(strips, x_max, y_max);
-    let side = |(line, sign): (Line, f64)| {
+    let side = |(line, sign): (BoundLine, f64)| {
         let place = line.place?;
-        Some(Side { place, sign: sign.copysign(sign * strips.a[place[0]][place[1]]) })
+        Some(ActiveSide { place, sign: sign.copysign(sign * strips.a[place[0]][place[1]]) })
     };
     if let [Some(p), Some(q)] = lines.map(side) {
         (guess.corner, guess.at_corner) = (Some([p, q]), true);
@@ -119,7 +123,7 @@ fn anywhere<const N: usize, const K: usize>(
 /// upper bound does not fall with `y`: `x`, a multiple of that slope, and which constraint bounds it.
 #[inline]
 fn largest_at<const N: usize, const K: usize>(
-    strips: &Strips<N, K>,
+    strips: &CellConstraints<N, K>,
     x_max: f64,
     y: f64,
 ) -> Option<(f64, f64, Option<[usize; 2]>)> {
@@ -152,10 +156,10 @@ fn largest_at<const N: usize, const K: usize>(
 /// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
 #[inline]
 pub(crate) fn forward<const N: usize, const K: usize>(
-    cell: &Accelerations<N>,
+    cell: &CellAccelerations<N>,
     x: f64,
     y_max: f64,
-    guess: &mut Guess,
+    guess: &mut WarmStart,
 ) -> (f64, f64) {
     let [mut y, mut term] = [y_max, 0.0];
     if let Some(place) = guess.one {
@@ -173,17 +177,17 @@ pub(crate) fn forward<const N: usize, const K: usize>(
             return (y, most);
         }
     }
-    let y = onward(&Strips::<N, K>::of(cell), x, y_max, guess);
+    let y = onward(&CellConstraints::<N, K>::of(cell), x, y_max, guess);
     (y, cell.most::<K>([x, y]))
 }
 
 /// The same by looking at all strips.
 #[inline(never)]
 fn onward<const N: usize, const K: usize>(
-    strips: &Strips<N, K>,
+    strips: &CellConstraints<N, K>,
     x: f64,
     y_max: f64,
-    guess: &mut Guess,
+    guess: &mut WarmStart,
 ) -> f64 {
     let mut y = y_max;
     for k in 0..K {
@@ -204,21 +208,21 @@ fn onward<const N: usize, const K: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::cell::Cell;
+    use crate::feed::cell::FeedCell;
     use crate::feed::cell_program::search::STEEPEST;
-    use crate::feed::directional::Sides;
-    use crate::feed::reciprocal::Reciprocals;
+    use crate::feed::directional::DirectionalLimits;
+    use crate::feed::reciprocal::ReciprocalLimits;
     use nalgebra::SVector;
     use proptest::prelude::*;
 
     /// The same with a limit of its own towards minus.
-    fn sided(rows: [[f64; 2]; 5], minus: f64) -> Strips<1> {
+    fn sided(rows: [[f64; 2]; 5], minus: f64) -> CellConstraints<1> {
         let [a, b] = [0, 1].map(|side| rows.map(|row: [f64; 2]| SVector::from([row[side]])));
-        Strips { a, b, minus: [minus] }
+        CellConstraints { a, b, minus: [minus] }
     }
 
     /// Five strips on one axis.
-    fn strips(rows: [[f64; 2]; 5]) -> Strips<1> {
+    fn strips(rows: [[f64; 2]; 5]) -> CellConstraints<1> {
         sided(rows, 1.0)
     }
 
@@ -227,10 +231,10 @@ mod tests {
     fn a_straight_line_gains_twice_acceleration_times_distance() {
         // |y - x| <= 8
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 100.0, 4.0, &mut Guess::default()).0, 12.0);
-        assert_eq!(anywhere(&line, 10.0, 4.0, &mut Guess::default()).0, 10.0);
-        assert_eq!(onward(&line, 4.0, 100.0, &mut Guess::default()), 12.0);
-        assert_eq!(onward(&line, 4.0, 9.0, &mut Guess::default()), 9.0);
+        assert_eq!(anywhere(&line, 100.0, 4.0, &mut WarmStart::default()).0, 12.0);
+        assert_eq!(anywhere(&line, 10.0, 4.0, &mut WarmStart::default()).0, 10.0);
+        assert_eq!(onward(&line, 4.0, 100.0, &mut WarmStart::default()), 12.0);
+        assert_eq!(onward(&line, 4.0, 9.0, &mut WarmStart::default()), 9.0);
     }
 
     #[test]
@@ -238,7 +242,7 @@ mod tests {
     fn a_gap_above_is_closed_by_a_smaller_end() {
         // y <= x + 8, x <= 2: y = 50 is out of reach, but x = 2 is allowed with y = 10.
         let line = strips([[-0.125, 0.125]; 5]);
-        assert_eq!(anywhere(&line, 2.0, 50.0, &mut Guess::default()).0, 2.0);
+        assert_eq!(anywhere(&line, 2.0, 50.0, &mut WarmStart::default()).0, 2.0);
     }
 
     proptest! {
@@ -270,10 +274,10 @@ mod tests {
                     best = best.max(range[1]);
                 }
             }
-            let got = anywhere(&strips, x_max, y_max, &mut Guess::default()).0;
+            let got = anywhere(&strips, x_max, y_max, &mut WarmStart::default()).0;
             prop_assert!(got >= best - 1e-12 && got <= best + 0.05, "{got} against {best}");
             // Reached: going forward from it stays inside every strip.
-            let y = onward(&strips, got, y_max, &mut Guess::default());
+            let y = onward(&strips, got, y_max, &mut WarmStart::default());
             for [a, b] in rows {
                 let value = a * got + b * y;
                 prop_assert!(value <= 1.0 + 1e-9 && value >= -minus - 1e-9);
@@ -289,9 +293,9 @@ mod tests {
             place in prop::array::uniform2(0..2usize),
             minus in prop::array::uniform2(prop_oneof![Just(1.0), 0.1..10.0f64]),
         ) {
-            let acceleration = Sides { plus: SVector::repeat(1.0), minus: SVector::from(minus) };
-            let limits = Reciprocals { acceleration, ..Reciprocals::none() };
-            let cell = Cell {
+            let acceleration = DirectionalLimits { plus: SVector::repeat(1.0), minus: SVector::from(minus) };
+            let limits = ReciprocalLimits { acceleration, ..ReciprocalLimits::none() };
+            let cell = FeedCell {
                 h: 1.0,
                 rates: rates.map(SVector::from),
                 doubt: SVector::zeros(),
@@ -299,13 +303,13 @@ mod tests {
                 tip_rate: [0.0; 2],
             };
             let cell = cell.accelerations(&limits);
-            let x = anywhere(&Strips::<2, 5>::of(&cell), x_max, y_max, &mut Guess::default()).0;
-            let y = onward(&Strips::<2, 5>::of(&cell), x, y_max, &mut Guess::default());
-            let side = |axis: usize, sign: f64| Side { place: [place[0], axis], sign };
+            let x = anywhere(&CellConstraints::<2, 5>::of(&cell), x_max, y_max, &mut WarmStart::default()).0;
+            let y = onward(&CellConstraints::<2, 5>::of(&cell), x, y_max, &mut WarmStart::default());
+            let side = |axis: usize, sign: f64| ActiveSide { place: [place[0], axis], sign };
             for (one, signs) in [(None, [1.0; 2]), (Some(place), [1.0, -1.0]), (Some([4, 0]), [-1.0, 1.0])] {
                 for at_corner in [false, true] {
                     let corner = Some([side(0, signs[0]), side(1, signs[1])]);
-                    let mut guess = Guess { one, corner, at_corner };
+                    let mut guess = WarmStart { one, corner, at_corner };
                     let (got, _) = backward::<2, 5>(&cell, x_max, y_max, &mut guess.clone());
                     prop_assert!((got - x).abs() <= 1e-10 * x_max, "{got} {x}");
                     let (got, most) = forward::<2, 5>(&cell, x, y_max, &mut guess);

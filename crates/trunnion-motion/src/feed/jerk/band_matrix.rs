@@ -1,13 +1,13 @@
 //! Symmetric positive definite systems whose unknowns couple with two neighbours on each side.
 
-/// Rows of the lower triangle (diagonal, then the two entries left of it) and right-hand side.
+/// CellRows of the lower triangle (diagonal, then the two entries left of it) and right-hand side.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Band {
+pub(super) struct BandMatrix {
     pub(super) rows: Vec<[f64; 3]>,
     pub(super) right: Vec<f64>,
 }
 
-impl Band {
+impl BandMatrix {
     /// All zero, for so many unknowns.
     pub(super) fn reset(&mut self, unknowns: usize) {
         self.rows.clear();
@@ -51,7 +51,7 @@ mod tests {
     fn a_solution_reproduces_the_right_hand_side() {
         let rows = [[4.0, 0.0, 0.0], [5.0, 1.0, 0.0], [6.0, -2.0, 0.5], [7.0, 1.5, -1.0]];
         let right = vec![1.0, -2.0, 3.0, 0.5];
-        let mut band = Band { rows: rows.to_vec(), right: right.clone() };
+        let mut band = BandMatrix { rows: rows.to_vec(), right: right.clone() };
         assert!(band.solve());
         let x = &band.right;
         for (i, want) in right.iter().enumerate() {
@@ -66,7 +66,8 @@ mod tests {
 
     #[test]
     fn an_indefinite_matrix_is_refused() {
-        let mut band = Band { rows: vec![[1.0, 0.0, 0.0], [1.0, 2.0, 0.0]], right: vec![1.0; 2] };
+        let mut band =
+            BandMatrix { rows: vec![[1.0, 0.0, 0.0], [1.0, 2.0, 0.0]], right: vec![1.0; 2] };
         assert!(!band.solve());
     }
 }

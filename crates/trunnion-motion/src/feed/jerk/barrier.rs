@@ -4,10 +4,10 @@
 //! from there on steps are short: a path that whips would stall a fifth above the time it needs. So each stretch lowers
 //! its weight after steps that were long and changed little, and raises it after those that were cut short.
 
-use super::newton::Solver;
+use super::newton::BarrierSolver;
 use std::ops::Range;
 
-/// Barrier weights as shares of each cell's time: the first about balances the time against the 110
+/// BarrierWeights weights as shares of each cell's time: the first about balances the time against the 110
 /// sides of rows a cell has, the last leaves 4e-4 of it.
 pub(super) const FIRST_WEIGHT: f64 = 5e-3;
 
@@ -39,12 +39,12 @@ const NEXT_TO_LAST: f64 = 1.001 * LAST_WEIGHT;
 
 /// Weight of the barrier in each cell, as a share of the cell's time, and whether the cell is done.
 #[derive(Debug)]
-pub(super) struct Barrier {
+pub(super) struct BarrierWeights {
     weights: Vec<f64>,
     done: Vec<bool>,
 }
 
-impl Barrier {
+impl BarrierWeights {
     /// A first weight in a range of cells, which are to be searched; the last one elsewhere.
     fn over(range: Range<usize>, first: f64, cells: usize) -> Self {
         let mut barrier = Self { weights: vec![LAST_WEIGHT; cells], done: vec![true; cells] };
@@ -74,12 +74,12 @@ impl Barrier {
     }
 }
 
-impl<const N: usize> Solver<'_, N> {
+impl<const N: usize> BarrierSolver<'_, N> {
     /// Makes a range of controls as fast as it can be while the others stay, but for the share `tolerance` of its
     /// time, the barrier's weight falling from `first`: sweeps of stretches, the borders of one inside those of the
     /// one before.
     pub(super) fn hurry(&mut self, range: Range<usize>, (first, tolerance): (f64, f64)) {
-        let mut barrier = Barrier::over(range.clone(), first, self.spline.len());
+        let mut barrier = BarrierWeights::over(range.clone(), first, self.spline.len());
         let mut border = 0.5;
         for _ in 0..SWEEPS {
             self.brake_on(FIRST_WEIGHT);
@@ -95,7 +95,7 @@ impl<const N: usize> Solver<'_, N> {
     /// A sweep over the stretches of a range that are not done, the first of them of `first` cells.
     fn descend(
         &mut self,
-        barrier: &mut Barrier,
+        barrier: &mut BarrierWeights,
         range: Range<usize>,
         (first, tolerance): (usize, f64),
     ) {
@@ -110,7 +110,7 @@ impl<const N: usize> Solver<'_, N> {
     }
 
     /// Steps on one stretch, the weight falling as they allow.
-    fn lower(&mut self, barrier: &mut Barrier, range: Range<usize>, tolerance: f64) {
+    fn lower(&mut self, barrier: &mut BarrierWeights, range: Range<usize>, tolerance: f64) {
         barrier.even_out(range.clone());
         let mut work = self.open(range.clone());
         let start = self.time_through(range.clone());

@@ -1,18 +1,18 @@
 //! Steps of the solver that slow a motion down.
 
-use super::newton::Solver;
-use super::slow_down::Slower;
-use super::speed_caps::Caps;
+use super::newton::BarrierSolver;
+use super::slow_down::SlowDown;
+use super::speed_caps::SpeedCaps;
 
 /// A sweep that lengthens the time by less is the last.
 const SLOWS: f64 = 1.001;
 
-impl<const N: usize> Solver<'_, N> {
+impl<const N: usize> BarrierSolver<'_, N> {
     /// Keeps `most`, and `wanted` as soon as it can be.
-    pub(super) fn brake_to(&mut self, wanted: Caps, most: Caps) {
+    pub(super) fn brake_to(&mut self, wanted: SpeedCaps, most: SpeedCaps) {
         let slow = vec![false; self.spline.len()];
         self.caps.given = most.given;
-        let mut slower = Slower { wanted, most, slow };
+        let mut slower = SlowDown { wanted, most, slow };
         slower.update(&mut self.caps, &self.spline);
         self.slower = slower.slow.iter().any(|slow| *slow).then_some(slower);
     }

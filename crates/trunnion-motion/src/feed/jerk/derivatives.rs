@@ -1,11 +1,11 @@
 //! One cell's part in a Newton step: derivatives of its time and of the barrier of its rows.
 
-use super::rows::{ACCELERATION, JERK, LANES, Lanes, RAISED, Rows, rooms, values};
+use super::rows::{ACCELERATION, CellRows, JERK, LANES, RAISED, RowLanes, rooms, values};
 use super::speed_spline::middle;
 use crate::feed::numeric::largest;
 
 /// A number for every row of every axis.
-pub(super) type PerRow<const N: usize> = [[Lanes; 2]; N];
+pub(super) type PerRow<const N: usize> = [[RowLanes; 2]; N];
 
 /// Products of slack and multiplier are kept within these factors of the barrier's weight.
 const LEAST: f64 = 0.2;
@@ -13,7 +13,7 @@ const MOST: f64 = 30.0;
 
 /// What a cell is evaluated at.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct State {
+pub(super) struct CellState {
     /// Bernstein coefficients of the squared speed.
     pub(super) x: [f64; 3],
     /// Reference of the jerk rows.
@@ -24,13 +24,13 @@ pub(super) struct State {
 
 /// Gradient and lower triangle of the Hessian in the coefficients of a cell.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Derivatives {
+pub(super) struct CellDerivatives {
     pub(super) gradient: [f64; 3],
     /// Entries 00, 10, 11, 20, 21, 22.
     pub(super) hessian: [f64; 6],
 }
 
-impl Derivatives {
+impl CellDerivatives {
     /// Adds `weight d d^T` to the Hessian.
     #[inline]
     pub(super) fn add_square(&mut self, weight: f64, d: [f64; 3]) {
@@ -65,51 +65,51 @@ impl Derivatives {
 
 /// Where the rows of a cell stand: reciprocal slacks of both sides.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slacks<const N: usize> {
+pub(super) struct RowSlacks<const N: usize> {
     /// Of the nearer side, with the sign of the row's value.
     pub(super) near: PerRow<N>,
     /// Of the other side.
     far: PerRow<N>,
 }
 
-impl<const N: usize> Default for Slacks<N> {
+impl<const N: usize> Default for RowSlacks<N> {
     fn default() -> Self {
         Self { near: [[[0.0; LANES]; 2]; N], far: [[[0.0; LANES]; 2]; N] }
     }
 }
 
-/// Lanes that are added up apart from one another, for the processor to do so at once.
+/// RowLanes that are added up apart from one another, for the processor to do so at once.
 const APART: usize = 2;
 
 #[inline]
-fn add_up(p: &Lanes, q: &Lanes, into: &mut [f64; APART]) {
+fn add_up(p: &RowLanes, q: &RowLanes, into: &mut [f64; APART]) {
     for (k, sum) in into.iter_mut().enumerate() {
         let [a, b, c] = [k, k + APART, k + 2 * APART].map(|lane| p[lane] * q[lane]);
         *sum += a + b + c;
     }
 }
 
-/// Sums over axes and rows of one kind.
+/// RowSums over axes and rows of one kind.
 #[derive(Debug, Default)]
-struct Sums {
+struct RowSums {
     hessian: [[f64; APART]; 6],
     gradient: [[f64; APART]; 3],
 }
 
 /// What meets the slope of the rooms of jerks, row by row.
 #[derive(Debug, Default)]
-struct Cross {
-    pressure: Lanes,
-    square: Lanes,
-    mixed: [Lanes; 3],
+struct RoomSums {
+    pressure: RowLanes,
+    square: RowLanes,
+    mixed: [RowLanes; 3],
 }
 
-/// Weights of the rows of one kind of an axis in the derivatives: sums and differences over both sides.
-struct Forces {
-    pressure: Lanes,
-    force: Lanes,
-    square: Lanes,
-    difference: Lanes,
+/// ControlWeights of the rows of one kind of an axis in the derivatives: sums and differences over both sides.
+struct RowForces {
+    pressure: RowLanes,
+    force: RowLanes,
+    square: RowLanes,
+    difference: RowLanes,
 }
 
 /// Adds the rows of a cell and notes their slacks.
@@ -118,16 +118,16 @@ struct Forces {
 /// The multiplier of the nearer side is its own unknown (primal-dual); the other side never matters
 /// much, and has the multiplier of the barrier alone.
 pub(super) fn add_rows<const N: usize>(
-    out: &mut Derivatives,
-    rows: &Rows<N>,
-    state: &State,
+    out: &mut CellDerivatives,
+    rows: &CellRows<N>,
+    state: &CellState,
     multipliers: &PerRow<N>,
-    slacks: &mut Slacks<N>,
+    slacks: &mut RowSlacks<N>,
 ) {
     let scale = state.reference.sqrt();
     let room = rooms(state.x, state.reference);
-    let [mut jerks, mut accelerations] = [Sums::default(), Sums::default()];
-    let mut cross = Cross::default();
+    let [mut jerks, mut accelerations] = [RowSums::default(), RowSums::default()];
+    let mut cross = RoomSums::default();
     let axes = rows.factors.iter().zip(multipliers);
     for ((factors, multipliers), (near, far)) in
         axes.zip(slacks.near.iter_mut().zip(&mut slacks.far))
@@ -138,13 +138,13 @@ pub(super) fn add_rows<const N: usize>(
             *value *= scale;
         }
         note(&jerk_values, &room, (&mut near[JERK], &mut far[JERK]));
-        let forces = Forces::new(&multipliers[JERK], (&near[JERK], &far[JERK]), state.weight);
+        let forces = RowForces::new(&multipliers[JERK], (&near[JERK], &far[JERK]), state.weight);
         jerks.add(jerk, &forces);
         cross.add(jerk, &forces);
         let sides = (&mut near[ACCELERATION], &mut far[ACCELERATION]);
         note(&values(acceleration, state.x), &[1.0; LANES], sides);
         let sides = (&near[ACCELERATION], &far[ACCELERATION]);
-        let forces = Forces::new(&multipliers[ACCELERATION], sides, state.weight);
+        let forces = RowForces::new(&multipliers[ACCELERATION], sides, state.weight);
         accelerations.add(acceleration, &forces);
     }
     jerks.hand_over(out, scale);
@@ -154,7 +154,7 @@ pub(super) fn add_rows<const N: usize>(
 
 /// Reciprocal slacks of rows with these values.
 #[inline]
-fn note(values: &Lanes, rooms: &Lanes, (near, far): (&mut Lanes, &mut Lanes)) {
+fn note(values: &RowLanes, rooms: &RowLanes, (near, far): (&mut RowLanes, &mut RowLanes)) {
     for lane in 0..LANES {
         let size = values[lane].abs();
         let [left, other] = [rooms[lane] - size, rooms[lane] + size];
@@ -164,9 +164,9 @@ fn note(values: &Lanes, rooms: &Lanes, (near, far): (&mut Lanes, &mut Lanes)) {
     }
 }
 
-impl Forces {
+impl RowForces {
     #[inline]
-    fn new(multipliers: &Lanes, (near, far): (&Lanes, &Lanes), weight: f64) -> Self {
+    fn new(multipliers: &RowLanes, (near, far): (&RowLanes, &RowLanes), weight: f64) -> Self {
         let zero = [0.0; LANES];
         let mut forces = Self { pressure: zero, force: zero, square: zero, difference: zero };
         for lane in 0..LANES {
@@ -181,10 +181,10 @@ impl Forces {
     }
 }
 
-impl Sums {
+impl RowSums {
     /// One axis.
     #[inline]
-    fn add(&mut self, [a, b, c]: &[Lanes; 3], forces: &Forces) {
+    fn add(&mut self, [a, b, c]: &[RowLanes; 3], forces: &RowForces) {
         let mut weighted = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             let square = forces.square[lane];
@@ -204,7 +204,7 @@ impl Sums {
 
     /// Adds the sums of rows whose values are `scale` times their factors'.
     #[inline]
-    fn hand_over(&self, out: &mut Derivatives, scale: f64) {
+    fn hand_over(&self, out: &mut CellDerivatives, scale: f64) {
         for (entry, [p, q]) in out.hessian.iter_mut().zip(&self.hessian) {
             *entry += scale * scale * (p + q);
         }
@@ -214,10 +214,10 @@ impl Sums {
     }
 }
 
-impl Cross {
+impl RoomSums {
     /// One axis.
     #[inline]
-    fn add(&mut self, factors: &[Lanes; 3], forces: &Forces) {
+    fn add(&mut self, factors: &[RowLanes; 3], forces: &RowForces) {
         for lane in 0..LANES {
             self.pressure[lane] += forces.pressure[lane];
             self.square[lane] += forces.square[lane];
@@ -231,8 +231,8 @@ impl Cross {
 
     /// Adds the part of the slopes of the rooms, `RAISED / 2 r`.
     #[inline]
-    fn hand_over(&self, out: &mut Derivatives, reference: f64) {
-        let dot = |p: &Lanes, q: &Lanes| {
+    fn hand_over(&self, out: &mut CellDerivatives, reference: f64) {
+        let dot = |p: &RowLanes, q: &RowLanes| {
             let mut sums = [0.0; APART];
             add_up(p, q, &mut sums);
             sums[0] + sums[1]
@@ -263,10 +263,10 @@ impl Cross {
 /// Share of its slack each nearer side loses in a direction `d` of the coefficients, and the largest
 /// share of any side.
 pub(super) fn turns<const N: usize>(
-    rows: &Rows<N>,
-    state: &State,
+    rows: &CellRows<N>,
+    state: &CellState,
     d: [f64; 3],
-    slacks: &Slacks<N>,
+    slacks: &RowSlacks<N>,
     turns: &mut PerRow<N>,
 ) -> f64 {
     let mut most = [0.0; LANES];
@@ -315,7 +315,7 @@ pub(super) fn update<const N: usize>(
     multipliers: &mut PerRow<N>,
     weight: f64,
     length: f64,
-    slacks: &Slacks<N>,
+    slacks: &RowSlacks<N>,
     turns: &PerRow<N>,
 ) {
     for axis in 0..N {

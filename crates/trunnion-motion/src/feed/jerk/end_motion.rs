@@ -2,15 +2,15 @@
 
 use super::graded_grid;
 use super::solve::feasible;
-use super::speed_spline::Border;
+use super::speed_spline::EndMotion;
 use crate::feed::error::FeedError;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 
 /// Halvings of the range in which the largest possible speed lies: to a thousandth of it.
 const HALVINGS: usize = 10;
 
-impl Border {
+impl EndMotion {
     /// Squared speed.
     pub(super) fn square(&self) -> f64 {
         match self {
@@ -21,15 +21,18 @@ impl Border {
 }
 
 /// The ends of a path with these speeds and `d²s/dt²`.
-pub(super) fn borders(speeds: [f64; 2], accelerations: [f64; 2]) -> Result<[Border; 2], FeedError> {
-    let mut ends = [Border::Rest; 2];
+pub(super) fn borders(
+    speeds: [f64; 2],
+    accelerations: [f64; 2],
+) -> Result<[EndMotion; 2], FeedError> {
+    let mut ends = [EndMotion::Rest; 2];
     for (end, name) in ["start", "end"].into_iter().enumerate() {
         let [speed, value] = [speeds[end], accelerations[end]];
         if !value.is_finite() || (speed <= 0.0 && value.abs() > 0.0) {
             return Err(FeedError::BadEndAcceleration { name, value, speed });
         }
         if speed > 0.0 {
-            ends[end] = Border::Moving([speed * speed, value]);
+            ends[end] = EndMotion::Moving([speed * speed, value]);
         }
     }
     Ok(ends)
@@ -38,19 +41,19 @@ pub(super) fn borders(speeds: [f64; 2], accelerations: [f64; 2]) -> Result<[Bord
 /// Which end asks for too much, and how much could be had.
 pub(super) fn refused<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    ends: [Border; 2],
+    limits: &ReciprocalLimits<N>,
+    ends: [EndMotion; 2],
 ) -> FeedError {
-    let possible = |ends: [Border; 2]| {
+    let possible = |ends: [EndMotion; 2]| {
         let grid = graded_grid::graded(piece, limits, &ends);
         feasible(&grid, limits, ends).is_some_and(|(_, start)| start.is_some())
     };
     // The start alone, to rest; if that can be had, the end is what is too much.
-    let end = usize::from(possible([ends[0], Border::Rest]));
+    let end = usize::from(possible([ends[0], EndMotion::Rest]));
     let with = |speed: f64| {
-        let mut ends = if end == 0 { [ends[0], Border::Rest] } else { ends };
-        let Border::Moving([_, u]) = ends[end] else { return ends };
-        ends[end] = Border::Moving([speed * speed, u]);
+        let mut ends = if end == 0 { [ends[0], EndMotion::Rest] } else { ends };
+        let EndMotion::Moving([_, u]) = ends[end] else { return ends };
+        ends[end] = EndMotion::Moving([speed * speed, u]);
         ends
     };
     let speed = ends[end].square().sqrt();

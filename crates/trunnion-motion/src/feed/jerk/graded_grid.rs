@@ -1,10 +1,10 @@
 //! Cells for a jerk-limited profile.
 
-use super::speed_spline::Border;
-use crate::feed::cell::Cell;
-use crate::feed::grid::Grid;
+use super::speed_spline::EndMotion;
+use crate::feed::cell::FeedCell;
+use crate::feed::grid::FeedGrid;
 use crate::feed::grid::resolvable;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -30,11 +30,11 @@ const GROWTH: f64 = 0.26;
 /// The path's nodes, with cells halved until they resolve rest at ends that do not move.
 pub(super) fn graded<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
-    ends: &[Border; 2],
-) -> Grid<N> {
-    let moving = ends.each_ref().map(Border::moves);
-    let mut grid = Grid { s: Vec::with_capacity(piece.nodes.len() + 64), cells: Vec::new() };
+    limits: &ReciprocalLimits<N>,
+    ends: &[EndMotion; 2],
+) -> FeedGrid<N> {
+    let moving = ends.each_ref().map(EndMotion::moves);
+    let mut grid = FeedGrid { s: Vec::with_capacity(piece.nodes.len() + 64), cells: Vec::new() };
     let (Some(first), Some(last)) = (piece.nodes.first(), piece.nodes.last()) else { return grid };
     let range = [first.s, last.s];
     let length = range[1] - range[0];
@@ -53,7 +53,7 @@ pub(super) fn graded<const N: usize>(
         (LARGEST_SHARE * length).min(by_end(0, before)).min(by_end(1, after))
     };
     for pair in piece.nodes.windows(2) {
-        let mut stack = vec![(pair[0].s, pair[1].s, Cell::between(&pair[0], &pair[1]))];
+        let mut stack = vec![(pair[0].s, pair[1].s, FeedCell::between(&pair[0], &pair[1]))];
         while let Some((from, to, cell)) = stack.pop() {
             let middle = 0.5 * (from + to);
             if cell.h > allowed(from, to) && resolvable(from, middle, to) {
@@ -76,7 +76,7 @@ pub(super) fn graded<const N: usize>(
 /// cell over `σ` are `q''' σ² + 2 q'' σ + 2/9 q'`, times what is the same all over it.
 fn rest_length<const N: usize>(
     [_, rate, bend, third]: [SVector<f64, N>; 4],
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     length: f64,
 ) -> f64 {
     let jerks = limits.jerk.unwrap_or_else(SVector::zeros);

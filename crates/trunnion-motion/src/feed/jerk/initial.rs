@@ -6,11 +6,11 @@
 //! could have come to rest, which bounds the jerk they need. What still breaks a limit is lowered at
 //! its place a few times, then everywhere: every profile that is slow enough keeps all limits.
 
-use super::rows::{Rows, reference};
-use super::speed_caps::Caps;
-use super::speed_spline::{Border, Spline};
-use crate::feed::grid::Grid;
-use crate::feed::reciprocal::Reciprocals;
+use super::rows::{CellRows, reference};
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::{EndMotion, SpeedSpline};
+use crate::feed::grid::FeedGrid;
+use crate::feed::reciprocal::ReciprocalLimits;
 use nalgebra::SVector;
 
 /// Share of each limit that the start aims at.
@@ -27,7 +27,7 @@ const ROUNDS: usize = 6;
 
 /// What limits `y` in a cell.
 #[derive(Debug, Clone, Copy)]
-struct Bound {
+struct GrowthBound {
     /// Its value.
     steady: f64,
     /// `dy/ds` from jerk.
@@ -38,7 +38,7 @@ struct Bound {
     by_curvature: f64,
 }
 
-impl Bound {
+impl GrowthBound {
     fn growth(&self, y: f64) -> f64 {
         self.slope.min(self.by_acceleration / y.cbrt()).min(self.by_curvature / y)
     }
@@ -46,19 +46,19 @@ impl Bound {
 
 /// Controls of a feasible spline from rest to rest; near one where an end moves.
 pub(super) fn feasible<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    caps: &Caps,
-    spline: &mut Spline,
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    caps: &SpeedCaps,
+    spline: &mut SpeedSpline,
 ) {
-    let moving = spline.ends.iter().any(Border::moves);
-    let mut bounds: Vec<Bound> =
+    let moving = spline.ends.iter().any(EndMotion::moves);
+    let mut bounds: Vec<GrowthBound> =
         (0..grid.cells.len()).map(|cell| bound(grid, limits, (caps, moving), cell)).collect();
     for round in 0..=ROUNDS {
         let y = envelope(grid, &bounds, &spline.ends);
         let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
         let controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
-        *spline = Spline::new(std::mem::take(&mut spline.lengths), controls, spline.ends);
+        *spline = SpeedSpline::new(std::mem::take(&mut spline.lengths), controls, spline.ends);
         let excess = excess(grid, limits, caps, spline);
         let worst = excess.iter().copied().fold(0.0, f64::max);
         if worst <= AT_MOST || moving {
@@ -83,11 +83,11 @@ pub(super) fn feasible<const N: usize>(
 }
 
 fn bound<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    (caps, moving): (&Caps, bool),
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    (caps, moving): (&SpeedCaps, bool),
     index: usize,
-) -> Bound {
+) -> GrowthBound {
     let cell = &grid.cells[index];
     let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
     let [mut rate, mut brisk, mut bend] = [0.0_f64; 3];
@@ -99,11 +99,11 @@ fn bound<const N: usize>(
             bend = bend.max(4.0 / cell.h * rise.amax());
         }
     }
-    let [accelerations, jerks] = Rows::new(cell, limits).shares([1.0; 3], 1.0);
+    let [accelerations, jerks] = CellRows::new(cell, limits).shares([1.0; 3], 1.0);
     let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
     let of_cap = if moving { CAP_SHARE } else { SHARE };
     let steady = (of_cap * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
-    Bound {
+    GrowthBound {
         steady: steady.powf(0.75),
         slope: GENTLE * (4.5 / brisk).sqrt(),
         // u = 2/3 y^(1/3) y' and 3 q'' u v: a third of the limits.
@@ -114,13 +114,17 @@ fn bound<const N: usize>(
 
 /// Largest `y` per cell below its own bound and all lines from others; above it where an end that moves
 /// is, down along such a line.
-fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound], ends: &[Border; 2]) -> Vec<f64> {
+fn envelope<const N: usize>(
+    grid: &FeedGrid<N>,
+    bounds: &[GrowthBound],
+    ends: &[EndMotion; 2],
+) -> Vec<f64> {
     let mut y: Vec<f64> = bounds.iter().map(|bound| bound.steady).collect();
     let last = y.len() - 1;
     for (end, motion) in [0, last].into_iter().zip(ends) {
         y[end] = match motion {
-            Border::Rest => y[end].min(0.5 * grid.cells[end].h * bounds[end].slope),
-            Border::Moving([x, _]) => x.powf(0.75),
+            EndMotion::Rest => y[end].min(0.5 * grid.cells[end].h * bounds[end].slope),
+            EndMotion::Moving([x, _]) => x.powf(0.75),
         };
     }
     let mut pass = |from: usize, to: usize| {
@@ -130,8 +134,8 @@ fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound], ends: &[Border; 2]
     };
     (0..last).for_each(|cell| pass(cell, cell + 1));
     (0..last).rev().for_each(|cell| pass(cell + 1, cell));
-    let mut down = |cells: &mut dyn Iterator<Item = usize>, motion: &Border| {
-        let Border::Moving([x, _]) = motion else { return };
+    let mut down = |cells: &mut dyn Iterator<Item = usize>, motion: &EndMotion| {
+        let EndMotion::Moving([x, _]) = motion else { return };
         let mut line = x.powf(0.75);
         let mut left = grid.s[last + 1] - grid.s[0];
         for cell in cells {
@@ -151,7 +155,12 @@ fn envelope<const N: usize>(grid: &Grid<N>, bounds: &[Bound], ends: &[Border; 2]
 }
 
 /// Means over `share` of the distance in which `y` could have come to rest.
-fn smooth<const N: usize>(grid: &Grid<N>, bounds: &[Bound], y: &[f64], share: f64) -> Vec<f64> {
+fn smooth<const N: usize>(
+    grid: &FeedGrid<N>,
+    bounds: &[GrowthBound],
+    y: &[f64],
+    share: f64,
+) -> Vec<f64> {
     let middle = |cell: usize| grid.s[cell] + 0.5 * grid.cells[cell].h;
     let last = y.len() - 1;
     let mut width: Vec<f64> = (0..y.len())
@@ -187,15 +196,15 @@ fn smooth<const N: usize>(grid: &Grid<N>, bounds: &[Bound], y: &[f64], share: f6
 
 /// By how much `x` would have to be divided in each cell to keep its limits.
 fn excess<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    caps: &Caps,
-    spline: &Spline,
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    caps: &SpeedCaps,
+    spline: &SpeedSpline,
 ) -> Vec<f64> {
     let inner = spline.cells();
     let excess = inner.clone().map(|cell| {
         let x = spline.coefficients(cell);
-        let [acceleration, jerk] = Rows::new(&grid.cells[cell], limits).shares(x, reference(x));
+        let [acceleration, jerk] = CellRows::new(&grid.cells[cell], limits).shares(x, reference(x));
         let speed = (x[1] / caps.control[cell]).max(x[2] / caps.row[cell + 1]);
         acceleration.max(jerk.cbrt().powi(2)).max(speed)
     });

@@ -1,8 +1,8 @@
 //! What a jerk-limited schedule does, measured densely with another discretisation.
 
-use crate::feed::measure::{Measured, rates_at};
-use crate::feed::plan::{Binding, Ratios};
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::measure::{MeasuredRatios, rates_at};
+use crate::feed::plan::{BindingLimit, LimitRatios};
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AxisPiece, SchedulePiece};
 use nalgebra::SVector;
 
@@ -10,7 +10,7 @@ use nalgebra::SVector;
 const STEPS: u32 = 4;
 
 /// Ratios of velocities, accelerations and jerks at one moment.
-struct Moment<const N: usize> {
+struct MomentRatios<const N: usize> {
     axes: [SVector<f64, N>; 3],
     /// Programmed feed and tip speed.
     points: [f64; 2],
@@ -21,8 +21,8 @@ struct Moment<const N: usize> {
 fn each_moment<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
-    limits: &Reciprocals<N>,
-    mut look: impl FnMut(usize, &Moment<N>),
+    limits: &ReciprocalLimits<N>,
+    mut look: impl FnMut(usize, &MomentRatios<N>),
 ) {
     let jerk_limits = limits.jerk.unwrap_or_else(SVector::zeros);
     let mut interval = usize::MAX;
@@ -42,7 +42,7 @@ fn each_moment<const N: usize>(
             let [feed, tip] = rates_at(piece, interval, s);
             look(
                 row,
-                &Moment {
+                &MomentRatios {
                     axes: [
                         (q1 * v).component_mul(&limits.velocity.plus),
                         (q1 * a + q2 * (v * v)).component_mul(&limits.acceleration.plus),
@@ -58,38 +58,38 @@ fn each_moment<const N: usize>(
 pub(super) fn measure<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
-    limits: &Reciprocals<N>,
-) -> Measured {
-    let mut ratios = Ratios { jerk: Some(0.0), ..Ratios::default() };
+    limits: &ReciprocalLimits<N>,
+) -> MeasuredRatios {
+    let mut ratios = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
     each_moment(piece, schedule, limits, |_, moment| {
         let [velocity, acceleration, jerk] = moment.axes.map(|values| values.amax());
         let velocity = velocity.max(moment.points[0]).max(moment.points[1]);
-        ratios = ratios.max(Ratios { velocity, acceleration, jerk: Some(jerk) });
+        ratios = ratios.max(LimitRatios { velocity, acceleration, jerk: Some(jerk) });
     });
-    Measured { ratios, acceleration_step: 0.0 }
+    MeasuredRatios { ratios, acceleration_step: 0.0 }
 }
 
 /// What is used most from each row to the next; the last entry repeats.
 pub(super) fn binding<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
-    limits: &Reciprocals<N>,
-) -> Vec<Binding> {
-    let mut most = vec![(0.0, Binding::Still); schedule.s.len()];
+    limits: &ReciprocalLimits<N>,
+) -> Vec<BindingLimit> {
+    let mut most = vec![(0.0, BindingLimit::Still); schedule.s.len()];
     each_moment(piece, schedule, limits, |row, moment| {
-        let mut add = |share: f64, name: Binding| {
+        let mut add = |share: f64, name: BindingLimit| {
             if share > most[row].0 {
                 most[row] = (share, name);
             }
         };
-        let kinds = [Binding::Velocity, Binding::Acceleration, Binding::Jerk];
+        let kinds = [BindingLimit::Velocity, BindingLimit::Acceleration, BindingLimit::Jerk];
         for (values, kind) in moment.axes.iter().zip(kinds) {
             for (axis, value) in values.iter().enumerate() {
                 add(value.abs(), kind(u8::try_from(axis).unwrap_or(u8::MAX)));
             }
         }
-        add(moment.points[0], Binding::Feed);
-        add(moment.points[1], Binding::Tip);
+        add(moment.points[0], BindingLimit::Feed);
+        add(moment.points[1], BindingLimit::Tip);
     });
     if let [.., before, last] = most.as_mut_slice() {
         *last = *before;

@@ -26,5 +26,5 @@ mod stop;
 
 pub(super) use planner::known_of;
 pub use planner::{jerk, jerk_between};
-pub(super) use rolling_plan::{Ahead, Course};
+pub(super) use rolling_plan::{PathAhead, RollingPlan};
 pub(super) use stop::stop;

@@ -6,18 +6,18 @@
 //! stall. Each stretch therefore has its own, with everything outside it held; stretches of the next
 //! sweep lie across the borders of this one. Every step keeps all limits everywhere.
 
-use super::band_matrix::Band;
+use super::band_matrix::BandMatrix;
 use super::derivatives::{
-    Derivatives, PerRow, Slacks, State, add_rows, bring_along, turns, update,
+    CellDerivatives, CellState, PerRow, RowSlacks, add_rows, bring_along, turns, update,
 };
-use super::rows::{JERK, LANES, Rows, reference, rooms};
-use super::slow_down::Slower;
-use super::speed_caps::Caps;
-use super::speed_spline::{Spline, Weights, middle};
-use crate::feed::grid::Grid;
+use super::rows::{CellRows, JERK, LANES, reference, rooms};
+use super::slow_down::SlowDown;
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::{ControlWeights, SpeedSpline, middle};
+use crate::feed::grid::FeedGrid;
 use crate::feed::numeric::smallest;
-use crate::feed::plan::Ratios;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::plan::LimitRatios;
+use crate::feed::reciprocal::ReciprocalLimits;
 use std::ops::Range;
 
 /// Share of the way to the first row in the way.
@@ -29,13 +29,13 @@ const ROOM_KEPT: f64 = 0.3;
 
 /// A spline on its way to the fastest one.
 #[derive(Debug)]
-pub(super) struct Solver<'a, const N: usize> {
-    grid: &'a Grid<N>,
-    limits: &'a Reciprocals<N>,
-    pub(super) caps: Caps,
+pub(super) struct BarrierSolver<'a, const N: usize> {
+    grid: &'a FeedGrid<N>,
+    limits: &'a ReciprocalLimits<N>,
+    pub(super) caps: SpeedCaps,
     /// What is faster than wanted.
-    pub(super) slower: Option<Slower>,
-    pub(super) spline: Spline,
+    pub(super) slower: Option<SlowDown>,
+    pub(super) spline: SpeedSpline,
     pub(super) references: Vec<f64>,
     multipliers: Vec<PerRow<N>>,
     cap_multipliers: Vec<[f64; 2]>,
@@ -43,31 +43,31 @@ pub(super) struct Solver<'a, const N: usize> {
     loose: Vec<[f64; 2]>,
     /// Factor of the barrier's weight for caps.
     pub(super) caution: f64,
-    work: Work<N>,
+    work: StretchWork<N>,
 }
 
 /// What one stretch needs, kept for the next one.
 #[derive(Debug, Default)]
-pub(super) struct Work<const N: usize> {
+pub(super) struct StretchWork<const N: usize> {
     /// Controls, and cells they have a part in.
     range: Range<usize>,
     cells: Range<usize>,
-    rows: Vec<Rows<N>>,
-    slacks: Vec<Slacks<N>>,
+    rows: Vec<CellRows<N>>,
+    slacks: Vec<RowSlacks<N>>,
     turns: Vec<PerRow<N>>,
     /// Of the barrier.
     weights: Vec<f64>,
-    shapes: Vec<Weights>,
-    band: Band,
+    shapes: Vec<ControlWeights>,
+    band: BandMatrix,
 }
 
-impl<'a, const N: usize> Solver<'a, N> {
+impl<'a, const N: usize> BarrierSolver<'a, N> {
     /// From a spline within all limits, where `loose` times those.
     pub(super) fn new(
-        grid: &'a Grid<N>,
-        limits: &'a Reciprocals<N>,
-        (caps, loose): (Caps, Vec<[f64; 2]>),
-        spline: Spline,
+        grid: &'a FeedGrid<N>,
+        limits: &'a ReciprocalLimits<N>,
+        (caps, loose): (SpeedCaps, Vec<[f64; 2]>),
+        spline: SpeedSpline,
     ) -> Self {
         let cells = spline.len();
         let mut solver = Self {
@@ -80,7 +80,7 @@ impl<'a, const N: usize> Solver<'a, N> {
             cap_multipliers: vec![[0.0; 2]; cells],
             loose,
             caution: 1.0,
-            work: Work::default(),
+            work: StretchWork::default(),
             spline,
         };
         for cell in solver.spline.cells() {
@@ -89,9 +89,9 @@ impl<'a, const N: usize> Solver<'a, N> {
         solver
     }
 
-    /// Rows of a cell.
-    fn rows(&self, cell: usize) -> Rows<N> {
-        let mut rows = Rows::new(&self.grid.cells[cell], self.limits);
+    /// CellRows of a cell.
+    fn rows(&self, cell: usize) -> CellRows<N> {
+        let mut rows = CellRows::new(&self.grid.cells[cell], self.limits);
         if let Some(loose) = self.loose.get(cell) {
             rows.loosen(*loose);
         }
@@ -116,9 +116,9 @@ impl<'a, const N: usize> Solver<'a, N> {
         for cell in range {
             let state = self.state(cell, (&self.spline.weights(cell), weight * self.time(cell)));
             let rows = self.rows(cell);
-            let mut slacks = Slacks::default();
+            let mut slacks = RowSlacks::default();
             let none = [[[0.0; LANES]; 2]; N];
-            add_rows(&mut Derivatives::default(), &rows, &state, &none, &mut slacks);
+            add_rows(&mut CellDerivatives::default(), &rows, &state, &none, &mut slacks);
             self.multipliers[cell] = slacks
                 .near
                 .map(|kinds| kinds.map(|row| row.map(|inverse| state.weight * inverse.abs())));
@@ -134,7 +134,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Takes another spline, with the references that suit it.
-    pub(super) fn restart(&mut self, (spline, references): (Spline, Vec<f64>)) {
+    pub(super) fn restart(&mut self, (spline, references): (SpeedSpline, Vec<f64>)) {
         self.spline = spline;
         for cell in self.spline.cells() {
             self.references[cell] = reference(self.spline.coefficients(cell));
@@ -143,13 +143,13 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Upper bounds of all ratios, everywhere on the piece.
-    pub(super) fn bounds(&self) -> Ratios {
+    pub(super) fn bounds(&self) -> LimitRatios {
         let last = self.spline.len() - 1;
         let rests = self.spline.ends.map(|end| !end.moves());
         let [mut square, mut acceleration, mut jerk] = [self.caps.given, 0.0, 0.0];
         for cell in self.spline.cells() {
             let x = self.spline.coefficients(cell);
-            let rows = Rows::new(&self.grid.cells[cell], self.limits);
+            let rows = CellRows::new(&self.grid.cells[cell], self.limits);
             let [a, j] = rows.shares(x, self.references[cell]);
             acceleration = acceleration.max(a);
             jerk = jerk.max(j);
@@ -161,12 +161,12 @@ impl<'a, const N: usize> Solver<'a, N> {
                 jerk = jerk.max(control.powf(1.5));
             }
         }
-        Ratios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
+        LimitRatios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
     }
 
-    fn state(&self, cell: usize, (shape, weight): (&Weights, f64)) -> State {
+    fn state(&self, cell: usize, (shape, weight): (&ControlWeights, f64)) -> CellState {
         let x = self.spline.coefficients_with(shape, cell);
-        State { x, reference: self.references[cell], weight }
+        CellState { x, reference: self.references[cell], weight }
     }
 
     /// Time through a cell, near enough to weigh it.
@@ -215,7 +215,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// What steps on the controls of a range need but weights; to be given back.
-    pub(super) fn open(&mut self, range: Range<usize>) -> Work<N> {
+    pub(super) fn open(&mut self, range: Range<usize>) -> StretchWork<N> {
         // Cells that the controls of the range have a part in.
         let all = self.spline.cells();
         let cells = (range.start - 1).max(all.start)..(range.end + 1).min(all.end);
@@ -226,19 +226,19 @@ impl<'a, const N: usize> Solver<'a, N> {
             work.rows.push(self.rows(cell));
             work.shapes.push(self.spline.weights(cell));
         }
-        work.slacks.resize(cells.len(), Slacks::default());
+        work.slacks.resize(cells.len(), RowSlacks::default());
         work.turns.resize(cells.len(), [[[0.0; LANES]; 2]; N]);
         (work.range, work.cells) = (range, cells);
         work
     }
 
     /// The barrier's weights, from shares of the cells' times.
-    pub(super) fn weigh(&self, work: &mut Work<N>, share: impl Fn(usize) -> f64) {
+    pub(super) fn weigh(&self, work: &mut StretchWork<N>, share: impl Fn(usize) -> f64) {
         work.weights.clear();
         work.weights.extend(work.cells.clone().map(|cell| share(cell) * self.time(cell)));
     }
 
-    pub(super) fn close(&mut self, work: Work<N>) {
+    pub(super) fn close(&mut self, work: StretchWork<N>) {
         self.work = work;
     }
 
@@ -248,12 +248,12 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// One step and the length it had, 1 being all of it; `None` if rounding leaves none.
-    pub(super) fn step(&mut self, work: &mut Work<N>) -> Option<f64> {
+    pub(super) fn step(&mut self, work: &mut StretchWork<N>) -> Option<f64> {
         let (range, cells) = (work.range.clone(), work.cells.clone());
         work.band.reset(range.len());
         for (index, cell) in cells.clone().enumerate() {
             let state = self.state(cell, (&work.shapes[index], work.weights[index]));
-            let mut out = Derivatives::default();
+            let mut out = CellDerivatives::default();
             let target = self.slower.as_ref().and_then(|slower| slower.target(cell));
             out.add_time(self.spline.lengths[cell], state.x, target);
             add_rows(
@@ -275,7 +275,7 @@ impl<'a, const N: usize> Solver<'a, N> {
         Some(length)
     }
 
-    fn add_caps(&self, out: &mut Derivatives, cell: usize, state: &State) {
+    fn add_caps(&self, out: &mut CellDerivatives, cell: usize, state: &CellState) {
         let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
         let slacks = self.cap_slacks(cell, state.x);
         for side in 0..2 {
@@ -288,10 +288,10 @@ impl<'a, const N: usize> Solver<'a, N> {
 
     /// Adds a cell's derivatives to the system of the controls of a range.
     fn scatter(
-        out: &Derivatives,
-        (cell, weights): (usize, &Weights),
+        out: &CellDerivatives,
+        (cell, weights): (usize, &ControlWeights),
         range: &Range<usize>,
-        band: &mut Band,
+        band: &mut BandMatrix,
     ) {
         // Coefficients as combinations of the controls before, here and after.
         let [s, e] = [weights.start, weights.end];
@@ -315,7 +315,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Adds the times of the rest cells, `3 h / v` at their borders.
-    fn add_rest(&self, range: &Range<usize>, band: &mut Band) {
+    fn add_rest(&self, range: &Range<usize>, band: &mut BandMatrix) {
         let last = self.spline.len() - 1;
         for (cell, rest) in [(1, 0), (last - 1, last)] {
             let Some(row) = cell.checked_sub(range.start).filter(|row| *row < range.len()) else {
@@ -334,7 +334,12 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Change of the coefficients of a cell for the direction found.
-    fn direction(cell: usize, shape: &Weights, range: &Range<usize>, band: &Band) -> [f64; 3] {
+    fn direction(
+        cell: usize,
+        shape: &ControlWeights,
+        range: &Range<usize>,
+        band: &BandMatrix,
+    ) -> [f64; 3] {
         let at = |control: usize| {
             if range.contains(&control) { band.right[control - range.start] } else { 0.0 }
         };
@@ -342,7 +347,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Longest step that keeps all rows, at most 1.
-    fn length(&self, range: &Range<usize>, cells: &Range<usize>, work: &mut Work<N>) -> f64 {
+    fn length(&self, range: &Range<usize>, cells: &Range<usize>, work: &mut StretchWork<N>) -> f64 {
         let mut most: f64 = TO_BORDER;
         for (control, change) in range.clone().zip(&work.band.right) {
             let fall = -change / self.spline.controls[control];
@@ -362,7 +367,13 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Takes the step, brings multipliers along, and moves references after the new coefficients.
-    fn advance(&mut self, length: f64, range: &Range<usize>, cells: &Range<usize>, work: &Work<N>) {
+    fn advance(
+        &mut self,
+        length: f64,
+        range: &Range<usize>,
+        cells: &Range<usize>,
+        work: &StretchWork<N>,
+    ) {
         for (index, cell) in cells.clone().enumerate() {
             let weight = work.weights[index];
             let (slacks, turns) = (&work.slacks[index], &work.turns[index]);
@@ -388,7 +399,7 @@ impl<'a, const N: usize> Solver<'a, N> {
     }
 
     /// Takes the reference that suits the coefficients, unless it leaves some row much less room.
-    fn move_reference(&mut self, cell: usize, shape: &Weights, rows: &Rows<N>) {
+    fn move_reference(&mut self, cell: usize, shape: &ControlWeights, rows: &CellRows<N>) {
         let x = self.spline.coefficients_with(shape, cell);
         let [old, new] = [self.references[cell], reference(x)];
         let values = rows.largest(JERK, x);

@@ -1,15 +1,15 @@
 //! Jerk-limited plans of whole paths.
 
 use super::solve::{fastest, feasible, lengths, schedule};
-use super::speed_spline::{Border, Spline};
+use super::speed_spline::{EndMotion, SpeedSpline};
 use super::{end_motion, graded_grid, measure};
-use crate::feed::ends::Ends;
+use crate::feed::ends::EndSquares;
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
 use crate::feed::options::FeedOptions;
 use crate::feed::pieces::{PlannedPiece, assemble, plan_all};
-use crate::feed::plan::{Plan, Ratios};
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::plan::{FeedPlan, LimitRatios};
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::{lower_bound, validate};
 use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 
@@ -17,8 +17,8 @@ use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 /// Pieces rest where they meet; the first starts and the last ends with the speeds of `options.ends`
 /// and no `d²s/dt²`.
 ///
-/// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well: [`Plan::bounds`]
-/// are guaranteed. Not convex, so not certainly the fastest; [`Plan::lower_bound`] disregards jerk and
+/// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well: [`FeedPlan::bounds`]
+/// are guaranteed. Not convex, so not certainly the fastest; [`FeedPlan::lower_bound`] disregards jerk and
 /// tells how much it can be at most. From rest to rest every slow enough profile is allowed, so valid
 /// data always has a schedule, whatever its units; every step of the search keeps all limits.
 ///
@@ -37,7 +37,7 @@ pub fn jerk<const N: usize>(
     limits: &Limits<N>,
     options: &FeedOptions,
     progress: &dyn Progress,
-) -> Result<Plan, FeedError> {
+) -> Result<FeedPlan, FeedError> {
     jerk_between(path, limits, (options, [0.0; 2]), progress)
 }
 
@@ -51,7 +51,7 @@ pub fn jerk_between<const N: usize>(
     limits: &Limits<N>,
     (options, accelerations): (&FeedOptions, [f64; 2]),
     progress: &dyn Progress,
-) -> Result<Plan, FeedError> {
+) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
     if limits.jerk.is_none() {
         return Err(FeedError::NoJerkLimit);
@@ -60,29 +60,29 @@ pub fn jerk_between<const N: usize>(
     let ends = end_motion::borders(options.ends, accelerations)?;
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
-        let at = |here: bool, end: Border| if here { end } else { Border::Rest };
+        let at = |here: bool, end: EndMotion| if here { end } else { EndMotion::Rest };
         let ends = [at(index == 0, ends[0]), at(index + 1 == count, ends[1])];
-        plan_piece(piece, &Reciprocals::new(piece.motion, limits, options), options, ends)
+        plan_piece(piece, &ReciprocalLimits::new(piece.motion, limits, options), options, ends)
     })?;
     Ok(assemble(planned))
 }
 
 fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
-    ends: [Border; 2],
+    ends: [EndMotion; 2],
 ) -> Result<PlannedPiece, FeedError> {
     let grid = graded_grid::graded(piece, limits, &ends);
-    let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
-    let mut bounds = Ratios { jerk: Some(0.0), ..Ratios::default() };
+    let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+    let mut bounds = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
     if let Some((caps, start)) = feasible(&grid, limits, ends) {
         let start = start.ok_or_else(|| end_motion::refused(piece, limits, ends))?;
         (spline, bounds) = fastest(&grid, limits, caps, (start, options.time_tolerance));
     }
     let schedule = schedule(&grid, &spline);
     let [start, end] = ends.map(|end| end.square());
-    let lower_bound = lower_bound::bound(&grid, limits, &Ends { start, end });
+    let lower_bound = lower_bound::bound(&grid, limits, &EndSquares { start, end });
     Ok(PlannedPiece { lower_bound, bounds, ..measured(piece, schedule, limits) })
 }
 
@@ -90,22 +90,22 @@ fn plan_piece<const N: usize>(
 pub(crate) fn known_of<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
 ) -> PlannedPiece {
-    let grid = graded_grid::graded(piece, limits, &[Border::Rest; 2]);
-    let lower_bound = lower_bound::bound(&grid, limits, &Ends { start: 0.0, end: 0.0 });
+    let grid = graded_grid::graded(piece, limits, &[EndMotion::Rest; 2]);
+    let lower_bound = lower_bound::bound(&grid, limits, &EndSquares { start: 0.0, end: 0.0 });
     PlannedPiece { lower_bound, ..measured(piece, schedule, limits) }
 }
 
 fn measured<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
 ) -> PlannedPiece {
     PlannedPiece {
         lower_bound: 0.0,
         measured: measure::measure(piece, &schedule, limits),
-        bounds: Ratios::default(),
+        bounds: LimitRatios::default(),
         binding: measure::binding(piece, &schedule, limits),
         inserted: schedule.s.len().saturating_sub(piece.nodes.len()),
         schedule,

@@ -4,15 +4,15 @@
 //! which are tightened after it, round by round. Convex but for the references of the
 //! jerk rows, so that what can be had is found, or very nearly.
 
-use super::newton::Solver;
-use super::rows::{Rows, reference};
-use super::speed_caps::Caps;
-use super::speed_spline::Spline;
-use crate::feed::grid::Grid;
-use crate::feed::reciprocal::Reciprocals;
+use super::newton::BarrierSolver;
+use super::rows::{CellRows, reference};
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::SpeedSpline;
+use crate::feed::grid::FeedGrid;
+use crate::feed::reciprocal::ReciprocalLimits;
 use std::ops::Range;
 
-/// Barrier weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
+/// BarrierWeights weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
 /// bring the path to a stand, a third of it would run on along the loosened limits.
 const WEIGHT: f64 = 0.018;
 /// That of caps as a part of it, or a path that starts at one would be driven off it: a barrier of weight `w`
@@ -34,16 +34,16 @@ const PATIENCE: usize = 6;
 const AROUND: usize = 96;
 
 /// What a cell uses of its limits: accelerations, jerks, the caps of its control and of its end.
-type Strain = [f64; 4];
+type CellStrain = [f64; 4];
 
 /// A spline inside all limits near the given one, with the references that show it; `None` if none is
 /// found.
 pub(super) fn restore<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    caps: &Caps,
-    (mut spline, mut references): (Spline, Vec<f64>),
-) -> Option<(Spline, Vec<f64>)> {
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    caps: &SpeedCaps,
+    (mut spline, mut references): (SpeedSpline, Vec<f64>),
+) -> Option<(SpeedSpline, Vec<f64>)> {
     let (mut before, mut waited) = (f64::INFINITY, 0);
     for _ in 0..ROUNDS {
         let strains = strains(grid, limits, caps, (&spline, &references));
@@ -72,7 +72,7 @@ pub(super) fn restore<const N: usize>(
                 }
             }
         }
-        let mut solver = Solver::new(grid, limits, (wide, loose), spline);
+        let mut solver = BarrierSolver::new(grid, limits, (wide, loose), spline);
         solver.keep_references(&references);
         solver.caution = CAUTION;
         let all = solver.spline.cells();
@@ -85,8 +85,8 @@ pub(super) fn restore<const N: usize>(
 }
 
 /// Controls near cells outside their limits.
-fn around(strains: &[Strain], cells: usize) -> Range<usize> {
-    let outside = |strain: &Strain| strain.iter().any(|used| *used > INSIDE);
+fn around(strains: &[CellStrain], cells: usize) -> Range<usize> {
+    let outside = |strain: &CellStrain| strain.iter().any(|used| *used > INSIDE);
     let first = strains.iter().position(outside).unwrap_or(0);
     let last = strains.iter().rposition(outside).unwrap_or(cells);
     let from = first.saturating_sub(AROUND).max(1);
@@ -94,15 +94,15 @@ fn around(strains: &[Strain], cells: usize) -> Range<usize> {
 }
 
 fn strains<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    caps: &Caps,
-    (spline, references): (&Spline, &[f64]),
-) -> Vec<Strain> {
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    caps: &SpeedCaps,
+    (spline, references): (&SpeedSpline, &[f64]),
+) -> Vec<CellStrain> {
     let mut strains = vec![[0.0; 4]; spline.len()];
     for cell in spline.cells() {
         let x = spline.coefficients(cell);
-        let rows = Rows::new(&grid.cells[cell], limits);
+        let rows = CellRows::new(&grid.cells[cell], limits);
         let [acceleration, mut jerk] = rows.shares(x, reference(x));
         if let Some(kept) = references.get(cell).filter(|kept| **kept > 0.0) {
             jerk = jerk.min(rows.shares(x, *kept)[1]);

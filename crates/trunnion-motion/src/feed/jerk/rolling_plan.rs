@@ -6,16 +6,16 @@
 //! path allows.
 
 use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
-use super::newton::Solver;
-use super::rows::{Rows, reference};
-use super::solve::{Feasible, kept, lengths};
-use super::speed_caps::Caps;
-use super::speed_spline::{Border, Spline};
+use super::newton::BarrierSolver;
+use super::rows::{CellRows, reference};
+use super::solve::{FeasibleSpline, kept, lengths};
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::{EndMotion, SpeedSpline};
 use super::{graded_grid, initial, restore};
-use crate::feed::cell::Cell;
-use crate::feed::grid::Grid;
-use crate::feed::plan::Ratios;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::cell::FeedCell;
+use crate::feed::grid::FeedGrid;
+use crate::feed::plan::LimitRatios;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -24,14 +24,14 @@ const RESERVE: f64 = 0.37;
 
 /// What is expected at the end of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Ahead {
+pub(crate) enum PathAhead {
     /// More path: the stop there is not meant to happen.
     More,
     /// Nothing; should more come after all, the axes may have to stop here.
     Nothing,
 }
 
-impl Ahead {
+impl PathAhead {
     fn reserve(self) -> f64 {
         if self == Self::More { RESERVE } else { 1.0 }
     }
@@ -63,30 +63,34 @@ const FEWEST: usize = 8;
 
 /// A plan to rest at its end.
 #[derive(Debug, Clone)]
-pub(crate) struct Course<const N: usize> {
-    grid: Grid<N>,
-    spline: Spline,
+pub(crate) struct RollingPlan<const N: usize> {
+    grid: FeedGrid<N>,
+    spline: SpeedSpline,
     references: Vec<f64>,
     /// `ds/dt` and `d²s/dt²` at the rows.
     motion: [Vec<f64>; 2],
     /// Cells that were run.
     done: usize,
-    ahead: Ahead,
+    ahead: PathAhead,
     /// Cell from which a stop takes what is left of it.
     down: usize,
     /// Upper bounds of all ratios everywhere on it.
-    pub(crate) bounds: Ratios,
+    pub(crate) bounds: LimitRatios,
 }
 
 /// A cell that is run: `s`, `ds/dt` and `d²s/dt²` at both ends.
-pub(crate) type Run = [[f64; 2]; 3];
+pub(crate) type CellMotion = [[f64; 2]; 3];
 
-impl<const N: usize> Course<N> {
+impl<const N: usize> RollingPlan<N> {
     /// From rest to rest.
-    pub(crate) fn new(piece: &AxisPiece<N>, limits: &Reciprocals<N>, ahead: Ahead) -> Self {
+    pub(crate) fn new(
+        piece: &AxisPiece<N>,
+        limits: &ReciprocalLimits<N>,
+        ahead: PathAhead,
+    ) -> Self {
         let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
         let motion = spline.motion();
-        let bounds = Ratios::default();
+        let bounds = LimitRatios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
         course.search((1, FIRST_WEIGHT), [limits; 2]);
         course
@@ -94,15 +98,24 @@ impl<const N: usize> Course<N> {
 
     /// A stop from the motion under way.
     pub(super) fn halting(
-        grid: Grid<N>,
-        (spline, references): Feasible,
-        (caps, limits): (Caps, &Reciprocals<N>),
+        grid: FeedGrid<N>,
+        (spline, references): FeasibleSpline,
+        (caps, limits): (SpeedCaps, &ReciprocalLimits<N>),
     ) -> Self {
-        let mut solver = Solver::new(&grid, limits, (caps, Vec::new()), spline.clone());
+        let mut solver = BarrierSolver::new(&grid, limits, (caps, Vec::new()), spline.clone());
         solver.keep_references(&references);
         let bounds = solver.bounds();
         let motion = spline.motion();
-        Self { grid, spline, references, motion, done: 0, ahead: Ahead::Nothing, down: 1, bounds }
+        Self {
+            grid,
+            spline,
+            references,
+            motion,
+            done: 0,
+            ahead: PathAhead::Nothing,
+            down: 1,
+            bounds,
+        }
     }
 
     /// `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
@@ -122,7 +135,7 @@ impl<const N: usize> Course<N> {
     }
 
     /// Goes over to other limits from the motion under way.
-    pub(crate) fn go_over(&mut self, limits: [&Reciprocals<N>; 2]) {
+    pub(crate) fn go_over(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
         if self.done + FEWEST <= self.spline.len() {
             self.forget();
             self.search((1, FIRST_WEIGHT), limits);
@@ -130,17 +143,17 @@ impl<const N: usize> Course<N> {
     }
 
     /// The path ends where the plan does, which was not known when it was made: the stop needs no reserve.
-    pub(crate) fn end_here(&mut self, limits: [&Reciprocals<N>; 2]) {
-        if self.ahead == Ahead::More && self.done + FEWEST <= self.spline.len() {
+    pub(crate) fn end_here(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
+        if self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len() {
             self.forget();
-            self.ahead = Ahead::Nothing;
+            self.ahead = PathAhead::Nothing;
             let last = self.spline.len() - 2;
             self.search((self.way_down(last), DISSOLVING), limits);
         }
     }
 
     /// The next cell.
-    pub(crate) fn run(&mut self) -> Option<Run> {
+    pub(crate) fn run(&mut self) -> Option<CellMotion> {
         let cell = self.done;
         let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
         let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
@@ -152,8 +165,8 @@ impl<const N: usize> Course<N> {
     pub(crate) fn lead_on(
         &mut self,
         piece: &AxisPiece<N>,
-        limits: [&Reciprocals<N>; 2],
-        ahead: Ahead,
+        limits: [&ReciprocalLimits<N>; 2],
+        ahead: PathAhead,
     ) -> bool {
         if self.done + FEWEST > self.spline.len() || self.motion[0].iter().all(|v| *v <= 0.0) {
             return false;
@@ -187,12 +200,12 @@ impl<const N: usize> Course<N> {
 
     /// The plan with a slow one from cell `from` on, where there was a stop: what bends much around it would have to
     /// bend less everywhere at once, and may come to a stand. `None` if none is found.
-    fn slow_from(&self, from: usize, limits: &Reciprocals<N>) -> Option<Feasible> {
+    fn slow_from(&self, from: usize, limits: &ReciprocalLimits<N>) -> Option<FeasibleSpline> {
         let s = self.grid.s.get(from..)?.to_vec();
-        let grid = Grid { s, cells: self.grid.cells.get(from..)?.to_vec() };
+        let grid = FeedGrid { s, cells: self.grid.cells.get(from..)?.to_vec() };
         let motion = [self.spline.coefficients(from)[0], *self.motion[1].get(from)?];
-        let ends = [Border::Moving(motion), Border::Rest];
-        let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+        let ends = [EndMotion::Moving(motion), EndMotion::Rest];
+        let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
         let caps = caps(&grid, &spline, limits, self.ahead)?;
         initial::feasible(&grid, limits, &caps, &mut spline);
         let (slow, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
@@ -229,11 +242,11 @@ impl<const N: usize> Course<N> {
         for list in [&mut self.spline.lengths, &mut self.spline.controls, &mut self.references] {
             list.drain(..cell);
         }
-        self.spline.ends[0] = Border::Moving([x, acceleration]);
+        self.spline.ends[0] = EndMotion::Moving([x, acceleration]);
     }
 
     /// This, and another from rest to rest after it, with one parabola where both rest.
-    fn joined(&self, other: &Spline) -> Spline {
+    fn joined(&self, other: &SpeedSpline) -> SpeedSpline {
         let mut spline = self.spline.clone();
         let stop = spline.len();
         let [before, after] = [self.spline.coefficients(stop - 2)[2], other.coefficients(1)[0]];
@@ -255,9 +268,9 @@ impl<const N: usize> Course<N> {
     }
 
     /// First cell from whose speed a stop takes what is left of the path, or nearly.
-    fn stops_from(&self, limits: &Reciprocals<N>) -> usize {
+    fn stops_from(&self, limits: &ReciprocalLimits<N>) -> usize {
         let end = self.end().unwrap_or_default();
-        let near = |((s, speed), cell): ((&f64, &f64), &Cell<N>)| {
+        let near = |((s, speed), cell): ((&f64, &f64), &FeedCell<N>)| {
             let largest =
                 |inverse: &SVector<f64, N>| cell.rates[0].component_mul(inverse).amax().recip();
             let a = largest(&limits.acceleration.plus);
@@ -272,13 +285,13 @@ impl<const N: usize> Course<N> {
 
     /// Makes the plan fast from control `from` on, the barrier's weight falling from `first`, and then all of it.
     /// Where it is faster than `limits` allow, which `axes` bound in any case, it brakes.
-    fn search(&mut self, (from, first): (usize, f64), [limits, axes]: [&Reciprocals<N>; 2]) {
+    fn search(&mut self, (from, first): (usize, f64), [limits, axes]: [&ReciprocalLimits<N>; 2]) {
         let caps = |limits| caps(&self.grid, &self.spline, limits, self.ahead);
         let [Some(wanted), Some(most)] = [caps(limits), caps(axes)] else { return };
         let slow = (self.spline.clone(), self.references.clone());
         let last = self.spline.len() - 1;
         let mut solver =
-            Solver::new(&self.grid, limits, (wanted.clone(), Vec::new()), slow.0.clone());
+            BarrierSolver::new(&self.grid, limits, (wanted.clone(), Vec::new()), slow.0.clone());
         solver.keep_references(&slow.1);
         solver.brake_to(wanted, most);
         let cells = solver.spline.cells();
@@ -298,23 +311,23 @@ impl<const N: usize> Course<N> {
     }
 }
 
-/// Caps with the reserve of cells of rest.
+/// SpeedCaps with the reserve of cells of rest.
 pub(super) fn caps<const N: usize>(
-    grid: &Grid<N>,
-    spline: &Spline,
-    limits: &Reciprocals<N>,
-    ahead: Ahead,
-) -> Option<Caps> {
+    grid: &FeedGrid<N>,
+    spline: &SpeedSpline,
+    limits: &ReciprocalLimits<N>,
+    ahead: PathAhead,
+) -> Option<SpeedCaps> {
     caps_with(grid, spline, limits, [1.0, ahead.reserve()])
 }
 
 fn caps_with<const N: usize>(
-    grid: &Grid<N>,
-    spline: &Spline,
-    limits: &Reciprocals<N>,
+    grid: &FeedGrid<N>,
+    spline: &SpeedSpline,
+    limits: &ReciprocalLimits<N>,
     reserves: [f64; 2],
-) -> Option<Caps> {
-    let mut caps = Caps::new(grid, spline, limits)?;
+) -> Option<SpeedCaps> {
+    let mut caps = SpeedCaps::new(grid, spline, limits)?;
     let ends = [1, spline.len() - 2].into_iter().zip(spline.ends).zip(reserves);
     for ((cell, end), reserve) in ends {
         if !end.moves() {
@@ -327,12 +340,12 @@ fn caps_with<const N: usize>(
 /// A slow plan from rest to rest.
 fn slow<const N: usize>(
     piece: &AxisPiece<N>,
-    limits: &Reciprocals<N>,
+    limits: &ReciprocalLimits<N>,
     reserves: [f64; 2],
-) -> (Grid<N>, Feasible) {
-    let ends = [Border::Rest; 2];
+) -> (FeedGrid<N>, FeasibleSpline) {
+    let ends = [EndMotion::Rest; 2];
     let grid = graded_grid::graded(piece, limits, &ends);
-    let mut spline = Spline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
+    let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     if let Some(caps) = caps_with(&grid, &spline, limits, reserves) {
         initial::feasible(&grid, limits, &caps, &mut spline);
     }
@@ -342,14 +355,14 @@ fn slow<const N: usize>(
 
 /// Largest share of accelerations and jerks in these cells.
 fn strain<const N: usize>(
-    grid: &Grid<N>,
-    spline: &Spline,
-    limits: &Reciprocals<N>,
+    grid: &FeedGrid<N>,
+    spline: &SpeedSpline,
+    limits: &ReciprocalLimits<N>,
     cells: std::ops::Range<usize>,
 ) -> f64 {
     let share = |cell: usize| {
         let x = spline.coefficients(cell);
-        let [a, j] = Rows::new(&grid.cells[cell], limits).shares(x, reference(x));
+        let [a, j] = CellRows::new(&grid.cells[cell], limits).shares(x, reference(x));
         a.max(j)
     };
     cells.map(share).fold(0.0, f64::max)

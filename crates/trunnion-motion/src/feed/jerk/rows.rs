@@ -1,4 +1,4 @@
-//! Constraints of one cell on the Bernstein coefficients of its squared speed.
+//! ConstraintSource of one cell on the Bernstein coefficients of its squared speed.
 //!
 //! With `x` quadratic, `u = x'/2` linear and `c = x''/2` constant over a cell, and `q'` a quartic,
 //! * accelerations `q' u + q'' x` are polynomials of degree 5,
@@ -10,20 +10,20 @@
 //! function), hence `|P| sqrt(r) / J <= (3 - x / r) / 2` is enough, again linear in `x`.
 
 use super::speed_spline::middle;
-use crate::feed::cell::Cell;
+use crate::feed::cell::FeedCell;
 use crate::feed::numeric::largest;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use nalgebra::SVector;
 
 /// Bernstein coefficients of a jerk and of an acceleration.
 const JERKS: usize = 5;
 const ACCELERATIONS: usize = 6;
 
-/// Rows of an axis side by side, for the processor to work on several at once.
+/// CellRows of an axis side by side, for the processor to work on several at once.
 pub(super) const LANES: usize = 6;
 
 /// A number for every jerk row of an axis, and one that does not count; or for every acceleration row.
-pub(super) type Lanes = [f64; LANES];
+pub(super) type RowLanes = [f64; LANES];
 
 /// The two kinds of rows of an axis.
 pub(super) const JERK: usize = 0;
@@ -31,13 +31,13 @@ pub(super) const ACCELERATION: usize = 1;
 
 /// All rows of a cell over their limits.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rows<const N: usize> {
+pub(super) struct CellRows<const N: usize> {
     /// Axis by axis and kind by kind: factors of the three coefficients of `x`.
-    pub(super) factors: [[[Lanes; 3]; 2]; N],
+    pub(super) factors: [[[RowLanes; 3]; 2]; N],
 }
 
 /// Bernstein coefficients of degree 4 of a quadratic: lane by lane the weights of its own three.
-pub(super) const RAISED: [Lanes; 3] = [
+pub(super) const RAISED: [RowLanes; 3] = [
     [1.0, 0.5, 1.0 / 6.0, 0.0, 0.0, 0.0],
     [0.0, 0.5, 4.0 / 6.0, 0.5, 0.0, 0.0],
     [0.0, 0.0, 1.0 / 6.0, 0.5, 1.0, 0.0],
@@ -51,10 +51,10 @@ const TWO_TWO: [[f64; 3]; 3] =
 const THREE_TWO: [[f64; 3]; 4] =
     [[1.0, 0.4, 0.1], [0.6, 0.6, 0.3], [0.3, 0.6, 0.6], [0.1, 0.4, 1.0]];
 
-/// Rows of a cell of length 1 for each coefficient of `q'` alone: by kind, rate and coefficient of `x`.
-const UNIT: [[[Lanes; 3]; 5]; 2] = unit();
+/// CellRows of a cell of length 1 for each coefficient of `q'` alone: by kind, rate and coefficient of `x`.
+const UNIT: [[[RowLanes; 3]; 5]; 2] = unit();
 
-const fn unit() -> [[[Lanes; 3]; 5]; 2] {
+const fn unit() -> [[[RowLanes; 3]; 5]; 2] {
     let mut unit = [[[[0.0; LANES]; 3]; 5]; 2];
     let mut rate = 0;
     while rate < 5 {
@@ -76,8 +76,8 @@ const fn unit() -> [[[Lanes; 3]; 5]; 2] {
     unit
 }
 
-impl<const N: usize> Rows<N> {
-    pub(super) fn new(cell: &Cell<N>, limits: &Reciprocals<N>) -> Self {
+impl<const N: usize> CellRows<N> {
+    pub(super) fn new(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> Self {
         let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
         let mut factors = [[[[0.0; LANES]; 3]; 2]; N];
         for (axis, kinds) in factors.iter_mut().enumerate() {
@@ -107,7 +107,7 @@ impl<const N: usize> Rows<N> {
 
     /// Largest values of a kind on all axes, without sign.
     #[inline]
-    pub(super) fn largest(&self, kind: usize, x: [f64; 3]) -> Lanes {
+    pub(super) fn largest(&self, kind: usize, x: [f64; 3]) -> RowLanes {
         let mut most = [0.0; LANES];
         for axis in &self.factors {
             let values = values(&axis[kind], x);
@@ -136,7 +136,7 @@ impl<const N: usize> Rows<N> {
 
 /// Values of rows for coefficients of `x`.
 #[inline]
-pub(super) fn values([a, b, c]: &[Lanes; 3], x: [f64; 3]) -> Lanes {
+pub(super) fn values([a, b, c]: &[RowLanes; 3], x: [f64; 3]) -> RowLanes {
     let mut values = [0.0; LANES];
     for lane in 0..LANES {
         values[lane] = a[lane] * x[0] + b[lane] * x[1] + c[lane] * x[2];
@@ -146,7 +146,7 @@ pub(super) fn values([a, b, c]: &[Lanes; 3], x: [f64; 3]) -> Lanes {
 
 /// What is left for jerks: `(3 - x / r) / 2`.
 #[inline]
-pub(super) fn rooms(x: [f64; 3], reference: f64) -> Lanes {
+pub(super) fn rooms(x: [f64; 3], reference: f64) -> RowLanes {
     let half = 0.5 / reference;
     let mut rooms = values(&RAISED, x);
     for room in &mut rooms {
@@ -219,8 +219,8 @@ const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
 /// are `k h^(1/3) τ^(1/3) (2/3 q' + q'' h τ)`, jerks are `k^(3/2) (q''' σ² + 2 q'' σ + 2/9 q')`: both
 /// brackets are quartics.
 pub(super) fn rest_cap<const N: usize>(
-    cell: &Cell<N>,
-    limits: &Reciprocals<N>,
+    cell: &FeedCell<N>,
+    limits: &ReciprocalLimits<N>,
     to_rest: bool,
 ) -> f64 {
     let mut most = [0.0_f64; 2];
@@ -252,16 +252,20 @@ pub(super) fn rest_cap<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::directional::Sides;
+    use crate::feed::directional::DirectionalLimits;
     use nalgebra::Vector1;
 
-    fn limits() -> Reciprocals<1> {
+    fn limits() -> ReciprocalLimits<1> {
         let one = Vector1::new(1.0);
-        Reciprocals { acceleration: Sides::both(one), jerk: Some(one), ..Reciprocals::none() }
+        ReciprocalLimits {
+            acceleration: DirectionalLimits::both(one),
+            jerk: Some(one),
+            ..ReciprocalLimits::none()
+        }
     }
 
-    fn cell(rates: [f64; 5], h: f64) -> Cell<1> {
-        Cell {
+    fn cell(rates: [f64; 5], h: f64) -> FeedCell<1> {
+        FeedCell {
             h,
             rates: rates.map(Vector1::new),
             doubt: Vector1::zeros(),
@@ -282,7 +286,7 @@ mod tests {
     #[test]
     fn rows_are_acceleration_and_jerk_in_bernstein_form() {
         let (r, h, x) = ([1.0, -0.5, 0.7, 2.0, 1.3], 0.6, [2.0, 3.5, 1.2]);
-        let rows = Rows::new(&cell(r, h), &limits());
+        let rows = CellRows::new(&cell(r, h), &limits());
         let [jerks, accelerations] = rows.factors[0].map(|factors| values(&factors, x));
         let u = [(x[1] - x[0]) / h, (x[2] - x[1]) / h];
         let c = (u[1] - u[0]) / h;
@@ -308,10 +312,10 @@ mod tests {
     fn the_cap_of_a_rest_cell_is_reached_and_kept() {
         let rates = [1.0, 1.125, 1.25, 1.375, 1.5];
         for (a, j) in [(1.0, 0.1), (0.1, 1.0)] {
-            let limits = Reciprocals {
-                acceleration: Sides::both(Vector1::new(a)),
+            let limits = ReciprocalLimits {
+                acceleration: DirectionalLimits::both(Vector1::new(a)),
                 jerk: Some(Vector1::new(j)),
-                ..Reciprocals::none()
+                ..ReciprocalLimits::none()
             };
             let cap = rest_cap(&cell(rates, 0.5), &limits, false);
             let k = cap / 0.5_f64.powf(4.0 / 3.0);

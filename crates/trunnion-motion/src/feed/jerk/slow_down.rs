@@ -3,8 +3,8 @@
 //! A lower feed cannot be had at once. Where the motion is above a wanted cap, that cap is left out and the
 //! objective pulls down, until the place is below it.
 
-use super::speed_caps::Caps;
-use super::speed_spline::Spline;
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::SpeedSpline;
 
 /// A cap that is left out comes in where the motion is this far below it: a barrier needs room.
 const BELOW: f64 = 0.99;
@@ -12,15 +12,15 @@ const BELOW: f64 = 0.99;
 /// Share of a cap that is aimed at, for the motion to come that far below.
 const TARGET: f64 = 0.97;
 
-/// Caps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
+/// SpeedCaps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
 #[derive(Debug)]
-pub(super) struct Slower {
-    pub(super) wanted: Caps,
-    pub(super) most: Caps,
+pub(super) struct SlowDown {
+    pub(super) wanted: SpeedCaps,
+    pub(super) most: SpeedCaps,
     pub(super) slow: Vec<bool>,
 }
 
-impl Slower {
+impl SlowDown {
     /// Squared speed that a cell is to come down to, if it is to be slower.
     pub(super) fn target(&self, cell: usize) -> Option<f64> {
         let wanted = self.wanted.control[cell].min(self.wanted.row[cell + 1]);
@@ -28,7 +28,7 @@ impl Slower {
     }
 
     /// Puts caps that are not kept out of the way, and those that are into place; the cells that changed.
-    pub(super) fn update(&mut self, caps: &mut Caps, spline: &Spline) -> Vec<usize> {
+    pub(super) fn update(&mut self, caps: &mut SpeedCaps, spline: &SpeedSpline) -> Vec<usize> {
         let mut changed = Vec::new();
         for cell in spline.cells() {
             let [_, control, end] = spline.coefficients(cell);

@@ -1,32 +1,32 @@
 //! The search for a fast profile.
 
 use super::barrier::FIRST_WEIGHT;
-use super::newton::Solver;
-use super::speed_caps::Caps;
-use super::speed_spline::{Border, Spline};
+use super::newton::BarrierSolver;
+use super::speed_caps::SpeedCaps;
+use super::speed_spline::{EndMotion, SpeedSpline};
 use super::{initial, restore};
-use crate::feed::grid::Grid;
-use crate::feed::plan::Ratios;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::grid::FeedGrid;
+use crate::feed::plan::LimitRatios;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{Law, SchedulePiece, Stretch};
 
 /// A spline inside all limits, with the references that show it.
-pub(super) type Feasible = (Spline, Vec<f64>);
+pub(super) type FeasibleSpline = (SpeedSpline, Vec<f64>);
 
-pub(super) fn lengths<const N: usize>(grid: &Grid<N>) -> Vec<f64> {
+pub(super) fn lengths<const N: usize>(grid: &FeedGrid<N>) -> Vec<f64> {
     grid.cells.iter().map(|cell| cell.h).collect()
 }
 
 /// Something to start from, if there is; nothing at all where nothing is limited, so nothing moves.
 pub(super) fn feasible<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    ends: [Border; 2],
-) -> Option<(Caps, Option<Feasible>)> {
-    let mut spline = Spline::new(lengths(grid), vec![0.0; grid.cells.len()], ends);
-    let caps = Caps::new(grid, &spline, limits)?;
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    ends: [EndMotion; 2],
+) -> Option<(SpeedCaps, Option<FeasibleSpline>)> {
+    let mut spline = SpeedSpline::new(lengths(grid), vec![0.0; grid.cells.len()], ends);
+    let caps = SpeedCaps::new(grid, &spline, limits)?;
     initial::feasible(grid, limits, &caps, &mut spline);
-    let start = if ends.iter().any(Border::moves) {
+    let start = if ends.iter().any(EndMotion::moves) {
         restore::restore(grid, limits, &caps, (spline, Vec::new()))
     } else {
         Some((spline, Vec::new()))
@@ -36,13 +36,13 @@ pub(super) fn feasible<const N: usize>(
 
 /// The spline made fast, and the bounds it keeps.
 pub(super) fn fastest<const N: usize>(
-    grid: &Grid<N>,
-    limits: &Reciprocals<N>,
-    caps: Caps,
-    (start, tolerance): (Feasible, f64),
-) -> (Spline, Ratios) {
+    grid: &FeedGrid<N>,
+    limits: &ReciprocalLimits<N>,
+    caps: SpeedCaps,
+    (start, tolerance): (FeasibleSpline, f64),
+) -> (SpeedSpline, LimitRatios) {
     let slow = start.clone();
-    let mut solver = Solver::new(grid, limits, (caps, Vec::new()), start.0);
+    let mut solver = BarrierSolver::new(grid, limits, (caps, Vec::new()), start.0);
     solver.keep_references(&start.1);
     solver.centre(FIRST_WEIGHT, solver.spline.cells());
     solver.hurry(1..solver.spline.len() - 1, (FIRST_WEIGHT, tolerance));
@@ -56,12 +56,12 @@ pub(super) fn fastest<const N: usize>(
     (solver.spline, bounds)
 }
 
-pub(super) fn kept(bounds: &Ratios) -> bool {
+pub(super) fn kept(bounds: &LimitRatios) -> bool {
     let kept = |bound: f64| bound <= 1.0;
     kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept)
 }
 
-pub(super) fn schedule<const N: usize>(grid: &Grid<N>, spline: &Spline) -> SchedulePiece {
+pub(super) fn schedule<const N: usize>(grid: &FeedGrid<N>, spline: &SpeedSpline) -> SchedulePiece {
     let mut t = vec![0.0];
     let mut now = 0.0;
     let [speed, acceleration] = spline.motion();

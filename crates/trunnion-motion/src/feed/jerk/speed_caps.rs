@@ -1,9 +1,9 @@
 //! Upper bounds of the squared speed that do not depend on its slope.
 
 use super::rows::rest_cap;
-use super::speed_spline::{Border, Spline};
-use crate::feed::grid::Grid;
-use crate::feed::reciprocal::Reciprocals;
+use super::speed_spline::{EndMotion, SpeedSpline};
+use crate::feed::grid::FeedGrid;
+use crate::feed::reciprocal::ReciprocalLimits;
 
 /// A given speed up to this share of a limit is at the limit: squares, rates and caps are right to a few
 /// roundings each.
@@ -11,7 +11,7 @@ const AT_LIMIT: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Velocity, feed and tip limits, and everything that limits a rest cell.
 #[derive(Debug, Clone)]
-pub(super) struct Caps {
+pub(super) struct SpeedCaps {
     /// Of the control of each cell.
     pub(super) control: Vec<f64>,
     /// Of `x` at each row; unlimited at the borders of rest cells, whose controls have it all, and where
@@ -21,12 +21,12 @@ pub(super) struct Caps {
     pub(super) given: f64,
 }
 
-impl Caps {
+impl SpeedCaps {
     /// `None` where nothing limits anything: nothing moves.
     pub(super) fn new<const N: usize>(
-        grid: &Grid<N>,
-        spline: &Spline,
-        limits: &Reciprocals<N>,
+        grid: &FeedGrid<N>,
+        spline: &SpeedSpline,
+        limits: &ReciprocalLimits<N>,
     ) -> Option<Self> {
         let last = grid.cells.len() - 1;
         let lines: Vec<[f64; 2]> = grid.cells.iter().map(|cell| cell.caps(limits)).collect();
@@ -47,7 +47,7 @@ impl Caps {
         let borders = [[1, 0, 1, 0], [last - 1, last, last, last + 1]];
         for ([cell, end, border, outer], motion) in borders.into_iter().zip(spline.ends) {
             let to_rest = end > 0;
-            if let Border::Moving([x, _]) = motion {
+            if let EndMotion::Moving([x, _]) = motion {
                 let shares = [x / caps.row[outer], spline.controls[end] / caps.control[end]];
                 let most = shares[0].max(shares[1]);
                 caps.given = caps.given.max(if most <= AT_LIMIT { most.min(1.0) } else { most });

@@ -11,14 +11,14 @@ use std::ops::Range;
 
 /// An end of a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Border {
+pub(crate) enum EndMotion {
     /// No speed, no acceleration.
     Rest,
     /// Squared speed and `d²s/dt²`.
     Moving([f64; 2]),
 }
 
-impl Border {
+impl EndMotion {
     pub(super) fn moves(&self) -> bool {
         matches!(self, Self::Moving(_))
     }
@@ -27,18 +27,18 @@ impl Border {
 /// Squared speed along a piece. The control of a cell next to an end is given: by the motion there, or
 /// not used if that is rest.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Spline {
+pub(super) struct SpeedSpline {
     /// Lengths of the cells, at least four.
     pub(super) lengths: Vec<f64>,
     /// Middle Bernstein coefficient of each cell.
     pub(super) controls: Vec<f64>,
     /// Start and end.
-    pub(super) ends: [Border; 2],
+    pub(super) ends: [EndMotion; 2],
 }
 
-/// Weights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
+/// ControlWeights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Weights {
+pub(super) struct ControlWeights {
     /// Of the control before and the cell's own, at the start.
     pub(super) start: [f64; 2],
     /// Of the cell's own control and the one after, at the end.
@@ -48,7 +48,7 @@ pub(super) struct Weights {
 /// A slope of `x` at the end of a rest cell over `x` there and the cell's length.
 const REST_SLOPE: f64 = 4.0 / 3.0;
 
-impl Spline {
+impl SpeedSpline {
     /// Number of cells.
     pub(super) fn len(&self) -> usize {
         self.lengths.len()
@@ -61,10 +61,10 @@ impl Spline {
     }
 
     /// With the controls that the ends give.
-    pub(super) fn new(lengths: Vec<f64>, mut controls: Vec<f64>, ends: [Border; 2]) -> Self {
+    pub(super) fn new(lengths: Vec<f64>, mut controls: Vec<f64>, ends: [EndMotion; 2]) -> Self {
         let last = lengths.len().saturating_sub(1);
         for (end, cell, sign) in [(ends[0], 0, 1.0), (ends[1], last, -1.0)] {
-            if let (Border::Moving([x, u]), Some(control)) = (end, controls.get_mut(cell)) {
+            if let (EndMotion::Moving([x, u]), Some(control)) = (end, controls.get_mut(cell)) {
                 *control = x + sign * u * lengths[cell];
             }
         }
@@ -77,8 +77,8 @@ impl Spline {
         first..self.len() - last
     }
 
-    /// Weights of a cell of [`Self::cells`]; what ends give has none.
-    pub(super) fn weights(&self, cell: usize) -> Weights {
+    /// ControlWeights of a cell of [`Self::cells`]; what ends give has none.
+    pub(super) fn weights(&self, cell: usize) -> ControlWeights {
         let own = self.lengths[cell];
         let start = match cell {
             0 => [0.0; 2],
@@ -96,7 +96,7 @@ impl Spline {
                 [after / (own + after), own / (own + after)]
             }
         };
-        Weights { start, end }
+        ControlWeights { start, end }
     }
 
     /// Bernstein coefficients of a cell of [`Self::cells`].
@@ -106,13 +106,13 @@ impl Spline {
 
     /// The same with the weights of the cell at hand.
     #[inline]
-    pub(super) fn coefficients_with(&self, weights: &Weights, cell: usize) -> [f64; 3] {
+    pub(super) fn coefficients_with(&self, weights: &ControlWeights, cell: usize) -> [f64; 3] {
         let at = |cell: usize| self.controls.get(cell).copied().unwrap_or(0.0);
         let mut x = weights.apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)]);
-        if let (0, Border::Moving([start, _])) = (cell, self.ends[0]) {
+        if let (0, EndMotion::Moving([start, _])) = (cell, self.ends[0]) {
             x[0] = start;
         }
-        if let (true, Border::Moving([end, _])) = (cell + 1 == self.len(), self.ends[1]) {
+        if let (true, EndMotion::Moving([end, _])) = (cell + 1 == self.len(), self.ends[1]) {
             x[2] = end;
         }
         x
@@ -148,7 +148,7 @@ impl Spline {
     }
 }
 
-impl Weights {
+impl ControlWeights {
     /// Bernstein coefficients from the controls before, here and after; linear.
     #[inline]
     pub(super) fn apply(&self, controls: [f64; 3]) -> [f64; 3] {
@@ -169,10 +169,10 @@ mod tests {
 
     #[test]
     fn slopes_agree_at_rows_and_at_rest_cells() {
-        let spline = Spline {
+        let spline = SpeedSpline {
             lengths: vec![0.5, 1.0, 2.0, 0.25, 1.5],
             controls: vec![0.0, 3.0, 5.0, 4.0, 0.0],
-            ends: [Border::Rest; 2],
+            ends: [EndMotion::Rest; 2],
         };
         let slopes = |cell: usize| {
             let [a, b, c] = spline.coefficients(cell);

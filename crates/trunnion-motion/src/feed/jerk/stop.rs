@@ -1,10 +1,10 @@
 //! A stop from the motion that is under way.
 
-use super::rolling_plan::{Ahead, Course, caps};
+use super::rolling_plan::{PathAhead, RollingPlan, caps};
 use super::solve::lengths;
-use super::speed_spline::{Border, Spline};
+use super::speed_spline::{EndMotion, SpeedSpline};
 use super::{graded_grid, restore};
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AxisNode, AxisPiece};
 use nalgebra::SVector;
 
@@ -12,7 +12,7 @@ use nalgebra::SVector;
 const SLACK: f64 = 1.05;
 /// Longer by this from try to try.
 const LONGER: f64 = 1.2;
-/// Rows of a phase of the stop that a search starts from.
+/// CellRows of a phase of the stop that a search starts from.
 const ROWS: u32 = 32;
 /// Halvings of the share of the limits it needs.
 const HALVINGS: usize = 30;
@@ -25,10 +25,10 @@ const HALVINGS: usize = 30;
 pub(crate) fn stop<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],
-    limits: &Reciprocals<N>,
-) -> Option<Course<N>> {
+    limits: &ReciprocalLimits<N>,
+) -> Option<RollingPlan<N>> {
     let [first, last] = [piece.nodes.first()?, piece.nodes.last()?];
-    let straight = Straight::new(&first.q[1], motion, limits);
+    let straight = StraightStop::new(&first.q[1], motion, limits);
     let mut distance = straight.way(1.0) * SLACK;
     while distance < last.s - first.s {
         let part = up_to(piece, first.s + distance)?;
@@ -42,7 +42,7 @@ pub(crate) fn stop<const N: usize>(
 
 /// A stop on a straight line: jerk from the deceleration that is under way to a largest one, that, and
 /// jerk back.
-struct Straight {
+struct StraightStop {
     speed: f64,
     /// Deceleration under way; negative while it speeds up.
     before: f64,
@@ -50,11 +50,11 @@ struct Straight {
     jerk: f64,
 }
 
-impl Straight {
+impl StraightStop {
     fn new<const N: usize>(
         rate: &SVector<f64, N>,
         [x, u]: [f64; 2],
-        limits: &Reciprocals<N>,
+        limits: &ReciprocalLimits<N>,
     ) -> Self {
         let largest = |inverse: &SVector<f64, N>| rate.component_mul(inverse).amax().recip();
         let jerk = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
@@ -135,9 +135,9 @@ fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
 fn halt<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],
-    (limits, rows): (&Reciprocals<N>, &[[f64; 2]]),
-) -> Option<Course<N>> {
-    let ends = [Border::Moving(motion), Border::Rest];
+    (limits, rows): (&ReciprocalLimits<N>, &[[f64; 2]]),
+) -> Option<RollingPlan<N>> {
+    let ends = [EndMotion::Moving(motion), EndMotion::Rest];
     let grid = graded_grid::graded(piece, limits, &ends);
     let origin = grid.s.first().copied()?;
     let at = |s: f64| {
@@ -153,8 +153,8 @@ fn halt<const N: usize>(
         (2.0 * middle - 0.5 * (at(from) + at(to))).max(0.5 * middle)
     };
     let controls = grid.s.windows(2).map(control).collect();
-    let spline = Spline::new(lengths(&grid), controls, ends);
-    let caps = caps(&grid, &spline, limits, Ahead::Nothing)?;
+    let spline = SpeedSpline::new(lengths(&grid), controls, ends);
+    let caps = caps(&grid, &spline, limits, PathAhead::Nothing)?;
     let stop = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
-    Some(Course::halting(grid, stop, (caps, limits)))
+    Some(RollingPlan::halting(grid, stop, (caps, limits)))
 }

@@ -1,19 +1,19 @@
 //! A stream of either kind.
 
-use super::feed_stream::Stream;
+use super::feed_stream::FeedStream;
 use super::jerk_stream::JerkStream;
 use super::options::StreamOptions;
-use super::step::Step;
+use super::step::StreamStep;
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
-use crate::feed::plan::Ratios;
+use crate::feed::plan::LimitRatios;
 use crate::types::{AXES, AxisNode, Motion};
 
 /// A stream that keeps jerk limits or does without, as the user chooses.
 #[derive(Debug, Clone)]
 pub enum AnyStream<const N: usize = AXES> {
     /// Velocity and acceleration limits.
-    Optimal(Box<Stream<N>>),
+    Optimal(Box<FeedStream<N>>),
     /// Jerk limits as well.
     Jerk(Box<JerkStream<N>>),
 }
@@ -23,12 +23,12 @@ impl<const N: usize> AnyStream<N> {
     ///
     /// # Errors
     ///
-    /// As [`Stream::new`] and [`JerkStream::new`].
+    /// As [`FeedStream::new`] and [`JerkStream::new`].
     pub fn new(jerk: bool, limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
         Ok(if jerk {
             Self::Jerk(Box::new(JerkStream::new(limits, options)?))
         } else {
-            Self::Optimal(Box::new(Stream::new(limits, options)?))
+            Self::Optimal(Box::new(FeedStream::new(limits, options)?))
         })
     }
 
@@ -44,7 +44,7 @@ impl<const N: usize> AnyStream<N> {
     ///
     /// # Errors
     ///
-    /// As [`Stream::push`].
+    /// As [`FeedStream::push`].
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         match self {
             Self::Optimal(stream) => stream.push(node),
@@ -70,7 +70,7 @@ impl<const N: usize> AnyStream<N> {
 
     /// Guaranteed upper bounds of the ratios over all that was handed out, where they are counted: without jerk limits
     /// the way of planning keeps them.
-    pub fn bounds(&self) -> Option<Ratios> {
+    pub fn bounds(&self) -> Option<LimitRatios> {
         match self {
             Self::Optimal(_) => None,
             Self::Jerk(stream) => Some(stream.bounds()),
@@ -79,9 +79,9 @@ impl<const N: usize> AnyStream<N> {
 }
 
 impl<const N: usize> Iterator for AnyStream<N> {
-    type Item = Step;
+    type Item = StreamStep;
 
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<StreamStep> {
         match self {
             Self::Optimal(stream) => stream.next(),
             Self::Jerk(stream) => stream.next(),

@@ -1,14 +1,14 @@
 //! A stream within velocity and acceleration limits.
 
 use super::options::{MOST_OVERRIDE, StreamOptions};
-use super::step::Step;
-use super::window::{Row, Window, pieces, still};
-use crate::feed::accelerations::Accelerations;
-use crate::feed::cell::Cell;
-use crate::feed::cell_program::{Guess, Strips, forward, least};
+use super::step::StreamStep;
+use super::window::{RowWindow, WindowRow, pieces, still};
+use crate::feed::accelerations::CellAccelerations;
+use crate::feed::cell::FeedCell;
+use crate::feed::cell_program::{CellConstraints, WarmStart, forward, least};
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
 use crate::types::{AXES, AxisNode, Motion};
 
@@ -18,15 +18,15 @@ const PARTS: usize = 8;
 
 /// Plans a path that arrives node by node, fastest within velocity and acceleration limits.
 ///
-/// Nodes go in with [`Stream::begin`] and [`Stream::push`], committed schedule comes out of
-/// [`Stream::next`], one stretch at a time. Whatever is pushed or not pushed later: what was handed
+/// Nodes go in with [`FeedStream::begin`] and [`FeedStream::push`], committed schedule comes out of
+/// [`FeedStream::next`], one stretch at a time. Whatever is pushed or not pushed later: what was handed
 /// out can be followed by a stop inside what is known of the path, and limits hold everywhere, between
 /// nodes as well, as in [`super::optimal`]. The schedule starts at rest; where nodes run out it stops.
 ///
-/// [`Stream::set_override`] scales the feed from the next stretch on; 0 is a feed hold. Above the new
+/// [`FeedStream::set_override`] scales the feed from the next stretch on; 0 is a feed hold. Above the new
 /// feed the axes brake as hard as their limits allow, and no harder.
 ///
-/// Memory is that of the rows ahead: bounded, if nodes are pushed only while [`Stream::wants`] asks
+/// Memory is that of the rows ahead: bounded, if nodes are pushed only while [`FeedStream::wants`] asks
 /// for them. Every node costs a constant time on average.
 ///
 /// # Source
@@ -40,14 +40,14 @@ const PARTS: usize = 8;
 ///
 /// ```
 /// use nalgebra::Vector1;
-/// use trunnion::feed::{Limits, Stream, StreamOptions};
+/// use trunnion::feed::{Limits, FeedStream, StreamOptions};
 /// use trunnion::types::{AxisNode, Motion};
 ///
 /// let [velocity, acceleration] = [Vector1::new(50.0), Vector1::new(400.0)];
 /// let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
 /// let options =
 ///     StreamOptions { feed: Some(40.0), link_feed: None, tip: None, window: 512, step: 0.5 };
-/// let mut stream = Stream::new(limits, options)?;
+/// let mut stream = FeedStream::new(limits, options)?;
 ///
 /// let mut queue = (0..=100_u32).map(|k| {
 ///     let (s, zero) = (f64::from(k), Vector1::zeros());
@@ -74,11 +74,11 @@ const PARTS: usize = 8;
 /// # Ok::<(), trunnion::feed::FeedError>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Stream<const N: usize = AXES> {
+pub struct FeedStream<const N: usize = AXES> {
     /// Of cuts and leads, and of links; the override is not in them.
-    limits: [Reciprocals<N>; 2],
+    limits: [ReciprocalLimits<N>; 2],
     options: StreamOptions,
-    window: Window<N>,
+    window: RowWindow<N>,
     /// Motion, index and last node of the piece that is being pushed, and its nodes so far.
     motion: Motion,
     pieces: usize,
@@ -87,10 +87,10 @@ pub struct Stream<const N: usize = AXES> {
     /// Squared speed and time at the first row of the window.
     x: f64,
     time: f64,
-    guess: Guess,
+    guess: WarmStart,
 }
 
-impl<const N: usize> Stream<N> {
+impl<const N: usize> FeedStream<N> {
     /// A stream at rest.
     ///
     /// # Errors
@@ -100,16 +100,16 @@ impl<const N: usize> Stream<N> {
         let feeds = options.validated(&limits)?;
         Ok(Self {
             limits: [Motion::Cut, Motion::Link]
-                .map(|motion| Reciprocals::new(motion, &limits, &feeds)),
+                .map(|motion| ReciprocalLimits::new(motion, &limits, &feeds)),
             options,
-            window: Window::new(),
+            window: RowWindow::new(),
             motion: Motion::Cut,
             pieces: 0,
             last: None,
             nodes: 0,
             x: 0.0,
             time: 0.0,
-            guess: Guess::default(),
+            guess: WarmStart::default(),
         })
     }
 
@@ -130,11 +130,11 @@ impl<const N: usize> Stream<N> {
         validate::validate_next([self.pieces, self.nodes], &node, before)?;
         let (piece, link) = (self.pieces, self.motion.is_free());
         match &self.last {
-            None => self.window.rest(Row::at([piece, 0], node.s, link)),
+            None => self.window.rest(WindowRow::at([piece, 0], node.s, link)),
             Some(last) => {
                 let limits = &self.limits[usize::from(link)];
-                let row = |s| Row::at([piece, self.nodes - 1], s, link);
-                let whole = Cell::between(last, &node);
+                let row = |s| WindowRow::at([piece, self.nodes - 1], s, link);
+                let whole = FeedCell::between(last, &node);
                 let parts = self.options.parts(whole.h);
                 if parts == 1 {
                     self.window.push(whole, row(node.s), limits);
@@ -190,25 +190,25 @@ impl<const N: usize> Stream<N> {
 /// Squared speed at the end of a cell, from that at its start: the one wanted if it can be had, and no
 /// more than what the window can follow.
 fn onward<const N: usize>(
-    cell: &Accelerations<N>,
+    cell: &CellAccelerations<N>,
     x: f64,
     [wanted, most]: [f64; 2],
-    guess: &mut Guess,
+    guess: &mut WarmStart,
 ) -> f64 {
     let (fastest, _) = forward::<N, 5>(cell, x, most, guess);
     if fastest <= wanted {
         return fastest;
     }
     // Only while braking: no less than the axes can do, which is what the window can follow.
-    least(&Strips::<N, 5>::of(cell), x).max(wanted).min(fastest)
+    least(&CellConstraints::<N, 5>::of(cell), x).max(wanted).min(fastest)
 }
 
 /// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
 /// or held; more may come after it.
-impl<const N: usize> Iterator for Stream<N> {
-    type Item = Step;
+impl<const N: usize> Iterator for FeedStream<N> {
+    type Item = StreamStep;
 
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<StreamStep> {
         loop {
             self.window.plan(self.x, &self.limits[0]);
             let reach = self.window.next_reach();
@@ -233,14 +233,14 @@ impl<const N: usize> Iterator for Stream<N> {
     }
 }
 
-impl<const N: usize> Stream<N> {
+impl<const N: usize> FeedStream<N> {
     /// Commits the first cell.
-    fn step(&mut self, row: &Row, h: f64, y: f64) -> Option<Step> {
+    fn step(&mut self, row: &WindowRow, h: f64, y: f64) -> Option<StreamStep> {
         let speed = [self.x.sqrt(), y.sqrt()];
         let sum = speed[0] + speed[1];
         let duration = if sum > 0.0 { 2.0 * h / sum } else { 0.0 };
         let end = self.window.commit()?;
-        let step = Step {
+        let step = StreamStep {
             piece: row.piece,
             interval: end.interval,
             s: [row.s, end.s],

@@ -1,13 +1,13 @@
 //! A stream that keeps jerk limits.
 
-use super::nodes::{Entry, Known};
+use super::nodes::{NodeEntry, NodeQueue};
 use super::options::{MOST_OVERRIDE, StreamOptions};
-use super::step::Step;
+use super::step::StreamStep;
 use crate::feed::error::FeedError;
-use crate::feed::jerk::{Ahead, Course, stop};
+use crate::feed::jerk::{PathAhead, RollingPlan, stop};
 use crate::feed::limits::Limits;
-use crate::feed::plan::Ratios;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::plan::LimitRatios;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
 use crate::types::{AXES, AxisNode, Motion, Stretch};
 
@@ -18,7 +18,7 @@ const WIDEST: usize = 8;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
-/// As [`super::Stream`]: nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
+/// As [`super::FeedStream`]: nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
 /// committed schedule come out of [`JerkStream::next`], which can always be followed by a stop inside
 /// what is known of the path. A quarter of the window is run before the next quarter is planned, so a
 /// node costs a constant time on average. Where the way down to the stop begins in the next quarter, more
@@ -34,13 +34,13 @@ const WIDEST: usize = 8;
 pub struct JerkStream<const N: usize = AXES> {
     options: StreamOptions,
     /// On cuts and on links: as given, and at the override.
-    given: [Reciprocals<N>; 2],
-    limits: [Reciprocals<N>; 2],
+    given: [ReciprocalLimits<N>; 2],
+    limits: [ReciprocalLimits<N>; 2],
     factor: f64,
     /// What the plan was made for, if that is another override.
     planned_for: f64,
-    known: Known<N>,
-    course: Option<Course<N>>,
+    known: NodeQueue<N>,
+    course: Option<RollingPlan<N>>,
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
@@ -48,7 +48,7 @@ pub struct JerkStream<const N: usize = AXES> {
     piece: usize,
     time: f64,
     speed: f64,
-    bounds: Ratios,
+    bounds: LimitRatios,
 }
 
 impl<const N: usize> JerkStream<N> {
@@ -56,22 +56,22 @@ impl<const N: usize> JerkStream<N> {
     ///
     /// # Errors
     ///
-    /// As [`super::Stream::new`], and [`FeedError::NoJerkLimit`].
+    /// As [`super::FeedStream::new`], and [`FeedError::NoJerkLimit`].
     pub fn new(limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
         let feeds = options.validated(&limits)?;
         let limits = limits.smaller();
         if limits.jerk.is_none() {
             return Err(FeedError::NoJerkLimit);
         }
-        let given =
-            [Motion::Cut, Motion::Link].map(|motion| Reciprocals::new(motion, &limits, &feeds));
+        let given = [Motion::Cut, Motion::Link]
+            .map(|motion| ReciprocalLimits::new(motion, &limits, &feeds));
         Ok(Self {
             options,
             given,
             limits: given,
             factor: 1.0,
             planned_for: 1.0,
-            known: Known::new(),
+            known: NodeQueue::new(),
             course: None,
             pushed: [0; 2],
             last: None,
@@ -79,7 +79,7 @@ impl<const N: usize> JerkStream<N> {
             piece: 0,
             time: 0.0,
             speed: 0.0,
-            bounds: Ratios::default(),
+            bounds: LimitRatios::default(),
         })
     }
 
@@ -97,7 +97,7 @@ impl<const N: usize> JerkStream<N> {
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let [piece, index] = self.pushed;
         validate::validate_next([piece, index], &node, self.last.unwrap_or(f64::NEG_INFINITY))?;
-        self.known.push(Entry { piece, index, motion: self.motion, node });
+        self.known.push(NodeEntry { piece, index, motion: self.motion, node });
         (self.last, self.pushed[1]) = (Some(node.s), index + 1);
         Ok(())
     }
@@ -130,7 +130,7 @@ impl<const N: usize> JerkStream<N> {
 
     /// Guaranteed upper bounds of the ratios over all that was handed out; velocities by what the axes can do
     /// where the feed was above a new override.
-    pub fn bounds(&self) -> Ratios {
+    pub fn bounds(&self) -> LimitRatios {
         self.bounds
     }
 
@@ -150,8 +150,12 @@ impl<const N: usize> JerkStream<N> {
     }
 
     /// Whether the piece goes on after what is known: not where another has begun, or nodes run out.
-    fn ahead(&self) -> Ahead {
-        if self.is_short() || self.known.has_another_piece() { Ahead::Nothing } else { Ahead::More }
+    fn ahead(&self) -> PathAhead {
+        if self.is_short() || self.known.has_another_piece() {
+            PathAhead::Nothing
+        } else {
+            PathAhead::More
+        }
     }
 
     fn is_short(&self) -> bool {
@@ -160,16 +164,16 @@ impl<const N: usize> JerkStream<N> {
 
     /// Nodes that are left for the next plan: a last stretch of a row or two would leave little way to get up
     /// speed again where the plan before it stops.
-    fn kept(&self, ahead: Ahead) -> usize {
-        if ahead == Ahead::More { self.options.window / 16 } else { 0 }
+    fn kept(&self, ahead: PathAhead) -> usize {
+        if ahead == PathAhead::More { self.options.window / 16 } else { 0 }
     }
 
     /// What the axes can do, whatever the feed.
-    fn axes_on(&self, motion: Motion) -> Reciprocals<N> {
-        Reciprocals { feed: 0.0, ..self.given[usize::from(motion.is_free())] }
+    fn axes_on(&self, motion: Motion) -> ReciprocalLimits<N> {
+        ReciprocalLimits { feed: 0.0, ..self.given[usize::from(motion.is_free())] }
     }
 
-    fn limits_on(&self, motion: Motion) -> Reciprocals<N> {
+    fn limits_on(&self, motion: Motion) -> ReciprocalLimits<N> {
         self.limits[usize::from(motion.is_free())]
     }
 
@@ -195,12 +199,12 @@ impl<const N: usize> JerkStream<N> {
         self.piece = self.known.piece()?;
         let ahead = self.ahead();
         let piece = self.known.take(self.kept(ahead))?;
-        self.course = Some(Course::new(&piece, &self.limits_on(piece.motion), ahead));
+        self.course = Some(RollingPlan::new(&piece, &self.limits_on(piece.motion), ahead));
         Some(())
     }
 
     /// The course, led on where it is time to.
-    fn led_on(&mut self, mut course: Course<N>) -> Option<Course<N>> {
+    fn led_on(&mut self, mut course: RollingPlan<N>) -> Option<RollingPlan<N>> {
         let more = self.known.piece() == Some(self.piece);
         let known = if more { self.known.of_a_piece() } else { 0 };
         // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
@@ -215,7 +219,7 @@ impl<const N: usize> JerkStream<N> {
             if !course.lead_on(&piece, limits.each_ref(), ahead) {
                 self.known = before;
             }
-        } else if known < 2 && self.ahead() == Ahead::Nothing {
+        } else if known < 2 && self.ahead() == PathAhead::Nothing {
             let motion = self.known.planned_motion()?;
             course.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
         }
@@ -249,16 +253,16 @@ impl<const N: usize> JerkStream<N> {
 /// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
 /// or held; more may come after it.
 impl<const N: usize> Iterator for JerkStream<N> {
-    type Item = Step;
+    type Item = StreamStep;
 
-    fn next(&mut self) -> Option<Step> {
+    fn next(&mut self) -> Option<StreamStep> {
         self.plan()?;
         let course = self.course.as_mut()?;
         let [s, speed, acceleration] = course.run()?;
         self.bounds = self.bounds.max(course.bounds);
         let interval = self.known.run_to(s[1])?;
         let duration = Stretch { length: s[1] - s[0], speed, acceleration }.time();
-        let step = Step {
+        let step = StreamStep {
             piece: self.piece,
             interval,
             s,

@@ -10,8 +10,8 @@ mod whole_path;
 mod window;
 
 pub use any_stream::AnyStream;
-pub use feed_stream::Stream;
+pub use feed_stream::FeedStream;
 pub use jerk_stream::JerkStream;
 pub use options::StreamOptions;
-pub use step::Step;
+pub use step::StreamStep;
 pub use whole_path::jerk_through_window;

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 /// A node, where it belongs, and how its piece is run.
 #[derive(Debug, Clone)]
-pub(super) struct Entry<const N: usize> {
+pub(super) struct NodeEntry<const N: usize> {
     pub(super) piece: usize,
     /// Of the node in its piece; of the one after it for a place between nodes.
     pub(super) index: usize,
@@ -15,21 +15,21 @@ pub(super) struct Entry<const N: usize> {
 
 /// Nodes around and ahead of the end of the committed schedule.
 #[derive(Debug, Clone)]
-pub(super) struct Known<const N: usize> {
+pub(super) struct NodeQueue<const N: usize> {
     /// Start of the interval that is run.
-    from: Option<Entry<N>>,
-    /// Ends of the intervals of the plan that are not run yet.
-    planned: VecDeque<Entry<N>>,
+    from: Option<NodeEntry<N>>,
+    /// EndSquares of the intervals of the plan that are not run yet.
+    planned: VecDeque<NodeEntry<N>>,
     /// What is not planned yet; the first is where the plan ends.
-    queue: VecDeque<Entry<N>>,
+    queue: VecDeque<NodeEntry<N>>,
 }
 
-impl<const N: usize> Known<N> {
+impl<const N: usize> NodeQueue<N> {
     pub(super) fn new() -> Self {
         Self { from: None, planned: VecDeque::new(), queue: VecDeque::new() }
     }
 
-    pub(super) fn push(&mut self, entry: Entry<N>) {
+    pub(super) fn push(&mut self, entry: NodeEntry<N>) {
         self.queue.push_back(entry);
     }
 
@@ -137,8 +137,9 @@ impl<const N: usize> Known<N> {
     }
 
     /// Puts a node in front of the queue, unless it stands there.
-    fn give_back(&mut self, entry: Entry<N>) {
-        let stands = |first: &Entry<N>| first.piece == entry.piece && first.node.s <= entry.node.s;
+    fn give_back(&mut self, entry: NodeEntry<N>) {
+        let stands =
+            |first: &NodeEntry<N>| first.piece == entry.piece && first.node.s <= entry.node.s;
         if !self.queue.front().is_some_and(stands) {
             self.queue.push_front(entry);
         }
@@ -146,7 +147,7 @@ impl<const N: usize> Known<N> {
 }
 
 /// The place `s` between two nodes as a node: both halves of the quintic are the quintic.
-fn between<const N: usize>(from: &Entry<N>, to: &Entry<N>, s: f64) -> Option<Entry<N>> {
+fn between<const N: usize>(from: &NodeEntry<N>, to: &NodeEntry<N>, s: f64) -> Option<NodeEntry<N>> {
     if s <= from.node.s {
         return Some(from.clone());
     }
@@ -162,5 +163,5 @@ fn between<const N: usize>(from: &Entry<N>, to: &Entry<N>, s: f64) -> Option<Ent
         tip_rate: mean(from.node.tip_rate, to.node.tip_rate),
         feed_rate: mean(from.node.feed_rate, to.node.feed_rate),
     };
-    Some(Entry { node, ..to.clone() })
+    Some(NodeEntry { node, ..to.clone() })
 }

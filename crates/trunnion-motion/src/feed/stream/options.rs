@@ -8,7 +8,7 @@ use crate::feed::validate::{validate_limits, validate_options};
 /// Largest override: twice the programmed feed.
 pub(super) const MOST_OVERRIDE: f64 = 2.0;
 
-/// How a [`Stream`] looks ahead. No `Default`: the caller knows the part and its memory.
+/// How a [`FeedStream`] looks ahead. No `Default`: the caller knows the part and its memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamOptions {
     /// Speed of the programmed point on everything but links \[mm/s\]; `None` for as fast as the axes can.
@@ -17,7 +17,7 @@ pub struct StreamOptions {
     pub link_feed: Option<f64>,
     /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
     pub tip: Option<f64>,
-    /// Rows to look ahead, at least 4: [`Stream::wants`] asks for so many. Where the distance to stop
+    /// Rows to look ahead, at least 4: [`FeedStream::wants`] asks for so many. Where the distance to stop
     /// from full speed is shorter than three quarters of the window, nothing is lost against planning
     /// the whole path on the same rows.
     pub window: usize,

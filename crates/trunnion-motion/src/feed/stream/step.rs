@@ -5,7 +5,7 @@ use crate::types::{Moment, Stretch};
 /// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
 /// limits constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct StreamStep {
     /// Piece of the path, counted from 0.
     pub piece: usize,
     /// Interval between nodes of the piece, counted from 0.
@@ -24,7 +24,7 @@ pub struct Step {
     pub end_acceleration: f64,
 }
 
-impl Step {
+impl StreamStep {
     /// Place and speed a time after the start, clamped to the step.
     pub fn at(&self, dt: f64) -> Moment {
         let dt = dt.clamp(0.0, self.duration);

@@ -7,8 +7,8 @@ use crate::feed::jerk::known_of;
 use crate::feed::limits::Limits;
 use crate::feed::options::FeedOptions;
 use crate::feed::pieces::{PlannedPiece, assemble};
-use crate::feed::plan::Plan;
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::plan::FeedPlan;
+use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
 use crate::types::{AxisNode, AxisPath, Law, Motion, SchedulePiece};
 
@@ -22,7 +22,7 @@ pub fn jerk_through_window<const N: usize>(
     limits: &Limits<N>,
     options: &FeedOptions,
     window: usize,
-) -> Result<Plan, FeedError> {
+) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
     let FeedOptions { feed, link_feed, tip, .. } = *options;
     let step = f64::MAX;
@@ -50,7 +50,7 @@ pub fn jerk_through_window<const N: usize>(
     }
     let bounds = stream.bounds();
     let planned = path.pieces.iter().zip(pieces).map(|(piece, schedule)| {
-        let limits = Reciprocals::new(piece.motion, &limits.smaller(), options);
+        let limits = ReciprocalLimits::new(piece.motion, &limits.smaller(), options);
         PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
     });
     Ok(assemble(planned.collect()))

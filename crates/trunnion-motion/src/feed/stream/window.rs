@@ -1,15 +1,15 @@
 //! The rows ahead of a stream and the backward pass over them.
 
 use super::options::MOST_OVERRIDE;
-use crate::feed::cell::Cell;
-use crate::feed::cell_program::{Guess, backward};
+use crate::feed::cell::FeedCell;
+use crate::feed::cell_program::{WarmStart, backward};
 use crate::feed::numeric::{scaled, tangent};
-use crate::feed::reciprocal::Reciprocals;
+use crate::feed::reciprocal::ReciprocalLimits;
 use std::collections::VecDeque;
 
 /// Where a cell ends and the next one starts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct WindowRow {
     pub(super) piece: usize,
     /// Interval between nodes that ends here, or in which this row lies.
     pub(super) interval: usize,
@@ -25,7 +25,7 @@ pub(super) struct Row {
     most: f64,
 }
 
-impl Row {
+impl WindowRow {
     /// A row without limits yet.
     pub(super) fn at([piece, interval]: [usize; 2], s: f64, link: bool) -> Self {
         let [free, rest] = [f64::INFINITY, 0.0];
@@ -40,9 +40,9 @@ impl Row {
 /// Rows ahead, the first of them where the committed schedule ends, and the cells between them;
 /// `None` from the end of a piece to the start of the next.
 #[derive(Debug, Clone)]
-pub(super) struct Window<const N: usize> {
-    rows: VecDeque<Row>,
-    cells: VecDeque<Option<Cell<N>>>,
+pub(super) struct RowWindow<const N: usize> {
+    rows: VecDeque<WindowRow>,
+    cells: VecDeque<Option<FeedCell<N>>>,
     factor: f64,
     /// Largest finite squared speed so far: where nothing moves, no more is of use.
     fastest: f64,
@@ -57,7 +57,7 @@ pub(super) struct Window<const N: usize> {
     braking: bool,
 }
 
-impl<const N: usize> Window<N> {
+impl<const N: usize> RowWindow<N> {
     pub(super) fn new() -> Self {
         Self {
             rows: VecDeque::new(),
@@ -87,7 +87,7 @@ impl<const N: usize> Window<N> {
     }
 
     /// Starts a piece: rest at the last row and at this one.
-    pub(super) fn rest(&mut self, mut row: Row) {
+    pub(super) fn rest(&mut self, mut row: WindowRow) {
         row.lower(0.0, 0.0);
         if let Some(last) = self.rows.back_mut() {
             last.lower(0.0, 0.0);
@@ -97,7 +97,12 @@ impl<const N: usize> Window<N> {
     }
 
     /// Appends a cell and the row at its end.
-    pub(super) fn push(&mut self, cell: Cell<N>, mut row: Row, limits: &Reciprocals<N>) {
+    pub(super) fn push(
+        &mut self,
+        cell: FeedCell<N>,
+        mut row: WindowRow,
+        limits: &ReciprocalLimits<N>,
+    ) {
         let [hard, feed] = caps(&cell, limits);
         if let Some(last) = self.rows.back_mut() {
             last.lower(hard[0], feed[0]);
@@ -111,7 +116,7 @@ impl<const N: usize> Window<N> {
     }
 
     /// The row where the committed schedule ends, and the cell after it.
-    pub(super) fn first(&self) -> Option<(&Row, Option<&Cell<N>>)> {
+    pub(super) fn first(&self) -> Option<(&WindowRow, Option<&FeedCell<N>>)> {
         Some((self.rows.front()?, self.cells.front()?.as_ref()))
     }
 
@@ -122,7 +127,7 @@ impl<const N: usize> Window<N> {
     }
 
     /// Drops the first cell; the row at its end.
-    pub(super) fn commit(&mut self) -> Option<Row> {
+    pub(super) fn commit(&mut self) -> Option<WindowRow> {
         self.rows.pop_front();
         self.cells.pop_front();
         for count in [&mut self.planned, &mut self.settled, &mut self.good] {
@@ -132,14 +137,14 @@ impl<const N: usize> Window<N> {
     }
 
     /// Cuts the first cell into so many parts.
-    pub(super) fn cut(&mut self, parts: usize, limits: &Reciprocals<N>) -> Option<()> {
+    pub(super) fn cut(&mut self, parts: usize, limits: &ReciprocalLimits<N>) -> Option<()> {
         let (from, cell) = (*self.rows.front()?, (*self.cells.front()?)?);
         let to = *self.rows.get(1)?;
         let tail = (self.rows.split_off(1), self.cells.split_off(1));
         self.cells.clear();
         for (cell, share) in pieces(cell, parts) {
             let s = from.s + share * (to.s - from.s);
-            self.push(cell, Row::at([to.piece, to.interval], s, to.link), limits);
+            self.push(cell, WindowRow::at([to.piece, to.interval], s, to.link), limits);
         }
         // The last row pushed is the one that was there, with the limits of both sides.
         if let (Some(end), Some(mut kept)) = (self.rows.pop_back(), tail.0.front().copied()) {
@@ -154,7 +159,7 @@ impl<const N: usize> Window<N> {
 
     /// Brings the backward pass up to date where it is due: from rest at the last row to where it
     /// meets the one before, or settled rows.
-    pub(super) fn plan(&mut self, x: f64, limits: &Reciprocals<N>) {
+    pub(super) fn plan(&mut self, x: f64, limits: &ReciprocalLimits<N>) {
         let last = self.cells.len();
         let new = self.planned <= last && self.good == 0;
         if !(self.stale || new) {
@@ -172,8 +177,8 @@ impl<const N: usize> Window<N> {
         }
     }
 
-    fn backward(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = Guess::default();
+    fn backward(&mut self, last: usize, limits: &ReciprocalLimits<N>) {
+        let mut guess = WarmStart::default();
         let mut settled = None;
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
@@ -203,8 +208,8 @@ impl<const N: usize> Window<N> {
     }
 
     /// The same without feed and override, which a braking motion is above.
-    fn backward_at_any_feed(&mut self, last: usize, limits: &Reciprocals<N>) {
-        let mut guess = Guess::default();
+    fn backward_at_any_feed(&mut self, last: usize, limits: &ReciprocalLimits<N>) {
+        let mut guess = WarmStart::default();
         let mut next = 0.0;
         if let Some(row) = self.rows.get_mut(last) {
             row.most = 0.0;
@@ -233,21 +238,21 @@ impl<const N: usize> Window<N> {
 }
 
 /// Largest squared speeds at both ends of a cell by axes and tip, and by the feed.
-fn caps<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> [[f64; 2]; 2] {
-    let axes = Reciprocals { feed: 0.0, ..*limits };
+fn caps<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> [[f64; 2]; 2] {
+    let axes = ReciprocalLimits { feed: 0.0, ..*limits };
     [cell.caps(&axes), tangent(scaled(cell.feed_rate, limits.feed))]
 }
 
 /// Whether nothing moves in a cell.
-pub(super) fn still<const N: usize>(cell: &Cell<N>, limits: &Reciprocals<N>) -> bool {
+pub(super) fn still<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> bool {
     caps(cell, limits).as_flattened().iter().all(|cap| cap.is_infinite())
 }
 
 /// A cell in even parts, with the share of it at which each ends.
 pub(super) fn pieces<const N: usize>(
-    whole: Cell<N>,
+    whole: FeedCell<N>,
     parts: usize,
-) -> impl Iterator<Item = (Cell<N>, f64)> {
+) -> impl Iterator<Item = (FeedCell<N>, f64)> {
     let mut rest = whole;
     (1..=parts).map(move |part| {
         let share = part as f64 / parts as f64;

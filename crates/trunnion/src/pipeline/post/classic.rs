@@ -4,7 +4,7 @@
 use super::leg::Place;
 use super::pace::{LEAST, LEVER, Timed};
 use super::{PostError, PostOptions};
-use crate::feed::{Ahead, BlockOptions, Limits, PlannedBlock, look_ahead};
+use crate::feed::{Limits, LookAhead, LookAheadOptions, PlannedBlock, look_ahead};
 use crate::machine::Machine;
 use crate::types::{AXES, AxisVector};
 use nalgebra::SVector;
@@ -27,7 +27,7 @@ pub(super) struct Classic {
     /// Of cuts, and of rapid moves.
     limits: [Limits<WAYS>; 2],
     tip: Option<f64>,
-    options: BlockOptions,
+    options: LookAheadOptions,
     window: usize,
     at: AxisVector,
     /// Blocks of one kind that wait for those behind them, and the speed before the first.
@@ -52,9 +52,9 @@ impl Classic {
                 limits(machine.vector(|axis| axis.rapid)),
             ],
             tip: machine.cycle.tip_speed_max,
-            options: BlockOptions {
+            options: LookAheadOptions {
                 period: machine.cycle.servo_period.unwrap_or(PERIOD),
-                ahead: Ahead::Whole,
+                ahead: LookAhead::Whole,
                 tiny: None,
             },
             window: options.window,

@@ -3,7 +3,7 @@
 use super::corner::Corner;
 use super::leg::Place;
 use super::{PostError, PostMethod, PostOptions};
-use crate::feed::{AnyStream, Limits, Step, StreamOptions};
+use crate::feed::{AnyStream, Limits, StreamOptions, StreamStep};
 use crate::machine::Kinematics;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisNode, AxisVector, Motion};
@@ -306,7 +306,7 @@ impl Pace {
         }
     }
 
-    fn step(&mut self, step: &Step, out: &mut Vec<Timed>) {
+    fn step(&mut self, step: &StreamStep, out: &mut Vec<Timed>) {
         self.close_before([step.piece, step.interval], out);
         self.seconds += step.duration;
     }
