@@ -32,7 +32,7 @@ const ROWS_AT_LEAST: usize = 1024;
 /// meet at the end they share, or not, by rounding. Halving brings a true one away from the ends.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// FeedGrid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
+/// Grid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
 pub(super) fn plan<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,

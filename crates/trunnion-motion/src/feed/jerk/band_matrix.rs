@@ -1,6 +1,6 @@
 //! Symmetric positive definite systems whose unknowns couple with two neighbours on each side.
 
-/// CellRows of the lower triangle (diagonal, then the two entries left of it) and right-hand side.
+/// Rows of the lower triangle (diagonal, then the two entries left of it) and right-hand side.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BandMatrix {
     pub(super) rows: Vec<[f64; 3]>,

@@ -7,7 +7,7 @@
 use super::newton::BarrierSolver;
 use std::ops::Range;
 
-/// BarrierWeights weights as shares of each cell's time: the first about balances the time against the 110
+/// Barrier weights as shares of each cell's time: the first about balances the time against the 110
 /// sides of rows a cell has, the last leaves 4e-4 of it.
 pub(super) const FIRST_WEIGHT: f64 = 5e-3;
 

@@ -89,7 +89,7 @@ fn add_up(p: &RowLanes, q: &RowLanes, into: &mut [f64; APART]) {
     }
 }
 
-/// RowSums over axes and rows of one kind.
+/// Sums over axes and rows of one kind.
 #[derive(Debug, Default)]
 struct RowSums {
     hessian: [[f64; APART]; 6],
@@ -104,7 +104,7 @@ struct RoomSums {
     mixed: [RowLanes; 3],
 }
 
-/// ControlWeights of the rows of one kind of an axis in the derivatives: sums and differences over both sides.
+/// Weights of the rows of one kind of an axis in the derivatives: sums and differences over both sides.
 struct RowForces {
     pressure: RowLanes,
     force: RowLanes,

@@ -89,7 +89,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         solver
     }
 
-    /// CellRows of a cell.
+    /// Rows of a cell.
     fn rows(&self, cell: usize) -> CellRows<N> {
         let mut rows = CellRows::new(&self.grid.cells[cell], self.limits);
         if let Some(loose) = self.loose.get(cell) {

@@ -12,7 +12,7 @@ use crate::feed::grid::FeedGrid;
 use crate::feed::reciprocal::ReciprocalLimits;
 use std::ops::Range;
 
-/// BarrierWeights weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
+/// Barrier weight: the 110 sides of rows a cell has pull twice as hard as the time. Ten times that would
 /// bring the path to a stand, a third of it would run on along the loosened limits.
 const WEIGHT: f64 = 0.018;
 /// That of caps as a part of it, or a path that starts at one would be driven off it: a barrier of weight `w`

@@ -311,7 +311,7 @@ impl<const N: usize> RollingPlan<N> {
     }
 }
 
-/// SpeedCaps with the reserve of cells of rest.
+/// Caps with the reserve of cells of rest.
 pub(super) fn caps<const N: usize>(
     grid: &FeedGrid<N>,
     spline: &SpeedSpline,

@@ -19,7 +19,7 @@ use nalgebra::SVector;
 const JERKS: usize = 5;
 const ACCELERATIONS: usize = 6;
 
-/// CellRows of an axis side by side, for the processor to work on several at once.
+/// Rows of an axis side by side, for the processor to work on several at once.
 pub(super) const LANES: usize = 6;
 
 /// A number for every jerk row of an axis, and one that does not count; or for every acceleration row.
@@ -51,7 +51,7 @@ const TWO_TWO: [[f64; 3]; 3] =
 const THREE_TWO: [[f64; 3]; 4] =
     [[1.0, 0.4, 0.1], [0.6, 0.6, 0.3], [0.3, 0.6, 0.6], [0.1, 0.4, 1.0]];
 
-/// CellRows of a cell of length 1 for each coefficient of `q'` alone: by kind, rate and coefficient of `x`.
+/// Rows of a cell of length 1 for each coefficient of `q'` alone: by kind, rate and coefficient of `x`.
 const UNIT: [[[RowLanes; 3]; 5]; 2] = unit();
 
 const fn unit() -> [[[RowLanes; 3]; 5]; 2] {

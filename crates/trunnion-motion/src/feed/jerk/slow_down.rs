@@ -12,7 +12,7 @@ const BELOW: f64 = 0.99;
 /// Share of a cap that is aimed at, for the motion to come that far below.
 const TARGET: f64 = 0.97;
 
-/// SpeedCaps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
+/// Caps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
 #[derive(Debug)]
 pub(super) struct SlowDown {
     pub(super) wanted: SpeedCaps,

@@ -36,7 +36,7 @@ pub(super) struct SpeedSpline {
     pub(super) ends: [EndMotion; 2],
 }
 
-/// ControlWeights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
+/// Weights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ControlWeights {
     /// Of the control before and the cell's own, at the start.
@@ -77,7 +77,7 @@ impl SpeedSpline {
         first..self.len() - last
     }
 
-    /// ControlWeights of a cell of [`Self::cells`]; what ends give has none.
+    /// Weights of a cell of [`Self::cells`]; what ends give has none.
     pub(super) fn weights(&self, cell: usize) -> ControlWeights {
         let own = self.lengths[cell];
         let start = match cell {

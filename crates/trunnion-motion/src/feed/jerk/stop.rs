@@ -12,7 +12,7 @@ use nalgebra::SVector;
 const SLACK: f64 = 1.05;
 /// Longer by this from try to try.
 const LONGER: f64 = 1.2;
-/// CellRows of a phase of the stop that a search starts from.
+/// Rows of a phase of the stop that a search starts from.
 const ROWS: u32 = 32;
 /// Halvings of the share of the limits it needs.
 const HALVINGS: usize = 30;

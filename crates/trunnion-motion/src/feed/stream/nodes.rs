@@ -18,7 +18,7 @@ pub(super) struct NodeEntry<const N: usize> {
 pub(super) struct NodeQueue<const N: usize> {
     /// Start of the interval that is run.
     from: Option<NodeEntry<N>>,
-    /// EndSquares of the intervals of the plan that are not run yet.
+    /// Ends of the intervals of the plan that are not run yet.
     planned: VecDeque<NodeEntry<N>>,
     /// What is not planned yet; the first is where the plan ends.
     queue: VecDeque<NodeEntry<N>>,
