@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Makes the pictures of README and book from a real run of the example job.
+# Needs Rust, Chromium and ImageMagick (Debian: chromium, imagemagick).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+images=docs/book/src/images
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+cargo run --release --quiet -- run examples/bezier-patch/job.toml -o "$scratch/out" > /dev/null
+chromium --headless --no-sandbox --no-first-run --disable-background-networking --disable-component-update \
+    --disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --user-data-dir="$scratch/profile" \
+    --window-size=1400,2100 --virtual-time-budget=8000 --screenshot="$scratch/page.png" \
+    "file://$scratch/out/report.html" 2> /dev/null
+
+# The head of the page with part, passes, deviation and tool; then the axes against their limits.
+convert "$scratch/page.png" -crop 1330x1090+35+10 +repage -resize 60% -colors 128 "$images/report.png"
+convert "$scratch/page.png" -crop 1330x640+35+1115 +repage -resize 60% -colors 64 "$images/motion.png"
+ls -l "$images"
