@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use trunnion::files::machine::{BUILT_IN, MachineFile, built_in, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Axis, AxisKind, Kinematics, Machine, Setup, picture};
-use trunnion::types::Fault;
+use trunnion::types::{Diagnostic, Diagnostics};
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Action {
@@ -413,18 +413,23 @@ fn check(files: &[String], json: bool) -> Result<Done, Failure> {
 }
 
 /// A file that cannot be read at all; its message starts with its name.
-fn unreadable(file: &str, message: &str) -> Fault {
+fn unreadable(file: &str, message: &str) -> Diagnostic {
     let message = message.strip_prefix(file).unwrap_or(message).trim_start_matches([':', ' ']);
     let (message, help) = message.split_once("\n  help: ").unwrap_or((message, ""));
-    Fault::whole(message).with_help(help)
+    Diagnostic::whole(message).with_help(help)
 }
 
 impl CheckJson {
-    fn of((file, faults): (&String, Vec<Fault>)) -> Self {
+    fn of((file, faults): (&String, Diagnostics)) -> Self {
         let ok = faults.is_empty();
         let faults = faults
             .into_iter()
-            .map(|Fault { line, column, message, help }| FaultJson { line, column, message, help })
+            .map(|Diagnostic { line, column, message, help }| FaultJson {
+                line,
+                column,
+                message,
+                help,
+            })
             .collect();
         Self { file: file.clone(), ok, faults }
     }

@@ -33,7 +33,7 @@ impl Failure {
     }
 
     /// Messages about a file: `path:line:column: message`, then the remedy.
-    pub(crate) fn faults(path: &Path, faults: &[trunnion::types::Fault]) -> Self {
+    pub(crate) fn faults(path: &Path, faults: &[trunnion::types::Diagnostic]) -> Self {
         let messages = faults.iter().map(|fault| format!("{}:{fault}", path.display())).collect();
         Self::Input(messages)
     }

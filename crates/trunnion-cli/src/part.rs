@@ -7,7 +7,7 @@ use trunnion::import;
 use trunnion::import::step::StepReader;
 use trunnion::import::{ImportError, Part, Reader, surface_json};
 use trunnion::surface::Face;
-use trunnion::types::{Fault, Progress};
+use trunnion::types::{Diagnostic, Progress};
 
 /// How trim loops are read: far below what the run-out of a cutter could notice, and as near as
 /// common CAD systems let the ends of neighbouring edges lie.
@@ -20,7 +20,7 @@ pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure
         return surface_json::read(&bytes)
             .and_then(|surface| {
                 Face::new(1, surface, Vec::new(), false)
-                    .map_err(|error| vec![Fault::whole(error.to_string())])
+                    .map_err(|error| Diagnostic::whole(error.to_string()).into())
             })
             .map(|face| Part { faces: vec![face], warnings: Vec::new() })
             .map_err(|faults| Failure::faults(path, &faults));

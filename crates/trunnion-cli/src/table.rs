@@ -8,7 +8,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Seek, Write
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 use trunnion::files::table::{Columns, Header, is_row};
-use trunnion::types::Fault;
+use trunnion::types::{Diagnostic, Diagnostics};
 
 /// Longest line of a table \[bytes\]; a guard against a file that is no table.
 const LONGEST: u64 = 1 << 20;
@@ -106,7 +106,7 @@ impl Ends {
     /// Reads the whole table; `choose` names the columns, in order.
     pub(crate) fn read(
         &self,
-        choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+        choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
     ) -> Result<Rows, Failure> {
         let (mut lines, mut all) = (Vec::new(), Vec::new());
         let names = each(self.name(), self.open()?, choose, |line, _, _, values| {
@@ -168,7 +168,7 @@ impl Ends {
     /// The columns that `choose` takes from the header.
     pub(crate) fn columns(
         &self,
-        choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+        choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
     ) -> Result<Vec<String>, Failure> {
         let name = self.name();
         first(&mut Lines { source: self.open()?, number: 0, bytes: Vec::new() }, name, choose)
@@ -205,7 +205,7 @@ impl Ends {
         out: &mut dyn Write,
     ) -> Result<Tally, Failure> {
         let mut lines = Lines { source: self.open()?, number: 0, bytes: Vec::new() };
-        let failure = |faults: &[Fault]| Failure::faults(name, faults);
+        let failure = |faults: &[Diagnostic]| Failure::faults(name, faults);
         let columns = header(&mut lines, name, work)?;
         let mut tally = Tally::default();
         let mut faults = Faults::default();
@@ -233,7 +233,7 @@ impl Ends {
             match work.row(row, &mut text) {
                 Ok(()) => {}
                 Err(Refusal::Unsolved(why)) => tally.refuse(number, &why),
-                Err(Refusal::Malformed(why)) => faults.add(Fault {
+                Err(Refusal::Malformed(why)) => faults.add(Diagnostic {
                     line: u32::try_from(number).unwrap_or(u32::MAX),
                     column: 1,
                     message: why,
@@ -270,7 +270,7 @@ fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
 /// in order; they are returned.
 pub(crate) fn each_of(
     path: &Path,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
     row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
     each(path, open(path)?, choose, row)
@@ -279,12 +279,12 @@ pub(crate) fn each_of(
 fn each(
     name: &Path,
     source: Box<dyn BufRead>,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
     mut row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
     let mut lines = Lines { source, number: 0, bytes: Vec::new() };
     let (names, columns) = first(&mut lines, name, choose)?;
-    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let failure = |faults: &[Diagnostic]| Failure::faults(name, faults);
     let stop = |stop: Stop| stop.failure(name);
     let mut faults = Faults::default();
     let mut values = Vec::new();
@@ -304,11 +304,11 @@ fn each(
 fn first(
     lines: &mut Lines,
     name: &Path,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Vec<Fault>>,
+    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
 ) -> Result<(Vec<String>, Columns), Failure> {
-    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let failure = |faults: &[Diagnostic]| Failure::faults(name, faults);
     let Some((number, line)) = lines.next(name).map_err(|stop| stop.failure(name))? else {
-        return Err(failure(&[Fault::whole("the table is empty")]));
+        return Err(failure(&[Diagnostic::whole("the table is empty")]));
     };
     let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
     let names = choose(&header).map_err(|faults| failure(&faults))?;
@@ -327,18 +327,18 @@ struct Reading {
 fn header(lines: &mut Lines, name: &Path, work: &dyn Work) -> Result<Reading, Failure> {
     let wanted = work.columns();
     let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
-    let failure = |faults: &[Fault]| Failure::faults(name, faults);
+    let failure = |faults: &[Diagnostic]| Failure::faults(name, faults);
     let (number, line) = match lines.next(name) {
         Ok(Some(line)) => line,
         Ok(None) => {
-            let fault = Fault::whole("the table is empty");
+            let fault = Diagnostic::whole("the table is empty");
             let help = format!("its first line names the columns: {}", wanted.join(","));
             return Err(failure(&[fault.with_help(help)]));
         }
         Err(Stop::Line(fault)) => return Err(failure(&[fault])),
         Err(Stop::Failure(failure)) => return Err(failure),
     };
-    let help = |fault: Fault| {
+    let help = |fault: Diagnostic| {
         let help = format!("for example {}", wanted.join(","));
         if fault.help.is_empty() { fault.with_help(help) } else { fault }
     };
@@ -369,12 +369,12 @@ impl Tally {
 /// Faults of a table: the first few, and how many more.
 #[derive(Default)]
 pub(crate) struct Faults {
-    list: Vec<Fault>,
+    list: Vec<Diagnostic>,
     more: u64,
 }
 
 impl Faults {
-    pub(crate) fn add(&mut self, fault: Fault) {
+    pub(crate) fn add(&mut self, fault: Diagnostic) {
         if self.list.len() < TOLD { self.list.push(fault) } else { self.more += 1 }
     }
 
@@ -382,9 +382,9 @@ impl Faults {
         self.list.is_empty()
     }
 
-    pub(crate) fn told(mut self) -> Vec<Fault> {
+    pub(crate) fn told(mut self) -> Vec<Diagnostic> {
         if self.more > 0 {
-            self.list.push(Fault::whole(format!("and {} more faults", self.more)));
+            self.list.push(Diagnostic::whole(format!("and {} more faults", self.more)));
         }
         self.list
     }
@@ -399,7 +399,7 @@ struct Lines {
 
 /// Why there is no next line.
 enum Stop {
-    Line(Fault),
+    Line(Diagnostic),
     Failure(Failure),
 }
 
@@ -426,7 +426,7 @@ impl Lines {
             self.number += 1;
             let fault = |message: String| {
                 let line = u32::try_from(self.number).unwrap_or(u32::MAX);
-                Stop::Line(Fault { line, column: 1, message, help: String::new() })
+                Stop::Line(Diagnostic { line, column: 1, message, help: String::new() })
             };
             if read as u64 == LONGEST {
                 return Err(fault(format!("the line has more than {LONGEST} bytes: no table")));

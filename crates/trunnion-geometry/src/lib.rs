@@ -8,4 +8,5 @@ pub mod cutter;
 pub mod import;
 pub mod surface;
 
+pub use nalgebra;
 pub use trunnion_types::{math, types};

@@ -11,4 +11,5 @@ pub mod inverse;
 pub mod machine;
 pub mod setpoint;
 
+pub use nalgebra;
 pub use trunnion_types::{math, types};

@@ -18,5 +18,7 @@ pub mod read;
 pub mod words;
 pub mod write;
 
+pub use nalgebra;
+
 use trunnion_motion::machine;
 use trunnion_types::{math, types};

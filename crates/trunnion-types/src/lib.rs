@@ -6,3 +6,5 @@
 
 pub mod math;
 pub mod types;
+
+pub use nalgebra;

@@ -132,7 +132,7 @@ fn machine() -> Result<Kinematics, Box<dyn Error>> {
             strings: BTreeMap::new(),
         },
     };
-    let machine = Machine::new(spec).map_err(|faults| format!("{faults:?}"))?;
+    let machine = Machine::new(spec)?;
     Ok(Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 150.0)))
 }
 

@@ -26,8 +26,8 @@ fn main() -> Result<(), Failure> {
     let [cell] = numbers(arguments.next(), "distance of the rays")?;
     let (kind, construction) = (Kind::Bull, Construction::Solid);
     let spec = CutterSpec { kind, major, minor, length, construction, shank: vec![] };
-    let cutter = Cutter::new(spec).map_err(|faults| format!("{faults:?}"))?;
-    let file = trunnion::nc::read::cl(&text, 1).map_err(|faults| format!("{faults:?}"))?;
+    let cutter = Cutter::new(spec)?;
+    let file = trunnion::nc::read::cl(&text, 1)?;
     let solid = Solid::Box { low: Point3::new(x, y, z), high: Point3::new(u, v, w) };
     let mut stock = Stock::new(&solid, cell, 100_000_000)?;
     let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };

@@ -24,6 +24,7 @@ mod sample_machine;
 pub mod toolpath;
 pub mod verify;
 
+pub use nalgebra;
 pub use trunnion_geometry::{cutter, import, surface};
 pub use trunnion_motion::{axes, feed, inverse, machine, setpoint};
 pub use trunnion_nc as nc;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::table::Header;
 use trunnion::machine::{AxisKind, Machine};
-use trunnion::types::{AXES, AxisVector, Fault};
+use trunnion::types::{AXES, AxisVector, Diagnostic, Diagnostics};
 use trunnion::verify::{
     AxisMotion, MotionAudit, MotionError, MotionOptions, MotionReport, MotionRow, RowRatio,
 };
@@ -151,7 +151,8 @@ impl Table {
             MotionError::Time { line, .. } => {
                 let message = error.to_string();
                 let message = message.split_once(": ").map_or(message.as_str(), |(_, rest)| rest);
-                let fault = Fault { line, column: 1, message: message.into(), help: String::new() };
+                let fault =
+                    Diagnostic { line, column: 1, message: message.into(), help: String::new() };
                 Failure::faults(path, &[fault])
             }
             error => Failure::input(format!("{}: {error}", path.display())),
@@ -230,7 +231,7 @@ impl Looks {
             last: 0.0,
         };
         // As many derivatives as have a column: one that lacks an axis is told as such.
-        let choose = |header: &Header| -> Result<Vec<String>, Vec<Fault>> {
+        let choose = |header: &Header| -> Result<Vec<String>, Diagnostics> {
             let has = |order: &usize| {
                 let wanted = columns(machine, *order);
                 let wanted = &wanted[wanted.len() - AXES..];

@@ -288,7 +288,7 @@ fn misnamed(motion: &Motion, own: u32) -> Option<String> {
 fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
     let path = &args.program;
     let text = text::program(path)?;
-    let faults = |faults: Vec<trunnion::types::Fault>| Failure::faults(path, &faults);
+    let faults = |faults: trunnion::types::Diagnostics| Failure::faults(path, &faults);
     let told = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
     let dialect = args.dialect.unwrap_or_else(told);
     if dialect == Dialect::Apt {

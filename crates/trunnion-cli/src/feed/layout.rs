@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use trunnion::feed::{FeedError, Limits, MinusLimits};
 use trunnion::files::limits::{AxisLimits, LimitsFile};
 use trunnion::files::table::Header;
-use trunnion::types::{AxisNode, AxisPiece, Fault};
+use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Diagnostics};
 
 /// A limit that never binds: its square is still a number.
 const UNLIMITED: f64 = 1e150;
@@ -205,7 +205,7 @@ impl Layout {
         }
     }
 
-    fn disagrees(&self, line: u32, axis: usize, [told, got]: [f64; 2]) -> Fault {
+    fn disagrees(&self, line: u32, axis: usize, [told, got]: [f64; 2]) -> Diagnostic {
         let name = self.axis(axis);
         fault(
             line,
@@ -233,8 +233,8 @@ impl Layout {
     }
 }
 
-fn fault(line: u32, message: String, help: &str) -> Fault {
-    Fault { line, column: 0, message, help: help.to_owned() }
+fn fault(line: u32, message: String, help: &str) -> Diagnostic {
+    Diagnostic { line, column: 0, message, help: help.to_owned() }
 }
 
 /// Third derivatives below this change neither jerk nor acceleration by more than their limits.
@@ -265,18 +265,18 @@ pub(super) fn columns(
     header: &Header,
     limits: &LimitsFile,
     speed: bool,
-) -> Result<Vec<String>, Vec<Fault>> {
+) -> Result<Vec<String>, Diagnostics> {
     let has = |name: &str| header.names().iter().any(|column| column == name);
     let mut faults = Vec::new();
     for name in header.names() {
         let is_axis = has(&format!("{name}1")) && has(&format!("{name}2"));
         if is_axis && !limits.axes.contains_key(name) {
             let help = format!("add [axis.{name}] with vel, acc, jerk to the limits file");
-            faults.push(Fault::whole(format!("axis {name} has no limits")).with_help(help));
+            faults.push(Diagnostic::whole(format!("axis {name} has no limits")).with_help(help));
         }
     }
     if !faults.is_empty() {
-        return Err(faults);
+        return Err(faults.into());
     }
     let mut wanted = vec!["s".to_owned()];
     for axis in in_order(header.names(), limits) {

@@ -8,7 +8,7 @@ use crate::table::{Ends, Faults, Rows};
 use std::path::PathBuf;
 use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::LimitsFile;
-use trunnion::types::{AxisNode, AxisPath, AxisPiece, Fault, Motion};
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Motion};
 
 /// The table and what its columns are.
 pub(super) struct Table {
@@ -42,7 +42,7 @@ impl Table {
     ) -> Result<AxisPath<N>, Failure> {
         let mut faults = Faults::default();
         if self.rows.lines.len() < 2 {
-            faults.add(Fault::whole("a path needs at least two rows"));
+            faults.add(Diagnostic::whole("a path needs at least two rows"));
         }
         let path = AxisPath { pieces: self.pieces(&mut faults) };
         if faults.is_empty() {

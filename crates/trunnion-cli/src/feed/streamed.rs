@@ -12,7 +12,7 @@ use std::io::Write;
 use std::time::Instant;
 use trunnion::feed::{AnyStream, FeedError, LimitRatios, Limits, StreamOptions, StreamStep};
 use trunnion::files::limits::LimitsFile;
-use trunnion::types::{AxisNode, AxisPiece, Fault, Motion};
+use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Motion};
 
 /// What the first reading finds; the second plans.
 struct Survey {
@@ -159,7 +159,7 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
         Ok(())
     })?;
     if rows < 2 {
-        faults.add(Fault::whole("a path needs at least two rows"));
+        faults.add(Diagnostic::whole("a path needs at least two rows"));
     }
     // A jump at the end of the path.
     if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {

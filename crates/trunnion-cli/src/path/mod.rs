@@ -227,7 +227,7 @@ impl<W: Write> Writer<W> {
 
 fn stopped(name: &Path, stop: Stop) -> Failure {
     match stop {
-        Stop::Fault(fault) => Failure::faults(name, &[fault]),
+        Stop::Diagnostic(fault) => Failure::faults(name, &[fault]),
         Stop::Output(error) => anyhow::Error::new(error).context("writing the CL file").into(),
     }
 }

@@ -8,7 +8,7 @@ use trunnion::pipeline::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
     Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother,
 };
-use trunnion::types::{Fault, Station, ToolPose};
+use trunnion::types::{Diagnostic, Station, ToolPose};
 
 /// Share of the tolerances for the moves between the locations written; the rest is for the path.
 pub(super) const SHARE: f64 = 0.5;
@@ -35,7 +35,7 @@ pub(super) struct Sheet {
 #[derive(Debug)]
 pub(super) enum Stop {
     /// The file cannot be smoothed.
-    Fault(Fault),
+    Diagnostic(Diagnostic),
     /// The output failed.
     Output(io::Error),
 }
@@ -311,8 +311,8 @@ fn station(pose: &ToolPose) -> Station {
 }
 
 fn refused(error: &SmoothError, line: u32) -> Stop {
-    let fault = |message: String| Fault { line, column: 0, message, help: String::new() };
-    Stop::Fault(match error {
+    let fault = |message: String| Diagnostic { line, column: 0, message, help: String::new() };
+    Stop::Diagnostic(match error {
         SmoothError::AxisReversal { .. } => {
             let message = "the tool axis is reversed at the next location: between opposite axes \
                            the way is not defined";

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect};
 use trunnion::pipeline::{PostError, PostMove, PostSource};
-use trunnion::types::{Fault, Progress, Stage};
+use trunnion::types::{Diagnostic, Progress, Stage};
 
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
 const BUFFER: usize = 1 << 16;
@@ -154,7 +154,7 @@ impl<'a> Input<'a> {
 
 /// A message with the place in a file.
 fn failure(path: &Path, error: &PostError) -> Failure {
-    let fault = Fault {
+    let fault = Diagnostic {
         line: error.line(),
         column: 0,
         message: error.to_string(),

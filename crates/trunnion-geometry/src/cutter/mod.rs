@@ -9,6 +9,8 @@ pub mod solid;
 
 pub use profile::ProfilePiece;
 
+use crate::types::ErrorList;
+
 /// Shape of the cutting end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
@@ -49,6 +51,9 @@ pub struct CutterSpec {
     /// Below the first entry the tool has the cutter's radius, above the last the last radius.
     pub shank: Vec<[f64; 2]>,
 }
+
+/// All errors of a cutter description.
+pub type CutterErrors = ErrorList<CutterError>;
 
 /// A fault in a [`CutterSpec`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -125,7 +130,7 @@ impl Cutter {
     /// # Errors
     ///
     /// Every fault found, not only the first.
-    pub fn new(spec: CutterSpec) -> Result<Self, Vec<CutterError>> {
+    pub fn new(spec: CutterSpec) -> Result<Self, CutterErrors> {
         let mut faults = bad_lengths(&spec);
         if faults.is_empty() {
             faults = bad_shape(&spec);
@@ -135,7 +140,7 @@ impl Cutter {
             let profile = profile::lay_out(&spec);
             Ok(Self { spec, profile })
         } else {
-            Err(faults)
+            Err(faults.into())
         }
     }
 

@@ -6,7 +6,7 @@ use crate::math::bspline::KnotError;
 use crate::surface::NurbsSurface;
 use crate::surface::Surface;
 use crate::surface::SurfaceError;
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use nalgebra::Point3;
 use serde_json::Map;
 use serde_json::Value;
@@ -26,10 +26,10 @@ const MOST: usize = 50;
 ///
 /// All faults found, each with its line and column: syntax, unknown or missing keys, wrong types,
 /// wrong numbers of knots or points, weights that are not positive, patches without area.
-pub fn read(bytes: &[u8]) -> Result<Surface, Vec<Fault>> {
+pub fn read(bytes: &[u8]) -> Result<Surface, Diagnostics> {
     let text = std::str::from_utf8(without_mark(bytes)).map_err(|error| {
         let message = format!("the file is not text (UTF-8) from byte {}", error.valid_up_to());
-        vec![Fault::whole(message).with_help("pass a surface JSON or a STEP file")]
+        vec![Diagnostic::whole(message).with_help("pass a surface JSON or a STEP file")]
     })?;
     let root: Value = serde_json::from_str(text).map_err(|error| vec![syntax(&error)])?;
     let mut reading = Reading { text, faults: Vec::new() };
@@ -40,9 +40,9 @@ pub fn read(bytes: &[u8]) -> Result<Surface, Vec<Fault>> {
             let more = reading.faults.len().saturating_sub(MOST);
             reading.faults.truncate(MOST);
             if more > 0 {
-                reading.faults.push(Fault::whole(format!("and {more} more faults")));
+                reading.faults.push(Diagnostic::whole(format!("and {more} more faults")));
             }
-            Err(reading.faults)
+            Err(reading.faults.into())
         }
     }
 }
@@ -50,15 +50,15 @@ pub fn read(bytes: &[u8]) -> Result<Surface, Vec<Fault>> {
 /// Text and what is wrong with it so far.
 struct Reading<'a> {
     text: &'a str,
-    faults: Vec<Fault>,
+    faults: Vec<Diagnostic>,
 }
 
 impl Reading<'_> {
     /// Notes a fault at a path such as `points[1][0]`.
     fn fault(&mut self, path: &str, message: String, help: &str) {
         let fault = match locate(self.text, path) {
-            Some(offset) => Fault::at(self.text, offset, message),
-            None => Fault::whole(message),
+            Some(offset) => Diagnostic::at(self.text, offset, message),
+            None => Diagnostic::whole(message),
         };
         self.faults.push(fault.with_help(help));
     }
@@ -91,7 +91,8 @@ impl Reading<'_> {
         let members = scan.members();
         for (at, (key, offset, _)) in members.iter().enumerate() {
             if members.iter().take(at).any(|(other, ..)| other == key) {
-                let fault = Fault::at(self.text, *offset, format!("the key `{key}` stands twice"));
+                let fault =
+                    Diagnostic::at(self.text, *offset, format!("the key `{key}` stands twice"));
                 self.faults.push(fault.with_help("keep one of the two"));
             }
         }
@@ -241,7 +242,7 @@ impl Reading<'_> {
 }
 
 /// A syntax error of `serde_json` as a fault.
-fn syntax(error: &serde_json::Error) -> Fault {
+fn syntax(error: &serde_json::Error) -> Diagnostic {
     let narrow = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
     let said = error.to_string();
     let message = said.split(" at line ").next().unwrap_or(&said).to_owned();
@@ -253,7 +254,12 @@ fn syntax(error: &serde_json::Error) -> Fault {
         ""
     };
     let (line, column) = (narrow(error.line()), narrow(error.column()));
-    Fault { line, column, message: format!("not valid JSON: {message}"), help: help.to_owned() }
+    Diagnostic {
+        line,
+        column,
+        message: format!("not valid JSON: {message}"),
+        help: help.to_owned(),
+    }
 }
 
 fn kind(value: &Value) -> &'static str {
@@ -391,7 +397,7 @@ mod tests {
     const BILINEAR: &str = r#"{"degree": [1, 1], "knots": [[0,0,1,1],[0,0,1,1]],
  "points": [[[0,0,0],[0,9,0]], [[9,0,0],[9,9,1]]]}"#;
 
-    fn faults(text: &str) -> Vec<Fault> {
+    fn faults(text: &str) -> Diagnostics {
         read(text.as_bytes()).unwrap_err()
     }
 

@@ -3,7 +3,7 @@
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
 use super::{Axis, Machine};
 use crate::math::angle::angle_between;
-use crate::types::AXES;
+use crate::types::{AXES, ErrorList};
 use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -15,6 +15,9 @@ const DEGENERATE: f64 = 1e-4;
 /// How far the stated period of a cyclic axis may be from one turn \[rad\]: degrees written with
 /// ten digits.
 const PERIOD_ROUNDING: f64 = 1e-9;
+
+/// All errors of a machine description.
+pub type MachineErrors = ErrorList<MachineError>;
 
 /// What is wrong with a machine. [`MachineError::key`] says where in its file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -175,7 +178,7 @@ impl MachineError {
 }
 
 /// [`Machine::new`].
-pub(super) fn machine(spec: MachineSpec) -> Result<Machine, Vec<MachineError>> {
+pub(super) fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     let mut faults = Vec::new();
     let order = chain(&spec, &mut faults);
     letters(&spec, &mut faults);
@@ -211,7 +214,7 @@ pub(super) fn machine(spec: MachineSpec) -> Result<Machine, Vec<MachineError>> {
                 stage,
             })
         }
-        _ => Err(faults),
+        _ => Err(faults.into()),
     }
 }
 

@@ -17,7 +17,7 @@ mod picture;
 mod settings;
 mod spec;
 
-pub use check::MachineError;
+pub use check::{MachineError, MachineErrors};
 pub use describe::{Body, Kind, SignCheck};
 pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup};
 pub use picture::picture;
@@ -118,7 +118,7 @@ impl Machine {
     /// # Errors
     ///
     /// Everything that is wrong with it, in the order of the specification.
-    pub fn new(spec: MachineSpec) -> Result<Self, Vec<MachineError>> {
+    pub fn new(spec: MachineSpec) -> Result<Self, MachineErrors> {
         check::machine(spec)
     }
 

@@ -1,6 +1,6 @@
 //! Faults and warnings with their places.
 
-use crate::types::Fault;
+use crate::types::Diagnostic;
 
 /// Something about a line: byte offset, what, what to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,8 +31,8 @@ const EXCERPT: usize = 40;
 #[derive(Debug)]
 pub(super) struct Log {
     pub(super) line: u32,
-    pub(super) faults: Vec<Fault>,
-    pub(super) warnings: Vec<Fault>,
+    pub(super) faults: Vec<Diagnostic>,
+    pub(super) warnings: Vec<Diagnostic>,
     most: usize,
 }
 
@@ -63,7 +63,7 @@ impl Log {
     /// A fault of the file as a whole.
     pub(super) fn whole(&mut self, message: &str, help: &str) {
         if !self.is_full() {
-            self.faults.push(Fault::whole(message).with_help(help));
+            self.faults.push(Diagnostic::whole(message).with_help(help));
         }
     }
 }
@@ -76,9 +76,9 @@ pub(super) fn column(text: &str, at: usize) -> u32 {
     u32::try_from(characters + 1).unwrap_or(u32::MAX)
 }
 
-fn placed(line: u32, text: &str, remark: Remark) -> Fault {
+fn placed(line: u32, text: &str, remark: Remark) -> Diagnostic {
     let Remark { at, message, help } = remark;
-    Fault { line, column: column(text, at), message, help }
+    Diagnostic { line, column: column(text, at), message, help }
 }
 
 /// The beginning of a text, for a message.

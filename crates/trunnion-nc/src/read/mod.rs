@@ -2,7 +2,7 @@
 //!
 //! [`read`] takes a program whole, [`steps`] line by line with memory for its longest loop or
 //! subprogram, [`ProgramText`] keeps the text to read it again and again; all give [`Step`]s, whatever the [`Dialect`]. [`cl`](cl()) reads APT/CL files. What is
-//! not understood is a [`Fault`], never skipped motion; words that cannot move anything are kept
+//! not understood is a [`Diagnostic`], never skipped motion; words that cannot move anything are kept
 //! ([`Step::Words`]). Kinematics is not applied here, only units, signs, modal state and arithmetic.
 //!
 //! # From steps to joints
@@ -21,7 +21,7 @@
 //!
 //! [`Move::special`] names what a consumer of plain five-axis words has to refuse.
 //!
-//! [`Fault`]: crate::types::Fault
+//! [`Diagnostic`]: crate::types::Diagnostic
 
 mod arc;
 mod arithmetic;

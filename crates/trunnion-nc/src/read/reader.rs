@@ -7,7 +7,7 @@ use super::log::{Log, Remark, excerpt};
 use super::siemens::Siemens;
 use super::tape::Tape;
 use super::{Dialect, ReadOptions, Step};
-use crate::types::{AxisVector, Fault};
+use crate::types::{AxisVector, Diagnostic};
 use std::sync::Arc;
 
 /// Longest line \[bytes\]; a longer one is not of a program.
@@ -141,7 +141,7 @@ impl Reader {
     }
 
     /// Every fault, once the program is over.
-    pub(super) fn finish(&mut self) -> Vec<Fault> {
+    pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
         if self.state.log.faults.is_empty() {
             match &mut self.language {
                 Language::Gcode(gcode) => gcode.finish(&mut self.state),
@@ -154,11 +154,11 @@ impl Reader {
     }
 
     /// Faults so far.
-    pub(super) fn faults(&self) -> &[Fault] {
+    pub(super) fn faults(&self) -> &[Diagnostic] {
         &self.state.log.faults
     }
 
-    pub(super) fn warnings(&self) -> &[Fault] {
+    pub(super) fn warnings(&self) -> &[Diagnostic] {
         &self.state.log.warnings
     }
 

@@ -1,7 +1,7 @@
 //! Programs that can be run from their first step as often as it takes.
 
 use super::{ClFile, ClRecord, ClTool, Program, ReadOptions, Step, cl_records, steps};
-use crate::types::{AxisVector, Fault};
+use crate::types::{AxisVector, Diagnostic, Diagnostics};
 use std::fmt::Debug;
 
 /// A program, as its steps ([`Program`]) or as the text that they are read from ([`ProgramText`]).
@@ -61,7 +61,7 @@ impl ProgramText {
     /// # Errors
     ///
     /// Every fault found, up to `options.most_faults`.
-    pub fn new(text: String, options: ReadOptions) -> Result<Self, Vec<Fault>> {
+    pub fn new(text: String, options: ReadOptions) -> Result<Self, Diagnostics> {
         let mut stream = steps(text.lines(), &options);
         let mut count = 0;
         for step in &mut stream {
@@ -79,7 +79,7 @@ impl ProgramText {
     }
 
     /// What was kept but not understood, or looks like a slip.
-    pub fn warnings(&self) -> &[Fault] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         &self.said.warnings
     }
 }
@@ -149,7 +149,7 @@ impl ClText {
     /// # Errors
     ///
     /// Every fault found, up to `most_faults`.
-    pub fn new(text: String, most_faults: usize) -> Result<Self, Vec<Fault>> {
+    pub fn new(text: String, most_faults: usize) -> Result<Self, Diagnostics> {
         let mut records = cl_records(text.lines(), most_faults);
         let mut count = 0;
         for record in &mut records {
@@ -161,7 +161,7 @@ impl ClText {
     }
 
     /// What was kept but not understood, or looks like a slip.
-    pub fn warnings(&self) -> &[Fault] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         &self.said.warnings
     }
 }

@@ -16,7 +16,7 @@ pub struct Program {
     /// Numbers of the tools called, in order.
     pub tools: Vec<u32>,
     /// What was kept but not understood, or looks like a slip.
-    pub warnings: Vec<crate::types::Fault>,
+    pub warnings: Vec<crate::types::Diagnostic>,
 }
 
 /// One thing a program does.

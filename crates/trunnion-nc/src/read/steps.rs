@@ -3,14 +3,14 @@
 use super::reader::Reader;
 use super::{Program, ReadOptions, Step};
 use crate::types::AxisVector;
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 
 /// Reads a program whole; see [`steps`].
 ///
 /// # Errors
 ///
 /// Every fault found, up to `options.most_faults`.
-pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Vec<Fault>> {
+pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Diagnostics> {
     let mut stream = steps(text.lines(), options);
     let mut steps = Vec::new();
     for step in &mut stream {
@@ -42,7 +42,7 @@ impl LineReader {
     /// # Errors
     ///
     /// Every fault so far.
-    pub fn line(&mut self, line: &str, out: &mut Vec<Step>) -> Result<(), Vec<Fault>> {
+    pub fn line(&mut self, line: &str, out: &mut Vec<Step>) -> Result<(), Diagnostics> {
         if !self.reader.is_over() {
             self.reader.line(line);
         }
@@ -54,11 +54,11 @@ impl LineReader {
             self.reader.advance();
         }
         let faults = self.reader.faults();
-        if faults.is_empty() { Ok(()) } else { Err(faults.to_vec()) }
+        if faults.is_empty() { Ok(()) } else { Err(faults.to_vec().into()) }
     }
 
     /// What was kept but not understood, or looks like a slip, so far.
-    pub fn warnings(&self) -> &[Fault] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
 
@@ -67,9 +67,9 @@ impl LineReader {
     /// # Errors
     ///
     /// Every fault.
-    pub fn finish(mut self) -> Result<(), Vec<Fault>> {
+    pub fn finish(mut self) -> Result<(), Diagnostics> {
         let faults = self.reader.finish();
-        if faults.is_empty() { Ok(()) } else { Err(faults) }
+        if faults.is_empty() { Ok(()) } else { Err(faults.into()) }
     }
 }
 
@@ -110,7 +110,7 @@ impl<I> Steps<I> {
     }
 
     /// What was kept but not understood, or looks like a slip, so far.
-    pub fn warnings(&self) -> &[Fault] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
 }
@@ -119,7 +119,7 @@ impl<I> Iterator for Steps<I>
 where
     I: Iterator<Item: AsRef<str>>,
 {
-    type Item = Result<Step, Vec<Fault>>;
+    type Item = Result<Step, Diagnostics>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -140,7 +140,7 @@ where
                 self.done = true;
                 let faults = self.reader.finish();
                 if !faults.is_empty() {
-                    return Some(Err(faults));
+                    return Some(Err(faults.into()));
                 }
             }
         }

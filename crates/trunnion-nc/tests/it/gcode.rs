@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use trunnion_nc::read::{
     Dialect, Frame, Move, OffsetKind, Pace, ReadOptions, Step, Tally, Turning, Way, steps,
 };
-use trunnion_types::types::Fault;
+use trunnion_types::types::Diagnostics;
 
 const DIALECT: Dialect = Dialect::LinuxCnc;
 
@@ -19,7 +19,7 @@ fn xyz(text: &str) -> Vec<[f64; 3]> {
     places(&read(text, &options(DIALECT, "XYZAC")))
 }
 
-fn faults(text: &str, options: &ReadOptions) -> Vec<Fault> {
+fn faults(text: &str, options: &ReadOptions) -> Diagnostics {
     trunnion_nc::read::read(text, options).unwrap_err()
 }
 

@@ -10,7 +10,8 @@
 //! | [`Schedule`] | `feed` | when each point of the axis path is passed |
 //! | [`Block`] | `blocks` | what a program says |
 
-mod fault;
+mod diagnostic;
+mod error_list;
 mod interval;
 mod motion;
 mod path;
@@ -21,7 +22,8 @@ mod timing;
 mod tolerance;
 mod uv;
 
-pub use fault::Fault;
+pub use diagnostic::{Diagnostic, Diagnostics};
+pub use error_list::ErrorList;
 pub use interval::Interval;
 pub use motion::{AxisNode, AxisPath, AxisPiece, Block, Law, Schedule, SchedulePiece, Setpoint};
 pub use path::{

@@ -5,7 +5,7 @@
 
 use super::places::{Place, Places};
 use super::walk;
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ pub(super) struct Document<'t> {
     lines: Lines<'t>,
     root: DeTable<'t>,
     places: Places,
-    faults: Vec<(String, Fault)>,
+    faults: Vec<(String, Diagnostic)>,
 }
 
 impl<'t> Document<'t> {
@@ -52,11 +52,11 @@ impl<'t> Document<'t> {
     /// # Errors
     ///
     /// All syntax faults; or one, if the file is something else altogether.
-    pub(super) fn open(text: &'t str, layout: &str, schema: &Value) -> Result<Self, Vec<Fault>> {
+    pub(super) fn open(text: &'t str, layout: &str, schema: &Value) -> Result<Self, Diagnostics> {
         let lines = Lines::new(text);
         let (root, errors) = DeTable::parse_recoverable(text);
         let root = root.into_inner();
-        let mut faults: Vec<(String, Fault)> = errors
+        let mut faults: Vec<(String, Diagnostic)> = errors
             .iter()
             .map(|error| {
                 let place = lines.place(error.span().map_or(0, |span| span.start));
@@ -65,12 +65,12 @@ impl<'t> Document<'t> {
             .collect();
         if faults.iter().any(|(_, fault)| fault.message != DUPLICATE) {
             if let Some(fault) = something_else(text, layout) {
-                return Err(vec![fault]);
+                return Err(fault.into());
             }
             return Err(sorted(faults));
         }
         if let Some(fault) = other_layout(&root, layout, &lines) {
-            return Err(vec![fault]);
+            return Err(fault.into());
         }
         let mut places = Vec::new();
         collect_places(&root, "", &lines, &mut places);
@@ -80,7 +80,7 @@ impl<'t> Document<'t> {
             let place = finding.offset.map_or(Place { line: 1, column: 1 }, |at| lines.place(at));
             let Place { line, column } = place;
             let walk::Finding { path, message, help, .. } = finding;
-            (path, Fault { line, column, message, help })
+            (path, Diagnostic { line, column, message, help })
         }));
         Ok(Self { lines, root, places, faults })
     }
@@ -98,7 +98,7 @@ impl<'t> Document<'t> {
                 let Place { line, column } = self.lines.place(offset);
                 let message = error.message().to_owned();
                 self.faults
-                    .push((key.into(), Fault { line, column, message, help: String::new() }));
+                    .push((key.into(), Diagnostic { line, column, message, help: String::new() }));
                 None
             }
         }
@@ -125,7 +125,7 @@ impl<'t> Document<'t> {
                         let offset = error.span().unwrap_or_else(|| value.span()).start;
                         let Place { line, column } = self.lines.place(offset);
                         let message = error.message().to_owned();
-                        let fault = Fault { line, column, message, help: String::new() };
+                        let fault = Diagnostic { line, column, message, help: String::new() };
                         self.faults.push((path, fault));
                     }
                     unread.push(name);
@@ -152,7 +152,7 @@ impl<'t> Document<'t> {
                 let offset = error.span().unwrap_or_else(|| item.span()).start;
                 let Place { line, column } = self.lines.place(offset);
                 let message = error.message().to_owned();
-                self.faults.push((path, Fault { line, column, message, help: String::new() }));
+                self.faults.push((path, Diagnostic { line, column, message, help: String::new() }));
             }
             read.push(entry.ok());
         }
@@ -193,7 +193,7 @@ impl<'t> Document<'t> {
     /// # Errors
     ///
     /// If there was any fault.
-    pub(super) fn finish(self) -> Result<Places, Vec<Fault>> {
+    pub(super) fn finish(self) -> Result<Places, Diagnostics> {
         if self.faults.is_empty() { Ok(self.places) } else { Err(sorted(self.faults)) }
     }
 }
@@ -201,25 +201,25 @@ impl<'t> Document<'t> {
 /// The parser's message for a key that is defined twice; the rest of such a file can be read.
 const DUPLICATE: &str = "duplicate key";
 
-fn syntax(place: Place, message: &str) -> Fault {
+fn syntax(place: Place, message: &str) -> Diagnostic {
     let Place { line, column } = place;
     let help = if message == DUPLICATE {
         "it stands above already; keep one of the two"
     } else {
         "a line is `key = value` or `[table]`; text goes in double quotes"
     };
-    Fault { line, column, message: message.to_owned(), help: help.to_owned() }
+    Diagnostic { line, column, message: message.to_owned(), help: help.to_owned() }
 }
 
-fn sorted(faults: Vec<(String, Fault)>) -> Vec<Fault> {
-    let mut faults: Vec<Fault> = faults.into_iter().map(|(_, fault)| fault).collect();
+fn sorted(faults: Vec<(String, Diagnostic)>) -> Diagnostics {
+    let mut faults: Vec<Diagnostic> = faults.into_iter().map(|(_, fault)| fault).collect();
     faults.sort_by(|a, b| (a.line, a.column, &a.message).cmp(&(b.line, b.column, &b.message)));
     faults.dedup();
-    faults
+    faults.into()
 }
 
 /// Names a file that is no TOML by its first characters.
-fn something_else(text: &str, layout: &str) -> Option<Fault> {
+fn something_else(text: &str, layout: &str) -> Option<Diagnostic> {
     let start = text.trim_start_matches('\u{feff}').trim_start();
     let starts = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
     let what = if text.contains('\0') {
@@ -242,7 +242,7 @@ fn something_else(text: &str, layout: &str) -> Option<Fault> {
     let kind = kind(layout);
     let message = format!("this is {what}, not a {kind} file");
     let help = format!("a {kind} file is TOML and starts with `schema = \"{layout}\"`");
-    Some(Fault { line: 1, column: 1, message, help })
+    Some(Diagnostic { line: 1, column: 1, message, help })
 }
 
 /// `trunnion-job/1` -> `job`.
@@ -251,7 +251,7 @@ fn kind(layout: &str) -> &str {
 }
 
 /// A file with another `schema` than wanted: nothing else in it is worth a message.
-fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<Fault> {
+fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<Diagnostic> {
     let value = root.get("schema")?;
     let DeValue::String(found) = value.get_ref() else { return None };
     if found == layout {
@@ -269,7 +269,7 @@ fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<F
         ),
         _ => (format!("schema {found:?} is not known"), format!("write `schema = \"{layout}\"`")),
     };
-    Some(Fault { line, column, message, help })
+    Some(Diagnostic { line, column, message, help })
 }
 
 fn collect_places(

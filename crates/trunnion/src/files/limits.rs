@@ -2,7 +2,7 @@
 
 use super::document::Document;
 use super::schema;
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -89,7 +89,7 @@ pub struct LimitsFile {
 /// # Errors
 ///
 /// Every fault that was found, in order of lines.
-pub fn parse(text: &str) -> Result<LimitsFile, Vec<Fault>> {
+pub fn parse(text: &str) -> Result<LimitsFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::limits_value())?;
     let axes = doc.section::<BTreeMap<String, AxisLimits>>("axis");
     let path = doc.or_default("path");
@@ -99,7 +99,7 @@ pub fn parse(text: &str) -> Result<LimitsFile, Vec<Fault>> {
     doc.finish()?;
     match (axes, path) {
         (Some(axes), Some(path)) => Ok(LimitsFile { axes, path }),
-        _ => Err(vec![Fault::whole("the limits file cannot be read")]),
+        _ => Err(Diagnostic::whole("the limits file cannot be read").into()),
     }
 }
 

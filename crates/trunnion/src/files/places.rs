@@ -1,6 +1,6 @@
 //! Where the keys of a file stand.
 
-use crate::types::Fault;
+use crate::types::Diagnostic;
 use std::collections::BTreeMap;
 
 /// A position in a text file, both counted from 1; columns count characters.
@@ -35,9 +35,9 @@ impl Places {
     }
 
     /// A fault at a key.
-    pub fn fault(&self, path: &str, message: impl Into<String>) -> Fault {
+    pub fn fault(&self, path: &str, message: impl Into<String>) -> Diagnostic {
         let Place { line, column } = self.get(path);
-        Fault { line, column, message: message.into(), help: String::new() }
+        Diagnostic { line, column, message: message.into(), help: String::new() }
     }
 }
 

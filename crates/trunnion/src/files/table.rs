@@ -4,7 +4,7 @@
 //! start with `#` are skipped by [`is_row`].
 
 use super::walk::nearest;
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use std::fmt::Write;
 
 const SEPARATORS: &str = "separate names and numbers by commas, with a decimal point";
@@ -36,7 +36,7 @@ impl Header {
     /// # Errors
     ///
     /// A line of numbers, or one with other separators.
-    pub fn parse(line: u64, text: &str) -> Result<Self, Fault> {
+    pub fn parse(line: u64, text: &str) -> Result<Self, Diagnostic> {
         let text = text.trim_start_matches('\u{feff}');
         let names: Vec<String> = fields(text).map(|(_, field)| field.to_owned()).collect();
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
@@ -62,7 +62,7 @@ impl Header {
     /// # Errors
     ///
     /// Every column that is missing or stands there twice.
-    pub fn columns(&self, wanted: &[&str]) -> Result<Columns, Vec<Fault>> {
+    pub fn columns(&self, wanted: &[&str]) -> Result<Columns, Diagnostics> {
         let mut faults = Vec::new();
         let mut found = Vec::new();
         for name in wanted {
@@ -78,11 +78,11 @@ impl Header {
         if faults.is_empty() {
             Ok(Columns { wanted: found, width: self.names.len() })
         } else {
-            Err(faults)
+            Err(faults.into())
         }
     }
 
-    fn missing(&self, name: &str, wanted: &[&str]) -> Fault {
+    fn missing(&self, name: &str, wanted: &[&str]) -> Diagnostic {
         // A name that is wanted itself is no misspelling of another.
         let others: Vec<&str> = self
             .names
@@ -105,7 +105,7 @@ impl Columns {
     /// # Errors
     ///
     /// A number of fields other than the header's, or a field that is no finite number.
-    pub fn read(&self, line: u64, text: &str, values: &mut Vec<f64>) -> Result<(), Fault> {
+    pub fn read(&self, line: u64, text: &str, values: &mut Vec<f64>) -> Result<(), Diagnostic> {
         values.clear();
         let mut rest = fields(text);
         let mut field = rest.next();
@@ -147,7 +147,7 @@ impl Columns {
                 .all(|(place, _)| fields(text).nth(*place).is_some_and(|(_, word)| word.is_empty()))
     }
 
-    fn width_fault(&self, line: u64, text: &str) -> Fault {
+    fn width_fault(&self, line: u64, text: &str) -> Diagnostic {
         let count = fields(text).count();
         let fault = fault(
             line,
@@ -159,7 +159,12 @@ impl Columns {
 }
 
 /// One number of a row.
-fn number(line: u64, text: &str, start: usize, (name, word): (&str, &str)) -> Result<f64, Fault> {
+fn number(
+    line: u64,
+    text: &str,
+    start: usize,
+    (name, word): (&str, &str),
+) -> Result<f64, Diagnostic> {
     let column = || text.get(..start).map_or(0, |before| before.chars().count()) + 1;
     let wrong = |what: String| Err(fault(line, column(), what));
     match word.parse::<f64>() {
@@ -167,7 +172,7 @@ fn number(line: u64, text: &str, start: usize, (name, word): (&str, &str)) -> Re
         Ok(_) => wrong(format!("{name} = {word} is not a finite number")),
         Err(_) if word.is_empty() => wrong(format!("{name} is empty")),
         Err(_) if word.contains(';') => wrong(format!("{name} = {word:?} is not a number"))
-            .map_err(|fault: Fault| fault.with_help(SEPARATORS)),
+            .map_err(|fault: Diagnostic| fault.with_help(SEPARATORS)),
         Err(_) => wrong(format!("{name} = {word:?} is not a number")),
     }
 }
@@ -193,10 +198,10 @@ fn fields(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-fn fault(line: u64, column: usize, message: impl Into<String>) -> Fault {
+fn fault(line: u64, column: usize, message: impl Into<String>) -> Diagnostic {
     let line = u32::try_from(line).unwrap_or(u32::MAX);
     let column = u32::try_from(column).unwrap_or(u32::MAX);
-    Fault { line, column, message: message.into(), help: String::new() }
+    Diagnostic { line, column, message: message.into(), help: String::new() }
 }
 
 /// Appends a number so that reading it gives the same bits (but `0` for `-0`): the shortest such
@@ -218,11 +223,9 @@ mod tests {
 
     fn read(header: &str, wanted: &[&str], row: &str) -> Result<Vec<f64>, String> {
         let columns = Header::parse(1, header)
-            .map_err(|fault| vec![fault])
+            .map_err(Diagnostics::from)
             .and_then(|header| header.columns(wanted))
-            .map_err(|faults| {
-                faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-            })?;
+            .map_err(|faults| faults.to_string())?;
         let mut values = Vec::new();
         columns.read(2, row, &mut values).map_err(|fault| fault.to_string())?;
         Ok(values)

@@ -8,7 +8,7 @@ use crate::feed::FeedError;
 use crate::nc::write::{WordsError, WriteError};
 use crate::setpoint::SetpointError;
 use crate::toolpath::ToolPathError;
-use crate::types::{Cancelled, Fault};
+use crate::types::{Cancelled, Diagnostic, Diagnostics};
 use crate::verify::VerifyError;
 
 /// The stage that could not go on, and why.
@@ -23,7 +23,7 @@ pub enum PipelineError {
     OutOfReach(Box<OutOfReach>),
     /// Stock or fixtures that cannot be worked with, each at its line of the job.
     #[error("{}", first(.0))]
-    Solids(Vec<Fault>),
+    Solids(Diagnostics),
     /// No pass cuts anything.
     #[error("no pass with this tool in this setup finishes anything of the faces:\n{}", why.join("\n"))]
     NothingCut {
@@ -89,7 +89,7 @@ pub enum PipelineError {
         /// Program file.
         file: &'static str,
         /// What is wrong with it.
-        faults: Vec<Fault>,
+        faults: Diagnostics,
     },
     /// A program that says something else than was meant: of the strings in the machine file, or a mistake of the writer.
     #[error("{file}, line {line}: {what}")]
@@ -106,7 +106,7 @@ pub enum PipelineError {
     Verify(VerifyError),
 }
 
-fn first(faults: &[Fault]) -> String {
+fn first(faults: &[Diagnostic]) -> String {
     faults.first().map(ToString::to_string).unwrap_or_default()
 }
 

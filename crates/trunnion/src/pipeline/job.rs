@@ -9,7 +9,7 @@ use crate::files::job::{self, JobFile};
 use crate::import::inspect;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
-use crate::types::{Fault, Mesh};
+use crate::types::{Diagnostic, Diagnostics, Mesh};
 use crate::verify::Solid;
 use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
 
@@ -90,7 +90,7 @@ impl Job {
     /// # Errors
     ///
     /// All faults found, each at its line of the job file.
-    pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Vec<Fault>> {
+    pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Diagnostics> {
         let mut faults = Vec::new();
         let cutter = Cutter::new(cutter_spec(&file.tool))
             .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
@@ -130,7 +130,7 @@ impl Job {
             _ => {
                 let place = |fault: JobError| file.places.fault(fault.key(), fault.to_string());
                 tool_faults.splice(0..0, faults.into_iter().map(place));
-                Err(tool_faults)
+                Err(tool_faults.into())
             }
         }
     }
@@ -234,7 +234,7 @@ fn cutter_spec(tool: &job::Tool) -> CutterSpec {
 }
 
 /// Tools of other programs, and what is wrong with them.
-fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Fault>) {
+fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Diagnostic>) {
     let (mut tools, mut faults) = (Vec::new(), Vec::new());
     for (at, tool) in file.other_tools.iter().enumerate() {
         let fault = |error: CutterError| {

@@ -108,7 +108,7 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
         }
     }
     if !faults.is_empty() {
-        return Err(PipelineError::Solids(faults));
+        return Err(PipelineError::Solids(faults.into()));
     }
     Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()) })
 }

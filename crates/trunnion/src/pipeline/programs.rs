@@ -21,7 +21,7 @@ use crate::nc::write::{
     self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
 use crate::surface::FaceIndex;
-use crate::types::{Block, Fault, Leg, Motion, Progress, Rest, ToolPose};
+use crate::types::{Block, Diagnostic, Leg, Motion, Progress, Rest, ToolPose};
 use crate::verify::{self, Carving, Clearance, Stock};
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -55,7 +55,7 @@ pub struct Program {
     pub rounding: f64,
     /// Every block was read back from the text and found to say what was meant, unless there is something here: the
     /// first words that the reader does not understand, such as strings of the machine file.
-    pub unread: Option<Fault>,
+    pub unread: Option<Diagnostic>,
     /// What replaying the text found; `None` where another program has the same blocks.
     pub check: Option<verify::Report>,
     /// Dialect of the program with the same blocks, whose check holds for this one, too.
@@ -225,7 +225,7 @@ struct Written {
     /// Ends of the texts of its blocks.
     ends: Vec<usize>,
     /// What of it is not understood.
-    unread: Option<Fault>,
+    unread: Option<Diagnostic>,
 }
 
 /// Whether links, and whether cuts or their leads, are among the lines that come too near a fixture.

@@ -5,7 +5,7 @@ use crate::machine::Kinematics;
 use crate::math::angle::angle_between;
 use crate::nc::read::{self, ClItem, ClMotion, ClReader, LineReader, ReadOptions};
 use crate::nc::write::{self, BlockPace, Dialect, Style, rounding};
-use crate::types::{AxisVector, Block, Fault, ToolPose};
+use crate::types::{AxisVector, Block, Diagnostic, Diagnostics, ToolPose};
 
 /// Faults after which nothing more is read.
 const MOST_FAULTS: usize = 20;
@@ -42,7 +42,7 @@ pub enum ReadBackError {
     },
     /// The reader does not understand all of the text.
     #[error("not understood: {}", .0.first().map(ToString::to_string).unwrap_or_default())]
-    Unread(Vec<Fault>),
+    Unread(Diagnostics),
 }
 
 #[derive(Debug)]
@@ -243,7 +243,7 @@ impl ReadBack {
                         self.moves.push(PostMove { line, pose, q: None, pace, way });
                     }
                     if !cl.faults().is_empty() {
-                        return Err(ReadBackError::Unread(cl.faults().to_vec()));
+                        return Err(ReadBackError::Unread(cl.faults().to_vec().into()));
                     }
                 }
             }
@@ -321,16 +321,16 @@ impl ReadBack {
         if warnings.is_empty() {
             ReadBackError::Differs { line: self.lines, what }
         } else {
-            ReadBackError::Unread(warnings.to_vec())
+            ReadBackError::Unread(warnings.to_vec().into())
         }
     }
 }
 
 fn unread(line: u32, error: &dyn std::fmt::Display) -> ReadBackError {
-    ReadBackError::Unread(vec![Fault {
+    ReadBackError::Unread(Diagnostics::from(Diagnostic {
         line,
         column: 1,
         message: error.to_string(),
         help: String::new(),
-    }])
+    }))
 }

@@ -1,7 +1,7 @@
 //! Why there is no cutter location.
 
 use super::Active;
-use crate::cutter::CutterError;
+use crate::cutter::{CutterError, CutterErrors};
 use crate::surface::ClosestError;
 use std::fmt;
 
@@ -145,7 +145,7 @@ pub enum PositioningError {
     },
     /// No ball as large as the cutter can be made of its length and shank.
     #[error("a ball as large as the cutter: {}", list(.0))]
-    Cutter(Vec<CutterError>),
+    Cutter(CutterErrors),
     /// Flank, shank or holder come too close.
     #[error(
         "the tool above its cutting end touches the face at (u, v) = ({:.6}, {:.6}), {height:.3} mm \

@@ -2,7 +2,7 @@
 
 use super::VerifyError;
 use crate::nc::read::{Move, ProgramSource, Step};
-use crate::types::Fault;
+use crate::types::Diagnostic;
 
 impl VerifyError {
     /// Line of the program, counted from 1; `None` if it lies in none.
@@ -23,9 +23,9 @@ impl VerifyError {
 
     /// As a fault of the program's text: at the axis words of its line, or at the line as a whole if it has none, or
     /// `program` is `None` (cutter locations).
-    pub fn fault(&self, program: Option<&dyn ProgramSource>) -> Fault {
+    pub fn fault(&self, program: Option<&dyn ProgramSource>) -> Diagnostic {
         let text = self.to_string();
-        let Some(line) = self.line() else { return Fault::whole(text) };
+        let Some(line) = self.line() else { return Diagnostic::whole(text) };
         let column = program.and_then(|program| {
             program.steps().find_map(|step| match step {
                 Step::Move(Move { line: of, column, .. }) if of == line => Some(column),
@@ -33,7 +33,7 @@ impl VerifyError {
             })
         });
         let message = text.strip_prefix(&format!("line {line}: ")).unwrap_or(&text).to_owned();
-        Fault { line, column: column.unwrap_or(0), message, help: String::new() }
+        Diagnostic { line, column: column.unwrap_or(0), message, help: String::new() }
     }
 }
 

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trunnion::files::{job, machine, schema};
-use trunnion::types::Fault;
+use trunnion::types::Diagnostics;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -147,7 +147,7 @@ fn nothing_in_a_job_is_passed_over() {
     let refused = |old: &str, new: &str| {
         let text = example();
         assert!(text.contains(old), "{old}");
-        job::parse(&text.replacen(old, new, 1)).expect_err(new).remove(0)
+        job::parse(&text.replacen(old, new, 1)).expect_err(new)[0].clone()
     };
     let number = refused("faces = \"all\"", "faces = [-1]");
     assert_eq!(number.message, "`part.faces.0` = -1 must be at least 0");
@@ -182,7 +182,7 @@ fn described(schema: &serde_json::Value, path: &str) {
 }
 
 /// Faults of a text that may be any file.
-fn faults(text: &str) -> [Vec<Fault>; 2] {
+fn faults(text: &str) -> [Diagnostics; 2] {
     [job::parse(text).err().unwrap_or_default(), machine::parse(text).err().unwrap_or_default()]
 }
 

@@ -12,7 +12,7 @@ use shop::Layout;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, ReadOptions, Step};
 use trunnion::nc::write::{self, AxisWords, Coordinates, Note, Style, ToolNote, WriteError};
-use trunnion::types::{AxisVector, Block, Fault, Leg, Motion, Station, ToolPose};
+use trunnion::types::{AxisVector, Block, Diagnostics, Leg, Motion, Station, ToolPose};
 
 const LINUXCNC: write::Dialect = write::Dialect::LinuxCnc;
 
@@ -20,7 +20,7 @@ fn words(layout: Layout, reversed: bool) -> AxisWords {
     AxisWords::of(&shop::machine(layout), reversed).unwrap()
 }
 
-fn read(text: &str) -> Result<Program, Vec<Fault>> {
+fn read(text: &str) -> Result<Program, Diagnostics> {
     let axes = words(Layout::TableTable, false);
     read::read(text, &ReadOptions::new(Dialect::LinuxCnc, axes, 50))
 }

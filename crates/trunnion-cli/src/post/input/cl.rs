@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use trunnion::blocks::Control;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
 use trunnion::pipeline::{PostMove, PostPace};
-use trunnion::types::{Fault, ToolPose};
+use trunnion::types::{Diagnostic, ToolPose};
 
 /// A CL file that is being read.
 pub(in crate::post) struct Locations<'a> {
@@ -100,7 +100,7 @@ impl<'a> Locations<'a> {
         let before = self.tool;
         self.tool = tool.or(before);
         let refused = |message: String, help: &str| {
-            let fault = Fault { line, column: 0, message, help: String::new() };
+            let fault = Diagnostic { line, column: 0, message, help: String::new() };
             Failure::faults(&self.source.path, &[fault.with_help(help)])
         };
         if let (None, Some(now), false) = (self.only, self.tool, self.known.is_empty()) {

@@ -13,7 +13,7 @@ pub use reader::ClReader;
 pub use tally::ClTally;
 pub use way::{ClArc, ClHole, ClWay};
 
-use crate::types::{Fault, ToolPose};
+use crate::types::{Diagnostic, Diagnostics, ToolPose};
 use nalgebra::Isometry3;
 
 /// A CL file, in mm, rad, s.
@@ -28,7 +28,7 @@ pub struct ClFile {
     /// Which tool is at the locations, from each change on; empty if the file loads none before one.
     pub tools: Vec<ClTool>,
     /// What was kept but not understood, or looks like a slip.
-    pub warnings: Vec<Fault>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A tool from a location on.
@@ -82,7 +82,7 @@ pub enum ClItem {
 /// # Errors
 ///
 /// Every fault found, up to `most_faults`.
-pub fn cl(text: &str, most_faults: usize) -> Result<ClFile, Vec<Fault>> {
+pub fn cl(text: &str, most_faults: usize) -> Result<ClFile, Diagnostics> {
     let mut records = cl_records(text.lines(), most_faults);
     let mut file = ClFile::default();
     for record in &mut records {
@@ -129,7 +129,7 @@ impl<I> ClRecords<I> {
     /// # Errors
     ///
     /// All faults; a file that was cut has one.
-    pub(in crate::read) fn finish(self) -> Result<ClFile, Vec<Fault>> {
+    pub(in crate::read) fn finish(self) -> Result<ClFile, Diagnostics> {
         let reader = self.reader;
         let (cutter, tool) = (reader.cutter(), reader.tool());
         let warnings = reader.finish()?;
@@ -141,19 +141,19 @@ impl<I> Iterator for ClRecords<I>
 where
     I: Iterator<Item: AsRef<str>>,
 {
-    type Item = Result<ClRecord, Vec<Fault>>;
+    type Item = Result<ClRecord, Diagnostics>;
 
     fn next(&mut self) -> Option<Self::Item> {
         while !self.done {
             let Some(line) = self.lines.next() else {
                 self.done = true;
                 let faults = self.reader.faults_at_end();
-                return (!faults.is_empty()).then_some(Err(faults));
+                return (!faults.is_empty()).then_some(Err(faults.into()));
             };
             let item = self.reader.line(line.as_ref());
             if self.reader.is_full() {
                 self.done = true;
-                return Some(Err(self.reader.faults().to_vec()));
+                return Some(Err(self.reader.faults().to_vec().into()));
             }
             // After a fault the places are not to be trusted; the faults of the rest still are.
             if let (Some(ClItem::Location(record)), true) = (item, self.reader.faults().is_empty())

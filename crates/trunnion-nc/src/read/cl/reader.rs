@@ -5,7 +5,7 @@ use super::cycle::Cycle;
 use super::known::{Meaning, meaning};
 use super::motion::Shape;
 use super::statement::{Joined, LARGEST, Line, Statement, Word, classify, single};
-use crate::types::{Fault, ToolPose};
+use crate::types::{Diagnostic, Diagnostics, ToolPose};
 use nalgebra::{Isometry3, UnitVector3, Vector3};
 
 /// Reads a CL file line by line; in memory at a time is one statement.
@@ -40,14 +40,14 @@ use nalgebra::{Isometry3, UnitVector3, Vector3};
 ///     }
 /// }
 /// assert!(reader.finish()?.is_empty());
-/// # Ok::<(), Vec<trunnion::types::Fault>>(())
+/// # Ok::<(), trunnion::types::Diagnostics>(())
 /// ```
 #[derive(Debug)]
 pub struct ClReader {
     pub(super) state: State,
     joined: Joined,
-    faults: Vec<Fault>,
-    warnings: Vec<Fault>,
+    faults: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
     /// Words that were warned of.
     warned: Vec<String>,
     most: usize,
@@ -92,7 +92,7 @@ enum End {
 }
 
 /// What a statement comes to: a fault stands where it was found.
-pub(super) type Read<T> = Result<T, Box<Fault>>;
+pub(super) type Read<T> = Result<T, Box<Diagnostic>>;
 
 impl ClReader {
     /// Starts a file; `most_faults`: after so many nothing is read any more.
@@ -168,7 +168,7 @@ impl ClReader {
     }
 
     /// Faults up to now.
-    pub fn faults(&self) -> &[Fault] {
+    pub fn faults(&self) -> &[Diagnostic] {
         &self.faults
     }
 
@@ -178,7 +178,7 @@ impl ClReader {
     }
 
     /// What was kept but not understood up to now.
-    pub fn warnings(&self) -> &[Fault] {
+    pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
 
@@ -226,16 +226,16 @@ impl ClReader {
     /// # Errors
     ///
     /// All faults; a file that was cut has one.
-    pub fn finish(self) -> Result<Vec<Fault>, Vec<Fault>> {
+    pub fn finish(self) -> Result<Vec<Diagnostic>, Diagnostics> {
         let faults = self.faults_at_end();
-        if faults.is_empty() { Ok(self.warnings) } else { Err(faults) }
+        if faults.is_empty() { Ok(self.warnings) } else { Err(faults.into()) }
     }
 
-    pub(super) fn faults_at_end(&self) -> Vec<Fault> {
+    pub(super) fn faults_at_end(&self) -> Vec<Diagnostic> {
         let mut faults = self.faults.clone();
         if faults.is_empty() && (self.state.end.is_none() || self.joined.is_open()) {
             let message = "the file has no FINI: a line is missing, or the file was cut";
-            faults.push(Fault::whole(message).with_help("end it with FINI"));
+            faults.push(Diagnostic::whole(message).with_help("end it with FINI"));
         }
         faults
     }
@@ -347,7 +347,7 @@ impl ClReader {
 }
 
 #[expect(clippy::unnecessary_box_returns, reason = "errors of statements are boxed")]
-pub(super) fn no_number(of: &Statement<'_>, word: Word<'_>) -> Box<Fault> {
+pub(super) fn no_number(of: &Statement<'_>, word: Word<'_>) -> Box<Diagnostic> {
     let message = format!("{:?} is not a number up to {LARGEST}", shortened(word.text));
     Box::new(of.fault(word.at, message, "write numbers between commas, as in GOTO/1.5,.2,-3"))
 }

@@ -1,6 +1,6 @@
 //! Statements of an APT/CL file: lines joined, words with their places.
 
-use crate::types::Fault;
+use crate::types::Diagnostic;
 use std::borrow::Cow;
 
 /// Longest statement \[bytes\]: longer ones are no statements, and would fill the memory.
@@ -132,12 +132,12 @@ impl<'a> Statement<'a> {
     }
 
     /// A fault at a word of the statement.
-    pub(super) fn fault(&self, at: usize, message: String, help: &str) -> Fault {
+    pub(super) fn fault(&self, at: usize, message: String, help: &str) -> Diagnostic {
         let found = self.starts.iter().rev().find(|start| start.at <= at);
         let (from, line) = found.map_or((0, 0), |start| (start.at, start.line));
         let before = self.text.get(from..at).unwrap_or_default();
         let column = u32::try_from(before.chars().count() + 1).unwrap_or(u32::MAX);
-        Fault { line, column, message, help: help.to_owned() }
+        Diagnostic { line, column, message, help: help.to_owned() }
     }
 }
 

@@ -14,7 +14,7 @@ use super::raw::{
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
 use super::tool::{others, tool};
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -24,13 +24,13 @@ use std::f64::consts::TAU;
 ///
 /// Every fault that was found, in order of lines: syntax, unknown and missing keys, wrong types,
 /// values out of range, and values that do not go together.
-pub fn parse(text: &str) -> Result<JobFile, Vec<Fault>> {
+pub fn parse(text: &str) -> Result<JobFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::job_value())?;
     let job = sections(&mut doc);
     let places = doc.finish()?;
     match job {
         Some(job) => Ok(JobFile { places, ..job }),
-        None => Err(vec![Fault::whole("the job file cannot be read")]),
+        None => Err(Diagnostic::whole("the job file cannot be read").into()),
     }
 }
 

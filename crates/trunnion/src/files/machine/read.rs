@@ -13,7 +13,7 @@ use crate::machine::{
     AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Machine, MachineError,
     MachineSpec, Modulo, Output, Prefer, Retract, RetractFrame, Singular,
 };
-use crate::types::Fault;
+use crate::types::{Diagnostic, Diagnostics};
 use std::f64::consts::TAU;
 
 /// A machine file that was read and found good.
@@ -32,7 +32,7 @@ pub struct MachineFile {
 /// # Errors
 ///
 /// Every fault that was found, in order of lines.
-pub fn parse(text: &str) -> Result<MachineFile, Vec<Fault>> {
+pub fn parse(text: &str) -> Result<MachineFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::machine_value())?;
     let found = sections(&mut doc);
     let spec = found.as_ref().map(|found| found.spec.clone());
@@ -46,7 +46,7 @@ pub fn parse(text: &str) -> Result<MachineFile, Vec<Fault>> {
     let places = doc.finish()?;
     match (machine, spec) {
         (Some(machine), Some(spec)) => Ok(MachineFile { machine, spec, places }),
-        _ => Err(vec![Fault::whole("the machine file cannot be read")]),
+        _ => Err(Diagnostic::whole("the machine file cannot be read").into()),
     }
 }
 

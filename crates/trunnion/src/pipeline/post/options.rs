@@ -3,7 +3,7 @@
 use super::{PostChoice, PostFilter};
 use crate::blocks::Control;
 use crate::machine::Kinematics;
-use crate::types::{AxisVector, Fault, ToolPose};
+use crate::types::{AxisVector, Diagnostic, ToolPose};
 
 /// Where moves come from, and with that what the tool does between them.
 #[derive(Debug, Clone)]
@@ -107,5 +107,5 @@ pub struct PostReport {
     pub unwound: Vec<u32>,
     /// Every block was read back from the text and found to say what was meant, unless there is something here: the
     /// first words of the program that its reader does not understand, such as those of a shop's own template.
-    pub unread: Option<Fault>,
+    pub unread: Option<Diagnostic>,
 }

@@ -1,22 +1,36 @@
-//! What is wrong with a text file, and where.
+//! Diagnostics of text files: the place, the defect, the remedy.
 
+use super::error_list::ErrorList;
 use std::fmt;
 
-/// One fault of a text file. Readers return all they find, not only the first.
+/// All defects that a reader found in a text file.
+pub type Diagnostics = ErrorList<Diagnostic>;
+
+/// One defect of a text file, with its place. Readers return all they find, as [`Diagnostics`].
+///
+/// # Example
+///
+/// ```
+/// use trunnion_types::types::Diagnostic;
+///
+/// let text = "feed = 500\nspeed = fast\n";
+/// let wrong = Diagnostic::at(text, 19, "`fast` is no number").with_help("give rpm");
+/// assert_eq!(wrong.to_string(), "2:9: `fast` is no number\n  help: give rpm");
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fault {
-    /// Line, counted from 1; 0 if the fault concerns the file as a whole.
+pub struct Diagnostic {
+    /// Line, counted from 1; 0 if the defect concerns the file as a whole.
     pub line: u32,
-    /// Column in characters, counted from 1; 0 if the fault concerns the whole line.
+    /// Column in characters, counted from 1; 0 if the defect concerns the whole line.
     pub column: u32,
-    /// What is wrong, with values and units.
+    /// Description of the defect, with values and units.
     pub message: String,
-    /// What to do about it; empty if the message says it all.
+    /// Remedy; empty if the message suffices.
     pub help: String,
 }
 
-impl Fault {
-    /// A fault at a byte offset of `text`.
+impl Diagnostic {
+    /// Creates a diagnostic at a byte offset of `text`.
     pub fn at(text: &str, offset: usize, message: impl Into<String>) -> Self {
         let before = String::from_utf8_lossy(&text.as_bytes()[..offset.min(text.len())]);
         let line = before.matches('\n').count() + 1;
@@ -26,12 +40,12 @@ impl Fault {
         Self { line, column, message: message.into(), help: String::new() }
     }
 
-    /// A fault of the file as a whole.
+    /// Creates a diagnostic of the file as a whole.
     pub fn whole(message: impl Into<String>) -> Self {
         Self { line: 0, column: 0, message: message.into(), help: String::new() }
     }
 
-    /// Adds what to do about it.
+    /// Adds the remedy.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = help.into();
@@ -39,8 +53,8 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
-    /// `line:column: message`, then the remedy on a line of its own.
+impl fmt::Display for Diagnostic {
+    /// Writes `line:column: message`, then the remedy on a line of its own.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.line, self.column) {
             (0, _) => write!(f, " {}", self.message)?,
@@ -61,8 +75,9 @@ mod tests {
     #[test]
     fn offsets_become_lines_and_columns_of_characters() {
         let text = "eins\nzwö =drei\n";
-        let fault = Fault::at(text, text.find('=').unwrap(), "why").with_help("leave it out");
-        assert_eq!(fault.to_string(), "2:5: why\n  help: leave it out");
-        assert_eq!(Fault::at(text, 999, "end").line, 3);
+        let diagnostic =
+            Diagnostic::at(text, text.find('=').unwrap(), "why").with_help("leave it out");
+        assert_eq!(diagnostic.to_string(), "2:5: why\n  help: leave it out");
+        assert_eq!(Diagnostic::at(text, 999, "end").line, 3);
     }
 }
