@@ -17,7 +17,9 @@ use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Progr
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Fixture, Input, Options, Promise, Solid, Stock, Watch};
+use trunnion::verify::{
+    self, ClInput, ClearanceOptions, Fixture, Input, Options, Promise, Solid, Stock,
+};
 
 fn main() {
     divan::main();
@@ -104,7 +106,7 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
             verify::simulate_cl(
                 &input,
                 &mut stock,
-                &verify::Cutting { tolerance: 0.01 * cell, worst: 100 },
+                &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },
                 &Silent,
             )
             .unwrap()
@@ -139,7 +141,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
     let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };
     let fixtures = [Fixture::new(&post, 3e-7).unwrap()];
-    let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+    let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
     bencher
         .counter(divan::counter::ItemsCount::new(100_000usize))
         .bench_local(|| verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap());

@@ -35,7 +35,7 @@ fn main() -> Result<(), Failure> {
     let cut = verify::simulate_cl(
         &input,
         &mut stock,
-        &verify::Cutting { tolerance: 0.01 * cell, worst: 100 },
+        &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },
         &Silent,
     )?;
     let seconds = start.elapsed().as_secs_f64();

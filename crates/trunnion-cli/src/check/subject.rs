@@ -18,8 +18,8 @@ use trunnion::pipeline::{self, Fixtures, MOST_COLLISIONS};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, Carving, ClInput, Clearance, Cutting, Finding, Input, Options, Promise, Report, Stock,
-    Tables, Tool, Track, VerifyError, WorkOffset,
+    self, ClInput, ClearanceReport, Finding, Input, Options, Promise, Report, Stock, StockOptions,
+    StockReport, Tables, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
@@ -64,9 +64,9 @@ pub(super) struct Found {
     /// On faces that are not cut: points, and the deepest gouge \[mm\].
     pub(super) others: (usize, f64),
     /// What the tool did to the stock, and what is left of it.
-    pub(super) stock: Option<(Carving, Stock)>,
+    pub(super) stock: Option<(StockReport, Stock)>,
     /// How near it came to fixtures.
-    pub(super) clearance: Option<Clearance>,
+    pub(super) clearance: Option<ClearanceReport>,
 }
 
 impl Subject {
@@ -162,11 +162,11 @@ impl Subject {
     }
 
     /// Runs the program through stock.
-    fn carve(&self, bars: &dyn Progress) -> Result<Option<(Carving, Stock)>, Failure> {
+    fn carve(&self, bars: &dyn Progress) -> Result<Option<(StockReport, Stock)>, Failure> {
         let Some(mut stock) = self.stock.clone() else { return Ok(None) };
         let (faces, cutter) = (&self.faces[..], &self.cutter);
         let tolerance = stock.tolerance(self.options.total);
-        let cutting = Cutting { tolerance, worst: MOST_COLLISIONS };
+        let cutting = StockOptions { tolerance, worst: MOST_COLLISIONS };
         let carving = match &self.motion {
             Motion::Program(program, kinematics) => {
                 let tools = self.table();
@@ -183,7 +183,7 @@ impl Subject {
     }
 
     /// How near the program comes to fixtures.
-    fn clearance(&self, bars: &dyn Progress) -> Result<Option<Clearance>, Failure> {
+    fn clearance(&self, bars: &dyn Progress) -> Result<Option<ClearanceReport>, Failure> {
         let Some(fixtures) = &self.fixtures else { return Ok(None) };
         let (all, watch) = (fixtures.all(), fixtures.watch());
         let (faces, cutter) = (&self.faces[..], &self.cutter);

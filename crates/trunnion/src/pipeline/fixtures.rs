@@ -9,8 +9,8 @@ use crate::cover;
 use crate::files::job;
 use crate::files::summary::{ApproachSummary, FixturesSummary};
 use crate::verify::{
-    Approach, Carving, Clearance, Collision, CollisionKind, DEPTH_SHARE, Fixture, Solid,
-    VerifyError, Watch,
+    ClearanceOptions, ClearanceReport, Collision, CollisionKind, DEPTH_SHARE, Fixture,
+    FixtureApproach, Solid, StockReport, VerifyError,
 };
 
 /// Share of the total tolerance within which distances from fixtures are found, and the largest such tolerance \[mm\].
@@ -47,14 +47,14 @@ impl Held {
 pub struct Fixtures {
     all: Vec<Fixture>,
     names: Vec<String>,
-    watch: Watch,
+    watch: ClearanceOptions,
 }
 
 impl Fixtures {
     /// None yet. `total` \[mm\]: tolerance of the part; lines nearer than `clearance` \[mm\] are told.
     pub fn new(total: f64, clearance: f64) -> Self {
         let tolerance = LARGEST.min(SHARE * total);
-        let watch = Watch { tolerance, clearance, worst: MOST_COLLISIONS };
+        let watch = ClearanceOptions { tolerance, clearance, worst: MOST_COLLISIONS };
         Self { all: Vec::new(), names: Vec::new(), watch }
     }
 
@@ -78,12 +78,12 @@ impl Fixtures {
     }
 
     /// What is asked of the moves.
-    pub fn watch(&self) -> &Watch {
+    pub fn watch(&self) -> &ClearanceOptions {
         &self.watch
     }
 
     /// How near a program comes to them, in numbers.
-    pub fn summary(&self, found: &Clearance) -> FixturesSummary {
+    pub fn summary(&self, found: &ClearanceReport) -> FixturesSummary {
         FixturesSummary {
             tolerance: self.watch.tolerance,
             clearance: self.watch.clearance,
@@ -94,8 +94,8 @@ impl Fixtures {
         }
     }
 
-    fn place(&self, approach: &Approach) -> ApproachSummary {
-        let &Approach { line, fixture, distance, point } = approach;
+    fn place(&self, approach: &FixtureApproach) -> ApproachSummary {
+        let &FixtureApproach { line, fixture, distance, point } = approach;
         let fixture = self.names.get(fixture).cloned().unwrap_or_default();
         ApproachSummary { line, fixture, distance, point: point.coords.into() }
     }
@@ -103,13 +103,13 @@ impl Fixtures {
 
 /// What a program runs into, with how many lines there are: in stock, where there is any, and in fixtures.
 pub fn collisions(
-    carving: Option<&Carving>,
-    clearance: Option<&Clearance>,
+    carving: Option<&StockReport>,
+    clearance: Option<&ClearanceReport>,
 ) -> (Vec<Collision>, usize) {
     match (carving, clearance) {
         (Some(carving), _) => (carving.collisions.clone(), carving.count()),
         (None, Some(clearance)) => {
-            let hits = clearance.near.iter().filter_map(Approach::collision);
+            let hits = clearance.near.iter().filter_map(FixtureApproach::collision);
             (hits.collect(), clearance.hits.map_or(0, |hits| hits.count))
         }
         (None, None) => (Vec::new(), 0),
@@ -117,8 +117,8 @@ pub fn collisions(
 }
 
 /// Adds what a program runs into of fixtures to what it runs into of stock.
-pub fn add_hits(carving: &mut Carving, clearance: &Clearance) {
-    carving.collisions.extend(clearance.near.iter().filter_map(Approach::collision));
+pub fn add_hits(carving: &mut StockReport, clearance: &ClearanceReport) {
+    carving.collisions.extend(clearance.near.iter().filter_map(FixtureApproach::collision));
     carving.lines.extend(clearance.hits.map(|hits| (CollisionKind::Fixture, hits)));
     carving.collisions.sort_by_key(|hit| (hit.line, hit.kind));
 }
@@ -230,7 +230,7 @@ mod tests {
             distance,
             point: [1.0, 2.0, 3.0],
         };
-        let mut summary = Fixtures::new(0.02, 0.5).summary(&Clearance {
+        let mut summary = Fixtures::new(0.02, 0.5).summary(&ClearanceReport {
             least: None,
             near: Vec::new(),
             lines: None,

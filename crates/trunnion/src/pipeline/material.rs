@@ -10,7 +10,9 @@ use crate::files::summary::{
 };
 use crate::surface::{Face, FaceMesh};
 use crate::types::Mesh;
-use crate::verify::{Carving, Collision, CollisionKind, Lines, Solid, Stock, Undecided};
+use crate::verify::{
+    Collision, CollisionKind, Lines, Solid, Stock, StockReport, UndecidedCollision,
+};
 use std::collections::BTreeSet;
 
 /// Rays of one stock at most: some gigabytes.
@@ -121,7 +123,7 @@ fn stock_key(file: &job::JobFile, solid: &Solid) -> &'static str {
 }
 
 /// The numbers of a stock that was cut.
-pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
+pub fn summary(carving: &StockReport, left: &Stock) -> StockSummary {
     let collision = |collision: &Collision| CollisionSummary {
         kind: word(collision.kind),
         line: collision.line,
@@ -138,10 +140,8 @@ pub fn summary(carving: &Carving, left: &Stock) -> StockSummary {
             .iter()
             .map(|(kind, all)| KindSummary { kind: word(*kind), lines: lines(*all) })
             .collect(),
-        undecided: carving.undecided.map(|Undecided { kind, line, depth }| UndecidedSummary {
-            kind: word(kind),
-            line,
-            depth,
+        undecided: carving.undecided.map(|UndecidedCollision { kind, line, depth }| {
+            UndecidedSummary { kind: word(kind), line, depth }
         }),
     }
 }

@@ -12,7 +12,7 @@ use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
 use crate::surface::Face;
 use crate::types::{Progress, Rest};
-use crate::verify::{self, Carving, Clearance, Finding, Stock};
+use crate::verify::{self, ClearanceReport, Finding, Stock, StockReport};
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
@@ -31,8 +31,8 @@ pub(super) struct Found {
     pub(super) check: Option<verify::Report>,
     /// On faces that are not cut: points, and the deepest gouge \[mm\].
     pub(super) others: (usize, f64),
-    pub(super) carving: Option<(Carving, Stock)>,
-    pub(super) clearance: Option<Clearance>,
+    pub(super) carving: Option<(StockReport, Stock)>,
+    pub(super) clearance: Option<ClearanceReport>,
 }
 
 /// Measures the faces that are cut and those that are not, cuts the stock, and looks how near fixtures are.
@@ -65,7 +65,7 @@ pub(super) fn run(
     let carve = |stock: &Stock| {
         let mut left = stock.clone();
         let tolerance = left.tolerance(job.budget.total);
-        let cutting = verify::Cutting { tolerance, worst: MOST_COLLISIONS };
+        let cutting = verify::StockOptions { tolerance, worst: MOST_COLLISIONS };
         let carving = verify::simulate(&all, &mut left, &cutting, progress)?;
         Ok::<_, PipelineError>((carving, left))
     };

@@ -22,7 +22,7 @@ use crate::nc::write::{
 };
 use crate::surface::FaceIndex;
 use crate::types::{Block, Diagnostic, Leg, Motion, Progress, Rest, ToolPose};
-use crate::verify::{self, Carving, Clearance, Stock};
+use crate::verify::{self, ClearanceReport, Stock, StockReport};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
@@ -65,9 +65,9 @@ pub struct Program {
     pub others: (usize, f64),
     /// What it does to the stock of the job and what is left of it; `None` without stock, or where another program has
     /// the same blocks.
-    pub carving: Option<(Carving, Stock)>,
+    pub carving: Option<(StockReport, Stock)>,
     /// How near it comes to the fixtures of the job; `None` without any, or where another program has the same blocks.
-    pub clearance: Option<Clearance>,
+    pub clearance: Option<ClearanceReport>,
     /// Whether links, and whether cuts or their leads, come nearer to a fixture than asked for.
     pub too_near: [bool; 2],
 }
@@ -230,7 +230,7 @@ struct Written {
 
 /// Whether links, and whether cuts or their leads, are among the lines that come too near a fixture.
 fn too_near(
-    clearance: Option<&Clearance>,
+    clearance: Option<&ClearanceReport>,
     blocks: &[Block],
     (text, ends): (&str, &[usize]),
 ) -> [bool; 2] {

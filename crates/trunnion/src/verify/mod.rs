@@ -34,7 +34,10 @@ mod turns;
 
 pub use control_model::{AxisRatio, ModelAudit};
 pub use deviation::side::{behind, behind_cl};
-pub use fixture::{Approach, Clearance, DEPTH_SHARE, Fixture, Watch, clearance, clearance_cl};
+pub use fixture::{
+    ClearanceOptions, ClearanceReport, DEPTH_SHARE, Fixture, FixtureApproach, clearance,
+    clearance_cl,
+};
 pub use ledger::Lines;
 pub use motion::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
@@ -45,7 +48,8 @@ pub use report::{
     Report, Sample, Sensitivity, Singular,
 };
 pub use stock::{
-    Carving, Collision, CollisionKind, Cutting, Solid, Stock, Undecided, simulate, simulate_cl,
+    Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision,
+    simulate, simulate_cl,
 };
 pub use tools::{Changes, Tables, Tool, WorkOffset};
 pub use track::{Track, track, track_cl};
@@ -57,7 +61,7 @@ use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Rest};
 use audit::Audited;
-use deviation::measure::{self, Subject};
+use deviation::measure::{self, MeasureSubject};
 use run::Run;
 use tools::Controls;
 
@@ -291,7 +295,7 @@ pub fn check(
     );
     let Audited { audit, choices, changes } = audit::audit(&controls, &run, input)?;
     let cutters = tools::cutters(input.cutter, input.tables.tools);
-    let subject = Subject { faces: input.faces, cutters: &cutters, rest: input.rest };
+    let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
     deviation.sensitivity.pivot = Some(measure::pivot(&audit));
     let mut findings = left(&maps, &deviation, options);
@@ -339,7 +343,7 @@ pub fn check_cl(
     check_options(options)?;
     let run = Run::locations(input, CHORD_SHARE * options.ray_tolerance)?;
     let cutters = tools::cutters(input.cutter, input.tools);
-    let subject = Subject { faces: input.faces, cutters: &cutters, rest: input.rest };
+    let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, deviation) = measure::measure(&run, &subject, options, progress)?;
     let findings = left(&maps, &deviation, options);
     let choices = Choices::default();

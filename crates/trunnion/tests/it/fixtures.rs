@@ -15,7 +15,9 @@ use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
 };
 use trunnion::types::{Mesh, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Clearance, CollisionKind, Fixture, Input, Solid, Watch};
+use trunnion::verify::{
+    self, ClInput, ClearanceOptions, ClearanceReport, CollisionKind, Fixture, Input, Solid,
+};
 
 const TOLERANCE: f64 = 1e-3;
 /// Of the depth of a body in a fixture, what is exact enough.
@@ -32,12 +34,17 @@ fn file(path: &[ToolPose]) -> ClFile {
     ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() }
 }
 
-fn clearance(path: &[ToolPose], cutter: &Cutter, solids: &[Solid], clearance: f64) -> Clearance {
+fn clearance(
+    path: &[ToolPose],
+    cutter: &Cutter,
+    solids: &[Solid],
+    clearance: f64,
+) -> ClearanceReport {
     let file = file(path);
     let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
     let fixture = |solid| Fixture::new(solid, 0.1 * TOLERANCE).unwrap();
     let fixtures: Vec<Fixture> = solids.iter().map(fixture).collect();
-    let watch = Watch { tolerance: TOLERANCE, clearance, worst: 100 };
+    let watch = ClearanceOptions { tolerance: TOLERANCE, clearance, worst: 100 };
     verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap()
 }
 
@@ -338,7 +345,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];
         let fixture = Fixture::new(&Solid::Box { low, high }, 1e-4).unwrap();
-        let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+        let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
         verify::clearance(&input, &[fixture], &watch, &Silent).unwrap().near
     };
     assert_eq!(hits(4.0 * 500.0), []);
@@ -352,7 +359,7 @@ fn what_triangles_may_be_off_is_added() {
     let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
     let [low, high] = [Point3::new(-9.0, -9.0, -9.0), Point3::new(20.0, 9.0, -0.02)];
     let solid = Solid::Box { low, high };
-    let watch = Watch { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+    let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
     for (allowance, lines) in [(0.01, 0), (0.03, 1)] {
         let fixture = Fixture::new(&solid, 1e-4).unwrap().grown(allowance);
         let found = verify::clearance_cl(&input, &[fixture], &watch, &Silent).unwrap();

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, Carving, ClInput, CollisionKind, Cutting, Solid, Stock};
+use trunnion::verify::{self, ClInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
 const TOLERANCE: f64 = 5e-4;
 /// Depths are told to a twentieth, and to half a micrometre.
@@ -26,7 +26,7 @@ fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
 /// A step of a path: where to, and whether at rapid speed.
 type Step = (ToolPose, bool);
 
-fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> Carving {
+fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> StockReport {
     let record = |(line, &(pose, rapid)): (u32, &Step)| {
         let motion = if rapid { ClMotion::Rapid } else { ClMotion::Feed(10.0) };
         ClRecord { line, pose, motion, way: ClWay::Straight }
@@ -34,7 +34,7 @@ fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> Carving {
     let file = ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() };
     let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
     let mut stock = Stock::new(solid, cell, 10_000_000).unwrap();
-    let cutting = Cutting { tolerance: TOLERANCE, worst: 100 };
+    let cutting = StockOptions { tolerance: TOLERANCE, worst: 100 };
     verify::simulate_cl(&input, &mut stock, &cutting, &Silent).unwrap()
 }
 
@@ -55,7 +55,7 @@ fn wedge(dip: f64, lean: f64) -> f64 {
 }
 
 /// What is told of shank and holder: lines and depths.
-fn holders(carving: &Carving) -> Vec<(u32, f64)> {
+fn holders(carving: &StockReport) -> Vec<(u32, f64)> {
     assert_eq!(carving.undecided, None);
     let all = carving.collisions.iter().filter(|hit| hit.kind == CollisionKind::Holder);
     all.map(|hit| (hit.line, hit.depth)).collect()

@@ -17,7 +17,7 @@ use trunnion::cutter::Cutter;
 use trunnion::surface::Face;
 use trunnion::types::Silent;
 use trunnion::verify::{
-    Carving, Cutting, Input, Report, Solid, Stock, check, check_cl, simulate, simulate_cl,
+    Input, Report, Solid, Stock, StockOptions, StockReport, check, check_cl, simulate, simulate_cl,
 };
 
 fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
@@ -71,13 +71,14 @@ fn heights_are_those_of_many_poses() {
     );
 }
 
-fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
+fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> StockReport {
     let tolerance = 1e-4;
     if way.mode == Mode::Circle {
         let file = way.file();
         let input =
             trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
-        return simulate_cl(&input, stock, &Cutting { tolerance, worst: 100 }, &Silent).unwrap();
+        return simulate_cl(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent)
+            .unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
@@ -90,7 +91,7 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> Carving {
         rest: &[],
         tables: trunnion::verify::Tables::NONE,
     };
-    simulate(&input, stock, &Cutting { tolerance, worst: 100 }, &Silent).unwrap()
+    simulate(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent).unwrap()
 }
 
 /// The volume that is cut is that of the poses, by rays of their own with their own statistical error.

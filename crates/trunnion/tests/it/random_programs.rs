@@ -20,7 +20,7 @@ use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::nc::write::work_offset;
 use trunnion::surface::Face;
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, Cutting, Input, Solid, Stock, Tables};
+use trunnion::verify::{self, Input, Solid, Stock, StockOptions, Tables};
 
 /// What a program's words are, and how the tool turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -331,7 +331,7 @@ fn volumes_of_programs_are_those_of_many_poses() {
         let cell = half.x / 40.0;
         let mut stock = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
         let removed = run.input(&[], &cutter, |input| {
-            let cutting = Cutting { tolerance: 1e-4, worst: 100 };
+            let cutting = StockOptions { tolerance: 1e-4, worst: 100 };
             verify::simulate(input, &mut stock, &cutting, &Silent).unwrap().removed
         });
         let (along, poses) = (random.below(3), run.poses(0.6 * cell));

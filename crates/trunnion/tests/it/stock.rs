@@ -13,9 +13,11 @@ use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, Carving, ClInput, CollisionKind, Cutting, Input, Solid, Stock};
+use trunnion::verify::{
+    self, ClInput, CollisionKind, Input, Solid, Stock, StockOptions, StockReport,
+};
 
-const CUTTING: Cutting = Cutting { tolerance: 1e-4, worst: 100 };
+const CUTTING: StockOptions = StockOptions { tolerance: 1e-4, worst: 100 };
 
 fn cutter(kind: Kind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
     let construction = Construction::Solid;
@@ -34,7 +36,7 @@ fn file(moves: &[(ToolPose, bool)]) -> ClFile {
     ClFile { records: (1..).zip(moves).map(record).collect(), ..ClFile::default() }
 }
 
-fn carve(moves: &[(ToolPose, bool)], cutter: &Cutter, stock: &mut Stock) -> Carving {
+fn carve(moves: &[(ToolPose, bool)], cutter: &Cutter, stock: &mut Stock) -> StockReport {
     let file = file(moves);
     let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
     verify::simulate_cl(&input, stock, &CUTTING, &Silent).unwrap()
@@ -186,7 +188,8 @@ fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
         let file = file(&moves);
         let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
         let mut stock = block(0.5);
-        verify::simulate_cl(&input, &mut stock, &Cutting { worst, ..CUTTING }, &Silent).unwrap()
+        verify::simulate_cl(&input, &mut stock, &StockOptions { worst, ..CUTTING }, &Silent)
+            .unwrap()
     };
     let (all, some) = (run(1000), run(3));
     let mut deepest = all.collisions.clone();

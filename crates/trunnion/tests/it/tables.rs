@@ -206,7 +206,7 @@ fn stock_is_cut_by_the_tool_in_the_spindle() {
         verify::simulate(
             &input,
             &mut stock,
-            &verify::Cutting { tolerance: 1e-3, worst: 10 },
+            &verify::StockOptions { tolerance: 1e-3, worst: 10 },
             &Silent,
         )
         .unwrap()

@@ -1,16 +1,16 @@
 //! The moving tool, ready to be measured against: so much of a program at a time that memory does not grow
 //! with it.
 
-use super::ray::{Lowest, Part};
+use super::ray::{LowestEntry, MovingBody};
 use crate::cutter::Cutter;
 use crate::verify::replay::Segment;
 use crate::verify::run::{Run, Segments};
-use crate::verify::swept::bvh::{Bounds, Item, Tree};
+use crate::verify::swept::bvh::{BoundingBox, BoxTree, TreeItem};
 use crate::verify::swept::quadratic;
-use crate::verify::swept::quadratic::Piece;
-use crate::verify::swept::rays::Disc;
+use crate::verify::swept::quadratic::MotionPiece;
+use crate::verify::swept::rays::RayBundle;
 use crate::verify::swept::tool;
-use crate::verify::swept::tool::{Body, Ray};
+use crate::verify::swept::tool::{ConvexBody, NormalRay};
 use crate::verify::{Options, VerifyError};
 use nalgebra::Point3;
 use std::ops::Range;
@@ -28,7 +28,7 @@ pub(crate) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
 
 /// Which moves of a program are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Moves {
+pub(crate) enum MoveKind {
     /// Those at feed: what they leave, and what they gouge.
     Cuts,
     /// Rapids, all axes together: nobody counts on what they cut, but they gouge.
@@ -39,20 +39,20 @@ pub(crate) enum Moves {
 
 /// How far and how exactly is looked at which tool.
 #[derive(Clone)]
-pub(crate) struct Look {
+pub(crate) struct MeasureScope {
     /// Those of all tools.
-    bodies: Arc<[Body]>,
+    bodies: Arc<[ConvexBody]>,
     /// Which of them a tool has, by its place in the table.
     of_tool: Arc<[Range<u32>]>,
     /// How far below the faces is looked \[mm\].
     pub(crate) reach: f64,
-    pub(crate) moves: Moves,
+    pub(crate) moves: MoveKind,
     /// How exactly heights are found \[mm\].
     pub(crate) tolerance: f64,
 }
 
-impl Look {
-    fn new((cutters, options): Tools<'_>, moves: Moves) -> Self {
+impl MeasureScope {
+    fn new((cutters, options): Tools<'_>, moves: MoveKind) -> Self {
         let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
         for cutter in cutters {
             let start = narrow(bodies.len());
@@ -66,18 +66,18 @@ impl Look {
 
     /// How far above the faces is looked \[mm\].
     pub(crate) fn top(&self) -> f64 {
-        if self.moves == Moves::DogLegs { 0.0 } else { self.reach }
+        if self.moves == MoveKind::DogLegs { 0.0 } else { self.reach }
     }
 
     /// Numbers of the bodies that move in a piece.
-    fn bodies_in(&self, piece: &Piece) -> Range<u32> {
+    fn bodies_in(&self, piece: &MotionPiece) -> Range<u32> {
         self.of_tool.get(piece.tool).cloned().unwrap_or(0..0)
     }
 
     /// A box around rays through a disc, from the reach below up to `top` \[mm\].
-    pub(crate) fn around(&self, disc: &Disc, top: f64) -> Bounds {
+    pub(crate) fn around(&self, disc: &RayBundle, top: f64) -> BoundingBox {
         let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
-        Bounds { low: disc.centre, high: disc.centre }.grown(far)
+        BoundingBox { low: disc.centre, high: disc.centre }.grown(far)
     }
 
     /// How far the tool may be from where the pieces have it \[mm\].
@@ -87,18 +87,18 @@ impl Look {
 }
 
 /// All moves of a program, chunk by chunk.
-pub(crate) struct Chunks<'a> {
+pub(crate) struct MotionChunks<'a> {
     run: &'a Run<'a>,
-    pub(crate) look: Look,
+    pub(crate) look: MeasureScope,
     /// No point that is looked at is farther from the tip when it matters \[mm\].
     far: f64,
     /// Pieces of a chunk.
     size: usize,
     /// All moves, where they are few.
-    whole: Option<Chunk>,
+    whole: Option<MotionChunk>,
 }
 
-impl<'a> Chunks<'a> {
+impl<'a> MotionChunks<'a> {
     /// What is cut, in chunks of a usual size.
     pub(crate) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
         Self::of(run, tools, PIECES)
@@ -106,17 +106,17 @@ impl<'a> Chunks<'a> {
 
     /// The same in chunks of about `size` pieces.
     pub(crate) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
-        Self::some(run, tools, (Moves::Cuts, size))?.ok_or(VerifyError::NoMotion)
+        Self::some(run, tools, (MoveKind::Cuts, size))?.ok_or(VerifyError::NoMotion)
     }
 
     /// Rapids, run one way or the other; `None` if there are none that run this way.
     pub(crate) fn rapids(
         run: &'a Run<'a>,
         tools: Tools<'_>,
-        moves: Moves,
+        moves: MoveKind,
     ) -> Result<Option<Self>, VerifyError> {
         let chunks = Self::some(run, tools, (moves, PIECES))?;
-        let any = |chunk: &Chunk| !chunk.parts.pieces.is_empty();
+        let any = |chunk: &MotionChunk| !chunk.parts.pieces.is_empty();
         Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(any)))
     }
 
@@ -124,17 +124,18 @@ impl<'a> Chunks<'a> {
     fn some(
         run: &'a Run<'a>,
         tools: Tools<'_>,
-        (moves, size): (Moves, usize),
+        (moves, size): (MoveKind, usize),
     ) -> Result<Option<Self>, VerifyError> {
         let (cutters, options) = tools;
         let far = cutters.iter().map(|cutter| tool::size(cutter)).fold(0.0, f64::max);
-        let look = Look::new(tools, moves);
+        let look = MeasureScope::new(tools, moves);
         let far = far + options.reach;
         let mut chunks = Self { run, look, far, size, whole: None };
         let mut segments = run.segments();
         let Some(first) = chunks.next(&mut segments)? else { return Ok(None) };
         if chunks.next(&mut segments)?.is_none() {
-            chunks.whole = Some(Chunk::new(first.0, &chunks.look, &Bounds::everywhere()));
+            chunks.whole =
+                Some(MotionChunk::new(first.0, &chunks.look, &BoundingBox::everywhere()));
         }
         Ok(Some(chunks))
     }
@@ -143,8 +144,8 @@ impl<'a> Chunks<'a> {
     /// Its tree may lack what does not come `within` a region.
     pub(crate) fn each(
         &self,
-        within: &Bounds,
-        mut work: impl FnMut(&Chunk, [f64; 2]) -> Result<(), VerifyError>,
+        within: &BoundingBox,
+        mut work: impl FnMut(&MotionChunk, [f64; 2]) -> Result<(), VerifyError>,
     ) -> Result<(), VerifyError> {
         if let Some(whole) = &self.whole {
             return work(whole, [0.0, 1.0]);
@@ -152,7 +153,7 @@ impl<'a> Chunks<'a> {
         let (mut segments, mut before) = (self.run.segments(), 0);
         while let Some((pieces, moves)) = self.next(&mut segments)? {
             let ends = [before, before + moves].map(|done| done as f64 / self.run.steps() as f64);
-            work(&Chunk::new(pieces, &self.look, within), ends.map(|share| share.min(1.0)))?;
+            work(&MotionChunk::new(pieces, &self.look, within), ends.map(|share| share.min(1.0)))?;
             before += moves;
         }
         Ok(())
@@ -167,17 +168,17 @@ impl<'a> Chunks<'a> {
     fn next(
         &self,
         segments: &mut Segments<'_>,
-    ) -> Result<Option<(Vec<Piece>, usize)>, VerifyError> {
+    ) -> Result<Option<(Vec<MotionPiece>, usize)>, VerifyError> {
         let (mut pieces, mut moves) = (Vec::new(), 0);
         while pieces.len() < self.size {
             let Some(segment) = segments.next() else { break };
             let segment: Segment = segment?;
             match self.look.moves {
-                Moves::DogLegs => {
+                MoveKind::DogLegs => {
                     let legs = self.run.mover.dog_leg(&segment);
                     legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
                 }
-                moves if segment.rapid == (moves == Moves::Rapids) => {
+                moves if segment.rapid == (moves == MoveKind::Rapids) => {
                     self.take(&segment, &mut pieces)?;
                 }
                 _ => {}
@@ -187,27 +188,27 @@ impl<'a> Chunks<'a> {
         Ok((moves > 0).then_some((pieces, moves)))
     }
 
-    fn take(&self, segment: &Segment, pieces: &mut Vec<Piece>) -> Result<(), VerifyError> {
+    fn take(&self, segment: &Segment, pieces: &mut Vec<MotionPiece>) -> Result<(), VerifyError> {
         quadratic::pieces(&self.run.mover, segment, self.far, self.look.error(), pieces)
     }
 }
 
 /// Some moves.
-pub(crate) struct Parts {
-    pub(crate) pieces: Vec<Piece>,
-    pub(crate) look: Look,
+pub(crate) struct ChunkMotion {
+    pub(crate) pieces: Vec<MotionPiece>,
+    pub(crate) look: MeasureScope,
 }
 
-impl Parts {
+impl ChunkMotion {
     /// A body in motion by its numbers.
-    pub(crate) fn part(&self, numbers: (u32, u32)) -> Option<Part<'_>> {
+    pub(crate) fn part(&self, numbers: (u32, u32)) -> Option<MovingBody<'_>> {
         let piece = self.pieces.get(numbers.0 as usize)?;
         let body = self.body(numbers.1)?;
-        Some(Part { piece, body, numbers })
+        Some(MovingBody { piece, body, numbers })
     }
 
     /// The body of that number.
-    pub(crate) fn body(&self, number: u32) -> Option<Body> {
+    pub(crate) fn body(&self, number: u32) -> Option<ConvexBody> {
         self.look.bodies.get(number as usize).copied()
     }
 
@@ -218,8 +219,12 @@ impl Parts {
     }
 
     /// Lowest entry of a ray into some of the bodies in motion.
-    pub(crate) fn lowest(&self, numbers: impl Iterator<Item = (u32, u32)>, ray: &Ray) -> Lowest {
-        let mut lowest = Lowest::none(self.look.top());
+    pub(crate) fn lowest(
+        &self,
+        numbers: impl Iterator<Item = (u32, u32)>,
+        ray: &NormalRay,
+    ) -> LowestEntry {
+        let mut lowest = LowestEntry::none(self.look.top());
         for part in numbers.filter_map(|numbers| self.part(numbers)) {
             lowest.search(&part, ray, self.look.tolerance);
         }
@@ -228,20 +233,20 @@ impl Parts {
 
     /// Whether a part may come to rays through a disc, from the reach below up to `top` \[mm\]; about how far it
     /// keeps off, then.
-    pub(crate) fn comes(&self, numbers: (u32, u32), disc: &Disc, top: f64) -> Option<f64> {
-        let Part { piece, body, .. } = self.part(numbers)?;
+    pub(crate) fn comes(&self, numbers: (u32, u32), disc: &RayBundle, top: f64) -> Option<f64> {
+        let MovingBody { piece, body, .. } = self.part(numbers)?;
         piece.comes(body, disc, [self.look.reach, top], self.look.error())
     }
 }
 
 /// Some moves, sorted by place.
-pub(crate) struct Chunk {
-    pub(crate) parts: Parts,
-    pub(crate) tree: Tree,
+pub(crate) struct MotionChunk {
+    pub(crate) parts: ChunkMotion,
+    pub(crate) tree: BoxTree,
 }
 
-impl Chunk {
-    fn new(pieces: Vec<Piece>, look: &Look, within: &Bounds) -> Self {
+impl MotionChunk {
+    fn new(pieces: Vec<MotionPiece>, look: &MeasureScope, within: &BoundingBox) -> Self {
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
             for part in look.bodies_in(piece) {
@@ -249,15 +254,19 @@ impl Chunk {
                 let content = (narrow(index), part);
                 let grown = boxes(piece, *body).map(|bounds| bounds.grown(look.error()));
                 let near = grown.filter(|bounds| bounds.meets(within));
-                items.extend(near.map(|bounds| Item { bounds, content }));
+                items.extend(near.map(|bounds| TreeItem { bounds, content }));
             }
         }
-        Self { parts: Parts { pieces, look: look.clone() }, tree: Tree::new(items) }
+        Self { parts: ChunkMotion { pieces, look: look.clone() }, tree: BoxTree::new(items) }
     }
 
     /// What can come near a region, by distance from a centre, with what at least lies between \[mm\]: what cuts
     /// lowest comes early, and most of the rest is refused at a glance.
-    pub(crate) fn around(&self, region: &Bounds, centre: Point3<f64>) -> Vec<(f64, Part<'_>)> {
+    pub(crate) fn around(
+        &self,
+        region: &BoundingBox,
+        centre: Point3<f64>,
+    ) -> Vec<(f64, MovingBody<'_>)> {
         let mut near = Vec::new();
         self.tree.near(region, &mut near);
         let mut parts = Vec::with_capacity(near.len());
@@ -273,7 +282,7 @@ impl Chunk {
 
     /// Numbers of the pieces that may come to rays through one of some discs, from the reach below up to `top`
     /// \[mm\]; ascending.
-    pub(crate) fn coming(&self, discs: &[Disc], top: f64) -> Vec<u32> {
+    pub(crate) fn coming(&self, discs: &[RayBundle], top: f64) -> Vec<u32> {
         let look = &self.parts.look;
         let mut found = Vec::new();
         let mut near = Vec::new();
@@ -294,7 +303,7 @@ fn narrow(index: usize) -> u32 {
 
 /// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
 /// tool does not claim all the space beside it.
-fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
+fn boxes(piece: &MotionPiece, body: ConvexBody) -> impl Iterator<Item = BoundingBox> {
     let [low, high] = body.heights();
     let radius = body.radius();
     let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
@@ -306,6 +315,6 @@ fn boxes(piece: &Piece, body: Body) -> impl Iterator<Item = Bounds> {
         let [from, to] = [index, index + 1.0].map(|i| low + (high - low) * i / count);
         index += 1.0;
         let [low, high] = piece.axis_box([from, to]);
-        Some(Bounds { low, high }.grown(radius))
+        Some(BoundingBox { low, high }.grown(radius))
     })
 }

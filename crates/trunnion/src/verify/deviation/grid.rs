@@ -5,7 +5,7 @@ use crate::verify::{Options, VerifyError};
 
 /// A grid of parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Grid {
+pub(crate) struct FaceGrid {
     /// Increasing values of u.
     pub(crate) u: Vec<f64>,
     /// Increasing values of v.
@@ -17,7 +17,7 @@ const STEPS: usize = 512;
 /// Lines across which the longest is taken.
 const LINES: usize = 17;
 
-impl Grid {
+impl FaceGrid {
     /// A grid whose neighbours are at most about `options.grid` apart, borders included.
     pub(crate) fn over(face: &Face, options: &Options) -> Result<Self, VerifyError> {
         let bounds = face.bounds();

@@ -1,15 +1,15 @@
 //! Material left over the faces: the lowest the tool ever gets on the normal of each grid point.
 
-use super::chunks::{Chunk, Chunks, Look};
-use super::grid::Grid;
-use super::ray::{Deciding, Lowest};
+use super::chunks::{MeasureScope, MotionChunk, MotionChunks};
+use super::grid::FaceGrid;
+use super::ray::{DecidingPose, LowestEntry};
 use crate::surface::Face;
 use crate::types::Cancelled;
 use crate::verify::VerifyError;
 use crate::verify::report::{FaceMap, Sample};
-use crate::verify::swept::bvh::Bounds;
-use crate::verify::swept::rays::Disc;
-use crate::verify::swept::tool::Ray;
+use crate::verify::swept::bvh::BoundingBox;
+use crate::verify::swept::rays::RayBundle;
+use crate::verify::swept::tool::NormalRay;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -19,40 +19,40 @@ const TILE: usize = 8;
 const BATCH: usize = 128;
 
 /// A face under measurement.
-pub(crate) struct Field<'a> {
+pub(crate) struct FaceField<'a> {
     face: &'a Face,
-    grid: Grid,
-    tiles: Vec<Tile>,
+    grid: FaceGrid,
+    tiles: Vec<GridTile>,
     /// Points without a normal.
     bare: usize,
 }
 
 /// Some points of a face, by their places in the map, and what is known over them.
-struct Tile {
+struct GridTile {
     places: Vec<usize>,
-    lowest: Vec<Lowest>,
+    lowest: Vec<LowestEntry>,
     /// Around all rays.
-    region: Bounds,
+    region: BoundingBox,
 }
 
 /// A map with what decided at its points.
-pub(crate) type Measured = (FaceMap, Vec<Option<Deciding>>);
+pub(crate) type Measured = (FaceMap, Vec<Option<DecidingPose>>);
 
 /// Measures faces at the points of their grids; `advance` is told which share is done.
 pub(crate) fn maps(
-    chunks: &Chunks<'_>,
+    chunks: &MotionChunks<'_>,
     faces: &[Face],
-    grids: Vec<Grid>,
+    grids: Vec<FaceGrid>,
     advance: &mut dyn FnMut(f64) -> Result<(), Cancelled>,
 ) -> Result<Vec<Measured>, VerifyError> {
     let fields = faces.iter().zip(grids);
-    let mut fields: Vec<Field<'_>> =
-        fields.map(|(face, grid)| Field::new(face, grid, &chunks.look)).collect();
+    let mut fields: Vec<FaceField<'_>> =
+        fields.map(|(face, grid)| FaceField::new(face, grid, &chunks.look)).collect();
     let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
-    chunks.each(&Bounds::everywhere(), |chunk, [from, to]| {
+    chunks.each(&BoundingBox::everywhere(), |chunk, [from, to]| {
         let mut done = 0;
         for field in &mut fields {
-            let Field { face, grid, tiles, .. } = field;
+            let FaceField { face, grid, tiles, .. } = field;
             for batch in tiles.chunks_mut(BATCH) {
                 batch.par_iter_mut().for_each(|tile| tile.take(chunk, face, grid));
                 done += batch.len();
@@ -61,24 +61,24 @@ pub(crate) fn maps(
         }
         Ok(())
     })?;
-    Ok(fields.into_iter().map(Field::finish).collect())
+    Ok(fields.into_iter().map(FaceField::finish).collect())
 }
 
 /// A ray from a point of a face, if that has a normal.
-fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<Ray> {
+fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<NormalRay> {
     let normal = face.normal(u, v)?.into_inner();
-    Some(Ray { origin: face.point(u, v), normal, below })
+    Some(NormalRay { origin: face.point(u, v), normal, below })
 }
 
-impl<'a> Field<'a> {
-    fn new(face: &'a Face, grid: Grid, look: &Look) -> Self {
+impl<'a> FaceField<'a> {
+    fn new(face: &'a Face, grid: FaceGrid, look: &MeasureScope) -> Self {
         let [rows, columns] = grid.size();
         let corners: Vec<[usize; 2]> = (0..rows)
             .step_by(TILE)
             .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
             .collect();
-        let tile = |&corner| Tile::new(face, &grid, corner, look);
-        let (tiles, bare): (Vec<Tile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
+        let tile = |&corner| GridTile::new(face, &grid, corner, look);
+        let (tiles, bare): (Vec<GridTile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
         Self { face, tiles, bare: bare.iter().sum(), grid }
     }
 
@@ -97,13 +97,13 @@ impl<'a> Field<'a> {
                 }
             }
         }
-        let Grid { u, v } = grid;
+        let FaceGrid { u, v } = grid;
         let unfinished = Vec::new();
         (FaceMap { face: face.number, u, v, samples, unmeasured, unfinished }, deciding)
     }
 }
 
-fn sample(face: &Face, grid: &Grid, place: usize, lowest: &Lowest) -> Option<Sample> {
+fn sample(face: &Face, grid: &FaceGrid, place: usize, lowest: &LowestEntry) -> Option<Sample> {
     let (uv, cell) = at(grid, place)?;
     let [u, v] = uv;
     let jet = face.surface.jet1(u, v);
@@ -113,17 +113,22 @@ fn sample(face: &Face, grid: &Grid, place: usize, lowest: &Lowest) -> Option<Sam
 }
 
 /// Parameters of a place, and the area of u, v that it stands for.
-fn at(grid: &Grid, place: usize) -> Option<([f64; 2], f64)> {
+fn at(grid: &FaceGrid, place: usize) -> Option<([f64; 2], f64)> {
     let columns = grid.size()[1];
     let [i, j] = [place / columns, place % columns];
     Some((grid.at(i, j)?, grid.cell(i, j)))
 }
 
-impl Tile {
+impl GridTile {
     /// The points of a tile that are on the face, and how many there have no normal.
-    fn new(face: &Face, grid: &Grid, [row, column]: [usize; 2], look: &Look) -> (Self, usize) {
+    fn new(
+        face: &Face,
+        grid: &FaceGrid,
+        [row, column]: [usize; 2],
+        look: &MeasureScope,
+    ) -> (Self, usize) {
         let [rows, columns] = grid.size();
-        let (mut places, mut region, mut bare) = (Vec::new(), Bounds::empty(), 0);
+        let (mut places, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
         for i in row..(row + TILE).min(rows) {
             for j in column..(column + TILE).min(columns) {
                 let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
@@ -134,26 +139,26 @@ impl Tile {
                     continue;
                 };
                 let [a, b] = [ray.at(-look.reach), ray.at(look.top())];
-                region = region.join(&Bounds { low: a.inf(&b), high: a.sup(&b) });
+                region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
                 places.push(i * columns + j);
             }
         }
-        let lowest = vec![Lowest::none(look.top()); places.len()];
+        let lowest = vec![LowestEntry::none(look.top()); places.len()];
         (Self { places, lowest, region }, bare)
     }
 
     /// Takes in what some moves do.
-    fn take(&mut self, chunk: &Chunk, face: &Face, grid: &Grid) {
+    fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
         let Self { places, lowest, region } = self;
         if !chunk.tree.meets(region) {
             return;
         }
-        let Look { reach, tolerance, .. } = chunk.parts.look;
+        let MeasureScope { reach, tolerance, .. } = chunk.parts.look;
         let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
-        let rays: Vec<Ray> = rays.collect();
+        let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
         let around = chunk.around(region, middle.origin);
-        let disc = Disc::around(middle, &rays);
+        let disc = RayBundle::around(middle, &rays);
         let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
         for (clearance, part) in &around {
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);

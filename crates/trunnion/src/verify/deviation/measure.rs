@@ -1,8 +1,8 @@
 //! Heights over faces, in numbers: measured, and bounded in between.
 
-use super::bounds::Room;
-use super::chunks::{Chunks, Moves};
-use super::grid::Grid;
+use super::bounds::MarginRule;
+use super::chunks::{MotionChunks, MoveKind};
+use super::grid::FaceGrid;
 use super::map;
 use super::map::Measured;
 use super::{bounds, tool_length};
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// What a motion is measured against.
 #[derive(Clone, Copy)]
-pub(crate) struct Subject<'a> {
+pub(crate) struct MeasureSubject<'a> {
     pub(crate) faces: &'a [Face],
     /// By their places in the table of tools.
     pub(crate) cutters: &'a [&'a Cutter],
@@ -29,14 +29,14 @@ const STEPS: f64 = 1000.0;
 /// Heights over all faces, and in them what rapids gouge in whichever way they are run.
 pub(crate) fn measure(
     run: &Run<'_>,
-    subject: &Subject<'_>,
+    subject: &MeasureSubject<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
     let tools = (subject.cutters, options);
-    let mut found = measured(&Chunks::new(run, tools)?, subject, options, progress)?;
-    for moves in [Moves::Rapids, Moves::DogLegs] {
-        if let Some(chunks) = Chunks::rapids(run, tools, moves)? {
+    let mut found = measured(&MotionChunks::new(run, tools)?, subject, options, progress)?;
+    for moves in [MoveKind::Rapids, MoveKind::DogLegs] {
+        if let Some(chunks) = MotionChunks::rapids(run, tools, moves)? {
             rapids(&chunks, &mut found, (subject, options), progress)?;
         }
     }
@@ -48,8 +48,8 @@ pub(crate) fn measure(
 
 /// Heights that the cuts leave, the moves in chunks.
 fn measured(
-    chunks: &Chunks<'_>,
-    subject: &Subject<'_>,
+    chunks: &MotionChunks<'_>,
+    subject: &MeasureSubject<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
@@ -73,16 +73,16 @@ fn advance(progress: &dyn Progress, share: f64) -> Result<(), Cancelled> {
     progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
 }
 
-fn grids(subject: &Subject<'_>, options: &Options) -> Result<Vec<Grid>, VerifyError> {
-    subject.faces.iter().map(|face| Grid::over(face, options)).collect()
+fn grids(subject: &MeasureSubject<'_>, options: &Options) -> Result<Vec<FaceGrid>, VerifyError> {
+    subject.faces.iter().map(|face| FaceGrid::over(face, options)).collect()
 }
 
 /// Takes in what rapids gouge, and where a face is finished by nothing else. What is left over the faces stays what
 /// it is without them.
 fn rapids(
-    chunks: &Chunks<'_>,
+    chunks: &MotionChunks<'_>,
     (maps, deviation): &mut (Vec<FaceMap>, Deviation),
-    (subject, options): (&Subject<'_>, &Options),
+    (subject, options): (&MeasureSubject<'_>, &Options),
     progress: &dyn Progress,
 ) -> Result<(), VerifyError> {
     // There are few of them; the run may still be cancelled.
@@ -90,7 +90,7 @@ fn rapids(
     let measured = map::maps(chunks, subject.faces, grids(subject, options)?, &mut go_on)?;
     let other = measured.iter().map(|(map, _)| map);
     let mut other = Deviation::of(&other);
-    let dog_leg = chunks.look.moves == Moves::DogLegs;
+    let dog_leg = chunks.look.moves == MoveKind::DogLegs;
     other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
         .into_iter()
         .flatten()
@@ -153,7 +153,7 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
 
 /// Bounds what lies between the points, and takes in worse places that turn up.
 fn promised(
-    (chunks, faces): (&Chunks<'_>, &[Face]),
+    (chunks, faces): (&MotionChunks<'_>, &[Face]),
     measured: &[Measured],
     (promise, options): (&Promise, &Options),
     deviation: &mut Deviation,
@@ -166,11 +166,8 @@ fn promised(
     }
     let [gouge, excess] = promise.margin;
     let exact = options.ray_tolerance;
-    let rooms = [(gouge, options.gouge), (excess, options.total)].map(|(margin, tolerance)| Room {
-        margin,
-        tolerance,
-        exact,
-    });
+    let rooms = [(gouge, options.gouge), (excess, options.total)]
+        .map(|(margin, tolerance)| MarginRule { margin, tolerance, exact });
     let (found, [lowest, highest]) =
         bounds::of(chunks, faces, measured, (rooms, promise.excess), heights)?;
     deviation.bounds = Some(found);
@@ -244,9 +241,9 @@ mod tests {
         let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
         let run = Run::locations(&input, 1e-5).unwrap();
         let faces = std::slice::from_ref(&face);
-        let subject = Subject { faces, cutters: &[&cutter], rest: &[] };
+        let subject = MeasureSubject { faces, cutters: &[&cutter], rest: &[] };
         let measure = |size: usize| {
-            let chunks = Chunks::of(&run, (&[&cutter], &options), size).unwrap();
+            let chunks = MotionChunks::of(&run, (&[&cutter], &options), size).unwrap();
             measured(&chunks, &subject, &options, &Silent).unwrap()
         };
         let (maps, deviation) = measure(100_000);

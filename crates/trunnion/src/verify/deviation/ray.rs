@@ -1,37 +1,37 @@
 //! The lowest point of a ray that the moving tool reaches.
 
-use crate::verify::swept::quadratic::{Instant, Piece, Target};
-use crate::verify::swept::tool::{Body, Ray, Stand};
+use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery};
+use crate::verify::swept::tool::{BodyPose, ConvexBody, NormalRay};
 
 /// The lowest entry found so far, of tools that come out again at the surface or above it.
 ///
 /// A tool that leaves the ray below the surface stands behind a thin wall, and cuts its other side: were it to cut
 /// this one, the point of this surface over it would be inside the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lowest {
+pub(crate) struct LowestEntry {
     /// Where the ray enters the tool \[mm\]; the end of the search if nothing is `hit`.
     pub(crate) s: f64,
     /// Line of the program that got there.
     pub(crate) line: Option<u32>,
     /// The tool that got there.
-    pub(crate) by: Option<Deciding>,
+    pub(crate) by: Option<DecidingPose>,
     /// The search was given up: `s` may be too high.
     pub(crate) unresolved: bool,
 }
 
 /// How the tool stands, which of its bodies it is, and when: in which of the pieces that were looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Deciding {
-    pub(crate) stand: Stand,
+pub(crate) struct DecidingPose {
+    pub(crate) stand: BodyPose,
     pub(crate) body: u32,
     pub(crate) piece: u32,
 }
 
 /// A body in motion over a piece, with both numbers.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Part<'a> {
-    pub(crate) piece: &'a Piece,
-    pub(crate) body: Body,
+pub(crate) struct MovingBody<'a> {
+    pub(crate) piece: &'a MotionPiece,
+    pub(crate) body: ConvexBody,
     pub(crate) numbers: (u32, u32),
 }
 
@@ -42,7 +42,7 @@ const MOST_STEPS: u32 = 50_000;
 /// Depth at which an interval of time is 1e-9 of a piece: below all rounding.
 const DEEPEST: u32 = 30;
 
-impl Lowest {
+impl LowestEntry {
     /// Nothing below `reach` \[mm\].
     pub(crate) fn none(reach: f64) -> Self {
         Self { s: reach, line: None, by: None, unresolved: false }
@@ -55,24 +55,24 @@ impl Lowest {
     /// tolerance is dropped, otherwise its middle is tried exactly and both halves are searched.
     /// A touch that cuts into the ray by less than a tenth of the tolerance may be dropped: without
     /// that a tool sliding along the ray would be searched for ever.
-    pub(crate) fn search(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
-        let Part { piece, body, .. } = *part;
+    pub(crate) fn search(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
+        let MovingBody { piece, body, .. } = *part;
         let limit = self.s - tolerance;
         if limit <= -ray.below {
             return;
         }
         // Most pieces end here: one distance and its derivatives.
-        let upper = Ray { below: 0.0, ..*ray };
+        let upper = NormalRay { below: 0.0, ..*ray };
         let end = limit.max(0.0);
-        let target = Target { body, ray: &upper, s: end, limit: end };
+        let target = RayQuery { body, ray: &upper, s: end, limit: end };
         if piece.bound(piece.middle(), 1.0, &target).low <= GRAZE * tolerance {
             self.refine(part, ray, tolerance);
         }
     }
 
     /// The search proper.
-    fn refine(&mut self, part: &Part<'_>, ray: &Ray, tolerance: f64) {
-        let Part { piece, body, numbers } = *part;
+    fn refine(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
+        let MovingBody { piece, body, numbers } = *part;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -89,13 +89,13 @@ impl Lowest {
             }
             let half = 0.5f64.powi(depth.cast_signed());
             let instant = piece.instant(u);
-            let drift = |ray: &Ray, limit: f64| {
-                let target = Target { body, ray, s: limit, limit };
+            let drift = |ray: &NormalRay, limit: f64| {
+                let target = RayQuery { body, ray, s: limit, limit };
                 open_drift(piece, &instant, half, &target, tolerance)
             };
             // The ray is inside a convex body in one stretch: up to the surface and below the limit, if this is
             // lower, or in between.
-            let Some(mut towards) = drift(&Ray { below: 0.0, ..*ray }, limit.max(0.0)) else {
+            let Some(mut towards) = drift(&NormalRay { below: 0.0, ..*ray }, limit.max(0.0)) else {
                 continue;
             };
             if limit < 0.0 {
@@ -106,7 +106,7 @@ impl Lowest {
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
                 let (stand, body, piece) = (instant.stand, numbers.1, numbers.0);
-                let by = Deciding { stand, body, piece };
+                let by = DecidingPose { stand, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }
             if depth + 1 >= DEEPEST {
@@ -130,16 +130,16 @@ impl Lowest {
 /// Where the ray leaves the body behind at the limit, the bound from there is poor; the point
 /// closest to the body gives a sharp one.
 fn open_drift(
-    piece: &Piece,
-    instant: &Instant,
+    piece: &MotionPiece,
+    instant: &MotionInstant,
     half: f64,
-    target: &Target<'_>,
+    target: &RayQuery<'_>,
     tolerance: f64,
 ) -> Option<f64> {
     let mut bound = piece.bound(instant, half, target);
     if bound.low <= GRAZE * tolerance && bound.by_s > 0.0 {
         let s = target.body.closest(&instant.stand, target.ray, target.limit);
-        bound = piece.bound(instant, half, &Target { s, ..*target });
+        bound = piece.bound(instant, half, &RayQuery { s, ..*target });
     }
     (bound.low <= GRAZE * tolerance).then_some(bound.drift)
 }

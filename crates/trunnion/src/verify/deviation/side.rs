@@ -2,7 +2,7 @@
 
 use crate::cutter::Cutter;
 use crate::surface::Face;
-use crate::verify::swept::tool::{Stand, bodies};
+use crate::verify::swept::tool::{BodyPose, bodies};
 use crate::verify::{ClInput, Input, Tool, Track, VerifyError, track, track_cl};
 use nalgebra::{Point3, Vector3};
 
@@ -67,7 +67,7 @@ impl<'a> Scene<'a> {
                 continue;
             };
             for (_, pose) in &track.poses {
-                let stand = Stand { tip: pose.tip, axis: pose.axis.into_inner() };
+                let stand = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
                 for (pair, held) in self.pairs.iter().zip(&mut held) {
                     for (point, held) in pair.iter().zip(held) {
                         *held |= (point - pose.tip).norm_squared() < reach * reach

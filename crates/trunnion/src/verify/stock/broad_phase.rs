@@ -1,60 +1,62 @@
 //! Bodies in motion by the tiles that they may come near.
 
 use super::carve::CollisionKind;
-use super::dexel::{Bins, Family, Held, Lattice, Square, TILE, Tile, across};
-use crate::verify::swept::bvh::Bounds;
-use crate::verify::swept::quadratic::{Piece, Tent};
-use crate::verify::swept::tool::Body;
+use super::dexel::{
+    DexelGrid, HeightBins, MaterialBins, RayFamily, RaySquare, RayTile, TILE, across,
+};
+use crate::verify::swept::bvh::BoundingBox;
+use crate::verify::swept::quadratic::{MotionPiece, SupportPlanes};
+use crate::verify::swept::tool::ConvexBody;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 
 /// A piece of a move, and what bounds how it moves.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stretch {
-    pub(crate) piece: Piece,
+pub(crate) struct BoundedPiece {
+    pub(crate) piece: MotionPiece,
     /// How far the points a tool can hold are from moving straight in its frame \[mm\].
     pub(crate) bend: f64,
 }
 
-impl Stretch {
+impl BoundedPiece {
     /// `reach` \[mm\]: how far points of the tool are from its tip.
-    pub(crate) fn new(piece: &Piece, reach: f64) -> Self {
+    pub(crate) fn new(piece: &MotionPiece, reach: f64) -> Self {
         Self { piece: *piece, bend: piece.bend(reach) }
     }
 
     /// What holds the distance of a body up from a point.
     #[inline]
-    pub(crate) fn tent(&self, body: Body, point: &Point3<f64>) -> Tent {
-        let Tent { sides: [(one, a), (other, b)] } = self.piece.tent(body, point);
-        Tent { sides: [(one - self.bend, a), (other - self.bend, b)] }
+    pub(crate) fn tent(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
+        let SupportPlanes { sides: [(one, a), (other, b)] } = self.piece.tent(body, point);
+        SupportPlanes { sides: [(one - self.bend, a), (other - self.bend, b)] }
     }
 }
 
 /// A body over a piece of a move.
 #[derive(Debug, Clone)]
-pub(crate) struct Part {
-    pub(crate) whole: Stretch,
+pub(crate) struct MovingPart {
+    pub(crate) whole: BoundedPiece,
     /// The same, in parts over which it moves straight.
-    pub(crate) straight: Arc<[Stretch]>,
-    pub(crate) body: Body,
+    pub(crate) straight: Arc<[BoundedPiece]>,
+    pub(crate) body: ConvexBody,
     /// What it is if it meets material; `None` for what is there to cut, at feed.
     pub(crate) harm: Option<CollisionKind>,
     /// A box around it, and around all that comes too close to what must not touch material.
-    pub(crate) bounds: Bounds,
+    pub(crate) bounds: BoundingBox,
     /// Its number in the program, and that of the first part of its move.
     pub(crate) number: usize,
     pub(crate) first: usize,
 }
 
-impl Part {
+impl MovingPart {
     pub(crate) fn new(
-        whole: &Stretch,
-        straight: Arc<[Stretch]>,
-        body: Body,
+        whole: &BoundedPiece,
+        straight: Arc<[BoundedPiece]>,
+        body: ConvexBody,
         harm: Option<CollisionKind>,
     ) -> Self {
         let [low, high] = whole.piece.axis_box(body.heights());
-        let bounds = Bounds { low, high }.grown(body.radius());
+        let bounds = BoundingBox { low, high }.grown(body.radius());
         Self { whole: *whole, straight, body, harm, bounds, number: 0, first: 0 }
     }
 
@@ -109,7 +111,11 @@ impl Part {
 const LOOKS: u32 = 10;
 
 /// Which of `parts` may come near each tile of a family, in their order.
-pub(crate) fn by_tile(parts: &[Part], lattice: &Lattice, family: &Family) -> Vec<Vec<u32>> {
+pub(crate) fn by_tile(
+    parts: &[MovingPart],
+    lattice: &DexelGrid,
+    family: &RayFamily,
+) -> Vec<Vec<u32>> {
     let [a, b] = across(family.along);
     let mut lists: Vec<Vec<u32>> = vec![Vec::new(); family.tiles.len()];
     for (number, part) in (0u32..).zip(parts) {
@@ -131,18 +137,18 @@ pub(crate) fn by_tile(parts: &[Part], lattice: &Lattice, family: &Family) -> Vec
 
 /// Rays along one axis, for all tiles of a family.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
-    pub(crate) lattice: Lattice,
+pub(crate) struct RayFrame {
+    pub(crate) lattice: DexelGrid,
     pub(crate) along: usize,
-    pub(crate) bins: Bins,
+    pub(crate) bins: HeightBins,
 }
 
-impl Frame {
+impl RayFrame {
     /// Whether a body may be deeper than `touch` \[mm\] in the material of a square of rays.
     pub(crate) fn meets(
         &self,
-        (tile, square, held): (&Tile, Square, &Held),
-        part: &Part,
+        (tile, square, held): (&RayTile, RaySquare, &MaterialBins),
+        part: &MovingPart,
         touch: f64,
     ) -> bool {
         let range = held.within(self.bins, part.extent(self.along));
@@ -152,8 +158,8 @@ impl Frame {
     /// The box around the material of a square of rays between two places along them.
     pub(crate) fn corners(
         &self,
-        tile: &Tile,
-        square: Square,
+        tile: &RayTile,
+        square: RaySquare,
         [low, high]: [f64; 2],
     ) -> [Point3<f64>; 2] {
         let mut corners = [Point3::origin(); 2];
@@ -167,7 +173,7 @@ impl Frame {
     }
 
     /// The first and the last rays of a square, across.
-    pub(crate) fn sides(&self, tile: &Tile, square: Square) -> [[f64; 2]; 2] {
+    pub(crate) fn sides(&self, tile: &RayTile, square: RaySquare) -> [[f64; 2]; 2] {
         let [a, b] = across(self.along);
         let first = [0, 1].map(|k: usize| tile.first[k] + square.from[k]);
         let last = [0, 1].map(|k: usize| (first[k] + square.size[k]).saturating_sub(1));
@@ -175,7 +181,7 @@ impl Frame {
     }
 
     /// Where ray `index` of a tile runs.
-    pub(crate) fn ray(&self, tile: &Tile, index: usize) -> Point3<f64> {
+    pub(crate) fn ray(&self, tile: &RayTile, index: usize) -> Point3<f64> {
         let [i, j] = [index / tile.size[1].max(1), index % tile.size[1].max(1)];
         self.lattice.ray(self.along, [tile.first[0] + i, tile.first[1] + j])
     }

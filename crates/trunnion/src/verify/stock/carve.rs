@@ -4,17 +4,17 @@ use super::super::ledger::{Ledger, Lines};
 use super::super::run::Run;
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
 use super::between_rays;
-use super::between_rays::{Close, Graze};
+use super::between_rays::{BoxFinding, CloseBox};
 use super::broad_phase;
-use super::broad_phase::Part;
+use super::broad_phase::MovingPart;
 use super::build::solid::Solid;
 use super::clip::batch;
-use super::clip::batch::{Told, Work};
+use super::clip::batch::{ClipBatch, ClipFindings};
 use super::material::Stock;
-use super::moving_tools::Tools;
+use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
-use crate::verify::swept::mesh::Shell;
+use crate::verify::swept::mesh::ClosedMesh;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -63,7 +63,7 @@ impl fmt::Display for Collision {
 
 /// What a program does to the stock.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carving {
+pub struct StockReport {
     /// Volume taken away \[mm³\].
     pub removed: f64,
     /// Volume left \[mm³\].
@@ -74,12 +74,12 @@ pub struct Carving {
     /// How many there are of each kind.
     pub lines: Vec<(CollisionKind, Lines)>,
     /// Where shank, holder or a rapid move may run into it between rays, as the search met its limit: the deepest.
-    pub undecided: Option<Undecided>,
+    pub undecided: Option<UndecidedCollision>,
 }
 
 /// Where it could not be decided whether something runs into material between rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Undecided {
+pub struct UndecidedCollision {
     /// With what.
     pub kind: CollisionKind,
     /// Line of the program.
@@ -88,7 +88,7 @@ pub struct Undecided {
     pub depth: f64,
 }
 
-impl Carving {
+impl StockReport {
     /// Lines that run into something, each once for every kind.
     pub fn count(&self) -> usize {
         self.lines.iter().map(|(_, lines)| lines.count).sum()
@@ -97,7 +97,7 @@ impl Carving {
 
 /// How stock is cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cutting {
+pub struct StockOptions {
     /// Nothing farther than this from the swept tool is cut, nothing deeper than this within it is left on a ray
     /// \[mm\].
     pub tolerance: f64,
@@ -120,14 +120,14 @@ const BATCH: usize = 256;
 pub fn simulate(
     input: &Input<'_>,
     stock: &mut Stock,
-    cutting: &Cutting,
+    cutting: &StockOptions,
     progress: &dyn Progress,
-) -> Result<Carving, VerifyError> {
+) -> Result<StockReport, VerifyError> {
     let controls = controls(input)?;
     let program = (input.program, &input.tables);
     let run = Run::program(&controls, program, CHORD_SHARE * cutting.tolerance);
     let cutters = tools::cutters(input.cutter, input.tables.tools);
-    Carver::new(stock, &cutters, cutting)?.run(&run, progress)
+    StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
 /// Runs cutter locations through stock; see [`simulate`].
@@ -138,26 +138,26 @@ pub fn simulate(
 pub fn simulate_cl(
     input: &ClInput<'_>,
     stock: &mut Stock,
-    cutting: &Cutting,
+    cutting: &StockOptions,
     progress: &dyn Progress,
-) -> Result<Carving, VerifyError> {
+) -> Result<StockReport, VerifyError> {
     let run = Run::locations(input, CHORD_SHARE * cutting.tolerance)?;
     let cutters = tools::cutters(input.cutter, input.tools);
-    Carver::new(stock, &cutters, cutting)?.run(&run, progress)
+    StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
 /// A tool in stock.
-struct Carver<'a> {
+struct StockCutter<'a> {
     stock: &'a mut Stock,
-    tools: Tools,
+    tools: MovingTools,
     worst: usize,
     found: BTreeMap<CollisionKind, Ledger<Collision>>,
     /// Where to look between rays, and what the stock was; `None` if that is not known.
-    close: Vec<Close>,
+    close: Vec<CloseBox>,
     uncut: Option<Arc<Solid>>,
     /// Its triangles once they are needed.
-    shell: Option<Shell>,
-    undecided: Option<Undecided>,
+    shell: Option<ClosedMesh>,
+    undecided: Option<UndecidedCollision>,
 }
 
 /// Boxes in which bodies come close to material, before they are looked at.
@@ -166,25 +166,25 @@ const MOST_CLOSE: usize = 50_000;
 /// least depth that is told between rays.
 const PRISM: f64 = 0.1;
 
-impl<'a> Carver<'a> {
+impl<'a> StockCutter<'a> {
     fn new(
         stock: &'a mut Stock,
         cutters: &[&Cutter],
-        cutting: &Cutting,
+        cutting: &StockOptions,
     ) -> Result<Self, VerifyError> {
-        let Cutting { tolerance, worst } = *cutting;
+        let StockOptions { tolerance, worst } = *cutting;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
         let margin = batch::margin(&stock.lattice);
-        let tools = Tools::new(cutters, tolerance, margin);
+        let tools = MovingTools::new(cutters, tolerance, margin);
         let uncut = stock.uncut.take();
         let (found, close) = (BTreeMap::new(), Vec::new());
         Ok(Self { stock, tools, worst, found, close, uncut, shell: None, undecided: None })
     }
 
-    fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<Carving, VerifyError> {
+    fn run(&mut self, run: &Run<'_>, progress: &dyn Progress) -> Result<StockReport, VerifyError> {
         let (mut segments, steps) = (run.segments(), run.steps());
         let before = self.stock.volume();
         let (mut done, mut number) = (0, 0);
@@ -218,7 +218,13 @@ impl<'a> Carver<'a> {
             lines.extend(all.map(|all| (kind, all)));
         }
         collisions.sort_by_key(|hit: &Collision| (hit.line, hit.kind));
-        Ok(Carving { removed: before - left, left, collisions, lines, undecided: self.undecided })
+        Ok(StockReport {
+            removed: before - left,
+            left,
+            collisions,
+            lines,
+            undecided: self.undecided,
+        })
     }
 
     /// Looks at the boxes in which bodies come close to material.
@@ -233,11 +239,11 @@ impl<'a> Carver<'a> {
         }
         if self.shell.is_none() {
             let solid = self.uncut.as_ref();
-            self.shell =
-                solid.and_then(|solid| Shell::new(solid.triangles(PRISM * between_rays::LEAST)));
+            self.shell = solid
+                .and_then(|solid| ClosedMesh::new(solid.triangles(PRISM * between_rays::LEAST)));
         }
         let Some(shell) = &self.shell else { return Ok(()) };
-        for Graze { line, kind, known, hit, open } in
+        for BoxFinding { line, kind, known, hit, open } in
             between_rays::look((run, &self.tools), shell, close, progress)?
         {
             if let Some(hit) = hit {
@@ -246,21 +252,21 @@ impl<'a> Carver<'a> {
             }
             let deepest = self.undecided.map_or(0.0, |undecided| undecided.depth);
             if let Some(depth) = open.filter(|depth| *depth > deepest) {
-                self.undecided = Some(Undecided { kind, line, depth });
+                self.undecided = Some(UndecidedCollision { kind, line, depth });
             }
         }
         Ok(())
     }
 
     /// Cuts the stock by a batch.
-    fn cut(&mut self, parts: &[Part]) {
+    fn cut(&mut self, parts: &[MovingPart]) {
         let lattice = self.stock.lattice;
         let (mut hits, mut close) = (Vec::new(), Vec::new());
         for family in &mut self.stock.families {
             let near = broad_phase::by_tile(parts, &lattice, family);
-            let work = Work::new(lattice, family, parts, self.tools.tolerance);
+            let work = ClipBatch::new(lattice, family, parts, self.tools.tolerance);
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
-            let all: Vec<Told> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
+            let all: Vec<ClipFindings> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
             for told in all {
                 hits.extend(told.hits);
                 close.extend(told.close);
@@ -304,8 +310,8 @@ mod tests {
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
-    use crate::verify::stock::broad_phase::Frame;
-    use crate::verify::stock::clip::closest_approach::Line;
+    use crate::verify::stock::broad_phase::RayFrame;
+    use crate::verify::stock::clip::closest_approach::RayLine;
     use crate::verify::stock::dexel::unit;
     use nalgebra::{Rotation3, Unit, Vector3};
     use proptest::prelude::*;
@@ -405,14 +411,14 @@ mod tests {
             let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
-            simulate_cl(&input, &mut stock, &Cutting { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
+            simulate_cl(&input, &mut stock, &StockOptions { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
             for family in &stock.families {
                 let along = family.along;
                 for (index, tile) in family.tiles.iter().enumerate() {
                     // Every 37th ray, another one in each tile.
                     for ray in (index % 37..tile.rays.len()).step_by(37) {
-                        let frame = Frame { lattice: stock.lattice, along, bins: family.bins };
-                        let line = Line { from: frame.ray(tile, ray), way: unit(along) };
+                        let frame = RayFrame { lattice: stock.lattice, along, bins: family.bins };
+                        let line = RayLine { from: frame.ray(tile, ray), way: unit(along) };
                         let spans = &tile.rays[ray];
                         let ends: Vec<f64> = spans.iter().flatten().collect();
                         let mut places: Vec<f64> = (1..12)

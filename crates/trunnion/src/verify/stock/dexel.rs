@@ -8,13 +8,13 @@ pub(crate) const TILE: usize = 16;
 
 /// Material along a ray: intervals, ascending. Nearly every ray has one, which is kept in place.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Spans {
+pub(crate) struct RaySpans {
     /// Empty if it ends where it begins.
     first: [f64; 2],
     more: Vec<[f64; 2]>,
 }
 
-impl Spans {
+impl RaySpans {
     /// No material.
     pub(crate) const NONE: Self = Self { first: [0.0; 2], more: Vec::new() };
 
@@ -86,22 +86,22 @@ impl Spans {
 
 /// One square of rays.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Tile {
+pub(crate) struct RayTile {
     /// Number of the first ray by both parameters.
     pub(crate) first: [usize; 2],
     /// Rays by both parameters.
     pub(crate) size: [usize; 2],
     /// Ray after ray, the second parameter running fastest.
-    pub(crate) rays: Vec<Spans>,
+    pub(crate) rays: Vec<RaySpans>,
     /// Where material is on them.
-    pub(crate) held: Held,
+    pub(crate) held: MaterialBins,
     /// Its length \[mm\].
     pub(crate) length: f64,
 }
 
 /// Where material is on some rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Held {
+pub(crate) struct MaterialBins {
     /// Lowest and highest; empty if the first is above the second.
     range: [f64; 2],
     /// Which of the bins that part the length of all rays hold some.
@@ -110,7 +110,7 @@ pub(crate) struct Held {
 
 /// Along a family, where its bins lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Bins {
+pub(crate) struct HeightBins {
     low: f64,
     size: f64,
 }
@@ -118,7 +118,7 @@ pub(crate) struct Bins {
 /// Bins along a ray.
 const BINS: f64 = 64.0;
 
-impl Bins {
+impl HeightBins {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 63")]
     fn number(self, s: f64) -> u32 {
         ((s - self.low) / self.size).clamp(0.0, BINS - 1.0) as u32
@@ -131,12 +131,12 @@ impl Bins {
     }
 }
 
-impl Held {
+impl MaterialBins {
     /// On no ray.
     pub(crate) const NONE: Self = Self { range: [f64::INFINITY, f64::NEG_INFINITY], bins: 0 };
 
     /// Takes in a ray.
-    pub(crate) fn add(&mut self, spans: &Spans, bins: Bins) {
+    pub(crate) fn add(&mut self, spans: &RaySpans, bins: HeightBins) {
         let Some([low, high]) = spans.range() else { return };
         self.range = [self.range[0].min(low), self.range[1].max(high)];
         for span in spans.iter() {
@@ -145,7 +145,7 @@ impl Held {
     }
 
     /// Lowest and highest material, but for what lies in bins outside `low..high`.
-    pub(crate) fn within(&self, bins: Bins, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn within(&self, bins: HeightBins, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
         if high < self.range[0] || low > self.range[1] {
             return None;
         }
@@ -161,10 +161,10 @@ impl Held {
     }
 }
 
-impl Tile {
+impl RayTile {
     /// Finds anew where material is, and how much.
-    pub(crate) fn measure(&mut self, bins: Bins) {
-        (self.held, self.length) = (Held::NONE, 0.0);
+    pub(crate) fn measure(&mut self, bins: HeightBins) {
+        (self.held, self.length) = (MaterialBins::NONE, 0.0);
         for spans in &self.rays {
             self.held.add(spans, bins);
             self.length += spans.iter().map(|[low, high]| high - low).sum::<f64>();
@@ -185,10 +185,10 @@ impl Tile {
     }
 
     /// Squares of rays within the tile, `side` along each side.
-    pub(crate) fn squares(&self, side: usize) -> impl Iterator<Item = Square> + use<> {
+    pub(crate) fn squares(&self, side: usize) -> impl Iterator<Item = RaySquare> + use<> {
         let [rows, columns] = self.size;
         (0..rows).step_by(side).flat_map(move |i| {
-            (0..columns).step_by(side).map(move |j| Square {
+            (0..columns).step_by(side).map(move |j| RaySquare {
                 from: [i, j],
                 size: [side.min(rows - i), side.min(columns - j)],
                 columns,
@@ -197,20 +197,20 @@ impl Tile {
     }
 
     /// All its rays.
-    pub(crate) fn whole(&self) -> Square {
-        Square { from: [0, 0], size: self.size, columns: self.size[1] }
+    pub(crate) fn whole(&self) -> RaySquare {
+        RaySquare { from: [0, 0], size: self.size, columns: self.size[1] }
     }
 }
 
 /// Some rays of a tile: the first by both parameters, how many, and how many the tile has in a row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Square {
+pub(crate) struct RaySquare {
     pub(crate) from: [usize; 2],
     pub(crate) size: [usize; 2],
     columns: usize,
 }
 
-impl Square {
+impl RaySquare {
     /// Their numbers in the tile.
     pub(crate) fn rays(self) -> impl Iterator<Item = usize> {
         self.rows().flatten()
@@ -249,19 +249,19 @@ impl Square {
 
 /// Parallel rays through the middles of a lattice's cubes.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Family {
+pub(crate) struct RayFamily {
     /// Along which axis.
     pub(crate) along: usize,
     /// Tiles, the second parameter running fastest.
-    pub(crate) tiles: Vec<Tile>,
-    pub(crate) bins: Bins,
+    pub(crate) tiles: Vec<RayTile>,
+    pub(crate) bins: HeightBins,
     /// Tiles by both parameters.
     pub(crate) grid: [usize; 2],
 }
 
 /// A lattice of cubes, or nearly; rays run through their middles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lattice {
+pub(crate) struct DexelGrid {
     /// Middle of the first cube.
     pub(crate) origin: Point3<f64>,
     /// Sides of a cube \[mm\].
@@ -275,7 +275,7 @@ pub(crate) fn across(along: usize) -> [usize; 2] {
     [(along + 1) % 3, (along + 2) % 3]
 }
 
-impl Lattice {
+impl DexelGrid {
     /// A coordinate of node `index`.
     pub(crate) fn at(&self, axis: usize, index: usize) -> f64 {
         self.origin[axis] + self.cell[axis] * index as f64
@@ -301,11 +301,11 @@ impl Lattice {
     }
 }
 
-impl Family {
+impl RayFamily {
     /// Rays with the material of rows, a row for each node by the first parameter.
-    pub(crate) fn new(lattice: &Lattice, along: usize, rows: Vec<Vec<Spans>>) -> Self {
+    pub(crate) fn new(lattice: &DexelGrid, along: usize, rows: Vec<Vec<RaySpans>>) -> Self {
         let [a, b] = across(along).map(|axis| lattice.size[axis]);
-        let bins = Bins {
+        let bins = HeightBins {
             low: lattice.at(along, 0) - lattice.cell[along],
             size: lattice.cell[along] * (lattice.size[along] as f64 + 1.0) / BINS,
         };
@@ -316,7 +316,7 @@ impl Family {
             tiles.extend((0..b).step_by(TILE).map(|j| {
                 let size = [TILE.min(a - i), TILE.min(b - j)];
                 let rays = Vec::with_capacity(size[0] * size[1]);
-                Tile { first: [i, j], size, rays, held: Held::NONE, length: 0.0 }
+                RayTile { first: [i, j], size, rays, held: MaterialBins::NONE, length: 0.0 }
             }));
             for row in rows.by_ref().take(TILE) {
                 let mut spans = row.into_iter();
@@ -331,7 +331,7 @@ impl Family {
     }
 
     /// Material along the ray `[i, j]`.
-    pub(crate) fn spans(&self, [i, j]: [usize; 2]) -> Option<&Spans> {
+    pub(crate) fn spans(&self, [i, j]: [usize; 2]) -> Option<&RaySpans> {
         let tile = self.tiles.get(i / TILE * self.grid[1] + j / TILE);
         tile.and_then(|tile| tile.rays.get(i % TILE * tile.size[1] + j % TILE))
     }
@@ -356,7 +356,7 @@ mod tests {
     #[test]
     fn a_cut_shortens_splits_or_removes_a_span() {
         let spans = |all: &[[f64; 2]]| {
-            let mut spans = Spans::NONE;
+            let mut spans = RaySpans::NONE;
             for &span in all {
                 spans.push(span);
             }
@@ -378,19 +378,19 @@ mod tests {
         both.take([0.5, 3.0]);
         assert_eq!(both, spans(&[[0.0, 0.5], [3.0, 5.0]]));
         both.take([-1.0, 9.0]);
-        assert_eq!(both, Spans::NONE);
+        assert_eq!(both, RaySpans::NONE);
         let mut one = spans(&[[0.0, 1.0]]);
         one.cut(0, [-1.0, 2.0]);
-        assert_eq!((one.len(), one.range(), one), (0, None, Spans::NONE));
+        assert_eq!((one.len(), one.range(), one), (0, None, RaySpans::NONE));
     }
 
     #[test]
     fn rays_know_their_gaps() {
-        let bins = Bins { low: 0.0, size: 1.0 };
-        let mut spans = Spans::NONE;
+        let bins = HeightBins { low: 0.0, size: 1.0 };
+        let mut spans = RaySpans::NONE;
         spans.push([2.5, 10.25]);
         spans.push([50.75, 63.5]);
-        let mut held = Held::NONE;
+        let mut held = MaterialBins::NONE;
         held.add(&spans, bins);
         assert_eq!(held.within(bins, [0.0, 64.0]), Some([2.5, 63.5]));
         assert_eq!(held.within(bins, [11.5, 49.5]), None);

@@ -2,15 +2,15 @@
 
 use super::build::solid::{self, Solid};
 use super::dexel;
-use super::dexel::{Family, Lattice};
+use super::dexel::{DexelGrid, RayFamily};
 use crate::verify::VerifyError;
 use std::sync::Arc;
 
 /// Material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stock {
-    pub(super) lattice: Lattice,
-    pub(super) families: [Family; 3],
+    pub(super) lattice: DexelGrid,
+    pub(super) families: [RayFamily; 3],
     /// What it was before anything cut it; `None` since.
     pub(super) uncut: Option<Arc<Solid>>,
 }
@@ -55,7 +55,7 @@ impl Stock {
     /// Volume \[mm³\] by the rays along x, y and z alone: how far they differ tells how far rays lie apart.
     pub fn volumes(&self) -> [f64; 3] {
         let cell = self.lattice.cell;
-        let volume = |family: &Family| {
+        let volume = |family: &RayFamily| {
             let [a, b] = dexel::across(family.along);
             family.length() * cell[a] * cell[b]
         };

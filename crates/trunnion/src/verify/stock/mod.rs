@@ -15,5 +15,7 @@ pub(crate) mod mesh;
 pub(crate) mod moving_tools;
 
 pub use build::solid::Solid;
-pub use carve::{Carving, Collision, CollisionKind, Cutting, Undecided, simulate, simulate_cl};
+pub use carve::{
+    Collision, CollisionKind, StockOptions, StockReport, UndecidedCollision, simulate, simulate_cl,
+};
 pub use material::Stock;

@@ -1,28 +1,28 @@
 //! Tools over moves, body by body, as stock is cut by them.
 
-use super::broad_phase::{Part, Stretch};
+use super::broad_phase::{BoundedPiece, MovingPart};
 use super::carve::CollisionKind;
 use super::clip::ray;
 use crate::cutter::Cutter;
 use crate::verify::VerifyError;
 use crate::verify::replay::{Mover, Segment};
 use crate::verify::swept::quadratic;
-use crate::verify::swept::quadratic::Piece;
+use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::tool;
-use crate::verify::swept::tool::Body;
+use crate::verify::swept::tool::ConvexBody;
 use std::sync::Arc;
 
 /// Tools by their places in the table, and how exactly they are moved.
-pub(crate) struct Tools {
+pub(crate) struct MovingTools {
     /// The bodies, and how far a point may be from the tip \[mm\].
-    all: Vec<(Vec<Body>, f64)>,
+    all: Vec<(Vec<ConvexBody>, f64)>,
     /// \[mm\]
     pub(crate) tolerance: f64,
     /// How near to material is close \[mm\].
     margin: f64,
 }
 
-impl Tools {
+impl MovingTools {
     pub(crate) fn new(cutters: &[&Cutter], tolerance: f64, margin: f64) -> Self {
         Self { all: tool::tools(cutters), tolerance, margin }
     }
@@ -38,7 +38,7 @@ impl Tools {
         mover: &Mover<'_>,
         segment: &Segment,
         number: usize,
-        parts: &mut Vec<Part>,
+        parts: &mut Vec<MovingPart>,
     ) -> Result<(), VerifyError> {
         let known = parts.len();
         self.parts_of(mover, segment, parts)?;
@@ -55,7 +55,7 @@ impl Tools {
         &self,
         mover: &Mover<'_>,
         segment: &Segment,
-        parts: &mut Vec<Part>,
+        parts: &mut Vec<MovingPart>,
     ) -> Result<(), VerifyError> {
         let [error, bend] = [ray::ERROR, ray::BEND].map(|share| share * self.tolerance);
         let Some((bodies, size)) = self.all.get(segment.tool) else { return Ok(()) };
@@ -63,15 +63,15 @@ impl Tools {
         quadratic::pieces(mover, segment, *size, error, &mut pieces)?;
         for piece in &pieces {
             let straight = quadratic::straight(mover, segment, piece, [*size, bend])?;
-            let stretch = |piece: &Piece| Stretch::new(piece, *size);
-            let straight: Arc<[Stretch]> = straight.iter().map(stretch).collect();
+            let stretch = |piece: &MotionPiece| BoundedPiece::new(piece, *size);
+            let straight: Arc<[BoundedPiece]> = straight.iter().map(stretch).collect();
             for (index, body) in bodies.iter().enumerate() {
                 let harm = match (index, segment.rapid) {
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),
                     _ => Some(CollisionKind::Holder),
                 };
-                parts.push(Part::new(&stretch(piece), Arc::clone(&straight), *body, harm));
+                parts.push(MovingPart::new(&stretch(piece), Arc::clone(&straight), *body, harm));
             }
         }
         Ok(())

@@ -4,12 +4,12 @@ use nalgebra::Point3;
 
 /// An axis-parallel box.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bounds {
+pub(crate) struct BoundingBox {
     pub(crate) low: Point3<f64>,
     pub(crate) high: Point3<f64>,
 }
 
-impl Bounds {
+impl BoundingBox {
     /// Holds nothing.
     pub(crate) fn empty() -> Self {
         Self { low: Point3::from([f64::INFINITY; 3]), high: Point3::from([f64::NEG_INFINITY; 3]) }
@@ -42,17 +42,17 @@ impl Bounds {
 
 /// A box and what is in it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Item {
-    pub(crate) bounds: Bounds,
+pub(crate) struct TreeItem {
+    pub(crate) bounds: BoundingBox,
     /// Piece and body.
     pub(crate) content: (u32, u32),
 }
 
 /// A bounding-box tree.
 #[derive(Debug)]
-pub(crate) struct Tree {
-    nodes: Vec<Node>,
-    items: Vec<Item>,
+pub(crate) struct BoxTree {
+    nodes: Vec<TreeNode>,
+    items: Vec<TreeItem>,
 }
 
 /// Boxes a leaf holds at most.
@@ -60,27 +60,27 @@ const LEAF: usize = 8;
 
 /// What is below a node.
 #[derive(Debug)]
-pub(crate) enum Below<'a> {
+pub(crate) enum TreeChildren<'a> {
     Nodes([usize; 2]),
-    Items(&'a [Item]),
+    Items(&'a [TreeItem]),
 }
 
 #[derive(Debug)]
-struct Node {
-    bounds: Bounds,
+struct TreeNode {
+    bounds: BoundingBox,
     /// Items of a leaf, or the node of the second child (the first one follows directly).
-    kind: Kind,
+    kind: NodeKind,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum NodeKind {
     Leaf { first: usize, count: usize },
     Fork { second: usize },
 }
 
-impl Tree {
+impl BoxTree {
     /// Sorts boxes into a tree by halving along the longest side.
-    pub(crate) fn new(mut items: Vec<Item>) -> Self {
+    pub(crate) fn new(mut items: Vec<TreeItem>) -> Self {
         let mut nodes = Vec::new();
         let count = items.len();
         if count > 0 {
@@ -90,7 +90,7 @@ impl Tree {
     }
 
     /// Whether anything may be in a region.
-    pub(crate) fn meets(&self, region: &Bounds) -> bool {
+    pub(crate) fn meets(&self, region: &BoundingBox) -> bool {
         self.nodes.first().is_some_and(|all| all.bounds.meets(region))
     }
 
@@ -100,23 +100,23 @@ impl Tree {
     }
 
     /// The box of a node.
-    pub(crate) fn bounds(&self, node: usize) -> Option<&Bounds> {
+    pub(crate) fn bounds(&self, node: usize) -> Option<&BoundingBox> {
         self.nodes.get(node).map(|node| &node.bounds)
     }
 
     /// What is below a node.
-    pub(crate) fn below(&self, node: usize) -> Below<'_> {
+    pub(crate) fn below(&self, node: usize) -> TreeChildren<'_> {
         match self.nodes.get(node).map(|node| &node.kind) {
-            Some(Kind::Fork { second }) => Below::Nodes([node + 1, *second]),
-            Some(Kind::Leaf { first, count }) => {
-                Below::Items(self.items.get(*first..first + count).unwrap_or_default())
+            Some(NodeKind::Fork { second }) => TreeChildren::Nodes([node + 1, *second]),
+            Some(NodeKind::Leaf { first, count }) => {
+                TreeChildren::Items(self.items.get(*first..first + count).unwrap_or_default())
             }
-            None => Below::Items(&[]),
+            None => TreeChildren::Items(&[]),
         }
     }
 
     /// Contents of all boxes that meet a region, each once, in ascending order.
-    pub(crate) fn near(&self, region: &Bounds, found: &mut Vec<(u32, u32)>) {
+    pub(crate) fn near(&self, region: &BoundingBox, found: &mut Vec<(u32, u32)>) {
         found.clear();
         let mut open = vec![0];
         while let Some(at) = open.pop() {
@@ -125,8 +125,8 @@ impl Tree {
                 continue;
             }
             match node.kind {
-                Kind::Fork { second } => open.extend([at + 1, second]),
-                Kind::Leaf { first, count } => {
+                NodeKind::Fork { second } => open.extend([at + 1, second]),
+                NodeKind::Leaf { first, count } => {
                     let items = self.items.iter().skip(first).take(count);
                     found.extend(
                         items.filter(|item| item.bounds.meets(region)).map(|item| item.content),
@@ -140,10 +140,10 @@ impl Tree {
 }
 
 /// Appends the subtree of `items[first..first + count]`.
-fn build(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, count: usize) {
-    let bounds = items.iter().fold(Bounds::empty(), |all, item| all.join(&item.bounds));
+fn build(nodes: &mut Vec<TreeNode>, items: &mut [TreeItem], first: usize, count: usize) {
+    let bounds = items.iter().fold(BoundingBox::empty(), |all, item| all.join(&item.bounds));
     let at = nodes.len();
-    nodes.push(Node { bounds, kind: Kind::Leaf { first, count } });
+    nodes.push(TreeNode { bounds, kind: NodeKind::Leaf { first, count } });
     if count <= LEAF {
         return;
     }
@@ -159,7 +159,7 @@ fn build(nodes: &mut Vec<Node>, items: &mut [Item], first: usize, count: usize) 
     let second = nodes.len();
     build(nodes, right, first + half, count - half);
     if let Some(node) = nodes.get_mut(at) {
-        node.kind = Kind::Fork { second };
+        node.kind = NodeKind::Fork { second };
     }
 }
 
@@ -169,14 +169,14 @@ mod tests {
 
     #[test]
     fn the_tree_finds_what_a_loop_over_all_boxes_finds() {
-        let cube = |x: f64, size: f64| Bounds {
+        let cube = |x: f64, size: f64| BoundingBox {
             low: Point3::new(x, (7.0 * x).sin() * 9.0, (3.0 * x).cos() * 5.0),
             high: Point3::new(x + size, (7.0 * x).sin() * 9.0 + size, (3.0 * x).cos() * 5.0 + size),
         };
-        let items: Vec<Item> = (0..500)
-            .map(|i| Item { bounds: cube(f64::from(i) * 0.1, 1.5), content: (i / 2, 0) })
+        let items: Vec<TreeItem> = (0..500)
+            .map(|i| TreeItem { bounds: cube(f64::from(i) * 0.1, 1.5), content: (i / 2, 0) })
             .collect();
-        let tree = Tree::new(items.clone());
+        let tree = BoxTree::new(items.clone());
         let mut found = Vec::new();
         for i in 0..60 {
             let region = cube(f64::from(i), 3.0);

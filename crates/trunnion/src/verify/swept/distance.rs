@@ -1,20 +1,24 @@
 //! How far a point is from a body: the distance itself, with the direction in which it grows.
 
-use super::tool::{Body, Stand};
+use super::tool::{BodyPose, ConvexBody};
 use nalgebra::{Point3, Vector3};
 
 /// In the half plane of the axis: distance, and its derivatives by the distance from the axis and the height.
 type Plane = (f64, f64, f64);
 
 /// Signed distance of a point from a body, below 0 inside, and the unit vector in which it grows.
-pub(crate) fn distance(body: Body, stand: &Stand, point: &Point3<f64>) -> (f64, Vector3<f64>) {
+pub(crate) fn distance(
+    body: ConvexBody,
+    stand: &BodyPose,
+    point: &Point3<f64>,
+) -> (f64, Vector3<f64>) {
     let y = point - stand.tip;
     let height = stand.axis.dot(&y);
     let aside = y - stand.axis * height;
     let rho = aside.norm();
     let (distance, out, up) = match body {
-        Body::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
-        Body::Frustum { low, high, radius, slope } => {
+        ConvexBody::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+        ConvexBody::Frustum { low, high, radius, slope } => {
             let steep = slope.hypot(1.0);
             let side = (rho - radius - slope * (height - low)) / steep;
             let ends = [[radius, low], [radius + slope * (high - low), high]];
@@ -28,7 +32,7 @@ pub(crate) fn distance(body: Body, stand: &Stand, point: &Point3<f64>) -> (f64, 
 
 /// Directions in which a body begins that a point of it may be about as near to as to its nearest side: across and
 /// along the axis, both ways.
-pub(crate) fn other_sides(stand: &Stand, point: &Point3<f64>) -> [Vector3<f64>; 4] {
+pub(crate) fn other_sides(stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 4] {
     let y = point - stand.tip;
     let aside = y - stand.axis * stand.axis.dot(&y);
     let across = aside.try_normalize(0.0).unwrap_or_else(|| any_across(&stand.axis));
@@ -36,11 +40,11 @@ pub(crate) fn other_sides(stand: &Stand, point: &Point3<f64>) -> [Vector3<f64>; 
 }
 
 /// Directions across the sides of a body that face the half plane in which a point lies: unit vectors.
-pub(crate) fn sides(body: Body, stand: &Stand, point: &Point3<f64>) -> [Vector3<f64>; 3] {
+pub(crate) fn sides(body: ConvexBody, stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 3] {
     let [across, _, up, down] = other_sides(stand, point);
     let side = match body {
-        Body::Nose { .. } => across,
-        Body::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
+        ConvexBody::Nose { .. } => across,
+        ConvexBody::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
     };
     [side, up, down]
 }
@@ -94,15 +98,15 @@ fn from_disc([out, up]: [f64; 2]) -> Plane {
 }
 
 /// The point of a body that is farthest in a direction, a unit vector.
-pub(crate) fn farthest(body: Body, stand: &Stand, way: &Vector3<f64>) -> Point3<f64> {
+pub(crate) fn farthest(body: ConvexBody, stand: &BodyPose, way: &Vector3<f64>) -> Point3<f64> {
     let up = way.dot(&stand.axis);
     let aside = way - stand.axis * up;
     let across = aside.try_normalize(0.0).unwrap_or_default();
     let rim = |radius: f64, height: f64| across * radius + stand.axis * height;
     match body {
-        Body::Nose { major, minor, top } if up > 0.0 => stand.tip + rim(major + minor, top),
-        Body::Nose { major, minor, .. } => stand.tip + rim(major, minor) + way * minor,
-        Body::Frustum { low, high, radius, slope } => {
+        ConvexBody::Nose { major, minor, top } if up > 0.0 => stand.tip + rim(major + minor, top),
+        ConvexBody::Nose { major, minor, .. } => stand.tip + rim(major, minor) + way * minor,
+        ConvexBody::Frustum { low, high, radius, slope } => {
             let [lower, upper] = [rim(radius, low), rim(radius + slope * (high - low), high)];
             stand.tip + if lower.dot(way) > upper.dot(way) { lower } else { upper }
         }
@@ -110,12 +114,12 @@ pub(crate) fn farthest(body: Body, stand: &Stand, way: &Vector3<f64>) -> Point3<
 }
 
 /// Height of a point of the axis from which the body's surface is farthest \[mm above the tip\].
-pub(crate) fn deepest(body: Body) -> f64 {
+pub(crate) fn deepest(body: ConvexBody) -> f64 {
     let [low, high] = body.heights();
     let middle = 0.5 * (low + high);
     match body {
-        Body::Nose { .. } => middle,
-        Body::Frustum { radius, slope, .. } => {
+        ConvexBody::Nose { .. } => middle,
+        ConvexBody::Frustum { radius, slope, .. } => {
             // Where the side is as near as the wider end.
             let steep = slope.hypot(1.0);
             if slope < 0.0 {
@@ -132,40 +136,38 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn body() -> impl Strategy<Value = Body> {
+    fn body() -> impl Strategy<Value = ConvexBody> {
         let frustum =
             (5.0..20.0, 1.0..30.0, 1.0..9.0, -0.9..0.9).prop_map(|(low, long, r, lean)| {
                 let slope = f64::max(lean * 4.0, (0.1 - r) / long);
-                Body::Frustum { low, high: low + long, radius: r, slope }
+                ConvexBody::Frustum { low, high: low + long, radius: r, slope }
             });
-        let nose = (0.0..5.0, 0.0..4.0, 0.5..30.0).prop_map(|(major, minor, more)| Body::Nose {
-            major: major + 0.1,
-            minor,
-            top: minor + more,
+        let nose = (0.0..5.0, 0.0..4.0, 0.5..30.0).prop_map(|(major, minor, more)| {
+            ConvexBody::Nose { major: major + 0.1, minor, top: minor + more }
         });
         prop_oneof![frustum, nose]
     }
 
-    fn stand() -> Stand {
+    fn stand() -> BodyPose {
         let axis = Vector3::new(0.3, -0.5, 0.8).normalize();
-        Stand { tip: Point3::new(1.0, -2.0, 3.0), axis }
+        BodyPose { tip: Point3::new(1.0, -2.0, 3.0), axis }
     }
 
     /// A grid of points of the body's outline in the half plane.
-    fn outline(body: Body) -> Vec<[f64; 2]> {
+    fn outline(body: ConvexBody) -> Vec<[f64; 2]> {
         let along = |k: u32| f64::from(k) / 400.0;
         let mut points = Vec::new();
         for k in 0..=400 {
             let s = along(k);
             match body {
-                Body::Nose { major, minor, top } => {
+                ConvexBody::Nose { major, minor, top } => {
                     let angle = s * std::f64::consts::FRAC_PI_2;
                     points.push([major + minor * angle.sin(), minor - minor * angle.cos()]);
                     points.push([major * s, 0.0]);
                     points.push([major + minor, minor + (top - minor) * s]);
                     points.push([(major + minor) * s, top]);
                 }
-                Body::Frustum { low, high, radius, slope } => {
+                ConvexBody::Frustum { low, high, radius, slope } => {
                     let end = radius + slope * (high - low);
                     points.push([radius * s, low]);
                     points.push([end * s, high]);

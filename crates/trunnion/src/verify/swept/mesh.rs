@@ -1,20 +1,20 @@
 //! The triangles that enclose a solid, in a tree of boxes.
 
-use super::bvh::{Bounds, Item, Tree};
+use super::bvh::{BoundingBox, BoxTree, TreeItem};
 use super::crossing::crossing;
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
 
 /// A closed mesh.
 #[derive(Debug)]
-pub(crate) struct Shell {
+pub(crate) struct ClosedMesh {
     mesh: Mesh,
-    pub(crate) tree: Tree,
+    pub(crate) tree: BoxTree,
 }
 
 /// What of a solid is in a box.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Content {
+pub(crate) enum BoxContent {
     Nothing,
     /// No more than what is behind all of these planes: `way x <= most`.
     Behind(Vec<(Vector3<f64>, f64)>),
@@ -29,17 +29,18 @@ const FACES: usize = 48;
 const ON: f64 = 1e-9;
 const ASIDE: f64 = 1e-7;
 
-type Triangle = [Point3<f64>; 3];
+type TriangleCorners = [Point3<f64>; 3];
 
-impl Shell {
+impl ClosedMesh {
     /// `None` without a triangle.
     pub(crate) fn new(mesh: Mesh) -> Option<Self> {
-        let around = |all: Bounds, p: &Point3<f64>| all.join(&Bounds { low: *p, high: *p });
+        let around =
+            |all: BoundingBox, p: &Point3<f64>| all.join(&BoundingBox { low: *p, high: *p });
         let items = (0u32..).zip(&mesh.triangles).filter_map(|(number, triangle)| {
-            let bounds = corners(&mesh, triangle)?.iter().fold(Bounds::empty(), around);
-            Some(Item { bounds, content: (number, 0) })
+            let bounds = corners(&mesh, triangle)?.iter().fold(BoundingBox::empty(), around);
+            Some(TreeItem { bounds, content: (number, 0) })
         });
-        let tree = Tree::new(items.collect());
+        let tree = BoxTree::new(items.collect());
         tree.root()?;
         Some(Self { mesh, tree })
     }
@@ -48,7 +49,7 @@ impl Shell {
         &self.mesh
     }
 
-    pub(crate) fn triangle(&self, number: u32) -> Option<Triangle> {
+    pub(crate) fn triangle(&self, number: u32) -> Option<TriangleCorners> {
         corners(&self.mesh, self.mesh.triangles.get(number as usize)?)
     }
 
@@ -58,13 +59,13 @@ impl Shell {
         let Some(bounds) = self.tree.root().and_then(|root| self.tree.bounds(root)) else {
             return false;
         };
-        if !bounds.meets(&Bounds { low: *point, high: *point }) {
+        if !bounds.meets(&BoundingBox { low: *point, high: *point }) {
             return false;
         }
         let mut high = *point;
         high[ALONG] = bounds.high[ALONG];
         let mut near = Vec::new();
-        self.tree.near(&Bounds { low: *point, high }, &mut near);
+        self.tree.near(&BoundingBox { low: *point, high }, &mut near);
         let above = near.iter().filter_map(|&(number, _)| {
             let [a, b, c] = self.triangle(number)?;
             crossing([&a, &b, &c], [0, 1, ALONG], point).filter(|(s, _)| *s > point[ALONG])
@@ -77,20 +78,20 @@ impl Shell {
     ///
     /// If all triangles in the box are behind the plane of one of them, then so is the solid: from a place of it in
     /// front, the straight way to that triangle, whose front is outside, would have to leave it through another one.
-    pub(crate) fn within(&self, bounds: &Bounds) -> Content {
+    pub(crate) fn within(&self, bounds: &BoundingBox) -> BoxContent {
         let mut near = Vec::new();
         self.tree.near(bounds, &mut near);
         let triangles = near.iter().filter_map(|&(number, _)| self.triangle(number));
-        let triangles: Vec<Triangle> = triangles.filter(|one| is_in(one, bounds)).collect();
+        let triangles: Vec<TriangleCorners> = triangles.filter(|one| is_in(one, bounds)).collect();
         if triangles.is_empty() && !self.holds(&nalgebra::center(&bounds.low, &bounds.high)) {
-            return Content::Nothing;
+            return BoxContent::Nothing;
         }
         let planes = triangles.iter().filter(|_| triangles.len() <= FACES);
-        Content::Behind(planes.filter_map(|one| self.front(one, &triangles)).collect())
+        BoxContent::Behind(planes.filter_map(|one| self.front(one, &triangles)).collect())
     }
 
     /// The plane of a triangle, seen from outside, if all others are behind it.
-    fn front(&self, one: &Triangle, all: &[Triangle]) -> Option<(Vector3<f64>, f64)> {
+    fn front(&self, one: &TriangleCorners, all: &[TriangleCorners]) -> Option<(Vector3<f64>, f64)> {
         let [a, b, c] = one;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
         let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
@@ -106,13 +107,13 @@ impl Shell {
     }
 }
 
-fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> Option<Triangle> {
+fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> Option<TriangleCorners> {
     let [a, b, c] = triangle.map(|corner| mesh.vertices.get(corner as usize).copied());
     Some([a?, b?, c?])
 }
 
 /// Whether any of a triangle is in a box: what its sides cut off leaves something.
-fn is_in(triangle: &Triangle, bounds: &Bounds) -> bool {
+fn is_in(triangle: &TriangleCorners, bounds: &BoundingBox) -> bool {
     let mut left = triangle.to_vec();
     for axis in 0..3 {
         for (sign, end) in [(1.0, bounds.high[axis]), (-1.0, -bounds.low[axis])] {

@@ -1,13 +1,13 @@
 //! Moves as short pieces whose motion is quadratic in time to within a stated error.
 
-use super::tool::{Body, Probe, Ray, Stand};
+use super::tool::{BodyPose, BodyProbe, ConvexBody, NormalRay};
 use crate::verify::VerifyError;
 use crate::verify::replay::{Mover, Segment, Swing};
 use nalgebra::{Point3, Vector3};
 
 /// A piece of a move, over `u` in -1..=1.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Piece {
+pub(crate) struct MotionPiece {
     /// Line of the program.
     pub(crate) line: u32,
     /// Place of the tool in the table.
@@ -15,7 +15,7 @@ pub(crate) struct Piece {
     /// The times in 0..=1 it covers of its move.
     span: [f64; 2],
     /// The tool at u = 0.
-    pub(super) middle: Instant,
+    pub(super) middle: MotionInstant,
     /// Coefficients of the tip \[mm\].
     tip: [Vector3<f64>; 3],
     /// Coefficients of the axis vector, unit to within the error.
@@ -51,7 +51,7 @@ pub(crate) fn pieces(
     segment: &Segment,
     reach: f64,
     tolerance: f64,
-    out: &mut Vec<Piece>,
+    out: &mut Vec<MotionPiece>,
 ) -> Result<(), VerifyError> {
     let Some(Swing { turn, lever, travel }) = mover.swing(segment) else { return Ok(()) };
     let error = |theta: f64, travel: f64| {
@@ -67,7 +67,7 @@ pub(crate) fn pieces(
     let mut index = 0.0;
     while index < count {
         let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
-        out.push(Piece::through(mover, segment, [a, b, c])?);
+        out.push(MotionPiece::through(mover, segment, [a, b, c])?);
         index += 1.0;
     }
     Ok(())
@@ -75,13 +75,13 @@ pub(crate) fn pieces(
 
 /// A piece cut further until, seen from the tool, points within `reach` of the tip are off the mean of moving
 /// straight and of moving on the parabola through its ends by at most `tolerance` \[mm\]: half of
-/// [`Piece::bend`].
+/// [`MotionPiece::bend`].
 pub(crate) fn straight(
     mover: &Mover<'_>,
     segment: &Segment,
-    piece: &Piece,
+    piece: &MotionPiece,
     [reach, tolerance]: [f64; 2],
-) -> Result<Vec<Piece>, VerifyError> {
+) -> Result<Vec<MotionPiece>, VerifyError> {
     // The bend falls with the square of the length.
     let count = (0.5 * piece.bend(reach) / tolerance).sqrt().ceil();
     if count < 2.0 {
@@ -96,7 +96,7 @@ pub(crate) fn straight(
     let mut index = 0.0;
     while index < count {
         let times = [at(index), at(index + 0.5), at(index + 1.0)];
-        straight.push(Piece::through(mover, segment, times)?);
+        straight.push(MotionPiece::through(mover, segment, times)?);
         index += 1.0;
     }
     Ok(straight)
@@ -124,27 +124,27 @@ fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
 
 /// A tool in motion at one instant.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant {
-    pub(crate) stand: Stand,
+pub(crate) struct MotionInstant {
+    pub(crate) stand: BodyPose,
     pub(super) tip_rate: Vector3<f64>,
     pub(super) axis_rate: Vector3<f64>,
 }
 
 /// Tool at `u` from the coefficients of tip and axis vector.
 #[inline]
-fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> Instant {
+fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> MotionInstant {
     let raw = axis[0] + (axis[1] + axis[2] * u) * u;
     let scale = 1.0 / raw.norm();
     let unit = raw * scale;
     let rate = (axis[1] + axis[2] * (2.0 * u)) * scale;
-    Instant {
-        stand: Stand { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
+    MotionInstant {
+        stand: BodyPose { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
         tip_rate: tip[1] + tip[2] * (2.0 * u),
         axis_rate: rate - unit * unit.dot(&rate),
     }
 }
 
-impl Instant {
+impl MotionInstant {
     /// Velocity by `u` of the tool's own point at `y` from the tip.
     #[inline]
     pub(crate) fn velocity(&self, y: &Vector3<f64>) -> Vector3<f64> {
@@ -154,7 +154,7 @@ impl Instant {
 
     /// Distance of a body from a point, its derivative by `u`, and its gradient.
     #[inline]
-    fn distance(&self, body: Body, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
+    fn distance(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
         let Self { stand, tip_rate, axis_rate } = self;
         let y = point - stand.tip;
         let probe = body.probe(&y, &stand.axis);
@@ -172,11 +172,11 @@ impl Instant {
 /// velocity `v - w x by`; with distance `d` and gradient `g` at u = 0 it is at least `d + g by + u (g v - g (w x by))`
 /// away, linear in `u` as well as in `by`: least at one end of the piece or the other.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tent {
+pub(crate) struct SupportPlanes {
     pub(crate) sides: [(f64, Vector3<f64>); 2],
 }
 
-impl Tent {
+impl SupportPlanes {
     /// The side that is lower at the point.
     #[inline]
     pub(crate) fn lower(&self) -> &(f64, Vector3<f64>) {
@@ -187,15 +187,15 @@ impl Tent {
 
 /// What is asked of a piece: does `body` meet `ray` below `limit`? Seen from the point at `s`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Target<'a> {
-    pub(crate) body: Body,
-    pub(crate) ray: &'a Ray,
+pub(crate) struct RayQuery<'a> {
+    pub(crate) body: ConvexBody,
+    pub(crate) ray: &'a NormalRay,
     pub(crate) s: f64,
     pub(crate) limit: f64,
 }
 
 /// How a body stands to the ray at one instant: enough to bound it over an interval.
-pub(crate) struct Bound {
+pub(crate) struct DistanceBound {
     /// Lower bound of the distance function over the interval, at any `s` up to the limit.
     pub(crate) low: f64,
     /// Derivative by `s` where it was probed.
@@ -206,7 +206,7 @@ pub(crate) struct Bound {
 
 /// A piece of a surface: points within `bulge` of `centre + s a + t b`, s and t in -1..=1.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Patch<'a> {
+pub(crate) struct SurfacePatch<'a> {
     pub(crate) centre: Point3<f64>,
     pub(crate) half: &'a [Vector3<f64>; 2],
     pub(crate) bulge: f64,
@@ -219,20 +219,20 @@ pub(crate) struct Patch<'a> {
 /// Distance of a body from a patch's centre at an instant, and what other places and other times can
 /// take from it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Margin {
+pub(crate) struct DistanceMargin {
     pub(crate) distance: f64,
     pub(crate) place: f64,
     pub(crate) time: f64,
 }
 
-impl Margin {
+impl DistanceMargin {
     /// What is left at least.
     pub(crate) fn least(&self) -> f64 {
         self.distance - self.place - self.time
     }
 }
 
-impl Piece {
+impl MotionPiece {
     /// The piece of a segment through three times.
     fn through(
         mover: &Mover<'_>,
@@ -264,13 +264,13 @@ impl Piece {
     }
 
     /// Tool at `u`.
-    pub(crate) fn instant(&self, u: f64) -> Instant {
+    pub(crate) fn instant(&self, u: f64) -> MotionInstant {
         instant(&self.tip, &self.axis, u)
     }
 
     /// Tool at u = 0.
     #[inline]
-    pub(crate) fn middle(&self) -> &Instant {
+    pub(crate) fn middle(&self) -> &MotionInstant {
         &self.middle
     }
 
@@ -285,11 +285,16 @@ impl Piece {
     /// G >= d + d_s (s - s0) - |d_u| w - (a + 2 o v + b |y|) w²/2 - (o w + b w²/2) |s - s0|
     /// ```
     #[inline]
-    pub(crate) fn bound(&self, instant: &Instant, half: f64, target: &Target<'_>) -> Bound {
-        let &Target { body, ray, s, limit } = target;
-        let Instant { stand, tip_rate, axis_rate } = instant;
+    pub(crate) fn bound(
+        &self,
+        instant: &MotionInstant,
+        half: f64,
+        target: &RayQuery<'_>,
+    ) -> DistanceBound {
+        let &RayQuery { body, ray, s, limit } = target;
+        let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = ray.at(s) - stand.tip;
-        let probe: Probe = body.probe(&y, &stand.axis);
+        let probe: BodyProbe = body.probe(&y, &stand.axis);
         let by_s = probe.slope(&y, &stand.axis, &ray.normal);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
@@ -297,7 +302,7 @@ impl Piece {
         let down = (shear + by_s).max(0.0) * (s + ray.below);
         let up = (shear - by_s).max(0.0) * (limit - s);
         let low = probe.distance - drift.abs() * half - bend - down.max(up);
-        Bound { low, by_s, drift }
+        DistanceBound { low, by_s, drift }
     }
 
     /// How far the distance of a point can be from its linear part within `half` of an instant at which the point is
@@ -311,16 +316,16 @@ impl Piece {
     }
 
     /// Bounds the distance of a body from a patch over `u` within `half` of the instant: the linear
-    /// part of the distance function at the patch's centre supports it, as in [`Piece::bound`], and
+    /// part of the distance function at the patch's centre supports it, as in [`MotionPiece::bound`], and
     /// while the tool turns the patch's other points move against it by at most turn times radius.
     pub(crate) fn keeps_off(
         &self,
-        instant: &Instant,
+        instant: &MotionInstant,
         half: f64,
-        body: Body,
-        patch: &Patch<'_>,
-    ) -> Margin {
-        let Instant { stand, tip_rate, axis_rate } = instant;
+        body: ConvexBody,
+        patch: &SurfacePatch<'_>,
+    ) -> DistanceMargin {
+        let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = patch.centre - stand.tip;
         let probe = body.probe(&y, &stand.axis);
         let slope = |way: &Vector3<f64>| probe.slope(&y, &stand.axis, way);
@@ -328,7 +333,7 @@ impl Piece {
         let drift = turning - slope(tip_rate);
         let [a, b] = patch.half;
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
-        Margin {
+        DistanceMargin {
             distance: probe.distance,
             place: slope(a).abs() + slope(b).abs() + patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,
@@ -339,7 +344,7 @@ impl Piece {
     #[inline]
     pub(crate) fn distance(
         &self,
-        body: Body,
+        body: ConvexBody,
         u: f64,
         point: &Point3<f64>,
     ) -> (f64, f64, Vector3<f64>) {
@@ -348,7 +353,7 @@ impl Piece {
 
     /// When a point is deepest in a body, or nearest to it, but for bend: the distance is nearly convex in time. The
     /// motion is taken to go on beyond both ends of the piece, as far again.
-    pub(crate) fn deepest(&self, body: Body, point: &Point3<f64>) -> f64 {
+    pub(crate) fn deepest(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (mut low, mut high) = (-2.0, 2.0);
         for _ in 0..DEEPEST_STEPS {
             let u = 0.5 * (low + high);
@@ -359,11 +364,13 @@ impl Piece {
 
     /// What holds the distance of a body up over the whole piece, but for bend, from a point.
     #[inline]
-    pub(crate) fn tent(&self, body: Body, point: &Point3<f64>) -> Tent {
+    pub(crate) fn tent(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
         let (distance, drift, gradient) = self.middle.distance(body, point);
-        let Instant { stand, axis_rate, .. } = &self.middle;
+        let MotionInstant { stand, axis_rate, .. } = &self.middle;
         let turn = axis_rate * gradient.dot(&stand.axis) - stand.axis * gradient.dot(axis_rate);
-        Tent { sides: [(distance + drift, gradient + turn), (distance - drift, gradient - turn)] }
+        SupportPlanes {
+            sides: [(distance + drift, gradient + turn), (distance - drift, gradient - turn)],
+        }
     }
 
     /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame
@@ -386,13 +393,13 @@ impl Piece {
     }
 
     /// Distance of a body from a point, less all that the motion of the piece can take from it.
-    pub(crate) fn clearance(&self, body: Body, point: &Point3<f64>) -> f64 {
+    pub(crate) fn clearance(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (distance, motion) = self.at_middle(body, point);
         distance - motion
     }
 
     /// Distance of a body from a point at u = 0, and what the motion of the piece can take from it.
-    pub(crate) fn at_middle(&self, body: Body, point: &Point3<f64>) -> (f64, f64) {
+    pub(crate) fn at_middle(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64) {
         let stand = &self.middle.stand;
         let y = point - stand.tip;
         (body.probe(&y, &stand.axis).distance, self.pace(y.norm()))

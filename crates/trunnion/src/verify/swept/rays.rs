@@ -1,7 +1,7 @@
 //! A moving body against many rays at a time, and against planes.
 
-use super::quadratic::{Instant, Margin, Patch, Piece};
-use super::tool::{Body, Ray};
+use super::quadratic::{DistanceMargin, MotionInstant, MotionPiece, SurfacePatch};
+use super::tool::{ConvexBody, NormalRay};
 use nalgebra::{Point3, Vector3};
 
 /// Halvings of a piece in time end here: a millionth of it.
@@ -9,7 +9,7 @@ const SHORTEST: f64 = 1e-6;
 
 /// Rays that begin near each other: within `bulge` of a flat disc, along normals within `turn` of its own.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Disc {
+pub(crate) struct RayBundle {
     pub(crate) centre: Point3<f64>,
     pub(crate) normal: Vector3<f64>,
     pub(crate) radius: f64,
@@ -17,10 +17,10 @@ pub(crate) struct Disc {
     pub(crate) turn: f64,
 }
 
-impl Disc {
+impl RayBundle {
     /// The disc across one of some rays, around them all.
-    pub(crate) fn around(middle: &Ray, rays: &[Ray]) -> Self {
-        let Ray { origin: centre, normal, .. } = *middle;
+    pub(crate) fn around(middle: &NormalRay, rays: &[NormalRay]) -> Self {
+        let NormalRay { origin: centre, normal, .. } = *middle;
         let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
         rays.iter().fold(none, |disc, ray| {
             let aside = ray.origin - centre;
@@ -35,18 +35,18 @@ impl Disc {
     }
 }
 
-impl Piece {
+impl MotionPiece {
     /// Bounds the distance of a body from rays over `u` within `half` of the instant, from `below` under the disc
     /// they begin at up to `top` over it: the distance function's linear part at the top of the middle ray supports
-    /// it, as in [`Piece::keeps_off`].
+    /// it, as in [`MotionPiece::keeps_off`].
     fn off_rays(
         &self,
-        (instant, half): (&Instant, f64),
-        body: Body,
-        disc: &Disc,
+        (instant, half): (&MotionInstant, f64),
+        body: ConvexBody,
+        disc: &RayBundle,
         [below, top]: [f64; 2],
-    ) -> Margin {
-        let Instant { stand, tip_rate, axis_rate } = instant;
+    ) -> DistanceMargin {
+        let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = disc.centre + disc.normal * top - stand.tip;
         let probe = body.probe(&y, &stand.axis);
         let along = probe.axial - probe.radial * probe.height;
@@ -57,16 +57,21 @@ impl Piece {
         let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
         let radius = disc.radius + top + below + bulge;
         let [bend, shear] = self.beyond(half, y.norm() + radius);
-        Margin {
+        DistanceMargin {
             distance: probe.distance,
             place: aside * disc.radius + bulge + up.max(0.0) * (top + below),
             time: drift.abs() * half + bend + shear * radius,
         }
     }
 
-    /// Lower bound of the distance of a body from rays over the whole piece, see [`Piece::off_rays`].
-    pub(crate) fn keeps_off_rays(&self, body: Body, disc: &Disc, range: [f64; 2]) -> f64 {
-        let Margin { distance, place, time } =
+    /// Lower bound of the distance of a body from rays over the whole piece, see [`MotionPiece::off_rays`].
+    pub(crate) fn keeps_off_rays(
+        &self,
+        body: ConvexBody,
+        disc: &RayBundle,
+        range: [f64; 2],
+    ) -> f64 {
+        let DistanceMargin { distance, place, time } =
             self.off_rays((&self.middle, 1.0), body, disc, range);
         distance - place - time
     }
@@ -75,15 +80,15 @@ impl Piece {
     /// halved as long as that tells more than place does.
     pub(crate) fn comes(
         &self,
-        body: Body,
-        disc: &Disc,
+        body: ConvexBody,
+        disc: &RayBundle,
         range: [f64; 2],
         slack: f64,
     ) -> Option<f64> {
         let mut open = vec![(0.0, 1.0)];
         while let Some((u, half)) = open.pop() {
             let margin = self.off_rays((&self.instant(u), half), body, disc, range);
-            let Margin { distance, place, time } = margin;
+            let DistanceMargin { distance, place, time } = margin;
             if distance - place - time > slack {
                 continue;
             }
@@ -95,23 +100,23 @@ impl Piece {
         None
     }
 
-    /// Bounds the distance of a body from a patch as [`Piece::keeps_off`] does, by the body's plane across the patch's
+    /// Bounds the distance of a body from a patch as [`MotionPiece::keeps_off`] does, by the body's plane across the patch's
     /// normal: where a sharp edge is nearest, that plane tells more than those of both sides of the edge.
     pub(crate) fn keeps_above(
         &self,
-        instant: &Instant,
+        instant: &MotionInstant,
         half: f64,
-        body: Body,
-        patch: &Patch<'_>,
-    ) -> Margin {
-        let Instant { stand, tip_rate, axis_rate } = instant;
+        body: ConvexBody,
+        patch: &SurfacePatch<'_>,
+    ) -> DistanceMargin {
+        let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = patch.centre - stand.tip;
         let down = -patch.normal;
         // The tool turns without spin.
         let turning = stand.axis.cross(axis_rate).cross(&y);
         let drift = down.dot(&(tip_rate + turning));
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
-        Margin {
+        DistanceMargin {
             distance: down.dot(&y) - body.extent(&stand.axis, &down),
             place: patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,

@@ -1,15 +1,15 @@
 //! A body over a piece of a move: when it is nearest to a place, and how far it reaches.
 
 use super::distance;
-use super::quadratic::Piece;
-use super::tool::Body;
+use super::quadratic::MotionPiece;
+use super::tool::ConvexBody;
 use nalgebra::{Point3, Vector3};
 
 /// A body over a piece of a move.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Passing<'a> {
-    pub(crate) body: Body,
-    pub(crate) piece: &'a Piece,
+pub(crate) struct RelativeMotion<'a> {
+    pub(crate) body: ConvexBody,
+    pub(crate) piece: &'a MotionPiece,
     /// Of its points, over the whole piece \[mm\].
     pub(crate) sag: f64,
 }
@@ -17,7 +17,7 @@ pub(crate) struct Passing<'a> {
 /// Halvings towards the nearest time; what they leave, parting does.
 const TIMES: u32 = 8;
 
-impl Passing<'_> {
+impl RelativeMotion<'_> {
     /// How far the body reaches along a unit vector at most, over a stretch of time, from the origin \[mm\]: at one of
     /// its ends, but for the [sag](Piece::sag) of the body's points.
     pub(crate) fn reach(&self, way: &Vector3<f64>, time: [f64; 2]) -> f64 {

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 
 /// A convex body about the tool axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Body {
+pub(crate) enum ConvexBody {
     /// Cutting end and flank: a circle of radius `minor` swept round one of radius `major`, then a
     /// cylinder up to `top`.
     Nose { major: f64, minor: f64, top: f64 },
@@ -15,7 +15,7 @@ pub(crate) enum Body {
 
 /// Convex function that is 0 on a body's surface, below 0 inside, and never above the distance.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Probe {
+pub(crate) struct BodyProbe {
     /// Its value \[mm\].
     pub(crate) distance: f64,
     /// Its derivative by the distance `rho` from the axis, divided by `rho` \[1/mm\].
@@ -27,15 +27,20 @@ pub(crate) struct Probe {
 }
 
 /// The tool of a job, in the order tip to spindle.
-pub(crate) fn bodies(cutter: &Cutter) -> Vec<Body> {
+pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     let shank = &cutter.spec().shank;
     let top = shank.first().map_or(cutter.length(), |&[height, _]| height);
-    let mut bodies = vec![Body::Nose { major: cutter.major(), minor: cutter.minor(), top }];
+    let mut bodies = vec![ConvexBody::Nose { major: cutter.major(), minor: cutter.minor(), top }];
     let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
     let ends = shank.iter().copied().skip(1).chain(last);
     for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
         if high > low {
-            bodies.push(Body::Frustum { low, high, radius, slope: (end - radius) / (high - low) });
+            bodies.push(ConvexBody::Frustum {
+                low,
+                high,
+                radius,
+                slope: (end - radius) / (high - low),
+            });
         }
     }
     bodies
@@ -48,11 +53,11 @@ pub(crate) fn size(cutter: &Cutter) -> f64 {
 }
 
 /// Bodies of some tools, and how far a point of them may be from the tip \[mm\].
-pub(crate) fn tools(cutters: &[&Cutter]) -> Vec<(Vec<Body>, f64)> {
+pub(crate) fn tools(cutters: &[&Cutter]) -> Vec<(Vec<ConvexBody>, f64)> {
     cutters.iter().map(|cutter| (bodies(cutter), size(cutter))).collect()
 }
 
-impl Body {
+impl ConvexBody {
     /// Lowest and highest point on the axis \[mm above the tip\].
     pub(crate) fn heights(self) -> [f64; 2] {
         match self {
@@ -93,7 +98,7 @@ impl Body {
     /// Every piece is a convex function of `y`, so their maximum is; where it has a kink, the
     /// derivative of one side is given, which supports it as well.
     #[inline]
-    pub(crate) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> Probe {
+    pub(crate) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
         let height = axis.dot(y);
         let rho = (y - axis * height).norm();
         let (distance, by_rho, axial) = match self {
@@ -104,7 +109,7 @@ impl Body {
         };
         // On the axis itself any radial slope up to by_rho supports the function; 0 is one.
         let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
-        Probe { distance, radial, axial, height }
+        BodyProbe { distance, radial, axial, height }
     }
 }
 
@@ -160,7 +165,7 @@ fn from_rim([out, up]: [f64; 2]) -> (f64, f64, f64) {
 
 /// Where and how a tool stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stand {
+pub(crate) struct BodyPose {
     pub(crate) tip: Point3<f64>,
     /// Unit vector.
     pub(crate) axis: Vector3<f64>,
@@ -168,7 +173,7 @@ pub(crate) struct Stand {
 
 /// A ray from a surface point along its normal, searched from `-below` up.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ray {
+pub(crate) struct NormalRay {
     pub(crate) origin: Point3<f64>,
     /// Unit vector.
     pub(crate) normal: Vector3<f64>,
@@ -176,7 +181,7 @@ pub(crate) struct Ray {
     pub(crate) below: f64,
 }
 
-impl Ray {
+impl NormalRay {
     /// The point at `s`.
     #[inline]
     pub(crate) fn at(&self, s: f64) -> Point3<f64> {
@@ -188,23 +193,23 @@ impl Ray {
 /// can be (a double root), and 60 halvings pass from metres to below a nanometre.
 const STEPS: u32 = 60;
 
-impl Body {
+impl ConvexBody {
     /// Distance function along a ray and its derivative.
-    fn along(self, stand: &Stand, ray: &Ray, s: f64) -> (f64, f64) {
+    fn along(self, stand: &BodyPose, ray: &NormalRay, s: f64) -> (f64, f64) {
         let y = ray.at(s) - stand.tip;
         let probe = self.probe(&y, &stand.axis);
         (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
     }
 
     /// Whether a point is inside the body.
-    pub(crate) fn holds(self, stand: &Stand, point: &Point3<f64>) -> bool {
+    pub(crate) fn holds(self, stand: &BodyPose, point: &Point3<f64>) -> bool {
         self.probe(&(point - stand.tip), &stand.axis).distance <= 0.0
     }
 
     /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, until a
     /// linear bound from there loses at most a tenth of the distance; near a sharp edge, where the
     /// slope turns round within about the distance, that takes more steps than elsewhere.
-    pub(crate) fn closest(self, stand: &Stand, ray: &Ray, limit: f64) -> f64 {
+    pub(crate) fn closest(self, stand: &BodyPose, ray: &NormalRay, limit: f64) -> f64 {
         let (mut low, mut high) = (-ray.below, limit);
         let range = high - low;
         for _ in 0..STEPS {
@@ -223,7 +228,13 @@ impl Body {
     ///
     /// The distance function is convex along the ray. Newton's method started where it is positive
     /// and falling never passes the root, so it finds the first one or shows that there is none.
-    pub(crate) fn entry(self, stand: &Stand, ray: &Ray, limit: f64, tolerance: f64) -> Option<f64> {
+    pub(crate) fn entry(
+        self,
+        stand: &BodyPose,
+        ray: &NormalRay,
+        limit: f64,
+        tolerance: f64,
+    ) -> Option<f64> {
         let mut s = -ray.below;
         let inside = self.along(stand, ray, limit).0;
         if inside <= 0.0 {
@@ -257,7 +268,7 @@ impl Body {
     }
 }
 
-impl Probe {
+impl BodyProbe {
     /// Derivative when the point moves along `direction`.
     #[inline]
     pub(crate) fn slope(
@@ -275,9 +286,9 @@ impl Probe {
 mod tests {
     use super::*;
 
-    const BULL: Body = Body::Nose { major: 10.0, minor: 6.0, top: 50.0 };
+    const BULL: ConvexBody = ConvexBody::Nose { major: 10.0, minor: 6.0, top: 50.0 };
 
-    fn distance(body: Body, y: [f64; 3]) -> f64 {
+    fn distance(body: ConvexBody, y: [f64; 3]) -> f64 {
         body.probe(&Vector3::from(y), &Vector3::z()).distance
     }
 
@@ -291,23 +302,24 @@ mod tests {
 
     #[test]
     fn a_ray_from_below_enters_where_the_disc_is() {
-        let stand = Stand { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
-        let ray = Ray { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
+        let stand = BodyPose { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
+        let ray =
+            NormalRay { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
         assert!((BULL.entry(&stand, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
         assert_eq!(BULL.entry(&stand, &ray, 0.2, 1e-9), None);
-        let beside = Ray { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
+        let beside = NormalRay { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
         assert_eq!(BULL.entry(&stand, &beside, 2.0, 1e-9), None);
-        let deep = Ray { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
+        let deep = NormalRay { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
         assert_eq!(BULL.entry(&stand, &deep, 2.0, 1e-9), Some(-4.0));
     }
 
     #[test]
     fn a_ray_past_a_sharp_edge_is_bounded_from_its_closest_point() {
         // 1e-5 mm below and beside the edge of a flat end, at 45 deg to it.
-        let (flat, limit) = (Body::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
-        let stand = Stand { tip: Point3::origin(), axis: Vector3::z() };
+        let (flat, limit) = (ConvexBody::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
+        let stand = BodyPose { tip: Point3::origin(), axis: Vector3::z() };
         let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
-        let ray = Ray { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
+        let ray = NormalRay { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
         let s = flat.closest(&stand, &ray, limit);
         let (distance, slope) = flat.along(&stand, &ray, s);
         assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");
@@ -320,14 +332,14 @@ mod tests {
         // Edge of the disc at 10, rounding 6 about height 6: 10 0.6 - 6 0.8 + 6.
         assert!((BULL.extent(&Vector3::z(), &way) - 7.2).abs() < 1e-12);
         assert!((BULL.extent(&Vector3::z(), &Vector3::z()) - 50.0).abs() < 1e-12);
-        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        let body = ConvexBody::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
         assert!((body.extent(&Vector3::z(), &Vector3::x()) - 12.5).abs() < 1e-12);
         assert!((body.extent(&Vector3::z(), &way) - (5.0 * 0.6 - 8.0)).abs() < 1e-12);
     }
 
     #[test]
     fn a_frustum_ends_at_its_planes_and_its_cone() {
-        let body = Body::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
+        let body = ConvexBody::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
         assert!((distance(body, [0.0, 0.0, 8.0]) - 2.0).abs() < 1e-15);
         assert!((distance(body, [10.0, 0.0, 10.0]) - 4.0).abs() < 1e-15); // 5 / hypot(1, 0.75)
         assert!((body.radius() - 12.5).abs() < 1e-15);

@@ -1,10 +1,10 @@
 //! A tool holds each piece of the face moved outwards, or passes over it.
 
-use super::shape::{Cell, Rectangle, quarters};
-use super::{Known, Place, Survey, TILE};
-use crate::verify::deviation::ray::Deciding;
+use super::shape::{FlatCell, UvRectangle, quarters};
+use super::{CellLocation, TILE, TileBound, TileSurvey};
+use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{Extreme, Sample};
-use crate::verify::swept::tool::Ray;
+use crate::verify::swept::tool::NormalRay;
 use std::rc::Rc;
 
 /// Quarterings after which a larger bound is tried.
@@ -15,12 +15,12 @@ const DOUBLINGS: i32 = 24;
 const MOST_POSES: usize = 6;
 
 /// A piece of the face and poses that may hold it.
-struct Open {
-    rectangle: Rectangle,
+struct ExcessCell {
+    rectangle: UvRectangle,
     level: u32,
-    poses: Vec<Deciding>,
+    poses: Vec<DecidingPose>,
     /// The pose of those that was found last, if it was found among what may come to the piece.
-    found: Option<Deciding>,
+    found: Option<DecidingPose>,
     /// What may come to it.
     items: Rc<[(u32, u32)]>,
     /// Trim segments that may touch it.
@@ -28,7 +28,7 @@ struct Open {
 }
 
 /// The highest excess in a tile, bounded by `most` pieces.
-pub(crate) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
+pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[1];
     let mut open = Vec::new();
     let items: Rc<[(u32, u32)]> = survey.parts.numbers().collect();
@@ -62,12 +62,17 @@ pub(crate) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
 
 /// The pieces of a grid cell, with the poses that decided at its corners. Cells with a corner that is
 /// uncut, and those that meet the rest, are told as such and left out.
-fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], items: &Rc<[(u32, u32)]>, open: &mut Vec<Open>) {
+fn cell(
+    survey: &TileSurvey<'_>,
+    [i, j]: [usize; 2],
+    items: &Rc<[(u32, u32)]>,
+    open: &mut Vec<ExcessCell>,
+) {
     let columns = survey.map.v.len();
     if survey.map.unfinished.get(i * columns.saturating_sub(1) + j).is_some_and(|meets| *meets) {
         return;
     }
-    let mut poses: Vec<Deciding> = Vec::new();
+    let mut poses: Vec<DecidingPose> = Vec::new();
     for place in
         [i * columns + j, i * columns + j + 1, (i + 1) * columns + j, (i + 1) * columns + j + 1]
     {
@@ -81,18 +86,18 @@ fn cell(survey: &Survey<'_>, [i, j]: [usize; 2], items: &Rc<[(u32, u32)]>, open:
     let Some(whole) = survey.rectangle([i, j], 1) else { return };
     for rectangle in survey.shape.smooth_parts(whole) {
         let border = match survey.first_place(&rectangle) {
-            Place::Outside => continue,
-            Place::Inside => None,
-            Place::Border(segments) => Some(segments),
+            CellLocation::Outside => continue,
+            CellLocation::Inside => None,
+            CellLocation::Border(segments) => Some(segments),
         };
         let (poses, items) = (poses.clone(), Rc::clone(items));
-        open.push(Open { rectangle, level: 0, poses, found: None, items, border });
+        open.push(ExcessCell { rectangle, level: 0, poses, found: None, items, border });
     }
 }
 
 /// Whether a pose holds all of a piece moved outwards by `height`: a convex body does if it holds the
 /// corners of the plane piece with room for what the piece may differ from it.
-fn holds(survey: &Survey<'_>, cell: &Cell, height: f64, pose: &Deciding) -> bool {
+fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, pose: &DecidingPose) -> bool {
     let Some(body) = survey.parts.body(pose.body) else { return false };
     let stand = pose.stand;
     let room = cell.bulge + height * cell.turn + survey.parts.look.error();
@@ -109,7 +114,7 @@ fn holds(survey: &Survey<'_>, cell: &Cell, height: f64, pose: &Deciding) -> bool
 /// Give every place `p` the time `u(p)`, linear in `p`: seen from the tool, `p` at that time depends linearly on `p`,
 /// but for the bend of the motion, and a convex body that holds the corners holds all in between. Any such `u` will
 /// do; it is taken from when the middles of the sides are deepest.
-fn passes(survey: &Survey<'_>, cell: &Cell, height: f64, by: &Deciding) -> bool {
+fn passes(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPose) -> bool {
     let Some(part) = survey.parts.part((by.piece, by.body)) else { return false };
     let [a, b] = cell.half;
     let place = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
@@ -131,7 +136,7 @@ fn passes(survey: &Survey<'_>, cell: &Cell, height: f64, by: &Deciding) -> bool 
     })
 }
 
-fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
+fn halve(next: ExcessCell, border: Option<Vec<u32>>, open: &mut Vec<ExcessCell>) {
     if next.level >= DEEPEST {
         return;
     }
@@ -139,22 +144,23 @@ fn halve(next: Open, border: Option<Vec<u32>>, open: &mut Vec<Open>) {
     for rectangle in quarters(next.rectangle) {
         let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
         let (level, border) = (next.level + 1, border.clone());
-        open.push(Open { rectangle, level, poses, found: next.found, items, border });
+        open.push(ExcessCell { rectangle, level, poses, found: next.found, items, border });
     }
 }
 
 /// Looks for the pose that comes lowest in the middle of a piece, and quarters the piece if that does
 /// not hold it.
 fn search(
-    survey: &Survey<'_>,
-    (mut next, piece): (Open, &Cell),
-    (known, open): (&mut Known, &mut Vec<Open>),
+    survey: &TileSurvey<'_>,
+    (mut next, piece): (ExcessCell, &FlatCell),
+    (known, open): (&mut TileBound, &mut Vec<ExcessCell>),
 ) {
     let place = survey.place(&next.rectangle, next.border.as_deref());
-    if matches!(place, Place::Outside) {
+    if matches!(place, CellLocation::Outside) {
         return;
     }
-    let ray = Ray { origin: piece.centre, normal: piece.normal, below: survey.parts.look.reach };
+    let ray =
+        NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.look.reach };
     next.items = coming(survey, piece, &next.items);
     let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
     let inside = survey.holds_middle(&next.rectangle, &place);
@@ -199,7 +205,7 @@ fn search(
         return;
     }
     let border = match place {
-        Place::Border(segments) => Some(segments),
+        CellLocation::Border(segments) => Some(segments),
         _ => None,
     };
     if border.is_none() {
@@ -209,7 +215,7 @@ fn search(
 }
 
 /// Looks for a larger bound that holds.
-fn beyond(survey: &Survey<'_>, piece: &Cell, next: &Open, known: &mut Known) {
+fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if height > survey.parts.look.reach {
@@ -226,7 +232,7 @@ fn beyond(survey: &Survey<'_>, piece: &Cell, next: &Open, known: &mut Known) {
 }
 
 /// What of some may come to a piece, lowest first.
-fn coming(survey: &Survey<'_>, piece: &Cell, items: &[(u32, u32)]) -> Rc<[(u32, u32)]> {
+fn coming(survey: &TileSurvey<'_>, piece: &FlatCell, items: &[(u32, u32)]) -> Rc<[(u32, u32)]> {
     let disc = piece.disc();
     let keeps =
         |&numbers: &(u32, u32)| Some((survey.parts.comes(numbers, &disc, survey.top)?, numbers));

@@ -1,22 +1,22 @@
 //! The moves that come to tiles, from however long a program.
 
-use super::shape::{Rectangle, quarters};
-use super::{Ground, Known, Survey, TILE, Task};
+use super::shape::{UvRectangle, quarters};
+use super::{MeasuredFace, TILE, TileBound, TileSurvey, TileTask};
 use crate::verify::VerifyError;
-use crate::verify::deviation::chunks::{Chunk, Chunks, Parts};
-use crate::verify::swept::bvh::Bounds;
-use crate::verify::swept::quadratic::Piece;
-use crate::verify::swept::rays::Disc;
+use crate::verify::deviation::chunks::{ChunkMotion, MotionChunk, MotionChunks};
+use crate::verify::swept::bvh::BoundingBox;
+use crate::verify::swept::quadratic::MotionPiece;
+use crate::verify::swept::rays::RayBundle;
 use rayon::prelude::*;
 
 /// Quarterings of a tile where its middle has no normal.
 const DEEPEST: u32 = 3;
 
 /// Tiles in order, with the moves that come to them.
-struct Gathered {
+struct GatheredMoves {
     /// Tiles taken.
     count: usize,
-    pieces: Vec<Piece>,
+    pieces: Vec<MotionPiece>,
     /// Numbers of pieces by tile.
     lists: Vec<Vec<u32>>,
     /// More moves than can be kept come to the only tile taken.
@@ -25,23 +25,23 @@ struct Gathered {
 
 /// Looks at each tile, with the moves that come to it below `task.top`; the program is run as often as that takes.
 pub(crate) fn each(
-    chunks: &Chunks<'_>,
-    tasks: &[Task<'_>],
-) -> Result<Vec<[Known; 2]>, VerifyError> {
-    let mut done: Vec<[Known; 2]> = Vec::with_capacity(tasks.len());
+    chunks: &MotionChunks<'_>,
+    tasks: &[TileTask<'_>],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
+    let mut done: Vec<[TileBound; 2]> = Vec::with_capacity(tasks.len());
     let mut count = tasks.len();
     while let Some(left) = tasks.get(done.len()..).filter(|left| !left.is_empty()) {
         let some = left.get(..count).unwrap_or(left);
-        let Gathered { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
+        let GatheredMoves { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
         count = taken;
-        let look = |(task, list): (&Task<'_>, &Vec<u32>)| {
-            let Task { ground, at, top, .. } = *task;
+        let look = |(task, list): (&TileTask<'_>, &Vec<u32>)| {
+            let TileTask { ground, at, top, .. } = *task;
             if crowded {
                 return ground.crowded(at);
             }
             let of = list.iter().filter_map(|&number| pieces.get(number as usize));
-            let parts = Parts { pieces: of.copied().collect(), look: chunks.look.clone() };
-            Survey { ground, parts, top }.tile(task)
+            let parts = ChunkMotion { pieces: of.copied().collect(), look: chunks.look.clone() };
+            TileSurvey { ground, parts, top }.tile(task)
         };
         done.par_extend(some.par_iter().zip(&lists).map(look));
     }
@@ -49,16 +49,16 @@ pub(crate) fn each(
 }
 
 /// The moves that come to some tiles, or to the first of them if those are too many.
-fn gather(chunks: &Chunks<'_>, tasks: &[Task<'_>]) -> Result<Gathered, VerifyError> {
-    let tiles: Vec<(Vec<Disc>, f64)> =
+fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredMoves, VerifyError> {
+    let tiles: Vec<(Vec<RayBundle>, f64)> =
         tasks.par_iter().map(|task| (task.ground.discs(task.at), task.top)).collect();
     let count = tasks.len();
     let mut all =
-        Gathered { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
+        GatheredMoves { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
     let boxes = tiles
         .iter()
         .flat_map(|(discs, top)| discs.iter().map(|disc| chunks.look.around(disc, *top)));
-    let within = boxes.fold(Bounds::empty(), |all, each| all.join(&each));
+    let within = boxes.fold(BoundingBox::empty(), |all, each| all.join(&each));
     chunks.each(&within, |chunk, _| {
         if all.crowded {
             return Ok(());
@@ -71,9 +71,9 @@ fn gather(chunks: &Chunks<'_>, tasks: &[Task<'_>]) -> Result<Gathered, VerifyErr
     Ok(all)
 }
 
-impl Gathered {
+impl GatheredMoves {
     /// Takes in moves of a chunk that come to the tiles, by tile; `most` pieces at most are kept.
-    fn take(&mut self, chunk: &Chunk, coming: &[Vec<u32>], most: usize) {
+    fn take(&mut self, chunk: &MotionChunk, coming: &[Vec<u32>], most: usize) {
         let mut numbers = vec![None; chunk.parts.pieces.len()];
         for (list, coming) in self.lists.iter_mut().zip(coming) {
             for &index in coming {
@@ -125,9 +125,9 @@ impl Gathered {
     }
 }
 
-impl Ground<'_> {
+impl MeasuredFace<'_> {
     /// Discs that hold all of a tile.
-    fn discs(&self, at: [usize; 2]) -> Vec<Disc> {
+    fn discs(&self, at: [usize; 2]) -> Vec<RayBundle> {
         let mut discs = Vec::new();
         for part in
             self.rectangle(at, TILE).iter().flat_map(|&whole| self.shape.smooth_parts(whole))
@@ -137,7 +137,7 @@ impl Ground<'_> {
         discs
     }
 
-    fn disc(&self, rectangle: Rectangle, level: u32, discs: &mut Vec<Disc>) {
+    fn disc(&self, rectangle: UvRectangle, level: u32, discs: &mut Vec<RayBundle>) {
         if let Some(cell) = self.shape.cell(&rectangle) {
             discs.push(cell.disc());
         } else if level < DEEPEST {

@@ -1,11 +1,11 @@
 //! No tool comes to the face moved inwards.
 
-use super::shape::{Cell, Rectangle, quarters};
-use super::{Known, Place, Survey, TILE};
-use crate::verify::deviation::chunks::Moves;
+use super::shape::{FlatCell, UvRectangle, quarters};
+use super::{CellLocation, TILE, TileBound, TileSurvey};
+use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::Extreme;
-use crate::verify::swept::quadratic::{Margin, Patch};
-use crate::verify::swept::tool::Ray;
+use crate::verify::swept::quadratic::{DistanceMargin, SurfacePatch};
+use crate::verify::swept::tool::NormalRay;
 
 /// Quarterings after which the height in the middle of a piece is measured, where no answer came.
 const MEASURED_FROM: u32 = 3;
@@ -17,22 +17,22 @@ const SHORTEST: f64 = 1e-6;
 const DOUBLINGS: i32 = 24;
 
 /// A body over a stretch of a piece of a move: numbers, middle, half width.
-type Item = ((u32, u32), f64, f64);
+type OpenBody = ((u32, u32), f64, f64);
 
 /// A piece of the face and what may come to it.
-struct Open {
-    rectangle: Rectangle,
+struct GougeCell {
+    rectangle: UvRectangle,
     level: u32,
-    items: Vec<Item>,
+    items: Vec<OpenBody>,
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
 }
 
 /// The deepest gouge in a tile, bounded by `most` pieces.
-pub(crate) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
+pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[0];
     let Some(whole) = survey.rectangle(at, TILE) else { return known };
-    let mut open: Vec<Open> = survey
+    let mut open: Vec<GougeCell> = survey
         .shape
         .smooth_parts(whole)
         .into_iter()
@@ -50,26 +50,31 @@ pub(crate) fn tile(survey: &Survey<'_>, at: [usize; 2], most: usize) -> Known {
     known
 }
 
-fn area(survey: &Survey<'_>, rectangle: &Rectangle) -> f64 {
+fn area(survey: &TileSurvey<'_>, rectangle: &UvRectangle) -> f64 {
     survey.shape.cell(rectangle).map_or(0.0, |cell| cell.area())
 }
 
 /// A piece with all that comes near the tile.
-fn first(survey: &Survey<'_>, rectangle: Rectangle) -> Option<Open> {
+fn first(survey: &TileSurvey<'_>, rectangle: UvRectangle) -> Option<GougeCell> {
     let border = match survey.first_place(&rectangle) {
-        Place::Outside => return None,
-        Place::Inside => None,
-        Place::Border(segments) => Some(segments),
+        CellLocation::Outside => return None,
+        CellLocation::Inside => None,
+        CellLocation::Border(segments) => Some(segments),
     };
     let items = survey.parts.numbers().map(|numbers| (numbers, 0.0, 1.0)).collect();
-    Some(Open { rectangle, level: 0, items, border })
+    Some(GougeCell { rectangle, level: 0, items, border })
 }
 
 /// Drops a piece to which nothing comes, or quarters it.
-fn quarter(survey: &Survey<'_>, next: Open, known: &mut Known, open: &mut Vec<Open>) {
-    let Open { rectangle, level, items, border } = next;
+fn quarter(
+    survey: &TileSurvey<'_>,
+    next: GougeCell,
+    known: &mut TileBound,
+    open: &mut Vec<GougeCell>,
+) {
+    let GougeCell { rectangle, level, items, border } = next;
     let place = survey.place(&rectangle, border.as_deref());
-    if matches!(place, Place::Outside) {
+    if matches!(place, CellLocation::Outside) {
         return;
     }
     let mut left = items;
@@ -90,19 +95,24 @@ fn quarter(survey: &Survey<'_>, next: Open, known: &mut Known, open: &mut Vec<Op
         return;
     }
     let border = match place {
-        Place::Border(segments) => Some(segments),
+        CellLocation::Border(segments) => Some(segments),
         _ => None,
     };
     for rectangle in quarters(rectangle) {
         let (items, border) = (left.clone(), border.clone());
-        open.push(Open { rectangle, level: level + 1, items, border });
+        open.push(GougeCell { rectangle, level: level + 1, items, border });
     }
 }
 
 /// Which of the stretches may come to a piece moved inwards by `depth`, cut to where they may.
-fn coming(survey: &Survey<'_>, cell: &Cell, depth: f64, items: &[Item]) -> Vec<Item> {
+fn coming(
+    survey: &TileSurvey<'_>,
+    cell: &FlatCell,
+    depth: f64,
+    items: &[OpenBody],
+) -> Vec<OpenBody> {
     let slack = depth * cell.turn;
-    let patch = Patch {
+    let patch = SurfacePatch {
         centre: cell.centre - cell.normal * depth,
         half: &cell.half,
         bulge: cell.bulge + slack,
@@ -125,7 +135,8 @@ fn coming(survey: &Survey<'_>, cell: &Cell, depth: f64, items: &[Item]) -> Vec<I
             if flat.least() > error {
                 continue;
             }
-            let Margin { place, time, .. } = if flat.least() > near.least() { flat } else { near };
+            let DistanceMargin { place, time, .. } =
+                if flat.least() > near.least() { flat } else { near };
             if place >= time || half < SHORTEST {
                 left.push((numbers, u, half));
             } else {
@@ -138,13 +149,13 @@ fn coming(survey: &Survey<'_>, cell: &Cell, depth: f64, items: &[Item]) -> Vec<I
 
 /// Measures the height in the middle of a piece, against what may come to it.
 fn measure(
-    survey: &Survey<'_>,
-    (cell, rectangle): (&Cell, &Rectangle),
-    items: &[Item],
-    known: &mut Known,
+    survey: &TileSurvey<'_>,
+    (cell, rectangle): (&FlatCell, &UvRectangle),
+    items: &[OpenBody],
+    known: &mut TileBound,
 ) {
     let below = survey.parts.look.reach;
-    let ray = Ray { origin: cell.centre, normal: cell.normal, below };
+    let ray = NormalRay { origin: cell.centre, normal: cell.normal, below };
     let lowest = survey.parts.lowest(items.iter().map(|item| item.0), &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
@@ -157,13 +168,13 @@ fn measure(
             height: lowest.s,
             or_deeper: false,
             line,
-            dog_leg: survey.parts.look.moves == Moves::DogLegs,
+            dog_leg: survey.parts.look.moves == MoveKind::DogLegs,
         });
     }
 }
 
 /// Looks for a larger bound that holds.
-fn beyond(survey: &Survey<'_>, cell: &Cell, items: &[Item], known: &mut Known) {
+fn beyond(survey: &TileSurvey<'_>, cell: &FlatCell, items: &[OpenBody], known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if depth > survey.parts.look.reach {

@@ -13,13 +13,13 @@ mod gather;
 mod gouge;
 mod shape;
 
-use super::chunks::{Chunks, Parts};
+use super::chunks::{ChunkMotion, MotionChunks};
 use super::map::Measured;
-use super::ray::Deciding;
+use super::ray::DecidingPose;
 use crate::surface::Face;
 use crate::verify::VerifyError;
 use crate::verify::report::{Bounds, Extreme, FaceMap};
-use shape::{Rectangle, Shape, Side, Trims};
+use shape::{FaceShape, TrimCrossing, TrimSegments, UvRectangle};
 
 /// Cells along the side of a tile.
 const TILE: usize = 8;
@@ -43,7 +43,7 @@ const BROKEN_SHARE: f64 = 0.1;
 
 /// How far a bound may be from the worst place known.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Room {
+pub(crate) struct MarginRule {
     /// At most, while the tolerance is kept \[mm\].
     pub(crate) margin: f64,
     /// What the worst place is to keep \[mm\].
@@ -52,7 +52,7 @@ pub(crate) struct Room {
     pub(crate) exact: f64,
 }
 
-impl Room {
+impl MarginRule {
     /// Where the tolerance is kept, so should the bound be; where it is broken, the first digits will do. With it
     /// the bound rises no less than the worst place does.
     fn margin(&self, worst: f64) -> f64 {
@@ -65,11 +65,11 @@ impl Room {
 
 /// What is promised so far: the worst heights known, and what is certain.
 #[derive(Debug, Clone, Copy)]
-struct Known {
+struct TileBound {
     /// The worst place known \[mm\]: how far out of the way of 0.
     worst: f64,
     /// How far the bound may be from it.
-    room: Room,
+    room: MarginRule,
     /// Bound where that was not enough.
     beyond: f64,
     /// The worst place, if it is new.
@@ -82,8 +82,8 @@ struct Known {
     short: bool,
 }
 
-impl Known {
-    fn new(worst: f64, room: Room) -> Self {
+impl TileBound {
+    fn new(worst: f64, room: MarginRule) -> Self {
         Self { worst, room, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
     }
 
@@ -119,70 +119,70 @@ impl Known {
 }
 
 /// A face with what was measured on it.
-struct Ground<'a> {
-    shape: Shape<'a>,
-    trims: Trims,
+struct MeasuredFace<'a> {
+    shape: FaceShape<'a>,
+    trims: TrimSegments,
     map: &'a FaceMap,
-    deciding: &'a [Option<Deciding>],
+    deciding: &'a [Option<DecidingPose>],
     /// The worst gouge and excess known at the start.
-    start: [Known; 2],
+    start: [TileBound; 2],
     excess: bool,
 }
 
 /// A tile of a face, with the moves that come to it.
-struct Survey<'a> {
-    ground: &'a Ground<'a>,
-    parts: Parts,
+struct TileSurvey<'a> {
+    ground: &'a MeasuredFace<'a>,
+    parts: ChunkMotion,
     /// Moves that get no lower than this over the face may be missing \[mm\].
     top: f64,
 }
 
-impl<'a> std::ops::Deref for Survey<'a> {
-    type Target = Ground<'a>;
+impl<'a> std::ops::Deref for TileSurvey<'a> {
+    type Target = MeasuredFace<'a>;
 
-    fn deref(&self) -> &Ground<'a> {
+    fn deref(&self) -> &MeasuredFace<'a> {
         self.ground
     }
 }
 
 /// Where a piece of a face lies.
-enum Place {
+enum CellLocation {
     Inside,
     Outside,
     /// These trim segments run through it.
     Border(Vec<u32>),
 }
 
-impl Ground<'_> {
+impl MeasuredFace<'_> {
     /// Where a rectangle lies; `among` are the trim segments that may touch it, `None` if none does.
-    fn place(&self, rectangle: &Rectangle, among: Option<&[u32]>) -> Place {
-        let Some(among) = among else { return Place::Inside };
+    fn place(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> CellLocation {
+        let Some(among) = among else { return CellLocation::Inside };
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         match self.trims.side(rectangle, Some(among)) {
-            Side::Border(segments) => Place::Border(segments),
-            Side::Clear if self.shape.face.contains(u, v) => Place::Inside,
-            Side::Clear => Place::Outside,
+            TrimCrossing::Border(segments) => CellLocation::Border(segments),
+            TrimCrossing::Clear if self.shape.face.contains(u, v) => CellLocation::Inside,
+            TrimCrossing::Clear => CellLocation::Outside,
         }
     }
 
     /// The same of a rectangle of which nothing is known yet.
-    fn first_place(&self, rectangle: &Rectangle) -> Place {
+    fn first_place(&self, rectangle: &UvRectangle) -> CellLocation {
         if self.shape.face.loops.is_empty() {
-            return Place::Inside;
+            return CellLocation::Inside;
         }
         match self.trims.side(rectangle, None) {
-            Side::Border(segments) => Place::Border(segments),
-            Side::Clear => self.place(rectangle, Some(&[])),
+            TrimCrossing::Border(segments) => CellLocation::Border(segments),
+            TrimCrossing::Clear => self.place(rectangle, Some(&[])),
         }
     }
 
     /// Whether the middle of a rectangle is on the face.
-    fn holds_middle(&self, rectangle: &Rectangle, place: &Place) -> bool {
+    fn holds_middle(&self, rectangle: &UvRectangle, place: &CellLocation) -> bool {
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         match place {
-            Place::Inside => true,
-            Place::Outside => false,
-            Place::Border(_) => self.shape.face.contains(u, v),
+            CellLocation::Inside => true,
+            CellLocation::Outside => false,
+            CellLocation::Border(_) => self.shape.face.contains(u, v),
         }
     }
 
@@ -193,7 +193,7 @@ impl Ground<'_> {
     }
 
     /// Parameters of a range of cells.
-    fn rectangle(&self, [i, j]: [usize; 2], count: usize) -> Option<Rectangle> {
+    fn rectangle(&self, [i, j]: [usize; 2], count: usize) -> Option<UvRectangle> {
         let range = |values: &[f64], first: usize| {
             let last = (first + count).min(values.len().saturating_sub(1));
             Some([*values.get(first)?, *values.get(last)?])
@@ -205,27 +205,27 @@ impl Ground<'_> {
 /// Bounds the deviation over faces of which the maps are given; the worst places that turn up on the
 /// way are told as well.
 pub(crate) fn of(
-    chunks: &Chunks<'_>,
+    chunks: &MotionChunks<'_>,
     faces: &[Face],
     measured: &[Measured],
-    (rooms, excess): ([Room; 2], bool),
+    (rooms, excess): ([MarginRule; 2], bool),
     extremes: [Option<f64>; 2],
 ) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
     let ([low, high], [deep, tall], bounded) = (extremes, rooms, excess);
     let start = [
-        Known::new(low.map_or(0.0, |height| -height), deep),
-        Known::new(high.unwrap_or(0.0), tall),
+        TileBound::new(low.map_or(0.0, |height| -height), deep),
+        TileBound::new(high.unwrap_or(0.0), tall),
     ];
     let mut known = start;
     let mut grounds = Vec::new();
     for (face, (map, deciding)) in faces.iter().zip(measured) {
-        let shape = Shape::new(face);
+        let shape = FaceShape::new(face);
         let tolerance = [&map.u, &map.v].map(|values| {
             let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
             TRIM_SHARE * width / values.len().max(2) as f64
         });
-        let trims = Trims::new(face, tolerance)?;
-        grounds.push(Ground { shape, trims, map, deciding, start, excess: bounded });
+        let trims = TrimSegments::new(face, tolerance)?;
+        grounds.push(MeasuredFace { shape, trims, map, deciding, start, excess: bounded });
     }
     for [gouge, excess] in &all(chunks, &grounds)? {
         known = [known[0].join(gouge), known[1].join(excess)];
@@ -241,19 +241,22 @@ pub(crate) fn of(
 
 /// A tile to be looked at: of which face, where, how many pieces of it at most, and up to which height moves count.
 #[derive(Clone, Copy)]
-struct Task<'a> {
-    ground: &'a Ground<'a>,
+struct TileTask<'a> {
+    ground: &'a MeasuredFace<'a>,
     at: [usize; 2],
     most: usize,
     top: f64,
 }
 
 /// All tiles of all faces: those of a face that take many pieces share what there is for them.
-fn all(chunks: &Chunks<'_>, grounds: &[Ground<'_>]) -> Result<Vec<[Known; 2]>, VerifyError> {
+fn all(
+    chunks: &MotionChunks<'_>,
+    grounds: &[MeasuredFace<'_>],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
     let mut tasks = Vec::new();
     for ground in grounds {
         let top = ground.top(chunks.look.reach);
-        tasks.extend(ground.tiles().into_iter().map(|at| Task {
+        tasks.extend(ground.tiles().into_iter().map(|at| TileTask {
             ground,
             at,
             most: FEW_PIECES,
@@ -261,20 +264,20 @@ fn all(chunks: &Chunks<'_>, grounds: &[Ground<'_>]) -> Result<Vec<[Known; 2]>, V
         }));
     }
     let mut tiles = look(chunks, &mut tasks)?;
-    let ended = |tile: &[Known; 2]| tile.iter().any(|known| known.ended);
+    let ended = |tile: &[TileBound; 2]| tile.iter().any(|known| known.ended);
     let mut again = Vec::new();
     for ground in grounds {
-        let of = |(task, tile): &(&Task<'_>, &[Known; 2])| {
+        let of = |(task, tile): &(&TileTask<'_>, &[TileBound; 2])| {
             std::ptr::eq(task.ground, ground) && ended(tile)
         };
         let count = tasks.iter().zip(&tiles).filter(of).count();
         let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
         if most > FEW_PIECES {
             let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
-            again.extend(places.map(|(index, (task, _))| (index, Task { most, ..*task })));
+            again.extend(places.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
         }
     }
-    let (places, mut more): (Vec<usize>, Vec<Task<'_>>) = again.into_iter().unzip();
+    let (places, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
     for (index, known) in places.into_iter().zip(look(chunks, &mut more)?) {
         if let Some(tile) = tiles.get_mut(index) {
             *tile = known;
@@ -284,9 +287,12 @@ fn all(chunks: &Chunks<'_>, grounds: &[Ground<'_>]) -> Result<Vec<[Known; 2]>, V
 }
 
 /// Looks at tiles; where higher moves may count, with all that come within reach.
-fn look(chunks: &Chunks<'_>, tasks: &mut [Task<'_>]) -> Result<Vec<[Known; 2]>, VerifyError> {
+fn look(
+    chunks: &MotionChunks<'_>,
+    tasks: &mut [TileTask<'_>],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
     let mut tiles = gather::each(chunks, tasks)?;
-    let short = |tile: &[Known; 2]| tile.iter().any(|known| known.short);
+    let short = |tile: &[TileBound; 2]| tile.iter().any(|known| known.short);
     let mut higher = Vec::new();
     for (index, (task, tile)) in tasks.iter_mut().zip(&tiles).enumerate() {
         if short(tile) {
@@ -294,7 +300,7 @@ fn look(chunks: &Chunks<'_>, tasks: &mut [Task<'_>]) -> Result<Vec<[Known; 2]>, 
             higher.push((index, *task));
         }
     }
-    let (places, higher): (Vec<usize>, Vec<Task<'_>>) = higher.into_iter().unzip();
+    let (places, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
     let found = gather::each(chunks, &higher)?;
     for (index, known) in places.into_iter().zip(found) {
         if let Some(tile) = tiles.get_mut(index) {
@@ -304,7 +310,7 @@ fn look(chunks: &Chunks<'_>, tasks: &mut [Task<'_>]) -> Result<Vec<[Known; 2]>, 
     Ok(tiles)
 }
 
-impl Ground<'_> {
+impl MeasuredFace<'_> {
     /// Moves that get no lower are not looked at before it turns out that they count \[mm\].
     fn top(&self, reach: f64) -> f64 {
         let start = &self.start[1];
@@ -312,8 +318,8 @@ impl Ground<'_> {
     }
 
     /// What is known of a tile to which more moves come than can be looked at.
-    fn crowded(&self, at: [usize; 2]) -> [Known; 2] {
-        let area = |rectangle: &Rectangle| self.shape.cell(rectangle).map_or(0.0, |c| c.area());
+    fn crowded(&self, at: [usize; 2]) -> [TileBound; 2] {
+        let area = |rectangle: &UvRectangle| self.shape.cell(rectangle).map_or(0.0, |c| c.area());
         let parts = self.rectangle(at, TILE).map(|whole| self.shape.smooth_parts(whole));
         let area = parts.iter().flatten().map(area).sum();
         self.start.map(|mut known| {
@@ -323,8 +329,8 @@ impl Ground<'_> {
     }
 }
 
-impl Survey<'_> {
-    fn tile(&self, task: &Task<'_>) -> [Known; 2] {
+impl TileSurvey<'_> {
+    fn tile(&self, task: &TileTask<'_>) -> [TileBound; 2] {
         let gouge = gouge::tile(self, task.at, task.most);
         let excess =
             if self.excess { excess::tile(self, task.at, task.most) } else { self.start[1] };

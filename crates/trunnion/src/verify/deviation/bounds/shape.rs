@@ -2,14 +2,14 @@
 
 use crate::surface::{Curve, Face, NurbsSurface, Patch, Surface};
 use crate::verify::VerifyError;
-use crate::verify::swept::rays::Disc;
+use crate::verify::swept::rays::RayBundle;
 use nalgebra::{Point3, Vector3, Vector4};
 
 /// A rectangle of parameters.
-pub(crate) type Rectangle = [[f64; 2]; 2];
+pub(crate) type UvRectangle = [[f64; 2]; 2];
 
 /// A face whose second derivatives are bounded.
-pub(crate) struct Shape<'a> {
+pub(crate) struct FaceShape<'a> {
     pub(crate) face: &'a Face,
     /// Parameters at which derivatives may jump, by u and v.
     breaks: [Vec<f64>; 2],
@@ -23,7 +23,7 @@ pub(crate) struct Shape<'a> {
 
 /// A piece of a face: every point is within `bulge` of `centre + s a + t b`, s and t in -1..=1, every
 /// normal within `turn` of `normal`.
-pub(crate) struct Cell {
+pub(crate) struct FlatCell {
     pub(crate) centre: Point3<f64>,
     pub(crate) normal: Vector3<f64>,
     pub(crate) half: [Vector3<f64>; 2],
@@ -31,7 +31,7 @@ pub(crate) struct Cell {
     pub(crate) turn: f64,
 }
 
-impl Cell {
+impl FlatCell {
     /// No point is farther from the centre \[mm\].
     pub(crate) fn radius(&self) -> f64 {
         let [a, b] = &self.half;
@@ -39,9 +39,9 @@ impl Cell {
     }
 
     /// The rays along its normals.
-    pub(crate) fn disc(&self) -> Disc {
+    pub(crate) fn disc(&self) -> RayBundle {
         let (centre, normal, radius) = (self.centre, self.normal, self.radius());
-        Disc { centre, normal, radius, bulge: self.bulge, turn: self.turn }
+        RayBundle { centre, normal, radius, bulge: self.bulge, turn: self.turn }
     }
 
     /// About its area \[mm²\].
@@ -50,7 +50,7 @@ impl Cell {
     }
 }
 
-impl<'a> Shape<'a> {
+impl<'a> FaceShape<'a> {
     /// Bounds of a face.
     pub(crate) fn new(face: &'a Face) -> Self {
         let [u, v] = face.bounds();
@@ -85,13 +85,14 @@ impl<'a> Shape<'a> {
             }
             Surface::Nurbs(surface) => Self::of_nurbs(face, surface),
             Surface::Extrusion(surface) => {
-                let Strip { breaks, bounds } = Strip::new(surface.curve(), u, |_| 0.0);
+                let ControlStrip { breaks, bounds } =
+                    ControlStrip::new(surface.curve(), u, |_| 0.0);
                 let bends = bounds.iter().map(|[_, second, _]| [*second, 0.0, 0.0]).collect();
                 Self::of_pieces(face, [breaks, ends(v)], bends)
             }
             Surface::Revolution(surface) => {
                 let radius = |place: &Vector3<f64>| surface.radius(place);
-                let Strip { breaks, bounds } = Strip::new(surface.curve(), v, radius);
+                let ControlStrip { breaks, bounds } = ControlStrip::new(surface.curve(), v, radius);
                 let bends = bounds.iter().map(|[first, second, radius]| [*radius, *first, *second]);
                 Self::of_pieces(face, [ends(u), breaks], bends.collect())
             }
@@ -128,13 +129,13 @@ impl<'a> Shape<'a> {
     }
 
     /// The parts of a rectangle over which derivatives do not jump.
-    pub(crate) fn smooth_parts(&self, [u, v]: Rectangle) -> Vec<Rectangle> {
+    pub(crate) fn smooth_parts(&self, [u, v]: UvRectangle) -> Vec<UvRectangle> {
         let (us, vs) = (cuts(&self.breaks[0], u), cuts(&self.breaks[1], v));
         us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect()
     }
 
     /// The piece over a rectangle that crosses no break; `None` where there is no normal.
-    pub(crate) fn cell(&self, rectangle: &Rectangle) -> Option<Cell> {
+    pub(crate) fn cell(&self, rectangle: &UvRectangle) -> Option<FlatCell> {
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         let [du, dv] = rectangle.map(|[low, high]| 0.5 * (high - low));
         let jet = self.face.surface.jet1(u, v);
@@ -149,7 +150,7 @@ impl<'a> Shape<'a> {
         // |x/|x| - y/|y|| <= 2 |x - y| / |x|.
         let turn = (2.0 * spread / cross.norm()).min(2.0);
         let mut cell =
-            Cell { centre: jet.s, normal, half: [jet.su * du, jet.sv * dv], bulge, turn };
+            FlatCell { centre: jet.s, normal, half: [jet.su * du, jet.sv * dv], bulge, turn };
         if let Some(curvature) = self.curvature {
             cell.turn = cell.turn.min(curvature * cell.radius());
         }
@@ -178,12 +179,12 @@ fn cuts(breaks: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
 }
 
 /// Control points in rows.
-struct Net {
+struct ControlNet {
     points: Vec<Vector4<f64>>,
     columns: usize,
 }
 
-impl Net {
+impl ControlNet {
     /// Control net of the derivative by parameter `k`; all zero for degree 0.
     fn derivative(&self, k: usize) -> Self {
         let rows = self.points.len() / self.columns;
@@ -210,11 +211,11 @@ impl Net {
 }
 
 /// Control points about their middle, in rows of so many; the least weight, and the largest distance from the middle.
-fn centred(points: &[Vector4<f64>], columns: usize) -> (Net, f64, f64) {
+fn centred(points: &[Vector4<f64>], columns: usize) -> (ControlNet, f64, f64) {
     let count = points.len().max(1) as f64;
     let middle = points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
     let shifted = points.iter().map(|p| (p.xyz() - middle * p.w).push(p.w));
-    let net = Net { points: shifted.collect(), columns };
+    let net = ControlNet { points: shifted.collect(), columns };
     let least = net.points.iter().map(|p| p.w).fold(f64::INFINITY, f64::min);
     let far = net.points.iter().map(|p| p.xyz().norm() / p.w).fold(0.0, f64::max);
     (net, least, far)
@@ -229,7 +230,7 @@ fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
     let [u, v] = [net.derivative(0), net.derivative(1)];
     let first = [u.size(), v.size()];
     let slope = first.map(|[vector, weight]| (vector + weight * far) / least);
-    let bound = |net: Net, j: usize, k: usize| {
+    let bound = |net: ControlNet, j: usize, k: usize| {
         let [vector, weight] = net.size();
         let mixed = first[j][1] * slope[k] + first[k][1] * slope[j];
         (vector + mixed + weight * far) / least
@@ -243,13 +244,13 @@ fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
 }
 
 /// A curve between breaks.
-struct Strip {
+struct ControlStrip {
     breaks: Vec<f64>,
     /// Bounds of its first and second derivative, and of a distance that is convex in the place, piece by piece.
     bounds: Vec<[f64; 3]>,
 }
 
-impl Strip {
+impl ControlStrip {
     fn new(curve: &Curve, [low, high]: [f64; 2], distance: impl Fn(&Vector3<f64>) -> f64) -> Self {
         let plain = |bound: [f64; 3]| Self { breaks: vec![low, high], bounds: vec![bound] };
         let at = |t: f64| curve.point(t).coords;
@@ -287,21 +288,21 @@ fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
 }
 
 /// Trim curves of a face as segments.
-pub(crate) struct Trims {
+pub(crate) struct TrimSegments {
     segments: Vec<[[f64; 2]; 2]>,
     /// How far the curves may be from the segments, by u and v.
     tolerance: [f64; 2],
 }
 
 /// Where a rectangle lies.
-pub(crate) enum Side {
+pub(crate) enum TrimCrossing {
     /// No trim runs through it.
     Clear,
     /// These segments do.
     Border(Vec<u32>),
 }
 
-impl Trims {
+impl TrimSegments {
     /// Segments within `tolerance` of the trims, on every turn of a periodic surface.
     pub(crate) fn new(face: &Face, tolerance: [f64; 2]) -> Result<Self, VerifyError> {
         let periods = face.surface.periods().map(|period| period.unwrap_or(0.0));
@@ -330,7 +331,7 @@ impl Trims {
     }
 
     /// Which of the segments, or of some of them, touch a rectangle.
-    pub(crate) fn side(&self, rectangle: &Rectangle, among: Option<&[u32]>) -> Side {
+    pub(crate) fn side(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> TrimCrossing {
         let grown = [0, 1].map(|k: usize| {
             [rectangle[k][0] - self.tolerance[k], rectangle[k][1] + self.tolerance[k]]
         });
@@ -343,12 +344,12 @@ impl Trims {
             Some(some) => some.iter().copied().filter(touches).collect(),
             None => (0..count).filter(touches).collect(),
         };
-        if found.is_empty() { Side::Clear } else { Side::Border(found) }
+        if found.is_empty() { TrimCrossing::Clear } else { TrimCrossing::Border(found) }
     }
 }
 
 /// Whether a segment meets a rectangle (Liang and Barsky's clipping).
-fn meets([from, to]: &[[f64; 2]; 2], rectangle: &Rectangle) -> bool {
+fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
         let ([low, high], start, way) = (rectangle[k], from[k], to[k] - from[k]);
@@ -364,7 +365,7 @@ fn meets([from, to]: &[[f64; 2]; 2], rectangle: &Rectangle) -> bool {
 }
 
 /// Quarters of a rectangle.
-pub(crate) fn quarters([[u0, u1], [v0, v1]]: Rectangle) -> [Rectangle; 4] {
+pub(crate) fn quarters([[u0, u1], [v0, v1]]: UvRectangle) -> [UvRectangle; 4] {
     let [u, v] = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
     [[[u0, u], [v0, v]], [[u0, u], [v, v1]], [[u, u1], [v0, v]], [[u, u1], [v, v1]]]
 }
@@ -395,7 +396,7 @@ mod tests {
         let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
         let surface = NurbsSurface::new([2, 1], knots, points, Some(weights)).unwrap();
         let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap();
-        let shape = Shape::new(&face);
+        let shape = FaceShape::new(&face);
         let [uu, uv, vv] = shape.bend(0.5, 0.5);
         for k in 0..=20 {
             let jet = face.surface.jet2(f64::from(k) / 20.0, 0.3);
@@ -417,7 +418,7 @@ mod tests {
         let surface =
             NurbsSurface::new([2, 2], [knots(), knots()], (0..4).map(row).collect(), None).unwrap();
         let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), true).unwrap();
-        let shape = Shape::new(&face);
+        let shape = FaceShape::new(&face);
         let rectangle = [[0.1, 0.3], [0.55, 0.8]];
         assert_eq!(shape.smooth_parts([[0.4, 0.6], [0.0, 0.5]]).len(), 2);
         let cell = shape.cell(&rectangle).unwrap();

@@ -6,28 +6,28 @@
 mod polytope;
 mod search;
 
-use super::broad_phase::{Part, Stretch};
+use super::broad_phase::{BoundedPiece, MovingPart};
 use super::carve::{Collision, CollisionKind};
-use super::moving_tools::Tools;
+use super::moving_tools::MovingTools;
 use crate::types::{Progress, Stage};
 use crate::verify::VerifyError;
 use crate::verify::run::Run;
-use crate::verify::swept::bvh::{Bounds, Item, Tree};
-use crate::verify::swept::mesh::Shell;
-use crate::verify::swept::quadratic::Piece;
-use crate::verify::swept::relative::Passing;
-use crate::verify::swept::tool::Body;
+use crate::verify::swept::bvh::{BoundingBox, BoxTree, TreeItem};
+use crate::verify::swept::mesh::ClosedMesh;
+use crate::verify::swept::quadratic::MotionPiece;
+use crate::verify::swept::relative::RelativeMotion;
+use crate::verify::swept::tool::ConvexBody;
 use rayon::prelude::*;
-use search::{Outcome, Scale, Search};
+use search::{DepthSearch, SearchOutcome, SearchScale};
 use std::collections::BTreeMap;
 
 /// A box in which a body comes close to material.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Close {
+pub(crate) struct CloseBox {
     /// Number of the body's part, and of the first part of its move.
     pub(crate) part: usize,
     pub(crate) first: usize,
-    pub(crate) bounds: Bounds,
+    pub(crate) bounds: BoundingBox,
     pub(crate) line: u32,
     pub(crate) kind: CollisionKind,
     /// How deep it can be in anything \[mm\].
@@ -38,7 +38,7 @@ pub(crate) struct Close {
 
 /// What a look at such a box gave.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Graze {
+pub(crate) struct BoxFinding {
     pub(crate) line: u32,
     pub(crate) kind: CollisionKind,
     /// Whether the rays had told it.
@@ -64,28 +64,28 @@ const BATCH: usize = 256;
 
 /// A body over a stretch, before or after others.
 #[derive(Debug, Clone, Copy)]
-struct Before {
+struct EarlierBody {
     number: usize,
     harm: Option<CollisionKind>,
-    body: Body,
-    stretch: Stretch,
+    body: ConvexBody,
+    stretch: BoundedPiece,
 }
 
 /// What a second run of the program gave: what comes to boxes, in order, and the bodies that boxes are about.
-struct Again {
-    before: Vec<Before>,
-    suspects: BTreeMap<usize, (Body, Piece)>,
-    tree: Tree,
+struct SecondRun {
+    before: Vec<EarlierBody>,
+    suspects: BTreeMap<usize, (ConvexBody, MotionPiece)>,
+    tree: BoxTree,
 }
 
 /// Boxes of the same part that are one, or nearly.
-pub(crate) fn merge(mut all: Vec<Close>) -> Vec<Close> {
+pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
     all.sort_by_key(|close| close.part);
-    let mut merged: Vec<Close> = Vec::new();
+    let mut merged: Vec<CloseBox> = Vec::new();
     for next in all {
         let same = merged.iter_mut().rev().take_while(|close| close.part == next.part);
-        let volume = |b: &Bounds| (b.high - b.low).product();
-        let fits = |close: &&mut Close| {
+        let volume = |b: &BoundingBox| (b.high - b.low).product();
+        let fits = |close: &&mut CloseBox| {
             let joined = close.bounds.join(&next.bounds);
             volume(&joined) <= GAIN * (volume(&close.bounds) + volume(&next.bounds))
         };
@@ -99,11 +99,11 @@ pub(crate) fn merge(mut all: Vec<Close>) -> Vec<Close> {
 
 /// Looks at boxes.
 pub(crate) fn look(
-    (run, tools): (&Run<'_>, &Tools),
-    shell: &Shell,
-    close: Vec<Close>,
+    (run, tools): (&Run<'_>, &MovingTools),
+    shell: &ClosedMesh,
+    close: Vec<CloseBox>,
     progress: &dyn Progress,
-) -> Result<Vec<Graze>, VerifyError> {
+) -> Result<Vec<BoxFinding>, VerifyError> {
     let (total, mut found, mut done) = (close.len(), Vec::new(), 0);
     let (mut waiting, mut runs) = (vec![close], 0);
     while let Some(close) = waiting.pop() {
@@ -114,7 +114,7 @@ pub(crate) fn look(
             continue;
         }
         for some in close.chunks(BATCH) {
-            let of = |close: &Close| graze(tools, shell, close, again.as_ref());
+            let of = |close: &CloseBox| graze(tools, shell, close, again.as_ref());
             found.par_extend(some.par_iter().filter_map(of));
             done += some.len();
             progress.step(Stage::Verify, done as u64, total as u64)?;
@@ -124,8 +124,8 @@ pub(crate) fn look(
 }
 
 /// Both halves of some boxes, by where they are.
-fn halves(mut close: Vec<Close>) -> [Vec<Close>; 2] {
-    let all = close.iter().fold(Bounds::empty(), |all, close| all.join(&close.bounds));
+fn halves(mut close: Vec<CloseBox>) -> [Vec<CloseBox>; 2] {
+    let all = close.iter().fold(BoundingBox::empty(), |all, close| all.join(&close.bounds));
     let axis = (all.high - all.low).imax();
     close.sort_by(|a, b| a.bounds.low[axis].total_cmp(&b.bounds.low[axis]));
     let upper = close.split_off(close.len() / 2);
@@ -133,25 +133,29 @@ fn halves(mut close: Vec<Close>) -> [Vec<Close>; 2] {
 }
 
 /// Runs the program to the last of some boxes' bodies; `None` if too much comes to the boxes.
-fn again((run, tools): (&Run<'_>, &Tools), close: &[Close]) -> Result<Option<Again>, VerifyError> {
+fn again(
+    (run, tools): (&Run<'_>, &MovingTools),
+    close: &[CloseBox],
+) -> Result<Option<SecondRun>, VerifyError> {
     let last = close.iter().map(|close| close.part).max().unwrap_or(0);
-    let item = |(index, close): (u32, &Close)| Item { bounds: close.bounds, content: (index, 0) };
-    let boxes = Tree::new((0..).zip(close).map(item).collect());
-    let mut suspects: BTreeMap<usize, Option<(Body, Piece)>> =
+    let item =
+        |(index, close): (u32, &CloseBox)| TreeItem { bounds: close.bounds, content: (index, 0) };
+    let boxes = BoxTree::new((0..).zip(close).map(item).collect());
+    let mut suspects: BTreeMap<usize, Option<(ConvexBody, MotionPiece)>> =
         close.iter().map(|close| (close.part, None)).collect();
     let (mut before, mut items, mut parts, mut number) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for segment in run.segments() {
         parts.clear();
         tools.parts(&run.mover, &segment?, number, &mut parts)?;
         number += parts.len();
-        for Part { number, body, harm, straight, bounds, whole, .. } in &parts {
+        for MovingPart { number, body, harm, straight, bounds, whole, .. } in &parts {
             if let Some(suspect) = suspects.get_mut(number) {
                 *suspect = Some((*body, whole.piece));
             }
             for stretch in straight.iter().filter(|_| boxes.meets(bounds)) {
-                items.push(Item { bounds: *bounds, content: (index(&before), 0) });
+                items.push(TreeItem { bounds: *bounds, content: (index(&before), 0) });
                 let (number, body, harm, stretch) = (*number, *body, *harm, *stretch);
-                before.push(Before { number, harm, body, stretch });
+                before.push(EarlierBody { number, harm, body, stretch });
             }
         }
         if before.len() > MOST_BEFORE {
@@ -162,34 +166,39 @@ fn again((run, tools): (&Run<'_>, &Tools), close: &[Close]) -> Result<Option<Aga
         }
     }
     let suspects = suspects.into_iter().filter_map(|(number, found)| Some((number, found?)));
-    Ok(Some(Again { before, suspects: suspects.collect(), tree: Tree::new(items) }))
+    Ok(Some(SecondRun { before, suspects: suspects.collect(), tree: BoxTree::new(items) }))
 }
 
 /// The number that the next one will have.
-fn index(before: &[Before]) -> u32 {
+fn index(before: &[EarlierBody]) -> u32 {
     u32::try_from(before.len()).unwrap_or(u32::MAX)
 }
 
 /// What there is to tell of a box.
-fn graze(tools: &Tools, shell: &Shell, close: &Close, again: Option<&Again>) -> Option<Graze> {
-    let &Close { line, kind, known, .. } = close;
-    let Some(Again { before, suspects, tree }) = again else {
+fn graze(
+    tools: &MovingTools,
+    shell: &ClosedMesh,
+    close: &CloseBox,
+    again: Option<&SecondRun>,
+) -> Option<BoxFinding> {
+    let &CloseBox { line, kind, known, .. } = close;
+    let Some(SecondRun { before, suspects, tree }) = again else {
         let open = Some(close.most).filter(|_| known <= 0.0);
-        return Some(Graze { line, kind, known: known > 0.0, hit: None, open });
+        return Some(BoxFinding { line, kind, known: known > 0.0, hit: None, open });
     };
     let (body, piece) = suspects.get(&close.part)?;
-    let passing = Passing { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
+    let passing = RelativeMotion { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
     let mut near = Vec::new();
     tree.near(&close.bounds, &mut near);
     let before = near.iter().filter_map(|&(index, _)| before.get(index as usize));
     // What it ran through itself on the way, the move has not made good.
-    let own = |before: &Before| before.number >= close.first && before.harm == Some(kind);
+    let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
     let before = before.filter(|before| before.number < close.part && !own(before)).collect();
     let least = LEAST.max(2.0 * tools.tolerance);
-    let scale = Scale { least, depth: DEPTH * least, tolerance: TIME * least };
-    let Outcome { deepest, open } =
-        Search::new(shell, passing, scale).run(&close.bounds, before, known);
+    let scale = SearchScale { least, depth: DEPTH * least, tolerance: TIME * least };
+    let SearchOutcome { deepest, open } =
+        DepthSearch::new(shell, passing, scale).run(&close.bounds, before, known);
     let hit = deepest.map(|found| Collision { kind, line, depth: found.depth, point: found.point });
-    let graze = Graze { line, kind, known: known > 0.0, hit, open };
+    let graze = BoxFinding { line, kind, known: known > 0.0, hit, open };
     (hit.is_some() || open.is_some()).then_some(graze)
 }

@@ -1,6 +1,6 @@
 //! A box from which planes cut corners off.
 
-use crate::verify::swept::bvh::Bounds;
+use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::mesh::kept;
 use nalgebra::{Point3, Vector3};
 
@@ -17,7 +17,7 @@ const FACES: [[u8; 4]; 6] =
 const SAME: f64 = 1e-9;
 
 impl Polytope {
-    pub(crate) fn cuboid(Bounds { low, high }: &Bounds) -> Self {
+    pub(crate) fn cuboid(BoundingBox { low, high }: &BoundingBox) -> Self {
         let corner = |k: u8| {
             let end = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
             Point3::new(end(0), end(1), end(2))
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn planes_that_are_one_but_for_rounding_cut_once() {
-        let bounds = Bounds { low: Point3::origin(), high: Point3::new(1.0, 1.0, 1.0) };
+        let bounds = BoundingBox { low: Point3::origin(), high: Point3::new(1.0, 1.0, 1.0) };
         let mut polytope = Polytope::cuboid(&bounds);
         for k in 0..60 {
             let way = Vector3::new(1.0, 1e-11 * f64::from(k), 1.0).normalize();
@@ -104,7 +104,7 @@ mod tests {
             planes in prop::collection::vec(([-1.0..1.0, -1.0..1.0, -1.0..1.0], -0.5..0.9), 0..5),
             toward in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
         ) {
-            let bounds = Bounds { low: Point3::new(-1.0, -1.0, -1.0), high: Point3::new(1.0, 1.0, 1.0) };
+            let bounds = BoundingBox { low: Point3::new(-1.0, -1.0, -1.0), high: Point3::new(1.0, 1.0, 1.0) };
             let mut polytope = Polytope::cuboid(&bounds);
             let planes: Vec<(Vector3<f64>, f64)> = planes.into_iter().map(|(way, most)| (Vector3::from(way), most)).collect();
             for (way, most) in &planes {

@@ -10,14 +10,14 @@
 //! place outside of the body before is in front of a plane at its surface; if that plane moves back, or on by less
 //! than the given depth, the place is not deeper in the body now.
 
-use super::Before;
+use super::EarlierBody;
 use super::polytope::{Polytope, mean};
-use crate::verify::stock::clip::closest_approach::{Guess, Line, Moving};
-use crate::verify::swept::bvh::Bounds;
+use crate::verify::stock::clip::closest_approach::{BodyMotion, RayLine, TimeGuess};
+use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::distance;
-use crate::verify::swept::mesh::{Content, Shell};
-use crate::verify::swept::relative::Passing;
-use crate::verify::swept::tool::{Body, Stand};
+use crate::verify::swept::mesh::{BoxContent, ClosedMesh};
+use crate::verify::swept::relative::RelativeMotion;
+use crate::verify::swept::tool::{BodyPose, ConvexBody};
 use nalgebra::{Point3, Vector3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -25,7 +25,7 @@ use std::rc::Rc;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Scale {
+pub(crate) struct SearchScale {
     /// How deep a body may be without being told \[mm\].
     pub(crate) least: f64,
     /// To what the depth is found \[mm\].
@@ -36,15 +36,15 @@ pub(crate) struct Scale {
 
 /// The deepest place that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Deepest {
+pub(crate) struct DeepestPoint {
     pub(crate) depth: f64,
     pub(crate) point: Point3<f64>,
 }
 
 /// What a search gave.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Outcome {
-    pub(crate) deepest: Option<Deepest>,
+pub(crate) struct SearchOutcome {
+    pub(crate) deepest: Option<DeepestPoint>,
     /// It met its limit and found nothing: it may be as deep as this.
     pub(crate) open: Option<f64>,
 }
@@ -63,28 +63,28 @@ const THIN: f64 = 1e-6;
 const FINEST: f64 = 0.25;
 
 /// A box over a stretch of time, and how deep the body may be in it.
-struct Cell<'a> {
+struct SearchCell<'a> {
     depth: f64,
-    bounds: Bounds,
+    bounds: BoundingBox,
     time: [f64; 2],
-    before: Rc<[&'a Before]>,
+    before: Rc<[&'a EarlierBody]>,
 }
 
-impl PartialEq for Cell<'_> {
+impl PartialEq for SearchCell<'_> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Cell<'_> {}
+impl Eq for SearchCell<'_> {}
 
-impl PartialOrd for Cell<'_> {
+impl PartialOrd for SearchCell<'_> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Cell<'_> {
+impl Ord for SearchCell<'_> {
     /// The deepest is the greatest: a heap gives it first.
     fn cmp(&self, other: &Self) -> Ordering {
         self.depth.total_cmp(&other.depth)
@@ -92,18 +92,18 @@ impl Ord for Cell<'_> {
 }
 
 /// A search under way.
-pub(crate) struct Search<'a> {
-    shell: &'a Shell,
-    passing: Passing<'a>,
-    scale: Scale,
+pub(crate) struct DepthSearch<'a> {
+    shell: &'a ClosedMesh,
+    passing: RelativeMotion<'a>,
+    scale: SearchScale,
     /// Where the same body ended last, and how much the bodies are off \[mm\].
-    last: Option<(Stand, f64)>,
-    found: Option<Deepest>,
-    open: BinaryHeap<Cell<'a>>,
+    last: Option<(BodyPose, f64)>,
+    found: Option<DeepestPoint>,
+    open: BinaryHeap<SearchCell<'a>>,
 }
 
 /// What the body holds of a box.
-struct Held {
+struct HeldBox {
     corners: Vec<Point3<f64>>,
     /// How deep at most.
     depth: f64,
@@ -111,19 +111,28 @@ struct Held {
     in_time: bool,
 }
 
-impl<'a> Search<'a> {
-    pub(crate) fn new(shell: &'a Shell, passing: Passing<'a>, scale: Scale) -> Self {
+impl<'a> DepthSearch<'a> {
+    pub(crate) fn new(
+        shell: &'a ClosedMesh,
+        passing: RelativeMotion<'a>,
+        scale: SearchScale,
+    ) -> Self {
         Self { shell, passing, scale, last: None, found: None, open: BinaryHeap::new() }
     }
 
     /// The deepest place in a box that none of the parts before held, if deeper than `known`.
-    pub(crate) fn run(mut self, bounds: &Bounds, before: Rc<[&'a Before]>, known: f64) -> Outcome {
+    pub(crate) fn run(
+        mut self,
+        bounds: &BoundingBox,
+        before: Rc<[&'a EarlierBody]>,
+        known: f64,
+    ) -> SearchOutcome {
         let goal = known.max(self.scale.least);
         let (depth, time) = (f64::INFINITY, [-1.0, 1.0]);
         let same = before.iter().rev().find(|before| before.body == self.passing.body);
         self.last =
             same.map(|before| (before.stretch.piece.instant(1.0).stand, before.stretch.bend));
-        self.open.push(Cell { depth, bounds: *bounds, time, before });
+        self.open.push(SearchCell { depth, bounds: *bounds, time, before });
         let mut cells = 0;
         while let Some(cell) = self.open.pop() {
             let goal = self.goal(goal);
@@ -134,11 +143,11 @@ impl<'a> Search<'a> {
             let told = self.found.is_some() || known > 0.0;
             if cells > if told { REFINING } else { MOST_CELLS } {
                 let open = Some(cell.depth).filter(|_| !told);
-                return Outcome { deepest: self.found, open };
+                return SearchOutcome { deepest: self.found, open };
             }
             self.part(&cell, goal);
         }
-        Outcome { deepest: self.found, open: None }
+        SearchOutcome { deepest: self.found, open: None }
     }
 
     /// What is no deeper than this is not looked for.
@@ -146,7 +155,7 @@ impl<'a> Search<'a> {
         self.found.map_or(least, |found| found.depth + self.scale.depth.max(DEPTH * found.depth))
     }
 
-    fn part(&mut self, cell: &Cell<'a>, goal: f64) {
+    fn part(&mut self, cell: &SearchCell<'a>, goal: f64) {
         if self.leaves(&cell.bounds, cell.time, goal) {
             return;
         }
@@ -184,7 +193,7 @@ impl<'a> Search<'a> {
         if held.in_time {
             let middle = 0.5 * (from + to);
             for time in [[from, middle], [middle, to]] {
-                self.open.push(Cell { depth, bounds, time, before: Rc::clone(&before) });
+                self.open.push(SearchCell { depth, bounds, time, before: Rc::clone(&before) });
             }
             return;
         }
@@ -192,13 +201,18 @@ impl<'a> Search<'a> {
         let [mut low, mut high] = [bounds; 2];
         (low.high[axis], high.low[axis]) = (middle[axis], middle[axis]);
         for bounds in [low, high] {
-            self.open.push(Cell { depth, bounds, time: cell.time, before: Rc::clone(&before) });
+            self.open.push(SearchCell {
+                depth,
+                bounds,
+                time: cell.time,
+                before: Rc::clone(&before),
+            });
         }
     }
 
     /// What of a box is in the stock as it was and may be deeper in the body than `goal` at some time.
-    fn held(&self, bounds: &Bounds, time: [f64; 2], goal: f64) -> Option<Held> {
-        let Passing { body, piece, .. } = self.passing;
+    fn held(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> Option<HeldBox> {
+        let RelativeMotion { body, piece, .. } = self.passing;
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         let u = self.passing.nearest_time(&middle, time);
         let stand = piece.instant(u).stand;
@@ -218,8 +232,8 @@ impl<'a> Search<'a> {
             }
         }
         match self.shell.within(bounds) {
-            Content::Nothing => return None,
-            Content::Behind(faces) => {
+            BoxContent::Nothing => return None,
+            BoxContent::Behind(faces) => {
                 for (way, most) in &faces {
                     polytope.keep(way, *most);
                 }
@@ -233,14 +247,16 @@ impl<'a> Search<'a> {
             corners.iter().map(|p| reach - way.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
         };
         let depth = planes.iter().map(under).fold(f64::INFINITY, f64::min);
-        Some(Held { corners, depth, in_time })
+        Some(HeldBox { corners, depth, in_time })
     }
 
     /// Whether nothing of a box that the same body did not hold where it ended last is deeper in it now than `goal`: at no
     /// place of its surface there, as seen from the box, has it moved on by more.
-    fn leaves(&self, bounds: &Bounds, time: [f64; 2], goal: f64) -> bool {
-        let Passing { body, piece, sag } = self.passing;
-        let (Some((was, off)), Body::Nose { top, .. }) = (self.last, body) else { return false };
+    fn leaves(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> bool {
+        let RelativeMotion { body, piece, sag } = self.passing;
+        let (Some((was, off)), ConvexBody::Nose { top, .. }) = (self.last, body) else {
+            return false;
+        };
         let half = 0.5 * (bounds.high - bounds.low).norm();
         let from_tip = nalgebra::center(&bounds.low, &bounds.high) - was.tip;
         let height = was.axis.dot(&from_tip);
@@ -265,13 +281,13 @@ impl<'a> Search<'a> {
     /// Bodies before that come within `far` of a place, in order, and those that held it the deepest.
     fn near(
         &self,
-        before: &[&'a Before],
+        before: &[&'a EarlierBody],
         place: &Point3<f64>,
         far: f64,
-    ) -> (Rc<[&'a Before]>, Vec<&'a Before>) {
-        let mut deepest: Vec<(f64, &'a Before)> = Vec::with_capacity(ASKED + 1);
-        let mut close = |before: &&'a Before| {
-            let Before { body, stretch, .. } = *before;
+    ) -> (Rc<[&'a EarlierBody]>, Vec<&'a EarlierBody>) {
+        let mut deepest: Vec<(f64, &'a EarlierBody)> = Vec::with_capacity(ASKED + 1);
+        let mut close = |before: &&'a EarlierBody| {
+            let EarlierBody { body, stretch, .. } = *before;
             // In a short move the middle tells enough.
             let (mut distance, motion) = stretch.piece.at_middle(*body, place);
             if distance - motion > far {
@@ -294,17 +310,17 @@ impl<'a> Search<'a> {
     }
 
     /// Distance of a point from a body at the nearest time, what it is at least at all times, and that time.
-    fn away(&self, before: &Before, point: &Point3<f64>) -> (f64, f64, f64) {
-        let Before { body, stretch, .. } = before;
-        let line = Line { from: *point, way: Vector3::z() };
-        let moving = Moving::new(stretch, *body, self.scale.tolerance);
-        let near = moving.nearest(&line, 0.0, Guess::at(0.0));
+    fn away(&self, before: &EarlierBody, point: &Point3<f64>) -> (f64, f64, f64) {
+        let EarlierBody { body, stretch, .. } = before;
+        let line = RayLine { from: *point, way: Vector3::z() };
+        let moving = BodyMotion::new(stretch, *body, self.scale.tolerance);
+        let near = moving.nearest(&line, 0.0, TimeGuess::at(0.0));
         (near.distance, near.bound - 0.5 * stretch.bend, near.u)
     }
 
     /// By how much corners are outside a body, each at its own time; if none is, then nothing in between is.
-    fn outside(&self, before: &Before, corners: &[Point3<f64>]) -> Vec<f64> {
-        let Bounds { low, high } = around(corners);
+    fn outside(&self, before: &EarlierBody, corners: &[Point3<f64>]) -> Vec<f64> {
+        let BoundingBox { low, high } = around(corners);
         let all: Vec<(f64, f64, f64)> = corners.iter().map(|p| self.away(before, p)).collect();
         let time = all.iter().map(|(_, _, u)| *u);
         let [first, last] = time
@@ -318,8 +334,8 @@ impl<'a> Search<'a> {
     }
 
     /// Takes a place if it is material and deeper in the body than what was found.
-    fn try_at(&mut self, place: &Point3<f64>, time: [f64; 2], before: &[&Before]) {
-        let Passing { body, piece, .. } = self.passing;
+    fn try_at(&mut self, place: &Point3<f64>, time: [f64; 2], before: &[&EarlierBody]) {
+        let RelativeMotion { body, piece, .. } = self.passing;
         let u = self.passing.nearest_time(place, time);
         let depth = -distance::distance(body, &piece.instant(u).stand, place).0;
         let known = self.found.map_or(self.scale.least, |found| found.depth);
@@ -327,7 +343,7 @@ impl<'a> Search<'a> {
             return;
         }
         if before.iter().all(|before| self.away(before, place).0 > 0.5 * before.stretch.bend) {
-            self.found = Some(Deepest { depth, point: *place });
+            self.found = Some(DeepestPoint { depth, point: *place });
         }
     }
 }
@@ -336,14 +352,14 @@ impl<'a> Search<'a> {
 const DEPTH: f64 = 0.05;
 
 /// The smallest box around points.
-fn around(points: &[Point3<f64>]) -> Bounds {
-    let join = |all: Bounds, p: &Point3<f64>| all.join(&Bounds { low: *p, high: *p });
-    points.iter().fold(Bounds::empty(), join)
+fn around(points: &[Point3<f64>]) -> BoundingBox {
+    let join = |all: BoundingBox, p: &Point3<f64>| all.join(&BoundingBox { low: *p, high: *p });
+    points.iter().fold(BoundingBox::empty(), join)
 }
 
 /// Across which axis to part a box: the longest of those where one half may be done with, by how far its corners are
 /// outside a body, or else the longest.
-fn across(bounds: &Bounds, corners: &[Point3<f64>], over: Option<&[f64]>) -> usize {
+fn across(bounds: &BoundingBox, corners: &[Point3<f64>], over: Option<&[f64]>) -> usize {
     let size = bounds.high - bounds.low;
     let useful = |axis: usize| {
         let middle = 0.5 * (bounds.low[axis] + bounds.high[axis]);

@@ -2,7 +2,7 @@
 
 use crate::types::Mesh;
 use crate::verify::VerifyError;
-use crate::verify::stock::dexel::{Family, Lattice, Spans, across};
+use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, across};
 use crate::verify::stock::material::Stock;
 use crate::verify::swept::crossing::crossing;
 use nalgebra::{Point3, Vector3};
@@ -75,13 +75,13 @@ pub(crate) fn stock(solid: &Solid, cell: f64, most_rays: usize) -> Result<Stock,
             let [a, b] = across(along).map(|axis| lattice.size[axis]);
             let of = |i, j| plain_spans(plain, along, &lattice.ray(along, [i, j]));
             let row = |i| (0..b).map(|j| of(i, j)).collect();
-            Family::new(&lattice, along, (0..a).into_par_iter().map(row).collect())
+            RayFamily::new(&lattice, along, (0..a).into_par_iter().map(row).collect())
         }),
     };
     Ok(Stock { lattice, families, uncut: Some(Arc::new(solid.clone())) })
 }
 
-fn lattice(solid: &Solid, cell: f64, most_rays: usize) -> Result<Lattice, VerifyError> {
+fn lattice(solid: &Solid, cell: f64, most_rays: usize) -> Result<DexelGrid, VerifyError> {
     let bounds = solid.bounds().filter(|[low, high]| {
         (0..3).all(|k| high[k] - low[k] > 0.0 && (high[k] - low[k]).is_finite())
     });
@@ -99,13 +99,13 @@ fn lattice(solid: &Solid, cell: f64, most_rays: usize) -> Result<Lattice, Verify
     let cell = [0, 1, 2].map(|k: usize| (high[k] - low[k]) / counts[k]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fewer than rays")]
     let size = counts.map(|count| count as usize);
-    Ok(Lattice { origin: low + Vector3::from(cell) * 0.5, cell, size })
+    Ok(DexelGrid { origin: low + Vector3::from(cell) * 0.5, cell, size })
 }
 
 /// Material of a box or a cylinder along a ray.
-fn plain_spans(solid: &Solid, along: usize, point: &Point3<f64>) -> Spans {
+fn plain_spans(solid: &Solid, along: usize, point: &Point3<f64>) -> RaySpans {
     let [a, b] = across(along);
-    let mut spans = Spans::NONE;
+    let mut spans = RaySpans::NONE;
     match solid {
         Solid::Box { low, high } => {
             let within = |k: usize| (low[k]..=high[k]).contains(&point[k]);
@@ -139,8 +139,8 @@ fn check_corners(mesh: &Mesh) -> Result<(), VerifyError> {
 }
 
 /// Rays of a mesh.
-fn of_mesh(mesh: &Mesh, along: usize, lattice: &Lattice) -> Result<Family, VerifyError> {
-    let rows = Rows::new(mesh, along, lattice);
+fn of_mesh(mesh: &Mesh, along: usize, lattice: &DexelGrid) -> Result<RayFamily, VerifyError> {
+    let rows = TriangleRows::new(mesh, along, lattice);
     let all = |inside: fn(i32, usize) -> bool| -> (Vec<_>, Vec<_>) {
         (0..rows.triangles.len()).into_par_iter().map(|i| rows.spans(i, inside)).unzip()
     };
@@ -163,20 +163,20 @@ fn of_mesh(mesh: &Mesh, along: usize, lattice: &Lattice) -> Result<Family, Verif
         );
         return Err(VerifyError::Stock { what });
     }
-    Ok(Family::new(lattice, along, spans))
+    Ok(RayFamily::new(lattice, along, spans))
 }
 
 /// Triangles by the rows of rays that may meet them.
-struct Rows<'a> {
+struct TriangleRows<'a> {
     mesh: &'a Mesh,
     along: usize,
     /// By the first coordinate across.
     triangles: Vec<Vec<u32>>,
-    lattice: Lattice,
+    lattice: DexelGrid,
 }
 
-impl<'a> Rows<'a> {
-    fn new(mesh: &'a Mesh, along: usize, lattice: &Lattice) -> Self {
+impl<'a> TriangleRows<'a> {
+    fn new(mesh: &'a Mesh, along: usize, lattice: &DexelGrid) -> Self {
         let [a, _] = across(along);
         let mut triangles = vec![Vec::new(); lattice.size[a]];
         for (index, triangle) in (0u32..).zip(&mesh.triangles) {
@@ -188,7 +188,7 @@ impl<'a> Rows<'a> {
 
     /// Material of all rays of a row, by how often the mesh was wound round and how many crossings there were; the
     /// number of a ray that ends inside.
-    fn spans(&self, row: usize, inside: fn(i32, usize) -> bool) -> (Vec<Spans>, Option<usize>) {
+    fn spans(&self, row: usize, inside: fn(i32, usize) -> bool) -> (Vec<RaySpans>, Option<usize>) {
         let [a, b] = across(self.along);
         let count = self.lattice.size[b];
         let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); count];
@@ -217,9 +217,9 @@ fn extent(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> [f64; 2] {
 }
 
 /// Intervals that the crossings before them put inside.
-fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> Spans {
+fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> RaySpans {
     crossings.sort_by(|x, y| x.0.total_cmp(&y.0));
-    let mut spans = Spans::NONE;
+    let mut spans = RaySpans::NONE;
     let mut entered = None;
     let mut wound = 0;
     for (before, (s, sense)) in crossings.into_iter().enumerate() {
@@ -289,7 +289,8 @@ mod tests {
             let error = stock.volume() / (4.0 / 3.0) - 1.0;
             assert!(error.abs() < 5.1 / (cells * cells), "{cells}: {error}");
             for family in &stock.families {
-                let spans = family.tiles.iter().flat_map(|tile| &tile.rays).flat_map(Spans::iter);
+                let spans =
+                    family.tiles.iter().flat_map(|tile| &tile.rays).flat_map(RaySpans::iter);
                 for [low, high] in spans {
                     assert!((low + high).abs() < 1e-12, "{low} {high}");
                 }

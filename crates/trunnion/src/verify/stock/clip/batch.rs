@@ -1,22 +1,22 @@
 //! A batch of moves against the tiles of a family.
 
-use super::closest_approach::{Line, Moving};
+use super::closest_approach::{BodyMotion, RayLine};
 use super::ray;
 use super::ray::Swept;
-use crate::verify::stock::between_rays::Close;
-use crate::verify::stock::broad_phase::{Frame, Part, Stretch};
+use crate::verify::stock::between_rays::CloseBox;
+use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart, RayFrame};
 use crate::verify::stock::carve::{Collision, CollisionKind};
-use crate::verify::stock::dexel::{Family, Lattice, Spans, Tile, unit};
-use crate::verify::swept::bvh::Bounds;
-use crate::verify::swept::quadratic::Tent;
+use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, RayTile, unit};
+use crate::verify::swept::bvh::BoundingBox;
+use crate::verify::swept::quadratic::SupportPlanes;
 
 /// Tents between the ends of a span before a body is looked at closely.
 const TENTS: u32 = 6;
 
 /// A batch against one family.
-pub(crate) struct Work<'a> {
-    pub(crate) frame: Frame,
-    parts: &'a [Part],
+pub(crate) struct ClipBatch<'a> {
+    pub(crate) frame: RayFrame,
+    parts: &'a [MovingPart],
     pub(crate) tolerance: f64,
     /// What dips in by less than this is not cut \[mm\].
     pub(crate) touch: f64,
@@ -26,48 +26,48 @@ pub(crate) struct Work<'a> {
 
 /// What a batch tells of a tile.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct ClipFindings {
     /// What runs into material on its rays.
     pub(crate) hits: Vec<Collision>,
     /// Where a body comes close to material.
-    pub(crate) close: Vec<Close>,
+    pub(crate) close: Vec<CloseBox>,
 }
 
 /// Distances of rays within which a body is close to material: what is as thick as rays are apart, or pointed at no less
 /// than some 30 degrees, has a ray so near to any of its places.
 const CLOSE: f64 = 2.0;
 
-impl<'a> Work<'a> {
+impl<'a> ClipBatch<'a> {
     pub(crate) fn new(
-        lattice: Lattice,
-        family: &Family,
-        parts: &'a [Part],
+        lattice: DexelGrid,
+        family: &RayFamily,
+        parts: &'a [MovingPart],
         tolerance: f64,
     ) -> Self {
-        let frame = Frame { lattice, along: family.along, bins: family.bins };
+        let frame = RayFrame { lattice, along: family.along, bins: family.bins };
         let margin = margin(&lattice);
         Self { frame, parts, tolerance, touch: ray::TOUCH * tolerance, margin }
     }
 
     /// What comes near a tile's material, in the order of the program.
-    fn near(&self, tile: &Tile, near: &[u32]) -> Vec<&'a Part> {
+    fn near(&self, tile: &RayTile, near: &[u32]) -> Vec<&'a MovingPart> {
         let parts = near.iter().filter_map(|&number| self.parts.get(number as usize));
         parts.filter(|part| self.meets(tile, part) || self.comes_close(tile, part)).collect()
     }
 
-    fn comes_close(&self, tile: &Tile, part: &Part) -> bool {
+    fn comes_close(&self, tile: &RayTile, part: &MovingPart) -> bool {
         let whole = (tile, tile.whole(), &tile.held);
         part.harm.is_some() && self.frame.meets(whole, part, -self.margin)
     }
 
-    fn meets(&self, tile: &Tile, part: &Part) -> bool {
+    fn meets(&self, tile: &RayTile, part: &MovingPart) -> bool {
         self.frame.meets((tile, tile.whole(), &tile.held), part, self.touch)
     }
 
     /// Cuts a tile.
-    pub(crate) fn cut(&self, tile: &mut Tile, near: &[u32]) -> Told {
+    pub(crate) fn cut(&self, tile: &mut RayTile, near: &[u32]) -> ClipFindings {
         let near = self.near(tile, near);
-        let mut told = Told::default();
+        let mut told = ClipFindings::default();
         if near.iter().any(|part| part.harm.is_some()) {
             self.in_order(tile, &near, &mut told);
         } else if !near.is_empty() {
@@ -79,7 +79,7 @@ impl<'a> Work<'a> {
     }
 
     /// Cuts a tile by one body after the other.
-    fn in_order(&self, tile: &mut Tile, near: &[&Part], told: &mut Told) {
+    fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], told: &mut ClipFindings) {
         for part in near {
             told.close.extend(self.close(tile, part));
             if !self.meets(tile, part) {
@@ -96,19 +96,19 @@ impl<'a> Work<'a> {
     }
 
     /// A box around the material of a tile to which a body comes close that must not touch it.
-    fn close(&self, tile: &Tile, part: &Part) -> Option<Close> {
+    fn close(&self, tile: &RayTile, part: &MovingPart) -> Option<CloseBox> {
         let kind = part.harm.filter(|_| self.comes_close(tile, part))?;
-        let mut bounds = Bounds::empty();
+        let mut bounds = BoundingBox::empty();
         for (index, spans) in tile.rays.iter().enumerate() {
             let line = self.line(tile, index);
             for [low, high] in spans.iter().filter_map(|span| self.comes_to(part, &line, span)) {
-                bounds = bounds.join(&Bounds { low: line.at(low), high: line.at(high) });
+                bounds = bounds.join(&BoundingBox { low: line.at(low), high: line.at(high) });
             }
         }
         let some = bounds.low.x <= bounds.high.x;
         let (bounds, line) = (bounds.grown(self.margin), part.whole.piece.line);
         let most = part.body.radius();
-        some.then_some(Close {
+        some.then_some(CloseBox {
             part: part.number,
             first: part.first,
             bounds,
@@ -120,7 +120,12 @@ impl<'a> Work<'a> {
     }
 
     /// The part of a span that tents do not hold a body off by the margin.
-    fn comes_to(&self, part: &Part, line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    fn comes_to(
+        &self,
+        part: &MovingPart,
+        line: &RayLine,
+        [from, to]: [f64; 2],
+    ) -> Option<[f64; 2]> {
         let [low, high] = part.extent(self.frame.along);
         let mut span = [from.max(low), to.min(high)];
         let held = |s: f64| self.held(&part.whole.tent(part.body, &line.at(s)), s, -self.margin);
@@ -143,7 +148,13 @@ impl<'a> Work<'a> {
     }
 
     /// Cuts a ray by one body over one piece; whether anything was cut.
-    fn ray(&self, tile: &mut Tile, index: usize, part: &Part, hits: &mut Vec<Collision>) -> bool {
+    fn ray(
+        &self,
+        tile: &mut RayTile,
+        index: usize,
+        part: &MovingPart,
+        hits: &mut Vec<Collision>,
+    ) -> bool {
         let line = self.line(tile, index);
         let Some(spans) = tile.rays.get_mut(index) else { return false };
         let mut changed = false;
@@ -160,9 +171,9 @@ impl<'a> Work<'a> {
     /// Cuts the spans of a ray by a body over a stretch; `guess`: when it is nearest. Whether anything was cut.
     pub(crate) fn cut_spans(
         &self,
-        (part, stretch, guess): (&Part, &Stretch, f64),
-        line: &Line,
-        spans: &mut Spans,
+        (part, stretch, guess): (&MovingPart, &BoundedPiece, f64),
+        line: &RayLine,
+        spans: &mut RaySpans,
         tell: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let mut changed = false;
@@ -172,12 +183,12 @@ impl<'a> Work<'a> {
         changed
     }
 
-    /// Cuts one of a ray's spans; see [`Work::cut_spans`].
+    /// Cuts one of a ray's spans; see [`ClipBatch::cut_spans`].
     pub(crate) fn cut_span(
         &self,
-        (part, stretch, guess): (&Part, &Stretch, f64),
-        line: &Line,
-        (spans, at): (&mut Spans, usize),
+        (part, stretch, guess): (&MovingPart, &BoundedPiece, f64),
+        line: &RayLine,
+        (spans, at): (&mut RaySpans, usize),
         tell: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let met = |span| self.meeting(part, stretch, line, span);
@@ -192,8 +203,8 @@ impl<'a> Work<'a> {
         changed
     }
 
-    pub(crate) fn line(&self, tile: &Tile, index: usize) -> Line {
-        Line { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
+    pub(crate) fn line(&self, tile: &RayTile, index: usize) -> RayLine {
+        RayLine { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
     }
 
     /// The part of a span along which a body has anything, if it may meet it there. Most do not, which tents from
@@ -201,9 +212,9 @@ impl<'a> Work<'a> {
     #[inline]
     pub(crate) fn meeting(
         &self,
-        part: &Part,
-        stretch: &Stretch,
-        line: &Line,
+        part: &MovingPart,
+        stretch: &BoundedPiece,
+        line: &RayLine,
         [from, to]: [f64; 2],
     ) -> Option<[f64; 2]> {
         let [low, high] = part.extent(self.frame.along);
@@ -234,7 +245,7 @@ impl<'a> Work<'a> {
     /// From where to where along a ray a tent from `s` holds a body off but for `touch` \[mm\]; `None` if it does not
     /// even there.
     #[inline]
-    fn held(&self, tent: &Tent, s: f64, touch: f64) -> Option<[f64; 2]> {
+    fn held(&self, tent: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
         let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
         for (height, gradient) in &tent.sides {
             let (height, slope) = (height + touch, gradient[self.frame.along]);
@@ -251,15 +262,19 @@ impl<'a> Work<'a> {
         Some([low, high])
     }
 
-    pub(crate) fn moving<'b>(&self, part: &Part, stretch: &'b Stretch) -> Moving<'b> {
-        Moving::new(stretch, part.body, self.tolerance)
+    pub(crate) fn moving<'b>(
+        &self,
+        part: &MovingPart,
+        stretch: &'b BoundedPiece,
+    ) -> BodyMotion<'b> {
+        BodyMotion::new(stretch, part.body, self.tolerance)
     }
 
     /// Notes what a cut tells, if it is the deepest of its kind on its line.
     fn hit(
         &self,
-        (part, stretch, kind): (&Part, &Stretch, CollisionKind),
-        line: &Line,
+        (part, stretch, kind): (&MovingPart, &BoundedPiece, CollisionKind),
+        line: &RayLine,
         cut: [f64; 2],
         hits: &mut Vec<Collision>,
     ) {
@@ -277,6 +292,6 @@ impl<'a> Work<'a> {
 }
 
 /// How far from a ray is close \[mm\].
-pub(crate) fn margin(lattice: &Lattice) -> f64 {
+pub(crate) fn margin(lattice: &DexelGrid) -> f64 {
     CLOSE * lattice.cell.into_iter().fold(0.0, f64::max)
 }

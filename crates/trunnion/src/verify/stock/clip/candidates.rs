@@ -4,12 +4,12 @@
 //! distance of a body tell; one that held it off a span holds it off what is left of that span, so that most
 //! bodies are looked at once.
 
-use super::batch::Work;
-use super::closest_approach::Line;
-use super::front::Plane;
-use super::tile::Chain;
-use crate::verify::stock::broad_phase::Part;
-use crate::verify::stock::dexel::Spans;
+use super::batch::ClipBatch;
+use super::closest_approach::RayLine;
+use super::front::BodyPlane;
+use super::tile::PieceChain;
+use crate::verify::stock::broad_phase::MovingPart;
+use crate::verify::stock::dexel::RaySpans;
 
 /// Planes laid below the distance of a body from a span for one that tells how near it comes.
 const PLANES: u32 = 12;
@@ -17,18 +17,18 @@ const PLANES: u32 = 12;
 const ENOUGH: f64 = 0.9;
 
 /// Bodies near a ray, with planes below their distance from its spans.
-struct Rivals<'a> {
-    work: &'a Work<'a>,
-    chain: &'a Chain<'a>,
-    line: Line,
+struct RayCandidates<'a> {
+    work: &'a ClipBatch<'a>,
+    chain: &'a PieceChain<'a>,
+    line: RayLine,
     /// Where it runs, across.
     beside: [f64; 2],
-    all: Vec<Rival>,
+    all: Vec<RayCandidate>,
     /// With the number of the one before of the same body.
-    planes: Vec<(Plane, Option<usize>)>,
+    planes: Vec<(BodyPlane, Option<usize>)>,
 }
 
-struct Rival {
+struct RayCandidate {
     part: usize,
     /// Of its planes.
     last: Option<usize>,
@@ -38,24 +38,25 @@ struct Rival {
 }
 
 /// Cuts of a ray, each with the number of the stretch that made it, in their order.
-pub(crate) type Cuts = Vec<(usize, [f64; 2])>;
+pub(crate) type RayCuts = Vec<(usize, [f64; 2])>;
 
-impl Work<'_> {
+impl ClipBatch<'_> {
     /// Cuts a ray by bodies, deepest first. Returns the cuts, and planes below the distance of all of the bodies
     /// from what is left then, body by body; of a ray that is gone those before the last cut.
     pub(crate) fn decide(
         &self,
-        line: &Line,
-        spans: &mut Spans,
-        chain: &Chain<'_>,
+        line: &RayLine,
+        spans: &mut RaySpans,
+        chain: &PieceChain<'_>,
         parts: &[usize],
-    ) -> (Vec<Plane>, Cuts) {
-        let rival = |&part: &usize| Rival { part, last: None, height: f64::INFINITY, open: true };
+    ) -> (Vec<BodyPlane>, RayCuts) {
+        let rival =
+            |&part: &usize| RayCandidate { part, last: None, height: f64::INFINITY, open: true };
         let all = parts.iter().map(rival).collect();
         let planes = Vec::with_capacity(2 * parts.len());
         let beside = self.beside(line);
-        let mut rivals = Rivals { work: self, chain, line: *line, beside, all, planes };
-        let mut cuts = Cuts::new();
+        let mut rivals = RayCandidates { work: self, chain, line: *line, beside, all, planes };
+        let mut cuts = RayCuts::new();
         while spans.len() > 0 {
             rivals.look(spans);
             let Some(part) = rivals.deepest() else { break };
@@ -70,9 +71,14 @@ impl Work<'_> {
     }
 
     /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
-    fn plane(&self, (number, part): (usize, &Part), line: &Line, [low, high]: [f64; 2]) -> Plane {
+    fn plane(
+        &self,
+        (number, part): (usize, &MovingPart),
+        line: &RayLine,
+        [low, high]: [f64; 2],
+    ) -> BodyPlane {
         let along = self.frame.along;
-        let plane = |s: f64| Plane::new((number, part), along, &line.at(s));
+        let plane = |s: f64| BodyPlane::new((number, part), along, &line.at(s));
         let [least, most] = part.extent(along);
         let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
         let mut upper = plane(high);
@@ -99,9 +105,9 @@ impl Work<'_> {
     }
 }
 
-impl Rivals<'_> {
+impl RayCandidates<'_> {
     /// The first of a body's planes that holds it off a span.
-    fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&Plane> {
+    fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&BodyPlane> {
         let before = |&at: &usize| self.planes.get(at).and_then(|(_, before)| *before);
         let mut planes = std::iter::successors(last, before).filter_map(|at| self.planes.get(at));
         let (beside, least) = (self.beside, -self.work.touch);
@@ -120,10 +126,12 @@ impl Rivals<'_> {
     }
 
     /// Looks at all that may still cut anything of what is left.
-    fn look(&mut self, spans: &Spans) {
+    fn look(&mut self, spans: &RaySpans) {
         let least = -self.work.touch;
         for index in 0..self.all.len() {
-            let Some(&Rival { last, open: true, .. }) = self.all.get(index) else { continue };
+            let Some(&RayCandidate { last, open: true, .. }) = self.all.get(index) else {
+                continue;
+            };
             let mut height = f64::INFINITY;
             for span in spans.iter() {
                 if self.holding(last, span).is_none() {
@@ -145,10 +153,10 @@ impl Rivals<'_> {
     }
 
     /// For every body and span one plane.
-    fn below(mut self, spans: &Spans) -> Vec<Plane> {
+    fn below(mut self, spans: &RaySpans) -> Vec<BodyPlane> {
         let mut below = Vec::with_capacity(self.all.len());
         for index in 0..self.all.len() {
-            let Some(&Rival { last, .. }) = self.all.get(index) else { continue };
+            let Some(&RayCandidate { last, .. }) = self.all.get(index) else { continue };
             if spans.len() == 0 {
                 below.extend(last.and_then(|at| self.planes.get(at)).map(|(plane, _)| *plane));
             }

@@ -1,15 +1,15 @@
 //! The instant of a piece at which a body in motion is nearest to a point of a ray.
 
-use crate::verify::stock::broad_phase::Stretch;
-use crate::verify::swept::quadratic::Piece;
-use crate::verify::swept::tool::Body;
+use crate::verify::stock::broad_phase::BoundedPiece;
+use crate::verify::swept::quadratic::MotionPiece;
+use crate::verify::swept::tool::ConvexBody;
 use nalgebra::{Point3, Vector3};
 
 /// A body in motion over a part of a piece, and how exactly it is looked at \[mm\].
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Moving<'a> {
-    pub(crate) piece: &'a Piece,
-    pub(crate) body: Body,
+pub(crate) struct BodyMotion<'a> {
+    pub(crate) piece: &'a MotionPiece,
+    pub(crate) body: ConvexBody,
     pub(crate) tolerance: f64,
     /// From when to when.
     pub(crate) time: [f64; 2],
@@ -21,13 +21,13 @@ pub(crate) struct Moving<'a> {
 
 /// A line of points `from + s way`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Line {
+pub(crate) struct RayLine {
     pub(crate) from: Point3<f64>,
     /// Unit vector.
     pub(crate) way: Vector3<f64>,
 }
 
-impl Line {
+impl RayLine {
     #[inline]
     pub(crate) fn at(&self, s: f64) -> Point3<f64> {
         self.from + self.way * s
@@ -37,7 +37,7 @@ impl Line {
 /// The body at the time at which it is nearest to a point of a line: nowhere on the line is its distance
 /// below `bound + slope (s' - s)`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Nearest {
+pub(crate) struct NearestInstant {
     pub(crate) distance: f64,
     pub(crate) bound: f64,
     pub(crate) slope: f64,
@@ -50,16 +50,16 @@ pub(crate) struct Nearest {
     pub(crate) curve: f64,
 }
 
-impl Nearest {
+impl NearestInstant {
     /// To look first when it was nearest to a point close by.
-    pub(crate) fn guess(&self) -> Guess {
-        Guess { u: self.least, curve: self.curve }
+    pub(crate) fn guess(&self) -> TimeGuess {
+        TimeGuess { u: self.least, curve: self.curve }
     }
 }
 
 /// Distance at a time, and its derivatives by time and along the line.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tangent {
+pub(crate) struct DistanceTangent {
     u: f64,
     pub(crate) distance: f64,
     by_u: f64,
@@ -67,10 +67,10 @@ pub(crate) struct Tangent {
     gradient: Vector3<f64>,
 }
 
-impl Tangent {
+impl DistanceTangent {
     /// Least that is possible while the time is between here and `end`.
-    fn towards(&self, end: f64) -> Nearest {
-        Nearest {
+    fn towards(&self, end: f64) -> NearestInstant {
+        NearestInstant {
             distance: self.distance,
             bound: self.distance - self.by_u.abs() * (end - self.u).abs(),
             slope: self.by_s,
@@ -83,12 +83,12 @@ impl Tangent {
 
     /// Least that is possible where two planes meet, one falling by time and one rising: the mean of both
     /// that does neither. At a sharp edge only this mean has the slope of what is nearest.
-    fn meet(&self, other: &Self) -> Nearest {
+    fn meet(&self, other: &Self) -> NearestInstant {
         let weight = other.by_u / (other.by_u - self.by_u);
         let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
         let at_zero = |plane: &Self| plane.distance - plane.by_u * plane.u;
         let near = if self.distance < other.distance { self } else { other };
-        Nearest {
+        NearestInstant {
             distance: near.distance,
             bound: mean(at_zero(self), at_zero(other)),
             slope: mean(self.by_s, other.by_s),
@@ -102,13 +102,13 @@ impl Tangent {
 
 /// Where to look for the nearest instant first.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Guess {
+pub(crate) struct TimeGuess {
     pub(crate) u: f64,
-    /// See [`Nearest::curve`].
+    /// See [`NearestInstant::curve`].
     pub(crate) curve: f64,
 }
 
-impl Guess {
+impl TimeGuess {
     pub(crate) fn at(u: f64) -> Self {
         Self { u, curve: 0.0 }
     }
@@ -120,18 +120,18 @@ pub(crate) const SEARCH: f64 = 0.1;
 /// to below a nanometre.
 pub(crate) const STEPS: u32 = 80;
 
-impl<'a> Moving<'a> {
-    pub(crate) fn new(stretch: &'a Stretch, body: Body, tolerance: f64) -> Self {
-        let Stretch { piece, bend, .. } = stretch;
+impl<'a> BodyMotion<'a> {
+    pub(crate) fn new(stretch: &'a BoundedPiece, body: ConvexBody, tolerance: f64) -> Self {
+        let BoundedPiece { piece, bend, .. } = stretch;
         Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0), bend: *bend }
     }
 
     /// The second derivative of the distance by time is at least `-2 bend`. With `bend (u² - 1/2)` it is convex,
     /// and by at most half the bend another.
     #[inline]
-    pub(crate) fn tangent(&self, line: &Line, s: f64, u: f64) -> Tangent {
+    pub(crate) fn tangent(&self, line: &RayLine, s: f64, u: f64) -> DistanceTangent {
         let (distance, by_u, gradient) = self.piece.distance(self.body, u, &line.at(s));
-        Tangent {
+        DistanceTangent {
             u,
             distance: distance + self.bend * (u * u - 0.5),
             by_u: by_u + 2.0 * self.bend * u,
@@ -142,7 +142,7 @@ impl<'a> Moving<'a> {
 
     /// Distance of the nearest instant from a point of the line; `guess` is where to look first.
     #[inline]
-    pub(crate) fn nearest(&self, line: &Line, s: f64, guess: Guess) -> Nearest {
+    pub(crate) fn nearest(&self, line: &RayLine, s: f64, guess: TimeGuess) -> NearestInstant {
         let at = |u: f64| self.tangent(line, s, u);
         let enough = SEARCH * self.tolerance;
         let first = at(guess.u.clamp(self.time[0], self.time[1]));
@@ -153,7 +153,7 @@ impl<'a> Moving<'a> {
             let [low, high] = self.time;
             let least =
                 if guess.curve > 0.0 { first.u - first.by_u / guess.curve } else { first.u };
-            return Nearest { curve: guess.curve, least: least.clamp(low, high), ..found };
+            return NearestInstant { curve: guess.curve, least: least.clamp(low, high), ..found };
         }
         // As far beyond the nearest instant as the first look is before it, or the end.
         let beyond = (first.u - 2.0 * first.by_u / guess.curve).clamp(self.time[0], self.time[1]);

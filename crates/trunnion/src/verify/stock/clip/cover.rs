@@ -4,17 +4,17 @@
 //! are enough for that: those that did so on one ray, each from where it meets the one before to where it meets
 //! the next, are tried on the rays around it. A convex body that holds both ends of an interval holds all of it.
 
-use super::batch::Work;
-use super::candidates::Cuts;
-use super::closest_approach::Line;
-use super::tile::Chain;
-use crate::verify::stock::broad_phase::{Part, Stretch};
-use crate::verify::stock::dexel::Spans;
+use super::batch::ClipBatch;
+use super::candidates::RayCuts;
+use super::closest_approach::RayLine;
+use super::tile::PieceChain;
+use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
+use crate::verify::stock::dexel::RaySpans;
 
 /// An instant, and what it is to take off a ray.
-pub(crate) struct Link<'a> {
-    part: &'a Part,
-    stretch: &'a Stretch,
+pub(crate) struct CoverLink<'a> {
+    part: &'a MovingPart,
+    stretch: &'a BoundedPiece,
     /// All of the ray that the body holds.
     holds: [f64; 2],
 }
@@ -22,9 +22,14 @@ pub(crate) struct Link<'a> {
 /// How much of what an instant holds of a ray it may be expected to hold of the next.
 const SHARE: f64 = 0.9;
 
-impl Work<'_> {
+impl ClipBatch<'_> {
     /// The instants in the middle of the stretches that cut a ray, in the order of the ray.
-    pub(crate) fn links<'a>(&self, line: &Line, cuts: &Cuts, chain: &Chain<'a>) -> Vec<Link<'a>> {
+    pub(crate) fn links<'a>(
+        &self,
+        line: &RayLine,
+        cuts: &RayCuts,
+        chain: &PieceChain<'a>,
+    ) -> Vec<CoverLink<'a>> {
         let link = |&(number, [low, high]): &(usize, [f64; 2])| {
             let &(part, stretch) = chain.stretches.get(number)?;
             let moving = self.moving(part, stretch);
@@ -34,9 +39,9 @@ impl Work<'_> {
                 moving.through(line, [from, middle], 0.0)?.0,
                 moving.through(line, [to, middle], 0.0)?.0,
             ];
-            Some(Link { part, stretch, holds })
+            Some(CoverLink { part, stretch, holds })
         };
-        let mut links: Vec<Link<'a>> = cuts.iter().filter_map(link).collect();
+        let mut links: Vec<CoverLink<'a>> = cuts.iter().filter_map(link).collect();
         links.sort_by(|a, b| a.holds[0].total_cmp(&b.holds[0]));
         links.dedup_by(|next, link| next.holds[1] <= link.holds[1]);
         links
@@ -44,7 +49,7 @@ impl Work<'_> {
 }
 
 /// Takes off a ray what instants take off it between where each meets the next.
-pub(crate) fn cover(links: &[Link<'_>], line: &Line, spans: &mut Spans) {
+pub(crate) fn cover(links: &[CoverLink<'_>], line: &RayLine, spans: &mut RaySpans) {
     for at in (0..spans.len()).rev() {
         let Some([low, high]) = spans.get(at) else { continue };
         let mut taken: Option<[f64; 2]> = None;
@@ -67,7 +72,7 @@ pub(crate) fn cover(links: &[Link<'_>], line: &Line, spans: &mut Spans) {
     }
 }
 
-impl Link<'_> {
+impl CoverLink<'_> {
     /// From the middle of what it shares with the one before to that of what it shares with the next.
     fn between(&self, before: Option<&Self>, next: Option<&Self>) -> [f64; 2] {
         let [from, to] = self.holds;
@@ -80,7 +85,7 @@ impl Link<'_> {
     }
 
     /// Whether the body holds an interval at its instant.
-    fn takes(&self, line: &Line, ends: [f64; 2]) -> bool {
+    fn takes(&self, line: &RayLine, ends: [f64; 2]) -> bool {
         let Self { part, stretch, .. } = self;
         let middle = stretch.piece.middle();
         ends.iter().all(|&s| part.body.holds(&middle.stand, &line.at(s)))

@@ -3,16 +3,16 @@
 //! Neighbouring rays end on nearly a plane, whichever way it leans; how far off it they are is measured. What holds
 //! a body off the corners of that plane, less that, holds it off all of the rays.
 
-use super::batch::Work;
-use super::closest_approach::Line;
-use crate::verify::stock::broad_phase::Part;
-use crate::verify::stock::dexel::{Spans, Square, Tile, across};
+use super::batch::ClipBatch;
+use super::closest_approach::RayLine;
+use crate::verify::stock::broad_phase::MovingPart;
+use crate::verify::stock::dexel::{RaySpans, RaySquare, RayTile, across};
 use nalgebra::{Point3, Vector3};
 
 /// What holds a body's distance up from a place: two planes, of which the lower one counts. The body is told by its
 /// number; places are given across the rays, first, and along them.
 #[derive(Clone, Copy)]
-pub(crate) struct Plane {
+pub(crate) struct BodyPlane {
     pub(crate) part: usize,
     at: [f64; 3],
     pub(crate) height: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Plane {
 }
 
 /// Where one end of a span lies on the rays of a square.
-struct Sheet {
+struct FrontSheet {
     middle: [f64; 3],
     /// Largest distance from the middle across.
     half: [f64; 2],
@@ -36,11 +36,15 @@ struct Sheet {
 }
 
 /// A span of all the rays of a square: lower and upper end.
-pub(crate) struct Layer([Sheet; 2]);
+pub(crate) struct FrontLayer([FrontSheet; 2]);
 
-impl Plane {
+impl BodyPlane {
     /// Of a body and its number, from a place.
-    pub(crate) fn new((number, part): (usize, &Part), along: usize, at: &Point3<f64>) -> Self {
+    pub(crate) fn new(
+        (number, part): (usize, &MovingPart),
+        along: usize,
+        at: &Point3<f64>,
+    ) -> Self {
         let [a, b] = across(along);
         let tent = part.whole.tent(part.body, at);
         let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
@@ -108,14 +112,14 @@ impl Plane {
     }
 
     /// Least height over a layer.
-    pub(crate) fn over(&self, Layer(ends): &Layer) -> f64 {
+    pub(crate) fn over(&self, FrontLayer(ends): &FrontLayer) -> f64 {
         let [low, high] = ends;
         let [from, to] = self.extent;
         if low.range()[0] >= to || high.range()[1] <= from {
             return f64::INFINITY;
         }
         // Beyond where the body is at all nothing is asked.
-        let flat = |sheet: &Sheet, s: f64| Sheet {
+        let flat = |sheet: &FrontSheet, s: f64| FrontSheet {
             middle: [sheet.middle[0], sheet.middle[1], s],
             slopes: [0.0; 2],
             off: [0.0; 2],
@@ -126,8 +130,8 @@ impl Plane {
         self.over_sheet(low).min(self.over_sheet(high))
     }
 
-    fn over_sheet(&self, sheet: &Sheet) -> f64 {
-        let Sheet { middle, half, slopes: lean, off } = sheet;
+    fn over_sheet(&self, sheet: &FrontSheet) -> f64 {
+        let FrontSheet { middle, half, slopes: lean, off } = sheet;
         let by = [0, 1, 2].map(|k: usize| middle[k] - self.at[k]);
         let over = |&(mut height, slopes): &(f64, [f64; 3])| {
             height += slopes[2] * by[2] + (slopes[2] * off[0]).min(slopes[2] * off[1]);
@@ -141,7 +145,7 @@ impl Plane {
     }
 }
 
-impl Sheet {
+impl FrontSheet {
     /// Lowest and highest place on the rays.
     fn range(&self) -> [f64; 2] {
         let Self { middle, half, slopes, off } = self;
@@ -150,16 +154,21 @@ impl Sheet {
     }
 }
 
-impl Work<'_> {
+impl ClipBatch<'_> {
     /// The layers of a square: first spans of all rays, second ones, and so on.
-    pub(crate) fn layers(&self, tile: &Tile, square: Square) -> Vec<Layer> {
-        let most = square.rays().filter_map(|ray| tile.rays.get(ray)).map(Spans::len);
-        let layer = |number| Layer([0, 1].map(|end| self.sheet(tile, square, (number, end))));
+    pub(crate) fn layers(&self, tile: &RayTile, square: RaySquare) -> Vec<FrontLayer> {
+        let most = square.rays().filter_map(|ray| tile.rays.get(ray)).map(RaySpans::len);
+        let layer = |number| FrontLayer([0, 1].map(|end| self.sheet(tile, square, (number, end))));
         (0..most.max().unwrap_or(0)).map(layer).collect()
     }
 
     /// Through an end of a span of the corners of a square, if they have it.
-    fn sheet(&self, tile: &Tile, square: Square, (number, end): (usize, usize)) -> Sheet {
+    fn sheet(
+        &self,
+        tile: &RayTile,
+        square: RaySquare,
+        (number, end): (usize, usize),
+    ) -> FrontSheet {
         let place = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
         let [low, high] = self.frame.sides(tile, square);
         let half = [0, 1].map(|k: usize| 0.5 * (high[k] - low[k]));
@@ -186,11 +195,11 @@ impl Work<'_> {
                 expected += steps[1];
             }
         }
-        Sheet { middle: [centre[0], centre[1], middle], half, slopes, off }
+        FrontSheet { middle: [centre[0], centre[1], middle], half, slopes, off }
     }
 
     /// Where a line of this family runs, across.
-    pub(crate) fn beside(&self, line: &Line) -> [f64; 2] {
+    pub(crate) fn beside(&self, line: &RayLine) -> [f64; 2] {
         across(self.frame.along).map(|axis| line.from[axis])
     }
 }

@@ -1,9 +1,9 @@
 //! A ray against a body in motion over one piece of a move.
 //!
 //! The distance `d(s, u)` of a convex body from a point `s` along the ray at time `u` is convex in `s`. Seen
-//! from the tool a point moves straight while a piece lasts, but for the bend ([`Piece::bend`]); with as much of
-//! a parabola `d` is convex in `u` as well ([`Moving::tangent`]), and pieces are cut until that is below the
-//! tolerance. In both together it is not, since the ray turns ([`Piece::shear`]). Hence
+//! from the tool a point moves straight while a piece lasts, but for the bend ([`MotionPiece::bend`]); with as much of
+//! a parabola `d` is convex in `u` as well ([`BodyMotion::tangent`]), and pieces are cut until that is below the
+//! tolerance. In both together it is not, since the ray turns ([`MotionPiece::shear`]). Hence
 //!
 //! * from the tangents at a point of the ray a plane is known below `d` for all times, the less steep by the
 //!   shear the farther off: along such planes the search for where the body begins comes down to it from
@@ -14,7 +14,7 @@
 //!
 //! But for that the motion is not simplified: distances are those over the piece as it is.
 
-use super::closest_approach::{Guess, Line, Moving, Nearest, SEARCH, STEPS};
+use super::closest_approach::{BodyMotion, NearestInstant, RayLine, SEARCH, STEPS, TimeGuess};
 
 /// Shares of the tolerance: half of how far points are from moving straight, how far off pieces are as quadratics, how deep a body may dip in without cutting, what a search over time may lose, when the way in
 /// counts as found, and what may be taken for a gap. What is cut is then at most
@@ -43,7 +43,7 @@ impl Swept {
     }
 }
 
-impl Moving<'_> {
+impl BodyMotion<'_> {
     /// Over both halves of the time.
     fn halves(&self) -> [Self; 2] {
         let [from, to] = self.time;
@@ -54,14 +54,14 @@ impl Moving<'_> {
 
     /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance. `guess`: when it
     /// may be nearest to the upper end.
-    pub(crate) fn swept(&self, line: &Line, span: [f64; 2], guess: f64) -> Swept {
+    pub(crate) fn swept(&self, line: &RayLine, span: [f64; 2], guess: f64) -> Swept {
         let mut found = Swept::default();
         self.sweep(line, span, guess, &mut found);
         found
     }
 
-    fn sweep(&self, line: &Line, span: [f64; 2], guess: f64, found: &mut Swept) {
-        let Some(cut) = self.hull(line, span, Guess::at(guess)) else { return };
+    fn sweep(&self, line: &RayLine, span: [f64; 2], guess: f64, found: &mut Swept) {
+        let Some(cut) = self.hull(line, span, TimeGuess::at(guess)) else { return };
         let [low, high] = cut.map(|end| end.0);
         if self.has_no_gap(line, cut) {
             found.push([low, high]);
@@ -79,7 +79,7 @@ impl Moving<'_> {
     }
 
     /// Whether a point between both ends is in the body at both their times.
-    fn has_no_gap(&self, line: &Line, [low, high]: [(f64, f64); 2]) -> bool {
+    fn has_no_gap(&self, line: &RayLine, [low, high]: [(f64, f64); 2]) -> bool {
         let same = (low.1 - high.1).abs() <= f64::EPSILON;
         let holds =
             |s: f64| [low.1, high.1].iter().all(|&u| self.tangent(line, s, u).distance <= 0.0);
@@ -87,7 +87,12 @@ impl Moving<'_> {
     }
 
     /// Lowest and highest end of what is swept of a span, each with its time.
-    fn hull(&self, line: &Line, [low, high]: [f64; 2], guess: Guess) -> Option<[(f64, f64); 2]> {
+    fn hull(
+        &self,
+        line: &RayLine,
+        [low, high]: [f64; 2],
+        guess: TimeGuess,
+    ) -> Option<[(f64, f64); 2]> {
         let touch = -TOUCH * self.tolerance;
         let length = high - low;
         let top = self.nearest(line, high, guess);
@@ -102,14 +107,19 @@ impl Moving<'_> {
         if bottom.distance <= touch {
             return Some([(low, bottom.u), self.other_end(line, [low, high], &bottom)]);
         }
-        let time = |(s, here): (f64, Nearest)| (s, here.u);
+        let time = |(s, here): (f64, NearestInstant)| (s, here.u);
         let from = self.enter(line, [low, high], bottom).map(time)?;
         let to = self.enter(line, [high, low], top).map(time)?;
         (from.0 < to.0 && self.deepest(line, [from.0, to.0], touch) <= touch).then_some([from, to])
     }
 
     /// From `inside` towards `end`: where the body ends, and when.
-    fn other_end(&self, line: &Line, [inside, end]: [f64; 2], at: &Nearest) -> (f64, f64) {
+    fn other_end(
+        &self,
+        line: &RayLine,
+        [inside, end]: [f64; 2],
+        at: &NearestInstant,
+    ) -> (f64, f64) {
         let out = self.beyond([inside, end], at).unwrap_or(end);
         let here = self.nearest(line, out, at.guess());
         if here.bound <= CLOSE * self.tolerance {
@@ -119,7 +129,7 @@ impl Moving<'_> {
     }
 
     /// Where the plane from `inside` leads out before `end`.
-    pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &Nearest) -> Option<f64> {
+    pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &NearestInstant) -> Option<f64> {
         let way = if end > inside { 1.0 } else { -1.0 };
         let rise = at.slope * way - self.shear;
         let by = -at.bound / rise;
@@ -129,10 +139,10 @@ impl Moving<'_> {
     /// From `from`, outside, towards `to`: where the body begins, and the nearest instant there.
     pub(crate) fn enter(
         &self,
-        line: &Line,
+        line: &RayLine,
         [from, to]: [f64; 2],
-        mut here: Nearest,
-    ) -> Option<(f64, Nearest)> {
+        mut here: NearestInstant,
+    ) -> Option<(f64, NearestInstant)> {
         let way = if to > from { 1.0 } else { -1.0 };
         let mut s = from;
         for _ in 0..WAY_IN {
@@ -154,13 +164,13 @@ impl Moving<'_> {
 
     /// Least distance over an interval: the best of some places, and of what halving finds around it; the
     /// search ends where it is at most `enough`.
-    fn deepest(&self, line: &Line, [low, high]: [f64; 2], enough: f64) -> f64 {
+    fn deepest(&self, line: &RayLine, [low, high]: [f64; 2], enough: f64) -> f64 {
         let step = (high - low) / f64::from(PLACES);
         let mut best = (f64::INFINITY, low);
         // The middle first.
         for place in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
             let s = low + step * f64::from(place);
-            let distance = self.nearest(line, s, Guess::at(0.0)).distance;
+            let distance = self.nearest(line, s, TimeGuess::at(0.0)).distance;
             if distance < best.0 {
                 best = (distance, s);
             }
@@ -171,7 +181,7 @@ impl Moving<'_> {
         let (mut deepest, middle) = best;
         let [mut low, mut high] = [(middle - step).max(low), (middle + step).min(high)];
         for _ in 0..STEPS {
-            let here = self.nearest(line, 0.5 * (low + high), Guess::at(0.0));
+            let here = self.nearest(line, 0.5 * (low + high), TimeGuess::at(0.0));
             deepest = deepest.min(here.distance);
             if deepest <= enough || here.slope.abs() * (high - low) <= SEARCH * self.tolerance {
                 break;
@@ -182,9 +192,9 @@ impl Moving<'_> {
     }
 
     /// How deep the body gets below the surface of what it sweeps of a ray, if that is deeper than `known`.
-    pub(crate) fn depth(&self, line: &Line, [low, high]: [f64; 2], known: f64) -> Option<f64> {
+    pub(crate) fn depth(&self, line: &RayLine, [low, high]: [f64; 2], known: f64) -> Option<f64> {
         let half = 0.5 * (high - low);
-        let middle = self.nearest(line, low + half, Guess::at(0.0));
+        let middle = self.nearest(line, low + half, TimeGuess::at(0.0));
         if half * (middle.slope.abs() + self.shear) - middle.bound <= known {
             return None;
         }
@@ -197,17 +207,17 @@ mod tests {
     use super::*;
     use crate::types::{AxisVector, ToolPose};
     use crate::verify::replay::{Block, Course, Mover, Segment};
-    use crate::verify::stock::broad_phase::{Part, Stretch};
-    use crate::verify::stock::clip::front::Plane;
+    use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
+    use crate::verify::stock::clip::front::BodyPlane;
     use crate::verify::swept::quadratic;
-    use crate::verify::swept::quadratic::Piece;
-    use crate::verify::swept::tool::Body;
+    use crate::verify::swept::quadratic::MotionPiece;
+    use crate::verify::swept::tool::ConvexBody;
     use nalgebra::{Point3, Rotation3, Unit, Vector3};
     use proptest::prelude::*;
 
     const TOLERANCE: f64 = 1e-3;
 
-    fn pieces(ends: [ToolPose; 2]) -> Vec<Stretch> {
+    fn pieces(ends: [ToolPose; 2]) -> Vec<BoundedPiece> {
         let (joints, course) = ([AxisVector::zeros(); 2], Course::Circle { ends });
         let block = Block::of_one(1.0);
         let segment =
@@ -215,27 +225,27 @@ mod tests {
         let mut whole = Vec::new();
         quadratic::pieces(&Mover::Locations, &segment, 60.0, ERROR * TOLERANCE, &mut whole)
             .unwrap();
-        let straight = |piece: &Piece| {
+        let straight = |piece: &MotionPiece| {
             quadratic::straight(&Mover::Locations, &segment, piece, [60.0, BEND * TOLERANCE])
                 .unwrap()
         };
-        whole.iter().flat_map(straight).map(|piece| Stretch::new(&piece, 60.0)).collect()
+        whole.iter().flat_map(straight).map(|piece| BoundedPiece::new(&piece, 60.0)).collect()
     }
 
     /// Distance of a point from the tool at `t`, in cylinder coordinates and by slerp: nothing in common
     /// with the pieces.
-    fn distance(body: Body, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
+    fn distance(body: ConvexBody, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
         let axis = from.axis.slerp(&to.axis, t);
         let y = p - (from.tip + (to.tip - from.tip) * t);
         let z = axis.dot(&y);
         let rho = axis.cross(&y).norm();
         match body {
-            Body::Nose { major, minor, top } => {
+            ConvexBody::Nose { major, minor, top } => {
                 let [out, down] = [rho - major, minor - z];
                 let round = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0);
                 (round - minor).max(z - top)
             }
-            Body::Frustum { low, high, radius, slope } => {
+            ConvexBody::Frustum { low, high, radius, slope } => {
                 let side = (rho - radius - slope * (z - low)) / slope.hypot(1.0);
                 side.max(low - z).max(z - high)
             }
@@ -243,7 +253,7 @@ mod tests {
     }
 
     /// Least distance over the whole move: sampled densely, then by thirds around the best sample.
-    fn nearest(body: Body, ends: &[ToolPose; 2], p: &Point3<f64>) -> f64 {
+    fn nearest(body: ConvexBody, ends: &[ToolPose; 2], p: &Point3<f64>) -> f64 {
         let at = |t: f64| distance(body, ends, t, p);
         let best = (0..=100).map(|k| f64::from(k) / 100.0).min_by(|a, b| at(*a).total_cmp(&at(*b)));
         let best = best.unwrap();
@@ -255,12 +265,12 @@ mod tests {
         at(low).min(at(best))
     }
 
-    fn body() -> impl Strategy<Value = Body> {
+    fn body() -> impl Strategy<Value = ConvexBody> {
         prop_oneof![
-            Just(Body::Nose { major: 10.0, minor: 6.0, top: 50.0 }),
-            Just(Body::Nose { major: 0.0, minor: 3.0, top: 20.0 }),
-            Just(Body::Nose { major: 5.0, minor: 0.0, top: 30.0 }),
-            Just(Body::Frustum { low: 20.0, high: 45.0, radius: 12.0, slope: 0.4 }),
+            Just(ConvexBody::Nose { major: 10.0, minor: 6.0, top: 50.0 }),
+            Just(ConvexBody::Nose { major: 0.0, minor: 3.0, top: 20.0 }),
+            Just(ConvexBody::Nose { major: 5.0, minor: 0.0, top: 30.0 }),
+            Just(ConvexBody::Frustum { low: 20.0, high: 45.0, radius: 12.0, slope: 0.4 }),
         ]
     }
 
@@ -284,11 +294,11 @@ mod tests {
             let to = Rotation3::new(turn) * axis;
             let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
             let ends = [pose(-step, axis), pose(step, to)];
-            let line = Line { from: Point3::from(through + axis * 12.0), way: way.normalize() };
-            let mut left = crate::verify::stock::dexel::Spans::NONE;
+            let line = RayLine { from: Point3::from(through + axis * 12.0), way: way.normalize() };
+            let mut left = crate::verify::stock::dexel::RaySpans::NONE;
             left.push([-30.0, 30.0]);
             for piece in &pieces(ends) {
-                let moving = Moving::new(piece, body, TOLERANCE);
+                let moving = BodyMotion::new(piece, body, TOLERANCE);
                 for at in (0..left.len()).rev() {
                     let span = left.get(at).unwrap();
                     let Swept { first, more } = moving.swept(&line, span, 0.0);
@@ -338,10 +348,10 @@ mod tests {
             let truth = nearest(body, &ends, &at) + ERROR * TOLERANCE;
             let mut least = f64::INFINITY;
             for stretch in pieces(ends) {
-                let part = Part::new(&stretch, [stretch].into(), body, None);
-                let plane = |s: f64| Plane::new((0, &part), 0, &(from + Vector3::x() * s));
+                let part = MovingPart::new(&stretch, [stretch].into(), body, None);
+                let plane = |s: f64| BodyPlane::new((0, &part), 0, &(from + Vector3::x() * s));
                 let [one, other] = [plane(a.min(b)), plane(a.max(b))];
-                let over = |plane: &Plane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
+                let over = |plane: &BodyPlane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
                 let meet = one.meet(&other).map_or(f64::NEG_INFINITY, |meet| over(&meet));
                 least = least.min(over(&one).max(over(&other)).max(meet));
             }
@@ -356,10 +366,10 @@ mod tests {
         let pose = |x: f64| ToolPose { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() };
         let pieces = pieces([pose(-5.0), pose(5.0)]);
         let [piece] = &pieces[..] else { panic!("{}", pieces.len()) };
-        let body = Body::Nose { major: 0.0, minor: 5.0, top: 20.0 };
-        let moving = Moving::new(piece, body, TOLERANCE);
+        let body = ConvexBody::Nose { major: 0.0, minor: 5.0, top: 20.0 };
+        let moving = BodyMotion::new(piece, body, TOLERANCE);
         let cut = |x: f64, y: f64, span| {
-            let line = Line { from: Point3::new(x, y, 0.0), way: Vector3::z() };
+            let line = RayLine { from: Point3::new(x, y, 0.0), way: Vector3::z() };
             moving.swept(&line, span, 0.0).first
         };
         let close = |cut: Option<[f64; 2]>, [low, high]: [f64; 2]| {

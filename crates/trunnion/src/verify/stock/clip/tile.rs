@@ -6,29 +6,29 @@
 //! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
 //! do not hold off is tried as on any ray.
 
-use super::batch::Work;
-use super::candidates::Cuts;
-use super::closest_approach::{Guess, Line, Nearest};
+use super::batch::ClipBatch;
+use super::candidates::RayCuts;
+use super::closest_approach::{NearestInstant, RayLine, TimeGuess};
 use super::cover::cover;
-use super::front::{Layer, Plane};
-use super::trace::{Expected, Followed, Trace};
-use crate::verify::stock::broad_phase::{Part, Stretch};
-use crate::verify::stock::dexel::{Spans, Square, Tile};
+use super::front::{BodyPlane, FrontLayer};
+use super::trace::{ExpectedSurface, FollowedCut, SurfaceTrace};
+use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
+use crate::verify::stock::dexel::{RaySpans, RaySquare, RayTile};
 use nalgebra::Point3;
 
 /// Rays along the side of a square.
 const SIDE: usize = 8;
 
 /// All stretches of some bodies, one after the other: stretch `k` lasts from `2 k - 1` to `2 k + 1`.
-pub(crate) struct Chain<'a> {
-    pub(crate) parts: &'a [&'a Part],
+pub(crate) struct PieceChain<'a> {
+    pub(crate) parts: &'a [&'a MovingPart],
     /// By body: the number of its first stretch.
     first: Vec<usize>,
-    pub(crate) stretches: Vec<(&'a Part, &'a Stretch)>,
+    pub(crate) stretches: Vec<(&'a MovingPart, &'a BoundedPiece)>,
 }
 
-impl<'a> Chain<'a> {
-    fn new(parts: &'a [&'a Part]) -> Self {
+impl<'a> PieceChain<'a> {
+    fn new(parts: &'a [&'a MovingPart]) -> Self {
         let mut first = Vec::with_capacity(parts.len());
         let mut stretches = Vec::with_capacity(2 * parts.len());
         for part in parts {
@@ -47,13 +47,13 @@ impl<'a> Chain<'a> {
 
 /// Where a ray ends, by which stretch and when.
 #[derive(Clone, Copy)]
-struct End {
+struct RayEnd {
     number: usize,
     time: f64,
     s: f64,
 }
 
-impl End {
+impl RayEnd {
     /// Its time as a stretch has it, or the end of that stretch next to it.
     fn seen_from(&self, number: usize) -> f64 {
         (self.time - 2.0 * number as f64).clamp(-1.0, 1.0)
@@ -61,11 +61,11 @@ impl End {
 }
 
 /// Where a ray was followed to, by the number of what followed it.
-type Ends = [Option<End>; 2];
+type FollowedEnds = [Option<RayEnd>; 2];
 
 /// A point in a body, how deep, and when.
 #[derive(Clone, Copy)]
-struct Held {
+struct HeldPoint {
     at: Point3<f64>,
     depth: f64,
     number: usize,
@@ -74,8 +74,8 @@ struct Held {
     pace: f64,
 }
 
-impl Held {
-    fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &Stretch), u: f64) -> Self {
+impl HeldPoint {
+    fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &BoundedPiece), u: f64) -> Self {
         let far = (at - stretch.piece.middle().stand.tip).norm();
         let pace = stretch.piece.pace(far + depth.max(0.0));
         Self { at, depth: depth - stretch.bend, number, u, pace }
@@ -89,8 +89,8 @@ impl Held {
 }
 
 /// What is followed from ray to ray.
-struct Follower {
-    trace: Trace,
+struct SurfaceFollower {
+    trace: SurfaceTrace,
     /// The ray of the trace, and when it is decided.
     ray: [usize; 2],
     time: f64,
@@ -101,15 +101,15 @@ struct Follower {
     /// By how much more each time, and which way that was learned; 0 if it was not.
     more: [f64; 2],
     way: [f64; 2],
-    held: Option<Held>,
+    held: Option<HeldPoint>,
 }
 
-impl Work<'_> {
+impl ClipBatch<'_> {
     /// Cuts a tile by bodies in any order.
-    pub(crate) fn settle(&self, tile: &mut Tile, parts: &[&Part]) {
-        let chain = Chain::new(parts);
+    pub(crate) fn settle(&self, tile: &mut RayTile, parts: &[&MovingPart]) {
+        let chain = PieceChain::new(parts);
         let all: Vec<usize> = (0..parts.len()).collect();
-        let mut ends: Vec<Ends> = vec![[None; 2]; tile.rays.len()];
+        let mut ends: Vec<FollowedEnds> = vec![[None; 2]; tile.rays.len()];
         let mut planes = Vec::new();
         for ray in tile.places() {
             let (below, followers, _) = self.decided(tile, ray, &chain, &all);
@@ -132,12 +132,12 @@ impl Work<'_> {
     /// Cuts a square by what the planes of the tile do not hold off.
     fn square(
         &self,
-        tile: &mut Tile,
-        square: Square,
-        (chain, planes): (&Chain<'_>, &[Plane]),
-        ends: &mut [Ends],
+        tile: &mut RayTile,
+        square: RaySquare,
+        (chain, planes): (&PieceChain<'_>, &[BodyPlane]),
+        ends: &mut [FollowedEnds],
     ) {
-        let off = |planes: &[Plane], layer: &Layer| {
+        let off = |planes: &[BodyPlane], layer: &FrontLayer| {
             planes.iter().any(|plane| plane.over(layer) > -self.touch)
         };
         let layers = self.layers(tile, square);
@@ -179,11 +179,11 @@ impl Work<'_> {
     /// and what decided its ends.
     fn decided(
         &self,
-        tile: &mut Tile,
+        tile: &mut RayTile,
         ray: usize,
-        chain: &Chain<'_>,
+        chain: &PieceChain<'_>,
         parts: &[usize],
-    ) -> (Vec<Plane>, Vec<Follower>, Cuts) {
+    ) -> (Vec<BodyPlane>, Vec<SurfaceFollower>, RayCuts) {
         let (line, place) = (self.line(tile, ray), tile.place(ray));
         let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
         let (planes, cuts) = self.decide(&line, spans, chain, parts);
@@ -195,9 +195,10 @@ impl Work<'_> {
         let ends: Vec<(usize, f64)> = spans.iter().flatten().filter_map(last).collect();
         let follower = |(number, s): (usize, f64)| {
             let &(part, stretch) = chain.stretches.get(number)?;
-            let near = self.moving(part, stretch).nearest(&line, s, Guess::at(0.0));
-            let (trace, time) = (Trace::new(&line, s, &near), 2.0 * number as f64 + near.least);
-            Some(Follower {
+            let near = self.moving(part, stretch).nearest(&line, s, TimeGuess::at(0.0));
+            let (trace, time) =
+                (SurfaceTrace::new(&line, s, &near), 2.0 * number as f64 + near.least);
+            Some(SurfaceFollower {
                 trace,
                 ray: place,
                 time,
@@ -214,10 +215,10 @@ impl Work<'_> {
     /// Cuts rays to and fro by what decides them, as far as it can be followed.
     fn walk(
         &self,
-        tile: &mut Tile,
-        square: Square,
-        (chain, mut follower): (&Chain<'_>, Follower),
-        (which, ends): (usize, &mut [Ends]),
+        tile: &mut RayTile,
+        square: RaySquare,
+        (chain, mut follower): (&PieceChain<'_>, SurfaceFollower),
+        (which, ends): (usize, &mut [FollowedEnds]),
     ) {
         for index in square.to_and_fro() {
             let (line, place) = (self.line(tile, index), tile.place(index));
@@ -233,11 +234,11 @@ impl Work<'_> {
     /// Follows the surface to a ray.
     fn step(
         &self,
-        chain: &Chain<'_>,
-        follower: &mut Follower,
+        chain: &PieceChain<'_>,
+        follower: &mut SurfaceFollower,
         ray: [usize; 2],
-        (line, spans): (&Line, &mut Spans),
-    ) -> Option<End> {
+        (line, spans): (&RayLine, &mut RaySpans),
+    ) -> Option<RayEnd> {
         let plain = follower.trace.on(line)?;
         let by = [0, 1].map(|k: usize| ray[k].cast_signed() - follower.ray[k].cast_signed());
         let (axis, way) = match by {
@@ -254,7 +255,7 @@ impl Work<'_> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let number = (0.5 * time).round().clamp(0.0, chain.stretches.len() as f64 - 1.0) as usize;
         let u = time - 2.0 * number as f64;
-        let expected = Expected { s, guess: Guess { u, ..plain.guess }, ..plain };
+        let expected = ExpectedSurface { s, guess: TimeGuess { u, ..plain.guess }, ..plain };
         let (number, here) = self.seek(chain, number, line, &expected)?;
         let (s, near) =
             self.end((chain, number), &mut follower.held, (line, spans), (&expected, here))?;
@@ -268,18 +269,18 @@ impl Work<'_> {
             (follower.later[axis], follower.way[axis]) = (later, way);
         }
         (follower.time, follower.ray) = (time, ray);
-        follower.trace = Trace::new(line, s, &near);
-        Some(End { number, time, s })
+        follower.trace = SurfaceTrace::new(line, s, &near);
+        Some(RayEnd { number, time, s })
     }
 
     /// The stretch during which the tool is nearest to where its surface is expected, from `number` on or back.
     fn seek(
         &self,
-        chain: &Chain<'_>,
+        chain: &PieceChain<'_>,
         mut number: usize,
-        line: &Line,
-        expected: &Expected,
-    ) -> Option<(usize, Nearest)> {
+        line: &RayLine,
+        expected: &ExpectedSurface,
+    ) -> Option<(usize, NearestInstant)> {
         let mut guess = expected.guess;
         let mut way = 0.0;
         loop {
@@ -297,20 +298,20 @@ impl Work<'_> {
     /// Takes off a ray what one stretch sweeps up to where its surface is expected.
     fn end(
         &self,
-        (chain, number): (&Chain<'_>, usize),
-        held: &mut Option<Held>,
-        (line, spans): (&Line, &mut Spans),
-        (expected, here): (&Expected, Nearest),
-    ) -> Option<(f64, Nearest)> {
+        (chain, number): (&PieceChain<'_>, usize),
+        held: &mut Option<HeldPoint>,
+        (line, spans): (&RayLine, &mut RaySpans),
+        (expected, here): (&ExpectedSurface, NearestInstant),
+    ) -> Option<(f64, NearestInstant)> {
         let &(part, stretch) = chain.stretches.get(number)?;
         let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
         let at = line.at(span[usize::from(expected.way < 0.0)]);
         let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
         let moving = self.moving(part, stretch);
         let followed = moving.follow(line, span, (expected, is_held), here)?;
-        let Followed { cut, s, near, depth } = followed;
+        let FollowedCut { cut, s, near, depth } = followed;
         if let Some(depth) = depth {
-            *held = Some(Held::new(at, depth, (number, stretch), near.u));
+            *held = Some(HeldPoint::new(at, depth, (number, stretch), near.u));
         }
         spans.take(cut);
         Some((s, near))
@@ -319,10 +320,10 @@ impl Work<'_> {
     /// Cuts a ray by a body unless its planes hold it off; `ends`: where it was followed to.
     fn try_on(
         &self,
-        chain: &Chain<'_>,
-        planes: &[Plane],
-        ends: Ends,
-        (line, spans): (&Line, &mut Spans),
+        chain: &PieceChain<'_>,
+        planes: &[BodyPlane],
+        ends: FollowedEnds,
+        (line, spans): (&RayLine, &mut RaySpans),
     ) {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
         let beside = self.beside(line);
@@ -337,10 +338,10 @@ impl Work<'_> {
     /// Cuts a span by all stretches of a body.
     fn cut_by_all(
         &self,
-        (chain, which): (&Chain<'_>, usize),
-        ends: Ends,
-        line: &Line,
-        (spans, at): (&mut Spans, usize),
+        (chain, which): (&PieceChain<'_>, usize),
+        ends: FollowedEnds,
+        line: &RayLine,
+        (spans, at): (&mut RaySpans, usize),
     ) {
         let above = spans.len() - at - 1;
         let stretches = chain.of(which);
@@ -368,18 +369,18 @@ impl Work<'_> {
     /// is nearest when the ray is decided, or just before or after, may be so for longer.
     fn passes(
         &self,
-        (part, stretch): (&Part, &Stretch),
-        (ends, number): (Ends, usize),
-        line: &Line,
+        (part, stretch): (&MovingPart, &BoundedPiece),
+        (ends, number): (FollowedEnds, usize),
+        line: &RayLine,
         span: [f64; 2],
     ) -> bool {
-        let followed = |end: &&End| span.iter().any(|s| s.total_cmp(&end.s).is_eq());
+        let followed = |end: &&RayEnd| span.iter().any(|s| s.total_cmp(&end.s).is_eq());
         let Some(end) = ends.iter().flatten().find(followed) else { return false };
         if end.number == number {
             return true;
         }
         let moving = self.moving(part, stretch);
-        let guess = Guess::at(end.seen_from(number));
+        let guess = TimeGuess::at(end.seen_from(number));
         let holds = |(s, way): (f64, f64)| {
             let near = moving.nearest(line, s, guess);
             near.bound > -self.touch && near.slope * way >= moving.shear

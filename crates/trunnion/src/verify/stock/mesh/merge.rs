@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// Four vertices around an edge of the lattice that is crossed. Ordered plane by plane, row by row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Quad {
+pub(crate) struct NetQuad {
     /// Axis of the edge.
     pub(crate) along: usize,
     /// Whether outside is up that axis.
@@ -34,7 +34,7 @@ pub(crate) struct Quad {
 /// The surface that the quads make of the vertices, in few triangles. `cell`: sides of a cube; `tolerance`: with
 /// which rays were cut \[mm\].
 pub(crate) fn mesh(
-    mut quads: Vec<Quad>,
+    mut quads: Vec<NetQuad>,
     places: Vec<Point3<f64>>,
     cell: [f64; 3],
     tolerance: f64,
@@ -43,7 +43,7 @@ pub(crate) fn mesh(
     let largest = places.iter().fold(0.0, |most, place| place.coords.amax().max(most));
     // Rays that meet the same plane end so far apart, both of them off it on the same side.
     let flat = CLOSE * tolerance + ROUNDING * largest;
-    let net = Net { quads, places, cell: Vector3::from(cell), flat };
+    let net = QuadNet { quads, places, cell: Vector3::from(cell), flat };
     let blocks = net.blocks();
     let mut kept = vec![false; net.places.len()];
     let corners = blocks.iter().flat_map(|block| (0..4).filter_map(|side| net.corner(block, side)));
@@ -56,12 +56,12 @@ pub(crate) fn mesh(
 }
 
 /// Quads `0..size` on both axes across from the first.
-struct Block {
-    first: Quad,
+struct QuadBlock {
+    first: NetQuad,
     size: [i64; 2],
 }
 
-impl Block {
+impl QuadBlock {
     /// Quads along a side, counter-clockwise: side `k` begins at corner `k`.
     fn side(&self, side: usize) -> impl Iterator<Item = [i64; 2]> {
         let [[a, b], [m, n]] = [self.first.at, self.size];
@@ -75,18 +75,18 @@ impl Block {
     }
 }
 
-struct Net {
+struct QuadNet {
     /// In order.
-    quads: Vec<Quad>,
+    quads: Vec<NetQuad>,
     places: Vec<Point3<f64>>,
     cell: Vector3<f64>,
     /// How far vertices may be off the flat \[mm\].
     flat: f64,
 }
 
-impl Net {
+impl QuadNet {
     /// Blocks that hold every quad once.
-    fn blocks(&self) -> Vec<Block> {
+    fn blocks(&self) -> Vec<QuadBlock> {
         let mut free = vec![true; self.quads.len()];
         let mut blocks = Vec::new();
         for (number, quad) in self.quads.iter().enumerate() {
@@ -97,7 +97,7 @@ impl Net {
                     let row = free.iter_mut().skip(row).take(index(size[1]));
                     row.for_each(|free| *free = false);
                 }
-                blocks.push(Block { first: *quad, size });
+                blocks.push(QuadBlock { first: *quad, size });
             }
         }
         blocks
@@ -127,14 +127,14 @@ impl Net {
     }
 
     /// Number of the quad that is so many further in the same plane.
-    fn number(&self, quad: &Quad, [a, b]: [i64; 2]) -> Option<usize> {
-        let key = |quad: &Quad| (quad.along, quad.up, quad.level, quad.at);
+    fn number(&self, quad: &NetQuad, [a, b]: [i64; 2]) -> Option<usize> {
+        let key = |quad: &NetQuad| (quad.along, quad.up, quad.level, quad.at);
         let at = [quad.at[0] + a, quad.at[1] + b];
-        self.quads.binary_search_by_key(&key(&Quad { at, ..*quad }), key).ok()
+        self.quads.binary_search_by_key(&key(&NetQuad { at, ..*quad }), key).ok()
     }
 
     /// Where a quad's vertices lie in their cubes.
-    fn offsets(&self, quad: &Quad) -> [Vector3<f64>; 4] {
+    fn offsets(&self, quad: &NetQuad) -> [Vector3<f64>; 4] {
         let [a, b] = across(quad.along);
         let mut cube = Vector3::zeros();
         cube[quad.along] = quad.level as f64;
@@ -147,19 +147,19 @@ impl Net {
         })
     }
 
-    fn vertex(&self, block: &Block, at: [i64; 2], corner: usize) -> Option<u32> {
+    fn vertex(&self, block: &QuadBlock, at: [i64; 2], corner: usize) -> Option<u32> {
         let to = [at[0] - block.first.at[0], at[1] - block.first.at[1]];
         let quad = self.number(&block.first, to).and_then(|number| self.quads.get(number));
         quad.and_then(|quad| quad.corners.get(corner)).copied()
     }
 
     /// The corner at which a side begins.
-    fn corner(&self, block: &Block, side: usize) -> Option<u32> {
+    fn corner(&self, block: &QuadBlock, side: usize) -> Option<u32> {
         block.side(side).next().and_then(|at| self.vertex(block, at, side))
     }
 
     /// Vertices kept on a block's border, counter-clockwise from its first corner, with their numbers across.
-    fn border(&self, block: &Block, kept: &[bool]) -> Vec<(u32, [i64; 2])> {
+    fn border(&self, block: &QuadBlock, kept: &[bool]) -> Vec<(u32, [i64; 2])> {
         let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
         let sides = corners.iter().enumerate().flat_map(|(side, [da, db])| {
             block.side(side).filter_map(move |[a, b]| {
@@ -170,7 +170,7 @@ impl Net {
     }
 
     /// Triangles of a block: a fan around a vertex in its middle, or from one side of a strip to the other.
-    fn fill(&self, block: &Block, kept: &[bool], triangles: &mut Vec<[u32; 3]>) {
+    fn fill(&self, block: &QuadBlock, kept: &[bool], triangles: &mut Vec<[u32; 3]>) {
         let border = self.border(block, kept);
         let [m, n] = block.size;
         let middle = [block.first.at[0] + m / 2, block.first.at[1] + n / 2];
@@ -243,7 +243,7 @@ mod tests {
     use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
-    use crate::verify::{ClInput, Cutting, Solid, Stock, simulate_cl};
+    use crate::verify::{ClInput, Solid, Stock, StockOptions, simulate_cl};
     use proptest::prelude::*;
     use std::collections::HashMap;
 
@@ -268,7 +268,7 @@ mod tests {
         let records = (1..).zip(tips).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
         let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
-        let cutting = Cutting { tolerance: TOLERANCE, worst: 1 };
+        let cutting = StockOptions { tolerance: TOLERANCE, worst: 1 };
         simulate_cl(&input, &mut stock, &cutting, &Silent).unwrap();
         stock
     }
@@ -276,7 +276,7 @@ mod tests {
     /// Two triangles for every quad.
     fn whole(stock: &Stock) -> Mesh {
         let (quads, vertices) = stock.net();
-        let two = |quad: &Quad| {
+        let two = |quad: &NetQuad| {
             let [p, q, r, s] = quad.corners;
             if quad.up { [[p, q, r], [p, r, s]] } else { [[p, r, q], [p, s, r]] }
         };

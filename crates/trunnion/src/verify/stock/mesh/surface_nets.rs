@@ -3,15 +3,15 @@
 //! Whether a node is inside is told by the rays along z alone, so that the surface is closed whatever the
 //! others say.
 
-use super::merge::{self, Quad, signed};
+use super::merge::{self, NetQuad, signed};
 use crate::types::Mesh;
-use crate::verify::stock::dexel::{Spans, across};
+use crate::verify::stock::dexel::{RaySpans, across};
 use crate::verify::stock::material::Stock;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
 /// Node by x, y, z; those one outside the lattice count as well.
-type Node = [i64; 3];
+type GridNode = [i64; 3];
 
 impl Stock {
     /// A closed surface around the material, which was cut with a `tolerance` \[mm\]. Two triangles for each cell,
@@ -22,9 +22,9 @@ impl Stock {
     }
 
     /// The quads of the surface, and its vertices.
-    pub(crate) fn net(&self) -> (Vec<Quad>, Vec<Point3<f64>>) {
+    pub(crate) fn net(&self) -> (Vec<NetQuad>, Vec<Point3<f64>>) {
         let [nx, ny, _] = self.lattice.size.map(signed);
-        let mut net = Net::default();
+        let mut net = SurfaceNet::default();
         for i in 0..=nx {
             for j in 0..=ny {
                 let here = self.inside(i, j);
@@ -33,7 +33,7 @@ impl Stock {
                 self.sides(1, [i, j], (&self.inside(i, j - 1), &here), &mut net);
             }
         }
-        let Net { sums, quads, .. } = net;
+        let SurfaceNet { sums, quads, .. } = net;
         let places = sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
         (quads, places.collect())
     }
@@ -51,12 +51,12 @@ impl Stock {
         let range = |[low, high]: [f64; 2]| {
             [(number(low).ceil() as i64).max(0), (number(high).floor() as i64).min(last)]
         };
-        let spans = family.spans([i, j]).into_iter().flat_map(Spans::iter);
+        let spans = family.spans([i, j]).into_iter().flat_map(RaySpans::iter);
         spans.map(range).filter(|[first, last]| first <= last).collect()
     }
 
     /// Edges along z that are crossed on a ray.
-    fn ends(&self, [i, j]: [i64; 2], inside: &[[i64; 2]], net: &mut Net) {
+    fn ends(&self, [i, j]: [i64; 2], inside: &[[i64; 2]], net: &mut SurfaceNet) {
         for &[first, last] in inside {
             for (from, up) in [([i, j, first - 1], false), ([i, j, last], true)] {
                 net.edge((2, &from), self.crossing(2, &from), up);
@@ -70,7 +70,7 @@ impl Stock {
         along: usize,
         [i, j]: [i64; 2],
         (before, here): (&[[i64; 2]], &[[i64; 2]]),
-        net: &mut Net,
+        net: &mut SurfaceNet,
     ) {
         // Where either of them begins or ends; between two such places nothing changes.
         let mut ends: Vec<i64> =
@@ -93,7 +93,7 @@ impl Stock {
     }
 
     /// Where the surface crosses the edge that begins at a node: where the ray along it does, or in its middle.
-    fn crossing(&self, along: usize, from: &Node) -> Vector3<f64> {
+    fn crossing(&self, along: usize, from: &GridNode) -> Vector3<f64> {
         let at =
             |axis: usize| self.lattice.origin[axis] + self.lattice.cell[axis] * from[axis] as f64;
         let mut place = Vector3::new(at(0), at(1), at(2));
@@ -101,7 +101,7 @@ impl Stock {
         place[along] = 0.5 * (low + high);
         let [a, b] = across(along).map(|axis| usize::try_from(from[axis]));
         if let (Ok(a), Ok(b), Some(family)) = (a, b, self.families.get(along)) {
-            let mut ends = family.spans([a, b]).into_iter().flat_map(Spans::iter).flatten();
+            let mut ends = family.spans([a, b]).into_iter().flat_map(RaySpans::iter).flatten();
             place[along] = ends.find(|s| (low..=high).contains(s)).unwrap_or(place[along]);
         }
         place
@@ -110,16 +110,16 @@ impl Stock {
 
 /// Vertices by cube, named after its lowest node.
 #[derive(Default)]
-struct Net {
-    numbers: HashMap<Node, u32>,
+struct SurfaceNet {
+    numbers: HashMap<GridNode, u32>,
     sums: Vec<(Vector3<f64>, u32)>,
-    quads: Vec<Quad>,
+    quads: Vec<NetQuad>,
 }
 
-impl Net {
+impl SurfaceNet {
     /// An edge that is crossed: the four cubes around it are joined, their outside up the axis if the edge's
     /// first node is inside.
-    fn edge(&mut self, (along, from): (usize, &Node), place: Vector3<f64>, up: bool) {
+    fn edge(&mut self, (along, from): (usize, &GridNode), place: Vector3<f64>, up: bool) {
         let [a, b] = across(along);
         let mut corner = |da: i64, db: i64| {
             let mut cube = *from;
@@ -137,6 +137,6 @@ impl Net {
             number
         };
         let corners = [corner(1, 1), corner(0, 1), corner(0, 0), corner(1, 0)];
-        self.quads.push(Quad { along, up, level: from[along], at: [from[a], from[b]], corners });
+        self.quads.push(NetQuad { along, up, level: from[along], at: [from[a], from[b]], corners });
     }
 }
