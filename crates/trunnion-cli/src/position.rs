@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 use std::path::PathBuf;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Band, ContactSide, Grid, Location, Method as Placing, PositioningError, Request, StripSide,
-    error_picture, place, trace,
+    ContactSide, CutterLocation, LocationRequest, NestedGrid, PlacementMethod, PositioningError,
+    StripSide, ToleranceBand, error_picture, place, trace,
 };
 use trunnion::surface::{Face, FaceIndex, Surface};
 
@@ -144,26 +144,26 @@ impl Method {
         }
     }
 
-    fn placing(self, args: &Args) -> Placing {
+    fn placing(self, args: &Args) -> PlacementMethod {
         let lead = args.lead.to_radians();
         match self {
-            Self::EndPoint => Placing::EndPoint,
-            Self::Nested => Placing::Nested(grid(args.tolerance)),
-            Self::Mpm => Placing::MultiPoint,
-            Self::Hermite => Placing::HermiteChebyshev,
-            Self::LeadSwivel => Placing::LeadSwivel { swivel: args.swivel.to_radians() },
-            Self::Curvature => Placing::CurvatureMatched,
-            Self::Sturz => Placing::Sturz { lead },
-            Self::ThreeAxis => Placing::FixedAxis { axis: Vector3::z_axis() },
-            Self::Ball => Placing::Ball { lead },
+            Self::EndPoint => PlacementMethod::EndPoint,
+            Self::Nested => PlacementMethod::Nested(grid(args.tolerance)),
+            Self::Mpm => PlacementMethod::MultiPoint,
+            Self::Hermite => PlacementMethod::HermiteChebyshev,
+            Self::LeadSwivel => PlacementMethod::LeadSwivel { swivel: args.swivel.to_radians() },
+            Self::Curvature => PlacementMethod::CurvatureMatched,
+            Self::Sturz => PlacementMethod::Sturz { lead },
+            Self::ThreeAxis => PlacementMethod::FixedAxis { axis: Vector3::z_axis() },
+            Self::Ball => PlacementMethod::Ball { lead },
         }
     }
 }
 
 /// What the nested search is compared with: 3 degrees of arc or less between samples, the offset to
 /// a micrometre, its direction to a hundredth of a degree, contacts to a thousandth of the band.
-fn grid(tolerance: f64) -> Grid {
-    Grid {
+fn grid(tolerance: f64) -> NestedGrid {
+    NestedGrid {
         front: 41,
         rear: 90,
         directions: 10,
@@ -186,10 +186,10 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     on_the_surface(&face.face().surface, args.at)?;
     let cutter = cutter(args)?;
     let tolerance = args.tolerance;
-    let request = Request {
+    let request = LocationRequest {
         face: &face,
         cutter: &cutter,
-        band: Band { lower: 0.0, upper: tolerance },
+        band: ToleranceBand { lower: 0.0, upper: tolerance },
         at: args.at,
         feed: args.feed,
         strip: match args.strip {
@@ -202,7 +202,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
             Side::Either => ContactSide::Either,
         },
         offset_range: args.offset_range.map(f64::to_radians),
-        axis_near: None,
+        axis_cone: None,
     };
     if args.compare {
         return compare::run(&request, args, json);
@@ -321,13 +321,13 @@ fn cutter(args: &Args) -> Result<Cutter, Failure> {
 }
 
 fn picture(
-    request: &Request,
-    location: &Location,
+    request: &LocationRequest,
+    location: &CutterLocation,
     args: &Args,
 ) -> Result<String, PositioningError> {
     let cutter = args.method.placing(args).cutter(request.cutter)?;
     let name = args.method.name();
-    let trace = trace(&Request { cutter: &cutter, ..*request }, location, name)?;
+    let trace = trace(&LocationRequest { cutter: &cutter, ..*request }, location, name)?;
     Ok(error_picture(&trace, request.band, &title(args, &format!("{name}, {:.3} mm", trace.width))))
 }
 

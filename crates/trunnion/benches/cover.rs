@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cover::{Along, CoverOptions, Covering, Direction, Method, cover};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::pipeline::{Job, run};
-use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::Silent;
 
@@ -55,13 +55,13 @@ fn lengths() {
             direction: Direction::ZigZag,
             method: Method::Widest,
             side: ContactSide::Ahead,
-            band: Band { lower: 0.0, upper: 0.01 - SHARE },
+            band: ToleranceBand { lower: 0.0, upper: 0.01 - SHARE },
             link: 80.0,
             path_share: SHARE,
             spacing: [0.003 * radius, 0.125 * radius],
             max_axis_turn: 10.0,
             offset_range: [-FRAC_PI_6, FRAC_PI_6],
-            lean: Lean { angle: 0.087, towards: None },
+            lean: ToolInclination { angle: 0.087, towards: None },
             effort: 3.0,
         };
         let Covering { passes, report } = cover(&[patch()], cutter, &options, &Silent).unwrap();
@@ -193,13 +193,13 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         direction: Direction::ZigZag,
         method,
         side: ContactSide::Ahead,
-        band: Band { lower: 0.0, upper: 0.02 },
+        band: ToleranceBand { lower: 0.0, upper: 0.02 },
         link: 80.0,
         path_share: 0.002,
         spacing: [0.021, 0.875],
         max_axis_turn: 0.05,
         offset_range: [-0.5, 0.5],
-        lean: Lean { angle: 0.087, towards: None },
+        lean: ToolInclination { angle: 0.087, towards: None },
         effort: 3.0,
     };
     let faces = [face()];

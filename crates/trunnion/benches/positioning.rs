@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use std::time::Instant;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Band, ContactSide, Location, Look, Request, Setting, StripSide, strip_of_pose, widest,
+    ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
+    ToleranceBand, strip_of_pose, widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 
@@ -39,7 +40,7 @@ fn summary() {
         let mut queries = f64::INFINITY;
         for _ in 0..500 {
             let start = Instant::now();
-            let found = black_box(widest(black_box(&next), Some(&first)));
+            let found = black_box(widest_strip(black_box(&next), Some(&first)));
             least = least.min(1e6 * start.elapsed().as_secs_f64());
             queries = found.map_or(queries, |found| f64::from(found.queries));
         }
@@ -79,12 +80,12 @@ const STATIONS: u32 = 1000;
 fn many(face: &FaceIndex, cutter: &Cutter) -> f64 {
     let row = |row: u32| {
         let u = 0.1 + 0.8 * f64::from(row) / f64::from(ROWS);
-        let mut warm: Option<Location> = None;
+        let mut warm: Option<CutterLocation> = None;
         let mut width = 0.0;
         for station in 0..STATIONS {
             let v = 0.1 + 0.8 * f64::from(station) / f64::from(STATIONS);
-            let request = Request { at: [u, v], ..request(face, cutter, 0) };
-            warm = widest(&request, warm.as_ref()).ok();
+            let request = LocationRequest { at: [u, v], ..request(face, cutter, 0) };
+            warm = widest_strip(&request, warm.as_ref()).ok();
             width += warm.as_ref().map_or(0.0, |found| found.chord_width);
         }
         width
@@ -98,11 +99,11 @@ fn neighbours<'a>(
     face: &'a FaceIndex,
     cutter: &'a Cutter,
     case: usize,
-) -> Option<(Location, Request<'a>)> {
+) -> Option<(CutterLocation, LocationRequest<'a>)> {
     let request = request(face, cutter, case);
     let at = [0, 1].map(|k| request.at[k] + 0.008 * request.feed[k]);
-    let first = widest(&request, None).ok()?;
-    Some((first, Request { at, ..request }))
+    let first = widest_strip(&request, None).ok()?;
+    Some((first, LocationRequest { at, ..request }))
 }
 
 const PLACES: [f64; 4] = [-60.0, -30.0, 30.0, 60.0];
@@ -137,18 +138,18 @@ fn cutter() -> Option<Cutter> {
 /// optimum is not a corner.
 const CASES: [([f64; 2], f64); 2] = [([0.0, 1.0], 0.26), ([-1.0, 0.0], 1.3)];
 
-fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, case: usize) -> Request<'a> {
+fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, case: usize) -> LocationRequest<'a> {
     let (feed, range) = CASES[case];
-    Request {
+    LocationRequest {
         face,
         cutter,
-        band: Band { lower: 0.0, upper: 0.01 },
+        band: ToleranceBand { lower: 0.0, upper: 0.01 },
         at: [0.4, 0.5],
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
         offset_range: [-range, range],
-        axis_near: None,
+        axis_cone: None,
     }
 }
 
@@ -156,7 +157,7 @@ fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, case: usize) -> Request<
 fn cold(bencher: Bencher, case: usize) {
     if let (Some(face), Some(cutter)) = (patch(), cutter()) {
         let request = request(&face, &cutter, case);
-        bencher.bench_local(|| widest(&request, None));
+        bencher.bench_local(|| widest_strip(&request, None));
     }
 }
 
@@ -165,7 +166,7 @@ fn warm(bencher: Bencher, case: usize) {
     if let (Some(face), Some(cutter)) = (patch(), cutter())
         && let Some((first, next)) = neighbours(&face, &cutter, case)
     {
-        bencher.bench_local(|| widest(&next, Some(&first)));
+        bencher.bench_local(|| widest_strip(&next, Some(&first)));
     }
 }
 
@@ -173,11 +174,11 @@ fn warm(bencher: Bencher, case: usize) {
 fn look(bencher: Bencher) {
     if let (Some(face), Some(cutter)) = (patch(), cutter()) {
         let request = request(&face, &cutter, 0);
-        if let Ok(found) = widest(&request, None) {
-            let setting = Setting { face: &face, cutter: &cutter, band: request.band };
+        if let Ok(found) = widest_strip(&request, None) {
+            let setting = CuttingContext { face: &face, cutter: &cutter, band: request.band };
             let feed = nalgebra::Vector3::y();
             let (contact, uv) = (found.contact, found.contact_uv);
-            let look = Look { feed, strip: request.strip, contact, uv };
+            let look = StripQuery { feed, strip: request.strip, contact, uv };
             bencher.bench_local(|| strip_of_pose(&setting, &found.pose, &look));
         }
     }

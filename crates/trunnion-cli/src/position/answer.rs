@@ -2,7 +2,7 @@
 
 use super::{Args, Method};
 use std::fmt::Write;
-use trunnion::positioning::{Active, ContactSide, Location};
+use trunnion::positioning::{ActiveConstraint, ContactSide, CutterLocation};
 
 /// The location for scripts; mm and degrees.
 #[derive(Debug, serde::Serialize)]
@@ -28,7 +28,7 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    pub(super) fn new(location: &Location, method: Method) -> Self {
+    pub(super) fn new(location: &CutterLocation, method: Method) -> Self {
         Self {
             method: method.name(),
             strip_width: location.strip_width,
@@ -61,22 +61,32 @@ pub(super) fn side_name(side: ContactSide) -> &'static str {
 }
 
 /// Name of a constraint, and what it means for the shop.
-pub(super) fn words(active: Active) -> (&'static str, &'static str) {
+pub(super) fn words(active: ActiveConstraint) -> (&'static str, &'static str) {
     match active {
-        Active::Touch => ("touch", "the cutter touches inside the strip"),
-        Active::Middle => ("middle", "the error reaches the tolerance inside the strip"),
-        Active::FirstSlope => ("first-slope", "the error would leave the band at the first end"),
-        Active::SecondSlope => ("second-slope", "the error would leave the band at the far end"),
-        Active::Rear => ("rear", "the rear of the cutter touches: a smaller R would reach farther"),
-        Active::Disc => ("disc", "the flat underside touches"),
-        Active::Chord => ("chord", "the strip is as wide as the cutter: a larger R would be wider"),
-        Active::OffsetRange => ("offset-range", "the range of the offset direction ends here"),
-        Active::AxisTurn => ("axis-turn", "the tool axis may not turn farther"),
-        Active::GivenLead => ("given-lead", "the lead was given, not found"),
+        ActiveConstraint::Touch => ("touch", "the cutter touches inside the strip"),
+        ActiveConstraint::Middle => ("middle", "the error reaches the tolerance inside the strip"),
+        ActiveConstraint::FirstSlope => {
+            ("first-slope", "the error would leave the band at the first end")
+        }
+        ActiveConstraint::SecondSlope => {
+            ("second-slope", "the error would leave the band at the far end")
+        }
+        ActiveConstraint::Rear => {
+            ("rear", "the rear of the cutter touches: a smaller R would reach farther")
+        }
+        ActiveConstraint::Disc => ("disc", "the flat underside touches"),
+        ActiveConstraint::Chord => {
+            ("chord", "the strip is as wide as the cutter: a larger R would be wider")
+        }
+        ActiveConstraint::OffsetRange => {
+            ("offset-range", "the range of the offset direction ends here")
+        }
+        ActiveConstraint::AxisTurn => ("axis-turn", "the tool axis may not turn farther"),
+        ActiveConstraint::GivenLead => ("given-lead", "the lead was given, not found"),
     }
 }
 
-pub(super) fn table(location: &Location, args: &Args) -> String {
+pub(super) fn table(location: &CutterLocation, args: &Args) -> String {
     let triple = |x: [f64; 3]| format!("{:.4} {:.4} {:.4}", x[0], x[1], x[2]);
     let degrees: Vec<String> =
         location.contact_angles.iter().map(|a| format!("{:.2}", a.to_degrees())).collect();

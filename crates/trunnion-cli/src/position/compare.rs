@@ -6,16 +6,16 @@ use crate::outcome::{Done, Failure};
 use crate::{output, text};
 use std::fmt::Write;
 use trunnion::positioning::{
-    Location, PositioningError, Request, Trace, comparison_picture, place, trace,
+    CutterLocation, ErrorTrace, LocationRequest, PositioningError, comparison_picture, place, trace,
 };
 
 /// What one method gave.
 struct Row {
     method: Method,
-    found: Result<Location, PositioningError>,
+    found: Result<CutterLocation, PositioningError>,
 }
 
-pub(super) fn run(request: &Request, args: &Args, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(request: &LocationRequest, args: &Args, json: bool) -> Result<Done, Failure> {
     let mut rows = Vec::new();
     for method in Method::ALL {
         let found = place(request, &method.placing(args));
@@ -28,7 +28,7 @@ pub(super) fn run(request: &Request, args: &Args, json: bool) -> Result<Done, Fa
         }
     }
     if let Some(path) = &args.output {
-        let traces: Result<Vec<Trace>, PositioningError> =
+        let traces: Result<Vec<ErrorTrace>, PositioningError> =
             rows.iter().filter_map(|row| traced(request, args, row)).collect();
         let title = title(args, "error across the feed");
         let picture = comparison_picture(&traces.map_err(refusal)?, request.band, &title);
@@ -45,11 +45,15 @@ pub(super) fn run(request: &Request, args: &Args, json: bool) -> Result<Done, Fa
     Ok(if any { Done::Kept } else { Done::Broken })
 }
 
-fn traced(request: &Request, args: &Args, row: &Row) -> Option<Result<Trace, PositioningError>> {
+fn traced(
+    request: &LocationRequest,
+    args: &Args,
+    row: &Row,
+) -> Option<Result<ErrorTrace, PositioningError>> {
     let location = row.found.as_ref().ok()?;
     let cutter = row.method.placing(args).cutter(request.cutter);
     Some(cutter.and_then(|cutter| {
-        trace(&Request { cutter: &cutter, ..*request }, location, row.method.name())
+        trace(&LocationRequest { cutter: &cutter, ..*request }, location, row.method.name())
     }))
 }
 
@@ -100,7 +104,7 @@ fn table(rows: &[Row], args: &Args) -> String {
     text
 }
 
-fn bounds(found: &Location) -> String {
+fn bounds(found: &CutterLocation) -> String {
     let names: Vec<&str> = found.active.iter().map(|active| words(*active).0).collect();
     names.join(", ")
 }

@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::region::Local;
 use crate::cutter::Cutter;
-use crate::positioning::Band;
+use crate::positioning::ToleranceBand;
 use crate::surface::{ClosestError, FaceIndex};
 use crate::types::ToolPose;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -48,7 +48,7 @@ pub(super) struct Between<'a> {
     pub(super) cutter: &'a Cutter,
     pub(super) chart: &'a Chart,
     /// The band at the stations, widened by what the curve may add.
-    pub(super) band: Band,
+    pub(super) band: ToleranceBand,
 }
 
 /// Error of one circle point, and its foot.

@@ -3,7 +3,7 @@
 use super::options::CoverOptions;
 use super::work::Work;
 use crate::cutter::Cutter;
-use crate::positioning::{Request, StripSide, widest};
+use crate::positioning::{LocationRequest, StripSide, widest_strip};
 use crate::surface::FaceIndex;
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ impl Field {
                     let Some(feed) = step([jet.su, jet.sv], angle).filter(|_| near(uv)) else {
                         return narrow;
                     };
-                    let request = Request {
+                    let request = LocationRequest {
                         face,
                         cutter,
                         band: options.band,
@@ -88,10 +88,10 @@ impl Field {
                         strip: if face.face().flip { StripSide::Left } else { StripSide::Right },
                         side: options.side,
                         offset_range: options.offset_range,
-                        axis_near: None,
+                        axis_cone: None,
                     };
-                    let found = widest(&request, warm.as_ref()).or_else(|error| match warm {
-                        Some(_) => widest(&request, None),
+                    let found = widest_strip(&request, warm.as_ref()).or_else(|error| match warm {
+                        Some(_) => widest_strip(&request, None),
                         None => Err(error),
                     });
                     work.location(found.is_ok());

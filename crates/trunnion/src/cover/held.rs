@@ -4,7 +4,7 @@ use super::lane::{Hold, Lane, Place, Placed, Reach};
 use super::options::Method;
 use super::split::{self, Part};
 use crate::math::angle::angle_between;
-use crate::positioning::{AxisNear, Lean, Location};
+use crate::positioning::{AxisCone, CutterLocation, ToolInclination};
 use nalgebra::{Unit, UnitVector3};
 use rayon::prelude::*;
 
@@ -93,11 +93,11 @@ impl Lane<'_> {
     }
 
     /// Locations at `ways`, each for itself.
-    pub(super) fn free_places(&self, ways: &[f64], lean: Lean) -> Vec<Place> {
+    pub(super) fn free_places(&self, ways: &[f64], lean: ToolInclination) -> Vec<Place> {
         let hold = self.free();
         ways.par_chunks(ROW)
             .flat_map_iter(|row| {
-                let mut warm: Option<Location> = None;
+                let mut warm: Option<CutterLocation> = None;
                 let places: Vec<Place> = row
                     .iter()
                     .map(|&way| {
@@ -251,11 +251,11 @@ impl Lane<'_> {
                 .map(|(p, limit)| limit - angle_between(axis, &p.station.pose.axis))
                 .fold(f64::INFINITY, f64::min)
         };
-        let axis_near = axis.and_then(|axis| {
+        let axis_cone = axis.and_then(|axis| {
             let max_turn = spread(&axis);
-            (max_turn > 0.0).then_some(AxisNear { axis, max_turn })
+            (max_turn > 0.0).then_some(AxisCone { axis, max_turn })
         });
-        Hold { offset_range, axis_near }
+        Hold { offset_range, axis_cone }
     }
 }
 

@@ -11,8 +11,8 @@ use super::work::Work;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
 use crate::positioning::{
-    Active, AxisNear, Band, ContactSide, Lean, Location, PositioningError, Request, StripSide,
-    leaning, widest,
+    ActiveConstraint, AxisCone, ContactSide, CutterLocation, LocationRequest, PositioningError,
+    StripSide, ToleranceBand, ToolInclination, widest_strip, with_inclination,
 };
 use crate::surface::FaceIndex;
 use crate::types::{Station, ToolPose};
@@ -50,8 +50,8 @@ pub(super) struct Placed {
     pub(super) across: f64,
     pub(super) along: f64,
     /// How it leans, where that is given.
-    pub(super) lean: Lean,
-    pub(super) location: Location,
+    pub(super) lean: ToolInclination,
+    pub(super) location: CutterLocation,
     pub(super) station: Station,
     /// Parameters of the station's contact.
     pub(super) contact_uv: [f64; 2],
@@ -68,7 +68,7 @@ impl Placed {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold {
     pub(super) offset_range: [f64; 2],
-    pub(super) axis_near: Option<AxisNear>,
+    pub(super) axis_cone: Option<AxisCone>,
 }
 
 /// How far across a location finishes the region; infinite where nothing is left beyond it.
@@ -104,9 +104,9 @@ impl Lane<'_> {
         if right == self.face.face().flip { StripSide::Left } else { StripSide::Right }
     }
 
-    fn request(&self, at: Local, hold: &Hold) -> Request<'_> {
+    fn request(&self, at: Local, hold: &Hold) -> LocationRequest<'_> {
         let [_, step] = self.chart.steps(at);
-        Request {
+        LocationRequest {
             face: self.face,
             cutter: self.cutter,
             band: self.options.band,
@@ -115,12 +115,12 @@ impl Lane<'_> {
             strip: self.strip(),
             side: self.options.side,
             offset_range: hold.offset_range,
-            axis_near: hold.axis_near,
+            axis_cone: hold.axis_cone,
         }
     }
 
     pub(super) fn free(&self) -> Hold {
-        Hold { offset_range: self.options.offset_range, axis_near: None }
+        Hold { offset_range: self.options.offset_range, axis_cone: None }
     }
 
     /// A location on the lane or, where the tool has to keep off something, before it.
@@ -128,7 +128,7 @@ impl Lane<'_> {
         &self,
         way: f64,
         hold: &Hold,
-        (warm, lean): (Option<&Location>, Lean),
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
     ) -> Place {
         self.room(way)?;
         let fixed = self.method == Method::Inclined;
@@ -150,7 +150,7 @@ impl Lane<'_> {
         &self,
         way: f64,
         hold: &Hold,
-        (warm, lean): (Option<&Location>, Lean),
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
     ) -> Place {
         self.room(way)?;
         self.found(way, hold, (warm, lean))
@@ -169,7 +169,12 @@ impl Lane<'_> {
         self.corner_fits([self.across - back, self.track.at(way)])
     }
 
-    fn found(&self, way: f64, hold: &Hold, (warm, lean): (Option<&Location>, Lean)) -> Place {
+    fn found(
+        &self,
+        way: f64,
+        hold: &Hold,
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
+    ) -> Place {
         let place = self.search([self.across, way], hold, (warm, lean));
         let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
         self.work.location(place.is_ok() || far);
@@ -182,7 +187,7 @@ impl Lane<'_> {
         &self,
         at: Local,
         hold: &Hold,
-        (warm, lean): (Option<&Location>, Lean),
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
     ) -> Place {
         let mut band = self.options.band;
         let highest = band.lower + RAISED * (band.upper - band.lower);
@@ -204,15 +209,15 @@ impl Lane<'_> {
     /// A location within `band`, and what keeps the tool from it.
     fn location(
         &self,
-        band: Band,
+        band: ToleranceBand,
         [across, way]: Local,
         hold: &Hold,
-        (warm, lean): (Option<&Location>, Lean),
-    ) -> Result<(Location, Option<PositioningError>), PositioningError> {
-        let request = Request { band, ..self.request([across, self.track.at(way)], hold) };
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
+    ) -> Result<(CutterLocation, Option<PositioningError>), PositioningError> {
+        let request = LocationRequest { band, ..self.request([across, self.track.at(way)], hold) };
         let location = match self.method {
-            Method::Widest => widest(&request, warm)?,
-            Method::Inclined => leaning(&request, lean, warm)?,
+            Method::Widest => widest_strip(&request, warm)?,
+            Method::Inclined => with_inclination(&request, lean, warm)?,
         };
         let barred = self.around.clear(&location.pose, request.at).err();
         Ok((location, barred))
@@ -223,7 +228,12 @@ impl Lane<'_> {
         Spot::new(self.face, uv).is_some_and(|spot| self.around.below(pose, &spot.normal))
     }
 
-    fn placed(&self, [across, way]: Local, lean: Lean, location: Location) -> Place {
+    fn placed(
+        &self,
+        [across, way]: Local,
+        lean: ToolInclination,
+        location: CutterLocation,
+    ) -> Place {
         let along = self.track.at(way);
         let (station, contact_uv) = self.station(self.chart.uv([across, along]), &location)?;
         Ok(Placed { way, across, along, lean, location, station, contact_uv })
@@ -246,7 +256,7 @@ impl Lane<'_> {
     fn station(
         &self,
         at: [f64; 2],
-        location: &Location,
+        location: &CutterLocation,
     ) -> Result<(Station, [f64; 2]), PositioningError> {
         let ToolPose { axis, .. } = location.pose;
         let point = |uv: [f64; 2]| self.face.face().point(uv[0], uv[1]);
@@ -304,7 +314,7 @@ impl Lane<'_> {
             let from = self.face.face().point(u, v);
             let [_, feed] = self.steps(way);
             let feed = Unit::try_new(feed, f64::MIN_POSITIVE)?;
-            let Location { near, far, .. } = placed.location;
+            let CutterLocation { near, far, .. } = placed.location;
             let ends = [near, far, placed.contact_uv]
                 .map(|[u, v]| feed.dot(&(self.face.face().point(u, v) - from)).abs());
             Some(ends.into_iter().fold(0.0, f64::max))
@@ -321,12 +331,12 @@ impl Lane<'_> {
     }
 
     /// A location for itself.
-    pub(super) fn free_place(&self, way: f64, lean: Lean) -> Place {
+    pub(super) fn free_place(&self, way: f64, lean: ToolInclination) -> Place {
         self.place(way, &self.free(), (None, lean))
     }
 
     /// The same, on the lane itself.
-    pub(super) fn here(&self, way: f64, lean: Lean) -> Place {
+    pub(super) fn here(&self, way: f64, lean: ToolInclination) -> Place {
         if self.turned_over(way) {
             return Err(self.apart(way));
         }
@@ -336,13 +346,13 @@ impl Lane<'_> {
     }
 
     /// Whether a lean serves at a place of the lane.
-    pub(super) fn serves(&self, way: f64, lean: Lean) -> bool {
+    pub(super) fn serves(&self, way: f64, lean: ToolInclination) -> bool {
         !self.barred(way, lean) && self.here(way, lean).is_ok()
     }
 
     /// Whether the machine does not get to a tool whose corner touches on the lane, or that tool goes into any face by
     /// more than the width of a narrow strip: then one that touches beside it does so as well.
-    fn barred(&self, way: f64, lean: Lean) -> bool {
+    fn barred(&self, way: f64, lean: ToolInclination) -> bool {
         let uv = self.chart.uv([self.across, self.track.at(way)]);
         let [_, feed] = self.steps(way);
         let Some(spot) = Spot::new(self.face, uv) else { return false };
@@ -369,7 +379,7 @@ impl Lane<'_> {
             uv: self.chart.uv([self.across, self.track.at(way)]),
             smallest: self.costs().narrow,
             excess: 0.0,
-            binding: Active::AxisTurn,
+            binding: ActiveConstraint::AxisTurn,
         }
     }
 }
@@ -381,6 +391,6 @@ pub(super) fn costs(cutter: &Cutter, options: &CoverOptions) -> Costs {
 
 /// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
 pub(super) fn narrow(cutter: &Cutter, options: &CoverOptions) -> f64 {
-    let Band { lower, upper } = options.band;
+    let ToleranceBand { lower, upper } = options.band;
     (8.0 * cutter.radius() * (upper - lower)).sqrt()
 }

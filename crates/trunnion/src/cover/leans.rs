@@ -4,7 +4,7 @@
 //! lean serves a whole lane, the tool is lifted between stretches of different leans: as few as possible.
 
 use super::lane::{Lane, Place};
-use crate::positioning::Lean;
+use crate::positioning::ToolInclination;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -35,18 +35,19 @@ pub(super) struct Leant {
 
 impl Lane<'_> {
     /// Leans to be tried, without the one asked for.
-    fn leans(&self) -> Vec<Lean> {
+    fn leans(&self) -> Vec<ToolInclination> {
         if self.cutter.major() > 0.0 {
-            let upright = |lean: &Lean| lean.angle <= 0.0 && lean.towards != Some(0.0);
-            let of =
-                |angle: f64| DIRECTIONS.map(move |towards| Lean { angle, towards: Some(towards) });
+            let upright = |lean: &ToolInclination| lean.angle <= 0.0 && lean.towards != Some(0.0);
+            let of = |angle: f64| {
+                DIRECTIONS.map(move |towards| ToolInclination { angle, towards: Some(towards) })
+            };
             let leans = ANGLES.into_iter().flat_map(of);
             return leans.filter(|lean| !upright(lean)).collect();
         }
         let of = |angle: f64| {
             (0..BALL_DIRECTIONS).map(move |i| {
                 let towards = TAU * f64::from(i) / f64::from(BALL_DIRECTIONS);
-                Lean { angle, towards: Some(towards) }
+                ToolInclination { angle, towards: Some(towards) }
             })
         };
         BALL_ANGLES.into_iter().flat_map(of).collect()
@@ -84,7 +85,7 @@ impl Lane<'_> {
 
     /// Places of one lean; before the lane only where it leans badly as asked, next to where it serves: on from there as
     /// far as there are any.
-    fn leaning(&self, ways: &[f64], lean: Lean, bad: &[usize]) -> Vec<Place> {
+    fn leaning(&self, ways: &[f64], lean: ToolInclination, bad: &[usize]) -> Vec<Place> {
         let mut places: Vec<Place> = ways.par_iter().map(|way| self.here(*way, lean)).collect();
         let orders: [&mut dyn Iterator<Item = usize>; 2] =
             [&mut (0..ways.len()), &mut (0..ways.len()).rev()];
@@ -101,10 +102,10 @@ impl Lane<'_> {
     }
 
     /// Leans of which, together, some serve as many stations as any do: one after the other, that which serves most.
-    fn chosen(&self, ways: &[f64], bad: &[usize]) -> Vec<Lean> {
+    fn chosen(&self, ways: &[f64], bad: &[usize]) -> Vec<ToolInclination> {
         let step = bad.len().div_ceil(TRIED);
         let tried: Vec<f64> = bad.iter().step_by(step).map(|&i| ways[i]).collect();
-        let serves: Vec<(Lean, Vec<bool>)> = self
+        let serves: Vec<(ToolInclination, Vec<bool>)> = self
             .leans()
             .into_par_iter()
             .map(|lean| (lean, tried.iter().map(|way| self.serves(*way, lean)).collect()))
@@ -112,7 +113,7 @@ impl Lane<'_> {
         let mut open = vec![true; tried.len()];
         let mut chosen = Vec::new();
         while chosen.len() < CHOSEN {
-            let gain = |(_, serves): &&(Lean, Vec<bool>)| {
+            let gain = |(_, serves): &&(ToolInclination, Vec<bool>)| {
                 serves.iter().zip(&open).filter(|(a, b)| **a && **b).count()
             };
             // Of equal ones the last: the search goes from the last to the first.
@@ -125,7 +126,7 @@ impl Lane<'_> {
     }
 
     /// Which lean is taken at each station, `None` for none: the cheapest way through.
-    fn best(&self, all: &[(Lean, Vec<Place>)], wanted: &[bool]) -> Vec<Option<usize>> {
+    fn best(&self, all: &[(ToolInclination, Vec<Place>)], wanted: &[bool]) -> Vec<Option<usize>> {
         let none = all.len();
         let cost = |which: usize, i: usize| {
             let Some((lean, places)) = all.get(which) else {
@@ -166,8 +167,8 @@ impl Lane<'_> {
 }
 
 /// Angle between two leans, about \[rad\].
-fn angle(a: Lean, b: Lean) -> f64 {
-    let place = |lean: Lean| {
+fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
+    let place = |lean: ToolInclination| {
         let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
         [lean.angle * cos, lean.angle * sin]
     };
@@ -192,6 +193,6 @@ fn other_lean(placed: &super::lane::Placed) -> crate::positioning::PositioningEr
         uv: placed.location.end,
         smallest: placed.location.strip_width,
         excess: 0.0,
-        binding: crate::positioning::Active::GivenLead,
+        binding: crate::positioning::ActiveConstraint::GivenLead,
     }
 }

@@ -1,7 +1,7 @@
 //! What a user decides about passes, and what can go wrong with them.
 
 use crate::cutter::Cutter;
-use crate::positioning::{Band, ContactSide, Lean, PositioningError};
+use crate::positioning::{ContactSide, PositioningError, ToleranceBand, ToolInclination};
 use crate::surface::{Curvature, FaceIndex};
 use crate::types::{Cancelled, Pass, Rest};
 use nalgebra::Point3;
@@ -52,7 +52,7 @@ pub struct CoverOptions {
     /// Side of the cutter that cuts.
     pub side: ContactSide,
     /// Where the error of each cutter location has to lie \[mm\].
-    pub band: Band,
+    pub band: ToleranceBand,
     /// What a further pass costs besides its own length: leads and a link, as the length that is cut in
     /// that time \[mm\].
     pub link: f64,
@@ -66,7 +66,7 @@ pub struct CoverOptions {
     /// Offset directions to search, from the strip side towards the feed \[rad\].
     pub offset_range: [f64; 2],
     /// How the tool leans with [`Method::Inclined`]; where it would touch something then, another lean is taken.
-    pub lean: Lean,
+    pub lean: ToolInclination,
     /// Work that a face may take before wide strips are given up and its rest is finished at the fixed
     /// lead, over the work of finishing all of it at the fixed lead (an estimate from its area).
     /// Counted in locations tried, not timed: the same on every machine.

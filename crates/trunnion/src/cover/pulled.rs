@@ -5,7 +5,7 @@ use super::guard::{Around, Look};
 use super::lane::{Hold, Lane, Placed};
 use super::region::Local;
 use crate::cutter::solid::Solid;
-use crate::positioning::{Lean, Location, PositioningError};
+use crate::positioning::{CutterLocation, PositioningError, ToolInclination};
 use crate::types::ToolPose;
 
 /// How far back a location is first tried where there is none, in widths of a narrow strip.
@@ -21,7 +21,7 @@ impl Lane<'_> {
         &self,
         (way, most): (f64, f64),
         hold: &Hold,
-        (warm, lean): (Option<&Location>, Lean),
+        (warm, lean): (Option<&CutterLocation>, ToolInclination),
     ) -> Option<Placed> {
         let (rate, chart) = (self.rate_across(), self.chart);
         let at = |back: f64| {

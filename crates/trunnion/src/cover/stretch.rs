@@ -9,7 +9,7 @@ use super::region::{Local, Region};
 use super::runout::run_out;
 use super::sweep::Sweep;
 use crate::math::angle::angle_between;
-use crate::positioning::{Band, PositioningError};
+use crate::positioning::{PositioningError, ToleranceBand};
 use rayon::prelude::*;
 
 /// First length of the stretches in which a span is looked at, as a share of the cutter's radius.
@@ -295,8 +295,8 @@ impl<Inside: Fn(Local) -> bool + Sync> Trimmer<'_, Inside> {
     fn checker(&self) -> Between<'_> {
         let lane = self.lane;
         let share = lane.options.path_share;
-        let Band { lower, upper } = lane.options.band;
-        let band = Band { lower: lower - share, upper: upper + share };
+        let ToleranceBand { lower, upper } = lane.options.band;
+        let band = ToleranceBand { lower: lower - share, upper: upper + share };
         Between { face: lane.face, cutter: lane.cutter, chart: lane.chart, band }
     }
 

@@ -14,7 +14,7 @@ use crate::feed::{self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, Loo
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::{AxisKind, Singular};
-use crate::positioning::{Band, ContactSide, Lean};
+use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::surface::FaceIndex;
 use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
@@ -87,9 +87,11 @@ pub(super) fn cover_turning(
     let strategy = &job.file.strategy;
     let (method, lean) = match strategy.method {
         file::Method::Widest => {
-            (cover::Method::Widest, Lean { angle: FALLBACK_LEAD, towards: None })
+            (cover::Method::Widest, ToolInclination { angle: FALLBACK_LEAD, towards: None })
         }
-        file::Method::Fixed { lead, tilt } => (cover::Method::Inclined, Lean::of(lead, tilt)),
+        file::Method::Fixed { lead, tilt } => {
+            (cover::Method::Inclined, ToolInclination::of(lead, tilt))
+        }
     };
     let options = CoverOptions {
         along: match strategy.along {
@@ -108,7 +110,7 @@ pub(super) fn cover_turning(
             file::Side::Behind => ContactSide::Behind,
             file::Side::Either => ContactSide::Either,
         },
-        band: Band { lower: job.budget.lower, upper: job.budget.upper },
+        band: ToleranceBand { lower: job.budget.lower, upper: job.budget.upper },
         link: link_length(job),
         path_share: job.budget.shares.path,
         spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),

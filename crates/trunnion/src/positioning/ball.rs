@@ -1,14 +1,14 @@
 //! A ball: the circle shrinks to a point, and the strip is where the surface stays close to it.
 
-use super::Active;
-use super::Band;
+use super::ActiveConstraint;
 use super::ContactSide;
-use super::Lean;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
-use super::check::Setting;
-use super::check::Strip;
+use super::ToleranceBand;
+use super::ToolInclination;
+use super::check::CuttingContext;
+use super::check::MeasuredStrip;
 use super::check::across;
 use super::location::Found;
 use super::placement::Frame;
@@ -22,11 +22,11 @@ use nalgebra::Vector3;
 /// Ends of the strip of a ball around `center`: the error of a surface point is the height along its normal at which it
 /// meets the sphere. The distance is smaller, at the strip's ends by the cosine of the angle to the contact's normal.
 pub(super) fn strip(
-    setting: &Setting,
+    setting: &CuttingContext,
     center: Point3<f64>,
     (v, near): (&Vector3<f64>, &Reading),
     mut probe: Probe,
-) -> Result<Strip, PositioningError> {
+) -> Result<MeasuredStrip, PositioningError> {
     let minor = setting.cutter.minor();
     let touch = probe.read(&center, near.foot.uv)?;
     let error = touch.distance - minor;
@@ -36,7 +36,7 @@ pub(super) fn strip(
     } else {
         (touch, touch)
     };
-    Ok(Strip {
+    Ok(MeasuredStrip {
         width: across(v, &before, &after).max(0.0),
         near: (before.foot.uv, before.foot.point),
         far: (after.foot.uv, after.foot.point),
@@ -50,13 +50,13 @@ pub(super) fn strip(
     })
 }
 
-/// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
+/// CutterLocation of a ball whose strip begins at the end point: it touches at the lower end of the band
 /// where the end point lies at the upper end. The tool axis leans along the feed unless told otherwise.
 pub(super) fn location(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
-    lean: Lean,
-) -> Result<Location, PositioningError> {
+    lean: ToolInclination,
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let frame = Frame::new(request, side, &mut probe)?;
     let (first, minor) = (&frame.first, frame.minor);
@@ -76,7 +76,7 @@ pub(super) fn location(
     let leaning = n.scale(lean.angle.cos()) + (ahead * cos + beside * sin) * lean.angle.sin();
     let axis = UnitVector3::new_normalize(leaning);
     let pose = ToolPose { tip: center - axis.scale(minor), axis };
-    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
     super::body::clear(&setting, &pose, request.at, &mut probe)?;
     let strip = strip(&setting, center, (&frame.v, &touch), probe)?;
     super::widest::cuts_there(&setting, &pose, &strip)?;
@@ -89,16 +89,20 @@ pub(super) fn location(
         widths: [strip.width; 2],
         arc: 2.0 * half,
         contact_angles: vec![half],
-        active: vec![Active::Touch, Active::GivenLead],
+        active: vec![ActiveConstraint::Touch, ActiveConstraint::GivenLead],
         end: strip.far.0,
         queries: strip.queries,
         marks: Vec::new(),
     };
-    Ok(Location::new(request, &strip, found))
+    Ok(CutterLocation::new(request, &strip, found))
 }
 
 /// The contact from which the end point is at the upper end of the band.
-fn touching(frame: &Frame, band: Band, probe: &mut Probe) -> Result<Reading, PositioningError> {
+fn touching(
+    frame: &Frame,
+    band: ToleranceBand,
+    probe: &mut Probe,
+) -> Result<Reading, PositioningError> {
     // As in `Sphere::end`: Newton's steps on a function close to `c t^2 - gap`.
     const STEPS: u32 = 20;
     let first = &frame.first;

@@ -1,7 +1,7 @@
 //! Flank, shank and holder: everything above the cutting end.
 
 use super::PositioningError;
-use super::check::Setting;
+use super::check::CuttingContext;
 use super::probe::Probe;
 use crate::cutter::solid::Solid;
 use crate::surface::Meeting;
@@ -33,7 +33,7 @@ const SECTORS: u32 = 12;
 ///
 /// [`PositioningError::Body`], [`PositioningError::Closest`].
 pub fn body_clear(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
     uv: [f64; 2],
 ) -> Result<u32, PositioningError> {
@@ -43,7 +43,7 @@ pub fn body_clear(
 }
 
 pub(super) fn clear(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
     uv: [f64; 2],
     probe: &mut Probe,
@@ -82,7 +82,7 @@ pub(super) fn clear(
 }
 
 struct Body<'a> {
-    setting: &'a Setting<'a>,
+    setting: &'a CuttingContext<'a>,
     pose: &'a ToolPose,
     uv: [f64; 2],
     limit: u32,
@@ -91,7 +91,7 @@ struct Body<'a> {
 impl Body<'_> {
     /// Proof that all of the tool above `bottom` is clear, or that it is not; `false` where neither is found.
     fn met(&self, bottom: f64) -> Result<bool, PositioningError> {
-        let Setting { face, cutter, band } = self.setting;
+        let CuttingContext { face, cutter, band } = self.setting;
         for solid in Solid::above(cutter, bottom) {
             let gap = |p: &Point3<f64>| {
                 let gap = solid.gap(p, self.pose);

@@ -1,8 +1,8 @@
 //! An independent, dense look at the strip a pose leaves.
 
-use super::Band;
 use super::PositioningError;
 use super::StripSide;
+use super::ToleranceBand;
 use super::circle::Circle;
 use super::circle::Sample;
 use super::disc::Disc;
@@ -22,18 +22,18 @@ use std::f64::consts::PI;
 
 /// What a pose is checked against.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
+pub struct CuttingContext<'a> {
     /// The surface.
     pub face: &'a FaceIndex,
     /// The cutter.
     pub cutter: &'a Cutter,
     /// Where the error has to lie.
-    pub band: Band,
+    pub band: ToleranceBand,
 }
 
 /// Where on the cutter the strip is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct StripQuery {
     /// Feed direction \[any length\].
     pub feed: Vector3<f64>,
     /// Side of the feed on which the strip lies: tells the near end from the far one.
@@ -47,7 +47,7 @@ pub struct Look {
 /// The strip a pose leaves: the connected part of the circle around the contact whose error does
 /// not exceed the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strip {
+pub struct MeasuredStrip {
     /// Projection on the direction across the feed \[mm\]; 0 where the error is above the band
     /// everywhere.
     pub width: f64,
@@ -97,10 +97,10 @@ const DEPTH: u32 = 6;
 ///
 /// [`PositioningError::NoDirection`] for a feed along the normal, [`PositioningError::Closest`].
 pub fn strip_of_pose(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
-    look: &Look,
-) -> Result<Strip, PositioningError> {
+    look: &StripQuery,
+) -> Result<MeasuredStrip, PositioningError> {
     let mut probe = Probe::new(setting.face);
     let minor = setting.cutter.minor();
     let middle = probe.read(&look.contact, look.uv)?;
@@ -127,7 +127,7 @@ pub(super) fn across(v: &Vector3<f64>, near: &Reading, far: &Reading) -> f64 {
 
 /// A circle, sampled all round.
 pub(super) struct Survey<'a> {
-    pub(super) setting: &'a Setting<'a>,
+    pub(super) setting: &'a CuttingContext<'a>,
     pub(super) circle: Circle,
     pub(super) axis: UnitVector3<f64>,
     /// Across the feed, to the strip's side.
@@ -154,7 +154,7 @@ impl Survey<'_> {
         &self,
         guess: [f64; 2],
         probe: &mut Probe,
-    ) -> Result<Strip, PositioningError> {
+    ) -> Result<MeasuredStrip, PositioningError> {
         let points = self.sample(guess, probe)?;
         let gaps = self.gaps(&points);
         let (points, lowest) = self.dense(points, &gaps, probe)?;
@@ -185,7 +185,7 @@ impl Survey<'_> {
         });
         let front_max_bound = highest.fold(front_max, f64::max);
         let foot = |sample: &Sample| (sample.reading.foot.uv, sample.reading.foot.point);
-        Ok(Strip {
+        Ok(MeasuredStrip {
             width: across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
             near: foot(&near.end),
             far: foot(&far.end),
@@ -305,7 +305,7 @@ impl Survey<'_> {
     /// Whether errors between two points could matter: below the least one found, or above the band on
     /// the strip, by a share of the band.
     fn hides(&self, [a, b]: [&Sample; 2], known: &Known, least: f64) -> bool {
-        let Band { lower, upper } = self.setting.band;
+        let ToleranceBand { lower, upper } = self.setting.band;
         let ([low, high], slack) = (known.range, SHARE * (upper - lower));
         let strip = a.error <= upper && b.error <= upper;
         low < least - slack || (strip && high > upper + slack)
@@ -313,7 +313,7 @@ impl Survey<'_> {
 
     /// Whether an extremum that the ends' slopes say nothing of may lie outside the band.
     fn may_gouge(&self, [a, b]: [&Sample; 2], known: &Known) -> bool {
-        let (Band { lower, upper }, [low, high]) = (self.setting.band, known.range);
+        let (ToleranceBand { lower, upper }, [low, high]) = (self.setting.band, known.range);
         let strip = a.error <= upper && b.error <= upper;
         !known.plain && (low < lower || (strip && high > upper))
     }
@@ -392,7 +392,7 @@ impl Survey<'_> {
         // Newton's steps from the end nearer to the root, kept in the bracket: five or six reach
         // rounding; bisection takes over where a slope vanishes.
         const STEPS: u32 = 40;
-        let Band { lower, upper } = self.setting.band;
+        let ToleranceBand { lower, upper } = self.setting.band;
         let off = |sample: &Sample| (sample.error - upper).abs();
         for _ in 0..STEPS {
             let nearer = if off(&inside) < off(&outside) { &inside } else { &outside };
@@ -416,7 +416,7 @@ impl Survey<'_> {
 
     /// Least distance of the disc found, and what it is at least.
     fn disc(&self, seed: &Sample, probe: &mut Probe) -> Result<[f64; 2], PositioningError> {
-        let Band { lower, upper } = self.setting.band;
+        let ToleranceBand { lower, upper } = self.setting.band;
         let disc = Disc {
             center: self.circle.ring.center - self.axis.scale(self.circle.minor),
             axis: self.axis,

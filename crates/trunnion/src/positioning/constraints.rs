@@ -1,9 +1,9 @@
 //! What a cutter location has to keep, with derivatives by `x = (w, alpha, theta)`.
 
-use super::Active;
-use super::AxisNear;
-use super::Band;
+use super::ActiveConstraint;
+use super::AxisCone;
 use super::PositioningError;
+use super::ToleranceBand;
 use super::circle::Circle;
 use super::circle::Extremum;
 use super::circle::Sample;
@@ -35,7 +35,7 @@ const AT_END: f64 = 0.9;
 /// `value >= 0` is kept, below it broken \[mm\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Condition {
-    pub(super) kind: Active,
+    pub(super) kind: ActiveConstraint,
     pub(super) value: f64,
     pub(super) gradient: [f64; 3],
     /// Angle on the circle it belongs to, from the middle of the arc \[rad\].
@@ -51,8 +51,8 @@ pub(super) struct Condition {
 pub(super) struct Problem {
     pub(super) frame: Frame,
     /// The band the solver works in.
-    pub(super) band: Band,
-    pub(super) axis_near: Option<AxisNear>,
+    pub(super) band: ToleranceBand,
+    pub(super) axis_cone: Option<AxisCone>,
     /// Intervals of front and rear that are sampled.
     pub(super) intervals: [u32; 2],
     /// Whether steps follow the extrema of the state before instead of sampling.
@@ -78,11 +78,11 @@ impl State {
     }
 
     /// The condition with the least value.
-    pub(super) fn tightest(&self) -> Active {
+    pub(super) fn tightest(&self) -> ActiveConstraint {
         self.conditions
             .iter()
             .min_by(|a, b| a.value.total_cmp(&b.value))
-            .map_or(Active::Touch, |condition| condition.kind)
+            .map_or(ActiveConstraint::Touch, |condition| condition.kind)
     }
 }
 
@@ -93,7 +93,7 @@ pub(super) const MARGIN: f64 = 1e-6;
 impl Problem {
     /// By how much conditions may be broken \[mm\].
     pub(super) fn margin(&self) -> f64 {
-        let Band { lower, upper } = self.band;
+        let ToleranceBand { lower, upper } = self.band;
         MARGIN * (upper - lower)
     }
 
@@ -112,7 +112,10 @@ impl Problem {
         let mut samples = if self.swift { front.clone() } else { Vec::new() };
         if let (Some(first), Some(last)) = (front.first(), front.last()) {
             let at = (&placement, &circle);
-            let ends = [(first, -1.0, Active::FirstSlope), (last, 1.0, Active::SecondSlope)];
+            let ends = [
+                (first, -1.0, ActiveConstraint::FirstSlope),
+                (last, 1.0, ActiveConstraint::SecondSlope),
+            ];
             for end in ends {
                 conditions.extend(self.end_slope(at, end, probe)?);
             }
@@ -143,7 +146,7 @@ impl Problem {
 
     pub(super) fn chord(&self, placement: &Placement) -> Condition {
         Condition {
-            kind: Active::Chord,
+            kind: ActiveConstraint::Chord,
             value: CHORD * self.frame.major - placement.half_chord,
             gradient: placement.chord_gradient().map(|rate| -rate),
             psi: 0.0,
@@ -156,7 +159,7 @@ impl Problem {
     pub(super) fn end_slope(
         &self,
         (placement, circle): (&Placement, &Circle),
-        (end, share, kind): (&Sample, f64, Active),
+        (end, share, kind): (&Sample, f64, ActiveConstraint),
         probe: &mut Probe,
     ) -> Result<Option<Condition>, PositioningError> {
         let half = placement.half_arc;
@@ -202,9 +205,9 @@ impl Problem {
         let (kind, value, gradient) = if extremum.maximum {
             let scale = (1.0 - AT_END) / (1.0 - share.abs()).clamp(END_STEP, 1.0 - AT_END);
             let value = scale * (self.band.upper - extremum.value);
-            (Active::Middle, value, gradient.map(|g| -scale * g))
+            (ActiveConstraint::Middle, value, gradient.map(|g| -scale * g))
         } else {
-            (Active::Touch, extremum.value - self.band.lower, gradient)
+            (ActiveConstraint::Touch, extremum.value - self.band.lower, gradient)
         };
         let foot = &sample.reading.foot;
         let contact = (!extremum.maximum).then_some((foot.uv, foot.point));
@@ -215,7 +218,7 @@ impl Problem {
     pub(super) fn outside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
         let sample = extremum.sample;
         Condition {
-            kind: Active::Rear,
+            kind: ActiveConstraint::Rear,
             value: extremum.value - self.band.lower,
             gradient: placement.gradient(&sample.at, &sample.reading.normal()),
             psi: sample.psi,
@@ -263,7 +266,7 @@ impl Problem {
         let centre = disc.middle(ends[0], probe)?;
         if let Some((point, reading)) = disc.lowest(&centre, &ends, probe)? {
             conditions.push(Condition {
-                kind: Active::Disc,
+                kind: ActiveConstraint::Disc,
                 value: reading.distance - self.band.lower,
                 gradient: placement.gradient(&point, &reading.normal()),
                 psi: 0.0,
@@ -275,12 +278,12 @@ impl Problem {
     }
 
     pub(super) fn axis(&self, placement: &Placement, conditions: &mut Vec<Condition>) {
-        let Some(near) = self.axis_near else { return };
+        let Some(near) = self.axis_cone else { return };
         // Arc on a circle of the cutter's size: comparable with the other conditions.
         let (sin, cos) = near.max_turn.sin_cos();
         let scale = self.frame.major / sin.max(f64::EPSILON);
         conditions.push(Condition {
-            kind: Active::AxisTurn,
+            kind: ActiveConstraint::AxisTurn,
             value: scale * (placement.axis.dot(&near.axis) - cos),
             gradient: placement.axis_gradient(&near.axis).map(|rate| scale * rate),
             psi: 0.0,
@@ -310,7 +313,7 @@ mod tests {
     use crate::cutter::CutterSpec;
     use crate::cutter::Kind;
     use crate::positioning::ContactSide;
-    use crate::positioning::Request;
+    use crate::positioning::LocationRequest;
     use crate::positioning::StripSide;
     use crate::surface::Face;
     use crate::surface::FaceIndex;
@@ -332,7 +335,12 @@ mod tests {
     }
 
     /// Central differences of every condition against its derivative.
-    fn check(k: [f64; 2], strip: StripSide, side: ContactSide, x: [f64; 3]) -> Vec<Active> {
+    fn check(
+        k: [f64; 2],
+        strip: StripSide,
+        side: ContactSide,
+        x: [f64; 3],
+    ) -> Vec<ActiveConstraint> {
         let face = quadric(k[0], k[1]);
         let cutter = Cutter::new(CutterSpec {
             kind: Kind::Bull,
@@ -343,8 +351,8 @@ mod tests {
             shank: vec![],
         })
         .unwrap();
-        let band = Band { lower: 0.0, upper: 0.02 };
-        let request = Request {
+        let band = ToleranceBand { lower: 0.0, upper: 0.02 };
+        let request = LocationRequest {
             face: &face,
             cutter: &cutter,
             band,
@@ -353,13 +361,13 @@ mod tests {
             strip,
             side,
             offset_range: [-0.5, 0.5],
-            axis_near: None,
+            axis_cone: None,
         };
         let mut probe = Probe::new(&face);
         let frame = Frame::new(&request, side, &mut probe).unwrap();
         let axis = UnitVector3::new_normalize(Vector3::new(0.05, 0.02, 1.0));
-        let axis_near = Some(AxisNear { axis, max_turn: 0.3 });
-        let problem = Problem { frame, band, axis_near, intervals: COARSE, swift: false };
+        let axis_cone = Some(AxisCone { axis, max_turn: 0.3 });
+        let problem = Problem { frame, band, axis_cone, intervals: COARSE, swift: false };
         let at = problem.state(x, &mut probe, None).unwrap().unwrap();
         for (entry, h) in [1e-4, 1e-5, 1e-5].into_iter().enumerate() {
             let mut moved = |step: f64| {
@@ -391,14 +399,14 @@ mod tests {
             }
         }
         for kind in [
-            Active::Chord,
-            Active::FirstSlope,
-            Active::SecondSlope,
-            Active::Touch,
-            Active::Middle,
-            Active::Rear,
-            Active::Disc,
-            Active::AxisTurn,
+            ActiveConstraint::Chord,
+            ActiveConstraint::FirstSlope,
+            ActiveConstraint::SecondSlope,
+            ActiveConstraint::Touch,
+            ActiveConstraint::Middle,
+            ActiveConstraint::Rear,
+            ActiveConstraint::Disc,
+            ActiveConstraint::AxisTurn,
         ] {
             assert!(seen.contains(&kind), "{kind:?} was never checked");
         }

@@ -1,12 +1,12 @@
 //! One contact: fixed lead (Sturz), curvature-matched, the best lead and swivel, a fixed tool axis.
 
-use super::Active;
-use super::Band;
+use super::ActiveConstraint;
 use super::ContactSide;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
-use super::check::Strip;
+use super::ToleranceBand;
+use super::check::MeasuredStrip;
 use super::constraints::offset_curvature;
 use super::judge;
 use super::judge::Proposal;
@@ -33,23 +33,23 @@ const NARROWINGS: u32 = 14;
 
 /// Touches at `request.at` and leans by `lead` along the feed; gouging is refused.
 pub(super) fn sturz(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
     lead: f64,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let touch = Touch::new(request, side, &mut probe)?;
     let mut location = judge::judge(request, &touch.frame, &touch.at(lead, 0.0), &mut probe)?;
-    location.active.push(Active::GivenLead);
+    location.active.push(ActiveConstraint::GivenLead);
     Ok(location)
 }
 
 /// Touches at `request.at` and leans until the circle bends like the surface across the feed, and
 /// farther where it gouges otherwise.
 pub(super) fn curvature_matched(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let touch = Touch::new(request, side, &mut probe)?;
     let frame = &touch.frame;
@@ -64,13 +64,13 @@ pub(super) fn curvature_matched(
 /// Touches at `request.at` with the swivel, at most `most` to either side, and the lead that give
 /// the widest strip.
 pub(super) fn lead_and_swivel(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
     most: f64,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let touch = Touch::new(request, side, &mut probe)?;
-    let mut best: Option<(Proposal, Strip, f64)> = None;
+    let mut best: Option<(Proposal, MeasuredStrip, f64)> = None;
     // The least lead that does not gouge is the widest: beyond it the circle bends more than the
     // surface, and more the farther it leans.
     let mut width = |swivel: f64, probe: &mut Probe| -> Result<f64, PositioningError> {
@@ -109,9 +109,9 @@ pub(super) fn lead_and_swivel(
 
 /// Touches at `request.at` with the tool axis given, as on three axes.
 pub(super) fn fixed_axis(
-    request: &Request,
+    request: &LocationRequest,
     axis: UnitVector3<f64>,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let touch = Touch::new(request, ContactSide::Ahead, &mut probe)?;
     let frame = &touch.frame;
@@ -128,13 +128,13 @@ pub(super) fn fixed_axis(
     let lead = axis.dot(&frame.a).atan2(up);
     let proposal = Proposal { side, ..touch.propose(&out, axis, lead) };
     let mut location = judge::judge(request, frame, &proposal, &mut probe)?;
-    location.active.push(Active::GivenLead);
+    location.active.push(ActiveConstraint::GivenLead);
     Ok(location)
 }
 
 /// A contact at `request.at`.
 struct Touch<'a> {
-    request: &'a Request<'a>,
+    request: &'a LocationRequest<'a>,
     frame: Frame,
     side: ContactSide,
     /// Of the circle above the contact \[mm\].
@@ -143,12 +143,12 @@ struct Touch<'a> {
 
 impl<'a> Touch<'a> {
     fn new(
-        request: &'a Request<'a>,
+        request: &'a LocationRequest<'a>,
         side: ContactSide,
         probe: &mut Probe,
     ) -> Result<Self, PositioningError> {
         let frame = Frame::new(request, side, probe)?;
-        let Band { lower, upper } = request.band;
+        let ToleranceBand { lower, upper } = request.band;
         let lift = frame.minor + lower + CLEARANCE * (upper - lower);
         let touch = Self { request, frame, side, lift };
         let concave = touch.frame.first.curvatures()[1];
@@ -189,15 +189,15 @@ impl<'a> Touch<'a> {
         least: f64,
         swivel: f64,
         probe: &mut Probe,
-    ) -> Result<(Proposal, Strip), PositioningError> {
-        let mut trial = |lead: f64| -> Result<(Proposal, Strip), PositioningError> {
+    ) -> Result<(Proposal, MeasuredStrip), PositioningError> {
+        let mut trial = |lead: f64| -> Result<(Proposal, MeasuredStrip), PositioningError> {
             let proposal = self.at(lead, swivel);
             let strip = judge::look(self.request, &self.frame, &proposal, probe)?;
             Ok((proposal, strip))
         };
-        let Band { lower, upper } = self.request.band;
-        let spared = Band { lower: lower + 0.5 * CLEARANCE * (upper - lower), upper };
-        let gouges = |strip: &Strip| judge::depth(spared, strip) > 0.0;
+        let ToleranceBand { lower, upper } = self.request.band;
+        let spared = ToleranceBand { lower: lower + 0.5 * CLEARANCE * (upper - lower), upper };
+        let gouges = |strip: &MeasuredStrip| judge::depth(spared, strip) > 0.0;
         let at_least = trial(least)?;
         if !gouges(&at_least.1) {
             return Ok(at_least);

@@ -1,10 +1,10 @@
 //! The error along the cutting circle as a curve.
 
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
-use super::check::Look;
-use super::check::Setting;
+use super::check::CuttingContext;
+use super::check::StripQuery;
 use super::circle::Circle;
 use super::circle::Sample;
 use super::placement::Frame;
@@ -19,9 +19,9 @@ use std::f64::consts::PI;
 
 /// Circle of a pose and the direction across the feed, to the strip's side.
 pub(super) fn ring(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
-    look: &Look,
+    look: &StripQuery,
     middle: &Reading,
 ) -> Result<(Ring, UnitVector3<f64>), PositioningError> {
     let no_direction = || PositioningError::NoDirection { feed: [0.0; 2], uv: look.uv };
@@ -50,9 +50,9 @@ pub(super) fn ring(
 ///
 /// [`PositioningError::NoDirection`] for a feed along the normal, [`PositioningError::Closest`].
 pub fn error_curve(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
-    look: &Look,
+    look: &StripQuery,
     half: u32,
 ) -> Result<Vec<[f64; 2]>, PositioningError> {
     let mut probe = Probe::new(setting.face);
@@ -82,7 +82,7 @@ fn all_round(
 
 /// The error curve of a location, ready to be drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+pub struct ErrorTrace {
     /// What the legend calls it.
     pub name: String,
     /// Round the circle from the side opposite to the strip and back, on the strip's side of its
@@ -95,11 +95,11 @@ pub struct Trace {
     pub origin: f64,
     /// Angles of the contacts \[rad\].
     pub contacts: Vec<f64>,
-    /// Strip width \[mm\].
+    /// MeasuredStrip width \[mm\].
     pub width: f64,
 }
 
-/// One point of a [`Trace`].
+/// One point of a [`ErrorTrace`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TracePoint {
     /// On the circle, from about the strip's middle towards its far end \[rad\].
@@ -114,26 +114,33 @@ pub struct TracePoint {
 const TRACE: u32 = 360;
 
 /// Traces the error of a location that was found for `request`, whose cutter it is
-/// ([`super::Method::cutter`]).
+/// ([`super::PlacementMethod::cutter`]).
 ///
 /// # Errors
 ///
 /// [`PositioningError::NoDirection`], [`PositioningError::Closest`].
 pub fn trace(
-    request: &Request,
-    location: &Location,
+    request: &LocationRequest,
+    location: &CutterLocation,
     name: &str,
-) -> Result<Trace, PositioningError> {
+) -> Result<ErrorTrace, PositioningError> {
     let mut probe = Probe::new(request.face);
     let frame = Frame::new(request, location.side, &mut probe)?;
     let mut tracing = Tracing { request, location, frame, probe };
     let (points, ends, origin) =
         if request.cutter.major() > 0.0 { tracing.circle()? } else { tracing.ball()? };
     let contacts = location.contact_angles.iter().map(|angle| origin + angle).collect();
-    Ok(Trace { name: name.to_owned(), points, ends, origin, contacts, width: location.strip_width })
+    Ok(ErrorTrace {
+        name: name.to_owned(),
+        points,
+        ends,
+        origin,
+        contacts,
+        width: location.strip_width,
+    })
 }
 
-impl Location {
+impl CutterLocation {
     /// Whether the circle passes over the place asked for at the upper end of the band, as it does over
     /// an end point; a contact lies a band lower.
     fn ends_at(&self, frame: &Frame) -> bool {
@@ -147,8 +154,8 @@ impl Location {
 }
 
 struct Tracing<'a> {
-    request: &'a Request<'a>,
-    location: &'a Location,
+    request: &'a LocationRequest<'a>,
+    location: &'a CutterLocation,
     frame: Frame,
     probe: Probe<'a>,
 }
@@ -162,10 +169,10 @@ impl Tracing<'_> {
     }
 
     fn circle(&mut self) -> Result<Traced, PositioningError> {
-        let Request { face, cutter, band, strip, .. } = *self.request;
-        let setting = Setting { face, cutter, band };
+        let LocationRequest { face, cutter, band, strip, .. } = *self.request;
+        let setting = CuttingContext { face, cutter, band };
         let (contact, uv) = (self.location.contact, self.location.contact_uv);
-        let look = Look { feed: self.frame.a, strip, contact, uv };
+        let look = StripQuery { feed: self.frame.a, strip, contact, uv };
         let middle = self.probe.read(&contact, uv)?;
         let (ring, _) = ring(&setting, &self.location.pose, &look, &middle)?;
         let circle = Circle { ring, minor: cutter.minor() };
@@ -190,7 +197,7 @@ impl Tracing<'_> {
     /// The error of the surface points under the ball, across the strip and half as far again.
     fn ball(&mut self) -> Result<Traced, PositioningError> {
         let radius = self.request.cutter.minor();
-        let Location { center, contact, contact_uv, strip_width, .. } = self.location;
+        let CutterLocation { center, contact, contact_uv, strip_width, .. } = self.location;
         let middle = self.probe.read(contact, *contact_uv)?;
         let half = 0.5 * strip_width;
         let mut points = Vec::new();

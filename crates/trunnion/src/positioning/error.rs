@@ -1,7 +1,7 @@
 //! Why there is no cutter location.
 
-use super::Active;
-use crate::cutter::{CutterError, CutterErrors};
+use super::ActiveConstraint;
+use crate::cutter::CutterErrors;
 use crate::surface::ClosestError;
 use std::fmt;
 
@@ -88,7 +88,7 @@ pub enum PositioningError {
         /// Least breach of the band found \[mm\]; infinite where no pose was worth looking at.
         excess: f64,
         /// The constraint that is broken most.
-        binding: Active,
+        binding: ActiveConstraint,
     },
     /// The method's pose cuts too deep.
     #[error(
@@ -102,7 +102,7 @@ pub enum PositioningError {
         /// How far below the band \[mm\].
         depth: f64,
         /// The part of the cutter that does: `Touch`, `Rear` or `Disc`.
-        binding: Active,
+        binding: ActiveConstraint,
     },
     /// No pose touches twice as the method wants.
     #[error(
@@ -199,7 +199,7 @@ fn list(faults: &[CutterError]) -> String {
     faults.join("; ")
 }
 
-fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: Active) -> String {
+fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: ActiveConstraint) -> String {
     let place = format!("no strip at (u, v) = ({u:.6}, {v:.6})");
     let broken = if excess.is_finite() {
         format!("the best pose found still breaks the band by {excess:.6} mm at {binding}")
@@ -213,24 +213,24 @@ fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: Active) -> St
 }
 
 /// What helps against a constraint.
-fn remedy(binding: Active) -> &'static str {
+fn remedy(binding: ActiveConstraint) -> &'static str {
     match binding {
-        Active::Rear => {
+        ActiveConstraint::Rear => {
             "take a smaller R, another feed direction, or a contact arc on the other side"
         }
-        Active::Disc => "take a smaller R, or more lead",
-        Active::Touch => "take a smaller cutter, more lead, or another feed direction",
-        Active::Middle | Active::FirstSlope | Active::SecondSlope => {
+        ActiveConstraint::Disc => "take a smaller R, or more lead",
+        ActiveConstraint::Touch => "take a smaller cutter, more lead, or another feed direction",
+        ActiveConstraint::Middle | ActiveConstraint::FirstSlope | ActiveConstraint::SecondSlope => {
             "allow a wider tolerance, or take another feed direction"
         }
-        Active::Chord => "take a larger R",
-        Active::OffsetRange => "widen the offset range, or take another feed direction",
-        Active::AxisTurn => "allow the tool axis to turn farther",
-        Active::GivenLead => "give another lead",
+        ActiveConstraint::Chord => "take a larger R",
+        ActiveConstraint::OffsetRange => "widen the offset range, or take another feed direction",
+        ActiveConstraint::AxisTurn => "allow the tool axis to turn farther",
+        ActiveConstraint::GivenLead => "give another lead",
     }
 }
 
-impl fmt::Display for Active {
+impl fmt::Display for ActiveConstraint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Touch => "a contact inside the strip",

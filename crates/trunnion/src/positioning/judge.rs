@@ -1,15 +1,15 @@
 //! What a pose is worth, whichever method proposed it.
 
-use super::Active;
-use super::Band;
+use super::ActiveConstraint;
 use super::ContactSide;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
+use super::ToleranceBand;
 use super::body;
-use super::check::Look;
-use super::check::Setting;
-use super::check::Strip;
+use super::check::CuttingContext;
+use super::check::MeasuredStrip;
+use super::check::StripQuery;
 use super::check::across;
 use super::check::strip_of_pose;
 use super::circle::Circle;
@@ -56,7 +56,7 @@ pub(super) struct Proposal {
 impl Proposal {
     /// The pose through two end points.
     pub(super) fn through(
-        request: &Request,
+        request: &LocationRequest,
         side: ContactSide,
         frame: &Frame,
         at: &Placement,
@@ -70,58 +70,58 @@ impl Proposal {
 }
 
 /// The band without its margins.
-pub(super) fn inner(Band { lower, upper }: Band) -> Band {
+pub(super) fn inner(ToleranceBand { lower, upper }: ToleranceBand) -> ToleranceBand {
     let margin = MARGIN * (upper - lower);
-    Band { lower: lower + margin, upper: upper - margin }
+    ToleranceBand { lower: lower + margin, upper: upper - margin }
 }
 
 /// The independent look at a proposal.
 pub(super) fn look(
-    request: &Request,
+    request: &LocationRequest,
     frame: &Frame,
     proposal: &Proposal,
     probe: &mut Probe,
-) -> Result<Strip, PositioningError> {
+) -> Result<MeasuredStrip, PositioningError> {
     let strip = strip_of_pose(&setting(request), &proposal.pose, &eye(request, frame, proposal))?;
     probe.queries += strip.queries;
     Ok(strip)
 }
 
 /// How far the strip or the rest of the cutter comes below the band \[mm\]; 0 where nothing does.
-pub(super) fn depth(band: Band, strip: &Strip) -> f64 {
+pub(super) fn depth(band: ToleranceBand, strip: &MeasuredStrip) -> f64 {
     (band.lower - strip.front_min.min(strip.rear_min)).max(0.0)
 }
 
 /// The location a proposal makes, if it keeps the band, cuts where it touches, and the rest of the
 /// tool is clear.
 pub(super) fn judge(
-    request: &Request,
+    request: &LocationRequest,
     frame: &Frame,
     proposal: &Proposal,
     probe: &mut Probe,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let strip = look(request, frame, proposal, probe)?;
     accept(request, frame, (proposal, &strip), probe)
 }
 
 /// As [`judge`], the strip being known.
 pub(super) fn accept(
-    request: &Request,
+    request: &LocationRequest,
     frame: &Frame,
-    (proposal, strip): (&Proposal, &Strip),
+    (proposal, strip): (&Proposal, &MeasuredStrip),
     probe: &mut Probe,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let (setting, pose) = (setting(request), &proposal.pose);
     let findings = Findings::new(request, frame, (proposal, strip), probe)?;
     let depth = depth(request.band, strip).max(request.band.lower - findings.least);
     if depth > 0.0 {
         let front = strip.front_min.min(findings.least);
         let binding = if front <= strip.rear_min {
-            Active::Touch
-        } else if findings.active.contains(&Active::Disc) {
-            Active::Disc
+            ActiveConstraint::Touch
+        } else if findings.active.contains(&ActiveConstraint::Disc) {
+            ActiveConstraint::Disc
         } else {
-            Active::Rear
+            ActiveConstraint::Rear
         };
         return Err(PositioningError::Gouges { uv: request.at, depth, binding });
     }
@@ -145,28 +145,28 @@ pub(super) fn accept(
         queries: probe.queries,
         marks: Vec::new(),
     };
-    Ok(Location::new(request, strip, found))
+    Ok(CutterLocation::new(request, strip, found))
 }
 
 /// Nowhere does the cutter come as close as the upper end of the band.
-fn above(request: &Request, strip: &Strip) -> PositioningError {
-    let Band { lower, upper } = request.band;
+fn above(request: &LocationRequest, strip: &MeasuredStrip) -> PositioningError {
+    let ToleranceBand { lower, upper } = request.band;
     PositioningError::NoStrip {
         uv: request.at,
         smallest: (8.0 * request.cutter.major() * (upper - lower)).sqrt(),
         excess: strip.front_max - upper,
-        binding: Active::Middle,
+        binding: ActiveConstraint::Middle,
     }
 }
 
-fn setting<'a>(request: &Request<'a>) -> Setting<'a> {
-    let Request { face, cutter, band, .. } = *request;
-    Setting { face, cutter, band }
+fn setting<'a>(request: &LocationRequest<'a>) -> CuttingContext<'a> {
+    let LocationRequest { face, cutter, band, .. } = *request;
+    CuttingContext { face, cutter, band }
 }
 
-fn eye(request: &Request, frame: &Frame, proposal: &Proposal) -> Look {
+fn eye(request: &LocationRequest, frame: &Frame, proposal: &Proposal) -> StripQuery {
     let (uv, contact) = proposal.middle;
-    Look { feed: frame.a, strip: request.strip, contact, uv }
+    StripQuery { feed: frame.a, strip: request.strip, contact, uv }
 }
 
 /// What is found on the circle and under the disc, whatever the method meant to do.
@@ -178,7 +178,7 @@ struct Findings {
     /// Minima of the error inside the strip, as angles from the first end point, or from the strip's
     /// beginning where there is none \[rad\].
     contacts: Vec<f64>,
-    active: Vec<Active>,
+    active: Vec<ActiveConstraint>,
     /// Least error of the strip's minima, which the look may step over where two extrema lie close
     /// together \[mm\].
     least: f64,
@@ -188,9 +188,9 @@ struct Findings {
 
 impl Findings {
     fn new(
-        request: &Request,
+        request: &LocationRequest,
         frame: &Frame,
-        (proposal, strip): (&Proposal, &Strip),
+        (proposal, strip): (&Proposal, &MeasuredStrip),
         probe: &mut Probe,
     ) -> Result<Self, PositioningError> {
         let (setting, pose) = (setting(request), &proposal.pose);
@@ -202,7 +202,7 @@ impl Findings {
             let half =
                 (0.5 * nalgebra::distance(&strip.near.1, &strip.far.1) / minor).min(1.0).asin();
             let (contacts, touching) = (vec![half], vec![strip.contact]);
-            let (arc, active) = (2.0 * half, vec![Active::Touch]);
+            let (arc, active) = (2.0 * half, vec![ActiveConstraint::Touch]);
             let (width, least) = (strip.width, strip.front_min);
             return Ok(Self { width, arc, contacts, active, least, touching });
         }
@@ -223,7 +223,7 @@ impl Findings {
         Ok(found)
     }
 
-    fn add(&mut self, active: Active) {
+    fn add(&mut self, active: ActiveConstraint) {
         if !self.active.contains(&active) {
             self.active.push(active);
         }
@@ -232,7 +232,7 @@ impl Findings {
     fn round(
         &mut self,
         extrema: &[Extremum],
-        band: Band,
+        band: ToleranceBand,
         (strip, origin): (RangeInclusive<f64>, f64),
     ) {
         let width = band.upper - band.lower;
@@ -240,7 +240,7 @@ impl Findings {
             let inside = strip.contains(&sample.psi);
             if *maximum {
                 if inside && band.upper - value <= REACHED * width {
-                    self.add(Active::Middle);
+                    self.add(ActiveConstraint::Middle);
                 }
                 continue;
             }
@@ -249,7 +249,7 @@ impl Findings {
                 self.least = self.least.min(*value);
             }
             if value - band.lower <= REACHED * width {
-                self.add(if inside { Active::Touch } else { Active::Rear });
+                self.add(if inside { ActiveConstraint::Touch } else { ActiveConstraint::Rear });
             }
             if value - band.lower <= TOUCHING * width {
                 let foot = &sample.reading.foot;
@@ -260,19 +260,19 @@ impl Findings {
 
     fn underside(
         &mut self,
-        request: &Request,
+        request: &LocationRequest,
         pose: &ToolPose,
         nearby: &[&Reading],
         probe: &mut Probe,
     ) -> Result<(), PositioningError> {
-        let Band { lower, upper } = request.band;
+        let ToleranceBand { lower, upper } = request.band;
         let disc = Disc { center: pose.tip, axis: pose.axis, radius: request.cutter.major() };
         let Some(near) = nearby.first() else { return Ok(()) };
         let centre = disc.middle(near, probe)?;
         if let Some((_, reading)) = disc.lowest(&centre, nearby, probe)? {
             let over = reading.distance - lower;
             if over <= REACHED * (upper - lower) {
-                self.add(Active::Disc);
+                self.add(ActiveConstraint::Disc);
             }
             if over <= TOUCHING * (upper - lower) {
                 self.touching.push((reading.foot.uv, reading.foot.point));

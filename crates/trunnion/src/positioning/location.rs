@@ -1,17 +1,17 @@
 //! How a location found is told.
 
-use super::Active;
+use super::ActiveConstraint;
 use super::ContactSide;
-use super::Location;
-use super::Request;
-use super::check::Strip;
+use super::CutterLocation;
+use super::LocationRequest;
+use super::check::MeasuredStrip;
 use super::constraints::State;
 use crate::types::ToolPose;
 
 /// An extremum of the error round the circle, where a neighbour may look for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mark {
-    pub(super) kind: Active,
+    pub(super) kind: ActiveConstraint,
     /// Share of half the arc between the end points; on the rear the angle itself \[rad\].
     pub(super) place: f64,
     /// Way of its foot from the first end point, in parameters.
@@ -20,8 +20,8 @@ pub(super) struct Mark {
 
 /// The extrema of a state.
 pub(super) fn marks(state: &State, at: [f64; 2]) -> Vec<Mark> {
-    let mark = |(kind, sample): (Active, &super::circle::Sample)| {
-        let half = if kind == Active::Rear { 1.0 } else { state.placement.half_arc };
+    let mark = |(kind, sample): (ActiveConstraint, &super::circle::Sample)| {
+        let half = if kind == ActiveConstraint::Rear { 1.0 } else { state.placement.half_arc };
         let uv = sample.reading.foot.uv;
         Mark { kind, place: sample.psi / half, out: [0, 1].map(|k| uv[k] - at[k]) }
     };
@@ -40,15 +40,15 @@ pub(super) struct Found {
     pub(super) widths: [f64; 2],
     pub(super) arc: f64,
     pub(super) contact_angles: Vec<f64>,
-    pub(super) active: Vec<Active>,
+    pub(super) active: Vec<ActiveConstraint>,
     /// Parameters of the second end point.
     pub(super) end: [f64; 2],
     pub(super) queries: u32,
     pub(super) marks: Vec<Mark>,
 }
 
-impl Location {
-    pub(super) fn new(request: &Request, strip: &Strip, found: Found) -> Self {
+impl CutterLocation {
+    pub(super) fn new(request: &LocationRequest, strip: &MeasuredStrip, found: Found) -> Self {
         let Found { pose, side, arc, contact_angles, active, end, queries, marks, .. } = found;
         let ([strip_width, chord_width], [offset, offset_direction, rotation]) =
             (found.widths, found.x);

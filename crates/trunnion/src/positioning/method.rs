@@ -1,11 +1,11 @@
 //! One way in to all methods of placing a cutter, so that they can be compared.
 
 use super::ContactSide;
-use super::Grid;
-use super::Lean;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
+use super::NestedGrid;
 use super::PositioningError;
-use super::Request;
+use super::ToolInclination;
 use super::ball;
 use super::contact;
 use super::nested;
@@ -25,11 +25,11 @@ use std::f64::consts::FRAC_PI_2;
 /// `request.at`; with the others the cutter touches there, and the strip lies around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Method {
-    /// The widest strip that keeps the band: [`super::widest`].
+pub enum PlacementMethod {
+    /// The widest strip that keeps the band: [`super::widest_strip`].
     EndPoint,
     /// The same by the nested search of paper 004.
-    Nested(Grid),
+    Nested(NestedGrid),
     /// Two tangencies with the error between them at the upper end of the band (MPM); what the rest
     /// of the cutter does is only checked.
     MultiPoint,
@@ -52,15 +52,15 @@ pub enum Method {
         /// Tool axis.
         axis: UnitVector3<f64>,
     },
-    /// A ball of the cutter's radius `R + r`, see [`Method::cutter`].
+    /// A ball of the cutter's radius `R + r`, see [`PlacementMethod::cutter`].
     Ball {
         /// Angle between normal and tool axis \[rad\].
         lead: f64,
     },
 }
 
-impl Method {
-    /// The cutter that the method places: the one given, or for [`Method::Ball`] a ball as large,
+impl PlacementMethod {
+    /// The cutter that the method places: the one given, or for [`PlacementMethod::Ball`] a ball as large,
     /// shank and length as they are.
     ///
     /// # Errors
@@ -79,8 +79,8 @@ impl Method {
 /// The location that a method gives, after the same look at the pose as for any other: nothing of it
 /// gouges, and it touches only where the cutter cuts.
 ///
-/// `offset_range` counts for the methods through two end points, `axis_near` for
-/// [`Method::EndPoint`] only.
+/// `offset_range` counts for the methods through two end points, `axis_cone` for
+/// [`PlacementMethod::EndPoint`] only.
 ///
 /// # Errors
 ///
@@ -89,35 +89,44 @@ impl Method {
 /// # Source
 ///
 /// `docs/sources.md#004`: the paper's search, and the methods it compares itself with.
-pub fn place(request: &Request, method: &Method) -> Result<Location, PositioningError> {
+pub fn place(
+    request: &LocationRequest,
+    method: &PlacementMethod,
+) -> Result<CutterLocation, PositioningError> {
     widest::check(request)?;
     method.check(request)?;
     let cutter = method.cutter(request.cutter)?;
-    let request = &Request { cutter: &cutter, ..*request };
-    let on_sides = |find: &dyn Fn(ContactSide) -> Result<Location, PositioningError>| {
+    let request = &LocationRequest { cutter: &cutter, ..*request };
+    let on_sides = |find: &dyn Fn(ContactSide) -> Result<CutterLocation, PositioningError>| {
         widest::on_sides(request, find)
     };
     match *method {
-        Method::EndPoint => widest::widest(request, None),
-        Method::Nested(grid) => on_sides(&|side| nested::location(request, side, &grid)),
-        Method::MultiPoint => on_sides(&|side| pair::location(request, side, Rule::Extrema)),
-        Method::HermiteChebyshev => on_sides(&|side| pair::location(request, side, Rule::Nodes)),
-        Method::LeadSwivel { swivel } => {
+        PlacementMethod::EndPoint => widest::widest_strip(request, None),
+        PlacementMethod::Nested(grid) => on_sides(&|side| nested::location(request, side, &grid)),
+        PlacementMethod::MultiPoint => {
+            on_sides(&|side| pair::location(request, side, Rule::Extrema))
+        }
+        PlacementMethod::HermiteChebyshev => {
+            on_sides(&|side| pair::location(request, side, Rule::Nodes))
+        }
+        PlacementMethod::LeadSwivel { swivel } => {
             on_sides(&|side| contact::lead_and_swivel(request, side, swivel))
         }
-        Method::CurvatureMatched => on_sides(&|side| contact::curvature_matched(request, side)),
-        Method::Sturz { lead } => on_sides(&|side| contact::sturz(request, side, lead)),
-        Method::FixedAxis { axis } => contact::fixed_axis(request, axis),
-        Method::Ball { lead } => {
-            let lean = Lean { angle: lead, towards: None };
+        PlacementMethod::CurvatureMatched => {
+            on_sides(&|side| contact::curvature_matched(request, side))
+        }
+        PlacementMethod::Sturz { lead } => on_sides(&|side| contact::sturz(request, side, lead)),
+        PlacementMethod::FixedAxis { axis } => contact::fixed_axis(request, axis),
+        PlacementMethod::Ball { lead } => {
+            let lean = ToolInclination { angle: lead, towards: None };
             on_sides(&|side| ball::location(request, side, lean))
         }
     }
 }
 
-impl Method {
+impl PlacementMethod {
     /// What the method cannot work with.
-    fn check(&self, request: &Request) -> Result<(), PositioningError> {
+    fn check(&self, request: &LocationRequest) -> Result<(), PositioningError> {
         let circle = matches!(self, Self::Nested(_) | Self::MultiPoint | Self::HermiteChebyshev);
         if circle && request.cutter.major() <= 0.0 {
             return Err(PositioningError::NoCircle);

@@ -3,11 +3,11 @@
 //!
 //! Source: `docs/sources.md#004`, sections 2.1 to 2.3, with the errata named there.
 
-use super::Band;
 use super::ContactSide;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
+use super::ToleranceBand;
 use super::circle::Circle;
 use super::circle::Sample;
 use super::constraints::offset_curvature;
@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 /// How finely the nested search looks. The paper leaves the numbers open.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grid {
+pub struct NestedGrid {
     /// Samples on the arc between the end points, these left out: `N`, odd in the paper.
     pub front: u32,
     /// Samples on the rest of the circle: `M`.
@@ -36,7 +36,7 @@ pub struct Grid {
     pub touch: f64,
 }
 
-impl Grid {
+impl NestedGrid {
     fn check(&self) -> Result<(), PositioningError> {
         let counts = [
             ("samples of the front", self.front, 1.0),
@@ -83,10 +83,10 @@ const CHORD: f64 = 0.999;
 
 /// The widest strip by the nested search.
 pub(super) fn location(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
-    grid: &Grid,
-) -> Result<Location, PositioningError> {
+    grid: &NestedGrid,
+) -> Result<CutterLocation, PositioningError> {
     grid.check()?;
     let mut probe = Probe::new(request.face);
     let frame = Frame::new(request, side, &mut probe)?;
@@ -119,20 +119,20 @@ pub(super) fn location(
     judge::judge(request, &frame, &proposal, &mut probe)
 }
 
-fn none(request: &Request) -> PositioningError {
-    let Band { lower, upper } = request.band;
+fn none(request: &LocationRequest) -> PositioningError {
+    let ToleranceBand { lower, upper } = request.band;
     PositioningError::NoStrip {
         uv: request.at,
         smallest: (8.0 * request.cutter.major() * (upper - lower)).sqrt(),
         excess: f64::INFINITY,
-        binding: super::Active::Touch,
+        binding: super::ActiveConstraint::Touch,
     }
 }
 
 struct Search<'a> {
-    grid: &'a Grid,
+    grid: &'a NestedGrid,
     frame: Frame,
-    band: Band,
+    band: ToleranceBand,
 }
 
 impl Search<'_> {
@@ -240,7 +240,7 @@ impl Search<'_> {
             front = self.front(&placement, probe)?;
         }
         let touch = self.grid.touch;
-        let Band { lower, upper } = self.band;
+        let ToleranceBand { lower, upper } = self.band;
         let within = |s: &Sample| s.error <= upper && s.error >= lower - touch;
         if !front.iter().all(within) {
             return Ok(None);
@@ -258,7 +258,7 @@ impl Search<'_> {
     fn overshoot(
         &self,
         placement: &Placement,
-        band: Band,
+        band: ToleranceBand,
         probe: &mut Probe,
     ) -> Result<f64, PositioningError> {
         let circle = self.circle(placement);

@@ -7,11 +7,11 @@
 //! `cos(pi/4)` of the arc, as those of Chebyshev's polynomial, which asks for three errors only.
 //! Neither looks at the rest of the cutter: what gouges is refused.
 
-use super::Band;
 use super::ContactSide;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
+use super::ToleranceBand;
 use super::circle::Circle;
 use super::circle::Extremum;
 use super::constraints::offset_curvature;
@@ -52,10 +52,10 @@ pub(super) enum Rule {
 
 /// The widest pair of contacts that the rule finds.
 pub(super) fn location(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
     rule: Rule,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
     let frame = Frame::new(request, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
@@ -76,10 +76,10 @@ pub(super) fn location(
 }
 
 struct Search<'a> {
-    request: &'a Request<'a>,
+    request: &'a LocationRequest<'a>,
     side: ContactSide,
     frame: Frame,
-    band: Band,
+    band: ToleranceBand,
 }
 
 /// A placement, how far its errors are off, and the derivatives of that by `(w, alpha, theta)`.
@@ -143,7 +143,7 @@ impl Search<'_> {
     fn newton(
         &self,
         start: [f64; 3],
-        aim: (Rule, Band),
+        aim: (Rule, ToleranceBand),
         probe: &mut Probe,
     ) -> Result<Option<Trial>, PositioningError> {
         let Some(mut trial) = self.trial(start, aim, None, probe)? else { return Ok(None) };
@@ -176,7 +176,7 @@ impl Search<'_> {
     fn trial(
         &self,
         x: [f64; 3],
-        (rule, band): (Rule, Band),
+        (rule, band): (Rule, ToleranceBand),
         near: Option<&Trial>,
         probe: &mut Probe,
     ) -> Result<Option<Trial>, PositioningError> {
@@ -254,7 +254,7 @@ impl Search<'_> {
         solution: &Trial,
         rule: Rule,
         probe: &mut Probe,
-    ) -> Result<Location, PositioningError> {
+    ) -> Result<CutterLocation, PositioningError> {
         let Self { request, side, frame, .. } = *self;
         let mut solution = *solution;
         let mut band = self.band;

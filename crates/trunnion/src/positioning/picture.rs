@@ -1,7 +1,7 @@
 //! Error curves as SVG: one location over its circle, several across the feed.
 
-use super::Band;
-use super::Trace;
+use super::ErrorTrace;
+use super::ToleranceBand;
 use super::curve::TracePoint;
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -20,8 +20,8 @@ const SHADE: &str = "#d8ecd8";
 
 /// Draws the error of one location: on the left along the strip, on the right round the whole
 /// circle, whose higher errors are cut off.
-pub fn error_picture(trace: &Trace, band: Band, title: &str) -> String {
-    let Band { lower, upper } = band;
+pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> String {
+    let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
     let from_origin = |angle: f64| (angle - trace.origin).to_degrees();
     let ends = trace.ends.map(from_origin);
@@ -72,11 +72,11 @@ pub fn error_picture(trace: &Trace, band: Band, title: &str) -> String {
 
 /// Draws the strips of several methods across the feed, each bold where it keeps the band.
 /// Distances are measured from the place asked for, to the strip's side.
-pub fn comparison_picture(traces: &[Trace], band: Band, title: &str) -> String {
-    let Band { lower, upper } = band;
+pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &str) -> String {
+    let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
     let within =
-        |trace: &Trace, p: &TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
+        |trace: &ErrorTrace, p: &TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
     let strips = traces.iter().flat_map(|t| t.points.iter().filter(move |p| within(t, p)));
     let [low, high] =
         strips.fold([0.0_f64, 0.0_f64], |[low, high], p| [low.min(p.across), high.max(p.across)]);
@@ -165,7 +165,7 @@ impl Panel {
     }
 
     /// The band.
-    fn shade(&self, svg: &mut String, band: Band) {
+    fn shade(&self, svg: &mut String, band: ToleranceBand) {
         let [left, top] = self.place([self.x[0], band.upper * MICRO]);
         let [right, bottom] = self.place([self.x[1], band.lower * MICRO]);
         let _ = writeln!(
@@ -260,8 +260,8 @@ impl Panel {
         );
     }
 
-    /// Band, border, ticks and names of the axes.
-    fn frame(&self, svg: &mut String, band: Band, [x_name, y_name]: [&str; 2]) {
+    /// ToleranceBand, border, ticks and names of the axes.
+    fn frame(&self, svg: &mut String, band: ToleranceBand, [x_name, y_name]: [&str; 2]) {
         self.shade(svg, band);
         let [left, top] = self.origin;
         let [width, height] = self.size;

@@ -4,8 +4,8 @@
 //! `r + e` above them, and the torus circle turned by theta about the chord.
 
 use super::ContactSide;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
 use super::circle::Sample;
 use super::probe::Probe;
 use super::probe::Reading;
@@ -95,7 +95,7 @@ struct Rate {
 impl Frame {
     /// Frame at the first end point of `request`, for the side `Ahead` or `Behind`.
     pub(super) fn new(
-        request: &Request,
+        request: &LocationRequest,
         side: ContactSide,
         probe: &mut Probe,
     ) -> Result<Self, PositioningError> {

@@ -12,7 +12,7 @@ use nalgebra::UnitVector3;
 /// On the strip the error stays in `[lower, upper]`; everything else of the cutter stays at least
 /// `lower` away from the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct ToleranceBand {
     /// Least distance of the cutter from the surface \[mm\].
     pub lower: f64,
     /// Largest error on the strip \[mm\].
@@ -60,7 +60,7 @@ pub enum ContactSide {
 
 /// Keeps the tool axis close to a given direction, for instance that of the location before.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AxisNear {
+pub struct AxisCone {
     /// The direction, from tip to spindle.
     pub axis: UnitVector3<f64>,
     /// Largest angle from it \[rad\], above 0.
@@ -69,7 +69,7 @@ pub struct AxisNear {
 
 /// How the tool axis leans from the surface normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lean {
+pub struct ToolInclination {
     /// Angle between them \[rad\]; for cutters that are not balls at least this.
     pub angle: f64,
     /// To which side: 0 is along the feed, a quarter turn on the strip's side \[rad\]. `None`: along the feed for a
@@ -77,7 +77,7 @@ pub struct Lean {
     pub towards: Option<f64>,
 }
 
-impl Lean {
+impl ToolInclination {
     /// The tool axis leans by `lead` along the feed, and by `tilt` to the strip's side, both seen square to the
     /// other \[rad\], below 90 degrees.
     pub fn of(lead: f64, tilt: f64) -> Self {
@@ -88,13 +88,13 @@ impl Lean {
 
 /// One cutter location to be found.
 #[derive(Debug, Clone, Copy)]
-pub struct Request<'a> {
+pub struct LocationRequest<'a> {
     /// The surface.
     pub face: &'a FaceIndex,
     /// The cutter.
     pub cutter: &'a Cutter,
     /// Where the error has to lie.
-    pub band: Band,
+    pub band: ToleranceBand,
     /// Parameters `[u, v]` of the first end point `P1`, where the strip begins.
     pub at: [f64; 2],
     /// Feed direction `[du, dv]`; its sign counts, its length does not.
@@ -106,12 +106,12 @@ pub struct Request<'a> {
     /// Range of the offset direction alpha, from the strip side towards the feed \[rad\].
     pub offset_range: [f64; 2],
     /// Keeps the tool axis near a direction; `None` leaves it free.
-    pub axis_near: Option<AxisNear>,
+    pub axis_cone: Option<AxisCone>,
 }
 
 /// What holds the widest strip back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Active {
+pub enum ActiveConstraint {
     /// The cutter touches the lower end of the band inside the strip.
     Touch,
     /// The error reaches the upper end of the band inside the strip.
@@ -136,7 +136,7 @@ pub enum Active {
 
 /// One cutter location and the strip it leaves.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Location {
+pub struct CutterLocation {
     /// Width of the strip \[mm\]: projection on `v` of the connected part of the circle through
     /// `P1` whose error stays in the band.
     pub strip_width: f64,
@@ -161,7 +161,7 @@ pub struct Location {
     /// Where the error is least inside the strip, as angle on the circle from `P1` \[rad\].
     pub contact_angles: Vec<f64>,
     /// What holds the strip back.
-    pub active: Vec<Active>,
+    pub active: Vec<ActiveConstraint>,
     /// Largest error found on the strip \[mm\].
     pub front_max: f64,
     /// What no error of the strip exceeds \[mm\].

@@ -1,6 +1,6 @@
 //! Where the search for the widest strip starts.
 
-use super::Location;
+use super::CutterLocation;
 use super::constraints::Problem;
 use super::constraints::offset_curvature;
 use super::solve::Optimum;
@@ -11,7 +11,10 @@ use std::f64::consts::FRAC_PI_2;
 pub(super) const START_SPACING: f64 = 0.27;
 
 /// A neighbour's place within the ranges, with small steps.
-pub(super) fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
+pub(super) fn warm_start(
+    warm: &CutterLocation,
+    [offset_range, rotation_range]: [[f64; 2]; 2],
+) -> Start {
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
     let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
     Start {
@@ -27,12 +30,12 @@ pub(super) fn warm_start(warm: &Location, [offset_range, rotation_range]: [[f64;
 /// or the disc would touch, that is the way out.
 pub(super) fn leaning_start(
     problem: &Problem,
-    warm: &Location,
+    warm: &CutterLocation,
     [offset_range, rotation_range]: [[f64; 2]; 2],
 ) -> Start {
     let frame = &problem.frame;
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
-    let turn = problem.axis_near.map_or(0.0, |near| near.max_turn);
+    let turn = problem.axis_cone.map_or(0.0, |near| near.max_turn);
     let theta = (warm.rotation + turn).clamp(rotation_range[0], rotation_range[1]);
     let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
     let bend = theta.sin() / frame.major - across.unwrap_or(0.0);

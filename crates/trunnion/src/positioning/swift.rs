@@ -1,6 +1,6 @@
 //! The state of a step followed from the one before: every extremum from where it was.
 
-use super::Active;
+use super::ActiveConstraint;
 use super::PositioningError;
 use super::circle::Circle;
 use super::circle::Extremum;
@@ -21,7 +21,7 @@ const STRAY: f64 = 2e-3;
 const STEPS: u32 = 5;
 
 /// Where an extremum is sought: what it is, angle, and parameters of the foot.
-type Sought = (Active, f64, [f64; 2]);
+type Sought = (ActiveConstraint, f64, [f64; 2]);
 
 impl Problem {
     /// The state at `x` by a quarter of the readings that sampling takes; `None` where an extremum
@@ -36,7 +36,7 @@ impl Problem {
         let stretch = placement.half_arc / from.placement.half_arc;
         let extrema = from.conditions.iter().filter_map(|condition| {
             let before = condition.sample.as_ref()?;
-            let rear = condition.kind == Active::Rear;
+            let rear = condition.kind == ActiveConstraint::Rear;
             let psi = if rear { before.psi } else { before.psi * stretch };
             let guess = before.reading.ahead(&(placement.ring.at(psi) - before.at));
             Some((condition.kind, psi, guess))
@@ -54,7 +54,7 @@ impl Problem {
         let Some(placement) = self.placement(x, probe, None)? else { return Ok(None) };
         let at = self.frame.first.foot.uv;
         let extrema = marks.iter().map(|mark| {
-            let rear = mark.kind == Active::Rear;
+            let rear = mark.kind == ActiveConstraint::Rear;
             let psi = if rear { mark.place } else { mark.place * placement.half_arc };
             (mark.kind, psi, [0, 1].map(|k| at[k] + mark.out[k]))
         });
@@ -71,13 +71,13 @@ impl Problem {
         let at = (placement, &circle);
         let mut conditions = Vec::with_capacity(10);
         conditions.push(self.chord(placement));
-        let kinds = [Active::FirstSlope, Active::SecondSlope];
+        let kinds = [ActiveConstraint::FirstSlope, ActiveConstraint::SecondSlope];
         for ((end, share), kind) in self.ends(placement).iter().zip([-1.0, 1.0]).zip(kinds) {
             conditions.extend(self.end_slope(at, (end, share, kind), probe)?);
         }
         for sought in extrema {
             let Some(found) = follow(at, sought, probe)? else { return Ok(None) };
-            conditions.push(if sought.0 == Active::Rear {
+            conditions.push(if sought.0 == ActiveConstraint::Rear {
                 self.outside(placement, &found)
             } else {
                 self.inside(placement, &found)
@@ -118,7 +118,7 @@ fn follow(
     probe: &mut Probe,
 ) -> Result<Option<Extremum>, PositioningError> {
     let half = placement.half_arc;
-    let (rear, maximum) = (kind == Active::Rear, kind == Active::Middle);
+    let (rear, maximum) = (kind == ActiveConstraint::Rear, kind == ActiveConstraint::Middle);
     let mut sample = circle.read(psi, guess, probe)?;
     for _ in 0..STEPS {
         if (sample.bend < 0.0) != maximum || sample.bend.abs() <= 0.0 {

@@ -1,16 +1,16 @@
 //! The widest strip: starts, and the choice between what they lead to.
 
-use super::Active;
-use super::Band;
+use super::ActiveConstraint;
 use super::ContactSide;
-use super::Lean;
-use super::Location;
+use super::CutterLocation;
+use super::LocationRequest;
 use super::PositioningError;
-use super::Request;
+use super::ToleranceBand;
+use super::ToolInclination;
 use super::ball;
 use super::body;
-use super::check::Setting;
-use super::check::Strip;
+use super::check::CuttingContext;
+use super::check::MeasuredStrip;
 use super::check::Survey;
 use super::circle::Circle;
 use super::constraints::COARSE;
@@ -52,14 +52,17 @@ const SLIVER: f64 = 0.25;
 /// # Errors
 ///
 /// See [`PositioningError`].
-pub fn widest(request: &Request, warm: Option<&Location>) -> Result<Location, PositioningError> {
+pub fn widest_strip(
+    request: &LocationRequest,
+    warm: Option<&CutterLocation>,
+) -> Result<CutterLocation, PositioningError> {
     check(request)?;
     let rotation = [-MOST_ROTATION, MOST_ROTATION];
     on_sides(request, |side| {
         if request.cutter.major() > 0.0 {
             search(request, side, warm, rotation)
         } else {
-            ball::location(request, side, Lean { angle: 0.0, towards: None })
+            ball::location(request, side, ToolInclination { angle: 0.0, towards: None })
         }
     })
 }
@@ -73,29 +76,29 @@ pub fn widest(request: &Request, warm: Option<&Location>) -> Result<Location, Po
 /// # Errors
 ///
 /// See [`PositioningError`].
-pub fn inclined(
-    request: &Request,
+pub fn with_lead(
+    request: &LocationRequest,
     lead: f64,
-    warm: Option<&Location>,
-) -> Result<Location, PositioningError> {
-    leaning(request, Lean { angle: lead, towards: None }, warm)
+    warm: Option<&CutterLocation>,
+) -> Result<CutterLocation, PositioningError> {
+    with_inclination(request, ToolInclination { angle: lead, towards: None }, warm)
 }
 
-/// As [`inclined`], leaning to a given side: for a ball any, for other cutters less than 90 degrees from the feed,
+/// As [`with_lead`], leaning to a given side: for a ball any, for other cutters less than 90 degrees from the feed,
 /// which turns the chord by as much.
 ///
 /// # Errors
 ///
 /// See [`PositioningError`].
-pub fn leaning(
-    request: &Request,
-    lean: Lean,
-    warm: Option<&Location>,
-) -> Result<Location, PositioningError> {
+pub fn with_inclination(
+    request: &LocationRequest,
+    lean: ToolInclination,
+    warm: Option<&CutterLocation>,
+) -> Result<CutterLocation, PositioningError> {
     let turned = lean.towards.filter(|_| request.cutter.major() > 0.0);
     // The chord lies square to the lean: alpha turns it from the strip side towards the feed.
     let offset_range = turned.map_or(request.offset_range, |towards| [-towards, -towards]);
-    let request = &Request { offset_range, ..*request };
+    let request = &LocationRequest { offset_range, ..*request };
     check(request)?;
     on_sides(request, |side| {
         if request.cutter.major() <= 0.0 {
@@ -104,7 +107,7 @@ pub fn leaning(
         let least = lean.angle.min(MOST_ROTATION);
         let mut location = search(request, side, warm, [least, MOST_ROTATION])?;
         if location.rotation <= lean.angle {
-            location.active.push(Active::GivenLead);
+            location.active.push(ActiveConstraint::GivenLead);
         }
         Ok(location)
     })
@@ -112,9 +115,9 @@ pub fn leaning(
 
 /// The wider one of the sides allowed.
 pub(super) fn on_sides(
-    request: &Request,
-    find: impl Fn(ContactSide) -> Result<Location, PositioningError>,
-) -> Result<Location, PositioningError> {
+    request: &LocationRequest,
+    find: impl Fn(ContactSide) -> Result<CutterLocation, PositioningError>,
+) -> Result<CutterLocation, PositioningError> {
     match request.side {
         ContactSide::Either => {
             let [ahead, behind] = [find(ContactSide::Ahead), find(ContactSide::Behind)];
@@ -130,8 +133,8 @@ pub(super) fn on_sides(
 }
 
 /// What can be refused before any search.
-pub(super) fn check(request: &Request) -> Result<(), PositioningError> {
-    let Band { lower, upper } = request.band;
+pub(super) fn check(request: &LocationRequest) -> Result<(), PositioningError> {
+    let ToleranceBand { lower, upper } = request.band;
     if !(lower.is_finite() && upper.is_finite() && lower < upper) {
         return Err(PositioningError::EmptyBand { lower, upper });
     }
@@ -149,24 +152,24 @@ pub(super) fn check(request: &Request) -> Result<(), PositioningError> {
 
 /// Searches on one side of the cutter.
 fn search(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
-    warm: Option<&Location>,
+    warm: Option<&CutterLocation>,
     rotation_range: [f64; 2],
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut probe = Probe::new(request.face);
-    let Band { lower, upper } = request.band;
+    let ToleranceBand { lower, upper } = request.band;
     let margin = MARGIN * (upper - lower);
-    let band = Band { lower: lower + margin, upper: upper - margin };
-    let inner = Request { band, ..*request };
+    let band = ToleranceBand { lower: lower + margin, upper: upper - margin };
+    let inner = LocationRequest { band, ..*request };
     let frame = Frame::new(&inner, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
     if concave * frame.lift >= 1.0 {
         let (uv, concave) = (request.at, 1.0 / concave);
         return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
     }
-    let (axis_near, intervals) = (request.axis_near, COARSE);
-    let problem = Problem { frame, band, axis_near, intervals, swift: false };
+    let (axis_cone, intervals) = (request.axis_cone, COARSE);
+    let problem = Problem { frame, band, axis_cone, intervals, swift: false };
     let ranges = [request.offset_range, rotation_range];
     let hunt = Hunt { request, side, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
@@ -185,7 +188,7 @@ fn search(
 
 /// A search on one side of the cutter.
 struct Hunt<'a> {
-    request: &'a Request<'a>,
+    request: &'a LocationRequest<'a>,
     side: ContactSide,
     problem: &'a Problem,
     /// By how much conditions may be broken \[mm\].
@@ -201,7 +204,7 @@ impl Hunt<'_> {
 
     /// Whether it is too far off to be followed up.
     fn is_bad(&self, optimum: &Optimum) -> bool {
-        let Band { lower, upper } = self.problem.band;
+        let ToleranceBand { lower, upper } = self.problem.band;
         optimum.state.breach() > BADLY * (upper - lower)
     }
 
@@ -209,17 +212,17 @@ impl Hunt<'_> {
     /// farther from a neighbour's than starts are from each other.
     fn is_held(&self) -> bool {
         let [low, high] = self.request.offset_range;
-        let near = self.request.axis_near.is_some_and(|near| near.max_turn <= START_SPACING);
+        let near = self.request.axis_cone.is_some_and(|near| near.max_turn <= START_SPACING);
         near && high - low <= 2.0 * START_SPACING
     }
 
     /// The location that climbing from a neighbour's leads to; what ends elsewhere is `found`.
     fn beside(
         &self,
-        warm: &Location,
+        warm: &CutterLocation,
         found: &mut Vec<Optimum>,
         probe: &mut Probe,
-    ) -> Result<Option<Location>, PositioningError> {
+    ) -> Result<Option<CutterLocation>, PositioningError> {
         let start = warm_start(warm, self.ranges);
         let glided = self.problem.glide((&start, &warm.marks), ARRIVED, probe)?;
         if let Some(optimum) = &glided
@@ -260,10 +263,10 @@ impl Hunt<'_> {
     /// The location at the end of a glide if bounds between its few readings prove it.
     fn proven(
         &self,
-        warm: &Location,
+        warm: &CutterLocation,
         optimum: &Optimum,
         probe: &mut Probe,
-    ) -> Result<Option<Location>, PositioningError> {
+    ) -> Result<Option<CutterLocation>, PositioningError> {
         let width = Frame::width(optimum.state.placement.x);
         let wide = width >= SLIVER * smallest(self.request)
             && (self.is_held() || width >= NARROWED * warm.chord_width);
@@ -282,7 +285,7 @@ impl Hunt<'_> {
     /// Climbs from the one other start worth it next to a neighbour.
     fn leaning(
         &self,
-        warm: &Location,
+        warm: &CutterLocation,
         found: &mut Vec<Optimum>,
         probe: &mut Probe,
     ) -> Result<(), PositioningError> {
@@ -319,7 +322,11 @@ impl Hunt<'_> {
     }
 
     /// The best location that the ends of climbs lead to.
-    fn best(&self, found: Vec<Optimum>, probe: &mut Probe) -> Result<Location, PositioningError> {
+    fn best(
+        &self,
+        found: Vec<Optimum>,
+        probe: &mut Probe,
+    ) -> Result<CutterLocation, PositioningError> {
         let mut failed = None;
         for rough in worth(found, self.problem.band) {
             if self.is_held() && self.is_bad(&rough) {
@@ -340,7 +347,7 @@ impl Hunt<'_> {
         Err(failed.unwrap_or_else(|| no_strip(self.request, None)))
     }
 
-    fn settle(&self, optimum: Optimum, probe: &Probe) -> Result<Location, PositioningError> {
+    fn settle(&self, optimum: Optimum, probe: &Probe) -> Result<CutterLocation, PositioningError> {
         settle(self.request, self.side, self.problem, optimum, (self.ranges, probe.again()))
     }
 }
@@ -348,12 +355,12 @@ impl Hunt<'_> {
 /// Looks densely at the optimum; where that finds a breach between the samples, the search goes on
 /// with more of them, and then with the band narrowed from below by what was still missing.
 fn settle(
-    request: &Request,
+    request: &LocationRequest,
     side: ContactSide,
     problem: &Problem,
     mut optimum: Optimum,
     (ranges, mut probe): ([[f64; 2]; 2], Probe),
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let mut problem = Problem { ..*problem };
     for _ in 0..NARROWINGS {
         let strip = look((request, false), &problem, &optimum, &mut probe)?;
@@ -382,13 +389,13 @@ fn settle(
 const NARROWINGS: usize = 4;
 
 /// Nothing closer than the lower end of the band.
-fn clear(band: Band, strip: &Strip) -> bool {
+fn clear(band: ToleranceBand, strip: &MeasuredStrip) -> bool {
     strip.front_min >= band.lower && strip.rear_min >= band.lower
 }
 
 /// Nothing closer than the lower end of the band, and the strip reaches the second end point:
 /// an error above the band on the way would have cut it short.
-fn keeps(band: Band, strip: &Strip, optimum: &Optimum) -> bool {
+fn keeps(band: ToleranceBand, strip: &MeasuredStrip, optimum: &Optimum) -> bool {
     /// Of the width: on a strongly curved surface the widths of strip and chord, seen from
     /// different tangent planes, differ a little.
     const WHOLE: f64 = 0.99;
@@ -397,22 +404,22 @@ fn keeps(band: Band, strip: &Strip, optimum: &Optimum) -> bool {
 }
 
 /// About the least strip that a fitting cutter leaves: upright on a plane \[mm\].
-fn smallest(request: &Request) -> f64 {
+fn smallest(request: &LocationRequest) -> f64 {
     (8.0 * request.cutter.major() * (request.band.upper - request.band.lower)).sqrt()
 }
 
-fn no_strip(request: &Request, failed: Option<&Optimum>) -> PositioningError {
+fn no_strip(request: &LocationRequest, failed: Option<&Optimum>) -> PositioningError {
     PositioningError::NoStrip {
         uv: request.at,
         smallest: smallest(request),
         excess: failed.map_or(f64::INFINITY, |optimum| optimum.state.breach()),
-        binding: failed.map_or(Active::Touch, |optimum| optimum.state.tightest()),
+        binding: failed.map_or(ActiveConstraint::Touch, |optimum| optimum.state.tightest()),
     }
 }
 
 /// The most promising ones, best first: by their width, less a price for what they still break
 /// (few climbs end exactly in the band).
-fn worth(mut found: Vec<Optimum>, band: Band) -> impl Iterator<Item = Optimum> {
+fn worth(mut found: Vec<Optimum>, band: ToleranceBand) -> impl Iterator<Item = Optimum> {
     let value = |optimum: &Optimum| {
         let width = Frame::width(optimum.state.placement.x);
         width - PRICE * width * optimum.state.breach() / (band.upper - band.lower)
@@ -434,15 +441,15 @@ const PROMISING: usize = 3;
 
 /// A dense look at the optimum.
 fn look(
-    (request, thorough): (&Request, bool),
+    (request, thorough): (&LocationRequest, bool),
     problem: &Problem,
     optimum: &Optimum,
     probe: &mut Probe,
-) -> Result<Strip, PositioningError> {
+) -> Result<MeasuredStrip, PositioningError> {
     let placement = &optimum.state.placement;
     let frame = &problem.frame;
     let circle = Circle { ring: placement.ring, minor: frame.minor };
-    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
     let survey = Survey {
         setting: &setting,
         circle,
@@ -459,15 +466,15 @@ fn look(
 
 /// Describes the optimum; the rest of the tool is checked.
 fn finish(
-    request: &Request,
+    request: &LocationRequest,
     (side, problem): (ContactSide, &Problem),
     optimum: &Optimum,
-    strip: &Strip,
+    strip: &MeasuredStrip,
     mut probe: Probe,
-) -> Result<Location, PositioningError> {
+) -> Result<CutterLocation, PositioningError> {
     let placement = &optimum.state.placement;
     let frame = &problem.frame;
-    let setting = Setting { face: request.face, cutter: request.cutter, band: request.band };
+    let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
     let pose = placement.pose(frame.minor);
     cuts_there(&setting, &pose, strip)?;
     touches_where_it_cuts(&setting, &pose, optimum)?;
@@ -485,7 +492,7 @@ fn finish(
         queries: probe.queries,
         marks: marks(&optimum.state, frame.first.foot.uv),
     };
-    Ok(Location::new(request, strip, found))
+    Ok(CutterLocation::new(request, strip, found))
 }
 
 /// Share of the band within which a condition counts as reached.
@@ -493,16 +500,16 @@ const TOUCHING: f64 = 1e-3;
 
 /// The strip must lie under the part of the underside that cuts.
 pub(super) fn cuts_there(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
-    strip: &Strip,
+    strip: &MeasuredStrip,
 ) -> Result<(), PositioningError> {
     within_cutting(setting, pose, [strip.near, strip.contact, strip.far].into_iter())
 }
 
 /// So must whatever else touches: contacts within the strip, under the rear, under the disc.
 fn touches_where_it_cuts(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
     optimum: &Optimum,
 ) -> Result<(), PositioningError> {
@@ -512,7 +519,7 @@ fn touches_where_it_cuts(
 }
 
 pub(super) fn within_cutting(
-    setting: &Setting,
+    setting: &CuttingContext,
     pose: &ToolPose,
     contacts: impl Iterator<Item = ([f64; 2], Point3<f64>)>,
 ) -> Result<(), PositioningError> {
@@ -527,13 +534,13 @@ pub(super) fn within_cutting(
 }
 
 /// Contacts, as angles from the first end point, and the conditions that bind.
-fn binding(request: &Request, optimum: &Optimum) -> (Vec<f64>, Vec<Active>) {
+fn binding(request: &LocationRequest, optimum: &Optimum) -> (Vec<f64>, Vec<ActiveConstraint>) {
     let band = request.band.upper - request.band.lower;
     let half = optimum.state.placement.half_arc;
     let mut active = Vec::new();
     let mut angles = Vec::new();
     for (condition, multiplier) in optimum.state.conditions.iter().zip(&optimum.multipliers) {
-        if condition.kind == Active::Touch {
+        if condition.kind == ActiveConstraint::Touch {
             angles.push(condition.psi + half);
         }
         if *multiplier > 0.0 && condition.value <= TOUCHING * band {
@@ -541,7 +548,7 @@ fn binding(request: &Request, optimum: &Optimum) -> (Vec<f64>, Vec<Active>) {
         }
     }
     if optimum.at_range_end {
-        active.push(Active::OffsetRange);
+        active.push(ActiveConstraint::OffsetRange);
     }
     (angles, active)
 }

@@ -16,14 +16,14 @@ use trunnion::cover::{
     Ways, cover, cover_by, legs, lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
-use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
     Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
 
-const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
 
 /// What that may miss: a point is at most half of it from the nearest pose, where its distance has a
@@ -93,7 +93,7 @@ fn options() -> CoverOptions {
         spacing: [0.05, 4.0],
         max_axis_turn: 0.1,
         offset_range: [-0.5, 0.5],
-        lean: Lean { angle: 0.05, towards: None },
+        lean: ToolInclination { angle: 0.05, towards: None },
         effort: 3.0,
     }
 }
@@ -449,7 +449,7 @@ fn bad_options_are_named() {
         CoverOptions { spacing: [2.0, 1.0], ..options() },
         CoverOptions { path_share: f64::NAN, ..options() },
         CoverOptions { max_axis_turn: -1.0, ..options() },
-        CoverOptions { lean: Lean { angle: f64::INFINITY, towards: None }, ..options() },
+        CoverOptions { lean: ToolInclination { angle: f64::INFINITY, towards: None }, ..options() },
         CoverOptions { effort: 0.0, ..options() },
     ] {
         assert!(matches!(run(options), Err(CoverError::BadOption { .. })), "{options:?}");

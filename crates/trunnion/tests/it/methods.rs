@@ -8,8 +8,9 @@ use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Active, Band, ContactSide, Grid, Location, Look, Method, PositioningError, Request, Setting,
-    StripSide, comparison_picture, place, strip_of_pose, trace, widest,
+    ActiveConstraint, ContactSide, CutterLocation, CuttingContext, LocationRequest, NestedGrid,
+    PlacementMethod, PositioningError, StripQuery, StripSide, ToleranceBand, comparison_picture,
+    place, strip_of_pose, trace, widest_strip,
 };
 use trunnion::surface::FaceIndex;
 
@@ -46,35 +47,40 @@ fn insert(inner_cutting_radius: f64) -> Cutter {
     Cutter::new(CutterSpec { construction, ..spec(10.0, 6.0) }).unwrap()
 }
 
-fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> Request<'a> {
+fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> LocationRequest<'a> {
     let range = 75.0_f64.to_radians();
-    Request {
+    LocationRequest {
         face,
         cutter,
-        band: Band { lower: 0.0, upper: 0.01 },
+        band: ToleranceBand { lower: 0.0, upper: 0.01 },
         at: AT,
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
         offset_range: [-range, range],
-        axis_near: None,
+        axis_cone: None,
     }
 }
 
-const GRID: Grid =
-    Grid { front: 41, rear: 90, directions: 10, offset: 1e-3, direction: 2e-4, touch: 1e-5 };
+const GRID: NestedGrid =
+    NestedGrid { front: 41, rear: 90, directions: 10, offset: 1e-3, direction: 2e-4, touch: 1e-5 };
 
-fn methods() -> Vec<Method> {
+fn methods() -> Vec<PlacementMethod> {
     vec![
-        Method::EndPoint,
-        Method::Nested(Grid { directions: 6, direction: 0.01, offset: 0.01, ..GRID }),
-        Method::MultiPoint,
-        Method::HermiteChebyshev,
-        Method::LeadSwivel { swivel: 0.3 },
-        Method::CurvatureMatched,
-        Method::Sturz { lead: 0.1 },
-        Method::FixedAxis { axis: Vector3::z_axis() },
-        Method::Ball { lead: 0.1 },
+        PlacementMethod::EndPoint,
+        PlacementMethod::Nested(NestedGrid {
+            directions: 6,
+            direction: 0.01,
+            offset: 0.01,
+            ..GRID
+        }),
+        PlacementMethod::MultiPoint,
+        PlacementMethod::HermiteChebyshev,
+        PlacementMethod::LeadSwivel { swivel: 0.3 },
+        PlacementMethod::CurvatureMatched,
+        PlacementMethod::Sturz { lead: 0.1 },
+        PlacementMethod::FixedAxis { axis: Vector3::z_axis() },
+        PlacementMethod::Ball { lead: 0.1 },
     ]
 }
 
@@ -82,7 +88,7 @@ fn close(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{what}: {found}, expected {expected}");
 }
 
-fn width(found: &Result<Location, PositioningError>) -> f64 {
+fn width(found: &Result<CutterLocation, PositioningError>) -> f64 {
     found.as_ref().map_or(0.0, |location| location.strip_width)
 }
 
@@ -93,27 +99,50 @@ fn baselines_along_the_smallest_curvature() {
     let bull = cutter(10.0, 6.0);
     for (feed, optimum, matched) in [([0.0, 1.0], 17.1725, 12.68), ([0.0, -1.0], 16.9957, 12.89)] {
         let request = request(&face, &bull, feed);
-        let of = |method: Method| place(&request, &method).unwrap();
-        close("end-point", of(Method::EndPoint).chord_width, optimum, 3e-3);
-        let pair = of(Method::MultiPoint);
+        let of = |method: PlacementMethod| place(&request, &method).unwrap();
+        close("end-point", of(PlacementMethod::EndPoint).chord_width, optimum, 3e-3);
+        let pair = of(PlacementMethod::MultiPoint);
         close("MPM", pair.chord_width, optimum, 3e-3);
         assert_eq!(pair.contact_angles.len(), 2, "{pair:?}");
-        assert!(pair.active.contains(&Active::Touch) && pair.active.contains(&Active::Middle));
-        close("matched", of(Method::CurvatureMatched).strip_width, matched, 0.01 * matched);
-        close("Sturz", of(Method::Sturz { lead: 5.0_f64.to_radians() }).strip_width, 5.436, 0.055);
+        assert!(
+            pair.active.contains(&ActiveConstraint::Touch)
+                && pair.active.contains(&ActiveConstraint::Middle)
+        );
+        close(
+            "matched",
+            of(PlacementMethod::CurvatureMatched).strip_width,
+            matched,
+            0.01 * matched,
+        );
+        close(
+            "Sturz",
+            of(PlacementMethod::Sturz { lead: 5.0_f64.to_radians() }).strip_width,
+            5.436,
+            0.055,
+        );
     }
     let request = request(&face, &bull, [0.0, 1.0]);
-    let of = |method: Method| place(&request, &method).unwrap();
-    close("ball", of(Method::Ball { lead: 0.0 }).strip_width, 1.187, 0.012);
+    let of = |method: PlacementMethod| place(&request, &method).unwrap();
+    close("ball", of(PlacementMethod::Ball { lead: 0.0 }).strip_width, 1.187, 0.012);
     let swivel = 20.0_f64.to_radians();
     // A reference search over leads and swivels found 13.97 mm.
-    let free = of(Method::LeadSwivel { swivel }).strip_width;
+    let free = of(PlacementMethod::LeadSwivel { swivel }).strip_width;
     assert!(free > 13.97 && free < 15.0, "{free}");
     // Seen along the feed the circle is nearly on edge there, and its width a small difference.
-    close("3 axes", of(Method::FixedAxis { axis: Vector3::z_axis() }).strip_width, 0.337, 0.034);
+    close(
+        "3 axes",
+        of(PlacementMethod::FixedAxis { axis: Vector3::z_axis() }).strip_width,
+        0.337,
+        0.034,
+    );
     let small = cutter(0.0, 6.0);
-    let small = Request { cutter: &small, ..request };
-    close("ball", place(&small, &Method::Ball { lead: 0.0 }).unwrap().strip_width, 0.705, 0.007);
+    let small = LocationRequest { cutter: &small, ..request };
+    close(
+        "ball",
+        place(&small, &PlacementMethod::Ball { lead: 0.0 }).unwrap().strip_width,
+        0.705,
+        0.007,
+    );
 }
 
 /// Feed along u, the direction of largest curvature.
@@ -122,23 +151,33 @@ fn baselines_along_the_largest_curvature() {
     let face = patch();
     let bull = cutter(10.0, 6.0);
     let along = request(&face, &bull, [1.0, 0.0]);
-    let of = |method: Method| place(&along, &method).unwrap();
-    close("Sturz", of(Method::Sturz { lead: 5.0_f64.to_radians() }).strip_width, 3.363, 0.034);
-    close("ball", of(Method::Ball { lead: 0.0 }).strip_width, 1.145, 0.012);
-    close("3 axes", of(Method::FixedAxis { axis: Vector3::z_axis() }).strip_width, 3.373, 0.034);
-    close("matched", of(Method::CurvatureMatched).strip_width, 4.148, 0.042);
+    let of = |method: PlacementMethod| place(&along, &method).unwrap();
+    close(
+        "Sturz",
+        of(PlacementMethod::Sturz { lead: 5.0_f64.to_radians() }).strip_width,
+        3.363,
+        0.034,
+    );
+    close("ball", of(PlacementMethod::Ball { lead: 0.0 }).strip_width, 1.145, 0.012);
+    close(
+        "3 axes",
+        of(PlacementMethod::FixedAxis { axis: Vector3::z_axis() }).strip_width,
+        3.373,
+        0.034,
+    );
+    close("matched", of(PlacementMethod::CurvatureMatched).strip_width, 4.148, 0.042);
     let swivel = 20.0_f64.to_radians();
-    close("swivel", of(Method::LeadSwivel { swivel }).strip_width, 4.173, 0.042);
+    close("swivel", of(PlacementMethod::LeadSwivel { swivel }).strip_width, 4.173, 0.042);
     let behind = request(&face, &bull, [-1.0, 0.0]);
-    let matched = place(&behind, &Method::CurvatureMatched).unwrap();
+    let matched = place(&behind, &PlacementMethod::CurvatureMatched).unwrap();
     close("matched", matched.strip_width, 4.329, 0.043);
     // Leaning as the curvature alone asks for it gouges with the rear.
-    let nominal = Method::Sturz { lead: 0.876_f64.to_radians() };
+    let nominal = PlacementMethod::Sturz { lead: 0.876_f64.to_radians() };
     for request in [along, behind] {
         match place(&request, &nominal) {
             Err(PositioningError::Gouges { depth, binding, .. }) => {
                 assert!((0.86..0.95).contains(&depth), "{depth}");
-                assert_eq!(binding, Active::Rear);
+                assert_eq!(binding, ActiveConstraint::Rear);
             }
             other => panic!("{other:?}"),
         }
@@ -146,10 +185,10 @@ fn baselines_along_the_largest_curvature() {
     // Two tangencies exist only where the chord turns towards the feed, and gouge with the rear.
     for request in [along, behind] {
         for side in [ContactSide::Ahead, ContactSide::Behind] {
-            let found = place(&Request { side, ..request }, &Method::MultiPoint);
+            let found = place(&LocationRequest { side, ..request }, &PlacementMethod::MultiPoint);
             let none = matches!(
                 found,
-                Err(PositioningError::Gouges { binding: Active::Rear, .. }
+                Err(PositioningError::Gouges { binding: ActiveConstraint::Rear, .. }
                     | PositioningError::NoPair { .. })
             );
             assert!(none, "{found:?}");
@@ -171,13 +210,14 @@ fn the_nested_search_reaches_the_optimum_within_its_grid() {
         ([-1.0, 0.0], ContactSide::Ahead, 75.0, 4.7754, 0.03),
     ];
     for (feed, side, degrees, optimum, tolerance) in cases {
-        let request = Request { side, offset_range: range(degrees), ..request(&face, &bull, feed) };
-        let found = place(&request, &Method::Nested(GRID)).unwrap();
+        let request =
+            LocationRequest { side, offset_range: range(degrees), ..request(&face, &bull, feed) };
+        let found = place(&request, &PlacementMethod::Nested(GRID)).unwrap();
         // Next to the ends, where it takes no samples, the error may rise above the band: the look
         // counts the rest.
         close("nested", found.strip_width, optimum, tolerance);
         assert!(found.strip_width <= optimum + 3e-3, "{found:?}");
-        let newton = widest(&request, None).unwrap();
+        let newton = widest_strip(&request, None).unwrap();
         assert!(found.queries > 50_000 && found.queries < 900_000, "{}", found.queries);
         assert!(found.queries > 10 * newton.queries, "{} {}", found.queries, newton.queries);
     }
@@ -189,13 +229,13 @@ fn the_contacts_lie_near_chebyshevs_nodes() {
     let face = patch();
     let bull = cutter(10.0, 6.0);
     let request = request(&face, &bull, [0.0, 1.0]);
-    let pair = place(&request, &Method::MultiPoint).unwrap();
+    let pair = place(&request, &PlacementMethod::MultiPoint).unwrap();
     let half = 0.5 * pair.arc;
     let [first, second] = pair.contact_angles[..] else { panic!("{pair:?}") };
     let node = half * std::f64::consts::FRAC_1_SQRT_2;
     close("first", first, half - node, 0.06);
     close("second", second, half + node, 0.06);
-    let nodes = place(&request, &Method::HermiteChebyshev).unwrap();
+    let nodes = place(&request, &PlacementMethod::HermiteChebyshev).unwrap();
     assert!(nodes.chord_width < pair.chord_width, "{nodes:?}");
     close("width", nodes.chord_width, pair.chord_width, 0.02 * pair.chord_width);
 }
@@ -213,7 +253,7 @@ fn no_method_gouges() {
         let strip = if task.left { StripSide::Left } else { StripSide::Right };
         let side = if task.behind { ContactSide::Either } else { ContactSide::Ahead };
         let base = request(&face, &cutter, feed);
-        let request = Request { at, strip, side, band: task.band, ..base };
+        let request = LocationRequest { at, strip, side, band: task.band, ..base };
         for (method, count) in methods().iter().zip(&mut placed) {
             match place(&request, method) {
                 Ok(found) => {
@@ -236,17 +276,17 @@ fn number(variable: &str, otherwise: u64) -> u64 {
     std::env::var(variable).ok().and_then(|n| n.parse().ok()).unwrap_or(otherwise)
 }
 
-fn kept(task: &Task, request: &Request, method: &Method, found: &Location) {
+fn kept(task: &Task, request: &LocationRequest, method: &PlacementMethod, found: &CutterLocation) {
     let cutter = method.cutter(request.cutter).unwrap();
     let own = Task { major: cutter.major(), minor: cutter.minor(), ..*task };
     let deepest = own.deepest(&found.pose.tip, &found.pose.axis);
     assert!(deepest >= task.band.lower - 1e-7, "{task:?} {method:?}: {deepest} {found:?}");
     assert!(found.rear_min_bound <= deepest + 1e-7, "{task:?} {method:?}: {deepest} {found:?}");
-    let setting = Setting { face: request.face, cutter: &cutter, band: request.band };
+    let setting = CuttingContext { face: request.face, cutter: &cutter, band: request.band };
     let jet = request.face.face().surface.jet1(request.at[0], request.at[1]);
     let feed = jet.su * request.feed[0] + jet.sv * request.feed[1];
     let (contact, uv) = (found.contact, found.contact_uv);
-    let look = Look { feed, strip: request.strip, contact, uv };
+    let look = StripQuery { feed, strip: request.strip, contact, uv };
     let strip = strip_of_pose(&setting, &found.pose, &look).unwrap();
     // The two see the strip from different tangent planes, and a strip that stays in the band ends where
     // it reaches farthest across the feed, which depends a little on the plane.
@@ -269,10 +309,10 @@ fn the_nested_search_is_no_last_resort() {
         let base = request(&face, &cutter, feed);
         let range = 0.4;
         let offset_range = [-range, range];
-        let request = Request { at, strip, side, band: task.band, offset_range, ..base };
-        let grid = Grid { directions: 8, direction: 0.05, offset: 0.02, ..GRID };
-        let found = widest(&request, None);
-        match (&found, place(&request, &Method::Nested(grid))) {
+        let request = LocationRequest { at, strip, side, band: task.band, offset_range, ..base };
+        let grid = NestedGrid { directions: 8, direction: 0.05, offset: 0.02, ..GRID };
+        let found = widest_strip(&request, None);
+        match (&found, place(&request, &PlacementMethod::Nested(grid))) {
             (Ok(_), Ok(_)) => both += 1,
             (Ok(_), Err(_)) => newton += 1,
             (Err(error), Ok(found)) => nested.push(format!("{case}: {task:?} {error} {found:?}")),
@@ -293,15 +333,15 @@ fn the_end_point_method_is_widest() {
     for degrees in [0.0_f64, 50.0, 85.0, 130.0, 180.0, 260.0, 300.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let request = request(&face, &bull, [cos, sin]);
-        let best = width(&place(&request, &Method::EndPoint));
+        let best = width(&place(&request, &PlacementMethod::EndPoint));
         for method in methods() {
             let found = place(&request, &method);
             let begins_there = matches!(
                 method,
-                Method::Nested(_)
-                    | Method::MultiPoint
-                    | Method::HermiteChebyshev
-                    | Method::Ball { .. }
+                PlacementMethod::Nested(_)
+                    | PlacementMethod::MultiPoint
+                    | PlacementMethod::HermiteChebyshev
+                    | PlacementMethod::Ball { .. }
             );
             let most = if begins_there { 1.002 * best } else { 1.02 * best };
             // The strip may go on behind the end points, which no method aims at.
@@ -317,44 +357,52 @@ fn wrong_questions_are_refused_with_what_would_help() {
     let bull = cutter(10.0, 6.0);
     let ball = cutter(0.0, 6.0);
     let along = request(&face, &bull, [0.0, 1.0]);
-    let says = |request: &Request, method: Method, words: &[&str]| {
+    let says = |request: &LocationRequest, method: PlacementMethod, words: &[&str]| {
         let text = place(request, &method).unwrap_err().to_string();
         assert!(words.iter().all(|word| text.contains(word)), "{method:?}: {text}");
     };
     let half_turn = std::f64::consts::FRAC_PI_2;
-    says(&along, Method::Sturz { lead: half_turn }, &["the lead is 90", "between -90 and 90 deg"]);
-    says(&along, Method::Sturz { lead: f64::NAN }, &["lead", "NaN"]);
-    says(&along, Method::LeadSwivel { swivel: -0.1 }, &["swivel", "at least 0"]);
-    says(&along, Method::Nested(Grid { directions: 2, ..GRID }), &["parts of the offset range"]);
-    says(&along, Method::Nested(Grid { touch: 0.0, ..GRID }), &["must be above 0"]);
-    let round = Request { cutter: &ball, ..along };
-    says(&round, Method::MultiPoint, &["R above 0", "use ball"]);
-    let empty = Request { band: Band { lower: 0.0, upper: f64::NAN }, ..along };
-    says(&empty, Method::CurvatureMatched, &["band", "empty"]);
+    says(
+        &along,
+        PlacementMethod::Sturz { lead: half_turn },
+        &["the lead is 90", "between -90 and 90 deg"],
+    );
+    says(&along, PlacementMethod::Sturz { lead: f64::NAN }, &["lead", "NaN"]);
+    says(&along, PlacementMethod::LeadSwivel { swivel: -0.1 }, &["swivel", "at least 0"]);
+    says(
+        &along,
+        PlacementMethod::Nested(NestedGrid { directions: 2, ..GRID }),
+        &["parts of the offset range"],
+    );
+    says(&along, PlacementMethod::Nested(NestedGrid { touch: 0.0, ..GRID }), &["must be above 0"]);
+    let round = LocationRequest { cutter: &ball, ..along };
+    says(&round, PlacementMethod::MultiPoint, &["R above 0", "use ball"]);
+    let empty = LocationRequest { band: ToleranceBand { lower: 0.0, upper: f64::NAN }, ..along };
+    says(&empty, PlacementMethod::CurvatureMatched, &["band", "empty"]);
     // A trough of 5 mm radius: the corner of 6 mm does not fit in, whatever the method.
     let steep = quadric(0.0, 0.2);
-    let steep = Request { at: [0.5, 0.5], ..request(&steep, &bull, [1.0, 0.0]) };
+    let steep = LocationRequest { at: [0.5, 0.5], ..request(&steep, &bull, [1.0, 0.0]) };
     for method in methods() {
-        if matches!(method, Method::FixedAxis { .. } | Method::Ball { .. }) {
+        if matches!(method, PlacementMethod::FixedAxis { .. } | PlacementMethod::Ball { .. }) {
             continue;
         }
         says(&steep, method, &["cutter too large for the concave radius here: 5.000 mm"]);
     }
-    says(&steep, Method::Ball { lead: 0.0 }, &["the corner radius is 16 mm"]);
+    says(&steep, PlacementMethod::Ball { lead: 0.0 }, &["the corner radius is 16 mm"]);
     says(
-        &Request { feed: [1.0, 0.0], ..along },
-        Method::Sturz { lead: 0.876_f64.to_radians() },
+        &LocationRequest { feed: [1.0, 0.0], ..along },
+        PlacementMethod::Sturz { lead: 0.876_f64.to_radians() },
         &["too close", "rear of the cutting circle", "smaller R", "end-point"],
     );
     let saddle = quadric(0.01, -0.01);
-    let saddle = Request {
+    let saddle = LocationRequest {
         at: [0.5, 0.5],
         offset_range: [-0.2, 0.2],
         ..request(&saddle, &bull, [1.0, 0.0])
     };
     says(
         &saddle,
-        Method::MultiPoint,
+        PlacementMethod::MultiPoint,
         &["touches twice", "[-11.459, 11.459] deg", "smallest curvature"],
     );
 }
@@ -373,7 +421,7 @@ fn no_method_touches_where_inserts_do_not_cut() {
         );
         assert!(named, "{method:?} {inside:?}");
         for side in [ContactSide::Behind, ContactSide::Either] {
-            let behind = Request { side, ..request(&face, &cuts, [0.0, 1.0]) };
+            let behind = LocationRequest { side, ..request(&face, &cuts, [0.0, 1.0]) };
             let refused = place(&behind, &method);
             let named = matches!(refused, Err(PositioningError::NotCentreCutting { .. }));
             assert!(named, "{method:?} {refused:?}");
@@ -382,10 +430,10 @@ fn no_method_touches_where_inserts_do_not_cut() {
         // near its tip, and the slope decides where a vertical tool does.
         let outside = place(&request(&face, &cuts, [0.0, 1.0]), &method);
         match method {
-            Method::Ball { .. } => {
+            PlacementMethod::Ball { .. } => {
                 assert!(matches!(outside, Err(PositioningError::NotCutting { .. })), "{outside:?}");
             }
-            Method::FixedAxis { .. } => {}
+            PlacementMethod::FixedAxis { .. } => {}
             _ => assert!(outside.is_ok(), "{method:?} {outside:?}"),
         }
     }
@@ -393,8 +441,8 @@ fn no_method_touches_where_inserts_do_not_cut() {
     let slope = quadric(0.004, 0.001);
     for (u, solid) in [(0.3, true), (0.7, true), (0.3, false), (0.7, false)] {
         let cutter = if solid { cutter(10.0, 6.0) } else { insert(9.0) };
-        let request = Request { at: [u, 0.5], ..request(&slope, &cutter, [1.0, 0.0]) };
-        let found = place(&request, &Method::FixedAxis { axis: Vector3::z_axis() });
+        let request = LocationRequest { at: [u, 0.5], ..request(&slope, &cutter, [1.0, 0.0]) };
+        let found = place(&request, &PlacementMethod::FixedAxis { axis: Vector3::z_axis() });
         match found {
             Ok(found) => {
                 let side = if u < 0.5 { ContactSide::Behind } else { ContactSide::Ahead };
@@ -418,7 +466,7 @@ fn a_comparison_is_drawn() {
         .filter_map(|method| {
             let location = place(&request, method).ok()?;
             let cutter = method.cutter(&bull).unwrap();
-            let own = Request { cutter: &cutter, ..request };
+            let own = LocationRequest { cutter: &cutter, ..request };
             Some(trace(&own, &location, &format!("{method:?}")).unwrap())
         })
         .collect();

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use serde_json::Value;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Active, AxisNear, Band, ContactSide, Location, Look, PositioningError, Request, Setting,
-    StripSide, error_curve, error_picture, inclined, strip_of_pose, trace, widest,
+    ActiveConstraint, AxisCone, ContactSide, CutterLocation, CuttingContext, LocationRequest,
+    PositioningError, StripQuery, StripSide, ToleranceBand, error_curve, error_picture,
+    strip_of_pose, trace, widest_strip, with_lead,
 };
 use trunnion::surface::FaceIndex;
 
@@ -38,17 +39,17 @@ fn cutter(major: f64, minor: f64) -> Cutter {
     Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
 }
 
-fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> Request<'a> {
-    Request {
+fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> LocationRequest<'a> {
+    LocationRequest {
         face,
         cutter,
-        band: Band { lower: 0.0, upper: 0.01 },
+        band: ToleranceBand { lower: 0.0, upper: 0.01 },
         at: [0.5, 0.5],
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
         offset_range: [-0.4, 0.4],
-        axis_near: None,
+        axis_cone: None,
     }
 }
 
@@ -71,13 +72,13 @@ fn the_reference_cases_are_reached() {
         let number = |name: &str| case[name].as_f64().unwrap();
         let ahead = number("side") > 0.0;
         let side = if ahead { ContactSide::Ahead } else { ContactSide::Behind };
-        let request = Request {
+        let request = LocationRequest {
             at: pair(&case["at"]),
             side,
             offset_range: pair(&case["offset_range_deg"]).map(f64::to_radians),
             ..request(&face, &bull, pair(&case["feed"]))
         };
-        let found = widest(&request, None).unwrap();
+        let found = widest_strip(&request, None).unwrap();
         let name = case["id"].as_str().unwrap();
         close(name, found.chord_width, number("width"), number("width_tolerance"));
         assert!(found.strip_width >= found.chord_width - 1e-3, "{name}");
@@ -93,7 +94,7 @@ fn the_reference_cases_are_reached() {
         }
         assert!(found.front_min >= 0.0 && found.rear_min >= 0.0, "{name}: {found:?}");
         assert!(found.front_max <= 0.01 && found.front_max_bound >= found.front_max, "{name}");
-        let warm = widest(&request, Some(&found)).unwrap();
+        let warm = widest_strip(&request, Some(&found)).unwrap();
         close(name, warm.chord_width, found.chord_width, 1e-5);
         assert!(warm.queries < 250, "{name}: {} queries warm", warm.queries);
     }
@@ -107,9 +108,10 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
     for (k1, k2, degrees) in [(0.002, 0.006, 100.0), (-0.004, 0.003, 15.0), (0.0, 0.01, 70.0)] {
         let face = quadric(k1, k2);
         for side in [ContactSide::Ahead, ContactSide::Behind] {
-            let right = Request { side, ..request(&face, &bull, heading(degrees)) };
-            let left = Request { strip: StripSide::Left, feed: heading(-degrees), ..right };
-            let (right, left) = (widest(&right, None).unwrap(), widest(&left, None).unwrap());
+            let right = LocationRequest { side, ..request(&face, &bull, heading(degrees)) };
+            let left = LocationRequest { strip: StripSide::Left, feed: heading(-degrees), ..right };
+            let (right, left) =
+                (widest_strip(&right, None).unwrap(), widest_strip(&left, None).unwrap());
             close("width", left.chord_width, right.chord_width, 1e-5);
             close("alpha", left.offset_direction, right.offset_direction, 1e-4);
             close("theta", left.rotation, right.rotation, 1e-5);
@@ -137,15 +139,16 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
 fn a_shifted_band_is_a_thicker_cutter() {
     let face = quadric(0.001, 0.006);
     let (thin, thick) = (cutter(8.0, 5.0), cutter(8.0, 5.004));
-    let shifted = Request {
-        band: Band { lower: 0.004, upper: 0.018 },
+    let shifted = LocationRequest {
+        band: ToleranceBand { lower: 0.004, upper: 0.018 },
         ..request(&face, &thin, heading(80.0))
     };
-    let plain = Request {
-        band: Band { lower: 0.0, upper: 0.014 },
+    let plain = LocationRequest {
+        band: ToleranceBand { lower: 0.0, upper: 0.014 },
         ..request(&face, &thick, heading(80.0))
     };
-    let (shifted, plain) = (widest(&shifted, None).unwrap(), widest(&plain, None).unwrap());
+    let (shifted, plain) =
+        (widest_strip(&shifted, None).unwrap(), widest_strip(&plain, None).unwrap());
     close("width", shifted.chord_width, plain.chord_width, 1e-5);
     assert!((shifted.center - plain.center).norm() < 1e-4);
     assert!(shifted.front_min >= 0.004 && shifted.rear_min >= 0.004, "{shifted:?}");
@@ -156,11 +159,11 @@ fn a_dense_look_finds_the_strip_again() {
     let face = quadric(0.002, 0.005);
     let bull = cutter(10.0, 6.0);
     let request = request(&face, &bull, heading(95.0));
-    let found = widest(&request, None).unwrap();
-    let setting = Setting { face: &face, cutter: &bull, band: request.band };
+    let found = widest_strip(&request, None).unwrap();
+    let setting = CuttingContext { face: &face, cutter: &bull, band: request.band };
     let [x, y] = heading(95.0);
     let (feed, strip) = (Vector3::new(x, y, 0.0), request.strip);
-    let look = Look { feed, strip, contact: found.contact, uv: found.contact_uv };
+    let look = StripQuery { feed, strip, contact: found.contact, uv: found.contact_uv };
     let strip = strip_of_pose(&setting, &found.pose, &look).unwrap();
     close("near u", strip.near.0[0], found.near[0], 1e-5);
     close("far v", strip.far.0[1], found.far[1], 1e-5);
@@ -176,7 +179,7 @@ fn a_dense_look_finds_the_strip_again() {
 fn on_a_plane_the_cutter_is_as_wide_as_its_circle() {
     let face = quadric(0.0, 0.0);
     for bull in [cutter(10.0, 6.0), cutter(10.0, 0.0)] {
-        let found = widest(&request(&face, &bull, heading(30.0)), None).unwrap();
+        let found = widest_strip(&request(&face, &bull, heading(30.0)), None).unwrap();
         assert!(found.chord_width > 0.995 * 20.0 && found.chord_width <= 20.0, "{found:?}");
         assert!(found.rear_min >= 0.0 && found.rear_min_bound > -1e-3, "{found:?}");
     }
@@ -186,7 +189,7 @@ fn on_a_plane_the_cutter_is_as_wide_as_its_circle() {
 fn a_ball_on_a_plane_leaves_its_chord() {
     let face = quadric(0.0, 0.0);
     let ball = cutter(0.0, 8.0);
-    let found = inclined(&request(&face, &ball, heading(0.0)), 0.1, None).unwrap();
+    let found = with_lead(&request(&face, &ball, heading(0.0)), 0.1, None).unwrap();
     // Where the cusp is 0.01 mm high: 0.01 mm above the plane the ball is that wide.
     let half = (8.0_f64.powi(2) - 7.99_f64.powi(2)).sqrt();
     close("width", found.strip_width, 2.0 * half, 1e-6);
@@ -201,13 +204,13 @@ fn a_ball_on_a_plane_leaves_its_chord() {
 /// A ball of 0.9 mm under 0.08 mm of excess: across its strip the normals turn by tens of degrees.
 #[test]
 fn the_strip_of_a_small_ball_ends_where_it_leaves_the_excess_allowed() {
-    let band = Band { lower: 0.0, upper: 0.08 };
+    let band = ToleranceBand { lower: 0.0, upper: 0.08 };
     let ball = cutter(0.0, 0.9);
     for (k1, k2) in [(0.0, 0.0), (0.02, -0.3), (-0.4, -0.1), (0.03, 0.03)] {
         let face = quadric(k1, k2);
         for degrees in [0.0, 70.0, 200.0] {
-            let request = Request { band, ..request(&face, &ball, heading(degrees)) };
-            let found = inclined(&request, 0.1, None).unwrap();
+            let request = LocationRequest { band, ..request(&face, &ball, heading(degrees)) };
+            let found = with_lead(&request, 0.1, None).unwrap();
             for [u, v] in [found.near, found.far] {
                 let normal = face.face().normal(u, v).unwrap();
                 let raised = face.face().point(u, v) + normal.scale(band.upper);
@@ -222,18 +225,18 @@ fn a_given_lead_is_kept() {
     let cases: Value = serde_json::from_str(CASES).unwrap();
     let face = patch(&cases);
     let bull = cutter(10.0, 6.0);
-    let request = Request { at: [0.4, 0.5], ..request(&face, &bull, [0.0, 1.0]) };
+    let request = LocationRequest { at: [0.4, 0.5], ..request(&face, &bull, [0.0, 1.0]) };
     let lead = 5.0_f64.to_radians();
-    let found = inclined(&request, lead, None).unwrap();
+    let found = with_lead(&request, lead, None).unwrap();
     close("lead", found.rotation, lead, 1e-12);
     // Inclined by 5 degrees at a contact there, the strip is 5.436 mm wide (baseline of the
     // reference cases); here the strip begins there, and the contact lies 2.7 mm beside.
     close("width", found.chord_width, 5.436, 0.03 * 5.436);
-    let across = Request { offset_range: [0.0, 0.0], ..request };
-    let across = inclined(&across, lead, Some(&found)).unwrap();
+    let across = LocationRequest { offset_range: [0.0, 0.0], ..request };
+    let across = with_lead(&across, lead, Some(&found)).unwrap();
     assert!(across.chord_width <= found.chord_width, "{across:?}");
     close("alpha", across.offset_direction, 0.0, 0.0);
-    assert!(found.active.contains(&Active::GivenLead), "{:?}", found.active);
+    assert!(found.active.contains(&ActiveConstraint::GivenLead), "{:?}", found.active);
     assert!(found.front_min >= 0.0 && found.rear_min >= 0.0);
 }
 
@@ -242,15 +245,15 @@ fn the_tool_axis_can_be_held_near_a_direction() {
     let face = quadric(0.002, 0.005);
     let bull = cutter(10.0, 6.0);
     let free = request(&face, &bull, heading(95.0));
-    let found = widest(&free, None).unwrap();
+    let found = widest_strip(&free, None).unwrap();
     let [x, y] = heading(95.0);
     let tilt = nalgebra::Rotation3::new(Vector3::new(-y, x, 0.0) * 0.03);
     let axis = tilt * found.pose.axis;
-    let held = Request { axis_near: Some(AxisNear { axis, max_turn: 0.01 }), ..free };
-    let held = widest(&held, None).unwrap();
+    let held = LocationRequest { axis_cone: Some(AxisCone { axis, max_turn: 0.01 }), ..free };
+    let held = widest_strip(&held, None).unwrap();
     assert!(held.pose.axis.angle(&axis) <= 0.01 + 1e-6, "{held:?}");
     assert!(held.chord_width < found.chord_width);
-    assert!(held.active.contains(&Active::AxisTurn), "{:?}", held.active);
+    assert!(held.active.contains(&ActiveConstraint::AxisTurn), "{:?}", held.active);
     assert!(held.front_min >= 0.0 && held.rear_min >= 0.0);
 }
 
@@ -258,28 +261,29 @@ fn the_tool_axis_can_be_held_near_a_direction() {
 fn what_does_not_fit_is_refused_with_the_reason() {
     let bull = cutter(10.0, 6.0);
     let steep = quadric(0.0, 0.2);
-    let refused = widest(&request(&steep, &bull, heading(0.0)), None).unwrap_err();
+    let refused = widest_strip(&request(&steep, &bull, heading(0.0)), None).unwrap_err();
     assert!(matches!(refused, PositioningError::ConcaveRadius { .. }), "{refused}");
     assert!(refused.to_string().contains("5.000 mm"), "{refused}");
     // A trough of 7 mm radius holds the corner of 6 mm, but not the whole cutter across it.
     let trough = quadric(0.0, 1.0 / 7.0);
-    let refused = widest(&request(&trough, &bull, heading(0.0)), None).unwrap_err();
+    let refused = widest_strip(&request(&trough, &bull, heading(0.0)), None).unwrap_err();
     let fits_not =
         matches!(refused, PositioningError::NoStrip { .. } | PositioningError::Body { .. });
     assert!(fits_not, "{refused}");
     let flat = quadric(0.0, 0.0);
-    let feed = Request { feed: [0.0, 0.0], ..request(&flat, &bull, heading(0.0)) };
-    assert!(matches!(widest(&feed, None), Err(PositioningError::NoDirection { .. })));
-    let band = Band { lower: 0.01, upper: 0.01 };
-    let empty = Request { band, ..request(&flat, &bull, heading(0.0)) };
-    assert!(matches!(widest(&empty, None), Err(PositioningError::EmptyBand { .. })));
+    let feed = LocationRequest { feed: [0.0, 0.0], ..request(&flat, &bull, heading(0.0)) };
+    assert!(matches!(widest_strip(&feed, None), Err(PositioningError::NoDirection { .. })));
+    let band = ToleranceBand { lower: 0.01, upper: 0.01 };
+    let empty = LocationRequest { band, ..request(&flat, &bull, heading(0.0)) };
+    assert!(matches!(widest_strip(&empty, None), Err(PositioningError::EmptyBand { .. })));
     let spec = CutterSpec {
         construction: Construction::Insert { inner_cutting_radius: 8.0 },
         ..bull.spec().clone()
     };
     let insert = Cutter::new(spec).unwrap();
-    let behind = Request { side: ContactSide::Either, ..request(&flat, &insert, heading(0.0)) };
-    assert!(matches!(widest(&behind, None), Err(PositioningError::NotCentreCutting { .. })));
+    let behind =
+        LocationRequest { side: ContactSide::Either, ..request(&flat, &insert, heading(0.0)) };
+    assert!(matches!(widest_strip(&behind, None), Err(PositioningError::NotCentreCutting { .. })));
 }
 
 /// Inserts cut outside their inner cutting radius only: a contact inside is refused.
@@ -295,8 +299,11 @@ fn contacts_that_do_not_cut_are_refused() {
     // circle of 10 mm.
     let (cuts, idle) = (insert(9.5), insert(11.5));
     let at = [0.4, 0.5];
-    assert!(widest(&Request { at, ..request(&face, &cuts, [0.0, 1.0]) }, None).is_ok());
-    let refused = widest(&Request { at, ..request(&face, &idle, [0.0, 1.0]) }, None).unwrap_err();
+    assert!(
+        widest_strip(&LocationRequest { at, ..request(&face, &cuts, [0.0, 1.0]) }, None).is_ok()
+    );
+    let refused = widest_strip(&LocationRequest { at, ..request(&face, &idle, [0.0, 1.0]) }, None)
+        .unwrap_err();
     assert!(matches!(refused, PositioningError::NotCutting { .. }), "{refused}");
     assert!(refused.to_string().contains("11.5 mm"), "{refused}");
 }
@@ -310,8 +317,12 @@ fn inserts_do_not_touch_with_what_does_not_cut() {
         for degrees in [0.0, 40.0, 90.0] {
             let face = quadric(k[0], k[1]);
             let solid = request(&face, &bull, heading(degrees));
-            let Ok(found) = widest(&solid, None) else { continue };
-            if !found.active.iter().any(|a| matches!(a, Active::Disc | Active::Rear)) {
+            let Ok(found) = widest_strip(&solid, None) else { continue };
+            if !found
+                .active
+                .iter()
+                .any(|a| matches!(a, ActiveConstraint::Disc | ActiveConstraint::Rear))
+            {
                 continue;
             }
             // As far from the axis as the strip's own points, less a hair.
@@ -323,7 +334,7 @@ fn inserts_do_not_touch_with_what_does_not_cut() {
             let inner_cutting_radius = strip.into_iter().fold(f64::INFINITY, f64::min) - 1e-3;
             let construction = Construction::Insert { inner_cutting_radius };
             let insert = Cutter::new(CutterSpec { construction, ..bull.spec().clone() }).unwrap();
-            let answer = widest(&Request { cutter: &insert, ..solid }, None);
+            let answer = widest_strip(&LocationRequest { cutter: &insert, ..solid }, None);
             match answer {
                 Ok(_) => {}
                 Err(PositioningError::NotCutting { radius, inner, .. }) => {
@@ -351,12 +362,12 @@ fn the_error_curves_look_as_they_did() {
         let range = range.to_radians();
         let offset_range = [-range, range];
         let at = [0.4, 0.5];
-        let request = Request { at, side, offset_range, ..request(&face, &bull, feed) };
-        let found = widest(&request, None).unwrap();
+        let request = LocationRequest { at, side, offset_range, ..request(&face, &bull, feed) };
+        let found = widest_strip(&request, None).unwrap();
         let trace = trace(&request, &found, "end-point").unwrap();
-        let setting = Setting { face: &face, cutter: &bull, band: request.band };
+        let setting = CuttingContext { face: &face, cutter: &bull, band: request.band };
         let jet = face.face().surface.jet1(at[0], at[1]);
-        let look = Look {
+        let look = StripQuery {
             feed: jet.su * feed[0] + jet.sv * feed[1],
             strip: request.strip,
             contact: found.contact,
@@ -403,8 +414,8 @@ fn a_wall_near_the_shank_is_seen() {
     let spec = CutterSpec { shank: vec![[20.0, 45.0]], ..cutter(10.0, 6.0).spec().clone() };
     let wide = Cutter::new(spec).unwrap();
     let slim = cutter(10.0, 6.0);
-    assert!(widest(&request(&trough, &slim, heading(0.0)), None).is_ok());
-    let refused = widest(&request(&trough, &wide, heading(0.0)), None).unwrap_err();
+    assert!(widest_strip(&request(&trough, &slim, heading(0.0)), None).is_ok());
+    let refused = widest_strip(&request(&trough, &wide, heading(0.0)), None).unwrap_err();
     assert!(matches!(refused, PositioningError::Body { .. }), "{refused}");
 }
 
@@ -414,7 +425,9 @@ fn strips_may_run_off_the_edge() {
     let face = patch(&cases);
     let bull = cutter(10.0, 6.0);
     for at in [[0.0, 0.5], [-0.1, 0.3], [0.5, 1.1]] {
-        let found = widest(&Request { at, ..request(&face, &bull, [0.0, 1.0]) }, None).unwrap();
+        let found =
+            widest_strip(&LocationRequest { at, ..request(&face, &bull, [0.0, 1.0]) }, None)
+                .unwrap();
         assert!(found.front_min >= 0.0 && found.rear_min >= 0.0, "{at:?} {found:?}");
         assert!(found.chord_width > 1.0, "{at:?} {}", found.chord_width);
     }
@@ -426,7 +439,7 @@ const NARROW: [Task; 2] = [
         shape: Shape::Quadric([0.011_111_500_713_671_231, 0.013_945_881_755_982_64]),
         major: 8.631_714_266_910_894,
         minor: 5.761_660_641_670_808,
-        band: Band { lower: 0.0, upper: 0.029_318_862_650_584_83 },
+        band: ToleranceBand { lower: 0.0, upper: 0.029_318_862_650_584_83 },
         degrees: 236.602_902_304_506,
         left: false,
         behind: false,
@@ -435,7 +448,7 @@ const NARROW: [Task; 2] = [
         shape: Shape::Quadric([0.013_466_585_050_743_832, -0.028_640_868_884_778_514]),
         major: 7.138_297_535_191_571,
         minor: 7.772_753_930_648_177,
-        band: Band { lower: 0.0, upper: 0.022_611_551_953_383_39 },
+        band: ToleranceBand { lower: 0.0, upper: 0.022_611_551_953_383_39 },
         degrees: 63.520_245_259_565_2,
         left: true,
         behind: false,
@@ -449,8 +462,9 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
     let cutter = cutter(task.major, task.minor);
     let strip = if task.left { StripSide::Left } else { StripSide::Right };
     let side = if task.behind { ContactSide::Behind } else { ContactSide::Ahead };
-    let request = Request { strip, side, band: task.band, at, ..request(&face, &cutter, feed) };
-    let found = widest(&request, None);
+    let request =
+        LocationRequest { strip, side, band: task.band, at, ..request(&face, &cutter, feed) };
+    let found = widest_strip(&request, None);
     let (best, x) = task.best(request.offset_range, trials);
     let found = match found {
         Ok(found) => found,
@@ -461,16 +475,16 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
     if let Some(wrong) = breach(task, &found) {
         return Some(format!("{task:?}: {wrong}"));
     }
-    let behind = Request { at: [0, 1].map(|k| at[k] - feed[k]), ..request };
-    let neighbour = widest(&behind, None).ok();
-    let warm = neighbour.and_then(|neighbour| widest(&request, Some(&neighbour)).ok());
+    let behind = LocationRequest { at: [0, 1].map(|k| at[k] - feed[k]), ..request };
+    let neighbour = widest_strip(&behind, None).ok();
+    let warm = neighbour.and_then(|neighbour| widest_strip(&request, Some(&neighbour)).ok());
     if let Some(wrong) = warm.as_ref().and_then(|warm| breach(task, warm)) {
         return Some(format!("{task:?}: warm: {wrong}"));
     }
     // An error above the band next to an end point ends the strip before it.
     let kept = found.chord_width * (1.0 - shortfall(task, &found) / found.offset);
     (found.chord_width < 0.995 * best || kept < 0.995 * best.max(found.chord_width)).then(|| {
-        let Location { chord_width, offset, offset_direction, rotation, active, .. } = &found;
+        let CutterLocation { chord_width, offset, offset_direction, rotation, active, .. } = &found;
         let own = [*offset, *offset_direction, *rotation];
         let shares = [chord_width / best, kept / best];
         format!("{task:?}: {shares:?}, {chord_width} {own:?} < {best} {x:?}: {active:?}")
@@ -478,7 +492,7 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
 }
 
 /// By how much the strip ends short of the end points \[mm\]; 0 where it goes beyond them.
-fn shortfall(task: &Task, found: &Location) -> f64 {
+fn shortfall(task: &Task, found: &CutterLocation) -> f64 {
     let (face, at, _) = task.shape.face(task.degrees);
     let point = |uv: [f64; 2]| face.face().surface.point(uv[0], uv[1]);
     let chord = point(found.end) - point(at);
@@ -489,7 +503,7 @@ fn shortfall(task: &Task, found: &Location) -> f64 {
 }
 
 /// Whether a dense look finds errors outside the band, or outside the bounds given.
-fn breach(task: &Task, found: &Location) -> Option<String> {
+fn breach(task: &Task, found: &CutterLocation) -> Option<String> {
     // Rounding of the trials' own distances \[mm\].
     const ROUNDING: f64 = 1e-7;
     let own = [found.offset, found.offset_direction, found.rotation];

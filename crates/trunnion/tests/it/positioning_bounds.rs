@@ -7,7 +7,8 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{
-    Band, ContactSide, Location, Look, Request, Setting, StripSide, strip_of_pose, widest,
+    ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
+    ToleranceBand, strip_of_pose, widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 
@@ -52,7 +53,7 @@ fn cutter() -> Cutter {
 }
 
 /// Angle round the tool axis from the direction to the contact.
-fn angle(found: &Location, p: &Point3<f64>) -> f64 {
+fn angle(found: &CutterLocation, p: &Point3<f64>) -> f64 {
     let axis = found.pose.axis;
     let flat = |p: &Point3<f64>| {
         let out = p - found.center;
@@ -65,8 +66,8 @@ fn angle(found: &Location, p: &Point3<f64>) -> f64 {
 /// What is wrong with the bounds of a location, by `samples` distances round the circle.
 fn complaint(
     face: &FaceIndex,
-    found: &Location,
-    request: &Request,
+    found: &CutterLocation,
+    request: &LocationRequest,
     samples: u32,
 ) -> Option<String> {
     // Rounding of distances \[mm\].
@@ -103,33 +104,33 @@ fn pass(case: u32, face: &FaceIndex, samples: u32) -> (u32, Vec<String>) {
     let cutter = cutter();
     let strip = if case.is_multiple_of(2) { StripSide::Right } else { StripSide::Left };
     let slant = 0.3 * f64::from(case % 3);
-    let request = Request {
+    let request = LocationRequest {
         face,
         cutter: &cutter,
-        band: Band { lower: 0.0, upper: 0.02 },
+        band: ToleranceBand { lower: 0.0, upper: 0.02 },
         at: [0.5; 2],
         feed: [1.0, slant],
         strip,
         side: ContactSide::Ahead,
         offset_range: [-0.4, 0.4],
-        axis_near: None,
+        axis_cone: None,
     };
     let (mut count, mut wrong) = (0, Vec::new());
-    let mut warm: Option<Location> = None;
+    let mut warm: Option<CutterLocation> = None;
     for station in 0..14 {
         let along = 0.012 * f64::from(station);
         let at = [0.4 + along, 0.42 + slant * along];
-        let request = Request { at, ..request };
-        warm = widest(&request, warm.as_ref()).ok();
+        let request = LocationRequest { at, ..request };
+        warm = widest_strip(&request, warm.as_ref()).ok();
         let Some(found) = &warm else { continue };
         count += 1;
         if let Some(said) = complaint(face, found, &request, samples) {
             wrong.push(format!("{case}, {at:?}: {said}"));
         }
-        let setting = Setting { face, cutter: &cutter, band: request.band };
+        let setting = CuttingContext { face, cutter: &cutter, band: request.band };
         let jet = face.face().surface.jet1(at[0], at[1]);
         let feed = jet.su * request.feed[0] + jet.sv * request.feed[1];
-        let look = Look { feed, strip, contact: found.contact, uv: found.contact_uv };
+        let look = StripQuery { feed, strip, contact: found.contact, uv: found.contact_uv };
         let again = strip_of_pose(&setting, &found.pose, &look).unwrap();
         if again.front_min < -1e-7
             || again.rear_min < -1e-7

@@ -8,7 +8,9 @@ use brute_force::{Shape, bezier};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
-use trunnion::positioning::{AxisNear, Band, ContactSide, Location, Request, StripSide, widest};
+use trunnion::positioning::{
+    AxisCone, ContactSide, CutterLocation, LocationRequest, StripSide, ToleranceBand, widest_strip,
+};
 use trunnion::surface::FaceIndex;
 
 /// The patch of paper 004: heights by rows of y.
@@ -30,29 +32,29 @@ fn cutter(major: f64, minor: f64) -> Cutter {
     Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
 }
 
-fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, at: [f64; 2]) -> Request<'a> {
-    Request {
+fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, at: [f64; 2]) -> LocationRequest<'a> {
+    LocationRequest {
         face,
         cutter,
-        band: Band { lower: 0.0, upper: 0.01 },
+        band: ToleranceBand { lower: 0.0, upper: 0.01 },
         at,
         feed: [0.0, 1.0],
         strip: StripSide::Right,
         side: ContactSide::Ahead,
         offset_range: [-0.26, 0.26],
-        axis_near: None,
+        axis_cone: None,
     }
 }
 
 /// Rows of locations, each from the one before; rows run in parallel.
-fn rows(face: &FaceIndex, cutter: &Cutter, [rows, stations]: [u32; 2]) -> Vec<Vec<Location>> {
+fn rows(face: &FaceIndex, cutter: &Cutter, [rows, stations]: [u32; 2]) -> Vec<Vec<CutterLocation>> {
     let row = |row: u32| {
         let u = 0.1 + 0.8 * f64::from(row) / f64::from(rows);
-        let mut found: Vec<Location> = Vec::new();
+        let mut found: Vec<CutterLocation> = Vec::new();
         for station in 0..stations {
             let v = 0.2 + 0.6 * f64::from(station) / f64::from(stations);
             let request = request(face, cutter, [u, v]);
-            found.push(widest(&request, found.last()).unwrap());
+            found.push(widest_strip(&request, found.last()).unwrap());
         }
         found
     };
@@ -113,10 +115,12 @@ fn strips_reach_both_end_points() {
     for (k, [major, minor], upper, degrees, left) in SHORT {
         let (face, at, feed) = Shape::Quadric(k).face(degrees);
         let strip = if left { StripSide::Left } else { StripSide::Right };
-        let (bull, band) = (cutter(major, minor), Band { lower: 0.0, upper });
+        let (bull, band) = (cutter(major, minor), ToleranceBand { lower: 0.0, upper });
         let offset_range = [-0.4, 0.4];
         let plain = request(&face, &bull, at);
-        let found = widest(&Request { band, feed, strip, offset_range, ..plain }, None).unwrap();
+        let found =
+            widest_strip(&LocationRequest { band, feed, strip, offset_range, ..plain }, None)
+                .unwrap();
         let share = found.strip_width / found.chord_width;
         assert!(share > 0.999, "{k:?}: {share}");
     }
@@ -128,7 +132,7 @@ fn what_is_held_near_a_neighbour_is_as_wide_as_from_scratch() {
     let (face, bull) = (patch(), cutter(10.0, 6.0));
     let mut compared = 0;
     for u in [0.2, 0.4, 0.6, 0.8] {
-        let mut before = widest(&request(&face, &bull, [u, 0.2]), None).unwrap();
+        let mut before = widest_strip(&request(&face, &bull, [u, 0.2]), None).unwrap();
         for station in 1..12 {
             let v = 0.2 + 0.05 * f64::from(station);
             let free = request(&face, &bull, [u, v]);
@@ -136,13 +140,14 @@ fn what_is_held_near_a_neighbour_is_as_wide_as_from_scratch() {
                 let alpha = before.offset_direction;
                 let [low, high] = free.offset_range;
                 let offset_range = [(alpha - turn).max(low), (alpha + turn).min(high)];
-                let axis_near = Some(AxisNear { axis: before.pose.axis, max_turn: turn });
-                Request { offset_range, axis_near, ..free }
+                let axis_cone = Some(AxisCone { axis: before.pose.axis, max_turn: turn });
+                LocationRequest { offset_range, axis_cone, ..free }
             };
             let mut next = None;
             for turn in [0.01, 0.04, 0.16] {
                 let request = around(turn);
-                let (held, cold) = (widest(&request, Some(&before)), widest(&request, None));
+                let (held, cold) =
+                    (widest_strip(&request, Some(&before)), widest_strip(&request, None));
                 match (&held, &cold) {
                     (Ok(held), Ok(cold)) => {
                         let share = held.chord_width / cold.chord_width;

@@ -13,13 +13,13 @@ use trunnion::cover::{
     Along, Clock, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
-use trunnion::positioning::{Band, ContactSide, Lean};
+use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
     Cylinder, Face, FaceIndex, Frame, Plane, Sphere, Surface, TrimCurve, TrimLoop,
 };
 use trunnion::types::{Rest, RestReason, Silent, Station, ToolPose};
 
-const BAND: Band = Band { lower: 0.0, upper: 0.02 };
+const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
 
 /// What poses [`SPACING`] apart may miss over a corner of 1 mm \[mm\].
@@ -48,7 +48,7 @@ fn options(method: Method) -> CoverOptions {
         spacing: [0.02, 1.0],
         max_axis_turn: 0.1,
         offset_range: [-0.5, 0.5],
-        lean: Lean { angle: 0.087, towards: None },
+        lean: ToolInclination { angle: 0.087, towards: None },
         effort: 3.0,
     }
 }
@@ -317,7 +317,7 @@ fn rounded_corner(r: f64) -> (FaceIndex, Vec<FaceIndex>) {
 fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
     for (r, tool, lower) in [(5.0, [4.0, 2.0], 0.002), (3.0, [4.0, 2.0], 0.0)] {
         let (corner, others) = rounded_corner(r);
-        let band = Band { lower, upper: 0.016 };
+        let band = ToleranceBand { lower, upper: 0.016 };
         let options = CoverOptions { band, ..options(Method::Widest) };
         let (_, rest) = cut((&corner, &others), &cutter(tool), &options);
         let area: f64 = rest.iter().map(|rest| rest.area).sum();

@@ -3,7 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
-use trunnion::positioning::Band;
+use trunnion::positioning::ToleranceBand;
 use trunnion::surface::{Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, Torus};
 
 /// Half the side of the square over which quadrics are defined.
@@ -187,7 +187,7 @@ pub(crate) struct Task {
     pub(crate) shape: Shape,
     pub(crate) major: f64,
     pub(crate) minor: f64,
-    pub(crate) band: Band,
+    pub(crate) band: ToleranceBand,
     pub(crate) degrees: f64,
     pub(crate) left: bool,
     /// Whether the contact arc lies behind the centre.
@@ -415,7 +415,7 @@ pub(crate) fn task(seed: u64, case: u32) -> Task {
         _ => Shape::Quadric([k1, k2]),
     };
     let lower = if case % 5 == 4 { random.within(-0.004, 0.004) } else { 0.0 };
-    let band = Band { lower, upper: lower + random.within(0.004, 0.03) };
+    let band = ToleranceBand { lower, upper: lower + random.within(0.004, 0.03) };
     let (degrees, left) = (random.within(0.0, 360.0), random.within(0.0, 1.0) < 0.5);
     let behind = random.within(0.0, 1.0) < 0.25;
     Task { shape, major, minor, band, degrees, left, behind }
