@@ -1,7 +1,7 @@
 //! Why there is no cutter location.
 
 use super::ActiveConstraint;
-use crate::cutter::CutterErrors;
+use crate::cutter::{CutterError, CutterErrors};
 use crate::surface::ClosestError;
 use std::fmt;
 
