@@ -1,5 +1,5 @@
-//! The moving tool, ready to be measured against: so much of a program at a time that memory does not grow
-//! with it.
+//! Streams the moves of a program in chunks that are ready to be measured against, so that memory does not grow with the
+//! program.
 
 use super::ray::{LowestEntry, MovingBody};
 use crate::cutter::Cutter;
@@ -16,38 +16,38 @@ use nalgebra::Point3;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Pieces of moves that are looked at together: some tens of megabytes.
+/// Pieces of moves per chunk: some tens of megabytes.
 const PIECES: usize = 32_768;
-/// Chunks whose pieces may be kept for a closer look.
+/// Chunks' worth of pieces that may be kept for closer inspection.
 const KEPT: usize = 4;
-/// Share of the ray tolerance that replacing moves by quadratics may take.
+/// Share of the ray tolerance that the approximation of moves by quadratics may use.
 const ERROR_SHARE: f64 = 0.1;
 
 /// Tools by their places in the table, and how they are looked at.
 pub(crate) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
 
-/// Which moves of a program are looked at.
+/// Kind of moves that are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MoveKind {
-    /// Those at feed: what they leave, and what they gouge.
+    /// Moves at feed: what they leave, and what they gouge.
     Cuts,
-    /// Rapids, all axes together: nobody counts on what they cut, but they gouge.
+    /// Rapids with all axes together. They may gouge; nothing they cut counts as finished.
     Rapids,
-    /// Rapids, each axis at its own speed; likewise.
+    /// Rapids with each axis at its own speed; likewise.
     DogLegs,
 }
 
-/// How far and how exactly is looked at which tool.
+/// Tools, range and accuracy of a measurement.
 #[derive(Clone)]
 pub(crate) struct MeasureScope {
-    /// Those of all tools.
+    /// Bodies of all tools.
     bodies: Arc<[ConvexBody]>,
-    /// Which of them a tool has, by its place in the table.
+    /// Range of bodies of each tool in the tool table.
     of_tool: Arc<[Range<u32>]>,
-    /// How far below the faces is looked \[mm\].
+    /// Depth of the search below the faces \[mm\].
     pub(crate) reach: f64,
     pub(crate) moves: MoveKind,
-    /// How exactly heights are found \[mm\].
+    /// Accuracy of measured heights \[mm\].
     pub(crate) tolerance: f64,
 }
 
@@ -64,52 +64,52 @@ impl MeasureScope {
         Self { bodies, of_tool, reach, moves, tolerance }
     }
 
-    /// How far above the faces is looked \[mm\].
+    /// Returns the height of the search above the faces \[mm\].
     pub(crate) fn top(&self) -> f64 {
         if self.moves == MoveKind::DogLegs { 0.0 } else { self.reach }
     }
 
-    /// Numbers of the bodies that move in a piece.
+    /// Returns the numbers of the bodies that move in a piece.
     fn bodies_in(&self, piece: &MotionPiece) -> Range<u32> {
         self.of_tool.get(piece.tool).cloned().unwrap_or(0..0)
     }
 
-    /// A box around rays through a disc, from the reach below up to `top` \[mm\].
+    /// Returns a box around the rays of a bundle, from the reach below up to `top` \[mm\].
     pub(crate) fn around(&self, disc: &RayBundle, top: f64) -> BoundingBox {
         let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
         BoundingBox { low: disc.centre, high: disc.centre }.grown(far)
     }
 
-    /// How far the tool may be from where the pieces have it \[mm\].
+    /// Returns the largest distance of the tool from its approximation by pieces \[mm\].
     pub(crate) fn error(&self) -> f64 {
         ERROR_SHARE * self.tolerance
     }
 }
 
-/// All moves of a program, chunk by chunk.
+/// Moves of a program, handed out chunk by chunk.
 pub(crate) struct MotionChunks<'a> {
     run: &'a Run<'a>,
     pub(crate) look: MeasureScope,
-    /// No point that is looked at is farther from the tip when it matters \[mm\].
+    /// Largest distance from the tip of any point that matters \[mm\].
     far: f64,
-    /// Pieces of a chunk.
+    /// Pieces per chunk.
     size: usize,
-    /// All moves, where they are few.
+    /// All moves, if they fit into one chunk.
     whole: Option<MotionChunk>,
 }
 
 impl<'a> MotionChunks<'a> {
-    /// What is cut, in chunks of a usual size.
+    /// Takes the cutting moves, in chunks of the usual size.
     pub(crate) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
         Self::of(run, tools, PIECES)
     }
 
-    /// The same in chunks of about `size` pieces.
+    /// Takes the cutting moves, in chunks of about `size` pieces.
     pub(crate) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
         Self::some(run, tools, (MoveKind::Cuts, size))?.ok_or(VerifyError::NoMotion)
     }
 
-    /// Rapids, run one way or the other; `None` if there are none that run this way.
+    /// Takes the rapids, run one way or the other; `None` if none run this way.
     pub(crate) fn rapids(
         run: &'a Run<'a>,
         tools: Tools<'_>,
@@ -120,7 +120,7 @@ impl<'a> MotionChunks<'a> {
         Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(any)))
     }
 
-    /// `None` if the program has no move.
+    /// Reads the first chunk; `None` if the program has no move.
     fn some(
         run: &'a Run<'a>,
         tools: Tools<'_>,
@@ -140,8 +140,9 @@ impl<'a> MotionChunks<'a> {
         Ok(Some(chunks))
     }
 
-    /// Hands out chunk by chunk in the order of the program, with how much of it is done before and after \[0..=1\].
-    /// Its tree may lack what does not come `within` a region.
+    /// Hands out chunk by chunk in program order, with the share done before and after each \[0..=1\].
+    ///
+    /// The tree of a chunk may omit what does not come `within` a region.
     pub(crate) fn each(
         &self,
         within: &BoundingBox,
@@ -159,12 +160,12 @@ impl<'a> MotionChunks<'a> {
         Ok(())
     }
 
-    /// Pieces that may be kept for a closer look.
+    /// Returns the number of pieces that may be kept for closer inspection.
     pub(crate) fn kept(&self) -> usize {
         KEPT * self.size
     }
 
-    /// The next pieces and of how many moves they are; `None` at the end.
+    /// Returns the next pieces and the number of moves they stand for; `None` at the end.
     fn next(
         &self,
         segments: &mut Segments<'_>,
@@ -193,32 +194,32 @@ impl<'a> MotionChunks<'a> {
     }
 }
 
-/// Some moves.
+/// Pieces of some moves, with the bodies that follow them.
 pub(crate) struct ChunkMotion {
     pub(crate) pieces: Vec<MotionPiece>,
     pub(crate) look: MeasureScope,
 }
 
 impl ChunkMotion {
-    /// A body in motion by its numbers.
+    /// Returns a moving body by its numbers.
     pub(crate) fn part(&self, numbers: (u32, u32)) -> Option<MovingBody<'_>> {
         let piece = self.pieces.get(numbers.0 as usize)?;
         let body = self.body(numbers.1)?;
         Some(MovingBody { piece, body, numbers })
     }
 
-    /// The body of that number.
+    /// Returns a body by its number.
     pub(crate) fn body(&self, number: u32) -> Option<ConvexBody> {
         self.look.bodies.get(number as usize).copied()
     }
 
-    /// Numbers of all bodies in all pieces.
+    /// Returns the numbers of all bodies in all pieces.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = (u32, u32)> {
         let pieces = (0..).zip(&self.pieces);
         pieces.flat_map(|(index, piece)| self.look.bodies_in(piece).map(move |body| (index, body)))
     }
 
-    /// Lowest entry of a ray into some of the bodies in motion.
+    /// Returns the lowest entry of a ray into the given moving bodies.
     pub(crate) fn lowest(
         &self,
         numbers: impl Iterator<Item = (u32, u32)>,
@@ -231,15 +232,15 @@ impl ChunkMotion {
         lowest
     }
 
-    /// Whether a part may come to rays through a disc, from the reach below up to `top` \[mm\]; about how far it
-    /// keeps off, then.
+    /// Tests if a moving body may come to a bundle of rays, from the reach below up to `top` \[mm\]; returns its approximate
+    /// distance if so.
     pub(crate) fn comes(&self, numbers: (u32, u32), disc: &RayBundle, top: f64) -> Option<f64> {
         let MovingBody { piece, body, .. } = self.part(numbers)?;
         piece.comes(body, disc, [self.look.reach, top], self.look.error())
     }
 }
 
-/// Some moves, sorted by place.
+/// Some moves, sorted by position.
 pub(crate) struct MotionChunk {
     pub(crate) parts: ChunkMotion,
     pub(crate) tree: BoxTree,
@@ -260,8 +261,9 @@ impl MotionChunk {
         Self { parts: ChunkMotion { pieces, look: look.clone() }, tree: BoxTree::new(items) }
     }
 
-    /// What can come near a region, by distance from a centre, with what at least lies between \[mm\]: what cuts
-    /// lowest comes early, and most of the rest is refused at a glance.
+    /// Returns the bodies that can come near a region, sorted by their clearance from a centre \[mm\].
+    ///
+    /// The deepest cuts come first, so that most of the others are refused after one test.
     pub(crate) fn around(
         &self,
         region: &BoundingBox,
@@ -275,13 +277,13 @@ impl MotionChunk {
                 parts.push((part.piece.clearance(part.body, &centre), part));
             }
         }
-        // Stable: equal distances keep the order of the program.
+        // The sort is stable: equal distances keep the program order.
         parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         parts
     }
 
-    /// Numbers of the pieces that may come to rays through one of some discs, from the reach below up to `top`
-    /// \[mm\]; ascending.
+    /// Returns the numbers of the pieces that may come to one of some bundles, from the reach below up to `top` \[mm\], in
+    /// ascending order.
     pub(crate) fn coming(&self, discs: &[RayBundle], top: f64) -> Vec<u32> {
         let look = &self.parts.look;
         let mut found = Vec::new();
@@ -301,8 +303,8 @@ fn narrow(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(u32::MAX)
 }
 
-/// Boxes round a body over a piece, about as high as the body is wide, so that a slender tilted
-/// tool does not claim all the space beside it.
+/// Returns boxes around a body over a piece, each about as high as the body is wide: one box around a slender tilted tool
+/// would claim all the space beside it.
 fn boxes(piece: &MotionPiece, body: ConvexBody) -> impl Iterator<Item = BoundingBox> {
     let [low, high] = body.heights();
     let radius = body.radius();

@@ -1,4 +1,4 @@
-//! Material left over the faces: the lowest the tool ever gets on the normal of each grid point.
+//! Deviation maps: the lowest point that the tool ever reaches on the normal of each grid point.
 
 use super::chunks::{MeasureScope, MotionChunk, MotionChunks};
 use super::grid::FaceGrid;
@@ -13,25 +13,25 @@ use crate::verify::swept::tool::NormalRay;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Grid points along the side of a tile: points that share one look into the tree.
+/// Grid points along the side of a tile; the points of a tile share one query of the tree.
 const TILE: usize = 8;
-/// Tiles worked on between two looks at the progress.
+/// Tiles processed between two reports of progress.
 const BATCH: usize = 128;
 
-/// A face under measurement.
+/// Face under measurement.
 pub(crate) struct FaceField<'a> {
     face: &'a Face,
     grid: FaceGrid,
     tiles: Vec<GridTile>,
-    /// Points without a normal.
+    /// Number of points without a normal.
     bare: usize,
 }
 
-/// Some points of a face, by their places in the map, and what is known over them.
+/// Points of a face by their indices in the map, with the lowest entry over each.
 struct GridTile {
     places: Vec<usize>,
     lowest: Vec<LowestEntry>,
-    /// Around all rays.
+    /// Box around all rays.
     region: BoundingBox,
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn maps(
     Ok(fields.into_iter().map(FaceField::finish).collect())
 }
 
-/// A ray from a point of a face, if that has a normal.
+/// Returns the ray from a point of a face, if the face has a normal there.
 fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<NormalRay> {
     let normal = face.normal(u, v)?.into_inner();
     Some(NormalRay { origin: face.point(u, v), normal, below })
@@ -112,7 +112,7 @@ fn sample(face: &Face, grid: &FaceGrid, place: usize, lowest: &LowestEntry) -> O
     Some(Sample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
 }
 
-/// Parameters of a place, and the area of u, v that it stands for.
+/// Returns the parameters of a grid point, and the area of (u, v) it represents.
 fn at(grid: &FaceGrid, place: usize) -> Option<([f64; 2], f64)> {
     let columns = grid.size()[1];
     let [i, j] = [place / columns, place % columns];
@@ -120,7 +120,7 @@ fn at(grid: &FaceGrid, place: usize) -> Option<([f64; 2], f64)> {
 }
 
 impl GridTile {
-    /// The points of a tile that are on the face, and how many there have no normal.
+    /// Collects the points of a tile that are on the face, and counts those without a normal.
     fn new(
         face: &Face,
         grid: &FaceGrid,
@@ -147,7 +147,7 @@ impl GridTile {
         (Self { places, lowest, region }, bare)
     }
 
-    /// Takes in what some moves do.
+    /// Lowers the entries of the tile by the moves of a chunk.
     fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
         let Self { places, lowest, region } = self;
         if !chunk.tree.meets(region) {
@@ -162,7 +162,7 @@ impl GridTile {
         let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
         for (clearance, part) in &around {
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
-            // Distances change by at most 1 a millimetre, and the rest is farther still.
+            // The list is sorted, and distances change by at most 1 per mm: none of the rest can reach the rays.
             if *clearance > disc.radius + disc.bulge + reach.max(top) {
                 break;
             }

@@ -3,23 +3,23 @@
 use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery};
 use crate::verify::swept::tool::{BodyPose, ConvexBody, NormalRay};
 
-/// The lowest entry found so far, of tools that come out again at the surface or above it.
+/// Lowest entry found so far, among tools that leave the ray at the surface or above it.
 ///
-/// A tool that leaves the ray below the surface stands behind a thin wall, and cuts its other side: were it to cut
-/// this one, the point of this surface over it would be inside the tool.
+/// A tool that leaves the ray below the surface is behind a thin wall and cuts its other side. If it cut this side, the
+/// point of the surface above it would be inside the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LowestEntry {
-    /// Where the ray enters the tool \[mm\]; the end of the search if nothing is `hit`.
+    /// Position at which the ray enters the tool \[mm\]; the end of the search if nothing was hit.
     pub(crate) s: f64,
-    /// Line of the program that got there.
+    /// Program line of the move that got there.
     pub(crate) line: Option<u32>,
-    /// The tool that got there.
+    /// Tool pose that got there.
     pub(crate) by: Option<DecidingPose>,
-    /// The search was given up: `s` may be too high.
+    /// The search was abandoned: `s` may be too high.
     pub(crate) unresolved: bool,
 }
 
-/// How the tool stands, which of its bodies it is, and when: in which of the pieces that were looked at.
+/// Tool pose, body and piece that decide a height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DecidingPose {
     pub(crate) stand: BodyPose,
@@ -27,7 +27,7 @@ pub(crate) struct DecidingPose {
     pub(crate) piece: u32,
 }
 
-/// A body in motion over a piece, with both numbers.
+/// Body in motion over a piece, with the numbers of both.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MovingBody<'a> {
     pub(crate) piece: &'a MotionPiece,
@@ -37,31 +37,29 @@ pub(crate) struct MovingBody<'a> {
 
 /// Share of the tolerance by which a tool may cut into the ray unnoticed.
 const GRAZE: f64 = -0.1;
-/// Intervals of one piece after which the search is given up; a contact needs a few dozen.
+/// Most intervals of one piece; a contact needs a few dozen.
 const MOST_STEPS: u32 = 50_000;
-/// Depth at which an interval of time is 1e-9 of a piece: below all rounding.
+/// Bisection depth at which an interval of time is 1e-9 of a piece, below all rounding.
 const DEEPEST: u32 = 30;
 
 impl LowestEntry {
-    /// Nothing below `reach` \[mm\].
+    /// Returns the state before any entry, with the search ending at `reach` \[mm\].
     pub(crate) fn none(reach: f64) -> Self {
         Self { s: reach, line: None, by: None, unresolved: false }
     }
 
-    /// Lowers `s` to the lowest entry of the ray into `body` during `piece`, to within `tolerance`
-    /// \[mm\].
+    /// Lowers `s` to the lowest entry of the ray into a body during its piece, to within `tolerance` \[mm\].
     ///
-    /// Branch and bound over time: an interval in which the tool cannot come lower by more than the
-    /// tolerance is dropped, otherwise its middle is tried exactly and both halves are searched.
-    /// A touch that cuts into the ray by less than a tenth of the tolerance may be dropped: without
-    /// that a tool sliding along the ray would be searched for ever.
+    /// Branch and bound over time. An interval in which the tool cannot come lower by more than the tolerance is dropped.
+    /// Otherwise its middle is evaluated exactly and both halves are searched. A contact that cuts into the ray by less than
+    /// a tenth of the tolerance may be dropped; otherwise a tool that slides along the ray would be searched for ever.
     pub(crate) fn search(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
         let MovingBody { piece, body, .. } = *part;
         let limit = self.s - tolerance;
         if limit <= -ray.below {
             return;
         }
-        // Most pieces end here: one distance and its derivatives.
+        // Most pieces are rejected here, by one distance and its derivatives.
         let upper = NormalRay { below: 0.0, ..*ray };
         let end = limit.max(0.0);
         let target = RayQuery { body, ray: &upper, s: end, limit: end };
@@ -70,7 +68,7 @@ impl LowestEntry {
         }
     }
 
-    /// The search proper.
+    /// Runs the branch and bound.
     fn refine(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
         let MovingBody { piece, body, numbers } = *part;
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
@@ -93,8 +91,8 @@ impl LowestEntry {
                 let target = RayQuery { body, ray, s: limit, limit };
                 open_drift(piece, &instant, half, &target, tolerance)
             };
-            // The ray is inside a convex body in one stretch: up to the surface and below the limit, if this is
-            // lower, or in between.
+            // Step 1: bound the interval. A ray is inside a convex body over one interval: above the surface, below the
+            // limit if that is lower, or in between.
             let Some(mut towards) = drift(&NormalRay { below: 0.0, ..*ray }, limit.max(0.0)) else {
                 continue;
             };
@@ -102,6 +100,7 @@ impl LowestEntry {
                 let Some(lower) = drift(ray, limit) else { continue };
                 towards = lower;
             }
+            // Step 2: evaluate the middle of the interval exactly.
             let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
@@ -112,7 +111,7 @@ impl LowestEntry {
             if depth + 1 >= DEEPEST {
                 continue;
             }
-            // The half towards which the tool comes down is searched first: last in, first out.
+            // Step 3: search the half towards which the tool descends first: last in, first out.
             let step = if towards > 0.0 { 0.5 * half } else { -0.5 * half };
             for next in [u + step, u - step] {
                 if let Some(place) = open.get_mut(count) {
@@ -124,11 +123,11 @@ impl LowestEntry {
     }
 }
 
-/// Whether the body may meet the ray below the limit within `half` of an instant: then the
-/// derivative of its distance by `u`.
+/// Tests if the body may meet the ray below the limit within `half` of an instant; returns the derivative of its
+/// distance by `u` if so.
 ///
-/// Where the ray leaves the body behind at the limit, the bound from there is poor; the point
-/// closest to the body gives a sharp one.
+/// If the ray leaves the body before the limit, the bound from the limit is poor; the point closest to the body gives
+/// a sharp one.
 fn open_drift(
     piece: &MotionPiece,
     instant: &MotionInstant,

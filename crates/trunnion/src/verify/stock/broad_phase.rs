@@ -26,8 +26,8 @@ impl BoundedPiece {
 
     /// What holds the distance of a body up from a point.
     #[inline]
-    pub(crate) fn tent(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
-        let SupportPlanes { sides: [(one, a), (other, b)] } = self.piece.tent(body, point);
+    pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
+        let SupportPlanes { sides: [(one, a), (other, b)] } = self.piece.support_planes(body, point);
         SupportPlanes { sides: [(one - self.bend, a), (other - self.bend, b)] }
     }
 }
@@ -85,7 +85,7 @@ impl MovingPart {
         let mut at = clamp(stand.tip + stand.axis * height);
         let far = (high - low).norm();
         for _ in 0..LOOKS {
-            let tent = piece.tent(self.body, &at);
+            let tent = piece.support_planes(self.body, &at);
             let bend = piece.bend((at - stand.tip).norm() + far);
             let over = |&(height, gradient): &(f64, Vector3<f64>)| {
                 let side = |k: usize| {

@@ -1,8 +1,8 @@
-//! Boxes in a tree: which pieces of which body can touch a region.
+//! Bounding volume hierarchy: finds the pieces and bodies that can touch a region.
 
 use nalgebra::Point3;
 
-/// An axis-parallel box.
+/// Axis-parallel box.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoundingBox {
     pub(crate) low: Point3<f64>,
@@ -10,22 +10,22 @@ pub(crate) struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// Holds nothing.
+    /// Returns a box that contains nothing.
     pub(crate) fn empty() -> Self {
         Self { low: Point3::from([f64::INFINITY; 3]), high: Point3::from([f64::NEG_INFINITY; 3]) }
     }
 
-    /// Holds everything.
+    /// Returns a box that contains everything.
     pub(crate) fn everywhere() -> Self {
         Self { low: Point3::from([f64::NEG_INFINITY; 3]), high: Point3::from([f64::INFINITY; 3]) }
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box around both.
     pub(crate) fn join(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// Grown by `margin` on every side.
+    /// Returns the box grown by `margin` on every side.
     pub(crate) fn grown(&self, margin: f64) -> Self {
         let margin = nalgebra::Vector3::repeat(margin);
         Self { low: self.low - margin, high: self.high + margin }
@@ -40,25 +40,25 @@ impl BoundingBox {
     }
 }
 
-/// A box and what is in it.
+/// Box with its content.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TreeItem {
     pub(crate) bounds: BoundingBox,
-    /// Piece and body.
+    /// Numbers of the piece and of the body.
     pub(crate) content: (u32, u32),
 }
 
-/// A bounding-box tree.
+/// Tree of bounding boxes.
 #[derive(Debug)]
 pub(crate) struct BoxTree {
     nodes: Vec<TreeNode>,
     items: Vec<TreeItem>,
 }
 
-/// Boxes a leaf holds at most.
+/// Most items in a leaf.
 const LEAF: usize = 8;
 
-/// What is below a node.
+/// Children of a node.
 #[derive(Debug)]
 pub(crate) enum TreeChildren<'a> {
     Nodes([usize; 2]),
@@ -68,7 +68,7 @@ pub(crate) enum TreeChildren<'a> {
 #[derive(Debug)]
 struct TreeNode {
     bounds: BoundingBox,
-    /// Items of a leaf, or the node of the second child (the first one follows directly).
+    /// Items of a leaf, or the second child of a fork; the first child follows its parent directly.
     kind: NodeKind,
 }
 
@@ -79,7 +79,7 @@ enum NodeKind {
 }
 
 impl BoxTree {
-    /// Sorts boxes into a tree by halving along the longest side.
+    /// Builds the tree by splitting at the median along the longest side.
     pub(crate) fn new(mut items: Vec<TreeItem>) -> Self {
         let mut nodes = Vec::new();
         let count = items.len();
@@ -89,22 +89,22 @@ impl BoxTree {
         Self { nodes, items }
     }
 
-    /// Whether anything may be in a region.
+    /// Tests if anything may be in a region.
     pub(crate) fn meets(&self, region: &BoundingBox) -> bool {
         self.nodes.first().is_some_and(|all| all.bounds.meets(region))
     }
 
-    /// Number of the node above all others, if there is anything.
+    /// Returns the number of the root, if there is one.
     pub(crate) fn root(&self) -> Option<usize> {
         (!self.nodes.is_empty()).then_some(0)
     }
 
-    /// The box of a node.
+    /// Returns the box of a node.
     pub(crate) fn bounds(&self, node: usize) -> Option<&BoundingBox> {
         self.nodes.get(node).map(|node| &node.bounds)
     }
 
-    /// What is below a node.
+    /// Returns the children of a node.
     pub(crate) fn below(&self, node: usize) -> TreeChildren<'_> {
         match self.nodes.get(node).map(|node| &node.kind) {
             Some(NodeKind::Fork { second }) => TreeChildren::Nodes([node + 1, *second]),
@@ -115,7 +115,7 @@ impl BoxTree {
         }
     }
 
-    /// Contents of all boxes that meet a region, each once, in ascending order.
+    /// Collects the contents of all boxes that meet a region, each once and in ascending order.
     pub(crate) fn near(&self, region: &BoundingBox, found: &mut Vec<(u32, u32)>) {
         found.clear();
         let mut open = vec![0];

@@ -2,16 +2,18 @@
 
 use nalgebra::Point3;
 
-/// Where a ray through `point` meets a triangle, and +1 or -1 for the side it comes from. A ray through an
-/// edge or a corner counts for one of the triangles there: it is taken to run a little aside, to the same
-/// side for all of them.
+/// Returns the position along an axis-parallel ray through `point` at which it meets a triangle, and +1 or -1 for the side
+/// it comes from.
+///
+/// A ray through an edge or a corner counts for exactly one of the triangles there: it is taken to run slightly aside, to
+/// the same side for all of them.
 pub(crate) fn crossing(
     corners: [&Point3<f64>; 3],
     [a, b, along]: [usize; 3],
     point: &Point3<f64>,
 ) -> Option<(f64, i32)> {
     let side = |p: &Point3<f64>, q: &Point3<f64>| {
-        // The same number for both triangles of an edge, whichever way they run through it.
+        // Both triangles of an edge get the same number, whichever way they run along it.
         let forward = (p[a], p[b], p[along]) <= (q[a], q[b], q[along]);
         let (from, to) = if forward { (p, q) } else { (q, p) };
         let [du, dv] = [to[a] - from[a], to[b] - from[b]];
@@ -27,7 +29,7 @@ pub(crate) fn crossing(
     }
     let total: f64 = sides.iter().map(|(weight, _)| weight).sum();
     let weighted: f64 = sides.iter().zip(corners).map(|((weight, _), p)| weight * p[along]).sum();
-    // A triangle seen edge on has no weights; its corners are as good as any place on it.
+    // A triangle seen edge-on has no weights; any of its points serves, so take a corner.
     let s = if total == 0.0 { p[along] } else { weighted / total };
     Some((s, if left { -1 } else { 1 }))
 }

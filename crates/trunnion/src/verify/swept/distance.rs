@@ -1,12 +1,12 @@
-//! How far a point is from a body: the distance itself, with the direction in which it grows.
+//! Exact signed distance of a point from a body, with its gradient.
 
 use super::tool::{BodyPose, ConvexBody};
 use nalgebra::{Point3, Vector3};
 
-/// In the half plane of the axis: distance, and its derivatives by the distance from the axis and the height.
-type Plane = (f64, f64, f64);
+/// Distance in the half plane through the axis, with its derivatives by the distance from the axis and by the height.
+type ProfileDistance = (f64, f64, f64);
 
-/// Signed distance of a point from a body, below 0 inside, and the unit vector in which it grows.
+/// Returns the signed distance of a point from a body, negative inside, and the unit vector in which it grows.
 pub(crate) fn distance(
     body: ConvexBody,
     stand: &BodyPose,
@@ -25,13 +25,13 @@ pub(crate) fn distance(
             frustum([rho, height], (side, 1.0 / steep, -slope / steep), ends)
         }
     };
-    // On the axis one direction across is as good as another.
+    // On the axis every direction across it is as good as any other.
     let across = if rho > f64::MIN_POSITIVE { aside / rho } else { any_across(&stand.axis) };
     (distance, across * out + stand.axis * up)
 }
 
-/// Directions in which a body begins that a point of it may be about as near to as to its nearest side: across and
-/// along the axis, both ways.
+/// Returns directions towards other sides of a body that a point may be about as near to as to its nearest side: across
+/// and along the axis, both ways.
 pub(crate) fn other_sides(stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 4] {
     let y = point - stand.tip;
     let aside = y - stand.axis * stand.axis.dot(&y);
@@ -39,7 +39,7 @@ pub(crate) fn other_sides(stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64
     [across, -across, stand.axis, -stand.axis]
 }
 
-/// Directions across the sides of a body that face the half plane in which a point lies: unit vectors.
+/// Returns the unit normals of the sides of a body in the half plane of a point.
 pub(crate) fn sides(body: ConvexBody, stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 3] {
     let [across, _, up, down] = other_sides(stand, point);
     let side = match body {
@@ -55,7 +55,7 @@ fn any_across(axis: &Vector3<f64>) -> Vector3<f64> {
     way.cross(axis).normalize()
 }
 
-fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> Plane {
+fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistance {
     let above = height - top;
     if above > 0.0 {
         return from_disc([rho - major - minor, above]);
@@ -72,13 +72,19 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> Plane {
     if above > side.0 { (above, 0.0, 1.0) } else { side }
 }
 
-/// `side` is what the cone alone has; `ends` are radius and height of both discs.
-fn frustum([rho, height]: [f64; 2], side: Plane, [low, high]: [[f64; 2]; 2]) -> Plane {
+/// Returns the distance from a frustum: `side` is that of the cone alone, `ends` are radius and height of both discs.
+fn frustum(
+    [rho, height]: [f64; 2],
+    side: ProfileDistance,
+    [low, high]: [[f64; 2]; 2],
+) -> ProfileDistance {
     let [above, below] = [height - high[1], low[1] - height];
+    // Inside, the nearest of side and ends counts.
     if side.0 <= 0.0 && above <= 0.0 && below <= 0.0 {
         let ends = if above > below { (above, 0.0, 1.0) } else { (below, 0.0, -1.0) };
         return if ends.0 > side.0 { ends } else { side };
     }
+    // Outside, the foot of the perpendicular on the cone decides between side and rims.
     let foot = height - side.2 * side.0.max(0.0);
     if foot > high[1] {
         from_disc([rho - high[0], above])
@@ -90,14 +96,14 @@ fn frustum([rho, height]: [f64; 2], side: Plane, [low, high]: [[f64; 2]; 2]) -> 
     }
 }
 
-/// From a disc's face or rim: how far out of the rim, and how far above, one of them more than 0.
-fn from_disc([out, up]: [f64; 2]) -> Plane {
+/// Returns the distance from a disc's face or rim, from `out` beyond the rim and `up` above it; one of them is positive.
+fn from_disc([out, up]: [f64; 2]) -> ProfileDistance {
     let out = out.max(0.0);
     let away = out.hypot(up);
     (away, out / away, up / away)
 }
 
-/// The point of a body that is farthest in a direction, a unit vector.
+/// Returns the point of a body that is farthest along the unit vector `way`.
 pub(crate) fn farthest(body: ConvexBody, stand: &BodyPose, way: &Vector3<f64>) -> Point3<f64> {
     let up = way.dot(&stand.axis);
     let aside = way - stand.axis * up;
@@ -113,14 +119,14 @@ pub(crate) fn farthest(body: ConvexBody, stand: &BodyPose, way: &Vector3<f64>) -
     }
 }
 
-/// Height of a point of the axis from which the body's surface is farthest \[mm above the tip\].
+/// Returns the height of the axis point that is deepest inside the body \[mm above the tip\].
 pub(crate) fn deepest(body: ConvexBody) -> f64 {
     let [low, high] = body.heights();
     let middle = 0.5 * (low + high);
     match body {
         ConvexBody::Nose { .. } => middle,
         ConvexBody::Frustum { radius, slope, .. } => {
-            // Where the side is as near as the wider end.
+            // At this height the side is as near as the wider end.
             let steep = slope.hypot(1.0);
             if slope < 0.0 {
                 middle.min(low + radius / (steep - slope))

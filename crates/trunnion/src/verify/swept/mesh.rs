@@ -1,38 +1,38 @@
-//! The triangles that enclose a solid, in a tree of boxes.
+//! Closed triangle meshes in a bounding volume hierarchy.
 
 use super::bvh::{BoundingBox, BoxTree, TreeItem};
 use super::crossing::crossing;
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
 
-/// A closed mesh.
+/// Closed mesh with the tree of its triangles.
 #[derive(Debug)]
 pub(crate) struct ClosedMesh {
     mesh: Mesh,
     pub(crate) tree: BoxTree,
 }
 
-/// What of a solid is in a box.
+/// Upper bound on the part of a solid inside a box.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum BoxContent {
     Nothing,
-    /// No more than what is behind all of these planes: `way x <= most`.
+    /// At most the half spaces behind all of these planes: `way x <= most`.
     Behind(Vec<(Vector3<f64>, f64)>),
 }
 
-/// Axis of the rays that tell inside from outside.
+/// Axis of the rays that separate inside from outside.
 const ALONG: usize = 2;
-/// Triangles in a box of which it is asked whether they bulge.
+/// Most triangles in a box for which supporting planes are sought.
 const FACES: usize = 48;
-/// What lies so little in front of a plane is on it \[mm\], and it is looked so far to either side of a triangle for
-/// what is inside.
+/// Distance in front of a plane within which a point counts as on it \[mm\].
 const ON: f64 = 1e-9;
+/// Distance to either side of a triangle at which inside and outside are tested \[mm\].
 const ASIDE: f64 = 1e-7;
 
 type TriangleCorners = [Point3<f64>; 3];
 
 impl ClosedMesh {
-    /// `None` without a triangle.
+    /// Builds the tree; `None` without a triangle.
     pub(crate) fn new(mesh: Mesh) -> Option<Self> {
         let around =
             |all: BoundingBox, p: &Point3<f64>| all.join(&BoundingBox { low: *p, high: *p });
@@ -53,8 +53,10 @@ impl ClosedMesh {
         corners(&self.mesh, self.mesh.triangles.get(number as usize)?)
     }
 
-    /// Whether a point is inside: a ray up from it comes out once more than it goes in, or crosses an odd number of
-    /// triangles, should they turn this way and that.
+    /// Tests if a point is inside.
+    ///
+    /// A ray upwards from it leaves the solid once more than it enters, or crosses an odd number of triangles if they are
+    /// not oriented alike.
     pub(crate) fn holds(&self, point: &Point3<f64>) -> bool {
         let Some(bounds) = self.tree.root().and_then(|root| self.tree.bounds(root)) else {
             return false;
@@ -74,10 +76,11 @@ impl ClosedMesh {
         wound != 0 || count % 2 == 1
     }
 
-    /// What of the solid is in a box at most.
+    /// Returns an upper bound on the part of the solid inside a box.
     ///
-    /// If all triangles in the box are behind the plane of one of them, then so is the solid: from a place of it in
-    /// front, the straight way to that triangle, whose front is outside, would have to leave it through another one.
+    /// If all triangles in the box are behind the plane of one of them, so is the solid. Proof: take a point of the solid in
+    /// front of that plane. The straight line from it to the triangle, whose front is outside, would have to leave the solid
+    /// through another triangle in front of the plane.
     pub(crate) fn within(&self, bounds: &BoundingBox) -> BoxContent {
         let mut near = Vec::new();
         self.tree.near(bounds, &mut near);
@@ -90,7 +93,7 @@ impl ClosedMesh {
         BoxContent::Behind(planes.filter_map(|one| self.front(one, &triangles)).collect())
     }
 
-    /// The plane of a triangle, seen from outside, if all others are behind it.
+    /// Returns the outward plane of a triangle if all other triangles are behind it.
     fn front(&self, one: &TriangleCorners, all: &[TriangleCorners]) -> Option<(Vector3<f64>, f64)> {
         let [a, b, c] = one;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
@@ -112,7 +115,7 @@ fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> Option<TriangleCorners> {
     Some([a?, b?, c?])
 }
 
-/// Whether any of a triangle is in a box: what its sides cut off leaves something.
+/// Tests if any part of a triangle is in a box, by clipping it at all six sides.
 fn is_in(triangle: &TriangleCorners, bounds: &BoundingBox) -> bool {
     let mut left = triangle.to_vec();
     for axis in 0..3 {
@@ -123,7 +126,7 @@ fn is_in(triangle: &TriangleCorners, bounds: &BoundingBox) -> bool {
     !left.is_empty()
 }
 
-/// A polygon's part where a linear function is at most 0.
+/// Clips a polygon to the part where a linear function is at most 0.
 pub(crate) fn kept(
     polygon: &[Point3<f64>],
     over: impl Fn(&Point3<f64>) -> f64,

@@ -1,51 +1,53 @@
-//! Moves as short pieces whose motion is quadratic in time to within a stated error.
+//! Splits moves into short pieces whose motion is quadratic in time to within a stated error.
+//!
+//! All bounds are over a piece, with its local time `u` in -1..=1. Symbols: `o` turn rate \[rad\], `b` bound on the change
+//! of the velocity at distance 1 due to turning, `v` and `a` speed and acceleration of the tip \[mm\], all by `u`;
+//! `y` a point relative to the tip, `d` its distance from the body, `g` the gradient of `d`.
 
 use super::tool::{BodyPose, BodyProbe, ConvexBody, NormalRay};
 use crate::verify::VerifyError;
 use crate::verify::replay::{Mover, Segment, Swing};
 use nalgebra::{Point3, Vector3};
 
-/// A piece of a move, over `u` in -1..=1.
+/// Piece of a move with quadratic motion, over `u` in -1..=1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotionPiece {
     /// Line of the program.
     pub(crate) line: u32,
-    /// Place of the tool in the table.
+    /// Index of the tool in the tool table.
     pub(crate) tool: usize,
-    /// The times in 0..=1 it covers of its move.
+    /// Interval of the move's time, within 0..=1, that the piece covers.
     span: [f64; 2],
-    /// The tool at u = 0.
+    /// Tool at u = 0.
     pub(super) middle: MotionInstant,
-    /// Coefficients of the tip \[mm\].
+    /// Polynomial coefficients of the tip by `u` \[mm\].
     tip: [Vector3<f64>; 3],
-    /// Coefficients of the axis vector, unit to within the error.
+    /// Polynomial coefficients of the axis vector, whose length is 1 to within the error.
     axis: [Vector3<f64>; 3],
-    /// Bounds over the piece on speed and acceleration of the tip, turn rate and its change.
+    /// Bounds over the piece: speed and acceleration of the tip, turn rate, and the change of velocity by turning.
     speed: f64,
     acceleration: f64,
     turn: f64,
     turn_change: f64,
 }
 
-/// `|(u+1) u (u-1)| / 6 <= 0.06416` on -1..=1, and `d/du = d/dt / 2` with t in 0..=1, so that a
-/// quadratic through both ends and the middle is off by at most this times the third derivative
-/// by t.
+/// Interpolation error of a quadratic through both ends and the middle, per third derivative by `t`.
+///
+/// `|(u+1) u (u-1)| / 6 <= 0.06416` on -1..=1, and `d/du = d/dt / 2` with `t` in 0..=1.
 const INTERPOLATION: f64 = 0.06416 / 8.0;
-/// Largest turn of a piece \[rad\]: keeps the quadratic axis vector close to length 1.
+/// Largest turn of a piece \[rad\]; it keeps the quadratic axis vector close to length 1.
 const LARGEST_TURN: f64 = 0.2;
-/// Halvings to the time at which a point is deepest: to a millionth of the piece.
+/// Bisections for the time at which a point is deepest: to a millionth of the piece.
 const DEEPEST_STEPS: u32 = 20;
-/// Pieces of one move; more only in a program that turns a thousand times in a block.
+/// Most pieces of one move. Only a program that turns a thousand times in a block needs more.
 const MOST_PIECES: f64 = 1e6;
 
-/// Splits a segment into pieces that are off by at most `tolerance` \[mm\] anywhere within `reach`
-/// \[mm\] of the tip.
+/// Splits a segment into pieces that are accurate to `tolerance` \[mm\] within `reach` \[mm\] of the tip.
 ///
-/// With the rotaries linear in time the axis is a product of two rotations, whose third derivative
-/// is at most `theta³`, theta the sum of both turns; on a great circle it is that. A tip carried along
-/// at distance `r` from the rotary axes while the linear axes travel `v` has at most
-/// `theta³ r + 3 theta² v`. Under TCP the tip is linear but for the error a wrong belief makes, which
-/// turns with the tool.
+/// Error bound: with rotaries linear in time, the axis is a product of two rotations; its third derivative is at most
+/// `theta³`, `theta` being the sum of both turns. On a great circle it is exactly that. A tip carried at distance `r`
+/// from the rotary axes while the linear axes travel `v` has at most `theta³ r + 3 theta² v`. Under TCP the tip is
+/// linear, except for the error of a wrong machine model, which turns with the tool.
 pub(crate) fn pieces(
     mover: &Mover<'_>,
     segment: &Segment,
@@ -73,16 +75,17 @@ pub(crate) fn pieces(
     Ok(())
 }
 
-/// A piece cut further until, seen from the tool, points within `reach` of the tip are off the mean of moving
-/// straight and of moving on the parabola through its ends by at most `tolerance` \[mm\]: half of
-/// [`MotionPiece::bend`].
+/// Subdivides a piece until points within `reach` of the tip move nearly straight in the tool's frame.
+///
+/// They are then off the mean of the straight line and of the parabola through its ends by at most `tolerance`
+/// \[mm\], which is half of [`MotionPiece::bend`].
 pub(crate) fn straight(
     mover: &Mover<'_>,
     segment: &Segment,
     piece: &MotionPiece,
     [reach, tolerance]: [f64; 2],
 ) -> Result<Vec<MotionPiece>, VerifyError> {
-    // The bend falls with the square of the length.
+    // The bend falls with the square of the duration.
     let count = (0.5 * piece.bend(reach) / tolerance).sqrt().ceil();
     if count < 2.0 {
         return Ok(vec![*piece]);
@@ -102,16 +105,15 @@ pub(crate) fn straight(
     Ok(straight)
 }
 
-/// Quadratic through values at -1, 0, 1.
+/// Returns the coefficients of the quadratic through values at -1, 0 and 1.
 fn quadratic([low, mid, high]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     [mid, (high - low) * 0.5, (high + low) * 0.5 - mid]
 }
 
-/// Bound on how fast the velocity of a point at distance 1 changes because the tool turns: the change of
-/// the turn rate, and the square of the rate itself.
+/// Bounds the change of velocity, due to turning, of a point at distance 1: change of the turn rate plus its square.
 ///
-/// With `n = a / |a|` and `P` across `n`, `P n'' = P a'' / |a| - 2 n' (n a') / |a|`; there
-/// `a'' = 2 a2` lies nearly along `n`, and `a a'` is a cubic in `u` with small coefficients.
+/// With `n = a / |a|` and `P` the projection across `n`, `P n'' = P a'' / |a| - 2 n' (n a') / |a|`. Here
+/// `a'' = 2 a2` is nearly along `n`, and `a a'` is a cubic in `u` with small coefficients.
 fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
     let [a0, a1, a2] = axis;
     let aside = (a2 - a0 * (a0.dot(a2) / a0.norm_squared())).norm() + turn * a2.norm();
@@ -122,7 +124,7 @@ fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
     2.0 * (aside + turn * stretch / length) / length + turn * turn
 }
 
-/// A tool in motion at one instant.
+/// Pose and velocity of the tool at one instant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotionInstant {
     pub(crate) stand: BodyPose,
@@ -130,7 +132,7 @@ pub(crate) struct MotionInstant {
     pub(super) axis_rate: Vector3<f64>,
 }
 
-/// Tool at `u` from the coefficients of tip and axis vector.
+/// Evaluates the motion at `u` from the coefficients of tip and axis vector.
 #[inline]
 fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> MotionInstant {
     let raw = axis[0] + (axis[1] + axis[2] * u) * u;
@@ -145,14 +147,14 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> MotionI
 }
 
 impl MotionInstant {
-    /// Velocity by `u` of the tool's own point at `y` from the tip.
+    /// Returns the velocity by `u` of the tool's own point at `y` from the tip.
     #[inline]
     pub(crate) fn velocity(&self, y: &Vector3<f64>) -> Vector3<f64> {
         let Self { stand, tip_rate, axis_rate } = self;
         tip_rate + axis_rate * stand.axis.dot(y) - stand.axis * axis_rate.dot(y)
     }
 
-    /// Distance of a body from a point, its derivative by `u`, and its gradient.
+    /// Returns the distance of a body from a point, its derivative by `u`, and its gradient.
     #[inline]
     fn distance(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
         let Self { stand, tip_rate, axis_rate } = self;
@@ -165,19 +167,19 @@ impl MotionInstant {
     }
 }
 
-/// Two planes below the distance of a body from places around a point, at all times of a piece, but for bend: height at
-/// the point and gradient of each. The distance is nowhere less than the lower of both.
+/// Two planes that bound the distance of a body from points around a given point, at all times of a piece.
 ///
-/// In the tool's frame, where the body is fixed and convex, the place `by` from the point moves straight with
-/// velocity `v - w x by`; with distance `d` and gradient `g` at u = 0 it is at least `d + g by + u (g v - g (w x by))`
-/// away, linear in `u` as well as in `by`: least at one end of the piece or the other.
+/// Each has a height at the given point and a gradient. Except for the bend, the distance is nowhere below the lower
+/// of both. Proof: in the tool's frame the body is fixed and convex, and the point at offset `by` moves straight with
+/// velocity `v - w x by`. With distance `d` and gradient `g` at u = 0 its distance is at least
+/// `d + g by + u (g v - g (w x by))`. That is linear in `u` as well as in `by`, hence least at one end of the piece.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SupportPlanes {
     pub(crate) sides: [(f64, Vector3<f64>); 2],
 }
 
 impl SupportPlanes {
-    /// The side that is lower at the point.
+    /// Returns the plane that is lower at the given point.
     #[inline]
     pub(crate) fn lower(&self) -> &(f64, Vector3<f64>) {
         let [a, b] = &self.sides;
@@ -185,7 +187,7 @@ impl SupportPlanes {
     }
 }
 
-/// What is asked of a piece: does `body` meet `ray` below `limit`? Seen from the point at `s`.
+/// Question whether `body` meets `ray` below `limit`, as seen from the point at `s`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayQuery<'a> {
     pub(crate) body: ConvexBody,
@@ -194,30 +196,29 @@ pub(crate) struct RayQuery<'a> {
     pub(crate) limit: f64,
 }
 
-/// How a body stands to the ray at one instant: enough to bound it over an interval.
+/// Distance bound of a body from a ray over an interval of time.
 pub(crate) struct DistanceBound {
-    /// Lower bound of the distance function over the interval, at any `s` up to the limit.
+    /// Lower bound of the distance function over the interval, for every `s` up to the limit.
     pub(crate) low: f64,
-    /// Derivative by `s` where it was probed.
+    /// Derivative by `s` at the probed point.
     pub(crate) by_s: f64,
-    /// Derivative by `u` at the middle.
+    /// Derivative by `u` at the middle of the interval.
     pub(crate) drift: f64,
 }
 
-/// A piece of a surface: points within `bulge` of `centre + s a + t b`, s and t in -1..=1.
+/// Piece of a surface: points within `bulge` of `centre + s a + t b`, with `s` and `t` in -1..=1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SurfacePatch<'a> {
     pub(crate) centre: Point3<f64>,
     pub(crate) half: &'a [Vector3<f64>; 2],
     pub(crate) bulge: f64,
-    /// No point is farther from the centre.
+    /// Bound on the distance of its points from the centre.
     pub(crate) radius: f64,
-    /// Unit vector across it.
+    /// Unit normal.
     pub(crate) normal: Vector3<f64>,
 }
 
-/// Distance of a body from a patch's centre at an instant, and what other places and other times can
-/// take from it.
+/// Distance of a body from the centre of a patch at an instant, with what other points and other times can take off it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DistanceMargin {
     pub(crate) distance: f64,
@@ -226,14 +227,14 @@ pub(crate) struct DistanceMargin {
 }
 
 impl DistanceMargin {
-    /// What is left at least.
+    /// Returns the lower bound over the whole patch and interval.
     pub(crate) fn least(&self) -> f64 {
         self.distance - self.place - self.time
     }
 }
 
 impl MotionPiece {
-    /// The piece of a segment through three times.
+    /// Interpolates a segment through three times.
     fn through(
         mover: &Mover<'_>,
         segment: &Segment,
@@ -244,8 +245,8 @@ impl MotionPiece {
         let tip = quadratic([low.tip.coords, mid.tip.coords, high.tip.coords]);
         let axis = quadratic([low, mid, high].map(|pose| pose.axis.into_inner()));
         let rate = axis[1].norm() + 2.0 * axis[2].norm();
-        // The vector is at least this long (at least 0.9 by LARGEST_TURN), since it is 1 at both ends
-        // and the middle; its direction turns accordingly faster.
+        // The axis vector is at least this long, since it is 1 at both ends and in the middle; LARGEST_TURN keeps
+        // that above 0.9. Its direction turns faster by the same ratio.
         let length = 1.0 - axis[2].norm() - rate * rate;
         let turn = rate / length;
         let middle = instant(&tip, &axis, 0.0);
@@ -263,23 +264,23 @@ impl MotionPiece {
         })
     }
 
-    /// Tool at `u`.
+    /// Returns pose and velocity at `u`.
     pub(crate) fn instant(&self, u: f64) -> MotionInstant {
         instant(&self.tip, &self.axis, u)
     }
 
-    /// Tool at u = 0.
+    /// Returns pose and velocity at u = 0.
     #[inline]
     pub(crate) fn middle(&self) -> &MotionInstant {
         &self.middle
     }
 
     /// Bounds the distance function `G(s, u)` of a body over `u` within `half` of the instant and
-    /// all `s` from the ray's start to `limit`, from its values at `s0 = target.s`.
+    /// all `s` from the start of the ray to `limit`, from its values at `s0 = target.s`.
     ///
-    /// In the tool's frame the body is fixed and convex, so `G` is at least its linear part at the
-    /// instant less the curvature of the motion of the point: with `w = half`, turn rate `o`, turn
-    /// change `b`, tip speed and acceleration `v` and `a`,
+    /// In the tool's frame the body is fixed and convex. Hence `G` is at least its linear part at the instant, less the
+    /// curvature of the point's motion. With `w = half`, turn rate `o`, turn change `b`, tip speed and acceleration `v`
+    /// and `a`:
     ///
     /// ```text
     /// G >= d + d_s (s - s0) - |d_u| w - (a + 2 o v + b |y|) w²/2 - (o w + b w²/2) |s - s0|
@@ -305,8 +306,9 @@ impl MotionPiece {
         DistanceBound { low, by_s, drift }
     }
 
-    /// How far the distance of a point can be from its linear part within `half` of an instant at which the point is
-    /// so far from the tip, and how far the tool turns under it: mm, and mm for each mm beside the point.
+    /// Bounds the departure from linearity within `half` of an instant, for a point at distance `far` from the tip.
+    ///
+    /// Returns the part of its own motion \[mm\], and the turn of the tool under it \[mm per mm beside the point\].
     #[inline]
     pub(super) fn beyond(&self, half: f64, far: f64) -> [f64; 2] {
         let square = 0.5 * half * half;
@@ -315,9 +317,10 @@ impl MotionPiece {
         [bend * square, self.turn * half + self.turn_change * square]
     }
 
-    /// Bounds the distance of a body from a patch over `u` within `half` of the instant: the linear
-    /// part of the distance function at the patch's centre supports it, as in [`MotionPiece::bound`], and
-    /// while the tool turns the patch's other points move against it by at most turn times radius.
+    /// Bounds the distance of a body from a patch over `u` within `half` of the instant.
+    ///
+    /// The linear part of the distance function at the centre supports it, as in [`MotionPiece::bound`]. While the tool
+    /// turns, the other points of the patch move against it by at most turn times radius.
     pub(crate) fn keeps_off(
         &self,
         instant: &MotionInstant,
@@ -340,7 +343,7 @@ impl MotionPiece {
         }
     }
 
-    /// Distance of a body from a point at `u`, its derivative by `u`, and its gradient.
+    /// Returns the distance of a body from a point at `u`, its derivative by `u`, and its gradient.
     #[inline]
     pub(crate) fn distance(
         &self,
@@ -351,8 +354,9 @@ impl MotionPiece {
         self.instant(u).distance(body, point)
     }
 
-    /// When a point is deepest in a body, or nearest to it, but for bend: the distance is nearly convex in time. The
-    /// motion is taken to go on beyond both ends of the piece, as far again.
+    /// Returns the time at which a point is deepest in a body, or nearest to it, except for the bend.
+    ///
+    /// The distance is nearly convex in time. The motion is extrapolated beyond both ends of the piece, as far again.
     pub(crate) fn deepest(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (mut low, mut high) = (-2.0, 2.0);
         for _ in 0..DEEPEST_STEPS {
@@ -362,9 +366,9 @@ impl MotionPiece {
         0.5 * (low + high)
     }
 
-    /// What holds the distance of a body up over the whole piece, but for bend, from a point.
+    /// Returns the planes below the distance of a body around a point, over the whole piece and except for the bend.
     #[inline]
-    pub(crate) fn tent(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
+    pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
         let (distance, drift, gradient) = self.middle.distance(body, point);
         let MotionInstant { stand, axis_rate, .. } = &self.middle;
         let turn = axis_rate * gradient.dot(&stand.axis) - stand.axis * gradient.dot(axis_rate);
@@ -373,50 +377,49 @@ impl MotionPiece {
         }
     }
 
-    /// How far a point at most `far` \[mm\] from the tip is from moving straight in the tool's frame
-    /// \[mm\]: with turn rate `o`, turn change `b`, tip speed and acceleration `v` and `a`, half of
-    /// `a + 2 o v + b far`.
+    /// Bounds the departure of a point from straight motion in the tool's frame \[mm\], at most `far` \[mm\] from the tip:
+    /// half of `a + 2 o v + b far`.
     pub(crate) fn bend(&self, far: f64) -> f64 {
         let far = far + self.speed;
         0.5 * (self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far)
     }
 
-    /// How far a point of the tool, at most `far` \[mm\] from the tip, is at most from the chord between its places at
-    /// both ends of the piece \[mm\]: over a part of it, as the square of the part's length.
+    /// Bounds the distance of a tool point from the chord between its two end positions \[mm\], at most `far` \[mm\] from
+    /// the tip. Over a part of the piece it falls with the square of the duration.
     pub(crate) fn sag(&self, far: f64) -> f64 {
         0.5 * (self.acceleration + self.turn_change * far)
     }
 
-    /// How much a direction in the tool's frame changes at most within `time`.
+    /// Bounds the change of a direction in the tool's frame within `time`.
     pub(crate) fn shear(&self, time: f64) -> f64 {
         (self.turn + 0.5 * self.turn_change * time) * time
     }
 
-    /// Distance of a body from a point, less all that the motion of the piece can take from it.
+    /// Returns the distance of a body from a point, less all that the motion of the piece can take off it.
     pub(crate) fn clearance(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (distance, motion) = self.at_middle(body, point);
         distance - motion
     }
 
-    /// Distance of a body from a point at u = 0, and what the motion of the piece can take from it.
+    /// Returns the distance of a body from a point at u = 0, and what the motion of the piece can take off it.
     pub(crate) fn at_middle(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64) {
         let stand = &self.middle.stand;
         let y = point - stand.tip;
-        (body.probe(&y, &stand.axis).distance, self.pace(y.norm()))
+        (body.probe(&y, &stand.axis).distance, self.point_speed(y.norm()))
     }
 
-    /// How fast a point so far from the tip at u = 0 moves at most, seen from the tool \[mm\].
-    pub(crate) fn pace(&self, far: f64) -> f64 {
+    /// Bounds the speed of a point in the tool's frame, at distance `far` from the tip at u = 0 \[mm\].
+    pub(crate) fn point_speed(&self, far: f64) -> f64 {
         self.speed + self.turn * (far + self.speed)
     }
 
-    /// Corners of a box around the axis points between two heights, over the whole piece.
+    /// Returns the corners of a box around the axis points between two heights, over the whole piece.
     pub(crate) fn axis_box(&self, heights: [f64; 2]) -> [Point3<f64>; 2] {
         let mut low = Vector3::repeat(f64::INFINITY);
         let mut high = -low;
         for height in heights {
             let [p0, p1, p2] = [0, 1, 2].map(|k: usize| self.tip[k] + self.axis[k] * height);
-            // Bezier control points of the quadratic contain it.
+            // The Bezier control points of the quadratic contain it.
             for corner in [p0 - p1 + p2, p0 - p2, p0 + p1 + p2] {
                 low = low.inf(&corner);
                 high = high.sup(&corner);

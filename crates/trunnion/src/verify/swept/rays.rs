@@ -1,13 +1,13 @@
-//! A moving body against many rays at a time, and against planes.
+//! Bounds of a moving body against bundles of rays, and against planes.
 
 use super::quadratic::{DistanceMargin, MotionInstant, MotionPiece, SurfacePatch};
 use super::tool::{ConvexBody, NormalRay};
 use nalgebra::{Point3, Vector3};
 
-/// Halvings of a piece in time end here: a millionth of it.
+/// Shortest half interval of time in a search: a millionth of the piece.
 const SHORTEST: f64 = 1e-6;
 
-/// Rays that begin near each other: within `bulge` of a flat disc, along normals within `turn` of its own.
+/// Bundle of nearby rays: origins within `bulge` of a flat disc, normals within `turn` of its own.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayBundle {
     pub(crate) centre: Point3<f64>,
@@ -18,7 +18,7 @@ pub(crate) struct RayBundle {
 }
 
 impl RayBundle {
-    /// The disc across one of some rays, around them all.
+    /// Returns the bundle of some rays, with the disc across one of them.
     pub(crate) fn around(middle: &NormalRay, rays: &[NormalRay]) -> Self {
         let NormalRay { origin: centre, normal, .. } = *middle;
         let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
@@ -36,9 +36,11 @@ impl RayBundle {
 }
 
 impl MotionPiece {
-    /// Bounds the distance of a body from rays over `u` within `half` of the instant, from `below` under the disc
-    /// they begin at up to `top` over it: the distance function's linear part at the top of the middle ray supports
-    /// it, as in [`MotionPiece::keeps_off`].
+    /// Bounds the distance of a body from a bundle over `u` within `half` of the instant, from `below` under the disc to
+    /// `top` over it.
+    ///
+    /// The linear part of the distance function at the top of the middle ray supports it, as in
+    /// [`MotionPiece::keeps_off`].
     fn off_rays(
         &self,
         (instant, half): (&MotionInstant, f64),
@@ -64,7 +66,7 @@ impl MotionPiece {
         }
     }
 
-    /// Lower bound of the distance of a body from rays over the whole piece, see [`MotionPiece::off_rays`].
+    /// Returns a lower bound of the distance of a body from a bundle over the whole piece.
     pub(crate) fn keeps_off_rays(
         &self,
         body: ConvexBody,
@@ -76,8 +78,9 @@ impl MotionPiece {
         distance - place - time
     }
 
-    /// Whether a body may come within `slack` of rays during the piece, and about how far it keeps off, then; time is
-    /// halved as long as that tells more than place does.
+    /// Tests if a body may come within `slack` of a bundle during the piece; returns its approximate distance if so.
+    ///
+    /// Bisects time as long as time loses more of the distance than the extent of the bundle does.
     pub(crate) fn comes(
         &self,
         body: ConvexBody,
@@ -100,8 +103,10 @@ impl MotionPiece {
         None
     }
 
-    /// Bounds the distance of a body from a patch as [`MotionPiece::keeps_off`] does, by the body's plane across the patch's
-    /// normal: where a sharp edge is nearest, that plane tells more than those of both sides of the edge.
+    /// Bounds the distance of a body from a patch by the body's support plane along the patch normal.
+    ///
+    /// Where a sharp edge is nearest, this plane bounds better than the planes of both sides of the edge that
+    /// [`MotionPiece::keeps_off`] uses.
     pub(crate) fn keeps_above(
         &self,
         instant: &MotionInstant,
@@ -112,7 +117,7 @@ impl MotionPiece {
         let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = patch.centre - stand.tip;
         let down = -patch.normal;
-        // The tool turns without spin.
+        // The tool turns without spin about its own axis.
         let turning = stand.axis.cross(axis_rate).cross(&y);
         let drift = down.dot(&(tip_rate + turning));
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);

@@ -1,32 +1,32 @@
-//! The tool as convex bodies of revolution: signed distance with its gradient.
+//! The tool as convex bodies of revolution: signed distance and its gradient.
 
 use crate::cutter::Cutter;
 use nalgebra::{Point3, Vector3};
 
-/// A convex body about the tool axis.
+/// Convex body of revolution about the tool axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ConvexBody {
-    /// Cutting end and flank: a circle of radius `minor` swept round one of radius `major`, then a
-    /// cylinder up to `top`.
+    /// Cutting end and flank: a circle of radius `minor` swept around one of radius `major`, and the
+    /// cylinder above it up to `top`.
     Nose { major: f64, minor: f64, top: f64 },
-    /// A piece of the shank between two heights; `slope` is the growth of the radius by height.
+    /// Section of the shank or holder between two heights; `slope` is the growth of the radius with height.
     Frustum { low: f64, high: f64, radius: f64, slope: f64 },
 }
 
-/// Convex function that is 0 on a body's surface, below 0 inside, and never above the distance.
+/// Value of a convex function that is 0 on the surface of a body, negative inside, and never above the distance.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyProbe {
-    /// Its value \[mm\].
+    /// Value of the function \[mm\].
     pub(crate) distance: f64,
-    /// Its derivative by the distance `rho` from the axis, divided by `rho` \[1/mm\].
+    /// Derivative by the distance `rho` from the axis, divided by `rho` \[1/mm\].
     pub(crate) radial: f64,
-    /// Its derivative by the height above the tip.
+    /// Derivative by the height above the tip.
     pub(crate) axial: f64,
     /// Height above the tip \[mm\].
     pub(crate) height: f64,
 }
 
-/// The tool of a job, in the order tip to spindle.
+/// Returns the bodies of a tool, from tip to spindle.
 pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     let shank = &cutter.spec().shank;
     let top = shank.first().map_or(cutter.length(), |&[height, _]| height);
@@ -46,19 +46,19 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     bodies
 }
 
-/// No point of a tool is farther from its tip \[mm\].
+/// Returns a bound on the distance of the tool's points from its tip \[mm\].
 pub(crate) fn size(cutter: &Cutter) -> f64 {
     let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
     cutter.length().hypot(widest)
 }
 
-/// Bodies of some tools, and how far a point of them may be from the tip \[mm\].
+/// Returns the bodies of each tool with a bound on the distance of their points from the tip \[mm\].
 pub(crate) fn tools(cutters: &[&Cutter]) -> Vec<(Vec<ConvexBody>, f64)> {
     cutters.iter().map(|cutter| (bodies(cutter), size(cutter))).collect()
 }
 
 impl ConvexBody {
-    /// Lowest and highest point on the axis \[mm above the tip\].
+    /// Returns the lowest and the highest point on the axis \[mm above the tip\].
     pub(crate) fn heights(self) -> [f64; 2] {
         match self {
             Self::Nose { top, .. } => [0.0, top],
@@ -66,7 +66,7 @@ impl ConvexBody {
         }
     }
 
-    /// Largest radius \[mm\].
+    /// Returns the largest radius \[mm\].
     pub(crate) fn radius(self) -> f64 {
         match self {
             Self::Nose { major, minor, .. } => major + minor,
@@ -74,7 +74,7 @@ impl ConvexBody {
         }
     }
 
-    /// How far the body reaches along a unit vector, from the tip \[mm\].
+    /// Returns the support function: the reach of the body along the unit vector `way`, from the tip \[mm\].
     pub(crate) fn extent(self, axis: &Vector3<f64>, way: &Vector3<f64>) -> f64 {
         let up = way.dot(axis);
         let out = (way - axis * up).norm();
@@ -93,10 +93,10 @@ impl ConvexBody {
         }
     }
 
-    /// Probes a point `y` (from the tip) for a tool along the unit vector `axis`.
+    /// Evaluates the distance function at `y`, a point relative to the tip, for a tool along the unit vector `axis`.
     ///
-    /// Every piece is a convex function of `y`, so their maximum is; where it has a kink, the
-    /// derivative of one side is given, which supports it as well.
+    /// Each piece is a convex function of `y`, hence so is their maximum. At a kink the derivative of one side is
+    /// returned; it is a subgradient and supports the function as well.
     #[inline]
     pub(crate) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
         let height = axis.dot(y);
@@ -107,16 +107,16 @@ impl ConvexBody {
                 frustum([rho, height], [low, high], [radius, slope])
             }
         };
-        // On the axis itself any radial slope up to by_rho supports the function; 0 is one.
+        // On the axis every radial slope up to `by_rho` is a subgradient; 0 is one of them.
         let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
         BodyProbe { distance, radial, axial, height }
     }
 }
 
-/// Value and derivatives by rho and height of the nose.
+/// Returns value and derivatives by `rho` and height for the cutting end.
 #[inline]
 fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f64) {
-    // Distance to the corner region {out <= 0, down <= 0}, less the rounding.
+    // Distance to the quadrant {out <= 0, down <= 0} of the profile, less the corner radius.
     let [out, down] = [rho - major, minor - height];
     let side = if out > 0.0 && down > 0.0 {
         // Millimetres do not overflow, and hypot is a slow call.
@@ -134,8 +134,10 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f6
     if above > side.0 { (above, 0.0, 1.0) } else { side }
 }
 
-/// Value and derivatives by rho and height of a frustum: outside of a rim the distance to it, as two planes would meet
-/// in a kink that no one of them bounds.
+/// Returns value and derivatives by `rho` and height for a frustum.
+///
+/// Beyond a rim this is the distance from the rim: the maximum of the two planes has a kink there that no single
+/// plane bounds.
 #[inline]
 fn frustum(
     [rho, height]: [f64; 2],
@@ -144,7 +146,7 @@ fn frustum(
 ) -> (f64, f64, f64) {
     for (sign, rim) in [(-1.0, [radius, low]), (1.0, [radius + slope * (high - low), high])] {
         let out = [rho - rim[0], height - rim[1]];
-        // Beyond the end plane's edge, and beyond the end of the slanting line.
+        // Outside the edge of the end plane and beyond the end of the slanted line.
         if out[0] > 0.0 && sign * (slope * out[0] + out[1]) > 0.0 {
             return from_rim(out);
         }
@@ -156,14 +158,14 @@ fn frustum(
     if end.0 > side { (end.0, 0.0, end.1) } else { (side, 1.0 / steep, -slope / steep) }
 }
 
-/// Distance from a rim, and its derivatives.
+/// Returns the distance from a rim and its derivatives.
 fn from_rim([out, up]: [f64; 2]) -> (f64, f64, f64) {
     // Millimetres do not overflow, and hypot is a slow call.
     let away = (out * out + up * up).sqrt();
     (away, out / away, up / away)
 }
 
-/// Where and how a tool stands.
+/// Tool pose as plain vectors, for inner loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BodyPose {
     pub(crate) tip: Point3<f64>,
@@ -171,44 +173,45 @@ pub(crate) struct BodyPose {
     pub(crate) axis: Vector3<f64>,
 }
 
-/// A ray from a surface point along its normal, searched from `-below` up.
+/// Ray from a surface point along its normal, searched upwards from `-below`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NormalRay {
     pub(crate) origin: Point3<f64>,
     /// Unit vector.
     pub(crate) normal: Vector3<f64>,
-    /// How far below the origin the search begins \[mm\].
+    /// Start of the search below the origin \[mm\].
     pub(crate) below: f64,
 }
 
 impl NormalRay {
-    /// The point at `s`.
+    /// Returns the point at `s`.
     #[inline]
     pub(crate) fn at(&self, s: f64) -> Point3<f64> {
         self.origin + self.normal * s
     }
 }
 
-/// Newton steps on a convex function approach its root from one side; halving is the slowest they
-/// can be (a double root), and 60 halvings pass from metres to below a nanometre.
+/// Most steps of a root search. Newton steps on a convex function approach its root from one side. The slowest case
+/// is halving, at a double root; 60 halvings lead from metres to below a nanometre.
 const STEPS: u32 = 60;
 
 impl ConvexBody {
-    /// Distance function along a ray and its derivative.
+    /// Returns the distance function at `s` on a ray, and its derivative by `s`.
     fn along(self, stand: &BodyPose, ray: &NormalRay, s: f64) -> (f64, f64) {
         let y = ray.at(s) - stand.tip;
         let probe = self.probe(&y, &stand.axis);
         (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
     }
 
-    /// Whether a point is inside the body.
+    /// Tests if a point is inside the body.
     pub(crate) fn holds(self, stand: &BodyPose, point: &Point3<f64>) -> bool {
         self.probe(&(point - stand.tip), &stand.axis).distance <= 0.0
     }
 
-    /// Where in `[-below, limit]` the distance function is smallest, by halving on its slope, until a
-    /// linear bound from there loses at most a tenth of the distance; near a sharp edge, where the
-    /// slope turns round within about the distance, that takes more steps than elsewhere.
+    /// Returns the `s` in `[-below, limit]` at which the distance function is smallest.
+    ///
+    /// Bisects on the slope until a linear bound from there loses at most a tenth of the distance. Near a sharp edge the
+    /// slope reverses within about that distance, which takes more steps than elsewhere.
     pub(crate) fn closest(self, stand: &BodyPose, ray: &NormalRay, limit: f64) -> f64 {
         let (mut low, mut high) = (-ray.below, limit);
         let range = high - low;
@@ -223,11 +226,11 @@ impl ConvexBody {
         0.5 * (low + high)
     }
 
-    /// Lowest `s` in `[-below, limit)` at which the ray is inside the body, to within
+    /// Returns the lowest `s` in `[-below, limit)` at which the ray is inside the body, to within
     /// `tolerance` \[mm\]; `None` if there is none.
     ///
-    /// The distance function is convex along the ray. Newton's method started where it is positive
-    /// and falling never passes the root, so it finds the first one or shows that there is none.
+    /// The distance function is convex along the ray. Newton's method that starts where it is positive and falling never
+    /// passes the root: it finds the first root or shows that there is none.
     pub(crate) fn entry(
         self,
         stand: &BodyPose,
@@ -238,7 +241,8 @@ impl ConvexBody {
         let mut s = -ray.below;
         let inside = self.along(stand, ray, limit).0;
         if inside <= 0.0 {
-            // The distance changes by at most 1 a millimetre: the root is at least this far below.
+            // Step 1: start as high as possible. The distance changes by at most 1 per mm, so the root is at least
+            // this far below the limit.
             let guess = limit + 2.0 * inside - tolerance;
             if guess > s {
                 let (value, slope) = self.along(stand, ray, guess);
@@ -269,7 +273,7 @@ impl ConvexBody {
 }
 
 impl BodyProbe {
-    /// Derivative when the point moves along `direction`.
+    /// Returns the derivative when the point moves along `direction`.
     #[inline]
     pub(crate) fn slope(
         &self,

@@ -46,7 +46,7 @@ impl BodyPlane {
         at: &Point3<f64>,
     ) -> Self {
         let [a, b] = across(along);
-        let tent = part.whole.tent(part.body, at);
+        let tent = part.whole.support_planes(part.body, at);
         let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
         let sides = [side(&tent.sides[0]), side(&tent.sides[1])];
         let &(height, gradient) = tent.lower();

@@ -71,19 +71,19 @@ struct HeldPoint {
     number: usize,
     u: f64,
     /// How fast points less far from it than that move at most, seen from the tool.
-    pace: f64,
+    point_speed: f64,
 }
 
 impl HeldPoint {
     fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &BoundedPiece), u: f64) -> Self {
         let far = (at - stretch.piece.middle().stand.tip).norm();
-        let pace = stretch.piece.pace(far + depth.max(0.0));
-        Self { at, depth: depth - stretch.bend, number, u, pace }
+        let point_speed = stretch.piece.point_speed(far + depth.max(0.0));
+        Self { at, depth: depth - stretch.bend, number, u, point_speed }
     }
 
     /// Whether another point a little earlier or later is in the body as well, however both moved meanwhile.
     fn holds(&self, at: &Point3<f64>, number: usize, u: f64) -> bool {
-        let left = self.depth - self.pace * (u - self.u).abs();
+        let left = self.depth - self.point_speed * (u - self.u).abs();
         number == self.number && left > 0.0 && (at - self.at).norm_squared() < left * left
     }
 }
