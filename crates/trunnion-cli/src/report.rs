@@ -12,7 +12,7 @@ use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSu
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, Job, Outcome, Program};
 use trunnion::setpoint;
-use trunnion::types::{Geometry, Motion, PoseRates, ToolPiece};
+use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
 use trunnion::verify::{self, Extreme, FaceMap};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
@@ -281,7 +281,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
 /// The tool at parameter `s`, `fraction` of the way along a piece.
 fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> {
     match &piece.geometry {
-        Geometry::Curve(curve) => {
+        PieceGeometry::Curve(curve) => {
             let rates: PoseRates = curve.rates(s);
             let pose = rates.pose()?;
             let contact = rates.contact[0].into();
@@ -292,7 +292,7 @@ fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> 
                 contact,
             })
         }
-        Geometry::Reorient { from, to } => {
+        PieceGeometry::Reorient { from, to } => {
             let tip: [f64; 3] = (from.tip + (to.tip - from.tip) * fraction).coords.into();
             let axis = from.axis.lerp(&to.axis, fraction).normalize().into();
             Some(PathPoint { t, tip, axis, contact: tip })

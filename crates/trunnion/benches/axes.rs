@@ -17,7 +17,7 @@ use trunnion::axes::{AxesOptions, FeedPoint, RetractOptions, follow};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::jet::Real;
-use trunnion::types::{AxisPath, AxisVector, Geometry, Motion, Silent, ToolPath, ToolPiece};
+use trunnion::types::{AxisPath, AxisVector, Motion, PieceGeometry, Silent, ToolPath, ToolPiece};
 
 /// Distance of two poses along a pass \[mm\].
 const STEP: f64 = 0.05;
@@ -63,10 +63,10 @@ fn passes(count: u32, poses: u32, turns: f64) -> ToolPath {
                 ([lean.sin_cos().0, lean.sin_cos().1], [side.sin_cos().0, side.sin_cos().1]);
             ([cos * 60.0, sin * 60.0 + row * 0.5, wave * 5.0], [s * d, s * t, c])
         });
-        let Geometry::Curve(this) = &geometry else { continue };
-        if let Some(ToolPiece { geometry: Geometry::Curve(before), .. }) = pieces.last() {
+        let PieceGeometry::Curve(this) = &geometry else { continue };
+        if let Some(ToolPiece { geometry: PieceGeometry::Curve(before), .. }) = pieces.last() {
             let [from, to] = [before.pose(length).unwrap(), this.pose(0.0).unwrap()];
-            let geometry = Geometry::Reorient { from, to };
+            let geometry = PieceGeometry::Reorient { from, to };
             pieces.push(ToolPiece { motion: Motion::Link, geometry });
         }
         pieces.push(ToolPiece { motion: Motion::Cut, geometry });

@@ -27,7 +27,7 @@ use trunnion::machine::{
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{Reference, Resolution, SmoothOptions, densify, smooth};
 use trunnion::types::{
-    AxisVector, Geometry, Motion, Silent, Station, ToolPath, ToolPiece, ToolPose,
+    AxisVector, Motion, PieceGeometry, Silent, Station, ToolPath, ToolPiece, ToolPose,
 };
 
 /// Radius of the ball at the tool's end \[mm\].
@@ -195,7 +195,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
         window: 1024,
     };
     let curves = smooth(&stations, &options)?.curves;
-    let piece = |curve| ToolPiece { motion: Motion::Cut, geometry: Geometry::Curve(curve) };
+    let piece = |curve| ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) };
     let path = ToolPath { pieces: curves.into_iter().map(piece).collect() };
     let options = AxesOptions {
         tip_tolerance: 1e-4,

@@ -147,7 +147,7 @@ impl Deviation {
 /// Axes along a tool path.
 ///
 /// Curves keep their parameter: `s` of a node is the curve's `u`. Between curves that meet without
-/// a link the axes are continuous. On a link ([`crate::types::Geometry::Reorient`]) the tip moves
+/// a link the axes are continuous. On a link ([`crate::types::PieceGeometry::Reorient`]) the tip moves
 /// straight and the rotaries turn in proportion from the end of the stretch before to the start of
 /// the next, over `s` in mm (rad where the tip stands); a link that moves nothing gives no piece.
 ///

@@ -3,7 +3,7 @@
 use super::AxesOptions;
 use crate::inverse::Inverse;
 use crate::math::angle::wrap;
-use crate::types::{Geometry, Motion, PoseCurve, Span, ToolPath};
+use crate::types::{Motion, PieceGeometry, PoseCurve, PoseSpan, ToolPath};
 use nalgebra::{UnitVector3, Vector3};
 
 /// Points a span at which the distance from the singular direction is taken.
@@ -66,7 +66,7 @@ pub(super) fn smooth(
     let mut path = path.clone();
     let mut passages = Vec::new();
     for (source, piece) in path.pieces.iter_mut().enumerate() {
-        let Geometry::Curve(curve) = &mut piece.geometry else { continue };
+        let PieceGeometry::Curve(curve) = &mut piece.geometry else { continue };
         if piece.motion != Motion::Cut {
             continue;
         }
@@ -233,7 +233,7 @@ fn split(curve: &mut PoseCurve, u: f64) {
     let at = curve.span_at(u);
     let (Some(&start), Some(span)) = (curve.knots.get(at), curve.spans.get(at)) else { return };
     if u > start && curve.knots.get(at + 1).is_some_and(|&end| u < end) {
-        let rest = Span { coefficients: shift(span.coefficients, u - start) };
+        let rest = PoseSpan { coefficients: shift(span.coefficients, u - start) };
         curve.knots.insert(at + 1, u);
         curve.spans.insert(at + 1, rest);
     }

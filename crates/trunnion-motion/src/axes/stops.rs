@@ -8,7 +8,7 @@ use crate::inverse::{InverseError, Solutions};
 use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
 use crate::types::{
-    AxisVector, Cancelled, Geometry, Motion, PoseCurve, Progress, Stage, ToolPath, ToolPose,
+    AxisVector, Cancelled, Motion, PieceGeometry, PoseCurve, Progress, Stage, ToolPath, ToolPose,
 };
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -74,10 +74,10 @@ pub(super) fn split(
     let mut curves: Option<Range<usize>> = None;
     for (piece, tool) in path.pieces.iter().enumerate() {
         match &tool.geometry {
-            Geometry::Curve(_) => {
+            PieceGeometry::Curve(_) => {
                 curves = Some(curves.map_or(piece..piece + 1, |range| range.start..piece + 1));
             }
-            Geometry::Reorient { from, to } => {
+            PieceGeometry::Reorient { from, to } => {
                 stops.push(curves.take().map_or(Stop::Point { piece, pose: *from }, Stop::Curves));
                 links.push(Link { piece, motion: tool.motion, tips: [from.tip, to.tip] });
                 let last = piece + 1 == path.pieces.len();
@@ -108,13 +108,13 @@ fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
 }
 
 /// First and last pose.
-fn ends(geometry: &Geometry) -> Option<[ToolPose; 2]> {
+fn ends(geometry: &PieceGeometry) -> Option<[ToolPose; 2]> {
     match geometry {
-        Geometry::Curve(curve) => {
+        PieceGeometry::Curve(curve) => {
             let [start, end] = curve.range();
             Some([curve.pose(start)?, curve.pose(end)?])
         }
-        Geometry::Reorient { from, to } => Some([*from, *to]),
+        PieceGeometry::Reorient { from, to } => Some([*from, *to]),
     }
 }
 
@@ -273,8 +273,8 @@ fn both_at(along: &Along<'_>, span: usize, u: f64) -> Result<Vec<AxisVector>, In
 fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, &PoseCurve)> {
     let pieces = path.pieces.iter().enumerate().take(range.end).skip(range.start);
     pieces.filter_map(|(piece, tool)| match &tool.geometry {
-        Geometry::Curve(curve) => Some((piece, curve)),
-        Geometry::Reorient { .. } => None,
+        PieceGeometry::Curve(curve) => Some((piece, curve)),
+        PieceGeometry::Reorient { .. } => None,
     })
 }
 

@@ -201,7 +201,7 @@ fn names<const N: usize>() -> Vec<BindingLimit> {
     axes.chain([BindingLimit::Feed, BindingLimit::Tip]).collect()
 }
 
-/// Everything over its limit, at one moment; `d²s/dt²` is constant.
+/// Everything over its limit, at one time; `d²s/dt²` is constant.
 fn ratios<const N: usize>(
     q: &[SVector<f64, N>; 4],
     [v, u]: [f64; 2],

@@ -8,7 +8,7 @@ use super::error::FeedError;
 use super::grid::FeedGrid;
 use super::numeric::largest;
 use super::reciprocal::ReciprocalLimits;
-use crate::types::{AxisNode, Law, SchedulePiece};
+use crate::types::{AccelerationProfile, AxisNode, SchedulePiece};
 
 /// Squared speed `x = (ds/dt)²` at each row, linear in between.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +136,7 @@ impl SpeedProfile {
         }
         t.push(now);
         acceleration.push(acceleration.last().copied().unwrap_or(0.0));
-        SchedulePiece { s, t, speed, acceleration, law: Law::Steps }
+        SchedulePiece { s, t, speed, acceleration, profile: AccelerationProfile::Constant }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A schedule sampled at the servo period.
 
-use crate::types::{AXES, AxisPath, Moment, Schedule, SchedulePiece, Setpoint};
+use crate::types::{AXES, AxisPath, PathState, Schedule, SchedulePiece, Setpoint};
 use nalgebra::SVector;
 
 /// Why nothing was sampled.
@@ -109,8 +109,8 @@ impl<const N: usize> Setpoints<'_, N> {
         {
             self.piece += 1;
         }
-        let moment = self.schedule.pieces.get(self.piece)?.at_time(t)?;
-        Some(setpoint(t, self.path.pieces.get(self.piece)?.axes_at(moment.s)?, &moment))
+        let state = self.schedule.pieces.get(self.piece)?.at_time(t)?;
+        Some(setpoint(t, self.path.pieces.get(self.piece)?.axes_at(state.s)?, &state))
     }
 
     /// The setpoint at the end: exactly the last node.
@@ -118,9 +118,9 @@ impl<const N: usize> Setpoints<'_, N> {
         let node = self.path.pieces.last()?.nodes.last()?;
         let t = self.schedule.duration();
         let rows = self.schedule.pieces.last()?;
-        let moment = rows.at_time(t)?;
+        let state = rows.at_time(t)?;
         let [speed, acceleration] = [*rows.speed.last()?, *rows.acceleration.last()?];
-        Some(setpoint(t, node.q, &Moment { s: node.s, speed, acceleration, ..moment }))
+        Some(setpoint(t, node.q, &PathState { s: node.s, speed, acceleration, ..state }))
     }
 }
 
@@ -138,8 +138,8 @@ impl<const N: usize> Iterator for Setpoints<'_, N> {
 }
 
 /// Chain rule: `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = q' j + 3 q'' u v + q''' v³`.
-fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], moment: &Moment) -> Setpoint<N> {
-    let [v, u, j] = [moment.speed, moment.acceleration, moment.jerk];
+fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], state: &PathState) -> Setpoint<N> {
+    let [v, u, j] = [state.speed, state.acceleration, state.jerk];
     let [position, rate, curvature, third] = q;
     Setpoint {
         t,
@@ -153,7 +153,7 @@ fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], moment: &Moment) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{AxisNode, AxisPiece, AxisVector, Law, Motion};
+    use crate::types::{AccelerationProfile, AxisNode, AxisPiece, AxisVector, Motion};
 
     /// X goes 1 mm in 1 s at constant acceleration 2 mm/s², then 1 mm at 2 mm/s: 1.5 s in all.
     fn example() -> (AxisPath, Schedule) {
@@ -198,16 +198,16 @@ mod tests {
         };
         let piece = AxisPiece { motion: Motion::Cut, source: 0, nodes: vec![at(0.0), at(1.0)] };
         let path = AxisPath { pieces: vec![piece] };
-        let rows = |t: f64, speed: [f64; 2], acceleration: [f64; 2], law| Schedule {
+        let rows = |t: f64, speed: [f64; 2], acceleration: [f64; 2], profile| Schedule {
             pieces: vec![SchedulePiece {
                 s: vec![0.0, 1.0],
                 t: vec![0.0, t],
                 speed: speed.to_vec(),
                 acceleration: acceleration.to_vec(),
-                law,
+                profile,
             }],
         };
-        let even = rows(0.5, [2.0; 2], [0.0; 2], Law::Steps);
+        let even = rows(0.5, [2.0; 2], [0.0; 2], AccelerationProfile::Constant);
         for point in sample(&path, &even, 0.125).unwrap() {
             let s = 2.0 * point.t;
             assert!((point.velocity[0] - 2.0 - 4.0 * s).abs() < 1e-12);
@@ -215,7 +215,7 @@ mod tests {
             assert!((point.jerk[1] - 8.0).abs() < 1e-9, "{:?}", point.jerk);
         }
         // s = t³: X = t³ + t⁶, so velocity 3 t² + 6 t⁵ and jerk 6 + 120 t³.
-        let from_rest = rows(1.0, [0.0, 3.0], [0.0, 6.0], Law::Ramps);
+        let from_rest = rows(1.0, [0.0, 3.0], [0.0, 6.0], AccelerationProfile::Linear);
         for point in sample(&path, &from_rest, 0.25).unwrap() {
             let t = point.t;
             assert!((point.velocity[0] - 3.0 * t * t - 6.0 * t.powi(5)).abs() < 1e-12);

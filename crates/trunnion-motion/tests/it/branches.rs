@@ -21,7 +21,7 @@ use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
-use trunnion::types::{AxisVector, Geometry, Silent, ToolPath, ToolPose};
+use trunnion::types::{AxisVector, PieceGeometry, Silent, ToolPath, ToolPose};
 
 const RETRACT_IN_CUT: f64 = 500.0;
 
@@ -135,7 +135,7 @@ fn round(
     random: &mut Random,
     free: &Kinematics,
     spans: u32,
-) -> Option<(Geometry, UnitVector3<f64>)> {
+) -> Option<(PieceGeometry, UnitVector3<f64>)> {
     let inverse = Inverse::new(free).unwrap();
     let w1 = free.chain().rotary[0].dir;
     let mut q = AxisVector::zeros();
@@ -156,7 +156,7 @@ fn round(
         let axis = [0, 1, 2].map(|row| cos * up[row] + sin * (c * side[row] + s * across[row]));
         ([u * 50.0, s * 20.0, c * 20.0], axis)
     });
-    let Geometry::Curve(of) = &geometry else { return None };
+    let PieceGeometry::Curve(of) = &geometry else { return None };
     let apart = (0..=40).all(|i| {
         let pose = of.pose(f64::from(i) / 40.0).unwrap();
         let both = inverse.solutions(&pose);
@@ -198,7 +198,7 @@ fn left(random: &mut Random, spans: u32, axis_tolerance: f64) -> Option<Left> {
 }
 
 fn pose_at(path: &ToolPath, u: f64) -> ToolPose {
-    let Geometry::Curve(of) = &path.pieces[0].geometry else { panic!() };
+    let PieceGeometry::Curve(of) = &path.pieces[0].geometry else { panic!() };
     of.pose(u).unwrap()
 }
 

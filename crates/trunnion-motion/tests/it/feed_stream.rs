@@ -64,10 +64,10 @@ fn worst(path: &AxisPath, steps: &[StreamStep]) -> [f64; 3] {
         let piece = &path.pieces[step.piece];
         let (origin, quintic) = piece.quintic(step.interval).unwrap();
         for k in 0..=6 {
-            let moment = step.at(step.duration * f64::from(k) / 6.0);
-            let q = quintic.at(moment.s - origin);
-            let velocity = q[1] * moment.speed;
-            let acceleration = q[1] * moment.acceleration + q[2] * moment.speed.powi(2);
+            let state = step.at(step.duration * f64::from(k) / 6.0);
+            let q = quintic.at(state.s - origin);
+            let velocity = q[1] * state.speed;
+            let acceleration = q[1] * state.acceleration + q[2] * state.speed.powi(2);
             worst[0] = worst[0].max(velocity.component_div(&limits.velocity).amax());
             worst[1] = worst[1].max(acceleration.component_div(&limits.acceleration).amax());
         }

@@ -105,9 +105,9 @@ fn constant_acceleration_is_the_reference() {
         let limits = limits(500.0, 500.0);
         let (plan, _) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
         assert!((plan.schedule.duration() - time).abs() < 1e-10 * time);
-        let moment = plan.schedule.pieces[0].at_time(half_time).unwrap();
-        assert!((moment.s - half).abs() < 1e-10 * length, "{moment:?}");
-        assert!((moment.acceleration - acceleration).abs() < 1e-8, "{moment:?}");
+        let state = plan.schedule.pieces[0].at_time(half_time).unwrap();
+        assert!((state.s - half).abs() < 1e-10 * length, "{state:?}");
+        assert!((state.acceleration - acceleration).abs() < 1e-8, "{state:?}");
     }
 }
 

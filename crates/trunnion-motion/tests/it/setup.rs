@@ -19,8 +19,8 @@ use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::unwrap_near;
 use trunnion::types::{
-    AxisVector, Geometry, Motion, PoseCurve, Progress, Silent, Stage, Station, ToolPath, ToolPiece,
-    ToolPose,
+    AxisVector, Motion, PieceGeometry, PoseCurve, Progress, Silent, Stage, Station, ToolPath,
+    ToolPiece, ToolPose,
 };
 
 const DEGREE: f64 = PI / 180.0;
@@ -62,7 +62,7 @@ fn path(lean: V3, half: f64, wind: f64, length: f64) -> ToolPath {
             Station { pose, contact: tip }
         })
         .collect();
-    let geometry = Geometry::Curve(PoseCurve::through(&stations, 10.0));
+    let geometry = PieceGeometry::Curve(PoseCurve::through(&stations, 10.0));
     ToolPath { pieces: vec![ToolPiece { motion: Motion::Cut, geometry }] }
 }
 
@@ -116,7 +116,7 @@ fn find(
 fn poses(path: &ToolPath, count: u32) -> Vec<ToolPose> {
     let mut poses = Vec::new();
     for piece in &path.pieces {
-        let Geometry::Curve(curve) = &piece.geometry else { panic!() };
+        let PieceGeometry::Curve(curve) = &piece.geometry else { panic!() };
         let [from, to] = curve.range();
         let at = |i: u32| from + (to - from) * f64::from(i) / f64::from(count);
         poses.extend((0..=count).map(|i| curve.pose(at(i)).unwrap()));

@@ -12,7 +12,7 @@ pub const MAX_DEGREE: usize = 9;
 pub const MAX_ORDER: usize = 3;
 
 /// `basis[k][i]`: `k`-th derivative of the `i`-th function that is not zero on a span.
-pub type Basis = [[f64; MAX_DEGREE + 1]; MAX_ORDER + 1];
+pub type BasisTable = [[f64; MAX_DEGREE + 1]; MAX_ORDER + 1];
 
 /// What is wrong with a knot vector.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -153,18 +153,18 @@ impl KnotVector {
         piece_of(&self.breaks, u)
     }
 
-    /// Basis functions that are not zero at `u` and their derivatives up to `order` (at most
+    /// Returns the basis functions that are not zero at `u` and their derivatives up to `order` (at most
     /// [`MAX_ORDER`]); the first belongs to the control point with the returned index.
     ///
     /// Outside the range the end polynomials go on.
-    pub fn basis(&self, u: f64, order: usize) -> (usize, Basis) {
+    pub fn basis(&self, u: f64, order: usize) -> (usize, BasisTable) {
         let start = self.starts[self.piece(u)];
         (start - self.degree, self.basis_from(start, u, order.min(MAX_ORDER)))
     }
 
     /// Triangular table of basis functions, then derivatives by differences:
     /// `N'_{i,p} = p (N_{i,p-1} / (t_{i+p} - t_i) - N_{i+1,p-1} / (t_{i+p+1} - t_{i+1}))`.
-    fn basis_from(&self, start: usize, u: f64, order: usize) -> Basis {
+    fn basis_from(&self, start: usize, u: f64, order: usize) -> BasisTable {
         let p = self.degree;
         let mut levels = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
         levels[0][0] = 1.0;
@@ -255,7 +255,7 @@ pub fn piece_of(breaks: &[f64], u: f64) -> usize {
 /// Bernstein polynomials of `degree` (at most [`MAX_DEGREE`]) at `t`, and their derivatives up to
 /// `order` by a parameter that runs `1 / rate` from `t = 0` to `t = 1`.
 #[inline]
-pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> Basis {
+pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable {
     match degree {
         1 => bernstein_of::<1>(t, rate, order),
         2 => bernstein_of::<2>(t, rate, order),
@@ -303,7 +303,7 @@ pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
 
 /// One degree, so that the loops unroll.
 #[inline]
-fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> Basis {
+fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> BasisTable {
     let s = 1.0 - t;
     let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
     let mut row = [0.0; MAX_DEGREE + 1];

@@ -24,13 +24,16 @@ impl End {
 }
 
 /// Ascending coefficients of one cubic by the distance from the span's start.
-pub type Cubic<const N: usize> = [SVector<f64, N>; 4];
+pub type CubicSpan<const N: usize> = [SVector<f64, N>; 4];
 
 /// The cubic spline with values `points` at the increasing `knots`: one cubic a span.
 ///
 /// Two points give a line, three a parabola, more a C2 cubic with not-a-knot ends (natural where the
 /// end span is over twice as long as its neighbour). Takes as many spans as both inputs allow.
-pub fn cubic_spline<const N: usize>(knots: &[f64], points: &[SVector<f64, N>]) -> Vec<Cubic<N>> {
+pub fn cubic_spline<const N: usize>(
+    knots: &[f64],
+    points: &[SVector<f64, N>],
+) -> Vec<CubicSpan<N>> {
     let steps: Vec<f64> = knots.windows(2).map(|k| k[1] - k[0]).collect();
     let slopes: Vec<_> = points.windows(2).zip(&steps).map(|(p, h)| (p[1] - p[0]) / *h).collect();
     let steps = &steps[..slopes.len()];
@@ -95,12 +98,12 @@ mod tests {
     use nalgebra::Vector1;
 
     /// Value and first two derivatives of a span at distance `x` from its start.
-    fn at(c: &Cubic<1>, x: f64) -> [f64; 3] {
+    fn at(c: &CubicSpan<1>, x: f64) -> [f64; 3] {
         let [a, b, c, d] = c.map(|c| c.x);
         [a + x * (b + x * (c + x * d)), b + x * (2.0 * c + 3.0 * x * d), 2.0 * c + 6.0 * x * d]
     }
 
-    fn spline(knots: &[f64], values: &[f64]) -> Vec<Cubic<1>> {
+    fn spline(knots: &[f64], values: &[f64]) -> Vec<CubicSpan<1>> {
         cubic_spline(knots, &values.iter().map(|&x| Vector1::new(x)).collect::<Vec<_>>())
     }
 

@@ -23,14 +23,15 @@ pub enum Stage {
     Verify,
 }
 
-/// Told how far a long loop has come; may ask it to stop. Called from any thread.
+/// Observer of a long loop, which it may stop. Called from any thread.
 pub trait Progress: Sync {
-    /// `done` of about `total` steps of `stage` are finished. `Break` stops the loop soon, and the
-    /// stage returns its `Cancelled` error.
+    /// Receives that `done` of about `total` steps of `stage` are finished.
+    ///
+    /// `Break` stops the loop soon, and the stage returns its `Cancelled` error.
     fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()>;
 }
 
-/// Reports nothing and never stops.
+/// Observer that ignores every report and never stops.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 
@@ -40,13 +41,13 @@ impl Progress for Silent {
     }
 }
 
-/// The caller asked for a stop through [`Progress`].
+/// Error of a stage that the caller stopped through [`Progress`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("stopped on request")]
 pub struct Cancelled;
 
 impl dyn Progress + '_ {
-    /// [`Progress::report`] as a `Result`, for `?`.
+    /// Reports like [`Progress::report`], and returns a `Result`, for `?`.
     ///
     /// # Errors
     ///

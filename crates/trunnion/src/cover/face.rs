@@ -11,7 +11,7 @@ use super::state::State;
 use super::task::{Job, Task};
 use crate::positioning::ContactSide;
 use crate::surface::FaceIndex;
-use crate::types::Rest;
+use crate::types::UncutRegion;
 use std::sync::Arc;
 
 /// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
@@ -137,7 +137,10 @@ fn take_rest<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>, state: &
 }
 
 /// What is left, looked at on lines of constant parameters: its cells are ranges of u and v.
-fn rest<Inside: Fn(Local) -> bool + Sync>(site: &Site<'_, Inside>, state: &State) -> Vec<Rest> {
+fn rest<Inside: Fn(Local) -> bool + Sync>(
+    site: &Site<'_, Inside>,
+    state: &State,
+) -> Vec<UncutRegion> {
     if site.chart.is_straight() || state.missed.is_empty() {
         return site.rest(state);
     }

@@ -5,7 +5,7 @@ use super::guard::{Around, Guards, Look};
 use crate::cutter::Cutter;
 use crate::cutter::solid::Solid;
 use crate::surface::FaceIndex;
-use crate::types::{RestReason, ToolPose};
+use crate::types::{ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -72,7 +72,7 @@ pub(super) fn largest_ball(
 }
 
 /// Why the tool does not finish a place.
-pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestReason {
+pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> UncutReason {
     let (guards, least) = (around.guards, around.least);
     let within = least - around.precision;
     // All faces count, the nearest one most.
@@ -82,9 +82,9 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
     let pose = ToolPose { tip: corner, axis: spot.normal };
     if let Some(near) = guards.nearest((&Solid::ball(minor), &pose), None, look) {
         return if near.face == around.own {
-            RestReason::Hollow
+            UncutReason::Hollow
         } else {
-            RestReason::Neighbour(guards.number(near.face))
+            UncutReason::Neighbour(guards.number(near.face))
         };
     }
     let (mut barred, mut far) = (None, false);
@@ -95,14 +95,14 @@ pub(super) fn reason(around: &Around<'_>, spot: &Spot, cutter: &Cutter) -> RestR
         });
         match hit {
             Some(near) => barred = barred.or(Some(near.face)),
-            None if around.clock.reaches(&pose) => return RestReason::Passes,
+            None if around.clock.reaches(&pose) => return UncutReason::Passes,
             None => far = true,
         }
     }
     if far {
-        return RestReason::Machine;
+        return UncutReason::Machine;
     }
-    barred.map_or(RestReason::Passes, |face| RestReason::Tool(guards.number(face)))
+    barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(guards.number(face)))
 }
 
 /// Whether the machine gets to a place with any lean.

@@ -3,7 +3,7 @@
 use crate::cutter::Cutter;
 use crate::positioning::{ContactSide, PositioningError, ToleranceBand, ToolInclination};
 use crate::surface::{Curvature, FaceIndex};
-use crate::types::{Cancelled, Pass, Rest};
+use crate::types::{Cancelled, Pass, UncutRegion};
 use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
@@ -137,7 +137,7 @@ pub struct CoverReport {
     /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
     pub worst_gouge: f64,
     /// What no pass finishes, face after face, the largest first; empty if all is finished.
-    pub rest: Vec<Rest>,
+    pub rest: Vec<UncutRegion>,
     /// Area of the faces \[mm²\].
     pub area: f64,
     /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].

@@ -7,7 +7,7 @@ use super::sheet::{Cell, edge};
 use super::site::Site;
 use super::state::State;
 use super::sweep::Sweep;
-use crate::types::{Rest, RestReason};
+use crate::types::{UncutReason, UncutRegion};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -34,7 +34,7 @@ type Range = [[f64; 2]; 2];
 impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
     /// What is unfinished in the end of what was missed, the largest part first: passes further on may have swept
     /// over it.
-    pub(super) fn rest(&self, state: &State) -> Vec<Rest> {
+    pub(super) fn rest(&self, state: &State) -> Vec<UncutRegion> {
         let boxes: Vec<Range> = state.missed.iter().map(|uv| self.local_range(*uv)).collect();
         if boxes.is_empty() {
             return Vec::new();
@@ -45,7 +45,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         let swept = self.over(&region, &sweeps);
         let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
         let open = swept.open(&boxes, sizes);
-        let mut rest: Vec<Rest> = parts(&open)
+        let mut rest: Vec<UncutRegion> = parts(&open)
             .into_par_iter()
             .filter_map(|cells| self.part(&region, &swept, &cells))
             .collect();
@@ -55,7 +55,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
 
     /// To what the area of what is left is told \[mm²\]: cells on its rim count in full, and the rim of each part
     /// is about as long as that of its box.
-    pub(super) fn resolved(&self, rest: &[Rest]) -> f64 {
+    pub(super) fn resolved(&self, rest: &[UncutRegion]) -> f64 {
         let rim = |[low, high]: &[Point3<f64>; 2]| 2.0 * (high - low).sum();
         CELL * self.narrow() * rest.iter().map(|part| rim(&part.bounds)).sum::<f64>()
     }
@@ -76,7 +76,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         region: &Region<&Inside>,
         swept: &Swept<'_, &Inside>,
         cells: &[Range],
-    ) -> Option<Rest> {
+    ) -> Option<UncutRegion> {
         let chart = &self.chart;
         let at = |local: Local| {
             let [u, v] = chart.uv(local);
@@ -97,7 +97,7 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         let deepest = looks.iter().max_by(|a, b| a.depth.total_cmp(&b.depth))?;
         let balls = looks.iter().map(ball);
         let uv: Vec<Range> = cells.iter().map(|range| self.uv_range(*range)).collect();
-        Some(Rest {
+        Some(UncutRegion {
             face: self.face.face().number,
             area,
             uv: hull(&uv),
@@ -137,10 +137,10 @@ impl<Inside: Fn(Local) -> bool + Sync> Site<'_, Inside> {
         places.par_iter().filter_map(look).collect()
     }
 
-    fn reason(&self, place: Local) -> RestReason {
+    fn reason(&self, place: Local) -> UncutReason {
         let spot = Spot::new(self.face, self.chart.uv(place));
         let reason = |spot: Spot| fit::reason(&self.around(), &spot, self.cutter);
-        spot.map_or(RestReason::Passes, reason)
+        spot.map_or(UncutReason::Passes, reason)
     }
 }
 

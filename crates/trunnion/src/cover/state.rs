@@ -221,11 +221,11 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{Rest, RestReason};
+    use crate::types::{UncutReason, UncutRegion};
     use nalgebra::Point3;
 
     fn state(area: f64, price: f64) -> (State, ()) {
-        let rest = Rest {
+        let rest = UncutRegion {
             face: 1,
             cells: Vec::new(),
             area,
@@ -236,7 +236,7 @@ mod tests {
             point: Point3::origin(),
             ball: 1.0,
             balls: [1.0; 2],
-            reason: RestReason::Hollow,
+            reason: UncutReason::Hollow,
         };
         let rest = if area > 0.0 { vec![rest] } else { Vec::new() };
         let report = CoverReport { rest, ..CoverReport::default() };

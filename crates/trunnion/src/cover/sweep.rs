@@ -1,7 +1,7 @@
 //! The curve of a pass, with bounds of how it bends.
 
 use super::lane::Placed;
-use crate::types::{PoseCurve, Span, Station, ToolPose};
+use crate::types::{PoseCurve, PoseSpan, Station, ToolPose};
 use nalgebra::{Point3, UnitVector3, Vector3, Vector6};
 
 /// Distance along the curve of the poses that searches start from, as a share of the lever.
@@ -100,7 +100,7 @@ impl Sweep {
         });
         let speed = speed.fold(0.0, f64::max);
         let turn = bends.iter().map(|bend| bend.turn).fold(0.0, f64::max);
-        let cubic = |span: &Span| {
+        let cubic = |span: &PoseSpan| {
             let [a, b, c, d, ..] = span.coefficients;
             [a, b, c, d].map(|coefficient| coefficient.fixed_rows::<6>(0).into_owned())
         };

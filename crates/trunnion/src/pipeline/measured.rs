@@ -11,7 +11,7 @@ use crate::blocks::Control;
 use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
 use crate::surface::Face;
-use crate::types::{Progress, Rest};
+use crate::types::{Progress, UncutRegion};
 use crate::verify::{self, ClearanceReport, Finding, Stock, StockReport};
 
 /// Grid on the faces that are not cut, over that on those that are.
@@ -39,7 +39,7 @@ pub(super) struct Found {
 pub(super) fn run(
     job: &Job,
     (form, text, axes): (&Form, &str, AxisWords),
-    (rest, solids): (&[Rest], &Solids),
+    (rest, solids): (&[UncutRegion], &Solids),
     progress: &dyn Progress,
 ) -> Result<Found, PipelineError> {
     let options = read::ReadOptions::new(reader_of(form.dialect), axes, MOST_FAULTS);
@@ -90,7 +90,7 @@ fn on_circles(program: &mut read::Program) {
 fn input<'a>(
     job: &'a Job,
     program: &'a read::Program,
-    (faces, rest): (&'a [Face], &'a [Rest]),
+    (faces, rest): (&'a [Face], &'a [UncutRegion]),
 ) -> verify::Input<'a> {
     let (believed, real, cutter) = (&job.kinematics, &job.kinematics, &job.cutter);
     verify::Input { program, believed, real, faces, cutter, rest, tables: verify::Tables::NONE }

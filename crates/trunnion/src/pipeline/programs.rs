@@ -21,7 +21,7 @@ use crate::nc::write::{
     self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
 use crate::surface::FaceIndex;
-use crate::types::{Block, Diagnostic, Leg, Motion, Progress, Rest, ToolPose};
+use crate::types::{Block, Diagnostic, Leg, Motion, Progress, ToolPose, UncutRegion};
 use crate::verify::{self, ClearanceReport, Stock, StockReport};
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -105,7 +105,7 @@ pub(super) struct Moved<'a> {
 /// Writes every program of the job and checks what was written.
 pub(super) fn write(
     job: &Job,
-    (moved, rest, solids): (&Moved<'_>, &[Rest], &Solids),
+    (moved, rest, solids): (&Moved<'_>, &[UncutRegion], &Solids),
     progress: &dyn Progress,
 ) -> Result<Vec<Program>, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine(), false)?;

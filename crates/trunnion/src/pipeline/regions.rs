@@ -6,7 +6,7 @@ use crate::cover::{Covering, Fallback};
 use crate::files::summary::{RegionSummary, RestSummary};
 use crate::import::inspect::{AreaElement, elements};
 use crate::surface::{Face, FaceIndex};
-use crate::types::Rest;
+use crate::types::UncutRegion;
 
 /// Regions that are told at most, in words.
 const TOLD: usize = 5;
@@ -89,7 +89,7 @@ pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> 
 }
 
 /// One part that stays unfinished.
-pub(super) fn rest(rest: &Rest) -> RestSummary {
+pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
     RestSummary {
         face: rest.face,
         area: rest.area,
@@ -105,7 +105,7 @@ pub(super) fn rest(rest: &Rest) -> RestSummary {
 
 /// What stays unfinished, one sentence a part; the smaller ones of many together.
 pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
-    let mut parts: Vec<&Rest> = covering.report.rest.iter().collect();
+    let mut parts: Vec<&UncutRegion> = covering.report.rest.iter().collect();
     parts.sort_by(|a, b| b.area.total_cmp(&a.area));
     let all = covering.report.area.max(f64::MIN_POSITIVE);
     let mut told: Vec<String> = parts.iter().take(TOLD).map(|rest| part(rest, all)).collect();
@@ -128,7 +128,7 @@ pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
     told
 }
 
-fn part(rest: &Rest, all: f64) -> String {
+fn part(rest: &UncutRegion, all: f64) -> String {
     let [[a, b], [c, d]] = rest.uv;
     let p = rest.point;
     let ball = if rest.ball.is_finite() {

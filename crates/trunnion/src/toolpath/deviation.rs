@@ -1,7 +1,7 @@
 //! How far the curves of a tool path bow off the straight moves between their stations.
 
 use crate::math::angle::{angle_between, great_circle};
-use crate::types::{Geometry, Motion, PoseCurve, ToolPath};
+use crate::types::{Motion, PieceGeometry, PoseCurve, ToolPath};
 
 /// Distance of the curves from a polyline of tips and from great circles of tool axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,8 +32,8 @@ pub fn deviation(path: &ToolPath, samples: u32) -> Deviation {
         .iter()
         .filter(|piece| piece.motion == Motion::Cut)
         .filter_map(|piece| match &piece.geometry {
-            Geometry::Curve(curve) => Some(curve),
-            Geometry::Reorient { .. } => None,
+            PieceGeometry::Curve(curve) => Some(curve),
+            PieceGeometry::Reorient { .. } => None,
         })
         .flat_map(|curve| (0..curve.spans.len()).map(move |span| of_span(curve, span, samples)))
         .fold(Deviation::default(), Deviation::worst)

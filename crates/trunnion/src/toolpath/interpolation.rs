@@ -1,7 +1,7 @@
 //! Curves between cutter locations with exact derivatives: great circle, local cubic.
 
 use crate::math::angle::angle_between;
-use crate::types::{PoseCoordinates, PoseCurve, Span, Station};
+use crate::types::{PoseCoordinates, PoseCurve, PoseSpan, Station};
 use nalgebra::{UnitVector3, Vector3};
 
 /// Why no curve could be laid between cutter locations.
@@ -200,13 +200,13 @@ pub(super) fn tangent_at<'a>(
     sum
 }
 
-fn hermite(width: f64, point: &[PoseCoordinates], tangent: &[PoseCoordinates]) -> Span {
+fn hermite(width: f64, point: &[PoseCoordinates], tangent: &[PoseCoordinates]) -> PoseSpan {
     let [from, to, rate, last] = [point[0], point[1], tangent[0], tangent[1]];
     let mean = (to - from) / width;
     let none = PoseCoordinates::zeros();
     let second = (mean * 3.0 - rate * 2.0 - last) / width;
     let third = (rate + last - mean * 2.0) / (width * width);
-    Span { coefficients: [from, rate, second, third, none, none] }
+    PoseSpan { coefficients: [from, rate, second, third, none, none] }
 }
 
 #[cfg(test)]

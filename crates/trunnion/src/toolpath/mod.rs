@@ -22,8 +22,8 @@ pub use smooth::{
 
 use crate::math::angle::angle_between;
 use crate::types::{
-    Cancelled, Geometry, Leg, Motion, PoseCoordinates, PoseCurve, Progress, Silent, Span, Stage,
-    Station, ToolPath, ToolPiece,
+    Cancelled, Leg, Motion, PieceGeometry, PoseCoordinates, PoseCurve, PoseSpan, Progress, Silent,
+    Stage, Station, ToolPath, ToolPiece,
 };
 
 /// How curves are laid through stations. No `Default`: the caller knows the tool.
@@ -230,7 +230,7 @@ impl SmoothedPath {
             self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
             self.path
                 .pieces
-                .push(ToolPiece { motion: Motion::Cut, geometry: Geometry::Curve(curve) });
+                .push(ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) });
         }
     }
 }
@@ -288,12 +288,12 @@ fn curve(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
         }
     }
     let curve = PoseCurve::through(&of.stations, lever);
-    Ok(ToolPiece { motion: of.motion, geometry: Geometry::Curve(curve) })
+    Ok(ToolPiece { motion: of.motion, geometry: PieceGeometry::Curve(curve) })
 }
 
 fn link(of: &Leg) -> Option<ToolPiece> {
     let (from, to) = (of.stations.first()?.pose, of.stations.last()?.pose);
-    Some(ToolPiece { motion: of.motion, geometry: Geometry::Reorient { from, to } })
+    Some(ToolPiece { motion: of.motion, geometry: PieceGeometry::Reorient { from, to } })
 }
 
 /// One straight piece per pair of stations, so that the tool rests at corners of the lead.
@@ -309,8 +309,8 @@ fn lead(leg: usize, of: &Leg) -> Result<Vec<ToolPiece>, ToolPathError> {
             return Err(ToolPathError::Repeated { leg, station });
         }
         let coefficients = line(&pair[0].coordinates(), &pair[1].coordinates(), length);
-        let curve = PoseCurve { knots: vec![0.0, length], spans: vec![Span { coefficients }] };
-        pieces.push(ToolPiece { motion: of.motion, geometry: Geometry::Curve(curve) });
+        let curve = PoseCurve { knots: vec![0.0, length], spans: vec![PoseSpan { coefficients }] };
+        pieces.push(ToolPiece { motion: of.motion, geometry: PieceGeometry::Curve(curve) });
     }
     Ok(pieces)
 }
@@ -348,12 +348,14 @@ mod tests {
             leg(Motion::Link, vec![up(50.0), over]),
         ];
         let path = through(&legs, &OPTIONS, &Silent).unwrap();
-        let Geometry::Curve(out) = &path.pieces[0].geometry else { panic!("a lead is a curve") };
+        let PieceGeometry::Curve(out) = &path.pieces[0].geometry else {
+            panic!("a lead is a curve")
+        };
         assert!((out.range()[1] - 50.0).abs() < 1e-12);
         let rates = out.rates(20.0);
         assert!((rates.tip[0].z - 20.0).abs() < 1e-12);
         assert_eq!(rates.axis[1], Vector3::zeros());
-        let end = Geometry::Reorient { from: up(50.0).pose, to: over.pose };
+        let end = PieceGeometry::Reorient { from: up(50.0).pose, to: over.pose };
         assert_eq!(path.pieces[1].geometry, end);
     }
 
@@ -365,7 +367,9 @@ mod tests {
         };
         let stations = [0.0, 0.1, 0.2, 0.3].map(turned).to_vec();
         let path = through(&[leg(Motion::Cut, stations)], &OPTIONS, &Silent).unwrap();
-        let Geometry::Curve(curve) = &path.pieces[0].geometry else { panic!("a cut is a curve") };
+        let PieceGeometry::Curve(curve) = &path.pieces[0].geometry else {
+            panic!("a cut is a curve")
+        };
         assert!((curve.range()[1] - 0.3 * 16.0 / 8.0).abs() < 1e-12);
     }
 

@@ -59,7 +59,7 @@ use crate::cutter::Cutter;
 use crate::machine::Kinematics;
 use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
-use crate::types::{Cancelled, Progress, Rest};
+use crate::types::{Cancelled, Progress, UncutRegion};
 use audit::Audited;
 use deviation::measure::{self, MeasureSubject};
 use run::Run;
@@ -79,7 +79,7 @@ pub struct Input<'a> {
     /// The tool, from tip to gauge point.
     pub cutter: &'a Cutter,
     /// What is known not to be finished: it may be uncut, or more than the tolerance may stand there.
-    pub rest: &'a [Rest],
+    pub rest: &'a [UncutRegion],
     /// More tools and work offsets than those of the setup.
     pub tables: Tables<'a>,
 }
@@ -326,7 +326,7 @@ pub struct ClInput<'a> {
     /// The tool, from tip to gauge point.
     pub cutter: &'a Cutter,
     /// What is known not to be finished: it may be uncut, or more than the tolerance may stand there.
-    pub rest: &'a [Rest],
+    pub rest: &'a [UncutRegion],
 }
 
 /// Checks cutter locations against a surface: the tip runs straight, the tool axis on a great circle

@@ -5,7 +5,7 @@ use super::tools::Changes;
 use super::turns::Choices;
 use crate::machine::AxisKind;
 use crate::types::AXES;
-use crate::types::Rest;
+use crate::types::UncutRegion;
 use nalgebra::Point3;
 use std::fmt;
 
@@ -71,7 +71,7 @@ pub struct Sample {
 
 impl FaceMap {
     /// Notes which samples lie in what is known not to be finished, and which cells meet it.
-    pub(super) fn note(&mut self, rest: &[Rest]) {
+    pub(super) fn note(&mut self, rest: &[UncutRegion]) {
         let here = || rest.iter().filter(|part| part.face == self.face);
         if here().next().is_none() {
             return;
@@ -496,7 +496,7 @@ mod tests {
         let (u, v) = (axis.clone(), axis);
         let samples = vec![None; 16];
         let mut map = FaceMap { face: 1, u, v, samples, unmeasured: 0, unfinished: Vec::new() };
-        let rest = crate::types::Rest {
+        let rest = crate::types::UncutRegion {
             face: 1,
             cells: vec![[[1.2, 1.4], [0.5, 2.5]]],
             area: 0.4,
@@ -507,7 +507,7 @@ mod tests {
             point: Point3::origin(),
             ball: 1.0,
             balls: [1.0; 2],
-            reason: crate::types::RestReason::Hollow,
+            reason: crate::types::UncutReason::Hollow,
         };
         map.note(&[rest]);
         let cells: Vec<usize> = (0..9).filter(|i| map.unfinished[*i]).collect();

@@ -9,7 +9,7 @@ use trunnion::cover::{LeadKind, LinkOptions, Ways, legs, lever};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Sphere, Surface, TrimCurve, TrimLoop};
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Leg, Motion, Pass, Silent, Station, ToolPose};
+use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPose};
 
 const RADIUS: f64 = 20.0;
 const LENGTH: f64 = 60.0;
@@ -84,12 +84,12 @@ fn nearest(pose: &ToolPose, places: &[Point3<f64>], holder: Option<[f64; 2]>) ->
 fn link_poses(legs: &[Leg], cutter: &Cutter) -> Vec<Vec<ToolPose>> {
     let path = through(legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
     let links = path.pieces.iter().filter(|piece| piece.motion == Motion::Link);
-    let dense = |geometry: &Geometry| match geometry {
-        Geometry::Curve(curve) => {
+    let dense = |geometry: &PieceGeometry| match geometry {
+        PieceGeometry::Curve(curve) => {
             let [a, b] = curve.range();
             (0..=60).map(|k| curve.pose(a + (b - a) * f64::from(k) / 60.0).unwrap()).collect()
         }
-        Geometry::Reorient { from, to } => vec![*from, *to],
+        PieceGeometry::Reorient { from, to } => vec![*from, *to],
     };
     links.map(|piece| dense(&piece.geometry)).collect()
 }

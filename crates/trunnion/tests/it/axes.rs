@@ -24,7 +24,8 @@ use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, Retra
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
-    AxisPiece, AxisVector, Geometry, Motion, Progress, Silent, Stage, ToolPath, ToolPiece, ToolPose,
+    AxisPiece, AxisVector, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath, ToolPiece,
+    ToolPose,
 };
 
 const OPTIONS: AxesOptions = AxesOptions {
@@ -74,7 +75,7 @@ fn travel(pieces: &[AxisPiece]) -> [f64; 2] {
 fn recheck(kinematics: &Kinematics, path: &ToolPath, followed: &Followed) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for piece in &followed.path.pieces {
-        let Geometry::Curve(curve) = &path.pieces[piece.source].geometry else { continue };
+        let PieceGeometry::Curve(curve) = &path.pieces[piece.source].geometry else { continue };
         for pair in piece.nodes.windows(2) {
             for i in 0..=23 {
                 let s = pair[0].s + (pair[1].s - pair[0].s) * f64::from(i) / 23.0;
@@ -350,7 +351,7 @@ proptest! {
                 [poly(&bend[0..3], 0.55), poly(&bend[3..6], 0.6), poly(&bend[6..9], 0.6)],
             )
         });
-        let Geometry::Curve(pose_curve) = &geometry else { panic!() };
+        let PieceGeometry::Curve(pose_curve) = &geometry else { panic!() };
         let clear = (0..=50).all(|i| {
             let pose = pose_curve.pose(f64::from(i) / 50.0).unwrap();
             inverse.pole_distance(&pose.axis) > 0.05
@@ -381,8 +382,8 @@ fn turns_are_unwound_on_links() {
     let limit = 370.0_f64.to_radians();
     let machine = head(Some([-limit, limit]));
     let turn = |index: f64| curve(knots(TAU * index, TAU * (index + 1.0), 40), cone(0.35));
-    let ends = |geometry: &Geometry| {
-        let Geometry::Curve(curve) = geometry else { panic!() };
+    let ends = |geometry: &PieceGeometry| {
+        let PieceGeometry::Curve(curve) = geometry else { panic!() };
         curve.range().map(|u| curve.pose(u).unwrap())
     };
     let turns = [0.0, 1.0, 2.0].map(turn);
@@ -415,7 +416,7 @@ fn a_link_is_straight_at_the_tip() {
     let path = fixed_cuts(&axes);
     let followed = run(&machine, &path);
     let piece = &followed.path.pieces[1];
-    let Geometry::Reorient { from, to } = &path.pieces[1].geometry else { panic!() };
+    let PieceGeometry::Reorient { from, to } = &path.pieces[1].geometry else { panic!() };
     let [first, last] = [piece.nodes.first().unwrap(), piece.nodes.last().unwrap()];
     for i in 0..=100 {
         let share = f64::from(i) / 100.0;
@@ -653,7 +654,7 @@ proptest! {
         let machine = kinematics(spec);
         let turn = TAU * if way { wind } else { -wind };
         let geometry = curve(knots(0.0, 1.0, 7), |u| cone(half)(u * turn));
-        let Geometry::Curve(of) = &geometry else { panic!() };
+        let PieceGeometry::Curve(of) = &geometry else { panic!() };
         // So loose that nodes hardly stand but at the knots.
         let options = AxesOptions {
             tip_tolerance: 1e4,

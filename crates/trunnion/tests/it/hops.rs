@@ -7,7 +7,7 @@ use trunnion::cover::{Hops, LeadKind, LinkOptions, Ways, legs, lever};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Leg, Motion, Pass, Silent, Station, ToolPath, ToolPose};
+use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose};
 
 const MAJOR: f64 = 4.0;
 const MINOR: f64 = 2.0;
@@ -96,7 +96,7 @@ fn distance(pose: &ToolPose, place: &Point3<f64>) -> f64 {
 
 /// Least distance from the floor over a hop, and over its middle third, by sampling.
 fn clearance(path: &ToolPath, piece: usize, face: &FaceIndex) -> [f64; 2] {
-    let Geometry::Curve(curve) = &path.pieces[piece].geometry else { return [f64::NAN; 2] };
+    let PieceGeometry::Curve(curve) = &path.pieces[piece].geometry else { return [f64::NAN; 2] };
     let [start, end] = curve.range();
     let mut least = [f64::INFINITY; 2];
     for i in 0..=60 {

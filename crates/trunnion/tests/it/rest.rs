@@ -17,7 +17,7 @@ use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
     Cylinder, Face, FaceIndex, Frame, Plane, Sphere, Surface, TrimCurve, TrimLoop,
 };
-use trunnion::types::{Rest, RestReason, Silent, Station, ToolPose};
+use trunnion::types::{Silent, Station, ToolPose, UncutReason, UncutRegion};
 
 const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -102,7 +102,7 @@ fn agrees(
     covering: &Covering,
     (face, others): (&FaceIndex, &[FaceIndex]),
     cutter: &Cutter,
-) -> Vec<Rest> {
+) -> Vec<UncutRegion> {
     const N: u32 = 90;
     let poses = poses(&covering.passes, cutter);
     let rest = &covering.report.rest;
@@ -138,7 +138,7 @@ fn cut(
     (face, others): (&FaceIndex, &[FaceIndex]),
     cutter: &Cutter,
     options: &CoverOptions,
-) -> (Covering, Vec<Rest>) {
+) -> (Covering, Vec<UncutRegion>) {
     let covering = beside_all((std::slice::from_ref(face), others), cutter, options).unwrap();
     let rest = agrees(&covering, (face, others), cutter);
     (covering, rest)
@@ -199,7 +199,7 @@ fn where_the_machine_does_not_get_to_nothing_is_cut() {
     };
     assert_eq!(fenced(&Fenced(|pose| pose.axis.x < -0.3)), []);
     let beyond = fenced(&Fenced(|pose| pose.tip.x < 14.0));
-    assert!(beyond.iter().all(|(_, reason)| *reason == RestReason::Machine), "{beyond:?}");
+    assert!(beyond.iter().all(|(_, reason)| *reason == UncutReason::Machine), "{beyond:?}");
     // The floor is 12 mm wide and ends at x = 20 .. 22.4. The ball leans by up to 1.3 rad, touches that far from its tip,
     // and half its strip is beyond that.
     let reached = 14.0 + 3.0 * 1.3_f64.sin() + (2.0 * 3.0 * (BAND.upper + SHARE)).sqrt();
@@ -247,7 +247,7 @@ fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
             let deepest = (2f64.sqrt() - 1.0) * radii[1];
             assert!(part.depth <= deepest + 0.02 || !ball, "{}", part.depth);
             assert!(part.depth > 0.8 * deepest, "{}", part.depth);
-            assert_eq!(part.reason, RestReason::Neighbour(2));
+            assert_eq!(part.reason, UncutReason::Neighbour(2));
             // A ball on the floor that touches the wall is as far from it as it is large.
             let [u, _] = part.deepest;
             assert!((part.ball - (20.0 - u)).abs() < 1e-3, "{} {u}", part.ball);

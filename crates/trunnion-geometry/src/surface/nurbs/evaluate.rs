@@ -1,7 +1,7 @@
 //! Points and derivatives of a NURBS surface, and its continuation beyond the domain.
 
 use super::NurbsSurface;
-use crate::math::bspline::Basis;
+use crate::math::bspline::BasisTable;
 use crate::math::bspline::bernstein;
 use crate::math::bspline::bernstein2;
 use crate::math::bspline::piece_of;
@@ -16,7 +16,7 @@ type Net = [[Vector4<f64>; 4]; 4];
 
 /// Where the kernel works: basis functions by u and by v, and the patch.
 struct Local<'a> {
-    basis: [Basis; 2],
+    basis: [BasisTable; 2],
     block: &'a [Vector4<f64>],
 }
 

@@ -7,7 +7,7 @@ use super::judge::{Planned, Task};
 use super::turning::Ball;
 use super::{Judged, Verdict};
 use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY};
-use crate::types::{AxisVector, Cancelled, Geometry, Progress, Stage};
+use crate::types::{AxisVector, Cancelled, PieceGeometry, Progress, Stage};
 use nalgebra::{Matrix3, Point3};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -218,10 +218,10 @@ impl Levers {
         let between = (first - second).norm();
         let far = |point: Point3<f64>| (tip - point).norm() + slides + 2.0 * between;
         let tips = task.path.pieces.iter().flat_map(|piece| match &piece.geometry {
-            Geometry::Curve(curve) => {
+            PieceGeometry::Curve(curve) => {
                 curve.knots.iter().filter_map(|&u| curve.pose(u)).map(|pose| pose.tip).collect()
             }
-            Geometry::Reorient { from, to } => vec![from.tip, to.tip],
+            PieceGeometry::Reorient { from, to } => vec![from.tip, to.tip],
         });
         let path = tips.fold(0.0_f64, |far, tip| far.max(tip.coords.norm()));
         Self { stiffness: stiffness(task.kinematics), rotaries: [far(first), far(second)], path }

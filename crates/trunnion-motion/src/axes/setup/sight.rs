@@ -4,7 +4,7 @@ use super::turning::{Ball, Trail, Turning};
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::math::angle::angle_between;
-use crate::types::{Geometry, PoseCurve, ToolPath};
+use crate::types::{PieceGeometry, PoseCurve, ToolPath};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -160,7 +160,7 @@ fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
     let mut seen = BTreeSet::new();
     let mut axes = Vec::new();
     for piece in &path.pieces {
-        let Geometry::Curve(curve) = &piece.geometry else { continue };
+        let PieceGeometry::Curve(curve) = &piece.geometry else { continue };
         for axis in samples(curve, step) {
             // + 0 turns -0 into 0.
             let cell = [axis.x, axis.y, axis.z].map(|part| ((part / step).round() + 0.0).to_bits());
@@ -178,7 +178,7 @@ fn trail(path: &ToolPath, step: f64) -> Trail {
     let mut open = false;
     for (index, piece) in path.pieces.iter().enumerate() {
         match &piece.geometry {
-            Geometry::Curve(curve) => {
+            PieceGeometry::Curve(curve) => {
                 if !open {
                     stretches.push(Vec::new());
                     open = true;
@@ -191,7 +191,7 @@ fn trail(path: &ToolPath, step: f64) -> Trail {
                     }
                 }
             }
-            Geometry::Reorient { from, to } => {
+            PieceGeometry::Reorient { from, to } => {
                 if !open {
                     stretches.push(vec![from.axis.into_inner()]);
                 }

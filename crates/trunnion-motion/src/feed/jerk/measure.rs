@@ -9,14 +9,14 @@ use nalgebra::SVector;
 /// Even steps in time per row; their ends are looked at too, as jerk steps at rows.
 const STEPS: u32 = 4;
 
-/// Ratios of velocities, accelerations and jerks at one moment.
+/// Ratios of velocities, accelerations and jerks at one time.
 struct MomentRatios<const N: usize> {
     axes: [SVector<f64, N>; 3],
     /// Programmed feed and tip speed.
     points: [f64; 2],
 }
 
-/// Calls `look` with the row and the moment, evenly in time; the path in the power basis, so that
+/// Calls `look` with the row and the state, evenly in time; the path in the power basis, so that
 /// neither the places nor the basis of the planner are used.
 fn each_moment<const N: usize>(
     piece: &AxisPiece<N>,
@@ -61,9 +61,9 @@ pub(super) fn measure<const N: usize>(
     limits: &ReciprocalLimits<N>,
 ) -> MeasuredRatios {
     let mut ratios = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
-    each_moment(piece, schedule, limits, |_, moment| {
-        let [velocity, acceleration, jerk] = moment.axes.map(|values| values.amax());
-        let velocity = velocity.max(moment.points[0]).max(moment.points[1]);
+    each_moment(piece, schedule, limits, |_, state| {
+        let [velocity, acceleration, jerk] = state.axes.map(|values| values.amax());
+        let velocity = velocity.max(state.points[0]).max(state.points[1]);
         ratios = ratios.max(LimitRatios { velocity, acceleration, jerk: Some(jerk) });
     });
     MeasuredRatios { ratios, acceleration_step: 0.0 }
@@ -76,20 +76,20 @@ pub(super) fn binding<const N: usize>(
     limits: &ReciprocalLimits<N>,
 ) -> Vec<BindingLimit> {
     let mut most = vec![(0.0, BindingLimit::Still); schedule.s.len()];
-    each_moment(piece, schedule, limits, |row, moment| {
+    each_moment(piece, schedule, limits, |row, state| {
         let mut add = |share: f64, name: BindingLimit| {
             if share > most[row].0 {
                 most[row] = (share, name);
             }
         };
         let kinds = [BindingLimit::Velocity, BindingLimit::Acceleration, BindingLimit::Jerk];
-        for (values, kind) in moment.axes.iter().zip(kinds) {
+        for (values, kind) in state.axes.iter().zip(kinds) {
             for (axis, value) in values.iter().enumerate() {
                 add(value.abs(), kind(u8::try_from(axis).unwrap_or(u8::MAX)));
             }
         }
-        add(moment.points[0], BindingLimit::Feed);
-        add(moment.points[1], BindingLimit::Tip);
+        add(state.points[0], BindingLimit::Feed);
+        add(state.points[1], BindingLimit::Tip);
     });
     if let [.., before, last] = most.as_mut_slice() {
         *last = *before;

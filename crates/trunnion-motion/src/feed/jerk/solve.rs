@@ -8,7 +8,7 @@ use super::{initial, restore};
 use crate::feed::grid::FeedGrid;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
-use crate::types::{Law, SchedulePiece, Stretch};
+use crate::types::{AccelerationProfile, LinearSegment, SchedulePiece};
 
 /// A spline inside all limits, with the references that show it.
 pub(super) type FeasibleSpline = (SpeedSpline, Vec<f64>);
@@ -66,7 +66,7 @@ pub(super) fn schedule<const N: usize>(grid: &FeedGrid<N>, spline: &SpeedSpline)
     let mut now = 0.0;
     let [speed, acceleration] = spline.motion();
     for (cell, length) in spline.lengths.iter().enumerate() {
-        let stretch = Stretch {
+        let stretch = LinearSegment {
             length: *length,
             speed: [speed[cell], speed[cell + 1]],
             acceleration: [acceleration[cell], acceleration[cell + 1]],
@@ -74,5 +74,11 @@ pub(super) fn schedule<const N: usize>(grid: &FeedGrid<N>, spline: &SpeedSpline)
         now += stretch.time();
         t.push(now);
     }
-    SchedulePiece { s: grid.s.clone(), t, speed, acceleration, law: Law::Ramps }
+    SchedulePiece {
+        s: grid.s.clone(),
+        t,
+        speed,
+        acceleration,
+        profile: AccelerationProfile::Linear,
+    }
 }

@@ -9,7 +9,7 @@ use crate::feed::limits::Limits;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AXES, AxisNode, Motion, Stretch};
+use crate::types::{AXES, AxisNode, LinearSegment, Motion};
 
 /// The window grows to this many times its rows where the distance to stop is longer. That goes with the square of
 /// the speed, or its power 3/2 where jerk alone limits: eight windows let it be 2.8 to 4 times what one can stop,
@@ -261,7 +261,7 @@ impl<const N: usize> Iterator for JerkStream<N> {
         let [s, speed, acceleration] = course.run()?;
         self.bounds = self.bounds.max(course.bounds);
         let interval = self.known.run_to(s[1])?;
-        let duration = Stretch { length: s[1] - s[0], speed, acceleration }.time();
+        let duration = LinearSegment { length: s[1] - s[0], speed, acceleration }.time();
         let step = StreamStep {
             piece: self.piece,
             interval,

@@ -1,6 +1,6 @@
 //! A stretch of committed schedule.
 
-use crate::types::{Moment, Stretch};
+use crate::types::{LinearSegment, PathState};
 
 /// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
 /// limits constant.
@@ -26,19 +26,19 @@ pub struct StreamStep {
 
 impl StreamStep {
     /// Place and speed a time after the start, clamped to the step.
-    pub fn at(&self, dt: f64) -> Moment {
+    pub fn at(&self, dt: f64) -> PathState {
         let dt = dt.clamp(0.0, self.duration);
         let accelerations = [self.acceleration, self.end_acceleration];
         if accelerations[0].to_bits() != accelerations[1].to_bits() {
             let length = self.s[1] - self.s[0];
-            let stretch = Stretch { length, speed: self.speed, acceleration: accelerations };
+            let stretch = LinearSegment { length, speed: self.speed, acceleration: accelerations };
             let [advance, speed, acceleration, jerk] = stretch.at(dt);
             let s = (self.s[0] + advance).clamp(self.s[0], self.s[1]);
-            return Moment { s, speed: speed.max(0.0), acceleration, jerk };
+            return PathState { s, speed: speed.max(0.0), acceleration, jerk };
         }
         let s = self.s[0] + dt * (self.speed[0] + 0.5 * self.acceleration * dt);
         let speed = (self.speed[0] + self.acceleration * dt).max(0.0);
         let s = s.clamp(self.s[0], self.s[1]);
-        Moment { s, speed, acceleration: self.acceleration, jerk: 0.0 }
+        PathState { s, speed, acceleration: self.acceleration, jerk: 0.0 }
     }
 }

@@ -10,7 +10,7 @@ use crate::feed::pieces::{PlannedPiece, assemble};
 use crate::feed::plan::FeedPlan;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AxisNode, AxisPath, Law, Motion, SchedulePiece};
+use crate::types::{AccelerationProfile, AxisNode, AxisPath, Motion, SchedulePiece};
 
 /// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest to rest.
 ///
@@ -32,7 +32,10 @@ pub fn jerk_through_window<const N: usize>(
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))
     });
     let mut pieces =
-        vec![SchedulePiece { law: Law::Ramps, ..SchedulePiece::default() }; path.pieces.len()];
+        vec![
+            SchedulePiece { profile: AccelerationProfile::Linear, ..SchedulePiece::default() };
+            path.pieces.len()
+        ];
     let mut started = None;
     loop {
         while stream.wants() {

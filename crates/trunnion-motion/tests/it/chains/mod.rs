@@ -13,7 +13,7 @@ use trunnion::machine::{
     Output, Retract, Setup, Singular,
 };
 use trunnion::math::jet::Jet;
-use trunnion::types::{Geometry, PoseCurve, Span, ToolPose};
+use trunnion::types::{PieceGeometry, PoseCurve, PoseSpan, ToolPose};
 
 pub(crate) type V3 = Vector3<f64>;
 
@@ -155,7 +155,7 @@ pub(crate) fn pose(tip: V3, axis: V3) -> ToolPose {
 }
 
 /// Quintic spans through value and two derivatives of tip and axis at the knots.
-pub(crate) fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -> Geometry {
+pub(crate) fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -> PieceGeometry {
     let jets = |u: f64| {
         let (tip, axis) = at(Jet::variable(u));
         let mut taylor = [SVector::<f64, 9>::zeros(); 3];
@@ -176,7 +176,7 @@ pub(crate) fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -
                 (b[1] - a[1] - a[2] * (2.0 * h)) / h.powi(2),
                 (b[2] - a[2]) / h,
             ];
-            Span {
+            PoseSpan {
                 coefficients: [
                     a[0],
                     a[1],
@@ -188,7 +188,7 @@ pub(crate) fn curve(knots: Vec<f64>, at: impl Fn(Jet) -> ([Jet; 3], [Jet; 3])) -
             }
         })
         .collect();
-    Geometry::Curve(PoseCurve { knots, spans })
+    PieceGeometry::Curve(PoseCurve { knots, spans })
 }
 
 pub(crate) fn knots(from: f64, to: f64, count: u32) -> Vec<f64> {

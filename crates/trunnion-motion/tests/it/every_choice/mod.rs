@@ -10,18 +10,18 @@ use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::Kinematics;
 use trunnion::math::angle::wrap;
 use trunnion::math::jet::{Jet, Real};
-use trunnion::types::{Geometry, Motion, ToolPath, ToolPiece, ToolPose};
+use trunnion::types::{Motion, PieceGeometry, ToolPath, ToolPiece, ToolPose};
 
-pub(crate) fn cut(geometry: Geometry) -> ToolPiece {
+pub(crate) fn cut(geometry: PieceGeometry) -> ToolPiece {
     ToolPiece { motion: Motion::Cut, geometry }
 }
 
 pub(crate) fn link(from: ToolPose, to: ToolPose) -> ToolPiece {
-    ToolPiece { motion: Motion::Link, geometry: Geometry::Reorient { from, to } }
+    ToolPiece { motion: Motion::Link, geometry: PieceGeometry::Reorient { from, to } }
 }
 
 /// Straight move with a fixed axis.
-pub(crate) fn straight(from: V3, to: V3, axis: V3) -> Geometry {
+pub(crate) fn straight(from: V3, to: V3, axis: V3) -> PieceGeometry {
     curve(vec![0.0, 1.0], |u| {
         (
             [0, 1, 2].map(|i| u * (to[i] - from[i]) + from[i]),
@@ -202,7 +202,7 @@ pub(crate) fn every_interval(
 /// Every pose of the tool path is run, in order; where the tool leaves, it comes back to the place.
 pub(crate) fn assert_complete(path: &ToolPath, followed: &Followed) {
     for (source, tool) in path.pieces.iter().enumerate() {
-        let Geometry::Curve(curve) = &tool.geometry else { continue };
+        let PieceGeometry::Curve(curve) = &tool.geometry else { continue };
         let [start, end] = curve.range();
         let mut at = start;
         let cuts = followed.path.pieces.iter().enumerate().filter(|(index, piece)| {

@@ -5,7 +5,7 @@ use super::bound::{Rounding, deviation, tip};
 use super::fit::{Fit, Node, Path};
 use super::knots::{Around, from_end, from_start};
 use super::{Deviated, Limits, SmoothSpan};
-use crate::types::{PoseCoordinates, Span};
+use crate::types::{PoseCoordinates, PoseSpan};
 
 /// Spans between two joins, with the path they stand for.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ fn span(
 ) -> SmoothSpan {
     let mut coefficients = powers(curve, range[1] - range[0]);
     coefficients[0] += origin;
-    SmoothSpan { range, span: Span { coefficients }, deviated, station, after_stop: false }
+    SmoothSpan { range, span: PoseSpan { coefficients }, deviated, station, after_stop: false }
 }
 
 impl Chunk {

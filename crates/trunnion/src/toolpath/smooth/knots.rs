@@ -150,7 +150,7 @@ mod tests {
         let jet = |span: usize, at_end: bool| {
             let width = BREAKS[span + 1] - BREAKS[span];
             let bezier = Around::new(&BREAKS, span).bezier(&points[span..span + 6]);
-            let span = crate::types::Span { coefficients: powers(&bezier, width) };
+            let span = crate::types::PoseSpan { coefficients: powers(&bezier, width) };
             span.derivatives(if at_end { width } else { 0.0 })
         };
         for (k, point) in from_start(&BREAKS, &jet(0, false)).iter().enumerate() {

@@ -13,7 +13,7 @@ pub use error::SmoothError;
 pub use run::{SAME, Smoother};
 
 use crate::math::angle::angle_between;
-use crate::types::{PoseCoordinates, PoseCurve, Span, Station, ToolPose};
+use crate::types::{PoseCoordinates, PoseCurve, PoseSpan, Station, ToolPose};
 
 /// What a smoothed path stands for, and is compared with, between stations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub struct SmoothSpan {
     /// Where it starts and ends; spans follow one another without gaps.
     pub range: [f64; 2],
     /// The polynomial, over the distance from its start.
-    pub span: Span,
+    pub span: PoseSpan,
     /// How far it strays.
     pub deviated: Deviated,
     /// Index of the last station before it, or at its start.

@@ -8,7 +8,7 @@ use super::map::Measured;
 use super::{bounds, tool_length};
 use crate::cutter::Cutter;
 use crate::surface::Face;
-use crate::types::{Cancelled, Progress, Rest, Stage};
+use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
 use crate::verify::run::Run;
 use crate::verify::{Options, Promise, VerifyError};
@@ -20,7 +20,7 @@ pub(crate) struct MeasureSubject<'a> {
     pub(crate) faces: &'a [Face],
     /// By their places in the table of tools.
     pub(crate) cutters: &'a [&'a Cutter],
-    pub(crate) rest: &'a [Rest],
+    pub(crate) rest: &'a [UncutRegion],
 }
 
 /// Steps of the progress bar.

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use trunnion::cover::lever;
 use trunnion::cutter::Cutter;
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Geometry, Leg, Motion, Pass, Silent, ToolPose};
+use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, ToolPose};
 
 /// Distance between the poses that are tried \[mm\].
 pub(crate) const SPACING: f64 = 0.1;
@@ -29,7 +29,7 @@ pub(crate) fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
     for pass in passes {
         let legs = [Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
         let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
-        let Geometry::Curve(curve) = &path.pieces[0].geometry else { continue };
+        let PieceGeometry::Curve(curve) = &path.pieces[0].geometry else { continue };
         let [start, end] = curve.range();
         let steps = ((end - start) / SPACING).ceil();
         let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);

@@ -14,8 +14,20 @@ pub struct ToolPose {
 }
 
 impl ToolPose {
-    /// From a tip \[mm\] and a vector along the tool axis, of any length; `None` if that vector is
-    /// zero, or a number is not finite.
+    /// Creates a pose from a tip \[mm\] and a vector along the tool axis, of any length.
+    ///
+    /// Returns `None` if that vector is zero, or a number is not finite.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_types::types::ToolPose;
+    ///
+    /// let pose = ToolPose::new([0.0, 0.0, 50.0], [0.0, 3.0, 4.0]).ok_or("a pose")?;
+    /// assert_eq!(pose.axis.z, 0.8);
+    /// assert!(ToolPose::new([0.0; 3], [0.0; 3]).is_none());
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn new(tip: [f64; 3], axis: [f64; 3]) -> Option<Self> {
         // By its largest component first: squares of very long or short vectors leave the range.
         let size = axis.iter().fold(0.0_f64, |size, part| size.max(part.abs()));
@@ -29,7 +41,7 @@ impl ToolPose {
 /// A cutter location of a pass, and the point of the surface it was made for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
-    /// Where the tool is.
+    /// Pose of the tool.
     pub pose: ToolPose,
     /// Cutter contact: the surface point whose speed is the feed "at the contact" \[mm\].
     pub contact: Point3<f64>,
@@ -40,28 +52,29 @@ pub struct Station {
 const PIVOT_SHARE: f64 = 0.125;
 
 impl Station {
-    /// Advance of the path parameter to the next station \[mm\]: the chord of the contact track, or
-    /// a share of the tip's chord or of `lever` \[mm/rad\] times the axis' turn where the contact
-    /// stands still. Zero only where nothing moves.
+    /// Returns the advance of the path parameter to the next station \[mm\].
+    ///
+    /// It is the chord of the contact track. Where the contact stands still, it is a share of the tip's
+    /// chord, or of `lever` \[mm/rad\] times the turn of the axis. It is zero only if nothing moves.
     pub fn advance(&self, next: &Self, lever: f64) -> f64 {
         let turn = angle_between(&self.pose.axis, &next.pose.axis);
         let tip = (next.pose.tip - self.pose.tip).norm();
         (next.contact - self.contact).norm().max(PIVOT_SHARE * tip.max(lever * turn))
     }
 
-    /// Tip, unit axis and contact in the order of [`PoseCoordinates`].
+    /// Returns tip, unit axis and contact in the order of [`PoseCoordinates`].
     pub fn coordinates(&self) -> PoseCoordinates {
         let [p, a, c] = [self.pose.tip.coords, self.pose.axis.into_inner(), self.contact.coords];
         PoseCoordinates::from([p.x, p.y, p.z, a.x, a.y, a.z, c.x, c.y, c.z])
     }
 }
 
-/// What the tool does along a stretch of path.
+/// Purpose of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Motion {
-    /// Above the part at the clearance height; the only place where the tool turns freely.
+    /// Air move at the clearance height; the only motion in which the tool turns freely.
     Link,
-    /// Off one pass and on to the next in one sweep, close to the part.
+    /// Air move from one pass to the next in one sweep, close to the part.
     Hop,
     /// From the clearance height down to the start of a pass.
     LeadIn,
@@ -72,7 +85,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// Whether nothing is cut, so that the axes may go at their rapids.
+    /// Returns `true` for air moves, in which the axes may move at rapid.
     pub fn is_free(self) -> bool {
         matches!(self, Self::Link | Self::Hop)
     }
@@ -91,7 +104,7 @@ pub struct Pass {
     pub track: Vec<[f64; 2]>,
 }
 
-/// A stretch of cutter locations with one kind of motion. Consecutive legs share their end poses.
+/// Consecutive cutter locations with one kind of motion. Consecutive legs share their end poses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
     /// Kind of motion.
@@ -105,7 +118,7 @@ pub type PoseCoordinates = SVector<f64, 9>;
 
 /// Polynomial piece of a [`PoseCurve`]: `sum coefficients[k] (u - start)^k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
+pub struct PoseSpan {
     /// Ascending coefficients, up to degree 5 \[mm per u^k, 1 per u^k\].
     pub coefficients: [PoseCoordinates; 6],
 }
@@ -117,7 +130,7 @@ pub struct PoseCurve {
     /// Increasing break points of `u`; one more than `spans`.
     pub knots: Vec<f64>,
     /// One polynomial between two break points.
-    pub spans: Vec<Span>,
+    pub spans: Vec<PoseSpan>,
 }
 
 /// Derivatives 0..=3 of tip, tool-axis vector and contact by the curve parameter.
@@ -132,10 +145,10 @@ pub struct PoseRates {
 }
 
 impl PoseCurve {
-    /// The C2 cubic spline through `stations`, over the sum of [`Station::advance`].
+    /// Fits the C2 cubic spline through `stations`, over the sum of [`Station::advance`].
     ///
     /// Neighbouring stations must differ, and there must be two or more; otherwise the curve has
-    /// no spans, or such that are not numbers (`toolpath` checks before it calls).
+    /// no spans, or its coefficients are not numbers (`toolpath` checks before it calls).
     pub fn through(stations: &[Station], lever: f64) -> Self {
         let mut end = 0.0;
         let mut knots = vec![end];
@@ -148,13 +161,13 @@ impl PoseCurve {
             .into_iter()
             .map(|[a, b, c, d]| {
                 let none = PoseCoordinates::zeros();
-                Span { coefficients: [a, b, c, d, none, none] }
+                PoseSpan { coefficients: [a, b, c, d, none, none] }
             })
             .collect();
         Self { knots, spans }
     }
 
-    /// First and last value of the parameter.
+    /// Returns the first and last value of the parameter.
     pub fn range(&self) -> [f64; 2] {
         match (self.knots.first(), self.knots.last()) {
             (Some(&first), Some(&last)) => [first, last],
@@ -162,18 +175,18 @@ impl PoseCurve {
         }
     }
 
-    /// Index of the span that holds `u`; ends are clamped.
+    /// Returns the index of the span that holds `u`; ends are clamped.
     pub fn span_at(&self, u: f64) -> usize {
         let after = self.knots.partition_point(|&knot| knot <= u);
         after.saturating_sub(1).min(self.spans.len().saturating_sub(1))
     }
 
-    /// Value and derivatives at `u`; outside the range the end polynomial goes on.
+    /// Returns value and derivatives at `u`; outside the range the end polynomial goes on.
     pub fn rates(&self, u: f64) -> PoseRates {
         self.rates_in(self.span_at(u), u)
     }
 
-    /// As [`PoseCurve::rates`], from a given span: at a knot the two sides may differ.
+    /// Returns [`PoseCurve::rates`] of a given span: at a knot the two sides may differ.
     #[inline]
     pub fn rates_in(&self, span: usize, u: f64) -> PoseRates {
         let start = self.knots.get(span).copied().unwrap_or(0.0);
@@ -183,12 +196,12 @@ impl PoseCurve {
         PoseRates { tip: part(0), axis: part(3), contact: part(6) }
     }
 
-    /// Tool pose at `u`; `None` where the axis vector vanishes.
+    /// Returns the tool pose at `u`; `None` where the axis vector vanishes.
     pub fn pose(&self, u: f64) -> Option<ToolPose> {
         self.pose_in(self.span_at(u), u)
     }
 
-    /// As [`PoseCurve::pose`], from a given span.
+    /// Returns [`PoseCurve::pose`] of a given span.
     pub fn pose_in(&self, span: usize, u: f64) -> Option<ToolPose> {
         let start = self.knots.get(span).copied().unwrap_or(0.0);
         let value = self.spans.get(span)?.value(u - start);
@@ -198,20 +211,21 @@ impl PoseCurve {
 }
 
 impl PoseRates {
-    /// The pose itself; `None` where the axis vector vanishes.
+    /// Returns the pose itself; `None` where the axis vector vanishes.
     pub fn pose(&self) -> Option<ToolPose> {
         let axis = UnitVector3::try_new(self.axis[0], f64::MIN_POSITIVE)?;
         Some(ToolPose { tip: Point3::from(self.tip[0]), axis })
     }
 }
 
-impl Span {
-    /// Value and first three derivatives at `x` from the span's start (Horner's scheme, what is zero at
-    /// its start left out).
+impl PoseSpan {
+    /// Returns value and first three derivatives at `x` from the span's start.
+    ///
+    /// Horner's scheme, without the terms that are zero when it starts.
     #[inline]
     pub fn derivatives(&self, x: f64) -> [PoseCoordinates; 4] {
         let [c0, c1, c2, c3, c4, c5] = &self.coefficients;
-        // Splines are cubic; of degree 5 are joints, and what was bent.
+        // Splines are cubic; blends between them, and adjusted spans, have degree 5.
         let cubic = c4.iter().chain(c5.iter()).all(|c| c.to_bits() == 0);
         let [b0, b1, b2, b3] = if cubic {
             let a0 = c3 * x + c2;
@@ -226,7 +240,7 @@ impl Span {
         [b0 * x + c0, b1 * x + b0, (b2 * x + b1) * 2.0, third * 6.0]
     }
 
-    /// Value at `x` from the span's start.
+    /// Returns the value at `x` from the span's start.
     pub fn value(&self, x: f64) -> PoseCoordinates {
         self.coefficients.iter().rev().fold(PoseCoordinates::zeros(), |sum, c| sum * x + c)
     }
@@ -234,11 +248,11 @@ impl Span {
 
 /// Geometry of one piece of a tool path.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Geometry {
+pub enum PieceGeometry {
     /// Tip and axis both follow the curve.
     Curve(PoseCurve),
-    /// The tip moves straight; the rotary axes turn in proportion. Which way they turn is the
-    /// machine's business, so only the ends are prescribed.
+    /// The tip moves straight; the rotary axes turn in proportion. The machine
+    /// decides in which direction, so only the ends are prescribed.
     Reorient {
         /// Start.
         from: ToolPose,
@@ -252,8 +266,8 @@ pub enum Geometry {
 pub struct ToolPiece {
     /// Kind of motion.
     pub motion: Motion,
-    /// Where the tool goes.
-    pub geometry: Geometry,
+    /// Motion of the tool.
+    pub geometry: PieceGeometry,
 }
 
 /// Smooth pieces end to end; the tool rests where two pieces meet.
@@ -272,7 +286,7 @@ mod tests {
         let mut coefficients = [PoseCoordinates::zeros(); 6];
         coefficients[3][0] = 1.0;
         coefficients[0][5] = 1.0;
-        let curve = PoseCurve { knots: vec![1.0, 4.0], spans: vec![Span { coefficients }] };
+        let curve = PoseCurve { knots: vec![1.0, 4.0], spans: vec![PoseSpan { coefficients }] };
         let rates = curve.rates(3.0);
         let x: Vec<f64> = rates.tip.iter().map(|d| d.x).collect();
         assert_eq!(x, [8.0, 12.0, 12.0, 6.0]);
@@ -292,7 +306,7 @@ mod tests {
 
     #[test]
     fn a_vanishing_axis_has_no_pose() {
-        let span = Span { coefficients: [PoseCoordinates::zeros(); 6] };
+        let span = PoseSpan { coefficients: [PoseCoordinates::zeros(); 6] };
         assert_eq!(PoseCurve { knots: vec![0.0, 1.0], spans: vec![span] }.pose(0.5), None);
     }
 }

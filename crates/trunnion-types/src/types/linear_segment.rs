@@ -1,11 +1,11 @@
-//! Motion between two rows under a law of [`super::Law`].
+//! Motion between two rows of a schedule while acceleration is linear in the path parameter.
 
-/// A stretch on which `d²s/dt² = u + c σ` is linear in the distance `σ` from its start.
+/// A segment on which `d²s/dt² = u + c σ` is linear in the distance `σ` from its start.
 ///
 /// `s` then obeys a linear differential equation: hyperbolic functions for `c > 0`, trigonometric
 /// ones for `c < 0`, a parabola for `c = 0`; Stumpff's functions make one formula of the three.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct LinearSegment {
     /// Length in `s`.
     pub length: f64,
     /// `ds/dt` at both ends.
@@ -14,26 +14,26 @@ pub struct Stretch {
     pub acceleration: [f64; 2],
 }
 
-/// Distance from the start of a stretch, and its first three derivatives by time.
+/// Distance from the start of a segment, and its first three derivatives by time.
 pub(crate) type Advance = [f64; 4];
 
-impl Stretch {
+impl LinearSegment {
     fn slope(&self) -> f64 {
         (self.acceleration[1] - self.acceleration[0]) / self.length
     }
 
-    /// Whether an end is at rest: no speed and no acceleration, so that jerk alone moves it.
+    /// Returns `true` if an end is at rest: no speed and no acceleration, so that jerk alone moves it.
     fn rests(&self, end: usize) -> bool {
         self.speed[end] <= 0.0 && self.acceleration[end].abs() <= 0.0
     }
 
-    /// The same run backwards in time.
+    /// Returns the same motion run backwards in time.
     fn reversed(&self) -> Self {
         let [from, to] = [self.speed, self.acceleration];
         Self { length: self.length, speed: [from[1], from[0]], acceleration: [-to[1], -to[0]] }
     }
 
-    /// Time from end to end; 0 where nothing ever moves.
+    /// Returns the time from end to end \[s\]; 0 where nothing ever moves.
     pub fn time(&self) -> f64 {
         let sum = self.speed[0] + self.speed[1];
         match [self.rests(0), self.rests(1)] {
@@ -44,7 +44,7 @@ impl Stretch {
         }
     }
 
-    /// Time to the distance `x` from the start, inside the stretch.
+    /// Returns the time to the distance `x` from the start, inside the segment.
     pub(crate) fn time_to(&self, x: f64) -> f64 {
         // From the slower end: nothing cancels, not even on the way to rest.
         if self.rests(1) || (self.speed[1] < self.speed[0] && !self.rests(0)) {
@@ -62,7 +62,7 @@ impl Stretch {
         if v + end > 0.0 { passage(x, v + end, c) } else { 0.0 }
     }
 
-    /// State at time `t` after the start, inside the stretch.
+    /// Returns the advance at time `t` \[s\] after the start, inside the segment, and its derivatives.
     pub fn at(&self, t: f64) -> Advance {
         if self.rests(1) && !self.rests(0) {
             let [x, v, a, j] = self.reversed().at(self.time() - t);
@@ -83,9 +83,9 @@ impl Stretch {
     }
 }
 
-/// Time over `length` where speed obeys `d²v/dt² = c v` and `sum` is the speed at both ends added.
+/// Returns the time over `length` where speed obeys `d²v/dt² = c v` and `sum` is the speed at both ends added.
 ///
-/// `v` is a hyperbolic or trigonometric cosine about some moment, so `tanh(w T / 2) = w length / sum`
+/// `v` is a hyperbolic or trigonometric cosine about some time, so `tanh(w T / 2) = w length / sum`
 /// with `w² = c`, and for `c < 0` the same with `tan`: `2 length / sum` times a factor near 1.
 fn passage(length: f64, sum: f64, c: f64) -> f64 {
     let y = c * (length / sum).powi(2);
@@ -103,7 +103,7 @@ fn passage(length: f64, sum: f64, c: f64) -> f64 {
 /// Below this the series are used: the first terms left out are `1e-18 / 13` of the sum at most.
 const SERIES: f64 = 1e-3;
 
-/// `cosh r`, `sinh r / r` and `(cosh r - 1) / r²` with `r² = z` of either sign.
+/// Returns `cosh r`, `sinh r / r` and `(cosh r - 1) / r²` with `r² = z` of either sign.
 fn stumpff(z: f64) -> [f64; 3] {
     if z.abs() < SERIES {
         let c2 = 0.5 + z * (1.0 / 24.0 + z * (1.0 / 720.0 + z * (1.0 / 40320.0 + z / 3_628_800.0)));
@@ -124,16 +124,16 @@ mod tests {
     use super::*;
 
     /// Ends with the speed that the start and the accelerations lead to.
-    fn stretch(length: f64, speed: f64, acceleration: [f64; 2]) -> Stretch {
+    fn segment(length: f64, speed: f64, acceleration: [f64; 2]) -> LinearSegment {
         let square = speed * speed + (acceleration[0] + acceleration[1]) * length;
-        Stretch { length, speed: [speed, square.sqrt()], acceleration }
+        LinearSegment { length, speed: [speed, square.sqrt()], acceleration }
     }
 
     #[test]
-    fn a_stretch_ends_where_and_as_fast_as_it_should() {
+    fn a_segment_ends_where_and_as_fast_as_it_should() {
         for acceleration in [[1.0, 3.0], [3.0, -2.0], [2.0, 2.0], [2.0, 2.0001], [-1.0, 6.0]] {
             for (length, speed) in [(1.0, 1.5), (1e-3, 0.1), (2.0, 4.0)] {
-                let it = stretch(length, speed, acceleration);
+                let it = segment(length, speed, acceleration);
                 let end = it.at(it.time());
                 assert!((end[0] / length - 1.0).abs() < 1e-13, "{it:?}: {end:?}");
                 assert!((end[1] / it.speed[1] - 1.0).abs() < 1e-12, "{it:?}: {end:?}");
@@ -144,9 +144,9 @@ mod tests {
 
     #[test]
     fn time_to_inverts_at() {
-        let moving = [stretch(1.0, 1.5, [3.0, -2.0]), stretch(2.0, 4.0, [-2.0, -1.0])];
-        let from_rest = Stretch { length: 1.0, speed: [0.0, 3.0], acceleration: [0.0, 6.0] };
-        let to_rest = Stretch { length: 1.0, speed: [3.0, 0.0], acceleration: [-6.0, 0.0] };
+        let moving = [segment(1.0, 1.5, [3.0, -2.0]), segment(2.0, 4.0, [-2.0, -1.0])];
+        let from_rest = LinearSegment { length: 1.0, speed: [0.0, 3.0], acceleration: [0.0, 6.0] };
+        let to_rest = LinearSegment { length: 1.0, speed: [3.0, 0.0], acceleration: [-6.0, 0.0] };
         for it in moving.into_iter().chain([from_rest, to_rest]) {
             for k in 0..=10 {
                 let t = it.time() * f64::from(k) / 10.0;
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     #[expect(clippy::float_cmp, reason = "dyadic numbers: exact in binary")]
     fn from_rest_jerk_is_constant() {
-        let it = Stretch { length: 1.0, speed: [0.0, 3.0], acceleration: [0.0, 6.0] };
+        let it = LinearSegment { length: 1.0, speed: [0.0, 3.0], acceleration: [0.0, 6.0] };
         assert_eq!(it.time(), 1.0);
         assert_eq!(it.at(0.5), [0.125, 0.75, 3.0, 6.0]);
         let stop = it.reversed();
