@@ -1,6 +1,7 @@
 //! Tests of the binary as its users run it: one binary, one module a verb.
 
 mod binary;
+mod book;
 mod check;
 mod cli;
 mod feed;
@@ -8,6 +9,7 @@ mod inspect;
 mod machine;
 mod path;
 mod post;
+mod reference;
 mod rs274;
 mod setpoints;
 mod stock;
