@@ -46,14 +46,8 @@ fn limits() -> Limits<5> {
     Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None }
 }
 
-const OPTIONS: FeedOptions = FeedOptions {
-    feed: Some(300.0),
-    link_feed: None,
-    tip: None,
-    time_tolerance: 5e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+const OPTIONS: FeedOptions =
+    FeedOptions { time_tolerance: 5e-3, ..FeedOptions::fastest().with_feed(300.0) };
 
 fn plan(bencher: Bencher, points: u32, path: &AxisPath) {
     let limits = limits();
@@ -98,8 +92,7 @@ fn schedule<const GUARANTEE: bool>(bencher: Bencher, points: u32) {
 #[divan::bench(args = [10_000, 100_000])]
 fn stream(bencher: Bencher, points: u32) {
     let path = smooth_path(points);
-    let options =
-        StreamOptions { feed: OPTIONS.feed, link_feed: None, tip: None, window: 512, step: 1.0 };
+    let options = StreamOptions { speeds: OPTIONS.speeds, ..StreamOptions::fastest(512, 1.0) };
     bencher.counter(divan::counter::ItemsCount::new(points)).bench(|| {
         let mut stream = FeedStream::new(limits(), options)?;
         let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);

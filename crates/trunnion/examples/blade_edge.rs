@@ -216,14 +216,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
         jerk: None,
         minus: None,
     };
-    let feed = FeedOptions {
-        feed: Some(30.0),
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-2,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    let feed = FeedOptions { time_tolerance: 1e-2, ..FeedOptions::fastest().with_feed(30.0) };
     let schedule = optimal(&path, &limits, &feed, &Silent)?.schedule;
     let options = BlockOptions {
         control: Control::Axes,

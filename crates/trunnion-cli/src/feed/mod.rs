@@ -13,7 +13,7 @@ use crate::text;
 use path::Table;
 use std::path::PathBuf;
 use std::time::Instant;
-use trunnion::feed::{FeedError, FeedOptions, FeedPlan, LimitBreach, Limits};
+use trunnion::feed::{FeedError, FeedOptions, FeedPlan, LimitBreach, Limits, ProgrammedSpeeds};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::types::AxisPath;
 
@@ -237,9 +237,7 @@ fn sized<const N: usize>(
         .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     let path = table.path(&limits, args)?;
     let options = FeedOptions {
-        feed: table.layout.feed(),
-        link_feed: None,
-        tip: None,
+        speeds: ProgrammedSpeeds { feed: table.layout.feed(), ..ProgrammedSpeeds::FASTEST },
         time_tolerance: args.time_tolerance.unwrap_or(args.method.time_tolerance()),
         ends: [file.path.start, file.path.end],
         guarantee: !args.no_guarantee,

@@ -26,7 +26,7 @@ pub(super) fn plan<const N: usize>(
         (Method::Optimal, Some(rows)) => {
             let speeds = streamed(path, limits, options, rows as usize)?;
             // Measured and bounded as any speed is.
-            let (plan, _) = feed::given(path, &speeds, (limits, options), progress)?;
+            let (plan, _) = feed::given(path, &speeds, limits, options, progress)?;
             Ok(unbroken(plan))
         }
         (Method::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
@@ -36,9 +36,9 @@ pub(super) fn plan<const N: usize>(
         (Method::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
         (Method::Blocks, _) => {
             let blocks = LookAheadOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
-            feed::blocks(path, limits, (options, &blocks), progress).map(unbroken)
+            feed::blocks(path, limits, options, &blocks, progress).map(unbroken)
         }
-        (Method::Given, _) => feed::given(path, &table.speeds(path), (limits, options), progress),
+        (Method::Given, _) => feed::given(path, &table.speeds(path), limits, options, progress),
     }
 }
 
@@ -51,10 +51,9 @@ fn streamed<const N: usize>(
 ) -> Result<Vec<GivenSpeed>, FeedError> {
     let ends = |nodes: &[AxisNode<N>]| Some(nodes.last()?.s - nodes.first()?.s);
     let length: f64 = path.pieces.iter().filter_map(|piece| ends(&piece.nodes)).sum();
-    let FeedOptions { feed, link_feed, tip, .. } = *options;
     let step = length / LEAST_ROWS;
     let mut stream =
-        FeedStream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
+        FeedStream::new(*limits, StreamOptions { speeds: options.speeds, window, step })?;
     let mut speeds = vec![GivenSpeed::default(); path.pieces.len()];
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))

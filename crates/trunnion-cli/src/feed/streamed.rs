@@ -10,7 +10,10 @@ use crate::table::{Faults, each_of};
 use anyhow::Context;
 use std::io::Write;
 use std::time::Instant;
-use trunnion::feed::{AnyStream, FeedError, LimitRatios, Limits, StreamOptions, StreamStep};
+use trunnion::feed::{
+    AnyStream, FeedError, LimitRatios, Limits, ProgrammedSpeeds, StreamKind, StreamOptions,
+    StreamStep,
+};
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Motion};
 
@@ -182,9 +185,15 @@ fn planned<const N: usize>(
     let refused = |error: FeedError| Failure::input(format!("{}: {error}", name.display()));
     let window = args.window.unwrap_or(0) as usize;
     let (feed, step) = (layout.feed(), survey.length / LEAST_ROWS);
-    let options = StreamOptions { feed, link_feed: None, tip: None, window, step };
-    let jerk = args.method == Method::Jerk;
-    let mut planner = AnyStream::new(jerk, *limits, options).map_err(refused)?;
+    let options = StreamOptions {
+        speeds: ProgrammedSpeeds { feed, ..ProgrammedSpeeds::FASTEST },
+        ..StreamOptions::fastest(window, step)
+    };
+    let kind = match args.method {
+        Method::Jerk => StreamKind::Jerk,
+        _ => StreamKind::Optimal,
+    };
+    let mut planner = AnyStream::new(kind, *limits, options).map_err(refused)?;
     let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
     writeln!(writer.out, "{HEADER}").context(WRITING)?;
     let mut faults = Faults::default();

@@ -29,15 +29,7 @@ pub fn ceiling<const N: usize>(
     curvature: &SVector<f64, N>,
     limits: &Limits<N>,
 ) -> SpeedCeiling {
-    let options = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1.0,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
-    let limits = ReciprocalLimits::new(Motion::Cut, limits, &options);
+    let limits = ReciprocalLimits::new(Motion::Cut, limits, &FeedOptions::fastest());
     SpeedCeiling {
         velocity: (0..N)
             .map(|axis| limits.velocity.share(axis, rate[axis]))

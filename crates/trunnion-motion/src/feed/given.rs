@@ -68,7 +68,8 @@ pub struct LimitBreach {
 pub fn given<const N: usize>(
     path: &AxisPath<N>,
     speeds: &[GivenSpeed],
-    (limits, options): (&Limits<N>, &FeedOptions),
+    limits: &Limits<N>,
+    options: &FeedOptions,
     progress: &dyn Progress,
 ) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
     feed_validate::validate(path, limits, options)?;
@@ -86,7 +87,7 @@ pub fn given<const N: usize>(
         let ends = [profile.x.first(), profile.x.last()].map(|x| x.copied().unwrap_or_default());
         let ends = EndSquares { start: ends[0], end: ends[1] };
         let lower_bound = lower_bound::bound(&nodes, &inverse, &ends);
-        Ok(planned(piece, (&grid, &profile), &inverse, lower_bound))
+        Ok(planned(piece, &grid, &profile, &inverse, lower_bound))
     })?;
     let plan = assemble(planned);
     let pieces = path.pieces.iter().zip(&plan.schedule.pieces).enumerate();

@@ -33,6 +33,23 @@ pub struct MinusLimits<const N: usize> {
 }
 
 impl<const N: usize> Limits<N> {
+    /// The same limits in both directions, on links as on cuts.
+    #[must_use]
+    pub fn symmetric(
+        velocity: SVector<f64, N>,
+        acceleration: SVector<f64, N>,
+        jerk: SVector<f64, N>,
+    ) -> Self {
+        Self { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None }
+    }
+
+    /// The same without jerk limits.
+    #[must_use]
+    pub const fn without_jerk(mut self) -> Self {
+        self.jerk = None;
+        self
+    }
+
     /// The smaller of both directions, in both.
     #[must_use]
     pub fn smaller(&self) -> Self {

@@ -30,7 +30,7 @@ pub(super) fn bound<const N: usize>(
         let travel = AxisTravel::of(cell, limits);
         let here = travel.gain(ahead, *here, [1, 0]);
         let from = here.sqrt();
-        sum += cell_time(cell, &travel, ([here, ahead], [from, to]), limits);
+        sum += cell_time(cell, &travel, [here, ahead], [from, to], limits);
         (ahead, to) = (here, from);
     }
     // Each cell's time is right to a few dozen roundings, their sum to one per cell.
@@ -215,7 +215,8 @@ pub(super) fn pair_cap<const N: usize>(
 fn cell_time<const N: usize>(
     cell: &FeedCell<N>,
     travel: &AxisTravel<N>,
-    (squares, ends): ([f64; 2], [f64; 2]),
+    squares: [f64; 2],
+    ends: [f64; 2],
     limits: &ReciprocalLimits<N>,
 ) -> f64 {
     let mean = |rate: [f64; 2]| 0.5 * (rate[0] + rate[1]);

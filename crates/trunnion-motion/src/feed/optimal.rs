@@ -78,7 +78,7 @@ fn schedule_piece<const N: usize>(
         let lengths = piece.nodes.windows(2).map(|pair| pair[1].s - pair[0].s);
         return Ok(profile.schedule(s, lengths));
     }
-    let (grid, profile) = refine::plan(piece, limits, (options, ends));
+    let (grid, profile) = refine::plan(piece, limits, options, ends);
     profile.check_ends(ends)?;
     Ok(profile.schedule(grid.s, grid.cells.iter().map(|cell| cell.h)))
 }
@@ -89,10 +89,10 @@ fn plan_piece<const N: usize>(
     options: &FeedOptions,
     ends: &EndSquares,
 ) -> Result<PlannedPiece, FeedError> {
-    let (grid, profile) = refine::plan(piece, limits, (options, ends));
+    let (grid, profile) = refine::plan(piece, limits, options, ends);
     profile.check_ends(ends)?;
     let lower_bound = lower_bound::bound(&grid, limits, ends);
-    Ok(planned(piece, (&grid, &profile), limits, lower_bound))
+    Ok(planned(piece, &grid, &profile, limits, lower_bound))
 }
 
 #[cfg(test)]
@@ -120,14 +120,7 @@ mod tests {
         }
     }
 
-    const FREE: FeedOptions = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-4,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    const FREE: FeedOptions = FeedOptions { time_tolerance: 1e-4, ..FeedOptions::fastest() };
 
     /// A straight line of `length` by one axis, from two nodes.
     fn line(length: f64) -> AxisPath<1> {
@@ -160,7 +153,7 @@ mod tests {
 
     #[test]
     fn feed_limits_cuts_and_rapids_limit_links() {
-        let options = FeedOptions { feed: Some(20.0), ..FREE };
+        let options = FREE.with_feed(20.0);
         let cut = duration(&line(100.0), &limits(50.0, 500.0), &options);
         assert!((cut.schedule.duration() - (100.0 / 20.0 + 20.0 / 500.0)).abs() < 1e-9);
         assert_eq!(cut.binding[0][cut.binding[0].len() / 2], BindingLimit::Feed);
@@ -218,7 +211,7 @@ mod tests {
         bad = ok;
         bad.acceleration[0] = f64::INFINITY;
         assert!(error(&good, &bad, &FREE).contains("acceleration limit of axis 0 is inf"));
-        let options = FeedOptions { feed: Some(-1.0), ..FREE };
+        let options = FREE.with_feed(-1.0);
         assert!(error(&good, &ok, &options).contains("feed is -1 mm/s"));
         let mut path = good.clone();
         path.pieces[0].nodes[1].s = 0.0;

@@ -1,23 +1,65 @@
 //! Options of a plan.
 
-/// How a path is to be run. No `Default`: the caller knows the part.
+/// Speeds that the user asks for, besides the limits of the axes. `None` is as fast as the axes can.
+///
+/// The default asks for nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ProgrammedSpeeds {
+    /// Speed of the programmed point on everything but links \[mm/s\].
+    pub feed: Option<f64>,
+    /// Speed of the programmed point on links \[mm/s\].
+    pub link_feed: Option<f64>,
+    /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\].
+    pub tip: Option<f64>,
+}
+
+impl ProgrammedSpeeds {
+    /// As fast as the axes can.
+    pub const FASTEST: Self = Self { feed: None, link_feed: None, tip: None };
+}
+
+/// Options of the planners. Begin with [`FeedOptions::fastest`] and change what matters:
+///
+/// ```
+/// use trunnion_motion::feed::FeedOptions;
+///
+/// let options = FeedOptions { time_tolerance: 1e-4, ..FeedOptions::fastest().with_feed(50.0) };
+/// assert_eq!(options.speeds.feed, Some(50.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedOptions {
-    /// Speed of the programmed point on everything but links \[mm/s\]; `None` for as fast as the axes can.
-    pub feed: Option<f64>,
-    /// Speed of the programmed point on links \[mm/s\]; `None` for as fast as the axes can.
-    pub link_feed: Option<f64>,
-    /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
-    pub tip: Option<f64>,
-    /// [`super::optimal`] inserts rows until the time still to gain is estimated below this fraction of the
-    /// piece's time, [`super::jerk()`] goes on until a sweep gains less. Limits hold whatever the value; 1e-3
-    /// is fine, 1 never goes on for speed.
+    /// Programmed feed, feed on links and largest tip speed.
+    pub speeds: ProgrammedSpeeds,
+    /// Fraction of a piece's time that is not worth more work. [`super::optimal()`] inserts rows until
+    /// the time still to gain is estimated below it; [`super::jerk()`] goes on until a sweep gains
+    /// less. Limits hold whatever the value; 1e-3 is fine, 1 stops at the first schedule.
     pub time_tolerance: f64,
     /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
     /// meet.
     pub ends: [f64; 2],
-    /// Whether [`super::optimal`] keeps the limits everywhere. `false` looks at rows alone (TOPP-RA's
-    /// interpolation scheme on the path's nodes) and may break limits in between, for comparison;
-    /// [`FeedPlan::bounds`] tells by how much. [`super::jerk()`] always keeps them.
+    /// `true` keeps the limits everywhere in [`super::optimal()`]. `false` keeps them at rows alone
+    /// (TOPP-RA's interpolation scheme on the path's nodes), for comparison: limits may break in
+    /// between, and [`super::FeedPlan::bounds`] reports by how much. [`super::jerk()`] always keeps
+    /// them everywhere.
     pub guarantee: bool,
+}
+
+impl FeedOptions {
+    /// As fast as the axes can, from rest to rest, to 0.1 % of the time, with guaranteed limits.
+    #[must_use]
+    pub const fn fastest() -> Self {
+        Self {
+            speeds: ProgrammedSpeeds::FASTEST,
+            time_tolerance: 1e-3,
+            ends: [0.0; 2],
+            guarantee: true,
+        }
+    }
+
+    /// The same with a programmed feed \[mm/s\] on everything but links.
+    #[must_use]
+    pub const fn with_feed(mut self, feed: f64) -> Self {
+        self.speeds.feed = Some(feed);
+        self
+    }
 }

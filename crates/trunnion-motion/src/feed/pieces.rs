@@ -43,7 +43,8 @@ pub(super) fn plan_all<const N: usize, T: Send>(
 /// A profile as a schedule, and what is known about it.
 pub(super) fn planned<const N: usize>(
     piece: &AxisPiece<N>,
-    (grid, profile): (&FeedGrid<N>, &SpeedProfile),
+    grid: &FeedGrid<N>,
+    profile: &SpeedProfile,
     limits: &ReciprocalLimits<N>,
     lower_bound: f64,
 ) -> PlannedPiece {

@@ -27,7 +27,7 @@ impl SpeedProfile {
         ends: &EndSquares,
     ) -> Self {
         let caps = caps(grid, |cell| cell.caps(limits));
-        Self::through::<N, 5>(grid, caps, ends, limits)
+        Self::through::<N, 5, _>(grid, caps, ends, limits)
     }
 
     /// As [`SpeedProfile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
@@ -37,7 +37,7 @@ impl SpeedProfile {
         ends: &EndSquares,
     ) -> Self {
         let caps = caps(grid, |cell| cell.end_caps(limits));
-        Self::through::<N, 2>(grid, caps, ends, limits)
+        Self::through::<N, 2, _>(grid, caps, ends, limits)
     }
 
     /// The same on the nodes themselves.
@@ -55,12 +55,12 @@ impl SpeedProfile {
         });
         let mut caps: Vec<f64> = caps.collect();
         cap_still(&mut caps);
-        Self::through::<N, 2>(nodes, caps, ends, limits)
+        Self::through::<N, 2, _>(nodes, caps, ends, limits)
     }
 
     /// Both passes below `x`, with `K` constraints an axis and cell.
-    fn through<const N: usize, const K: usize>(
-        cells: &(impl ConstraintSource<N> + ?Sized),
+    fn through<const N: usize, const K: usize, C: ConstraintSource<N> + ?Sized>(
+        cells: &C,
         mut x: Vec<f64>,
         ends: &EndSquares,
         limits: &ReciprocalLimits<N>,

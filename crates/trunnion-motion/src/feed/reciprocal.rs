@@ -19,8 +19,8 @@ pub(super) struct ReciprocalLimits<const N: usize> {
 impl<const N: usize> ReciprocalLimits<N> {
     pub(super) fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
         let (velocity, feed) = match motion {
-            Motion::Link | Motion::Hop => (limits.rapid, options.link_feed),
-            _ => (limits.velocity, options.feed),
+            Motion::Link | Motion::Hop => (limits.rapid, options.speeds.link_feed),
+            _ => (limits.velocity, options.speeds.feed),
         };
         let minus = limits.minus.map(|minus| {
             (if motion.is_free() { minus.rapid } else { minus.velocity }, minus.acceleration)
@@ -33,7 +33,7 @@ impl<const N: usize> ReciprocalLimits<N> {
             ),
             jerk: limits.jerk.map(|jerk| jerk.map(f64::recip)),
             feed: feed.map_or(0.0, f64::recip),
-            tip: options.tip.map_or(0.0, f64::recip),
+            tip: options.speeds.tip.map_or(0.0, f64::recip),
         }
     }
 

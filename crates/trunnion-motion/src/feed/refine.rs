@@ -36,7 +36,8 @@ const MARGIN: f64 = 1.0 / 64.0;
 pub(super) fn plan<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
-    (options, ends): (&FeedOptions, &EndSquares),
+    options: &FeedOptions,
+    ends: &EndSquares,
 ) -> (FeedGrid<N>, SpeedProfile) {
     let tolerance = options.time_tolerance;
     let mut grid = initial(piece);
@@ -59,7 +60,7 @@ pub(super) fn plan<const N: usize>(
             break;
         }
         before = gains.time;
-        grid = split(&grid, &profile, limits, (&gains, 0.5 * wanted / to_gain));
+        grid = split(&grid, &profile, limits, &gains, 0.5 * wanted / to_gain);
         profile = SpeedProfile::fastest(&grid, limits, ends);
     }
     (grid, profile)
@@ -198,7 +199,8 @@ fn split<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,
     limits: &ReciprocalLimits<N>,
-    (gains, rest): (&CellGains, f64),
+    gains: &CellGains,
+    rest: f64,
 ) -> FeedGrid<N> {
     let share = gains.worth_cutting(rest);
     let mut finer = FeedGrid { s: Vec::with_capacity(grid.s.len()), cells: Vec::new() };

@@ -34,14 +34,7 @@ mod tests {
     use crate::types::{AxisPiece, Motion, Silent};
     use nalgebra::Vector2;
 
-    const FREE: FeedOptions = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-3,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    const FREE: FeedOptions = FeedOptions::fastest();
 
     fn limits(acceleration: f64) -> Limits<2> {
         Limits {
@@ -103,7 +96,7 @@ mod tests {
     fn speeds_stay_below_their_own_limits() {
         let most = |s: f64| 20.0 + s;
         let path = limit_speeds(circle(), 40.0, |_, node| Some(most(node.s))).unwrap();
-        let options = FeedOptions { feed: Some(40.0), ..FREE };
+        let options = FREE.with_feed(40.0);
         for plan in [optimal, jerk] {
             let plan = plan(&path, &limits(5000.0), &options, &Silent).unwrap();
             let piece = &plan.schedule.pieces[0];

@@ -39,7 +39,8 @@ pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), 
 }
 
 pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
-    let all = [("feed", options.feed), ("link_feed", options.link_feed), ("tip", options.tip)];
+    let speeds = &options.speeds;
+    let all = [("feed", speeds.feed), ("link_feed", speeds.link_feed), ("tip", speeds.tip)];
     for (name, value) in all {
         if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
             return Err(FeedError::BadFeed { name, value });

@@ -13,7 +13,7 @@ use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::Path;
 use trunnion::feed::{
-    FeedError, FeedOptions, FeedPlan, Limits, ceiling, optimal, optimal_schedule,
+    FeedError, FeedOptions, FeedPlan, Limits, ProgrammedSpeeds, ceiling, optimal, optimal_schedule,
 };
 use trunnion::setpoint::sample;
 use trunnion::types::{
@@ -128,7 +128,7 @@ fn collinear_blocks_are_run_as_one() {
         let velocity = vector(&case["vmax"]);
         let acceleration = vector(&case["amax"]);
         let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
-        let options = FeedOptions { feed: Some(number(&case["F"])), ..FREE };
+        let options = FREE.with_feed(number(&case["F"]));
         let plan = plan(&straight(&steps), &limits, &options);
         let total = number(&case["total"]);
         assert!((plan.schedule.duration() - total).abs() < 1e-9 * total, "{}", case["id"]);
@@ -234,7 +234,10 @@ proptest! {
         feed in prop::option::of(5.0..300.0f64),
     ) {
         let path = waves.path(intervals);
-        let options = FeedOptions { feed, tip: Some(400.0), ..FREE };
+        let options = FeedOptions {
+ speeds: ProgrammedSpeeds { feed, tip: Some(400.0), ..FREE.speeds },
+ ..FREE
+ };
         let plan = plan(&path, &machine(), &options);
         for bound in [plan.bounds.velocity, plan.bounds.acceleration] {
             prop_assert!(bound <= 1.0 + 1e-9, "{bound}");
@@ -329,7 +332,8 @@ fn wrong_in_units(path: &AxisPath, options: &FeedOptions) -> Option<String> {
     // Rates of the programmed point are per unit of s, and so is the feed.
     let others = [1e-3, 1e3].map(|unit| {
         let (path, limits) = in_unit(path, &machine(), unit);
-        let options = FeedOptions { feed: options.feed.map(|feed| feed * unit), ..*options };
+        let mut options = *options;
+        options.speeds.feed = options.speeds.feed.map(|feed| feed * unit);
         plan(&path, &limits, &options)
     });
     for two in [&one, &others[0], &others[1]] {
@@ -361,7 +365,8 @@ fn no_path_fails_and_every_unit_gives_the_same_schedule() {
         .enumerate()
         .filter_map(|(index, (waves, intervals, feed))| {
             let (guarantee, time_tolerance) = WAYS[index % WAYS.len()];
-            let options = FeedOptions { feed: *feed, guarantee, time_tolerance, ..FREE };
+            let mut options = FeedOptions { guarantee, time_tolerance, ..FREE };
+            options.speeds.feed = *feed;
             let wrong = wrong_in_units(&waves.path(*intervals), &options)?;
             Some(format!("{wrong}: {waves:?} {intervals} {options:?}"))
         })
@@ -394,7 +399,7 @@ fn a_whip_near_the_pole_keeps_limits_on_a_coarse_grid() {
             s += spacing;
         }
         let path = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
-        let plan = plan(&path, &machine(), &FeedOptions { feed: Some(50.0), ..FREE });
+        let plan = plan(&path, &machine(), &FREE.with_feed(50.0));
         assert!(plan.bounds.acceleration <= 1.0 + 1e-9, "{spacing}: {:?}", plan.bounds);
         assert!(plan.ratios.acceleration > 0.9, "{spacing}: {:?}", plan.ratios);
         let period = plan.schedule.duration() / 20_000.0;

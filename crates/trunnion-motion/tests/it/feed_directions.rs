@@ -142,7 +142,7 @@ fn worst(path: &AxisPath<5>, plan: &FeedPlan, limits: &Limits<5>) -> f64 {
 
 /// The speeds of a stream through a window.
 fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> FeedPlan {
-    let options = StreamOptions { feed: None, link_feed: None, tip: None, window: 64, step: 1e6 };
+    let options = StreamOptions::fastest(64, 1e6);
     let mut stream = FeedStream::new(*limits, options).unwrap();
     let mut nodes = path.pieces[0].nodes.iter();
     let mut speeds = GivenSpeed { s: vec![0.0], speed: vec![0.0] };
@@ -156,7 +156,7 @@ fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> FeedPlan {
         speeds.s.push(step.s[1]);
         speeds.speed.push(step.speed[1]);
     }
-    given(path, &[speeds], (limits, &FREE), &Silent).unwrap().0
+    given(path, &[speeds], limits, &FREE, &Silent).unwrap().0
 }
 
 proptest! {

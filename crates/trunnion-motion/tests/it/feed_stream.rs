@@ -9,7 +9,8 @@ use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use trunnion::feed::{
-    FeedError, FeedOptions, FeedStream, Limits, StreamOptions, StreamStep, optimal,
+    FeedError, FeedOptions, FeedStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep,
+    optimal,
 };
 use trunnion::types::{AxisNode, AxisPath, Motion, Silent};
 use waves::{Event, any_event, any_waves};
@@ -26,7 +27,10 @@ fn machine() -> Limits<5> {
 }
 
 fn options(feed: Option<f64>, window: usize) -> StreamOptions {
-    StreamOptions { feed, link_feed: None, tip: None, window, step: 1e3 }
+    StreamOptions {
+        speeds: ProgrammedSpeeds { feed, ..ProgrammedSpeeds::FASTEST },
+        ..StreamOptions::fastest(window, 1e3)
+    }
 }
 
 /// Everything through a window, asked for as the stream wants it.
@@ -91,14 +95,8 @@ fn a_window_of_512_rows_loses_next_to_nothing() {
     for feed in [None, Some(100.0)] {
         for _ in 0..4 {
             let path = any_waves().new_tree(&mut runner).unwrap().current().path(4000);
-            let whole = FeedOptions {
-                feed,
-                link_feed: None,
-                tip: None,
-                time_tolerance: 1.0,
-                ends: [0.0; 2],
-                guarantee: true,
-            };
+            let mut whole = FeedOptions { time_tolerance: 1.0, ..FeedOptions::fastest() };
+            whole.speeds.feed = feed;
             let best = optimal(&path, &machine(), &whole, &Silent).unwrap().schedule.duration();
             let got = duration(&run(&path, options(feed, 512)));
             assert!(got <= best * 1.001 && got >= best * (1.0 - 1e-9), "{got} s, whole {best} s");
@@ -120,7 +118,7 @@ fn a_line_is_a_trapezoid_however_it_arrives() {
         minus: None,
     };
     for (count, step) in [(1_u32, 0.25), (40, 100.0), (40, 0.1)] {
-        let options = StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step };
+        let options = StreamOptions::fastest(512, step);
         let mut stream = FeedStream::new(limits, options).unwrap();
         stream.begin(Motion::Cut);
         for k in 0..=count {

@@ -30,14 +30,7 @@ fn a_waved_pass_takes_what_its_feed_allows_whatever_the_blocks() -> Result<(), F
         jerk: None,
         minus: None,
     };
-    let options = FeedOptions {
-        feed: Some(50.0),
-        link_feed: None,
-        tip: None,
-        time_tolerance: 2e-3,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    let options = FeedOptions { time_tolerance: 2e-3, ..FeedOptions::fastest().with_feed(50.0) };
     for blocks in [507_u32, 2028] {
         let nodes = (0..=blocks).map(|block| {
             let s = 250.0 * f64::from(block) / f64::from(blocks);

@@ -42,7 +42,7 @@ fn trapezoid() -> GivenSpeed {
 }
 
 fn run(speed: GivenSpeed, limits: &Limits<1>) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
-    given(&line(), &[speed], (limits, &FREE), &Silent)
+    given(&line(), &[speed], limits, &FREE, &Silent)
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn constant_acceleration_is_the_reference() {
         }
         let speed = GivenSpeed { s: vec![0.0, length], speed: vec![start, end] };
         let limits = limits(500.0, 500.0);
-        let (plan, _) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
+        let (plan, _) = given(&path, &[speed], &limits, &FREE, &Silent).unwrap();
         assert!((plan.schedule.duration() - time).abs() < 1e-10 * time);
         let state = plan.schedule.pieces[0].at_time(half_time).unwrap();
         assert!((state.s - half).abs() < 1e-10 * length, "{state:?}");
@@ -127,7 +127,7 @@ fn wrong_speeds_are_named() {
     back.s[2] = 5.0;
     assert!(error(back).contains("s = 5 after 10"));
     assert!(error(GivenSpeed::default()).contains("at least two rows"));
-    let none = given(&line(), &[], (&limits(80.0, 400.0), &FREE), &Silent).unwrap_err();
+    let none = given(&line(), &[], &limits(80.0, 400.0), &FREE, &Silent).unwrap_err();
     assert_eq!(none, FeedError::GivenPieces { path: 1, given: 0 });
 }
 
@@ -145,12 +145,12 @@ proptest! {
         let best = optimal(&path, &limits, &FREE, &Silent).unwrap();
         let rows = &best.schedule.pieces[0];
         let speed = GivenSpeed { s: rows.s.clone(), speed: rows.speed.clone() };
-        let (again, breaches) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
+        let (again, breaches) = given(&path, &[speed], &limits, &FREE, &Silent).unwrap();
         prop_assert!((again.schedule.duration() / best.schedule.duration() - 1.0).abs() < 1e-6);
         prop_assert!(breaches.iter().all(|breach| breach.ratio < 1.0 + 1e-6), "{breaches:?}");
         let speed = rows.speed.iter().map(|speed| speed * faster).collect();
         let speed = GivenSpeed { s: rows.s.clone(), speed };
-        let (fast, breaches) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
+        let (fast, breaches) = given(&path, &[speed], &limits, &FREE, &Silent).unwrap();
         let time = best.schedule.duration() / faster;
         prop_assert!((fast.schedule.duration() / time - 1.0).abs() < 1e-6);
         prop_assert!(!breaches.is_empty());
@@ -168,7 +168,7 @@ proptest! {
         let path = waves.path(40);
         let speed = GivenSpeed { s: vec![0.0, waves.length], speed: vec![speed; 2] };
         let limits = machine();
-        let (plan, breaches) = given(&path, &[speed], (&limits, &FREE), &Silent).unwrap();
+        let (plan, breaches) = given(&path, &[speed], &limits, &FREE, &Silent).unwrap();
         let duration = plan.schedule.duration();
         let setpoints: Vec<_> = sample(&path, &plan.schedule, duration / 5000.0).unwrap().collect();
         let of = |limit: BindingLimit| {

@@ -10,7 +10,9 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use rayon::prelude::*;
-use trunnion::feed::{BindingLimit, FeedOptions, FeedPlan, Limits, jerk, optimal};
+use trunnion::feed::{
+    BindingLimit, FeedOptions, FeedPlan, Limits, ProgrammedSpeeds, jerk, optimal,
+};
 use trunnion::setpoint::sample;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
 use waves::{FREE, Waves, any_waves, machine_in as machine, whip};
@@ -95,7 +97,10 @@ proptest! {
         feed in prop::option::of(5.0..300.0f64),
     ) {
         let path = waves.path(intervals);
-        let options = FeedOptions { feed, tip: Some(400.0), ..FREE };
+        let options = FeedOptions {
+ speeds: ProgrammedSpeeds { feed, tip: Some(400.0), ..FREE.speeds },
+ ..FREE
+ };
         let plan = jerk(&path, &machine(1.0), &options, &Silent).unwrap();
         prop_assert_eq!(broken_limits(&plan), None);
         let fastest = optimal(&path, &machine(1.0), &options, &Silent).unwrap();
@@ -138,7 +143,7 @@ fn a_whip_near_the_pole_keeps_limits_on_a_coarse_grid() {
             nodes.push(AxisNode { s, q: at(s), tip_rate: 1.0, feed_rate: 1.0 });
         }
         let path = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
-        let options = FeedOptions { feed: Some(50.0), ..FREE };
+        let options = FREE.with_feed(50.0);
         let plan = jerk(&path, &machine(1.0), &options, &Silent).unwrap();
         assert_eq!(broken_limits(&plan), None);
         assert!(plan.ratios.jerk.unwrap() > 0.9, "{spacing}: {:?}", plan.ratios);

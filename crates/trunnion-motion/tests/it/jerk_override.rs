@@ -7,12 +7,15 @@ use crate::waves;
 
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
-use trunnion::feed::{FeedError, JerkStream, Limits, StreamOptions, StreamStep};
+use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
 use trunnion::types::{AxisNode, AxisPath, Motion};
 use waves::{Event, any_event, any_waves, machine};
 
 fn options(feed: Option<f64>, window: usize) -> StreamOptions {
-    StreamOptions { feed, link_feed: None, tip: None, window, step: 1.0 }
+    StreamOptions {
+        speeds: ProgrammedSpeeds { feed, ..ProgrammedSpeeds::FASTEST },
+        ..StreamOptions::fastest(window, 1.0)
+    }
 }
 
 /// Largest velocity, acceleration and jerk over their limits, densely in time on the path's own

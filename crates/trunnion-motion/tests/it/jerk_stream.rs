@@ -12,7 +12,7 @@ use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{FREE, Waves, any_waves, machine, whip};
 
 fn options(window: usize) -> StreamOptions {
-    StreamOptions { feed: None, link_feed: None, tip: None, window, step: 1.0 }
+    StreamOptions::fastest(window, 1.0)
 }
 
 fn run(path: &AxisPath, window: usize) -> Vec<StreamStep> {
@@ -82,14 +82,7 @@ fn a_window_of_512_loses_a_thousandth() {
             }
         }
         let path = waves.path(2600);
-        let free = FeedOptions {
-            feed: None,
-            link_feed: None,
-            tip: None,
-            time_tolerance: 1e-3,
-            ends: [0.0; 2],
-            guarantee: true,
-        };
+        let free = FeedOptions::fastest();
         let whole = jerk(&path, &machine(), &free, &Silent).unwrap().schedule.duration();
         let steps = run(&path, 512);
         let last = steps.last().unwrap();

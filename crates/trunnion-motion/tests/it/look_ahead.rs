@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::Path;
 use trunnion::feed::{
     FeedError, FeedOptions, Limits, LookAhead, LookAheadOptions, PlannedBlock, SpeedRamp,
-    TinyBlocks, blocks, look_ahead, optimal,
+    StraightMoves, TinyBlocks, blocks, look_ahead, optimal,
 };
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
@@ -81,7 +81,14 @@ fn sequences_are_the_reference() {
         let ends = ["v_start", "v_end"].map(|name| number(&case[name]));
         let options = whole(number(&case["T"]));
         let (limits, feed) = (&limits, number(&case["F"]));
-        let planned = look_ahead(&moves, &weights, (limits, feed), (&options, ends)).unwrap();
+        let planned = look_ahead(
+            &StraightMoves { travels: &moves, weights: &weights },
+            limits,
+            feed,
+            ends,
+            &options,
+        )
+        .unwrap();
         let tolerance = number(&case["tol"]);
         let check = |name: &str, got: Vec<f64>| {
             let want = numbers(&want[name]);
@@ -110,8 +117,14 @@ fn looking_ahead_makes_many_blocks_one() {
     let run = |ahead: LookAhead| {
         let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
         total(
-            &look_ahead(&moves, &Vector2::repeat(1.0), (&limits, 100.0), (&options, [0.0; 2]))
-                .unwrap(),
+            &look_ahead(
+                &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
+                &limits,
+                100.0,
+                [0.0; 2],
+                &options,
+            )
+            .unwrap(),
         )
     };
     near(run(LookAhead::Whole), 0.223_606_797_749_979, 1e-12, "whole");
@@ -141,14 +154,7 @@ fn circle(count: u32) -> (Vec<Vector2<f64>>, AxisPath<2>) {
     (moves, AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] })
 }
 
-const FEED: FeedOptions = FeedOptions {
-    feed: Some(100.0),
-    link_feed: None,
-    tip: None,
-    time_tolerance: 1e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+const FEED: FeedOptions = FeedOptions::fastest().with_feed(100.0);
 
 /// Where the paper falls short: its time depends on servo period and length of blocks, and where it
 /// is fast the accelerations are not kept. The optimum of the circle takes 0.73 s.
@@ -160,13 +166,18 @@ fn a_circle_depends_on_period_and_chord() {
     {
         let (moves, path) = circle(count);
         let options = whole(period);
-        let planned =
-            look_ahead(&moves, &Vector2::repeat(1.0), (&limits, 400.0), (&options, [0.0; 2]));
+        let planned = look_ahead(
+            &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
+            &limits,
+            400.0,
+            [0.0; 2],
+            &options,
+        );
         let time = total(&planned.unwrap());
         assert!((time - want).abs() < 0.02, "{count} chords, {period} s: {time} s");
         // As a path the same blocks take about the same time, and are held against the circle.
-        let feeds = FeedOptions { feed: Some(400.0), ..FEED };
-        let plan = blocks(&path, &limits, (&feeds, &options), &Silent).unwrap();
+        let feeds = FEED.with_feed(400.0);
+        let plan = blocks(&path, &limits, &feeds, &options, &Silent).unwrap();
         let got = plan.schedule.duration();
         assert!((got / time - 1.0).abs() < 0.01, "{got} s against {time} s");
         let most = plan.ratios.acceleration;
@@ -186,7 +197,14 @@ fn runs_of_tiny_blocks_are_passed_without_wavering() {
     let limits = limits(Vector2::new(50.0, 0.3), Vector2::new(500.0, 400.0));
     let run = |tiny: Option<TinyBlocks>| {
         let options = LookAheadOptions { tiny, ..whole(0.004) };
-        look_ahead(&moves, &Vector2::repeat(1.0), (&limits, 100.0), (&options, [0.0; 2])).unwrap()
+        look_ahead(
+            &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
+            &limits,
+            100.0,
+            [0.0; 2],
+            &options,
+        )
+        .unwrap()
     };
     let tiny = Some(TinyBlocks { length: 0.5, count: 10 });
     let [plain, joined] = [run(None), run(tiny)];
@@ -204,7 +222,8 @@ fn wrong_data_is_named() {
     let limits = limits(Vector2::repeat(500.0), Vector2::repeat(1000.0));
     let one = Vector2::repeat(1.0);
     let run = |moves: &[Vector2<f64>], options: LookAheadOptions, ends| {
-        look_ahead(moves, &one, (&limits, 100.0), (&options, ends)).unwrap_err()
+        look_ahead(&StraightMoves { travels: moves, weights: &one }, &limits, 100.0, ends, &options)
+            .unwrap_err()
     };
     let error = run(&[one], whole(0.0), [0.0; 2]);
     assert_eq!(error, FeedError::BadBlockOption { name: "servo period", value: 0.0 });
@@ -221,7 +240,7 @@ fn a_path_that_stands_still_takes_no_time() {
     let nodes = vec![node(0.0), node(1.0)];
     let path = AxisPath { pieces: vec![AxisPiece { motion: Motion::Cut, source: 0, nodes }] };
     let limits = limits(Vector2::repeat(500.0), Vector2::repeat(1000.0));
-    let plan = blocks(&path, &limits, (&FEED, &whole(1e-3)), &Silent).unwrap();
+    let plan = blocks(&path, &limits, &FEED, &whole(1e-3), &Silent).unwrap();
     assert!(plan.schedule.duration().abs() < f64::MIN_POSITIVE);
 }
 
@@ -240,9 +259,8 @@ proptest! {
         let limits = limits(SVector::repeat(50.0 * unit), SVector::repeat(400.0 * unit));
         for ahead in [LookAhead::Whole, LookAhead::Blocks(count)] {
             let options = LookAheadOptions { period: 2e-3, ahead, tiny: None };
-            let limit = (&limits, 70.0 * unit);
             let one = SVector::repeat(1.0);
-            let planned = look_ahead(&moves, &one, limit, (&options, [0.0; 2])).unwrap();
+            let planned = look_ahead(&StraightMoves { travels: &moves, weights: &one }, &limits, 70.0 * unit, [0.0; 2], &options).unwrap();
             prop_assert!(planned[0].ramp.speeds[0].abs() < f64::MIN_POSITIVE);
             prop_assert!(planned.last().unwrap().ramp.speeds[2].abs() < f64::MIN_POSITIVE);
             for pair in planned.windows(2) {
@@ -277,7 +295,14 @@ fn figure_4_is_as_committed() {
     let run = |ahead: LookAhead| {
         let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
         let weights = vector(1.0, 1.0);
-        look_ahead(&moves, &weights, (&limits, 19.0), (&options, [0.0; 2])).unwrap()
+        look_ahead(
+            &StraightMoves { travels: &moves, weights: &weights },
+            &limits,
+            19.0,
+            [0.0; 2],
+            &options,
+        )
+        .unwrap()
     };
     let [stops, five] = [run(LookAhead::Stops), run(LookAhead::Blocks(5))];
     assert!(total(&five) < 0.7 * total(&stops), "{} {}", total(&five), total(&stops));

@@ -23,6 +23,7 @@ mod tolerance;
 mod tool_path;
 mod uncut;
 mod uv;
+mod waypoints;
 
 pub use axis_path::{AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, Setpoint};
 pub use diagnostic::{Diagnostic, Diagnostics};
@@ -40,3 +41,4 @@ pub use tool_path::{
 };
 pub use uncut::{UncutReason, UncutRegion};
 pub use uv::Uv;
+pub use waypoints::WaypointError;

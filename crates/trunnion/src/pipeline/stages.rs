@@ -10,7 +10,9 @@ use crate::axes::{
     SingularOptions,
 };
 use crate::cover::{self, Clock, CoverOptions, Covering, Hops, LinkOptions, Turns, Ways};
-use crate::feed::{self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions};
+use crate::feed::{
+    self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
+};
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::{AxisKind, Singular};
@@ -335,12 +337,13 @@ pub(super) fn feed(
     let machine = job.kinematics.machine();
     let (limits, chords) = motion_limits(job)?;
     let options = FeedOptions {
-        feed: Some(job.file.cutting.feed),
-        link_feed: None,
-        tip: machine.cycle.tip_speed_max,
+        speeds: ProgrammedSpeeds {
+            feed: Some(job.file.cutting.feed),
+            tip: machine.cycle.tip_speed_max,
+            ..ProgrammedSpeeds::FASTEST
+        },
         time_tolerance: TIME_TOLERANCE,
-        ends: [0.0; 2],
-        guarantee: true,
+        ..FeedOptions::fastest()
     };
     let mut plan = match job.file.motion.method {
         file::MotionMethod::Jerk => feed::jerk(path, &limits, &options, progress)?,
@@ -351,7 +354,7 @@ pub(super) fn feed(
                 ahead: LookAhead::Dynamic { blocks: LEAST_BLOCKS, periods: WINDOW },
                 tiny: None,
             };
-            feed::blocks(path, &limits, (&options, &classical), progress)?
+            feed::blocks(path, &limits, &options, &classical, progress)?
         }
     };
     plan.name_chords(chords);

@@ -211,14 +211,7 @@ fn beside_the_pole_the_grid_goes_by_angle() {
         jerk: Some(velocity * 200.0),
         minus: None,
     };
-    let options = FeedOptions {
-        feed: Some(100.0),
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-3,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    let options = FeedOptions::fastest().with_feed(100.0);
     for off in [2e-3, 0.01, 0.05] {
         let path = ToolPath { pieces: vec![cut(curve(knots(-0.6, 0.6, 8), arc(off)))] };
         let times = [STEP, 0.25 * STEP].map(|step| {

@@ -48,14 +48,7 @@ fn limits() -> Limits<5> {
 }
 
 fn planned(path: &AxisPath) -> Schedule {
-    let options = FeedOptions {
-        feed: Some(50.0),
-        link_feed: None,
-        tip: None,
-        time_tolerance: 5e-3,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    let options = FeedOptions { time_tolerance: 5e-3, ..FeedOptions::fastest().with_feed(50.0) };
     optimal(path, &limits(), &options, &Silent).unwrap().schedule
 }
 

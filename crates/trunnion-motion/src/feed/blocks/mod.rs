@@ -6,7 +6,7 @@ mod path;
 mod ramp;
 mod window;
 
-pub use moves::{PlannedBlock, look_ahead};
+pub use moves::{PlannedBlock, StraightMoves, look_ahead};
 pub use options::{LookAhead, LookAheadOptions, TinyBlocks};
 pub use path::blocks;
 pub use ramp::SpeedRamp;

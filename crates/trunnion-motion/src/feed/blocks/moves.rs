@@ -23,6 +23,16 @@ pub struct PlannedBlock {
     pub ramp: SpeedRamp,
 }
 
+/// Straight moves of the axes, and the measure of their lengths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StraightMoves<'a, const N: usize> {
+    /// Travel of all axes in each move \[axis unit\].
+    pub travels: &'a [SVector<f64, N>],
+    /// Weights `w` of the axes in the length `sqrt(sum (w_j d_j)²)` of a move: 1 for a linear axis,
+    /// the paper's k \[mm/rad\] for a rotary one.
+    pub weights: &'a SVector<f64, N>,
+}
+
 /// Plans straight moves of the axes as in paper 001.
 ///
 /// `moves` are travels of all axes; the length of one is `sqrt(sum (w_j d_j)²)` with `weights` w (1
@@ -39,18 +49,20 @@ pub struct PlannedBlock {
 /// `docs/sources.md#001`: (1)-(2) equivalent displacement and axis coefficients, (14)-(16) feed,
 /// acceleration, junction.
 pub fn look_ahead<const N: usize>(
-    moves: &[SVector<f64, N>],
-    weights: &SVector<f64, N>,
-    (limits, feed): (&Limits<N>, f64),
-    (options, ends): (&LookAheadOptions, [f64; 2]),
+    moves: &StraightMoves<'_, N>,
+    limits: &Limits<N>,
+    feed: f64,
+    ends: [f64; 2],
+    options: &LookAheadOptions,
 ) -> Result<Vec<PlannedBlock>, FeedError> {
     validate_limits(limits)?;
     validate(options)?;
-    validate_moves(moves, weights, feed, ends)?;
+    let StraightMoves { travels, weights } = *moves;
+    validate_moves(moves, feed, ends)?;
     let limits = limits.smaller();
-    let mut sources = Vec::with_capacity(moves.len());
-    let mut rows = Vec::with_capacity(moves.len());
-    for (source, travel) in moves.iter().enumerate() {
+    let mut sources = Vec::with_capacity(travels.len());
+    let mut rows = Vec::with_capacity(travels.len());
+    for (source, travel) in travels.iter().enumerate() {
         let length = travel.component_mul(weights).norm();
         if length > 0.0 {
             sources.push(source);
@@ -70,15 +82,14 @@ pub fn look_ahead<const N: usize>(
 }
 
 fn validate_moves<const N: usize>(
-    moves: &[SVector<f64, N>],
-    weights: &SVector<f64, N>,
+    moves: &StraightMoves<'_, N>,
     feed: f64,
     ends: [f64; 2],
 ) -> Result<(), FeedError> {
     if !(feed > 0.0 && feed.is_finite()) {
         return Err(FeedError::BadFeed { name: "feed", value: feed });
     }
-    if let Some(&value) = weights.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
+    if let Some(&value) = moves.weights.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
         return Err(FeedError::BadBlockOption { name: "weight of an axis", value });
     }
     for (name, value) in ["start speed", "end speed"].into_iter().zip(ends) {
@@ -86,7 +97,7 @@ fn validate_moves<const N: usize>(
             return Err(FeedError::BadBlockOption { name, value });
         }
     }
-    for (index, travel) in moves.iter().enumerate() {
+    for (index, travel) in moves.travels.iter().enumerate() {
         if let Some((axis, &value)) =
             travel.iter().enumerate().find(|(_, value)| !value.is_finite())
         {

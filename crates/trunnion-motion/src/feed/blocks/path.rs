@@ -32,7 +32,8 @@ use crate::types::{AxisPath, AxisPiece, Progress};
 pub fn blocks<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
-    (feeds, options): (&FeedOptions, &LookAheadOptions),
+    feeds: &FeedOptions,
+    options: &LookAheadOptions,
     progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
     path_validate::validate(path, limits, feeds)?;
@@ -45,7 +46,7 @@ pub fn blocks<const N: usize>(
         let mut rows = rows(piece, limits, &inverse);
         let speeds = [ends.start.sqrt(), ends.end.sqrt()];
         let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
-        run(piece, &inverse, (&rows, &speeds), &ends)
+        run(piece, &inverse, &rows, &speeds, &ends)
     })?;
     Ok(assemble(planned))
 }
@@ -85,7 +86,8 @@ const LEAST_SHARE: f64 = 1.5e-8;
 fn run<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
-    (rows, speeds): (&[BlockRow<N>], &[f64]),
+    rows: &[BlockRow<N>],
+    speeds: &[f64],
     ends: &EndSquares,
 ) -> Result<PlannedPiece, FeedError> {
     let mut grid = FeedGrid { s: Vec::new(), cells: Vec::new() };
@@ -116,5 +118,5 @@ fn run<const N: usize>(
     profile.x.extend(speeds.last().map(|speed| speed * speed));
     profile.check_ends(ends)?;
     let lower_bound = lower_bound::bound(&nodes, limits, ends);
-    Ok(planned(piece, (&grid, &profile), limits, lower_bound))
+    Ok(planned(piece, &grid, &profile, limits, lower_bound))
 }

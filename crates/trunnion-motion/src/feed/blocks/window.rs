@@ -39,7 +39,7 @@ pub(super) fn plan_rows<const N: usize>(
         join_tiny(rows, tiny);
     }
     let junctions = junctions(rows, acceleration, options.period);
-    speeds(rows, &junctions, ends, (options.ahead, options.period))
+    speeds(rows, &junctions, ends, options.ahead, options.period)
 }
 
 /// Runs of tiny blocks take the feed and the acceleration of their slowest, so that they are passed
@@ -85,7 +85,8 @@ pub(super) fn speeds<const N: usize>(
     rows: &[BlockRow<N>],
     junctions: &[f64],
     ends: [f64; 2],
-    (ahead, period): (LookAhead, f64),
+    ahead: LookAhead,
+    period: f64,
 ) -> Vec<f64> {
     let count = rows.len();
     let mut caps = vec![0.0; count + 1];
@@ -201,10 +202,10 @@ mod tests {
             let mut all = vec![0.0];
             all.extend(&caps[..rows.len() - 1]);
             all.push(0.0);
-            let got = speeds(&rows, &all[1..rows.len()], [0.0; 2], (LookAhead::Blocks(count), 1e-3));
+            let got = speeds(&rows, &all[1..rows.len()], [0.0; 2], LookAhead::Blocks(count), 1e-3);
             prop_assert_eq!(&got, &plainly(&rows, &all, count));
             // The whole way is the longest window.
-            let whole = speeds(&rows, &all[1..rows.len()], [0.0; 2], (LookAhead::Whole, 1e-3));
+            let whole = speeds(&rows, &all[1..rows.len()], [0.0; 2], LookAhead::Whole, 1e-3);
             prop_assert_eq!(&whole, &plainly(&rows, &all, rows.len()));
             for (short, long) in got.iter().zip(&whole) {
                 prop_assert!(short <= long);

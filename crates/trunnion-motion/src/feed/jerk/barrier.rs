@@ -78,13 +78,13 @@ impl<const N: usize> BarrierSolver<'_, N> {
     /// Makes a range of controls as fast as it can be while the others stay, but for the share `tolerance` of its
     /// time, the barrier's weight falling from `first`: sweeps of stretches, the borders of one inside those of the
     /// one before.
-    pub(super) fn hurry(&mut self, range: Range<usize>, (first, tolerance): (f64, f64)) {
+    pub(super) fn hurry(&mut self, range: Range<usize>, first: f64, tolerance: f64) {
         let mut barrier = BarrierWeights::over(range.clone(), first, self.spline.len());
         let mut border = 0.5;
         for _ in 0..SWEEPS {
             self.brake_on(FIRST_WEIGHT);
             let first = 1 + share_of_stretch(border);
-            self.descend(&mut barrier, range.clone(), (first, tolerance));
+            self.descend(&mut barrier, range.clone(), first, tolerance);
             border = (border + SHIFT).fract();
             if barrier.is_done() {
                 break;
@@ -97,7 +97,8 @@ impl<const N: usize> BarrierSolver<'_, N> {
         &mut self,
         barrier: &mut BarrierWeights,
         range: Range<usize>,
-        (first, tolerance): (usize, f64),
+        first: usize,
+        tolerance: f64,
     ) {
         let mut from = range.start;
         let mut to = (from + first).min(range.end);

@@ -29,7 +29,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
     }
 
     /// Sweeps over all of it until no more caps come in, or the time says that it slows no more.
-    pub(super) fn brake(&mut self, (weight, steps): (f64, usize), sweeps: usize) {
+    pub(super) fn brake(&mut self, weight: f64, steps: usize, sweeps: usize) {
         let mut before = 0.0;
         for _ in 0..sweeps {
             if self.slower.is_none() {

@@ -137,14 +137,13 @@ pub(super) fn add_rows<const N: usize>(
         for value in &mut jerk_values {
             *value *= scale;
         }
-        note(&jerk_values, &room, (&mut near[JERK], &mut far[JERK]));
-        let forces = RowForces::new(&multipliers[JERK], (&near[JERK], &far[JERK]), state.weight);
+        note(&jerk_values, &room, &mut near[JERK], &mut far[JERK]);
+        let forces = RowForces::new(&multipliers[JERK], &near[JERK], &far[JERK], state.weight);
         jerks.add(jerk, &forces);
         cross.add(jerk, &forces);
-        let sides = (&mut near[ACCELERATION], &mut far[ACCELERATION]);
-        note(&values(acceleration, state.x), &[1.0; LANES], sides);
-        let sides = (&near[ACCELERATION], &far[ACCELERATION]);
-        let forces = RowForces::new(&multipliers[ACCELERATION], sides, state.weight);
+        let (near, far) = (&mut near[ACCELERATION], &mut far[ACCELERATION]);
+        note(&values(acceleration, state.x), &[1.0; LANES], near, far);
+        let forces = RowForces::new(&multipliers[ACCELERATION], near, far, state.weight);
         accelerations.add(acceleration, &forces);
     }
     jerks.hand_over(out, scale);
@@ -154,7 +153,7 @@ pub(super) fn add_rows<const N: usize>(
 
 /// Reciprocal slacks of rows with these values.
 #[inline]
-fn note(values: &RowLanes, rooms: &RowLanes, (near, far): (&mut RowLanes, &mut RowLanes)) {
+fn note(values: &RowLanes, rooms: &RowLanes, near: &mut RowLanes, far: &mut RowLanes) {
     for lane in 0..LANES {
         let size = values[lane].abs();
         let [left, other] = [rooms[lane] - size, rooms[lane] + size];
@@ -166,7 +165,7 @@ fn note(values: &RowLanes, rooms: &RowLanes, (near, far): (&mut RowLanes, &mut R
 
 impl RowForces {
     #[inline]
-    fn new(multipliers: &RowLanes, (near, far): (&RowLanes, &RowLanes), weight: f64) -> Self {
+    fn new(multipliers: &RowLanes, near: &RowLanes, far: &RowLanes, weight: f64) -> Self {
         let zero = [0.0; LANES];
         let mut forces = Self { pressure: zero, force: zero, square: zero, difference: zero };
         for lane in 0..LANES {

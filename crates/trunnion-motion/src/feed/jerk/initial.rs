@@ -52,8 +52,9 @@ pub(super) fn feasible<const N: usize>(
     spline: &mut SpeedSpline,
 ) {
     let moving = spline.ends.iter().any(EndMotion::moves);
+    let of_cap = if moving { CAP_SHARE } else { SHARE };
     let mut bounds: Vec<GrowthBound> =
-        (0..grid.cells.len()).map(|cell| bound(grid, limits, (caps, moving), cell)).collect();
+        (0..grid.cells.len()).map(|cell| bound(grid, limits, caps, of_cap, cell)).collect();
     for round in 0..=ROUNDS {
         let y = envelope(grid, &bounds, &spline.ends);
         let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
@@ -85,7 +86,8 @@ pub(super) fn feasible<const N: usize>(
 fn bound<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
-    (caps, moving): (&SpeedCaps, bool),
+    caps: &SpeedCaps,
+    of_cap: f64,
     index: usize,
 ) -> GrowthBound {
     let cell = &grid.cells[index];
@@ -101,7 +103,6 @@ fn bound<const N: usize>(
     }
     let [accelerations, jerks] = CellRows::new(cell, limits).shares([1.0; 3], 1.0);
     let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
-    let of_cap = if moving { CAP_SHARE } else { SHARE };
     let steady = (of_cap * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
     GrowthBound {
         steady: steady.powf(0.75),

@@ -13,7 +13,7 @@ use super::derivatives::{
 use super::rows::{CellRows, JERK, LANES, reference, rooms};
 use super::slow_down::SlowDown;
 use super::speed_caps::SpeedCaps;
-use super::speed_spline::{ControlWeights, SpeedSpline, middle};
+use super::speed_spline::{ControlWeights, FeasibleSpline, SpeedSpline, middle};
 use crate::feed::grid::FeedGrid;
 use crate::feed::numeric::smallest;
 use crate::feed::plan::LimitRatios;
@@ -66,7 +66,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     pub(super) fn new(
         grid: &'a FeedGrid<N>,
         limits: &'a ReciprocalLimits<N>,
-        (caps, loose): (SpeedCaps, Vec<[f64; 2]>),
+        caps: SpeedCaps,
+        loose: Vec<[f64; 2]>,
         spline: SpeedSpline,
     ) -> Self {
         let cells = spline.len();
@@ -114,7 +115,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     /// Multipliers of the central path: `weight` is the barrier's, as a share of each cell's time.
     pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
         for cell in range {
-            let state = self.state(cell, (&self.spline.weights(cell), weight * self.time(cell)));
+            let state = self.state(cell, &self.spline.weights(cell), weight * self.time(cell));
             let rows = self.rows(cell);
             let mut slacks = RowSlacks::default();
             let none = [[[0.0; LANES]; 2]; N];
@@ -134,12 +135,12 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     }
 
     /// Takes another spline, with the references that suit it.
-    pub(super) fn restart(&mut self, (spline, references): (SpeedSpline, Vec<f64>)) {
-        self.spline = spline;
+    pub(super) fn restart(&mut self, start: FeasibleSpline) {
+        self.spline = start.spline;
         for cell in self.spline.cells() {
             self.references[cell] = reference(self.spline.coefficients(cell));
         }
-        self.keep_references(&references);
+        self.keep_references(&start.references);
     }
 
     /// Upper bounds of all ratios, everywhere on the piece.
@@ -164,7 +165,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         LimitRatios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
     }
 
-    fn state(&self, cell: usize, (shape, weight): (&ControlWeights, f64)) -> CellState {
+    fn state(&self, cell: usize, shape: &ControlWeights, weight: f64) -> CellState {
         let x = self.spline.coefficients_with(shape, cell);
         CellState { x, reference: self.references[cell], weight }
     }
@@ -183,14 +184,15 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     /// Newton steps on each with the barrier's `weight`.
     pub(super) fn sweep(&mut self, weight: f64, steps: usize, [first, size]: [usize; 2]) {
         let last = self.spline.len() - 1;
-        self.sweep_over(1..last, (weight, steps), [first, size]);
+        self.sweep_over(1..last, weight, steps, [first, size]);
     }
 
     /// The same over a range of controls.
     pub(super) fn sweep_over(
         &mut self,
         range: Range<usize>,
-        (weight, steps): (f64, usize),
+        weight: f64,
+        steps: usize,
         [first, size]: [usize; 2],
     ) {
         let last = range.end;
@@ -252,7 +254,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         let (range, cells) = (work.range.clone(), work.cells.clone());
         work.band.reset(range.len());
         for (index, cell) in cells.clone().enumerate() {
-            let state = self.state(cell, (&work.shapes[index], work.weights[index]));
+            let state = self.state(cell, &work.shapes[index], work.weights[index]);
             let mut out = CellDerivatives::default();
             let target = self.slower.as_ref().and_then(|slower| slower.target(cell));
             out.add_time(self.spline.lengths[cell], state.x, target);
@@ -264,7 +266,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
                 &mut work.slacks[index],
             );
             self.add_caps(&mut out, cell, &state);
-            Self::scatter(&out, (cell, &work.shapes[index]), &range, &mut work.band);
+            Self::scatter(&out, cell, &work.shapes[index], &range, &mut work.band);
         }
         self.add_rest(&range, &mut work.band);
         if !work.band.solve() {
@@ -289,7 +291,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     /// Adds a cell's derivatives to the system of the controls of a range.
     fn scatter(
         out: &CellDerivatives,
-        (cell, weights): (usize, &ControlWeights),
+        cell: usize,
+        weights: &ControlWeights,
         range: &Range<usize>,
         band: &mut BandMatrix,
     ) {
@@ -355,7 +358,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         }
         for (index, cell) in cells.clone().enumerate() {
             let d = Self::direction(cell, &work.shapes[index], range, &work.band);
-            let state = self.state(cell, (&work.shapes[index], work.weights[index]));
+            let state = self.state(cell, &work.shapes[index], work.weights[index]);
             let turn =
                 turns(&work.rows[index], &state, d, &work.slacks[index], &mut work.turns[index]);
             let slacks = self.cap_slacks(cell, state.x);

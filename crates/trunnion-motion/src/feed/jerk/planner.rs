@@ -38,7 +38,7 @@ pub fn jerk<const N: usize>(
     options: &FeedOptions,
     progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
-    jerk_between(path, limits, (options, [0.0; 2]), progress)
+    jerk_between(path, limits, options, [0.0; 2], progress)
 }
 
 /// As [`jerk`], with `d²s/dt²` at the start and at the end as well.
@@ -49,7 +49,8 @@ pub fn jerk<const N: usize>(
 pub fn jerk_between<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
-    (options, accelerations): (&FeedOptions, [f64; 2]),
+    options: &FeedOptions,
+    accelerations: [f64; 2],
     progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
@@ -78,7 +79,7 @@ fn plan_piece<const N: usize>(
     let mut bounds = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
     if let Some((caps, start)) = feasible(&grid, limits, ends) {
         let start = start.ok_or_else(|| end_motion::refused(piece, limits, ends))?;
-        (spline, bounds) = fastest(&grid, limits, caps, (start, options.time_tolerance));
+        (spline, bounds) = fastest(&grid, limits, caps, start, options.time_tolerance);
     }
     let schedule = schedule(&grid, &spline);
     let [start, end] = ends.map(|end| end.square());
@@ -118,14 +119,7 @@ mod tests {
     use crate::types::{AxisNode, Motion, Silent};
     use nalgebra::Vector1;
 
-    const FREE: FeedOptions = FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
-        time_tolerance: 1e-3,
-        ends: [0.0; 2],
-        guarantee: true,
-    };
+    const FREE: FeedOptions = FeedOptions::fastest();
 
     fn limits(velocity: f64, acceleration: f64, jerk: f64) -> Limits<1> {
         let [velocity, acceleration, jerk] = [velocity, acceleration, jerk].map(Vector1::new);

@@ -7,7 +7,7 @@
 use super::newton::BarrierSolver;
 use super::rows::{CellRows, reference};
 use super::speed_caps::SpeedCaps;
-use super::speed_spline::SpeedSpline;
+use super::speed_spline::{FeasibleSpline, SpeedSpline};
 use crate::feed::grid::FeedGrid;
 use crate::feed::reciprocal::ReciprocalLimits;
 use std::ops::Range;
@@ -42,14 +42,15 @@ pub(super) fn restore<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
     caps: &SpeedCaps,
-    (mut spline, mut references): (SpeedSpline, Vec<f64>),
-) -> Option<(SpeedSpline, Vec<f64>)> {
+    start: FeasibleSpline,
+) -> Option<FeasibleSpline> {
+    let FeasibleSpline { mut spline, mut references } = start;
     let (mut before, mut waited) = (f64::INFINITY, 0);
     for _ in 0..ROUNDS {
-        let strains = strains(grid, limits, caps, (&spline, &references));
+        let strains = strains(grid, limits, caps, &spline, &references);
         let worst = strains.iter().flatten().copied().fold(0.0, f64::max);
         if worst <= INSIDE {
-            return (caps.given <= 1.0).then_some((spline, references));
+            return (caps.given <= 1.0).then_some(FeasibleSpline { spline, references });
         }
         if worst < FALL * before {
             (before, waited) = (worst, 0);
@@ -72,13 +73,13 @@ pub(super) fn restore<const N: usize>(
                 }
             }
         }
-        let mut solver = BarrierSolver::new(grid, limits, (wide, loose), spline);
+        let mut solver = BarrierSolver::new(grid, limits, wide, loose, spline);
         solver.keep_references(&references);
         solver.caution = CAUTION;
         let all = solver.spline.cells();
         solver.centre(WEIGHT, (range.start - 1).max(all.start)..(range.end + 1).min(all.end));
         let size = range.len();
-        solver.sweep_over(range, (WEIGHT, STEPS), [size, size]);
+        solver.sweep_over(range, WEIGHT, STEPS, [size, size]);
         (spline, references) = (solver.spline, solver.references);
     }
     None
@@ -97,7 +98,8 @@ fn strains<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
     caps: &SpeedCaps,
-    (spline, references): (&SpeedSpline, &[f64]),
+    spline: &SpeedSpline,
+    references: &[f64],
 ) -> Vec<CellStrain> {
     let mut strains = vec![[0.0; 4]; spline.len()];
     for cell in spline.cells() {

@@ -8,9 +8,9 @@
 use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
 use super::newton::BarrierSolver;
 use super::rows::{CellRows, reference};
-use super::solve::{FeasibleSpline, kept, lengths};
+use super::solve::{kept, lengths};
 use super::speed_caps::SpeedCaps;
-use super::speed_spline::{EndMotion, SpeedSpline};
+use super::speed_spline::{EndMotion, FeasibleSpline, SpeedSpline};
 use super::{graded_grid, initial, restore};
 use crate::feed::cell::FeedCell;
 use crate::feed::grid::FeedGrid;
@@ -88,21 +88,24 @@ impl<const N: usize> RollingPlan<N> {
         limits: &ReciprocalLimits<N>,
         ahead: PathAhead,
     ) -> Self {
-        let (grid, (spline, references)) = slow(piece, limits, [1.0, ahead.reserve()]);
+        let (grid, start) = slow(piece, limits, [1.0, ahead.reserve()]);
+        let FeasibleSpline { spline, references } = start;
         let motion = spline.motion();
         let bounds = LimitRatios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
-        course.search((1, FIRST_WEIGHT), [limits; 2]);
+        course.search(1, FIRST_WEIGHT, [limits; 2]);
         course
     }
 
     /// A stop from the motion under way.
     pub(super) fn halting(
         grid: FeedGrid<N>,
-        (spline, references): FeasibleSpline,
-        (caps, limits): (SpeedCaps, &ReciprocalLimits<N>),
+        stop: FeasibleSpline,
+        caps: SpeedCaps,
+        limits: &ReciprocalLimits<N>,
     ) -> Self {
-        let mut solver = BarrierSolver::new(&grid, limits, (caps, Vec::new()), spline.clone());
+        let FeasibleSpline { spline, references } = stop;
+        let mut solver = BarrierSolver::new(&grid, limits, caps, Vec::new(), spline.clone());
         solver.keep_references(&references);
         let bounds = solver.bounds();
         let motion = spline.motion();
@@ -138,7 +141,7 @@ impl<const N: usize> RollingPlan<N> {
     pub(crate) fn go_over(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
         if self.done + FEWEST <= self.spline.len() {
             self.forget();
-            self.search((1, FIRST_WEIGHT), limits);
+            self.search(1, FIRST_WEIGHT, limits);
         }
     }
 
@@ -148,7 +151,7 @@ impl<const N: usize> RollingPlan<N> {
             self.forget();
             self.ahead = PathAhead::Nothing;
             let last = self.spline.len() - 2;
-            self.search((self.way_down(last), DISSOLVING), limits);
+            self.search(self.way_down(last), DISSOLVING, limits);
         }
     }
 
@@ -172,7 +175,8 @@ impl<const N: usize> RollingPlan<N> {
             return false;
         }
         self.forget();
-        let (onward, (mut other, _)) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
+        let (onward, start) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
+        let mut other = start.spline;
         let stop = self.spline.len();
         let mut grid = self.grid.clone();
         grid.s.extend(onward.s.iter().skip(1));
@@ -187,9 +191,10 @@ impl<const N: usize> RollingPlan<N> {
                 let later = KEPT.map(|share| from + share * (stop - from) / 8);
                 let anew = later.into_iter().find_map(|cell| self.slow_from(cell, limits[0]));
                 let first = if anew.is_some() { FIRST_WEIGHT } else { DISSOLVING };
-                (self.spline, self.references) =
-                    anew.unwrap_or_else(|| (self.spline.clone(), self.references.clone()));
-                self.search((from, first), limits);
+                if let Some(anew) = anew {
+                    (self.spline, self.references) = (anew.spline, anew.references);
+                }
+                self.search(from, first, limits);
                 return true;
             }
             let less = (0.8 / worst).cbrt().powi(2);
@@ -208,16 +213,17 @@ impl<const N: usize> RollingPlan<N> {
         let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
         let caps = caps(&grid, &spline, limits, self.ahead)?;
         initial::feasible(&grid, limits, &caps, &mut spline);
-        let (slow, references) = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
-        let mut plan = (self.spline.clone(), self.references.clone());
+        let slow = restore::restore(&grid, limits, &caps, FeasibleSpline::unproven(spline))?;
+        let mut plan =
+            FeasibleSpline { spline: self.spline.clone(), references: self.references.clone() };
         // The control of the first cell is given by the motion there, and stays.
         let splice = |into: &mut Vec<f64>, of: &[f64]| {
             into.truncate(from + 1);
             into.extend(of.iter().skip(1));
         };
-        splice(&mut plan.0.controls, &slow.controls);
-        splice(&mut plan.1, &references);
-        plan.1.resize(plan.0.len(), 0.0);
+        splice(&mut plan.spline.controls, &slow.spline.controls);
+        splice(&mut plan.references, &slow.references);
+        plan.references.resize(plan.spline.len(), 0.0);
         Some(plan)
     }
 
@@ -285,21 +291,22 @@ impl<const N: usize> RollingPlan<N> {
 
     /// Makes the plan fast from control `from` on, the barrier's weight falling from `first`, and then all of it.
     /// Where it is faster than `limits` allow, which `axes` bound in any case, it brakes.
-    fn search(&mut self, (from, first): (usize, f64), [limits, axes]: [&ReciprocalLimits<N>; 2]) {
+    fn search(&mut self, from: usize, first: f64, [limits, axes]: [&ReciprocalLimits<N>; 2]) {
         let caps = |limits| caps(&self.grid, &self.spline, limits, self.ahead);
         let [Some(wanted), Some(most)] = [caps(limits), caps(axes)] else { return };
-        let slow = (self.spline.clone(), self.references.clone());
+        let slow =
+            FeasibleSpline { spline: self.spline.clone(), references: self.references.clone() };
         let last = self.spline.len() - 1;
         let mut solver =
-            BarrierSolver::new(&self.grid, limits, (wanted.clone(), Vec::new()), slow.0.clone());
-        solver.keep_references(&slow.1);
+            BarrierSolver::new(&self.grid, limits, wanted.clone(), Vec::new(), slow.spline.clone());
+        solver.keep_references(&slow.references);
         solver.brake_to(wanted, most);
         let cells = solver.spline.cells();
         solver.centre(LAST_WEIGHT, cells.clone());
         solver.centre(first, from.max(cells.start)..cells.end);
-        solver.brake((first, STEPS), BRAKING);
-        solver.hurry(from..last, (first, TOLERANCE));
-        solver.hurry(1..last, (LAST_WEIGHT, TOLERANCE));
+        solver.brake(first, STEPS, BRAKING);
+        solver.hurry(from..last, first, TOLERANCE);
+        solver.hurry(1..last, LAST_WEIGHT, TOLERANCE);
         if !kept(&solver.bounds()) {
             // Steps stay off the limits by far more than rounding: not expected.
             solver.restart(slow);
@@ -350,7 +357,7 @@ fn slow<const N: usize>(
         initial::feasible(&grid, limits, &caps, &mut spline);
     }
     let references = vec![0.0; spline.len()];
-    (grid, (spline, references))
+    (grid, FeasibleSpline { spline, references })
 }
 
 /// Largest share of accelerations and jerks in these cells.

@@ -213,6 +213,15 @@ const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
     row
 }
 
+/// End of a rest cell at which the axes rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RestSide {
+    /// At its start: the path begins there.
+    Start,
+    /// At its end: the path ends there.
+    End,
+}
+
 /// Largest `x` at the border of a rest cell.
 ///
 /// With `x = k σ^(4/3)` and `τ = σ / h`, velocities are below those of a linear `x`, accelerations
@@ -221,13 +230,13 @@ const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
 pub(super) fn rest_cap<const N: usize>(
     cell: &FeedCell<N>,
     limits: &ReciprocalLimits<N>,
-    to_rest: bool,
+    side: RestSide,
 ) -> f64 {
     let mut most = [0.0_f64; 2];
     let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
     for axis in 0..N {
         let mut r = cell.rates.map(|rate| rate[axis]);
-        if to_rest {
+        if side == RestSide::End {
             r.reverse();
         }
         for k in 0..5 {
@@ -245,7 +254,7 @@ pub(super) fn rest_cap<const N: usize>(
         }
     }
     let [start, end] = cell.caps(limits);
-    let speed = if to_rest { start } else { end };
+    let speed = if side == RestSide::End { start } else { end };
     speed.min(cell.h / most[0]).min((cell.h * cell.h / most[1]).cbrt().powi(2))
 }
 
@@ -317,7 +326,7 @@ mod tests {
                 jerk: Some(Vector1::new(j)),
                 ..ReciprocalLimits::none()
             };
-            let cap = rest_cap(&cell(rates, 0.5), &limits, false);
+            let cap = rest_cap(&cell(rates, 0.5), &limits, RestSide::Start);
             let k = cap / 0.5_f64.powf(4.0 / 3.0);
             let mut most = 0.0_f64;
             for step in 1..=1000 {
@@ -330,7 +339,7 @@ mod tests {
             }
             assert!(most <= 1.0 + 1e-12 && most > 0.98, "{most}");
             let mirrored = cell([1.5, 1.375, 1.25, 1.125, 1.0], 0.5);
-            assert!((rest_cap(&mirrored, &limits, true) - cap).abs() < 1e-14);
+            assert!((rest_cap(&mirrored, &limits, RestSide::End) - cap).abs() < 1e-14);
         }
     }
 

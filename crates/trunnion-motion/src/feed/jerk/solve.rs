@@ -3,15 +3,12 @@
 use super::barrier::FIRST_WEIGHT;
 use super::newton::BarrierSolver;
 use super::speed_caps::SpeedCaps;
-use super::speed_spline::{EndMotion, SpeedSpline};
+use super::speed_spline::{EndMotion, FeasibleSpline, SpeedSpline};
 use super::{initial, restore};
 use crate::feed::grid::FeedGrid;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AccelerationProfile, LinearSegment, SchedulePiece};
-
-/// A spline inside all limits, with the references that show it.
-pub(super) type FeasibleSpline = (SpeedSpline, Vec<f64>);
 
 pub(super) fn lengths<const N: usize>(grid: &FeedGrid<N>) -> Vec<f64> {
     grid.cells.iter().map(|cell| cell.h).collect()
@@ -27,9 +24,9 @@ pub(super) fn feasible<const N: usize>(
     let caps = SpeedCaps::new(grid, &spline, limits)?;
     initial::feasible(grid, limits, &caps, &mut spline);
     let start = if ends.iter().any(EndMotion::moves) {
-        restore::restore(grid, limits, &caps, (spline, Vec::new()))
+        restore::restore(grid, limits, &caps, FeasibleSpline::unproven(spline))
     } else {
-        Some((spline, Vec::new()))
+        Some(FeasibleSpline::unproven(spline))
     };
     Some((caps, start))
 }
@@ -39,13 +36,14 @@ pub(super) fn fastest<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
     caps: SpeedCaps,
-    (start, tolerance): (FeasibleSpline, f64),
+    start: FeasibleSpline,
+    tolerance: f64,
 ) -> (SpeedSpline, LimitRatios) {
     let slow = start.clone();
-    let mut solver = BarrierSolver::new(grid, limits, (caps, Vec::new()), start.0);
-    solver.keep_references(&start.1);
+    let mut solver = BarrierSolver::new(grid, limits, caps, Vec::new(), start.spline);
+    solver.keep_references(&start.references);
     solver.centre(FIRST_WEIGHT, solver.spline.cells());
-    solver.hurry(1..solver.spline.len() - 1, (FIRST_WEIGHT, tolerance));
+    solver.hurry(1..solver.spline.len() - 1, FIRST_WEIGHT, tolerance);
     let bounds = solver.bounds();
     if kept(&bounds) {
         return (solver.spline, bounds);

@@ -1,6 +1,6 @@
 //! Upper bounds of the squared speed that do not depend on its slope.
 
-use super::rows::rest_cap;
+use super::rows::{RestSide, rest_cap};
 use super::speed_spline::{EndMotion, SpeedSpline};
 use crate::feed::grid::FeedGrid;
 use crate::feed::reciprocal::ReciprocalLimits;
@@ -46,7 +46,7 @@ impl SpeedCaps {
         let mut caps = Self { control, row, given: 0.0 };
         let borders = [[1, 0, 1, 0], [last - 1, last, last, last + 1]];
         for ([cell, end, border, outer], motion) in borders.into_iter().zip(spline.ends) {
-            let to_rest = end > 0;
+            let side = if end > 0 { RestSide::End } else { RestSide::Start };
             if let EndMotion::Moving([x, _]) = motion {
                 let shares = [x / caps.row[outer], spline.controls[end] / caps.control[end]];
                 let most = shares[0].max(shares[1]);
@@ -55,8 +55,11 @@ impl SpeedCaps {
                 continue;
             }
             let weights = spline.weights(cell);
-            let share = if to_rest { weights.end[0] } else { weights.start[1] };
-            let cap = rest_cap(&grid.cells[end], limits, to_rest).min(caps.row[border]) / share;
+            let share = match side {
+                RestSide::End => weights.end[0],
+                RestSide::Start => weights.start[1],
+            };
+            let cap = rest_cap(&grid.cells[end], limits, side).min(caps.row[border]) / share;
             caps.control[cell] = caps.control[cell].min(cap);
             caps.row[border] = f64::INFINITY;
         }

@@ -36,6 +36,21 @@ pub(super) struct SpeedSpline {
     pub(super) ends: [EndMotion; 2],
 }
 
+/// Spline inside all limits, with the references of the jerk rows that show it.
+#[derive(Debug, Clone)]
+pub(super) struct FeasibleSpline {
+    pub(super) spline: SpeedSpline,
+    /// One per cell; empty or 0 where none is known.
+    pub(super) references: Vec<f64>,
+}
+
+impl FeasibleSpline {
+    /// Starts from a spline without known references.
+    pub(super) fn unproven(spline: SpeedSpline) -> Self {
+        Self { spline, references: Vec::new() }
+    }
+}
+
 /// Weights of the controls of a cell and its neighbours in the cell's Bernstein coefficients.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ControlWeights {

@@ -2,7 +2,7 @@
 
 use super::rolling_plan::{PathAhead, RollingPlan, caps};
 use super::solve::lengths;
-use super::speed_spline::{EndMotion, SpeedSpline};
+use super::speed_spline::{EndMotion, FeasibleSpline, SpeedSpline};
 use super::{graded_grid, restore};
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AxisNode, AxisPiece};
@@ -32,12 +32,12 @@ pub(crate) fn stop<const N: usize>(
     let mut distance = straight.way(1.0) * SLACK;
     while distance < last.s - first.s {
         let part = up_to(piece, first.s + distance)?;
-        if let Some(course) = halt(&part, motion, (limits, &straight.over(distance))) {
+        if let Some(course) = halt(&part, motion, limits, &straight.over(distance)) {
             return Some(course);
         }
         distance *= LONGER;
     }
-    halt(piece, motion, (limits, &straight.over(last.s - first.s)))
+    halt(piece, motion, limits, &straight.over(last.s - first.s))
 }
 
 /// A stop on a straight line: jerk from the deceleration that is under way to a largest one, that, and
@@ -135,7 +135,8 @@ fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
 fn halt<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],
-    (limits, rows): (&ReciprocalLimits<N>, &[[f64; 2]]),
+    limits: &ReciprocalLimits<N>,
+    rows: &[[f64; 2]],
 ) -> Option<RollingPlan<N>> {
     let ends = [EndMotion::Moving(motion), EndMotion::Rest];
     let grid = graded_grid::graded(piece, limits, &ends);
@@ -155,6 +156,6 @@ fn halt<const N: usize>(
     let controls = grid.s.windows(2).map(control).collect();
     let spline = SpeedSpline::new(lengths(&grid), controls, ends);
     let caps = caps(&grid, &spline, limits, PathAhead::Nothing)?;
-    let stop = restore::restore(&grid, limits, &caps, (spline, Vec::new()))?;
-    Some(RollingPlan::halting(grid, stop, (caps, limits)))
+    let stop = restore::restore(&grid, limits, &caps, FeasibleSpline::unproven(spline))?;
+    Some(RollingPlan::halting(grid, stop, caps, limits))
 }

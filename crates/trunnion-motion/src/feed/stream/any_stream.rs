@@ -9,6 +9,15 @@ use crate::feed::limits::Limits;
 use crate::feed::plan::LimitRatios;
 use crate::types::{AXES, AxisNode, Motion};
 
+/// Limits that a stream keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StreamKind {
+    /// Velocity and acceleration limits.
+    Optimal,
+    /// Jerk limits as well.
+    Jerk,
+}
+
 /// A stream that keeps jerk limits or does without, as the user chooses.
 #[derive(Debug, Clone)]
 pub enum AnyStream<const N: usize = AXES> {
@@ -24,11 +33,14 @@ impl<const N: usize> AnyStream<N> {
     /// # Errors
     ///
     /// As [`FeedStream::new`] and [`JerkStream::new`].
-    pub fn new(jerk: bool, limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
-        Ok(if jerk {
-            Self::Jerk(Box::new(JerkStream::new(limits, options)?))
-        } else {
-            Self::Optimal(Box::new(FeedStream::new(limits, options)?))
+    pub fn new(
+        kind: StreamKind,
+        limits: Limits<N>,
+        options: StreamOptions,
+    ) -> Result<Self, FeedError> {
+        Ok(match kind {
+            StreamKind::Optimal => Self::Optimal(Box::new(FeedStream::new(limits, options)?)),
+            StreamKind::Jerk => Self::Jerk(Box::new(JerkStream::new(limits, options)?)),
         })
     }
 

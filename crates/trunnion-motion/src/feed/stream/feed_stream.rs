@@ -128,12 +128,12 @@ impl<const N: usize> FeedStream<N> {
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let before = self.last.as_ref().map_or(f64::NEG_INFINITY, |last| last.s);
         validate::validate_next([self.pieces, self.nodes], &node, before)?;
-        let (piece, link) = (self.pieces, self.motion.is_free());
+        let (piece, motion) = (self.pieces, self.motion);
         match &self.last {
-            None => self.window.rest(WindowRow::at([piece, 0], node.s, link)),
+            None => self.window.rest(WindowRow::at([piece, 0], node.s, motion)),
             Some(last) => {
-                let limits = &self.limits[usize::from(link)];
-                let row = |s| WindowRow::at([piece, self.nodes - 1], s, link);
+                let limits = &self.limits[usize::from(motion.is_free())];
+                let row = |s| WindowRow::at([piece, self.nodes - 1], s, motion);
                 let whole = FeedCell::between(last, &node);
                 let parts = self.options.parts(whole.h);
                 if parts == 1 {
@@ -218,7 +218,7 @@ impl<const N: usize> Iterator for FeedStream<N> {
                 continue;
             };
             let y = onward(&cell.accelerations(&self.limits[0]), self.x, reach, &mut self.guess);
-            let limits = &self.limits[usize::from(row.link)];
+            let limits = &self.limits[usize::from(row.motion.is_free())];
             if self.x <= 0.0 && y <= 0.0 && !still(cell, limits) {
                 if self.window.holds() {
                     return None;

@@ -9,7 +9,7 @@ mod step;
 mod whole_path;
 mod window;
 
-pub use any_stream::AnyStream;
+pub use any_stream::{AnyStream, StreamKind};
 pub use feed_stream::FeedStream;
 pub use jerk_stream::JerkStream;
 pub use options::StreamOptions;

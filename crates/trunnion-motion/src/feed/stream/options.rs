@@ -2,21 +2,17 @@
 
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
-use crate::feed::options::FeedOptions;
+use crate::feed::options::{FeedOptions, ProgrammedSpeeds};
 use crate::feed::validate::{validate_limits, validate_options};
 
 /// Largest override: twice the programmed feed.
 pub(super) const MOST_OVERRIDE: f64 = 2.0;
 
-/// How a [`FeedStream`] looks ahead. No `Default`: the caller knows the part and its memory.
+/// Look-ahead of a [`FeedStream`](super::FeedStream) or a [`JerkStream`](super::JerkStream).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamOptions {
-    /// Speed of the programmed point on everything but links \[mm/s\]; `None` for as fast as the axes can.
-    pub feed: Option<f64>,
-    /// Speed of the programmed point on links \[mm/s\]; `None` for as fast as the axes can.
-    pub link_feed: Option<f64>,
-    /// Speed of the tool tip in the workpiece frame, on every motion \[mm/s\]; `None` for no limit.
-    pub tip: Option<f64>,
+    /// Programmed feed, feed on links and largest tip speed.
+    pub speeds: ProgrammedSpeeds,
     /// Rows to look ahead, at least 4: [`FeedStream::wants`] asks for so many. Where the distance to stop
     /// from full speed is shorter than three quarters of the window, nothing is lost against planning
     /// the whole path on the same rows.
@@ -26,20 +22,26 @@ pub struct StreamOptions {
 }
 
 impl StreamOptions {
+    /// As fast as the axes can, with a window of so many rows at most `step` apart in `s`.
+    #[must_use]
+    pub const fn fastest(window: usize, step: f64) -> Self {
+        Self { speeds: ProgrammedSpeeds::FASTEST, window, step }
+    }
+
+    /// The same with a programmed feed \[mm/s\] on everything but links.
+    #[must_use]
+    pub const fn with_feed(mut self, feed: f64) -> Self {
+        self.speeds.feed = Some(feed);
+        self
+    }
+
     /// The options as those of a plan, if they and the limits make sense.
     pub(super) fn validated<const N: usize>(
         &self,
         limits: &Limits<N>,
     ) -> Result<FeedOptions, FeedError> {
         validate_limits(limits)?;
-        let feeds = FeedOptions {
-            feed: self.feed,
-            link_feed: self.link_feed,
-            tip: self.tip,
-            time_tolerance: 1.0,
-            ends: [0.0; 2],
-            guarantee: true,
-        };
+        let feeds = FeedOptions { speeds: self.speeds, ..FeedOptions::fastest() };
         validate_options(&feeds)?;
         let Self { window, step, .. } = *self;
         if window < 4 || !(step > 0.0 && step.is_finite()) {

@@ -10,7 +10,7 @@ use crate::feed::pieces::{PlannedPiece, assemble};
 use crate::feed::plan::FeedPlan;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AccelerationProfile, AxisNode, AxisPath, Motion, SchedulePiece};
+use crate::types::{AccelerationProfile, AxisPath, SchedulePiece};
 
 /// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest to rest.
 ///
@@ -24,12 +24,10 @@ pub fn jerk_through_window<const N: usize>(
     window: usize,
 ) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
-    let FeedOptions { feed, link_feed, tip, .. } = *options;
-    let step = f64::MAX;
-    let mut stream =
-        JerkStream::new(*limits, StreamOptions { feed, link_feed, tip, window, step })?;
+    let stream_options = StreamOptions { speeds: options.speeds, window, step: f64::MAX };
+    let mut stream = JerkStream::new(*limits, stream_options)?;
     let mut nodes = path.pieces.iter().flat_map(|piece| {
-        piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))
+        piece.nodes.iter().enumerate().map(|(index, node)| (index, piece.motion, node))
     });
     let mut pieces =
         vec![
@@ -39,8 +37,11 @@ pub fn jerk_through_window<const N: usize>(
     let mut started = None;
     loop {
         while stream.wants() {
-            let Some(next) = nodes.next() else { break };
-            push(&mut stream, next)?;
+            let Some((index, motion, node)) = nodes.next() else { break };
+            if index == 0 {
+                stream.begin(motion);
+            }
+            stream.push(*node)?;
         }
         let Some(step) = stream.next() else { break };
         let Some(piece) = pieces.get_mut(step.piece) else { break };
@@ -57,16 +58,6 @@ pub fn jerk_through_window<const N: usize>(
         PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
     });
     Ok(assemble(planned.collect()))
-}
-
-fn push<const N: usize>(
-    stream: &mut JerkStream<N>,
-    (first, motion, node): (bool, Motion, &AxisNode<N>),
-) -> Result<(), FeedError> {
-    if first {
-        stream.begin(motion);
-    }
-    stream.push(*node)
 }
 
 fn row(piece: &mut SchedulePiece, [s, t, speed, acceleration]: [f64; 4]) {

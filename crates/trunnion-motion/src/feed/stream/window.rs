@@ -5,6 +5,7 @@ use crate::feed::cell::FeedCell;
 use crate::feed::cell_program::{WarmStart, backward};
 use crate::feed::numeric::{scaled, tangent};
 use crate::feed::reciprocal::ReciprocalLimits;
+use crate::types::Motion;
 use std::collections::VecDeque;
 
 /// Where a cell ends and the next one starts.
@@ -14,8 +15,8 @@ pub(super) struct WindowRow {
     /// Interval between nodes that ends here, or in which this row lies.
     pub(super) interval: usize,
     pub(super) s: f64,
-    /// Whether the piece is a link.
-    pub(super) link: bool,
+    /// Kind of motion of the piece.
+    pub(super) motion: Motion,
     /// Largest squared speed by the axes and the tip, and by the programmed feed.
     hard: f64,
     feed: f64,
@@ -27,9 +28,9 @@ pub(super) struct WindowRow {
 
 impl WindowRow {
     /// A row without limits yet.
-    pub(super) fn at([piece, interval]: [usize; 2], s: f64, link: bool) -> Self {
+    pub(super) fn at([piece, interval]: [usize; 2], s: f64, motion: Motion) -> Self {
         let [free, rest] = [f64::INFINITY, 0.0];
-        Self { piece, interval, s, link, hard: free, feed: free, reach: rest, most: rest }
+        Self { piece, interval, s, motion, hard: free, feed: free, reach: rest, most: rest }
     }
 
     fn lower(&mut self, hard: f64, feed: f64) {
@@ -144,7 +145,7 @@ impl<const N: usize> RowWindow<N> {
         self.cells.clear();
         for (cell, share) in pieces(cell, parts) {
             let s = from.s + share * (to.s - from.s);
-            self.push(cell, WindowRow::at([to.piece, to.interval], s, to.link), limits);
+            self.push(cell, WindowRow::at([to.piece, to.interval], s, to.motion), limits);
         }
         // The last row pushed is the one that was there, with the limits of both sides.
         if let (Some(end), Some(mut kept)) = (self.rows.pop_back(), tail.0.front().copied()) {

@@ -9,14 +9,7 @@ use trunnion::feed::{FeedOptions, Limits};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion};
 
 /// Nothing but the axes limits the speed.
-pub(crate) const FREE: FeedOptions = FeedOptions {
-    feed: None,
-    link_feed: None,
-    tip: None,
-    time_tolerance: 2e-3,
-    ends: [0.0; 2],
-    guarantee: true,
-};
+pub(crate) const FREE: FeedOptions = FeedOptions { time_tolerance: 2e-3, ..FeedOptions::fastest() };
 
 /// Limits of a machine that is quick for its jerk.
 pub(crate) fn machine() -> Limits<5> {

@@ -4,7 +4,7 @@
 use super::leg::Place;
 use super::pace::{LEAST, LEVER, Timed};
 use super::{PostError, PostOptions};
-use crate::feed::{Limits, LookAhead, LookAheadOptions, PlannedBlock, look_ahead};
+use crate::feed::{Limits, LookAhead, LookAheadOptions, PlannedBlock, StraightMoves, look_ahead};
 use crate::machine::Machine;
 use crate::types::{AXES, AxisVector};
 use nalgebra::SVector;
@@ -100,7 +100,8 @@ impl Classic {
         let limits = &self.limits[usize::from(rapid)];
         let weights = SVector::<f64, WAYS>::from([1.0, 1.0, 1.0, LEVER, LEVER, TIME]);
         let ends = [self.speed, 0.0];
-        let planned = look_ahead(&self.moves, &weights, (limits, FREE), (&self.options, ends))?;
+        let moves = StraightMoves { travels: &self.moves, weights: &weights };
+        let planned = look_ahead(&moves, limits, FREE, ends, &self.options)?;
         let least = |place: &Place| place.least.unwrap_or(0.0);
         let timed = |(place, block): (Place, &PlannedBlock)| Timed {
             place,

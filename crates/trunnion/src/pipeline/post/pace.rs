@@ -3,7 +3,7 @@
 use super::corner::Corner;
 use super::leg::Place;
 use super::{PostError, PostMethod, PostOptions};
-use crate::feed::{AnyStream, Limits, StreamOptions, StreamStep};
+use crate::feed::{AnyStream, Limits, ProgrammedSpeeds, StreamKind, StreamOptions, StreamStep};
 use crate::machine::Kinematics;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisNode, AxisVector, Motion};
@@ -97,13 +97,18 @@ impl Pace {
         };
         let stream = StreamOptions {
             // The programmed point moves a second a second.
-            feed: Some(1.0),
-            link_feed: None,
-            tip: machine.cycle.tip_speed_max,
-            window: options.window,
-            step: STEP,
+            speeds: ProgrammedSpeeds {
+                feed: Some(1.0),
+                tip: machine.cycle.tip_speed_max,
+                ..ProgrammedSpeeds::FASTEST
+            },
+            ..StreamOptions::fastest(options.window, STEP)
         };
-        let planner = AnyStream::new(options.method == PostMethod::Jerk, limits, stream)?;
+        let kind = match options.method {
+            PostMethod::Jerk => StreamKind::Jerk,
+            _ => StreamKind::Optimal,
+        };
+        let planner = AnyStream::new(kind, limits, stream)?;
         Ok(Self {
             kinematics: kinematics.clone(),
             planner,
