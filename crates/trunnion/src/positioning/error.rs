@@ -1,9 +1,8 @@
 //! Why there is no cutter location.
 
-use super::ActiveConstraint;
 use crate::cutter::{CutterError, CutterErrors};
+use crate::positioning::active::ActiveConstraint;
 use crate::surface::ClosestError;
-use std::fmt;
 
 /// Why a cutter location is not given. Places are parameters `(u, v)` of the face.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -227,22 +226,5 @@ fn remedy(binding: ActiveConstraint) -> &'static str {
         ActiveConstraint::OffsetRange => "widen the offset range, or take another feed direction",
         ActiveConstraint::AxisTurn => "allow the tool axis to turn farther",
         ActiveConstraint::GivenLead => "give another lead",
-    }
-}
-
-impl fmt::Display for ActiveConstraint {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Touch => "a contact inside the strip",
-            Self::Middle => "the largest error inside the strip",
-            Self::FirstSlope => "the first end of the strip, where the error rises",
-            Self::SecondSlope => "the far end of the strip, where the error rises",
-            Self::Rear => "the rear of the cutting circle",
-            Self::Disc => "the flat underside",
-            Self::Chord => "a chord as long as the cutter is wide",
-            Self::OffsetRange => "an end of the offset range",
-            Self::AxisTurn => "the bound on the axis turn",
-            Self::GivenLead => "the given lead",
-        })
     }
 }

@@ -1,55 +1,101 @@
-//! How a location found is told.
+//! One cutter location and the strip it leaves.
 
-use super::ActiveConstraint;
-use super::ContactSide;
-use super::CutterLocation;
-use super::LocationRequest;
-use super::check::MeasuredStrip;
-use super::constraints::State;
+use crate::positioning::active::ActiveConstraint;
+use crate::positioning::request::{ContactSide, LocationRequest, StripSide};
+use crate::positioning::strip::MeasuredStrip;
 use crate::types::ToolPose;
+use nalgebra::Point3;
+
+/// One cutter location and the strip it leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutterLocation {
+    /// Width of the strip \[mm\]: projection on `v` of the connected part of the circle through
+    /// `P1` whose error stays in the band.
+    pub strip_width: f64,
+    /// `w cos(alpha)` \[mm\]: the part between the two end points.
+    pub chord_width: f64,
+    /// Offset `w` from `P1` to `P3` in the tangent plane \[mm\].
+    pub offset: f64,
+    /// Offset direction alpha, from the strip side towards the feed \[rad\].
+    pub offset_direction: f64,
+    /// Rotation theta about the chord \[rad\].
+    pub rotation: f64,
+    /// Centre of the torus circle \[mm\].
+    pub center: Point3<f64>,
+    /// Tip and tool axis.
+    pub pose: ToolPose,
+    /// Side of the cutter that cuts: `Ahead` or `Behind`.
+    pub side: ContactSide,
+    /// Side of the feed on which the strip lies.
+    pub strip: StripSide,
+    /// Angle of the arc between the end points \[rad\].
+    pub arc: f64,
+    /// Where the error is least inside the strip, as angle on the circle from `P1` \[rad\].
+    pub contact_angles: Vec<f64>,
+    /// What holds the strip back.
+    pub active: Vec<ActiveConstraint>,
+    /// Largest error found on the strip \[mm\].
+    pub front_max: f64,
+    /// What no error of the strip exceeds \[mm\].
+    pub front_max_bound: f64,
+    /// Least error found on the strip \[mm\].
+    pub front_min: f64,
+    /// Least distance found from the rest of the circle and the disc to the surface \[mm\].
+    pub rear_min: f64,
+    /// What that distance is at least, strip included \[mm\].
+    pub rear_min_bound: f64,
+    /// Closest-point queries spent.
+    pub queries: u32,
+    /// The first contact: foot of the circle point with the least error \[mm\].
+    pub contact: Point3<f64>,
+    /// Its parameters.
+    pub contact_uv: [f64; 2],
+    /// Parameters of the second end point `P2`.
+    pub end: [f64; 2],
+    /// Parameters of the strip's end on the first end point's side; `at` or beyond it.
+    pub near: [f64; 2],
+    /// Parameters of the strip's other end; `end` or beyond it.
+    pub far: [f64; 2],
+    /// Where a neighbour looks for the extrema of its error.
+    pub(crate) marks: Vec<ExtremumMark>,
+}
 
 /// An extremum of the error round the circle, where a neighbour may look for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Mark {
-    pub(super) kind: ActiveConstraint,
+pub(crate) struct ExtremumMark {
+    pub(crate) kind: ActiveConstraint,
     /// Share of half the arc between the end points; on the rear the angle itself \[rad\].
-    pub(super) place: f64,
+    pub(crate) place: f64,
     /// Way of its foot from the first end point, in parameters.
-    pub(super) out: [f64; 2],
-}
-
-/// The extrema of a state.
-pub(super) fn marks(state: &State, at: [f64; 2]) -> Vec<Mark> {
-    let mark = |(kind, sample): (ActiveConstraint, &super::circle::Sample)| {
-        let half = if kind == ActiveConstraint::Rear { 1.0 } else { state.placement.half_arc };
-        let uv = sample.reading.foot.uv;
-        Mark { kind, place: sample.psi / half, out: [0, 1].map(|k| uv[k] - at[k]) }
-    };
-    let seen = state.conditions.iter().filter_map(|c| Some((c.kind, c.sample.as_ref()?)));
-    seen.map(mark).collect()
+    pub(crate) out: [f64; 2],
 }
 
 /// What a method knows of its location besides the strip.
 #[derive(Debug)]
-pub(super) struct Found {
-    pub(super) pose: ToolPose,
-    pub(super) side: ContactSide,
+pub(crate) struct LocationParts {
+    pub(crate) pose: ToolPose,
+    pub(crate) side: ContactSide,
     /// Offset, its direction, and rotation.
-    pub(super) x: [f64; 3],
+    pub(crate) x: [f64; 3],
     /// Width of the strip, and of the chord.
-    pub(super) widths: [f64; 2],
-    pub(super) arc: f64,
-    pub(super) contact_angles: Vec<f64>,
-    pub(super) active: Vec<ActiveConstraint>,
+    pub(crate) widths: [f64; 2],
+    pub(crate) arc: f64,
+    pub(crate) contact_angles: Vec<f64>,
+    pub(crate) active: Vec<ActiveConstraint>,
     /// Parameters of the second end point.
-    pub(super) end: [f64; 2],
-    pub(super) queries: u32,
-    pub(super) marks: Vec<Mark>,
+    pub(crate) end: [f64; 2],
+    pub(crate) queries: u32,
+    pub(crate) marks: Vec<ExtremumMark>,
 }
 
 impl CutterLocation {
-    pub(super) fn new(request: &LocationRequest, strip: &MeasuredStrip, found: Found) -> Self {
-        let Found { pose, side, arc, contact_angles, active, end, queries, marks, .. } = found;
+    pub(crate) fn new(
+        request: &LocationRequest,
+        strip: &MeasuredStrip,
+        found: LocationParts,
+    ) -> Self {
+        let LocationParts { pose, side, arc, contact_angles, active, end, queries, marks, .. } =
+            found;
         let ([strip_width, chord_width], [offset, offset_direction, rotation]) =
             (found.widths, found.x);
         Self {

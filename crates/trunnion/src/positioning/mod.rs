@@ -1,63 +1,45 @@
-//! One cutter location: the widest strip, and what gouges.
+//! One cutter location: the widest strip, and the check for gouges.
 //!
-//! At an end point `P1` the cutter is placed so that the error there is the upper end of the band;
-//! the circle of the torus then passes over the strip to a second end point `P2`. [`widest_strip`] finds
-//! the location whose strip is widest while the error on the strip stays in the band and nothing
-//! else of the cutter comes closer than the band's lower end. [`with_lead`] does the same at a given
-//! lead, for places where no wide strip fits. [`place`] is the one way in to these and to the methods
-//! they are compared with. [`strip_of_pose`] looks at any pose, independently of how it was made.
+//! At an end point `P1` the cutter is placed so that the error there is the upper end of the band.
+//! The circle of the torus then passes over the strip to a second end point `P2`. [`widest_strip`]
+//! finds the location whose strip is widest while the error on the strip stays in the band and
+//! nothing else of the cutter comes closer than the band's lower end. [`with_lead`] and
+//! [`with_inclination`] do the same at a given inclination, for points where no wide strip fits.
+//!
+//! [`place`] runs these and the methods they are compared with. [`strip_of_pose`] measures the strip
+//! of any pose, independently of how the pose was made.
 //!
 //! Frame at `P1`: `n` the normal on the cutter's side, `a` the feed, `v = a x n` (reversed for a
 //! strip on the left). Angles: alpha from `v` towards `a`, theta about the chord; mm and rad.
+//!
+//! Files, bottom to top: [`request`](LocationRequest), [`location`](CutterLocation) and
+//! [`strip`](MeasuredStrip) are the data. `distance` reads signed distances of cutter points and
+//! bounds them between samples, `solve` climbs to a local optimum, `check` measures and accepts
+//! poses, `methods` combines them, `report` traces and draws error curves.
 
-mod ball;
-mod body;
+mod active;
 mod check;
-mod circle;
-mod constraints;
-mod contact;
-mod curve;
-mod disc;
+mod distance;
 mod error;
-mod gaps;
-mod judge;
 mod location;
-mod method;
-mod nested;
-mod pair;
-mod picture;
-mod placement;
-mod probe;
-mod quadratic;
+mod methods;
+mod report;
 mod request;
 mod solve;
-mod starts;
-mod swift;
-mod widest;
+mod strip;
 
-pub use body::body_clear;
-pub use check::CuttingContext;
-pub use check::MeasuredStrip;
-pub use check::StripQuery;
-pub use check::strip_of_pose;
-pub use curve::ErrorTrace;
-pub use curve::TracePoint;
-pub use curve::error_curve;
-pub use curve::trace;
+pub use active::ActiveConstraint;
+pub use check::body::body_clear;
+pub use check::strip_of_pose::strip_of_pose;
+pub use distance::curve::error_curve;
 pub use error::PositioningError;
-pub use method::PlacementMethod;
-pub use method::place;
-pub use nested::NestedGrid;
-pub use picture::comparison_picture;
-pub use picture::error_picture;
-pub use request::ActiveConstraint;
-pub use request::AxisCone;
-pub use request::ContactSide;
-pub use request::CutterLocation;
-pub use request::LocationRequest;
-pub use request::StripSide;
-pub use request::ToleranceBand;
-pub use request::ToolInclination;
-pub use widest::widest_strip;
-pub use widest::with_inclination;
-pub use widest::with_lead;
+pub use location::CutterLocation;
+pub use methods::method::{PlacementMethod, place};
+pub use methods::nested::NestedGrid;
+pub use methods::widest::{widest_strip, with_inclination, with_lead};
+pub use report::picture::{comparison_picture, error_picture};
+pub use report::trace::{ErrorTrace, TracePoint, trace};
+pub use request::{
+    AxisCone, ContactSide, LocationRequest, StripSide, ToleranceBand, ToolInclination,
+};
+pub use strip::{CuttingContext, MeasuredStrip, StripQuery};

@@ -1,11 +1,10 @@
-//! What is asked of a cutter location, and what is answered.
+//! Request for one cutter location.
 
-use super::location::Mark;
 use crate::cutter::Cutter;
+use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
-use crate::types::ToolPose;
-use nalgebra::Point3;
 use nalgebra::UnitVector3;
+use std::f64::consts::FRAC_PI_2;
 
 /// Where the signed error of the finished surface has to lie \[mm\]: positive is excess.
 ///
@@ -17,6 +16,24 @@ pub struct ToleranceBand {
     pub lower: f64,
     /// Largest error on the strip \[mm\].
     pub upper: f64,
+}
+
+impl ToleranceBand {
+    /// Share of the band that searches keep free at both ends: rounding is no gouge.
+    const MARGIN: f64 = 1e-6;
+
+    /// Width that searches keep free at both ends \[mm\].
+    ///
+    /// A search may break its conditions by as much and still end inside the band.
+    pub(crate) fn margin(self) -> f64 {
+        Self::MARGIN * (self.upper - self.lower)
+    }
+
+    /// The band without its margins.
+    pub(crate) fn inner(self) -> Self {
+        let margin = self.margin();
+        Self { lower: self.lower + margin, upper: self.upper - margin }
+    }
 }
 
 /// Side of the feed on which the strip lies, seen along the feed with the normal up.
@@ -109,81 +126,31 @@ pub struct LocationRequest<'a> {
     pub axis_cone: Option<AxisCone>,
 }
 
-/// What holds the widest strip back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ActiveConstraint {
-    /// The cutter touches the lower end of the band inside the strip.
-    Touch,
-    /// The error reaches the upper end of the band inside the strip.
-    Middle,
-    /// The error curve is level at the first end point: it would leave the band inside the strip.
-    FirstSlope,
-    /// The same at the second end point.
-    SecondSlope,
-    /// The rear of the centre circle.
-    Rear,
-    /// The flat disc inside the cutting circle.
-    Disc,
-    /// The chord is as long as the cutter is wide.
-    Chord,
-    /// An end of the range of the offset direction.
-    OffsetRange,
-    /// The bound on the turn of the tool axis.
-    AxisTurn,
-    /// The angle between tool axis and normal was given, not found.
-    GivenLead,
-}
+impl LocationRequest<'_> {
+    /// Refuses what no search could answer: an empty band, an offset range outside (-90, 90)
+    /// degrees, a rear that does not cut.
+    pub(crate) fn validate(&self) -> Result<(), PositioningError> {
+        let ToleranceBand { lower, upper } = self.band;
+        if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            return Err(PositioningError::EmptyBand { lower, upper });
+        }
+        let range = self.offset_range;
+        let fits = range[0] <= range[1] && range[0] > -FRAC_PI_2 && range[1] < FRAC_PI_2;
+        if !fits {
+            return Err(PositioningError::OffsetRange { range });
+        }
+        let cutter = self.cutter;
+        if self.side != ContactSide::Ahead && !cutter.centre_cutting() {
+            return Err(PositioningError::NotCentreCutting {
+                inner: cutter.inner_cutting_radius(),
+            });
+        }
+        Ok(())
+    }
 
-/// One cutter location and the strip it leaves.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CutterLocation {
-    /// Width of the strip \[mm\]: projection on `v` of the connected part of the circle through
-    /// `P1` whose error stays in the band.
-    pub strip_width: f64,
-    /// `w cos(alpha)` \[mm\]: the part between the two end points.
-    pub chord_width: f64,
-    /// Offset `w` from `P1` to `P3` in the tangent plane \[mm\].
-    pub offset: f64,
-    /// Offset direction alpha, from the strip side towards the feed \[rad\].
-    pub offset_direction: f64,
-    /// Rotation theta about the chord \[rad\].
-    pub rotation: f64,
-    /// Centre of the torus circle \[mm\].
-    pub center: Point3<f64>,
-    /// Tip and tool axis.
-    pub pose: ToolPose,
-    /// Side of the cutter that cuts: `Ahead` or `Behind`.
-    pub side: ContactSide,
-    /// Side of the feed on which the strip lies.
-    pub strip: StripSide,
-    /// Angle of the arc between the end points \[rad\].
-    pub arc: f64,
-    /// Where the error is least inside the strip, as angle on the circle from `P1` \[rad\].
-    pub contact_angles: Vec<f64>,
-    /// What holds the strip back.
-    pub active: Vec<ActiveConstraint>,
-    /// Largest error found on the strip \[mm\].
-    pub front_max: f64,
-    /// What no error of the strip exceeds \[mm\].
-    pub front_max_bound: f64,
-    /// Least error found on the strip \[mm\].
-    pub front_min: f64,
-    /// Least distance found from the rest of the circle and the disc to the surface \[mm\].
-    pub rear_min: f64,
-    /// What that distance is at least, strip included \[mm\].
-    pub rear_min_bound: f64,
-    /// Closest-point queries spent.
-    pub queries: u32,
-    /// The first contact: foot of the circle point with the least error \[mm\].
-    pub contact: Point3<f64>,
-    /// Its parameters.
-    pub contact_uv: [f64; 2],
-    /// Parameters of the second end point `P2`.
-    pub end: [f64; 2],
-    /// Parameters of the strip's end on the first end point's side; `at` or beyond it.
-    pub near: [f64; 2],
-    /// Parameters of the strip's other end; `end` or beyond it.
-    pub far: [f64; 2],
-    /// Where a neighbour looks for the extrema of its error.
-    pub(super) marks: Vec<Mark>,
+    /// Width of the strip of a fitting cutter that stands upright on a plane, `sqrt(8 R e)`
+    /// \[mm\]: about the narrowest strip there is.
+    pub(crate) fn narrowest_strip(&self) -> f64 {
+        (8.0 * self.cutter.major() * (self.band.upper - self.band.lower)).sqrt()
+    }
 }

@@ -1,9 +1,12 @@
 //! What the error cannot exceed between two points of the circle.
 
-use super::circle::Sample;
-use super::probe::Reading;
+use crate::positioning::distance::circle::ErrorSample;
+use crate::positioning::distance::probe::DistanceReading;
 use crate::surface::FaceIndex;
 use nalgebra::UnitVector3;
+
+/// Largest angle between points that bounds start from \[rad\].
+pub(crate) const SPACING: f64 = 0.7;
 
 /// Bounds of the derivatives of the error along the circle.
 ///
@@ -18,37 +21,37 @@ use nalgebra::UnitVector3;
 /// fast; along the normal `H` changes by `-H^2`, which adds `-3 E' H^2(t, t)`. What is known changes by
 /// `3 (H(a, a) - H(t, t) + D(t, t, a)) - E''` per rad.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Gaps {
+pub(crate) struct GapBounds {
     /// Radius of the circle \[mm\].
-    pub(super) radius: f64,
+    pub(crate) radius: f64,
     /// Corner radius \[mm\].
-    pub(super) minor: f64,
+    pub(crate) minor: f64,
     /// Tool axis.
-    pub(super) axis: UnitVector3<f64>,
+    pub(crate) axis: UnitVector3<f64>,
     /// What curvatures below the circle keep.
-    pub(super) under: Under,
+    pub(crate) under: CurvatureRange,
 }
 
 /// What the curvatures under the circle keep.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Under {
+pub(crate) struct CurvatureRange {
     /// No normal curvature leaves this range \[1/mm\].
-    pub(super) curvatures: [f64; 2],
+    pub(crate) curvatures: [f64; 2],
     /// None changes faster than this \[1/mm^2\]; infinite where that is not known.
-    pub(super) rate: f64,
+    pub(crate) rate: f64,
 }
 
 /// What is known of a gap.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known {
+pub(crate) struct GapRange {
     /// What the error does not fall below and does not exceed.
-    pub(super) range: [f64; 2],
+    pub(crate) range: [f64; 2],
     /// Whether there is one extremum at most between the ends, which the signs of their slopes tell of.
-    pub(super) plain: bool,
+    pub(crate) plain: bool,
 }
 
 /// Bounds over a gap.
-struct Bounds {
+struct DerivativeBounds {
     /// Range of `E''`.
     second: [f64; 2],
     /// At a distance `s` from an end, `E'''` differs from what is known of it there by at most
@@ -57,37 +60,37 @@ struct Bounds {
     fourth: f64,
 }
 
-impl Gaps {
+impl GapBounds {
     /// What is known of the error between two points.
-    pub(super) fn known(&self, a: &Sample, b: &Sample) -> Known {
+    pub(crate) fn known(&self, a: &ErrorSample, b: &ErrorSample) -> GapRange {
         let h = b.psi - a.psi;
         let Some(bounds) = self.bounds([a, b], h) else {
-            return Known { range: [f64::NEG_INFINITY, f64::INFINITY], plain: false };
+            return GapRange { range: [f64::NEG_INFINITY, f64::INFINITY], plain: false };
         };
         let [low, high] = bounds.second;
         let range = [-peak([a, b], -1.0, -low), peak([a, b], 1.0, high)];
         let plain = low > 0.0 || high < 0.0;
         if !bounds.third.is_finite() {
-            return Known { range, plain };
+            return GapRange { range, plain };
         }
-        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| Half::new(end, sign, (h, &bounds)));
-        let [one, two] = halves.each_ref().map(Half::range);
+        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| HalfGap::new(end, sign, (h, &bounds)));
+        let [one, two] = halves.each_ref().map(HalfGap::range);
         let range = [range[0].max(one[0].min(two[0])), range[1].min(one[1].max(two[1]))];
-        let agree = |of: fn(&Half) -> Option<bool>| {
+        let agree = |of: fn(&HalfGap) -> Option<bool>| {
             let [one, two] = halves.each_ref().map(of);
             one.is_some() && one == two
         };
-        Known { range, plain: plain || agree(Half::bends_up) || agree(Half::rises) }
+        GapRange { range, plain: plain || agree(HalfGap::bends_up) || agree(HalfGap::rises) }
     }
 
     /// Bounds over a gap of `h` \[rad\]; `None` where there are none.
-    fn bounds(&self, [a, b]: [&Sample; 2], h: f64) -> Option<Bounds> {
+    fn bounds(&self, [a, b]: [&ErrorSample; 2], h: f64) -> Option<DerivativeBounds> {
         let radius = self.radius;
         let way = 0.5 * radius * h;
         let far = self.minor + a.error.max(b.error) + way;
         let near = self.minor + a.error.min(b.error) - way;
         let ([low, high], pace) = self.second(near, far)?;
-        let sine = |s: &Sample| self.axis.cross(&s.reading.normal()).norm();
+        let sine = |s: &ErrorSample| self.axis.cross(&s.reading.normal()).norm();
         let most = high.max(-low);
         let lean = sine(a).max(sine(b)) + way * most;
         // Rate of n . a: the normal's turn across, at most half the spread of H, and E'.
@@ -99,7 +102,7 @@ impl Gaps {
         let turn = self.under.rate * pace * pace * pace + 3.0 * lean * most * most;
         let third = radius * square * turn;
         let fourth = radius * lean + square * most + 3.0 * (square * (high - low) + third);
-        Some(Bounds { second, third, fourth })
+        Some(DerivativeBounds { second, third, fourth })
     }
 
     /// Range of the eigenvalues of `H`, 0 included, and how many times as fast as their points feet move
@@ -115,7 +118,7 @@ impl Gaps {
 }
 
 /// Half of a gap, seen from its end: Taylor's formula with bounds of what is left.
-struct Half {
+struct HalfGap {
     /// Length \[rad\].
     length: f64,
     /// 1 where the angle grows inwards, -1 where it falls.
@@ -127,8 +130,8 @@ struct Half {
     off: [f64; 3],
 }
 
-impl Half {
-    fn new(end: &Sample, sign: f64, (h, bounds): (f64, &Bounds)) -> Self {
+impl HalfGap {
+    fn new(end: &ErrorSample, sign: f64, (h, bounds): (f64, &DerivativeBounds)) -> Self {
         let length = 0.5 * h;
         let known = [end.error, sign * end.slope, end.bend, sign * end.twist];
         let off = [2.0, 3.0, 4.0].map(|n| bounds.third + bounds.fourth * length / n);
@@ -194,7 +197,7 @@ fn sign([low, high]: [f64; 2]) -> Option<bool> {
 
 /// What `sign * error` cannot exceed between two points: under both parabolas that start with
 /// value and slope of a point and bend upward by `bend` or, where that is negative, not at all.
-fn peak([a, b]: [&Sample; 2], sign: f64, bend: f64) -> f64 {
+fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
     let h = b.psi - a.psi;
     let bend = bend.max(0.0);
     let [ea, eb] = [sign * a.error, sign * b.error];
@@ -219,11 +222,11 @@ fn peak([a, b]: [&Sample; 2], sign: f64, bend: f64) -> f64 {
 ///
 /// A foot moves at most `1 / (1 - k d)` times as fast as its point, `k` bounded over all there is
 /// within the reach of such feet: as it starts inside, it never leaves.
-pub(super) fn curvatures_under<'a>(
+pub(crate) fn curvatures_under<'a>(
     face: &FaceIndex,
-    readings: &(impl Iterator<Item = &'a Reading> + Clone),
+    readings: &(impl Iterator<Item = &'a DistanceReading> + Clone),
     (way, far): (f64, f64),
-) -> Under {
+) -> CurvatureRange {
     /// Each widens the reach to what the last one asked for; more than twice is rare.
     const WIDENINGS: u32 = 8;
     let mut reach = 1.25 * way;
@@ -238,12 +241,12 @@ pub(super) fn curvatures_under<'a>(
         if left > 0.0 && way <= reach * left {
             let feet = readings.clone().map(|reading| &reading.foot);
             let rate = face.curvature_rate_around(feet, reach);
-            return Under { curvatures: [low, high], rate };
+            return CurvatureRange { curvatures: [low, high], rate };
         }
         if left <= 0.0 {
             break;
         }
         reach = 1.25 * way / left;
     }
-    Under { curvatures: [f64::NEG_INFINITY, f64::INFINITY], rate: f64::INFINITY }
+    CurvatureRange { curvatures: [f64::NEG_INFINITY, f64::INFINITY], rate: f64::INFINITY }
 }

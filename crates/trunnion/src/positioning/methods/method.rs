@@ -1,20 +1,15 @@
 //! One way in to all methods of placing a cutter, so that they can be compared.
 
-use super::ContactSide;
-use super::CutterLocation;
-use super::LocationRequest;
-use super::NestedGrid;
-use super::PositioningError;
-use super::ToolInclination;
-use super::ball;
-use super::contact;
-use super::nested;
-use super::pair;
-use super::pair::Rule;
-use super::widest;
-use crate::cutter::Cutter;
-use crate::cutter::CutterSpec;
-use crate::cutter::Kind;
+use crate::cutter::{Cutter, CutterSpec, Kind};
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::methods::ball::ball_location;
+use crate::positioning::methods::contact::{curvature_matched, fixed_axis, lead_and_swivel, sturz};
+use crate::positioning::methods::nested::{NestedGrid, nested_location};
+use crate::positioning::methods::pair::{PairRule, pair_location};
+use crate::positioning::methods::sides::on_sides;
+use crate::positioning::methods::widest::widest_strip;
+use crate::positioning::request::{ContactSide, LocationRequest, ToolInclination};
 use nalgebra::UnitVector3;
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
@@ -26,7 +21,7 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PlacementMethod {
-    /// The widest strip that keeps the band: [`super::widest_strip`].
+    /// The widest strip that keeps the band: [`widest_strip`].
     EndPoint,
     /// The same by the nested search of paper 004.
     Nested(NestedGrid),
@@ -93,33 +88,33 @@ pub fn place(
     request: &LocationRequest,
     method: &PlacementMethod,
 ) -> Result<CutterLocation, PositioningError> {
-    widest::check(request)?;
+    request.validate()?;
     method.check(request)?;
     let cutter = method.cutter(request.cutter)?;
     let request = &LocationRequest { cutter: &cutter, ..*request };
-    let on_sides = |find: &dyn Fn(ContactSide) -> Result<CutterLocation, PositioningError>| {
-        widest::on_sides(request, find)
+    let on_each_side = |find: &dyn Fn(ContactSide) -> Result<CutterLocation, PositioningError>| {
+        on_sides(request, find)
     };
     match *method {
-        PlacementMethod::EndPoint => widest::widest_strip(request, None),
-        PlacementMethod::Nested(grid) => on_sides(&|side| nested::location(request, side, &grid)),
+        PlacementMethod::EndPoint => widest_strip(request, None),
+        PlacementMethod::Nested(grid) => {
+            on_each_side(&|side| nested_location(request, side, &grid))
+        }
         PlacementMethod::MultiPoint => {
-            on_sides(&|side| pair::location(request, side, Rule::Extrema))
+            on_each_side(&|side| pair_location(request, side, PairRule::Extrema))
         }
         PlacementMethod::HermiteChebyshev => {
-            on_sides(&|side| pair::location(request, side, Rule::Nodes))
+            on_each_side(&|side| pair_location(request, side, PairRule::Nodes))
         }
         PlacementMethod::LeadSwivel { swivel } => {
-            on_sides(&|side| contact::lead_and_swivel(request, side, swivel))
+            on_each_side(&|side| lead_and_swivel(request, side, swivel))
         }
-        PlacementMethod::CurvatureMatched => {
-            on_sides(&|side| contact::curvature_matched(request, side))
-        }
-        PlacementMethod::Sturz { lead } => on_sides(&|side| contact::sturz(request, side, lead)),
-        PlacementMethod::FixedAxis { axis } => contact::fixed_axis(request, axis),
+        PlacementMethod::CurvatureMatched => on_each_side(&|side| curvature_matched(request, side)),
+        PlacementMethod::Sturz { lead } => on_each_side(&|side| sturz(request, side, lead)),
+        PlacementMethod::FixedAxis { axis } => fixed_axis(request, axis),
         PlacementMethod::Ball { lead } => {
             let lean = ToolInclination { angle: lead, towards: None };
-            on_sides(&|side| ball::location(request, side, lean))
+            on_each_side(&|side| ball_location(request, side, lean))
         }
     }
 }

@@ -7,43 +7,42 @@
 //! `cos(pi/4)` of the arc, as those of Chebyshev's polynomial, which asks for three errors only.
 //! Neither looks at the rest of the cutter: what gouges is refused.
 
-use super::ContactSide;
-use super::CutterLocation;
-use super::LocationRequest;
-use super::PositioningError;
-use super::ToleranceBand;
-use super::circle::Circle;
-use super::circle::Extremum;
-use super::constraints::offset_curvature;
-use super::judge;
-use super::judge::Proposal;
-use super::placement::Frame;
-use super::placement::Placement;
-use super::probe::Probe;
-use super::solve::MOST_ROTATION;
-use nalgebra::Matrix3;
-use nalgebra::Vector3;
-use std::f64::consts::FRAC_1_SQRT_2;
-use std::f64::consts::FRAC_PI_2;
+use crate::positioning::check::acceptance::accept_proposal;
+use crate::positioning::check::proposal::PoseProposal;
+use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum};
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::solve::conditions::offset_curvature;
+use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION, TorusPlacement};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 
 /// Steps of Newton; from the quartic's own solution some four to eight arrive.
 const STEPS: u32 = 30;
+
 /// Halvings of a step that does not lead closer.
 const SHORTENINGS: u32 = 6;
+
 /// Share of the band to which the errors are met; below the margin of the band.
 const MET: f64 = 2e-7;
+
 /// Largest distance between two starts of the offset direction \[rad\].
 const SPACING: f64 = 0.1;
+
 /// Intervals of the arc between which the minima are looked for.
 const INTERVALS: u32 = 24;
+
 /// Solutions whose offset directions differ by less are one \[rad\].
 const APART: f64 = 1e-4;
+
 /// Corrections of the errors aimed at the nodes. What is left falls with its square.
 const CORRECTIONS: u32 = 4;
 
 /// Where on the arc the errors are asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rule {
+pub(crate) enum PairRule {
     /// At the minima and the maximum between them.
     Extrema,
     /// At the nodes of Chebyshev's polynomial.
@@ -51,19 +50,19 @@ pub(super) enum Rule {
 }
 
 /// The widest pair of contacts that the rule finds.
-pub(super) fn location(
+pub(crate) fn pair_location(
     request: &LocationRequest,
     side: ContactSide,
-    rule: Rule,
+    rule: PairRule,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = Probe::new(request.face);
-    let frame = Frame::new(request, side, &mut probe)?;
+    let mut probe = FaceProbe::new(request.face);
+    let frame = EndPointFrame::new(request, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
     if concave * frame.lift >= 1.0 {
         let (uv, minor) = (request.at, frame.minor);
         return Err(PositioningError::ConcaveRadius { uv, concave: 1.0 / concave, minor });
     }
-    let search = Search { request, side, frame, band: judge::inner(request.band) };
+    let search = PairSearch { request, side, frame, band: request.band.inner() };
     let mut refused = None;
     for solution in search.solutions(rule, &mut probe)? {
         match search.settle(&solution, rule, &mut probe) {
@@ -75,33 +74,37 @@ pub(super) fn location(
     Err(refused.unwrap_or(PositioningError::NoPair { uv: request.at, range }))
 }
 
-struct Search<'a> {
+struct PairSearch<'a> {
     request: &'a LocationRequest<'a>,
     side: ContactSide,
-    frame: Frame,
+    frame: EndPointFrame,
     band: ToleranceBand,
 }
 
 /// A placement, how far its errors are off, and the derivatives of that by `(w, alpha, theta)`.
 #[derive(Debug, Clone, Copy)]
-struct Trial {
-    placement: Placement,
+struct PairTrial {
+    placement: TorusPlacement,
     off: Vector3<f64>,
     rates: Matrix3<f64>,
 }
 
-impl Search<'_> {
+impl PairSearch<'_> {
     /// All solutions within the offset range, widest first.
-    fn solutions(&self, rule: Rule, probe: &mut Probe) -> Result<Vec<Trial>, PositioningError> {
+    fn solutions(
+        &self,
+        rule: PairRule,
+        probe: &mut FaceProbe,
+    ) -> Result<Vec<PairTrial>, PositioningError> {
         let [low, high] = self.request.offset_range;
         let count = ((high - low) / SPACING).ceil().clamp(1.0, 100.0);
-        let mut found: Vec<Trial> = Vec::new();
+        let mut found: Vec<PairTrial> = Vec::new();
         let shares = (0..100).map(f64::from).take_while(|k| *k < count).map(|k| (k + 0.5) / count);
         for share in shares {
             let Some(start) = self.start(low + (high - low) * share) else { continue };
             // The nodes need no shape of the curve; from there its extrema are near.
-            let mut solution = self.newton(start, (Rule::Nodes, self.band), probe)?;
-            if let (Rule::Extrema, Some(nodes)) = (rule, &solution) {
+            let mut solution = self.newton(start, (PairRule::Nodes, self.band), probe)?;
+            if let (PairRule::Extrema, Some(nodes)) = (rule, &solution) {
                 solution = self.newton(nodes.placement.x, (rule, self.band), probe)?;
             }
             let Some(solution) = solution else { continue };
@@ -112,12 +115,12 @@ impl Search<'_> {
                 found.push(solution);
             }
         }
-        let width = |trial: &Trial| Frame::width(trial.placement.x);
+        let width = |trial: &PairTrial| EndPointFrame::width(trial.placement.x);
         found.sort_by(|a, b| width(b).total_cmp(&width(a)));
         Ok(found)
     }
 
-    /// Solution for a surface of constant curvature: with `s = sin^2(psi/2)` the error is
+    /// QuadraticSolution for a surface of constant curvature: with `s = sin^2(psi/2)` the error is
     /// `b s + c s^2` above that of the arc's middle, `c = 2 R^2 (k_chord - k_feed)` of the offset
     /// surface; end points and middle are level, and a band deep, for `c s_end^2 = 4 band` and
     /// `b = -c s_end`.
@@ -143,9 +146,9 @@ impl Search<'_> {
     fn newton(
         &self,
         start: [f64; 3],
-        aim: (Rule, ToleranceBand),
-        probe: &mut Probe,
-    ) -> Result<Option<Trial>, PositioningError> {
+        aim: (PairRule, ToleranceBand),
+        probe: &mut FaceProbe,
+    ) -> Result<Option<PairTrial>, PositioningError> {
         let Some(mut trial) = self.trial(start, aim, None, probe)? else { return Ok(None) };
         let met = MET * (self.band.upper - self.band.lower);
         for _ in 0..STEPS {
@@ -176,20 +179,20 @@ impl Search<'_> {
     fn trial(
         &self,
         x: [f64; 3],
-        (rule, band): (Rule, ToleranceBand),
-        near: Option<&Trial>,
-        probe: &mut Probe,
-    ) -> Result<Option<Trial>, PositioningError> {
+        (rule, band): (PairRule, ToleranceBand),
+        near: Option<&PairTrial>,
+        probe: &mut FaceProbe,
+    ) -> Result<Option<PairTrial>, PositioningError> {
         let guess = near.map(|near| near.placement.second.foot.uv);
         // The direction of the offset stays on the strip's side.
         if x[0] <= 0.0 || x[1].abs() >= FRAC_PI_2 {
             return Ok(None);
         }
         let Some(placement) = self.frame.place(x, probe, guess)? else { return Ok(None) };
-        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
         let points = match rule {
-            Rule::Extrema => self.extrema(&placement, &circle, probe)?,
-            Rule::Nodes => Some(self.nodes(&placement, &circle, probe)?),
+            PairRule::Extrema => self.extrema(&placement, &circle, probe)?,
+            PairRule::Nodes => Some(self.nodes(&placement, &circle, probe)?),
         };
         let Some(points) = points else { return Ok(None) };
         let aims = [band.lower, band.upper, band.lower];
@@ -201,40 +204,40 @@ impl Search<'_> {
             off[row] = point.value - aim;
             rates.set_row(row, &Vector3::from(gradient).transpose());
         }
-        Ok(Some(Trial { placement, off, rates }))
+        Ok(Some(PairTrial { placement, off, rates }))
     }
 
     /// The errors at the nodes.
     fn nodes(
         &self,
-        placement: &Placement,
-        circle: &Circle,
-        probe: &mut Probe,
-    ) -> Result<[Extremum; 3], PositioningError> {
+        placement: &TorusPlacement,
+        circle: &ErrorCircle,
+        probe: &mut FaceProbe,
+    ) -> Result<[ErrorExtremum; 3], PositioningError> {
         let node = FRAC_1_SQRT_2 * placement.half_arc;
         let first = circle.read(-node, self.frame.first.foot.uv, probe)?;
         let middle = circle.read_from(0.0, &first, probe)?;
         let last = circle.read_from(node, &middle, probe)?;
         Ok([first, middle, last].map(|sample| {
             let value = sample.error;
-            Extremum { sample, value, maximum: false }
+            ErrorExtremum { sample, value, maximum: false }
         }))
     }
 
     /// The highest maximum between two minima of the arc, and the lowest of those on either side.
     fn extrema(
         &self,
-        placement: &Placement,
-        circle: &Circle,
-        probe: &mut Probe,
-    ) -> Result<Option<[Extremum; 3]>, PositioningError> {
+        placement: &TorusPlacement,
+        circle: &ErrorCircle,
+        probe: &mut FaceProbe,
+    ) -> Result<Option<[ErrorExtremum; 3]>, PositioningError> {
         let samples = circle.front((placement.half_arc, INTERVALS), &self.frame.first, probe)?;
         let extrema = circle.extrema(&samples, probe)?;
-        let lowest = |some: &[Extremum]| {
+        let lowest = |some: &[ErrorExtremum]| {
             let minima = some.iter().filter(|extremum| !extremum.maximum);
             minima.min_by(|a, b| a.value.total_cmp(&b.value)).copied()
         };
-        let mut highest: Option<[Extremum; 3]> = None;
+        let mut highest: Option<[ErrorExtremum; 3]> = None;
         for (place, middle) in extrema.iter().enumerate() {
             let (before, after) = extrema.split_at(place);
             let (Some(a), Some(b), true) = (lowest(before), lowest(after), middle.maximum) else {
@@ -251,18 +254,18 @@ impl Search<'_> {
     /// the band: the errors aimed at are moved until they do not.
     fn settle(
         &self,
-        solution: &Trial,
-        rule: Rule,
-        probe: &mut Probe,
+        solution: &PairTrial,
+        rule: PairRule,
+        probe: &mut FaceProbe,
     ) -> Result<CutterLocation, PositioningError> {
         let Self { request, side, frame, .. } = *self;
         let mut solution = *solution;
         let mut band = self.band;
         for _ in 0..CORRECTIONS {
-            if rule == Rule::Extrema {
+            if rule == PairRule::Extrema {
                 break;
             }
-            let circle = Circle { ring: solution.placement.ring, minor: frame.minor };
+            let circle = ErrorCircle { ring: solution.placement.ring, minor: frame.minor };
             let extrema = self.extrema(&solution.placement, &circle, probe)?;
             let Some([a, middle, b]) = extrema else { break };
             let low = (self.band.lower - a.value.min(b.value)).max(0.0);
@@ -277,7 +280,7 @@ impl Search<'_> {
             let Some(corrected) = corrected else { break };
             solution = corrected;
         }
-        let proposal = Proposal::through(request, side, &frame, &solution.placement);
-        judge::judge(request, &frame, &proposal, probe)
+        let proposal = PoseProposal::through(request, side, &frame, &solution.placement);
+        accept_proposal(request, &frame, &proposal, probe)
     }
 }

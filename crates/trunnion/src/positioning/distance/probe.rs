@@ -1,13 +1,8 @@
 //! Signed distance of points of the cutter from the surface, with its derivatives.
 
-use super::PositioningError;
-use crate::surface::ClosestError;
-use crate::surface::FaceIndex;
-use crate::surface::Foot;
-use crate::surface::SurfaceJet2;
-use nalgebra::Point3;
-use nalgebra::UnitVector3;
-use nalgebra::Vector3;
+use crate::positioning::error::PositioningError;
+use crate::surface::{ClosestError, FaceIndex, Foot, SurfaceJet2};
+use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// From a place this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
 /// then off by `k' FOOT^3 / 6`, `k'` the rate of the curvature, 1e-9 mm for 1 / mm^2.
@@ -18,9 +13,9 @@ const TURN: f64 = 1e-3;
 
 /// Closest-point queries on one face, counted.
 #[derive(Debug)]
-pub(super) struct Probe<'a> {
+pub(crate) struct FaceProbe<'a> {
     face: &'a FaceIndex,
-    pub(super) queries: u32,
+    pub(crate) queries: u32,
     /// Whether no parameter is an angle and no rim a point. Poles turn the normal round: there Newton's steps need the
     /// distance itself as their guide, and guesses must not lead over them.
     poleless: bool,
@@ -28,12 +23,12 @@ pub(super) struct Probe<'a> {
 
 /// Distance of a point from the surface and the foot it belongs to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reading {
-    pub(super) foot: Foot,
+pub(crate) struct DistanceReading {
+    pub(crate) foot: Foot,
     /// Signed distance \[mm\], positive on the cutter's side.
-    pub(super) distance: f64,
-    forms: Forms,
-    /// See [`Probe`].
+    pub(crate) distance: f64,
+    forms: FundamentalForms,
+    /// See [`FaceProbe`].
     poleless: bool,
     /// How far the foot lies from where the surface was evaluated \[mm\].
     strayed: f64,
@@ -42,33 +37,33 @@ pub(super) struct Reading {
 /// First and second fundamental form; the second is positive where the surface is concave seen
 /// from the cutter.
 #[derive(Debug, Clone, Copy)]
-struct Forms {
+struct FundamentalForms {
     first: [f64; 3],
     second: [f64; 3],
 }
 
-impl<'a> Probe<'a> {
-    pub(super) fn new(face: &'a FaceIndex) -> Self {
+impl<'a> FaceProbe<'a> {
+    pub(crate) fn new(face: &'a FaceIndex) -> Self {
         let poleless = face.face().surface.is_regular();
         Self { face, queries: 0, poleless }
     }
 
-    pub(super) fn face(&self) -> &'a FaceIndex {
+    pub(crate) fn face(&self) -> &'a FaceIndex {
         self.face
     }
 
     /// Another one that goes on counting.
-    pub(super) fn again(&self) -> Self {
+    pub(crate) fn again(&self) -> Self {
         Self { ..*self }
     }
 
     /// Reads the distance of `p`, whose foot is expected near `guess`: as a rule one evaluation of
     /// the surface.
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         p: &Point3<f64>,
         guess: [f64; 2],
-    ) -> Result<Reading, PositioningError> {
+    ) -> Result<DistanceReading, PositioningError> {
         match self.glide(p, guess) {
             Some(reading) => {
                 self.queries += 1;
@@ -78,14 +73,14 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// As [`Probe::read`] for a point a `step` from one that was read: right next to it the surface need
+    /// As [`FaceProbe::read`] for a point a `step` from one that was read: right next to it the surface need
     /// not be evaluated again.
-    pub(super) fn read_from(
+    pub(crate) fn read_from(
         &mut self,
         p: &Point3<f64>,
-        from: &Reading,
+        from: &DistanceReading,
         step: &Vector3<f64>,
-    ) -> Result<Reading, PositioningError> {
+    ) -> Result<DistanceReading, PositioningError> {
         let near = step.norm_squared() <= FOOT;
         match if near { from.beside(p) } else { None } {
             Some(reading) => {
@@ -98,7 +93,7 @@ impl<'a> Probe<'a> {
 
     /// Newton's steps to the foot, the last of them by Taylor's formula alone; `None` where they do
     /// not lead straight to a minimum of the distance.
-    fn glide(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<Reading> {
+    fn glide(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<DistanceReading> {
         /// Each at least halves what is left: from 1 mm nine do, from usual guesses one or two.
         const STEPS: u32 = 9;
         let face = self.face.face();
@@ -113,7 +108,7 @@ impl<'a> Probe<'a> {
             let normal = if face.flip { -normal } else { normal };
             let offset = p - jet.s;
             let distance = normal.dot(&offset);
-            let forms = Forms::new(&jet, &normal);
+            let forms = FundamentalForms::new(&jet, &normal);
             let way = solve(&forms.offset(distance), [jet.su.dot(&offset), jet.sv.dot(&offset)])?;
             let left = (jet.su * way[0] + jet.sv * way[1]).norm();
             if left <= FOOT
@@ -130,23 +125,23 @@ impl<'a> Probe<'a> {
         None
     }
 
-    /// As [`Probe::read`], the foot itself as exact as rounding allows.
-    pub(super) fn foot(
+    /// As [`FaceProbe::read`], the foot itself as exact as rounding allows.
+    pub(crate) fn foot(
         &mut self,
         p: &Point3<f64>,
         guess: [f64; 2],
-    ) -> Result<Reading, PositioningError> {
+    ) -> Result<DistanceReading, PositioningError> {
         self.queries += 1;
         let foot = self
             .face
             .closest_near(p, guess)
             .map_err(|error| PositioningError::Closest { uv: guess, error })?;
-        Ok(Reading { poleless: self.poleless, ..Reading::new(p, foot) })
+        Ok(DistanceReading { poleless: self.poleless, ..DistanceReading::new(p, foot) })
     }
 
     /// Unsigned distance of `p` from a place of the face that is nearer than `enough`, mostly the nearest one; at least
     /// `enough` where none is. Trims are disregarded where they have to be.
-    pub(super) fn nearest(
+    pub(crate) fn nearest(
         &mut self,
         p: &Point3<f64>,
         enough: f64,
@@ -164,28 +159,28 @@ impl<'a> Probe<'a> {
     }
 }
 
-impl Reading {
+impl DistanceReading {
     #[inline]
     fn new(p: &Point3<f64>, foot: Foot) -> Self {
-        let forms = Forms::new(&foot.jet, &foot.normal);
+        let forms = FundamentalForms::new(&foot.jet, &foot.normal);
         // Along the normal: an error of the foot's place enters only squared.
         let distance = foot.normal.dot(&(p - foot.point));
         Self { foot, distance, forms, poleless: true, strayed: 0.0 }
     }
 
     /// The reading of the point at `distance` over the same foot.
-    pub(super) fn lifted(&self, distance: f64) -> Self {
+    pub(crate) fn lifted(&self, distance: f64) -> Self {
         Self { distance, foot: Foot { distance, ..self.foot }, ..*self }
     }
 
     /// Outward unit normal, the gradient of the distance.
-    pub(super) fn normal(&self) -> UnitVector3<f64> {
+    pub(crate) fn normal(&self) -> UnitVector3<f64> {
         self.foot.normal
     }
 
     /// First-order change of the foot's parameters when the point moves by `step`:
     /// `(I - d II) duv = [S_u, S_v] . step`.
-    pub(super) fn follow(&self, step: &Vector3<f64>) -> [f64; 2] {
+    pub(crate) fn follow(&self, step: &Vector3<f64>) -> [f64; 2] {
         self.try_follow(step).unwrap_or([0.0, 0.0])
     }
 
@@ -199,7 +194,7 @@ impl Reading {
     }
 
     /// Guess for the foot of `p + step`: right to second order where there are no poles.
-    pub(super) fn ahead(&self, step: &Vector3<f64>) -> [f64; 2] {
+    pub(crate) fn ahead(&self, step: &Vector3<f64>) -> [f64; 2] {
         let [u, v] = self.foot.uv;
         let first = self.follow(step);
         if !self.poleless {
@@ -219,7 +214,7 @@ impl Reading {
     }
 
     /// The same for a point, wherever the one read lies over its foot.
-    pub(super) fn ahead_to(&self, p: &Point3<f64>) -> [f64; 2] {
+    pub(crate) fn ahead_to(&self, p: &Point3<f64>) -> [f64; 2] {
         let from = self.foot.point + self.normal().scale(self.distance);
         self.ahead(&(p - from))
     }
@@ -244,7 +239,7 @@ impl Reading {
     }
 
     /// Change of foot point and normal when the point moves by `step` (Weingarten).
-    pub(super) fn foot_rate(&self, step: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn foot_rate(&self, step: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         self.turned(self.follow(step))
     }
 
@@ -255,13 +250,13 @@ impl Reading {
     }
 
     /// Second derivative of the distance along `step`: `-k/(1 - k d)` per principal direction.
-    pub(super) fn hessian(&self, step: &Vector3<f64>) -> f64 {
+    pub(crate) fn hessian(&self, step: &Vector3<f64>) -> f64 {
         self.hessians(step, step)[0]
     }
 
     /// Second derivatives of the distance along `step`, and along it and `other`: as
-    /// [`Reading::hessian_between`], by the components along `S_u` and `S_v` alone.
-    pub(super) fn hessians(&self, step: &Vector3<f64>, other: &Vector3<f64>) -> [f64; 2] {
+    /// [`DistanceReading::hessian_between`], by the components along `S_u` and `S_v` alone.
+    pub(crate) fn hessians(&self, step: &Vector3<f64>, other: &Vector3<f64>) -> [f64; 2] {
         let along = self.covector(step);
         let Some([du, dv]) = solve(&self.matrix(), along) else { return [0.0; 2] };
         let [l, m, n] = self.forms.second;
@@ -271,14 +266,14 @@ impl Reading {
     }
 
     /// Second derivative of the distance along two directions.
-    pub(super) fn hessian_between(&self, one: &Vector3<f64>, two: &Vector3<f64>) -> f64 {
+    pub(crate) fn hessian_between(&self, one: &Vector3<f64>, two: &Vector3<f64>) -> f64 {
         let (_, turned) = self.foot_rate(one);
         turned.dot(two)
     }
 
     /// Normal curvature of the surface in the tangent direction nearest to `direction`, positive
     /// where concave; 0 for a normal direction.
-    pub(super) fn normal_curvature(&self, direction: &Vector3<f64>) -> f64 {
+    pub(crate) fn normal_curvature(&self, direction: &Vector3<f64>) -> f64 {
         let Some([a, b]) = solve(&self.forms.first, self.covector(direction)) else { return 0.0 };
         let form = |[p, q, r]: [f64; 3]| p * a * a + 2.0 * q * a * b + r * b * b;
         let length = form(self.forms.first);
@@ -286,8 +281,8 @@ impl Reading {
     }
 
     /// Principal curvatures `[smaller, larger]`, positive where concave seen from the cutter.
-    pub(super) fn curvatures(&self) -> [f64; 2] {
-        let Forms { first: [e, f, g], second: [l, m, n] } = self.forms;
+    pub(crate) fn curvatures(&self) -> [f64; 2] {
+        let FundamentalForms { first: [e, f, g], second: [l, m, n] } = self.forms;
         let area = e * g - f * f;
         if area <= 0.0 {
             return [0.0, 0.0];
@@ -299,7 +294,7 @@ impl Reading {
     }
 }
 
-impl Forms {
+impl FundamentalForms {
     #[inline]
     fn new(jet: &SurfaceJet2, n: &UnitVector3<f64>) -> Self {
         Self {
@@ -337,10 +332,10 @@ fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>
 #[inline]
 fn moved(
     p: &Point3<f64>,
-    (uv, jet, normal, forms): ([f64; 2], &SurfaceJet2, &UnitVector3<f64>, &Forms),
+    (uv, jet, normal, forms): ([f64; 2], &SurfaceJet2, &UnitVector3<f64>, &FundamentalForms),
     way: [f64; 2],
     strayed: f64,
-) -> Option<Reading> {
+) -> Option<DistanceReading> {
     let turned = forms.turned(jet, way);
     if turned.norm_squared() > TURN * TURN {
         return None;
@@ -351,7 +346,7 @@ fn moved(
     let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
     let distance = normal.dot(&(p - point));
     let foot = Foot { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
-    Some(Reading { strayed, ..Reading::new(p, foot) })
+    Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
 }
 
 /// Solves `[[a, b], [b, c]] x = y`; `None` where the matrix is not positive.

@@ -3,88 +3,57 @@
 //! `docs/sources.md#004`, section 1: `P3 = P1 + w d`, `P2` its closest surface point, `C1`, `C2` at
 //! `r + e` above them, and the torus circle turned by theta about the chord.
 
-use super::ContactSide;
-use super::LocationRequest;
-use super::PositioningError;
-use super::circle::Sample;
-use super::probe::Probe;
-use super::probe::Reading;
+use crate::positioning::distance::circle::ErrorSample;
+use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
+use crate::positioning::distance::ring::CenterCircle;
+use crate::positioning::error::PositioningError;
+use crate::positioning::request::{ContactSide, LocationRequest};
 use crate::types::ToolPose;
-use nalgebra::Point3;
-use nalgebra::UnitVector3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+/// Largest rotation about the chord \[rad\]: a cutter that leans farther than about 35 degrees reaches
+/// nothing more, but its flank and holder come down to the part.
+pub(crate) const MOST_ROTATION: f64 = 0.6;
 
 /// What stays the same while a location is searched.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(crate) struct EndPointFrame {
     /// Radius of the centre circle `R` \[mm\].
-    pub(super) major: f64,
+    pub(crate) major: f64,
     /// Corner radius `r` \[mm\].
-    pub(super) minor: f64,
+    pub(crate) minor: f64,
     /// Distance of `C1` and `C2` from the surface: `r + e` \[mm\].
-    pub(super) lift: f64,
+    pub(crate) lift: f64,
     /// The first end point.
-    pub(super) first: Reading,
+    pub(crate) first: DistanceReading,
     /// Feed direction.
-    pub(super) a: Vector3<f64>,
+    pub(crate) a: Vector3<f64>,
     /// Direction across the feed, to the strip's side.
-    pub(super) v: Vector3<f64>,
+    pub(crate) v: Vector3<f64>,
     /// `e3 = hand * (e1 x e2)` points along the feed for a contact arc ahead.
     hand: f64,
 }
 
-/// The centre circle of the torus.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ring {
-    pub(super) center: Point3<f64>,
-    /// Unit vector towards the angle 0.
-    pub(super) f: Vector3<f64>,
-    /// Unit vector towards the angle pi/2.
-    pub(super) e2: Vector3<f64>,
-    pub(super) radius: f64,
-}
-
-impl Ring {
-    /// Point of the circle at the angle `psi`.
-    pub(super) fn at(&self, psi: f64) -> Point3<f64> {
-        let (sin, cos) = psi.sin_cos();
-        self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
-    }
-
-    /// Angle of the point `lift` above a foot, which lies on the circle or near it.
-    pub(super) fn angle_over(&self, end: &Reading, lift: f64) -> f64 {
-        let out = end.foot.point + end.normal().scale(lift) - self.center;
-        self.e2.dot(&out).atan2(self.f.dot(&out))
-    }
-
-    /// The same with its derivative by `psi`.
-    pub(super) fn mark(&self, psi: f64) -> (Point3<f64>, Vector3<f64>) {
-        let (sin, cos) = psi.sin_cos();
-        let (sin, cos) = (self.radius * sin, self.radius * cos);
-        (self.center + self.f * cos + self.e2 * sin, self.e2 * cos - self.f * sin)
-    }
-}
-
 /// A cutter location, and how it moves with `x = (w, alpha, theta)`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Placement {
-    pub(super) x: [f64; 3],
+pub(crate) struct TorusPlacement {
+    pub(crate) x: [f64; 3],
     /// Foot of `P3`: the second end point.
-    pub(super) second: Reading,
+    pub(crate) second: DistanceReading,
     /// Angle 0 is the middle of the arc, `e2` points along the chord to the second end point.
-    pub(super) ring: Ring,
-    pub(super) axis: UnitVector3<f64>,
+    pub(crate) ring: CenterCircle,
+    pub(crate) axis: UnitVector3<f64>,
     /// Half the angle of the arc between the end points \[rad\].
-    pub(super) half_arc: f64,
+    pub(crate) half_arc: f64,
     /// Half the chord \[mm\].
-    pub(super) half_chord: f64,
-    rates: [Rate; 3],
+    pub(crate) half_chord: f64,
+    rates: [MotionRate; 3],
 }
 
 /// Motion of the tool per unit of one unknown: a point `Q` moves by `shift + spin x (Q - M)`, `M`
 /// the middle of the chord, and a point fixed in the arc's own parameter also along the arc.
 #[derive(Debug, Clone, Copy)]
-struct Rate {
+struct MotionRate {
     middle: Point3<f64>,
     shift: Vector3<f64>,
     spin: Vector3<f64>,
@@ -92,12 +61,12 @@ struct Rate {
     half_chord: f64,
 }
 
-impl Frame {
+impl EndPointFrame {
     /// Frame at the first end point of `request`, for the side `Ahead` or `Behind`.
-    pub(super) fn new(
+    pub(crate) fn new(
         request: &LocationRequest,
         side: ContactSide,
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
         let no_direction = || PositioningError::NoDirection { feed: request.feed, uv: request.at };
         let [u, v] = request.at;
@@ -121,22 +90,22 @@ impl Frame {
     }
 
     /// Tangent direction at angle `alpha` from `v` towards `a`.
-    pub(super) fn direction(&self, alpha: f64) -> Vector3<f64> {
+    pub(crate) fn direction(&self, alpha: f64) -> Vector3<f64> {
         self.v * alpha.cos() + self.a * alpha.sin()
     }
 
     /// Width across the feed of the chord.
-    pub(super) fn width([w, alpha, _]: [f64; 3]) -> f64 {
+    pub(crate) fn width([w, alpha, _]: [f64; 3]) -> f64 {
         w * alpha.cos()
     }
 
     /// Places the cutter; `None` where the chord does not fit into the circle.
-    pub(super) fn place(
+    pub(crate) fn place(
         &self,
         x @ [w, alpha, theta]: [f64; 3],
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
         guess: Option<[f64; 2]>,
-    ) -> Result<Option<Placement>, PositioningError> {
+    ) -> Result<Option<TorusPlacement>, PositioningError> {
         let d = self.direction(alpha);
         let p3 = self.first.foot.point + d * w;
         let guess = guess.unwrap_or_else(|| self.first.ahead(&(d * w)));
@@ -157,30 +126,35 @@ impl Frame {
         let axis = UnitVector3::new_normalize(e1.scale(cos) + e3 * sin);
         let sagitta = (self.major * self.major - half_chord * half_chord).sqrt();
         let middle = nalgebra::center(&c1, &c2);
-        let bare = Placement {
+        let bare = TorusPlacement {
             x,
             second,
-            ring: Ring { center: middle - f * sagitta, f, e2: e2.into_inner(), radius: self.major },
+            ring: CenterCircle {
+                center: middle - f * sagitta,
+                f,
+                e2: e2.into_inner(),
+                radius: self.major,
+            },
             axis,
             half_arc: half_chord.atan2(sagitta),
             half_chord,
-            rates: [Rate::turning(middle, -e2.scale(self.hand)); 3],
+            rates: [MotionRate::turning(middle, -e2.scale(self.hand)); 3],
         };
         let along = self.a * alpha.cos() - self.v * alpha.sin();
         let by_w = self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &d);
         let by_alpha =
             self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &(along * w));
-        Ok(Some(Placement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
+        Ok(Some(TorusPlacement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
     }
 
     /// Motion of the tool when `P3` moves by `step`.
     fn rate(
         &self,
-        at: &Placement,
+        at: &TorusPlacement,
         (e1, up): (Vector3<f64>, f64),
         (middle, sagitta): (Point3<f64>, f64),
         step: &Vector3<f64>,
-    ) -> Rate {
+    ) -> MotionRate {
         let (foot, normal) = at.second.foot_rate(step);
         let c2 = foot + normal * self.lift;
         let n1 = self.first.normal().into_inner();
@@ -191,7 +165,7 @@ impl Frame {
         let risen = -(e2 * n1.dot(&turned) + turned * n1.dot(&e2)) / up;
         let spin = e2.cross(&turned) + e2 * (e2.cross(&e1)).dot(&risen);
         let sagitta_rate = -at.half_chord * half_chord / sagitta;
-        Rate {
+        MotionRate {
             middle,
             shift: c2 * 0.5 - at.ring.f * sagitta_rate,
             spin,
@@ -201,23 +175,23 @@ impl Frame {
     }
 }
 
-impl Rate {
+impl MotionRate {
     fn turning(middle: Point3<f64>, spin: Vector3<f64>) -> Self {
         Self { middle, shift: Vector3::zeros(), spin, half_arc: 0.0, half_chord: 0.0 }
     }
 }
 
-impl Placement {
+impl TorusPlacement {
     /// Derivatives by `x` of the distance of a point fixed in the tool (envelope theorem:
     /// the foot's own motion does not count).
-    pub(super) fn gradient(&self, q: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 3] {
+    pub(crate) fn gradient(&self, q: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 3] {
         self.rates
             .map(|rate| normal.dot(&rate.shift) + rate.spin.dot(&(q - rate.middle).cross(normal)))
     }
 
-    /// As [`Placement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
+    /// As [`TorusPlacement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
     /// the arc is kept: at the end points the distance is constant.
-    pub(super) fn arc_gradient(&self, share: f64, sample: &Sample) -> [f64; 3] {
+    pub(crate) fn arc_gradient(&self, share: f64, sample: &ErrorSample) -> [f64; 3] {
         let mut gradient = self.gradient(&sample.at, &sample.reading.normal());
         for (entry, rate) in gradient.iter_mut().zip(&self.rates) {
             *entry += sample.slope * share * rate.half_arc;
@@ -226,17 +200,17 @@ impl Placement {
     }
 
     /// Derivatives of half the chord.
-    pub(super) fn chord_gradient(&self) -> [f64; 3] {
+    pub(crate) fn chord_gradient(&self) -> [f64; 3] {
         self.rates.map(|rate| rate.half_chord)
     }
 
     /// Derivatives of `axis . direction`.
-    pub(super) fn axis_gradient(&self, direction: &Vector3<f64>) -> [f64; 3] {
+    pub(crate) fn axis_gradient(&self, direction: &Vector3<f64>) -> [f64; 3] {
         self.rates.map(|rate| rate.spin.cross(&self.axis).dot(direction))
     }
 
     /// Tip and axis; the circle's plane is `minor` above the tip.
-    pub(super) fn pose(&self, minor: f64) -> ToolPose {
+    pub(crate) fn pose(&self, minor: f64) -> ToolPose {
         ToolPose { tip: self.ring.center - self.axis.scale(minor), axis: self.axis }
     }
 }

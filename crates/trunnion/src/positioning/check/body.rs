@@ -1,13 +1,12 @@
 //! Flank, shank and holder: everything above the cutting end.
 
-use super::PositioningError;
-use super::check::CuttingContext;
-use super::probe::Probe;
 use crate::cutter::solid::Solid;
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::strip::CuttingContext;
 use crate::surface::Meeting;
 use crate::types::ToolPose;
-use nalgebra::Point3;
-use nalgebra::UnitVector3;
+use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
 /// Queries after which a body that could not be proven clear counts as touching.
@@ -37,22 +36,22 @@ pub fn body_clear(
     pose: &ToolPose,
     uv: [f64; 2],
 ) -> Result<u32, PositioningError> {
-    let mut probe = Probe::new(setting.face);
-    clear(setting, pose, uv, &mut probe)?;
+    let mut probe = FaceProbe::new(setting.face);
+    check_body(setting, pose, uv, &mut probe)?;
     Ok(probe.queries)
 }
 
-pub(super) fn clear(
+pub(crate) fn check_body(
     setting: &CuttingContext,
     pose: &ToolPose,
     uv: [f64; 2],
-    probe: &mut Probe,
+    probe: &mut FaceProbe,
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
     let bottom = cutter.cutting_height().max(EDGE * cutter.radius());
-    let body = Body { setting, pose, uv, limit: probe.queries + QUERIES };
+    let body = BodyCheck { setting, pose, uv, limit: probe.queries + QUERIES };
     let mut stretches = vec![[bottom, cutter.length()]];
-    let mut told = false;
+    let mut solids_checked = false;
     while let Some(stretch) = stretches.pop() {
         let [low, high] = stretch;
         if high <= low {
@@ -66,9 +65,9 @@ pub(super) fn clear(
             continue;
         }
         // Spheres are soonest where all is clear; what is not is soonest seen on the surface.
-        if !told {
-            told = true;
-            if body.met(bottom)? {
+        if !solids_checked {
+            solids_checked = true;
+            if body.check_solids(bottom)? {
                 return Ok(());
             }
         }
@@ -81,16 +80,16 @@ pub(super) fn clear(
     Ok(())
 }
 
-struct Body<'a> {
+struct BodyCheck<'a> {
     setting: &'a CuttingContext<'a>,
     pose: &'a ToolPose,
     uv: [f64; 2],
     limit: u32,
 }
 
-impl Body<'_> {
+impl BodyCheck<'_> {
     /// Proof that all of the tool above `bottom` is clear, or that it is not; `false` where neither is found.
-    fn met(&self, bottom: f64) -> Result<bool, PositioningError> {
+    fn check_solids(&self, bottom: f64) -> Result<bool, PositioningError> {
         let CuttingContext { face, cutter, band } = self.setting;
         for solid in Solid::above(cutter, bottom) {
             let gap = |p: &Point3<f64>| {
@@ -128,7 +127,7 @@ impl Body<'_> {
         &self,
         p: Point3<f64>,
         (height, needed): (f64, f64),
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<f64, PositioningError> {
         let lower = self.setting.band.lower;
         // The sum, less `lower` again, may be below `needed` by its rounding.
@@ -145,11 +144,11 @@ impl Body<'_> {
         &self,
         stretch: [f64; 2],
         radius: f64,
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
         let axis = self.pose.axis;
         let side = axis.iamin();
-        let mut across = nalgebra::Vector3::zeros();
+        let mut across = Vector3::zeros();
         across[side] = 1.0;
         let one = UnitVector3::new_normalize(axis.cross(&across));
         let two = axis.cross(&one);

@@ -1,23 +1,36 @@
 //! Where the search for the widest strip starts.
 
-use super::CutterLocation;
-use super::constraints::Problem;
-use super::constraints::offset_curvature;
-use super::solve::Optimum;
-use super::solve::Start;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::solve::conditions::{StripProblem, offset_curvature};
+use crate::positioning::solve::optimum::LocalOptimum;
 use std::f64::consts::FRAC_PI_2;
 
+/// Where to start, and in which box to stay.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InitialGuess {
+    /// `(w, alpha, theta)`.
+    pub(crate) x: [f64; 3],
+    /// Trust region at first, in units of `scale`.
+    pub(crate) trust: f64,
+    /// Size of a bold step of each unknown.
+    pub(crate) scale: [f64; 3],
+    /// Range of the offset direction \[rad\].
+    pub(crate) offset_range: [f64; 2],
+    /// Range of the rotation \[rad\].
+    pub(crate) rotation_range: [f64; 2],
+}
+
 /// Largest distance between two starts of the offset direction \[rad\].
-pub(super) const START_SPACING: f64 = 0.27;
+pub(crate) const START_SPACING: f64 = 0.27;
 
 /// A neighbour's place within the ranges, with small steps.
-pub(super) fn warm_start(
+pub(crate) fn warm_start(
     warm: &CutterLocation,
     [offset_range, rotation_range]: [[f64; 2]; 2],
-) -> Start {
+) -> InitialGuess {
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
     let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
-    Start {
+    InitialGuess {
         x: [warm.offset, alpha, theta],
         trust: 0.3,
         scale: scales(warm.offset, theta),
@@ -28,11 +41,11 @@ pub(super) fn warm_start(
 
 /// A start that leans as far as a neighbour held near to it may, over a short chord: where the rear
 /// or the disc would touch, that is the way out.
-pub(super) fn leaning_start(
-    problem: &Problem,
+pub(crate) fn inclined_start(
+    problem: &StripProblem,
     warm: &CutterLocation,
     [offset_range, rotation_range]: [[f64; 2]; 2],
-) -> Start {
+) -> InitialGuess {
     let frame = &problem.frame;
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
     let turn = problem.axis_cone.map_or(0.0, |near| near.max_turn);
@@ -42,13 +55,16 @@ pub(super) fn leaning_start(
     let band = problem.band.upper - problem.band.lower;
     let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
     let scale = scales(w, theta);
-    Start { x: [w, alpha, theta], trust: 1.0, scale, offset_range, rotation_range }
+    InitialGuess { x: [w, alpha, theta], trust: 1.0, scale, offset_range, rotation_range }
 }
 
 /// From where a rough climb ended.
-pub(super) fn again(rough: &Optimum, [offset_range, rotation_range]: [[f64; 2]; 2]) -> Start {
+pub(crate) fn restart_from(
+    rough: &LocalOptimum,
+    [offset_range, rotation_range]: [[f64; 2]; 2],
+) -> InitialGuess {
     let x = rough.state.placement.x;
-    Start { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
+    InitialGuess { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
 }
 
 /// A bold step of `(w, alpha, theta)`: a third of what there is, but not less than a degree.
@@ -58,16 +74,16 @@ fn scales(w: f64, theta: f64) -> [f64; 3] {
 
 /// How much more than the surface a start bends along the chord and rises along the feed, as sine
 /// of the rotation; the next one is tried where none of the starts found a strip.
-pub(super) const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
+pub(crate) const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
 
 /// Starts spread over the offset range. Along the chord the circle, turned by theta, bends like
 /// `sin(theta) / R`, and so does the line from its front to its rear against the surface along
 /// the feed; a start bends clearly more than the surface does both ways, so that it fits at once.
-pub(super) fn cold_starts(
-    problem: &Problem,
+pub(crate) fn cold_starts(
+    problem: &StripProblem,
     tilt: f64,
     [offset_range, rotation_range]: [[f64; 2]; 2],
-) -> Vec<Start> {
+) -> Vec<InitialGuess> {
     let frame = &problem.frame;
     let [low, high] = offset_range;
     let band = problem.band.upper - problem.band.lower;
@@ -80,7 +96,7 @@ pub(super) fn cold_starts(
         let theta = sine.asin().clamp(rotation_range[0], rotation_range[1]);
         let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);
         let w = (8.0 * band / bend).sqrt().min(frame.major);
-        starts.push(Start {
+        starts.push(InitialGuess {
             x: [w, alpha, theta],
             trust: 1.0,
             scale: scales(w, theta),

@@ -1,21 +1,17 @@
 //! One contact: fixed lead (Sturz), curvature-matched, the best lead and swivel, a fixed tool axis.
 
-use super::ActiveConstraint;
-use super::ContactSide;
-use super::CutterLocation;
-use super::LocationRequest;
-use super::PositioningError;
-use super::ToleranceBand;
-use super::check::MeasuredStrip;
-use super::constraints::offset_curvature;
-use super::judge;
-use super::judge::Proposal;
-use super::placement::Frame;
-use super::probe::Probe;
-use super::solve::MOST_ROTATION;
+use crate::positioning::active::ActiveConstraint;
+use crate::positioning::check::acceptance::{accept_measured, accept_proposal};
+use crate::positioning::check::proposal::{PoseProposal, gouge_depth, measure_proposal};
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::solve::conditions::offset_curvature;
+use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION};
+use crate::positioning::strip::MeasuredStrip;
 use crate::types::ToolPose;
-use nalgebra::UnitVector3;
-use nalgebra::Vector3;
+use nalgebra::{UnitVector3, Vector3};
 
 /// Share of the band by which the contact stays above its lower end. Where the circle bends like the
 /// surface the error is flat, and falls a little beside the contact, by up to some 1e-5 of the band
@@ -32,50 +28,50 @@ const SWIVELS: u32 = 9;
 const NARROWINGS: u32 = 14;
 
 /// Touches at `request.at` and leans by `lead` along the feed; gouging is refused.
-pub(super) fn sturz(
+pub(crate) fn sturz(
     request: &LocationRequest,
     side: ContactSide,
     lead: f64,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = Probe::new(request.face);
-    let touch = Touch::new(request, side, &mut probe)?;
-    let mut location = judge::judge(request, &touch.frame, &touch.at(lead, 0.0), &mut probe)?;
+    let mut probe = FaceProbe::new(request.face);
+    let touch = ContactFrame::new(request, side, &mut probe)?;
+    let mut location = accept_proposal(request, &touch.frame, &touch.at(lead, 0.0), &mut probe)?;
     location.active.push(ActiveConstraint::GivenLead);
     Ok(location)
 }
 
 /// Touches at `request.at` and leans until the circle bends like the surface across the feed, and
 /// farther where it gouges otherwise.
-pub(super) fn curvature_matched(
+pub(crate) fn curvature_matched(
     request: &LocationRequest,
     side: ContactSide,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = Probe::new(request.face);
-    let touch = Touch::new(request, side, &mut probe)?;
+    let mut probe = FaceProbe::new(request.face);
+    let touch = ContactFrame::new(request, side, &mut probe)?;
     let frame = &touch.frame;
     let Some(bend) = offset_curvature(&frame.first, &frame.v, touch.lift) else {
         return Err(touch.too_concave());
     };
     let least = (frame.major * bend).clamp(0.0, MOST_ROTATION.sin()).asin();
     let (proposal, strip) = touch.clear(least, 0.0, &mut probe)?;
-    judge::accept(request, frame, (&proposal, &strip), &mut probe)
+    accept_measured(request, frame, (&proposal, &strip), &mut probe)
 }
 
 /// Touches at `request.at` with the swivel, at most `most` to either side, and the lead that give
 /// the widest strip.
-pub(super) fn lead_and_swivel(
+pub(crate) fn lead_and_swivel(
     request: &LocationRequest,
     side: ContactSide,
     most: f64,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = Probe::new(request.face);
-    let touch = Touch::new(request, side, &mut probe)?;
-    let mut best: Option<(Proposal, MeasuredStrip, f64)> = None;
+    let mut probe = FaceProbe::new(request.face);
+    let touch = ContactFrame::new(request, side, &mut probe)?;
+    let mut best: Option<(PoseProposal, MeasuredStrip, f64)> = None;
     // The least lead that does not gouge is the widest: beyond it the circle bends more than the
     // surface, and more the farther it leans.
-    let mut width = |swivel: f64, probe: &mut Probe| -> Result<f64, PositioningError> {
+    let mut width = |swivel: f64, probe: &mut FaceProbe| -> Result<f64, PositioningError> {
         let (proposal, strip) = touch.clear(-MOST_ROTATION, swivel, probe)?;
-        let clear = judge::depth(request.band, &strip) <= 0.0;
+        let clear = gouge_depth(request.band, &strip) <= 0.0;
         if clear && best.as_ref().is_none_or(|(_, best, _)| strip.width > best.width) {
             best = Some((proposal, strip, swivel));
         }
@@ -102,18 +98,18 @@ pub(super) fn lead_and_swivel(
     }
     let Some((proposal, strip, _)) = best else {
         let proposal = touch.at(MOST_ROTATION, 0.0);
-        return judge::judge(request, &touch.frame, &proposal, &mut probe);
+        return accept_proposal(request, &touch.frame, &proposal, &mut probe);
     };
-    judge::accept(request, &touch.frame, (&proposal, &strip), &mut probe)
+    accept_measured(request, &touch.frame, (&proposal, &strip), &mut probe)
 }
 
 /// Touches at `request.at` with the tool axis given, as on three axes.
-pub(super) fn fixed_axis(
+pub(crate) fn fixed_axis(
     request: &LocationRequest,
     axis: UnitVector3<f64>,
 ) -> Result<CutterLocation, PositioningError> {
-    let mut probe = Probe::new(request.face);
-    let touch = Touch::new(request, ContactSide::Ahead, &mut probe)?;
+    let mut probe = FaceProbe::new(request.face);
+    let touch = ContactFrame::new(request, ContactSide::Ahead, &mut probe)?;
     let frame = &touch.frame;
     let n = frame.first.normal().into_inner();
     // The torus' own normal at the contact is -n: its part across the axis points to the circle.
@@ -126,28 +122,28 @@ pub(super) fn fixed_axis(
         return Err(PositioningError::NotCentreCutting { inner });
     }
     let lead = axis.dot(&frame.a).atan2(up);
-    let proposal = Proposal { side, ..touch.propose(&out, axis, lead) };
-    let mut location = judge::judge(request, frame, &proposal, &mut probe)?;
+    let proposal = PoseProposal { side, ..touch.propose(&out, axis, lead) };
+    let mut location = accept_proposal(request, frame, &proposal, &mut probe)?;
     location.active.push(ActiveConstraint::GivenLead);
     Ok(location)
 }
 
 /// A contact at `request.at`.
-struct Touch<'a> {
+struct ContactFrame<'a> {
     request: &'a LocationRequest<'a>,
-    frame: Frame,
+    frame: EndPointFrame,
     side: ContactSide,
     /// Of the circle above the contact \[mm\].
     lift: f64,
 }
 
-impl<'a> Touch<'a> {
+impl<'a> ContactFrame<'a> {
     fn new(
         request: &'a LocationRequest<'a>,
         side: ContactSide,
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
-        let frame = Frame::new(request, side, probe)?;
+        let frame = EndPointFrame::new(request, side, probe)?;
         let ToleranceBand { lower, upper } = request.band;
         let lift = frame.minor + lower + CLEARANCE * (upper - lower);
         let touch = Self { request, frame, side, lift };
@@ -162,7 +158,7 @@ impl<'a> Touch<'a> {
     }
 
     /// Leaning by `lead` towards the feed, swivelled towards the strip.
-    fn at(&self, lead: f64, swivel: f64) -> Proposal {
+    fn at(&self, lead: f64, swivel: f64) -> PoseProposal {
         let frame = &self.frame;
         let n = frame.first.normal();
         let ahead = frame.a * swivel.cos() + frame.v * swivel.sin();
@@ -174,13 +170,13 @@ impl<'a> Touch<'a> {
     }
 
     /// Touching with the corner on the side `out` of the axis.
-    fn propose(&self, out: &Vector3<f64>, axis: UnitVector3<f64>, lead: f64) -> Proposal {
+    fn propose(&self, out: &Vector3<f64>, axis: UnitVector3<f64>, lead: f64) -> PoseProposal {
         let first = &self.frame.first;
         let contact = first.foot.point;
         let center = contact + first.normal().scale(self.lift) - out * self.frame.major;
         let pose = ToolPose { tip: center - axis.scale(self.frame.minor), axis };
         let middle = (first.foot.uv, contact);
-        Proposal { pose, side: self.side, middle, ends: None, lead }
+        PoseProposal { pose, side: self.side, middle, ends: None, lead }
     }
 
     /// The least lead from `least` that does not gouge; the largest one where all do.
@@ -188,16 +184,16 @@ impl<'a> Touch<'a> {
         &self,
         least: f64,
         swivel: f64,
-        probe: &mut Probe,
-    ) -> Result<(Proposal, MeasuredStrip), PositioningError> {
-        let mut trial = |lead: f64| -> Result<(Proposal, MeasuredStrip), PositioningError> {
+        probe: &mut FaceProbe,
+    ) -> Result<(PoseProposal, MeasuredStrip), PositioningError> {
+        let mut trial = |lead: f64| -> Result<(PoseProposal, MeasuredStrip), PositioningError> {
             let proposal = self.at(lead, swivel);
-            let strip = judge::look(self.request, &self.frame, &proposal, probe)?;
+            let strip = measure_proposal(self.request, &self.frame, &proposal, probe)?;
             Ok((proposal, strip))
         };
         let ToleranceBand { lower, upper } = self.request.band;
         let spared = ToleranceBand { lower: lower + 0.5 * CLEARANCE * (upper - lower), upper };
-        let gouges = |strip: &MeasuredStrip| judge::depth(spared, strip) > 0.0;
+        let gouges = |strip: &MeasuredStrip| gouge_depth(spared, strip) > 0.0;
         let at_least = trial(least)?;
         if !gouges(&at_least.1) {
             return Ok(at_least);

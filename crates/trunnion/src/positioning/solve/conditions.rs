@@ -1,84 +1,82 @@
 //! What a cutter location has to keep, with derivatives by `x = (w, alpha, theta)`.
 
-use super::ActiveConstraint;
-use super::AxisCone;
-use super::PositioningError;
-use super::ToleranceBand;
-use super::circle::Circle;
-use super::circle::Extremum;
-use super::circle::Sample;
-use super::placement::Frame;
-use super::placement::Placement;
-use super::probe::Probe;
-use super::probe::Reading;
-use nalgebra::Point3;
-use std::f64::consts::PI;
-use std::f64::consts::TAU;
+use crate::positioning::active::ActiveConstraint;
+use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSample};
+use crate::positioning::distance::disc::FlatDisc;
+use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
+use crate::positioning::error::PositioningError;
+use crate::positioning::request::{AxisCone, ToleranceBand};
+use crate::positioning::solve::placement::{EndPointFrame, TorusPlacement};
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::{PI, TAU};
 
 /// Intervals of front and rear. The error of the front is close to a polynomial of degree four,
 /// whose slope changes sign at most three times; that of the rear to two waves of a cosine.
-pub(super) const COARSE: [u32; 2] = [10, 12];
+pub(crate) const COARSE: [u32; 2] = [10, 12];
+
 /// The same where a dense look found an extremum that the coarse sampling missed.
-pub(super) const FINE: [u32; 2] = [24, 64];
+pub(crate) const FINE: [u32; 2] = [24, 64];
+
 /// Share of the arc over which the slope at an end point is differenced: the truncation is of
 /// the same relative size, the rounding 1e-13 mm / 1e-4.
 const END_STEP: f64 = 1e-4;
+
 /// The chord may take this share of the circle's diameter; at the diameter itself the height of
 /// the arc has no derivative. Costs 0.1 % of the width where nothing else limits it.
-const CHORD: f64 = 0.999;
+pub(crate) const CHORD: f64 = 0.999;
 
 /// Share of half the arc beyond which the condition of a maximum is counted in proportion to its
 /// distance from the end point, where the error is given: value and derivatives vanish there like
 /// that distance.
-const AT_END: f64 = 0.9;
+pub(crate) const AT_END: f64 = 0.9;
 
 /// `value >= 0` is kept, below it broken \[mm\].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Condition {
-    pub(super) kind: ActiveConstraint,
-    pub(super) value: f64,
-    pub(super) gradient: [f64; 3],
+pub(crate) struct StripCondition {
+    pub(crate) kind: ActiveConstraint,
+    pub(crate) value: f64,
+    pub(crate) gradient: [f64; 3],
     /// Angle on the circle it belongs to, from the middle of the arc \[rad\].
-    pub(super) psi: f64,
+    pub(crate) psi: f64,
     /// The extremum it belongs to, if to one.
-    pub(super) sample: Option<Sample>,
+    pub(crate) sample: Option<ErrorSample>,
     /// Where the cutter touches once the value is 0: parameters and point.
-    pub(super) contact: Option<([f64; 2], Point3<f64>)>,
+    pub(crate) contact: Option<([f64; 2], Point3<f64>)>,
 }
 
 /// The problem to be solved at one end point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Problem {
-    pub(super) frame: Frame,
+pub(crate) struct StripProblem {
+    pub(crate) frame: EndPointFrame,
     /// The band the solver works in.
-    pub(super) band: ToleranceBand,
-    pub(super) axis_cone: Option<AxisCone>,
+    pub(crate) band: ToleranceBand,
+    pub(crate) axis_cone: Option<AxisCone>,
     /// Intervals of front and rear that are sampled.
-    pub(super) intervals: [u32; 2],
+    pub(crate) intervals: [u32; 2],
     /// Whether steps follow the extrema of the state before instead of sampling.
-    pub(super) swift: bool,
+    pub(crate) swift: bool,
 }
 
 /// Where conditions and samples are collected.
-type Seen<'a> = (&'a mut Vec<Condition>, &'a mut Vec<Sample>);
+type GatheredConditions<'a> = (&'a mut Vec<StripCondition>, &'a mut Vec<ErrorSample>);
 
 /// A placement and all its conditions.
 #[derive(Debug, Clone)]
-pub(super) struct State {
-    pub(super) placement: Placement,
-    pub(super) conditions: Vec<Condition>,
+pub(crate) struct ProblemState {
+    pub(crate) placement: TorusPlacement,
+    pub(crate) conditions: Vec<StripCondition>,
     /// What was read round the circle, over `[-pi, pi]` in no order; nothing unless `swift`.
-    pub(super) samples: Vec<Sample>,
+    pub(crate) samples: Vec<ErrorSample>,
 }
 
-impl State {
+impl ProblemState {
     /// How far the worst condition is broken \[mm\]; 0 where all hold.
-    pub(super) fn breach(&self) -> f64 {
+    pub(crate) fn breach(&self) -> f64 {
         self.conditions.iter().fold(0.0, |worst, c| (-c.value).max(worst))
     }
 
     /// The condition with the least value.
-    pub(super) fn tightest(&self) -> ActiveConstraint {
+    pub(crate) fn tightest(&self) -> ActiveConstraint {
         self.conditions
             .iter()
             .min_by(|a, b| a.value.total_cmp(&b.value))
@@ -86,26 +84,21 @@ impl State {
     }
 }
 
-/// Share of the band kept free on both sides while searching: what the search stops short of,
-/// it may break by as much, and the result still lies in the band.
-pub(super) const MARGIN: f64 = 1e-6;
-
-impl Problem {
+impl StripProblem {
     /// By how much conditions may be broken \[mm\].
-    pub(super) fn margin(&self) -> f64 {
-        let ToleranceBand { lower, upper } = self.band;
-        MARGIN * (upper - lower)
+    pub(crate) fn margin(&self) -> f64 {
+        self.band.margin()
     }
 
     /// Evaluates everything at `x`; `None` where the cutter cannot be placed.
-    pub(super) fn state(
+    pub(crate) fn state(
         &self,
         x: [f64; 3],
-        probe: &mut Probe,
-        near: Option<&State>,
-    ) -> Result<Option<State>, PositioningError> {
+        probe: &mut FaceProbe,
+        near: Option<&ProblemState>,
+    ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, near)? else { return Ok(None) };
-        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
         let front =
             circle.front((placement.half_arc, self.intervals[0]), &self.frame.first, probe)?;
         let mut conditions = vec![self.chord(&placement)];
@@ -125,16 +118,16 @@ impl Problem {
         }
         self.disc(&placement, &mut conditions, probe)?;
         self.axis(&placement, &mut conditions);
-        Ok(Some(State { placement, conditions, samples }))
+        Ok(Some(ProblemState { placement, conditions, samples }))
     }
 
     /// Places the cutter, the second end point sought from where it was before.
-    pub(super) fn placement(
+    pub(crate) fn placement(
         &self,
         x: [f64; 3],
-        probe: &mut Probe,
-        near: Option<&State>,
-    ) -> Result<Option<Placement>, PositioningError> {
+        probe: &mut FaceProbe,
+        near: Option<&ProblemState>,
+    ) -> Result<Option<TorusPlacement>, PositioningError> {
         let guess = near.map(|state| {
             let from = &state.placement;
             let step =
@@ -144,8 +137,8 @@ impl Problem {
         self.frame.place(x, probe, guess)
     }
 
-    pub(super) fn chord(&self, placement: &Placement) -> Condition {
-        Condition {
+    pub(crate) fn chord(&self, placement: &TorusPlacement) -> StripCondition {
+        StripCondition {
             kind: ActiveConstraint::Chord,
             value: CHORD * self.frame.major - placement.half_chord,
             gradient: placement.chord_gradient().map(|rate| -rate),
@@ -156,12 +149,12 @@ impl Problem {
     }
 
     /// The error must not rise from an end point into the strip.
-    pub(super) fn end_slope(
+    pub(crate) fn end_slope(
         &self,
-        (placement, circle): (&Placement, &Circle),
-        (end, share, kind): (&Sample, f64, ActiveConstraint),
-        probe: &mut Probe,
-    ) -> Result<Option<Condition>, PositioningError> {
+        (placement, circle): (&TorusPlacement, &ErrorCircle),
+        (end, share, kind): (&ErrorSample, f64, ActiveConstraint),
+        probe: &mut FaceProbe,
+    ) -> Result<Option<StripCondition>, PositioningError> {
         let half = placement.half_arc;
         let value = share * end.slope * half;
         // Far from level it binds nothing: four times the slope of a parabola as deep as the band.
@@ -171,15 +164,22 @@ impl Problem {
         let inside = share * (1.0 - END_STEP);
         let sample = circle.read_from(inside * half, end, probe)?;
         let gradient = placement.arc_gradient(inside, &sample).map(|g| -g / END_STEP);
-        Ok(Some(Condition { kind, value, gradient, psi: end.psi, sample: None, contact: None }))
+        Ok(Some(StripCondition {
+            kind,
+            value,
+            gradient,
+            psi: end.psi,
+            sample: None,
+            contact: None,
+        }))
     }
 
     fn front(
         &self,
-        (placement, circle): (&Placement, &Circle),
-        front: &[Sample],
-        (conditions, samples): &mut Seen,
-        probe: &mut Probe,
+        (placement, circle): (&TorusPlacement, &ErrorCircle),
+        front: &[ErrorSample],
+        (conditions, samples): &mut GatheredConditions,
+        probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
         let extrema = circle.extrema(front, probe)?;
         if self.swift {
@@ -197,7 +197,11 @@ impl Problem {
     }
 
     /// The condition of an extremum between the end points.
-    pub(super) fn inside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
+    pub(crate) fn inside(
+        &self,
+        placement: &TorusPlacement,
+        extremum: &ErrorExtremum,
+    ) -> StripCondition {
         let sample = extremum.sample;
         let psi = sample.psi;
         let share = psi / placement.half_arc;
@@ -211,13 +215,17 @@ impl Problem {
         };
         let foot = &sample.reading.foot;
         let contact = (!extremum.maximum).then_some((foot.uv, foot.point));
-        Condition { kind, value, gradient, psi, sample: Some(sample), contact }
+        StripCondition { kind, value, gradient, psi, sample: Some(sample), contact }
     }
 
     /// The condition of a minimum of the rest of the circle.
-    pub(super) fn outside(&self, placement: &Placement, extremum: &Extremum) -> Condition {
+    pub(crate) fn outside(
+        &self,
+        placement: &TorusPlacement,
+        extremum: &ErrorExtremum,
+    ) -> StripCondition {
         let sample = extremum.sample;
-        Condition {
+        StripCondition {
             kind: ActiveConstraint::Rear,
             value: extremum.value - self.band.lower,
             gradient: placement.gradient(&sample.at, &sample.reading.normal()),
@@ -229,21 +237,21 @@ impl Problem {
 
     fn rear(
         &self,
-        (placement, circle): (&Placement, &Circle),
-        [first, last]: [&Sample; 2],
-        (conditions, samples): &mut Seen,
-        probe: &mut Probe,
+        (placement, circle): (&TorusPlacement, &ErrorCircle),
+        [first, last]: [&ErrorSample; 2],
+        (conditions, samples): &mut GatheredConditions,
+        probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
         let mut rear = vec![*last];
         rear.extend(circle.rear((placement.half_arc, self.intervals[1]), last, probe)?);
-        rear.push(Sample { psi: first.psi + TAU, ..*first });
+        rear.push(ErrorSample { psi: first.psi + TAU, ..*first });
         let extrema = circle.extrema(&rear, probe)?;
         let inner = rear.get(1..rear.len() - 1).unwrap_or_default();
         let kept = if self.swift { usize::MAX } else { 0 };
         let read = inner.iter().chain(extrema.iter().map(|extremum| &extremum.sample));
         samples.extend(read.take(kept).map(|sample| {
             let turn = if sample.psi > PI { TAU } else { 0.0 };
-            Sample { psi: sample.psi - turn, ..*sample }
+            ErrorSample { psi: sample.psi - turn, ..*sample }
         }));
         let minima = extrema.iter().filter(|extremum| !extremum.maximum);
         conditions.extend(minima.map(|extremum| self.outside(placement, extremum)));
@@ -251,13 +259,13 @@ impl Problem {
     }
 
     /// The disc inside the circle, where the surface is convex below it.
-    pub(super) fn disc(
+    pub(crate) fn disc(
         &self,
-        placement: &Placement,
-        conditions: &mut Vec<Condition>,
-        probe: &mut Probe,
+        placement: &TorusPlacement,
+        conditions: &mut Vec<StripCondition>,
+        probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
-        let disc = super::disc::Disc {
+        let disc = FlatDisc {
             center: placement.pose(self.frame.minor).tip,
             axis: placement.axis,
             radius: self.frame.major,
@@ -265,7 +273,7 @@ impl Problem {
         let ends = [&self.frame.first, &placement.second];
         let centre = disc.middle(ends[0], probe)?;
         if let Some((point, reading)) = disc.lowest(&centre, &ends, probe)? {
-            conditions.push(Condition {
+            conditions.push(StripCondition {
                 kind: ActiveConstraint::Disc,
                 value: reading.distance - self.band.lower,
                 gradient: placement.gradient(&point, &reading.normal()),
@@ -277,12 +285,12 @@ impl Problem {
         Ok(())
     }
 
-    pub(super) fn axis(&self, placement: &Placement, conditions: &mut Vec<Condition>) {
+    pub(crate) fn axis(&self, placement: &TorusPlacement, conditions: &mut Vec<StripCondition>) {
         let Some(near) = self.axis_cone else { return };
         // Arc on a circle of the cutter's size: comparable with the other conditions.
         let (sin, cos) = near.max_turn.sin_cos();
         let scale = self.frame.major / sin.max(f64::EPSILON);
-        conditions.push(Condition {
+        conditions.push(StripCondition {
             kind: ActiveConstraint::AxisTurn,
             value: scale * (placement.axis.dot(&near.axis) - cos),
             gradient: placement.axis_gradient(&near.axis).map(|rate| scale * rate),
@@ -295,9 +303,9 @@ impl Problem {
 
 /// Normal curvature of the offset surface at distance `lift` in `direction`; `None` where the
 /// offset surface has no such side (the cutter's corner is larger than the concave radius).
-pub(super) fn offset_curvature(
-    reading: &Reading,
-    direction: &nalgebra::Vector3<f64>,
+pub(crate) fn offset_curvature(
+    reading: &DistanceReading,
+    direction: &Vector3<f64>,
     lift: f64,
 ) -> Option<f64> {
     let curvature = reading.normal_curvature(direction);
@@ -363,11 +371,11 @@ mod tests {
             offset_range: [-0.5, 0.5],
             axis_cone: None,
         };
-        let mut probe = Probe::new(&face);
-        let frame = Frame::new(&request, side, &mut probe).unwrap();
+        let mut probe = FaceProbe::new(&face);
+        let frame = EndPointFrame::new(&request, side, &mut probe).unwrap();
         let axis = UnitVector3::new_normalize(Vector3::new(0.05, 0.02, 1.0));
         let axis_cone = Some(AxisCone { axis, max_turn: 0.3 });
-        let problem = Problem { frame, band, axis_cone, intervals: COARSE, swift: false };
+        let problem = StripProblem { frame, band, axis_cone, intervals: COARSE, swift: false };
         let at = problem.state(x, &mut probe, None).unwrap().unwrap();
         for (entry, h) in [1e-4, 1e-5, 1e-5].into_iter().enumerate() {
             let mut moved = |step: f64| {

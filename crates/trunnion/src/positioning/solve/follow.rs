@@ -1,17 +1,13 @@
 //! The state of a step followed from the one before: every extremum from where it was.
 
-use super::ActiveConstraint;
-use super::PositioningError;
-use super::circle::Circle;
-use super::circle::Extremum;
-use super::circle::Sample;
-use super::constraints::Problem;
-use super::constraints::State;
-use super::location::Mark;
-use super::placement::Placement;
-use super::probe::Probe;
-use std::f64::consts::PI;
-use std::f64::consts::TAU;
+use crate::positioning::active::ActiveConstraint;
+use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSample};
+use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::ExtremumMark;
+use crate::positioning::solve::conditions::{ProblemState, StripProblem};
+use crate::positioning::solve::placement::TorusPlacement;
+use std::f64::consts::{PI, TAU};
 
 /// Angle \[rad\] within which an extremum is followed: its value, corrected by the parabola, is then
 /// right to `E''' STRAY^3 / 3`, some 1e-9 mm.
@@ -21,17 +17,17 @@ const STRAY: f64 = 2e-3;
 const STEPS: u32 = 5;
 
 /// Where an extremum is sought: what it is, angle, and parameters of the foot.
-type Sought = (ActiveConstraint, f64, [f64; 2]);
+type SoughtExtremum = (ActiveConstraint, f64, [f64; 2]);
 
-impl Problem {
+impl StripProblem {
     /// The state at `x` by a quarter of the readings that sampling takes; `None` where an extremum
     /// is lost on the way, or the cutter cannot be placed. New extrema go unnoticed.
-    pub(super) fn followed(
+    pub(crate) fn followed(
         &self,
         x: [f64; 3],
-        probe: &mut Probe,
-        from: &State,
-    ) -> Result<Option<State>, PositioningError> {
+        probe: &mut FaceProbe,
+        from: &ProblemState,
+    ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, Some(from))? else { return Ok(None) };
         let stretch = placement.half_arc / from.placement.half_arc;
         let extrema = from.conditions.iter().filter_map(|condition| {
@@ -45,12 +41,12 @@ impl Problem {
     }
 
     /// The same from the extrema of a neighbouring location.
-    pub(super) fn recalled(
+    pub(crate) fn recalled(
         &self,
         x: [f64; 3],
-        marks: &[Mark],
-        probe: &mut Probe,
-    ) -> Result<Option<State>, PositioningError> {
+        marks: &[ExtremumMark],
+        probe: &mut FaceProbe,
+    ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, None)? else { return Ok(None) };
         let at = self.frame.first.foot.uv;
         let extrema = marks.iter().map(|mark| {
@@ -63,11 +59,11 @@ impl Problem {
 
     fn gathered(
         &self,
-        placement: &Placement,
-        extrema: impl Iterator<Item = Sought>,
-        probe: &mut Probe,
-    ) -> Result<Option<State>, PositioningError> {
-        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
+        placement: &TorusPlacement,
+        extrema: impl Iterator<Item = SoughtExtremum>,
+        probe: &mut FaceProbe,
+    ) -> Result<Option<ProblemState>, PositioningError> {
+        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
         let at = (placement, &circle);
         let mut conditions = Vec::with_capacity(10);
         conditions.push(self.chord(placement));
@@ -85,20 +81,20 @@ impl Problem {
         }
         self.disc(placement, &mut conditions, probe)?;
         self.axis(placement, &mut conditions);
-        Ok(Some(State { placement: *placement, conditions, samples: Vec::new() }))
+        Ok(Some(ProblemState { placement: *placement, conditions, samples: Vec::new() }))
     }
 
     /// The circle's points over the end points, where the error is given.
-    fn ends(&self, placement: &Placement) -> [Sample; 2] {
-        let circle = Circle { ring: placement.ring, minor: self.frame.minor };
-        let end = |sign: f64, reading: &super::probe::Reading| {
+    fn ends(&self, placement: &TorusPlacement) -> [ErrorSample; 2] {
+        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
+        let end = |sign: f64, reading: &DistanceReading| {
             circle.sample(sign * placement.half_arc, &reading.lifted(self.frame.lift))
         };
         [end(-1.0, &self.frame.first), end(1.0, &placement.second)]
     }
 
     /// What was read round the circle of a state that was followed, over `[-pi, pi]`.
-    pub(super) fn seen(&self, state: &State) -> Vec<Sample> {
+    pub(crate) fn seen(&self, state: &ProblemState) -> Vec<ErrorSample> {
         let mut samples = Vec::with_capacity(8);
         samples.extend(self.ends(&state.placement));
         samples.extend(state.conditions.iter().filter_map(|condition| condition.sample));
@@ -113,10 +109,10 @@ impl Problem {
 
 /// The extremum next to an angle.
 fn follow(
-    (placement, circle): (&Placement, &Circle),
-    (kind, psi, guess): Sought,
-    probe: &mut Probe,
-) -> Result<Option<Extremum>, PositioningError> {
+    (placement, circle): (&TorusPlacement, &ErrorCircle),
+    (kind, psi, guess): SoughtExtremum,
+    probe: &mut FaceProbe,
+) -> Result<Option<ErrorExtremum>, PositioningError> {
     let half = placement.half_arc;
     let (rear, maximum) = (kind == ActiveConstraint::Rear, kind == ActiveConstraint::Middle);
     let mut sample = circle.read(psi, guess, probe)?;
@@ -127,7 +123,7 @@ fn follow(
         let step = -sample.slope / sample.bend;
         if step.abs() <= STRAY {
             sample.followed = true;
-            return Ok(Some(Extremum { sample, value: sample.vertex(), maximum }));
+            return Ok(Some(ErrorExtremum { sample, value: sample.vertex(), maximum }));
         }
         let next = sample.psi + step;
         if rear != (next.abs() > half) {
@@ -136,4 +132,15 @@ fn follow(
         sample = circle.read_from(next, &sample, probe)?;
     }
     Ok(None)
+}
+
+/// The extrema of a state.
+pub(crate) fn extremum_marks(state: &ProblemState, at: [f64; 2]) -> Vec<ExtremumMark> {
+    let mark = |(kind, sample): (ActiveConstraint, &ErrorSample)| {
+        let half = if kind == ActiveConstraint::Rear { 1.0 } else { state.placement.half_arc };
+        let uv = sample.reading.foot.uv;
+        ExtremumMark { kind, place: sample.psi / half, out: [0, 1].map(|k| uv[k] - at[k]) }
+    };
+    let seen = state.conditions.iter().filter_map(|c| Some((c.kind, c.sample.as_ref()?)));
+    seen.map(mark).collect()
 }

@@ -5,21 +5,18 @@
 //! the rim lies `r` below the circle whose points keep `r` and more. Only over a convex surface
 //! the inside can come closer than the rim.
 
-use super::PositioningError;
-use super::gaps::curvatures_under;
-use super::probe::Probe;
-use super::probe::Reading;
+use crate::positioning::distance::gaps::curvatures_under;
+use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
+use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
-use nalgebra::Point3;
-use nalgebra::UnitVector3;
-use nalgebra::Vector3;
+use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// Underside of the cutter.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Disc {
-    pub(super) center: Point3<f64>,
-    pub(super) axis: UnitVector3<f64>,
-    pub(super) radius: f64,
+pub(crate) struct FlatDisc {
+    pub(crate) center: Point3<f64>,
+    pub(crate) axis: UnitVector3<f64>,
+    pub(crate) radius: f64,
 }
 
 /// Steps to a minimum; over a surface whose curvature hardly changes below the disc, three suffice.
@@ -32,27 +29,27 @@ const TOWARDS: f64 = 0.7;
 const SQUARES: u32 = 400;
 
 /// Two directions in the disc's plane.
-type Plane = [Vector3<f64>; 2];
+type PlaneBasis = [Vector3<f64>; 2];
 
-impl Disc {
+impl FlatDisc {
     /// Reading of the centre, from one under the rim.
-    pub(super) fn middle(
+    pub(crate) fn middle(
         &self,
-        rim: &Reading,
-        probe: &mut Probe,
-    ) -> Result<Reading, PositioningError> {
+        rim: &DistanceReading,
+        probe: &mut FaceProbe,
+    ) -> Result<DistanceReading, PositioningError> {
         probe.read(&self.center, rim.ahead_to(&self.center))
     }
 
     /// Lowest point strictly inside the disc, if the distance has a minimum there that is found
     /// from its centre, whose reading is given, or from near the end points `nearby`.
-    pub(super) fn lowest(
+    pub(crate) fn lowest(
         &self,
-        centre: &Reading,
-        nearby: &[&Reading],
-        probe: &mut Probe,
-    ) -> Result<Option<(Point3<f64>, Reading)>, PositioningError> {
-        let convex = |reading: &Reading| reading.curvatures()[1] < 0.0;
+        centre: &DistanceReading,
+        nearby: &[&DistanceReading],
+        probe: &mut FaceProbe,
+    ) -> Result<Option<(Point3<f64>, DistanceReading)>, PositioningError> {
+        let convex = |reading: &DistanceReading| reading.curvatures()[1] < 0.0;
         if convex(centre) {
             return self.descend((self.center, *centre), probe);
         }
@@ -69,7 +66,7 @@ impl Disc {
         Ok(None)
     }
 
-    fn plane(&self) -> Plane {
+    fn plane(&self) -> PlaneBasis {
         let mut across = Vector3::zeros();
         across[self.axis.iamin()] = 1.0;
         let one = UnitVector3::new_normalize(self.axis.cross(&across)).into_inner();
@@ -79,9 +76,9 @@ impl Disc {
     /// Goes down from a point of the disc; `None` where that leads over the rim.
     fn descend(
         &self,
-        (mut point, mut reading): (Point3<f64>, Reading),
-        probe: &mut Probe,
-    ) -> Result<Option<(Point3<f64>, Reading)>, PositioningError> {
+        (mut point, mut reading): (Point3<f64>, DistanceReading),
+        probe: &mut FaceProbe,
+    ) -> Result<Option<(Point3<f64>, DistanceReading)>, PositioningError> {
         let plane = self.plane();
         for _ in 0..STEPS {
             let (step, convex) = descent(&reading, &plane, self.radius);
@@ -108,11 +105,11 @@ impl Disc {
     /// point at the distance `d`, where the normal leans by `s` (sine), nothing is closer than
     /// `d - s h - c h^2 / 2`, `c = k / (1 - k d)` for `k = high` over the whole square; and where
     /// `s` exceeds `h` times the largest second derivative, no minimum lies within.
-    pub(super) fn floor(
+    pub(crate) fn floor(
         &self,
         (enough, face): (f64, &FaceIndex),
-        centre: &Reading,
-        probe: &mut Probe,
+        centre: &DistanceReading,
+        probe: &mut FaceProbe,
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
         let far = centre.distance + self.radius;
@@ -171,7 +168,11 @@ fn falling(high: f64, distance: f64) -> f64 {
 
 /// Newton's step to the minimum of the distance in the plane, and whether the distance is convex
 /// here; where it is not, a step down of half a radius, along the gradient.
-fn descent(reading: &Reading, [one, two]: &Plane, radius: f64) -> (Vector3<f64>, bool) {
+fn descent(
+    reading: &DistanceReading,
+    [one, two]: &PlaneBasis,
+    radius: f64,
+) -> (Vector3<f64>, bool) {
     let n = reading.normal();
     let (g1, g2) = (n.dot(one), n.dot(two));
     let h11 = reading.hessian(one);

@@ -1,20 +1,19 @@
 //! Strictly convex quadratic programs of four unknowns, by the dual method.
 
-use nalgebra::Matrix4;
-use nalgebra::Vector4;
+use nalgebra::{Matrix4, Vector4};
 
 /// `normal . x >= bound`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Constraint {
-    pub(super) normal: Vector4<f64>,
-    pub(super) bound: f64,
+pub(crate) struct LinearConstraint {
+    pub(crate) normal: Vector4<f64>,
+    pub(crate) bound: f64,
 }
 
 /// Minimum of `x' G x / 2 - g' x` and the multiplier of each constraint.
 #[derive(Debug, Clone)]
-pub(super) struct Solution {
-    pub(super) x: Vector4<f64>,
-    pub(super) multipliers: Vec<f64>,
+pub(crate) struct QuadraticSolution {
+    pub(crate) x: Vector4<f64>,
+    pub(crate) multipliers: Vec<f64>,
 }
 
 /// A breach below this share of the size of the numbers in it is rounding (four products and sums,
@@ -26,11 +25,11 @@ const ROUNDING: f64 = 1e-11;
 /// Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic
 /// programs*, Mathematical Programming 27 (1983): starts at the free minimum and adds the most
 /// violated constraint until none is left.
-pub(super) fn minimise(
+pub(crate) fn minimise(
     inverse: &Matrix4<f64>,
     g: &Vector4<f64>,
-    constraints: &[Constraint],
-) -> Option<Solution> {
+    constraints: &[LinearConstraint],
+) -> Option<QuadraticSolution> {
     let mut x = inverse * g;
     let mut active: Vec<(usize, f64)> = Vec::with_capacity(4);
     // Each outer step raises the dual objective; cycles are impossible but for rounding.
@@ -41,7 +40,7 @@ pub(super) fn minimise(
             for (index, multiplier) in active {
                 *multipliers.get_mut(index)? = multiplier;
             }
-            return Some(Solution { x, multipliers });
+            return Some(QuadraticSolution { x, multipliers });
         };
         let normal = constraints.get(entering)?.normal;
         let mut multiplier = 0.0;
@@ -74,7 +73,7 @@ pub(super) fn minimise(
 }
 
 fn most_violated(
-    constraints: &[Constraint],
+    constraints: &[LinearConstraint],
     x: &Vector4<f64>,
     active: &[(usize, f64)],
 ) -> Option<(usize, f64)> {
@@ -105,7 +104,7 @@ fn directions(
     inverse: &Matrix4<f64>,
     normal: &Vector4<f64>,
     active: &[(usize, f64)],
-    constraints: &[Constraint],
+    constraints: &[LinearConstraint],
 ) -> Option<(Vector4<f64>, Vector4<f64>)> {
     let mut normals = [Vector4::zeros(); 4];
     for (slot, (index, _)) in normals.iter_mut().zip(active) {
@@ -169,8 +168,8 @@ fn shortest(active: &[(usize, f64)], r: &Vector4<f64>) -> (usize, f64) {
 mod tests {
     use super::*;
 
-    fn at_least(normal: [f64; 4], bound: f64) -> Constraint {
-        Constraint { normal: Vector4::from(normal), bound }
+    fn at_least(normal: [f64; 4], bound: f64) -> LinearConstraint {
+        LinearConstraint { normal: Vector4::from(normal), bound }
     }
 
     #[test]

@@ -3,20 +3,16 @@
 //!
 //! Source: `docs/sources.md#004`, sections 2.1 to 2.3, with the errata named there.
 
-use super::ContactSide;
-use super::CutterLocation;
-use super::LocationRequest;
-use super::PositioningError;
-use super::ToleranceBand;
-use super::circle::Circle;
-use super::circle::Sample;
-use super::constraints::offset_curvature;
-use super::judge;
-use super::judge::Proposal;
-use super::placement::Frame;
-use super::placement::Placement;
-use super::probe::Probe;
-use super::solve::MOST_ROTATION;
+use crate::positioning::active::ActiveConstraint;
+use crate::positioning::check::acceptance::{accept_measured, accept_proposal};
+use crate::positioning::check::proposal::{PoseProposal, gouge_depth, measure_proposal};
+use crate::positioning::distance::circle::{ErrorCircle, ErrorSample};
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::solve::conditions::{AT_END, CHORD, offset_curvature};
+use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION, TorusPlacement};
 use std::f64::consts::PI;
 
 /// How finely the nested search looks. The paper leaves the numbers open.
@@ -66,46 +62,50 @@ impl NestedGrid {
 /// Steps of the rotation until a sample touches. Each leaves a share of the error that grows with
 /// the surface's slope and curvature under the sample.
 const ROTATIONS: u32 = 60;
+
 /// Halvings of the offset until a first one fits.
 const HALVINGS: u32 = 12;
+
 /// Bisections of the offset, and narrowings of the direction: only intervals below the spacing of
 /// numbers need more.
 const BISECTIONS: u32 = 60;
+
 /// Corrections of the band by what lies outside of it between the samples.
 const CORRECTIONS: u32 = 6;
+
 /// Part of what lies outside by which it is corrected: the next grid lies differently.
 const SPARE: f64 = 1.5;
-/// Share of half the arc beyond which a maximum belongs to the end point, which lies at the upper end
-/// of the band: nothing keeps the paper's samples from missing it.
-const AT_END: f64 = 0.9;
-/// Of the diameter: a chord that fits into the circle.
-const CHORD: f64 = 0.999;
 
 /// The widest strip by the nested search.
-pub(super) fn location(
+pub(crate) fn nested_location(
     request: &LocationRequest,
     side: ContactSide,
     grid: &NestedGrid,
 ) -> Result<CutterLocation, PositioningError> {
     grid.check()?;
-    let mut probe = Probe::new(request.face);
-    let frame = Frame::new(request, side, &mut probe)?;
+    let mut probe = FaceProbe::new(request.face);
+    let frame = EndPointFrame::new(request, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
     if concave * frame.lift >= 1.0 {
         let (uv, minor) = (request.at, frame.minor);
         return Err(PositioningError::ConcaveRadius { uv, concave: 1.0 / concave, minor });
     }
-    let mut search = Search { grid, frame, band: judge::inner(request.band) };
+    let mut search = NestedSearch { grid, frame, band: request.band.inner() };
     let Some(mut best) = search.direction(request.offset_range, &mut probe)? else {
-        return Err(none(request));
+        return Err(PositioningError::NoStrip {
+            uv: request.at,
+            smallest: request.narrowest_strip(),
+            excess: f64::INFINITY,
+            binding: ActiveConstraint::Touch,
+        });
     };
     for _ in 0..CORRECTIONS {
-        let proposal = Proposal::through(request, side, &frame, &best);
-        let strip = judge::look(request, &frame, &proposal, &mut probe)?;
-        let depth = judge::depth(request.band, &strip);
+        let proposal = PoseProposal::through(request, side, &frame, &best);
+        let strip = measure_proposal(request, &frame, &proposal, &mut probe)?;
+        let depth = gouge_depth(request.band, &strip);
         let over = search.overshoot(&best, request.band, &mut probe)?;
         if depth <= 0.0 && over <= 0.0 {
-            return judge::accept(request, &frame, (&proposal, &strip), &mut probe);
+            return accept_measured(request, &frame, (&proposal, &strip), &mut probe);
         }
         // Between the samples the error falls a little below what touches there, only a
         // pseudo-contact, and rises a little above the highest.
@@ -115,40 +115,30 @@ pub(super) fn location(
         let Some(again) = again else { break };
         best = again;
     }
-    let proposal = Proposal::through(request, side, &frame, &best);
-    judge::judge(request, &frame, &proposal, &mut probe)
+    let proposal = PoseProposal::through(request, side, &frame, &best);
+    accept_proposal(request, &frame, &proposal, &mut probe)
 }
 
-fn none(request: &LocationRequest) -> PositioningError {
-    let ToleranceBand { lower, upper } = request.band;
-    PositioningError::NoStrip {
-        uv: request.at,
-        smallest: (8.0 * request.cutter.major() * (upper - lower)).sqrt(),
-        excess: f64::INFINITY,
-        binding: super::ActiveConstraint::Touch,
-    }
-}
-
-struct Search<'a> {
+struct NestedSearch<'a> {
     grid: &'a NestedGrid,
-    frame: Frame,
+    frame: EndPointFrame,
     band: ToleranceBand,
 }
 
-impl Search<'_> {
+impl NestedSearch<'_> {
     /// Section 2.3: the best of the directions, then the interval between its neighbours. The printed
     /// test narrows the interval of the offset.
     fn direction(
         &self,
         [mut low, mut high]: [f64; 2],
-        probe: &mut Probe,
-    ) -> Result<Option<Placement>, PositioningError> {
-        let mut best: Option<Placement> = None;
+        probe: &mut FaceProbe,
+    ) -> Result<Option<TorusPlacement>, PositioningError> {
+        let mut best: Option<TorusPlacement> = None;
         let parts = self.grid.directions;
         for _ in 0..BISECTIONS {
             let step = (high - low) / f64::from(parts);
             let mut from = self.frame.major;
-            let mut widest: Option<Placement> = None;
+            let mut widest: Option<TorusPlacement> = None;
             for k in 0..=parts {
                 let alpha = low + step * f64::from(k);
                 let found = self.offset(alpha, from, probe)?;
@@ -172,8 +162,8 @@ impl Search<'_> {
         &self,
         alpha: f64,
         from: f64,
-        probe: &mut Probe,
-    ) -> Result<Option<Placement>, PositioningError> {
+        probe: &mut FaceProbe,
+    ) -> Result<Option<TorusPlacement>, PositioningError> {
         let frame = &self.frame;
         let diameter = 2.0 * CHORD * frame.major;
         let bend = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
@@ -211,8 +201,8 @@ impl Search<'_> {
     fn fitting(
         &self,
         [w, alpha]: [f64; 2],
-        probe: &mut Probe,
-    ) -> Result<Option<Placement>, PositioningError> {
+        probe: &mut FaceProbe,
+    ) -> Result<Option<TorusPlacement>, PositioningError> {
         let count = self.grid.front;
         // The ends lie at the upper end of the band whatever the rotation, and have no lever.
         let share = |k: u32| 2.0 * f64::from(k) / f64::from(count + 1) - 1.0;
@@ -241,7 +231,7 @@ impl Search<'_> {
         }
         let touch = self.grid.touch;
         let ToleranceBand { lower, upper } = self.band;
-        let within = |s: &Sample| s.error <= upper && s.error >= lower - touch;
+        let within = |s: &ErrorSample| s.error <= upper && s.error >= lower - touch;
         if !front.iter().all(within) {
             return Ok(None);
         }
@@ -257,9 +247,9 @@ impl Search<'_> {
     /// How far the error between the contacts rises above the band.
     fn overshoot(
         &self,
-        placement: &Placement,
+        placement: &TorusPlacement,
         band: ToleranceBand,
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<f64, PositioningError> {
         let circle = self.circle(placement);
         let half = placement.half_arc;
@@ -269,16 +259,16 @@ impl Search<'_> {
         Ok(inside.map(|extremum| extremum.value - band.upper).fold(0.0, f64::max))
     }
 
-    fn circle(&self, placement: &Placement) -> Circle {
-        Circle { ring: placement.ring, minor: self.frame.minor }
+    fn circle(&self, placement: &TorusPlacement) -> ErrorCircle {
+        ErrorCircle { ring: placement.ring, minor: self.frame.minor }
     }
 
     /// Samples of the front, ends left out.
     fn front(
         &self,
-        placement: &Placement,
-        probe: &mut Probe,
-    ) -> Result<Vec<Sample>, PositioningError> {
+        placement: &TorusPlacement,
+        probe: &mut FaceProbe,
+    ) -> Result<Vec<ErrorSample>, PositioningError> {
         let circle = self.circle(placement);
         let half = placement.half_arc;
         let step = 2.0 * half / f64::from(self.grid.front + 1);
@@ -295,7 +285,7 @@ impl Search<'_> {
         &self,
         [w, alpha, mut theta]: [f64; 3],
         share: f64,
-        probe: &mut Probe,
+        probe: &mut FaceProbe,
     ) -> Result<Option<f64>, PositioningError> {
         let mut guess = None;
         for _ in 0..ROTATIONS {
@@ -321,8 +311,8 @@ impl Search<'_> {
 }
 
 /// Keeps the wider one.
-fn widen(best: &mut Option<Placement>, found: Option<&Placement>) {
-    let width = |placement: &Placement| Frame::width(placement.x);
+fn widen(best: &mut Option<TorusPlacement>, found: Option<&TorusPlacement>) {
+    let width = |placement: &TorusPlacement| EndPointFrame::width(placement.x);
     if let Some(found) = found
         && best.as_ref().is_none_or(|best| width(found) > width(best))
     {

@@ -1,8 +1,7 @@
 //! Error curves as SVG: one location over its circle, several across the feed.
 
-use super::ErrorTrace;
-use super::ToleranceBand;
-use super::curve::TracePoint;
+use crate::positioning::report::trace::{ErrorTrace, TracePoint};
+use crate::positioning::request::ToleranceBand;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
@@ -14,8 +13,11 @@ const COLOURS: [&str; 9] = [
     "#0b3c5d", "#d55e00", "#009e73", "#cc79a7", "#0072b2", "#7a5c00", "#56b4e9", "#555555",
     "#e0b000",
 ];
+
 const INK: &str = "#222";
+
 const GRID: &str = "#e3e3e3";
+
 const SHADE: &str = "#d8ecd8";
 
 /// Draws the error of one location: on the left along the strip, on the right round the whole
@@ -27,13 +29,13 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     let ends = trace.ends.map(from_origin);
     let [low, high] = [ends[0].min(0.0), ends[1]];
     let margin = 0.08 * (high - low);
-    let strip = Panel {
+    let strip = PlotPanel {
         origin: [64.0, 56.0],
         size: [410.0, 250.0],
         x: [low - margin, high + margin],
         y: [lower - 0.25 * height, upper + 0.35 * height].map(|e| e * MICRO),
     };
-    let whole = Panel {
+    let whole = PlotPanel {
         origin: [548.0, 56.0],
         size: [270.0, 250.0],
         x: [-180.0, 180.0],
@@ -81,7 +83,7 @@ pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &st
     let [low, high] =
         strips.fold([0.0_f64, 0.0_f64], |[low, high], p| [low.min(p.across), high.max(p.across)]);
     let margin = 0.06 * (high - low).max(1e-3);
-    let panel = Panel {
+    let panel = PlotPanel {
         origin: [64.0, 56.0],
         size: [560.0, 300.0],
         x: [low - margin, high + margin],
@@ -144,7 +146,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// A rectangle with axes.
-struct Panel {
+struct PlotPanel {
     /// Upper left corner \[px\].
     origin: [f64; 2],
     /// Width and height \[px\].
@@ -155,7 +157,7 @@ struct Panel {
     y: [f64; 2],
 }
 
-impl Panel {
+impl PlotPanel {
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
         [
@@ -343,7 +345,7 @@ mod tests {
 
     #[test]
     fn curves_end_at_the_border() {
-        let panel = Panel { origin: [0.0; 2], size: [1.0; 2], x: [0.0, 10.0], y: [0.0, 1.0] };
+        let panel = PlotPanel { origin: [0.0; 2], size: [1.0; 2], x: [0.0, 10.0], y: [0.0, 1.0] };
         let part = panel.clipped([[0.0, 0.0], [2.0, 2.0]]);
         assert_eq!(part, Some(([[0.0, 0.0], [1.0, 1.0]], false)));
         assert_eq!(panel.clipped([[0.0, 2.0], [2.0, 3.0]]), None);

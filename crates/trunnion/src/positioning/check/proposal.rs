@@ -1,0 +1,74 @@
+//! Poses that methods propose.
+
+use crate::positioning::check::strip_of_pose::strip_of_pose;
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::solve::placement::{EndPointFrame, TorusPlacement};
+use crate::positioning::strip::{CuttingContext, MeasuredStrip, StripQuery};
+use crate::types::ToolPose;
+use nalgebra::Point3;
+
+/// A pose that a method proposes, and how it describes it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PoseProposal {
+    pub(crate) pose: ToolPose,
+    pub(crate) side: ContactSide,
+    /// About where the strip's middle lies.
+    pub(crate) middle: ([f64; 2], Point3<f64>),
+    /// `(w, alpha, theta)` of a pose through two end points.
+    pub(crate) ends: Option<[f64; 3]>,
+    /// Lead of a pose with one contact \[rad\].
+    pub(crate) lead: f64,
+}
+
+impl PoseProposal {
+    /// The pose through two end points.
+    pub(crate) fn through(
+        request: &LocationRequest,
+        side: ContactSide,
+        frame: &EndPointFrame,
+        at: &TorusPlacement,
+    ) -> Self {
+        let ([u1, v1], [u2, v2]) = (request.at, at.second.foot.uv);
+        let uv = [0.5 * (u1 + u2), 0.5 * (v1 + v2)];
+        let point = request.face.face().surface.point(uv[0], uv[1]);
+        let pose = at.pose(frame.minor);
+        Self { pose, side, middle: (uv, point), ends: Some(at.x), lead: at.x[2] }
+    }
+}
+
+pub(crate) fn cutting_context<'a>(request: &LocationRequest<'a>) -> CuttingContext<'a> {
+    let LocationRequest { face, cutter, band, .. } = *request;
+    CuttingContext { face, cutter, band }
+}
+
+pub(crate) fn strip_query(
+    request: &LocationRequest,
+    frame: &EndPointFrame,
+    proposal: &PoseProposal,
+) -> StripQuery {
+    let (uv, contact) = proposal.middle;
+    StripQuery { feed: frame.a, strip: request.strip, contact, uv }
+}
+
+/// The independent look at a proposal.
+pub(crate) fn measure_proposal(
+    request: &LocationRequest,
+    frame: &EndPointFrame,
+    proposal: &PoseProposal,
+    probe: &mut FaceProbe,
+) -> Result<MeasuredStrip, PositioningError> {
+    let strip = strip_of_pose(
+        &cutting_context(request),
+        &proposal.pose,
+        &strip_query(request, frame, proposal),
+    )?;
+    probe.queries += strip.queries;
+    Ok(strip)
+}
+
+/// How far the strip or the rest of the cutter comes below the band \[mm\]; 0 where nothing does.
+pub(crate) fn gouge_depth(band: ToleranceBand, strip: &MeasuredStrip) -> f64 {
+    (band.lower - strip.front_min.min(strip.rear_min)).max(0.0)
+}

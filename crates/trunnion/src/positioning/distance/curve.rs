@@ -1,0 +1,55 @@
+//! The error round the cutting circle of a pose.
+
+use crate::positioning::distance::circle::ErrorCircle;
+use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
+use crate::positioning::distance::ring::CenterCircle;
+use crate::positioning::error::PositioningError;
+use crate::positioning::strip::{CuttingContext, StripQuery};
+use crate::types::ToolPose;
+use nalgebra::{UnitVector3, Vector3};
+
+/// Circle of a pose and the direction across the feed, to the strip's side.
+pub(crate) fn circle_of_pose(
+    setting: &CuttingContext,
+    pose: &ToolPose,
+    look: &StripQuery,
+    middle: &DistanceReading,
+) -> Result<(CenterCircle, UnitVector3<f64>), PositioningError> {
+    let no_direction = || PositioningError::NoDirection { feed: [0.0; 2], uv: look.uv };
+    let v = look.feed.cross(&middle.normal()) * look.strip.sign();
+    let v = UnitVector3::try_new(v, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
+    let center = pose.tip + pose.axis.scale(setting.cutter.minor());
+    let radius = setting.cutter.major();
+    // A ball has no circle; its point needs no direction.
+    if radius <= 0.0 {
+        let [f, e2] = [Vector3::zeros(); 2];
+        return Ok((CenterCircle { center, f, e2, radius }, v));
+    }
+    // Angle 0 towards the contact; the side of `e2` towards the strip.
+    let out = look.contact - center;
+    let f = out - pose.axis.scale(pose.axis.dot(&out));
+    let f = UnitVector3::try_new(f, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
+    let e2 = pose.axis.cross(&f);
+    let e2 = if e2.dot(&v) < 0.0 { -e2 } else { e2 };
+    Ok((CenterCircle { center, f: f.into_inner(), e2, radius }, v))
+}
+
+/// Error round the cutting circle: `[angle, error]` \[rad, mm\], evenly spaced over `[-pi, pi]`,
+/// `2 half + 1` of them. Angle 0 lies over `look.contact`, positive ones on the strip's side.
+///
+/// # Errors
+///
+/// [`PositioningError::NoDirection`] for a feed along the normal, [`PositioningError::Closest`].
+pub fn error_curve(
+    setting: &CuttingContext,
+    pose: &ToolPose,
+    look: &StripQuery,
+    half: u32,
+) -> Result<Vec<[f64; 2]>, PositioningError> {
+    let mut probe = FaceProbe::new(setting.face);
+    let middle = probe.read(&look.contact, look.uv)?;
+    let (ring, _) = circle_of_pose(setting, pose, look, &middle)?;
+    let circle = ErrorCircle { ring, minor: setting.cutter.minor() };
+    let samples = circle.all_round(middle.foot.uv, half, &mut probe)?;
+    Ok(samples.iter().map(|sample| [sample.psi, sample.error]).collect())
+}

@@ -1,0 +1,36 @@
+//! The centre circle of the torus.
+
+use crate::positioning::distance::probe::DistanceReading;
+use nalgebra::{Point3, Vector3};
+
+/// The centre circle of the torus.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CenterCircle {
+    pub(crate) center: Point3<f64>,
+    /// Unit vector towards the angle 0.
+    pub(crate) f: Vector3<f64>,
+    /// Unit vector towards the angle pi/2.
+    pub(crate) e2: Vector3<f64>,
+    pub(crate) radius: f64,
+}
+
+impl CenterCircle {
+    /// Point of the circle at the angle `psi`.
+    pub(crate) fn at(&self, psi: f64) -> Point3<f64> {
+        let (sin, cos) = psi.sin_cos();
+        self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
+    }
+
+    /// Angle of the point `lift` above a foot, which lies on the circle or near it.
+    pub(crate) fn angle_over(&self, end: &DistanceReading, lift: f64) -> f64 {
+        let out = end.foot.point + end.normal().scale(lift) - self.center;
+        self.e2.dot(&out).atan2(self.f.dot(&out))
+    }
+
+    /// The same with its derivative by `psi`.
+    pub(crate) fn mark(&self, psi: f64) -> (Point3<f64>, Vector3<f64>) {
+        let (sin, cos) = psi.sin_cos();
+        let (sin, cos) = (self.radius * sin, self.radius * cos);
+        (self.center + self.f * cos + self.e2 * sin, self.e2 * cos - self.f * sin)
+    }
+}

@@ -1,0 +1,11 @@
+//! Methods that place a cutter, and the choice between the sides of the cutter.
+
+pub(crate) mod ball;
+pub(crate) mod contact;
+pub(crate) mod method;
+pub(crate) mod nested;
+pub(crate) mod pair;
+pub(crate) mod settle;
+pub(crate) mod sides;
+pub(crate) mod widest;
+pub(crate) mod widest_search;

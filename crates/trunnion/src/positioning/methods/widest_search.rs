@@ -1,0 +1,249 @@
+//! Search for the widest strip on one side of the cutter: initial guesses, climbs, choice.
+
+use crate::positioning::distance::probe::FaceProbe;
+use crate::positioning::error::PositioningError;
+use crate::positioning::location::CutterLocation;
+use crate::positioning::methods::settle::{finish, keeps, measure_optimum};
+use crate::positioning::methods::settle::{no_strip, settle};
+use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::solve::climb::{ARRIVED, BADLY, ROUGHLY};
+use crate::positioning::solve::conditions::{COARSE, StripProblem};
+use crate::positioning::solve::initial_guesses::{
+    START_SPACING, TILTS, cold_starts, inclined_start, restart_from, warm_start,
+};
+use crate::positioning::solve::optimum::LocalOptimum;
+use crate::positioning::solve::placement::EndPointFrame;
+
+/// A warm start that ends this much narrower than its neighbour is not trusted alone.
+const NARROWED: f64 = 0.9;
+
+/// Share of the least strip below which a neighbour's lead has ended in nothing.
+const SLIVER: f64 = 0.25;
+
+/// Searches on one side of the cutter.
+pub(crate) fn search_side(
+    request: &LocationRequest,
+    side: ContactSide,
+    warm: Option<&CutterLocation>,
+    rotation_range: [f64; 2],
+) -> Result<CutterLocation, PositioningError> {
+    let mut probe = FaceProbe::new(request.face);
+    let (band, margin) = (request.band.inner(), request.band.margin());
+    let inner = LocationRequest { band, ..*request };
+    let frame = EndPointFrame::new(&inner, side, &mut probe)?;
+    let concave = frame.first.curvatures()[1];
+    if concave * frame.lift >= 1.0 {
+        let (uv, concave) = (request.at, 1.0 / concave);
+        return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
+    }
+    let (axis_cone, intervals) = (request.axis_cone, COARSE);
+    let problem = StripProblem { frame, band, axis_cone, intervals, swift: false };
+    let ranges = [request.offset_range, rotation_range];
+    let side_search = WidestSearch { request, side, problem: &problem, margin, ranges };
+    let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
+    let mut found = Vec::new();
+    if let Some(warm) = warm
+        && let Some(location) = side_search.beside(warm, &mut found, &mut probe)?
+    {
+        return Ok(location);
+    }
+    match warm {
+        Some(warm) if side_search.is_held() => {
+            side_search.from_inclined_start(warm, &mut found, &mut probe)?
+        }
+        _ => side_search.everywhere(&mut found, &mut probe)?,
+    }
+    side_search.best(found, &mut probe)
+}
+
+/// A search on one side of the cutter.
+struct WidestSearch<'a> {
+    request: &'a LocationRequest<'a>,
+    side: ContactSide,
+    problem: &'a StripProblem,
+    /// By how much conditions may be broken \[mm\].
+    margin: f64,
+    /// Of offset direction and rotation.
+    ranges: [[f64; 2]; 2],
+}
+
+impl WidestSearch<'_> {
+    fn fits(&self, optimum: &LocalOptimum) -> bool {
+        optimum.state.breach() <= self.margin
+    }
+
+    /// Whether it is too far off to be followed up.
+    fn is_bad(&self, optimum: &LocalOptimum) -> bool {
+        let ToleranceBand { lower, upper } = self.problem.band;
+        optimum.state.breach() > BADLY * (upper - lower)
+    }
+
+    /// Whether axis and offset direction are held so near to a direction that no place allowed is
+    /// farther from a neighbour's than starts are from each other.
+    fn is_held(&self) -> bool {
+        let [low, high] = self.request.offset_range;
+        let near = self.request.axis_cone.is_some_and(|near| near.max_turn <= START_SPACING);
+        near && high - low <= 2.0 * START_SPACING
+    }
+
+    /// The location that climbing from a neighbour's leads to; what ends elsewhere is `found`.
+    fn beside(
+        &self,
+        warm: &CutterLocation,
+        found: &mut Vec<LocalOptimum>,
+        probe: &mut FaceProbe,
+    ) -> Result<Option<CutterLocation>, PositioningError> {
+        let start = warm_start(warm, self.ranges);
+        let glided = self.problem.glide((&start, &warm.marks), ARRIVED, probe)?;
+        if let Some(optimum) = &glided
+            && let Some(location) = self.proven(warm, optimum, probe)?
+        {
+            return Ok(Some(location));
+        }
+        let sampled = match glided {
+            Some(optimum) => self.problem.sampled(optimum, probe)?,
+            None => None,
+        };
+        let climbed = match sampled {
+            Some((optimum, _)) if self.fits(&optimum) => Some(optimum),
+            // Nothing was overlooked: what is broken there cannot be mended nearby.
+            Some((optimum, true)) if self.is_held() && self.is_bad(&optimum) => Some(optimum),
+            _ => self.problem.climb(&start, ARRIVED, probe)?,
+        };
+        let Some(optimum) = climbed else { return Ok(None) };
+        let width = EndPointFrame::width(optimum.state.placement.x);
+        if width < SLIVER * self.request.narrowest_strip() {
+            return Ok(None);
+        }
+        // What is held near a neighbour may well be narrower than it.
+        let wide = width >= NARROWED * warm.chord_width;
+        let fits = self.fits(&optimum);
+        if fits && (wide || self.is_held()) {
+            let settled = self.settle(optimum.clone(), probe);
+            if settled.is_ok() {
+                return settled.map(Some);
+            }
+        }
+        if fits || self.is_held() {
+            found.push(optimum);
+        }
+        Ok(None)
+    }
+
+    /// The location at the end of a glide if bounds between its few readings prove it.
+    fn proven(
+        &self,
+        warm: &CutterLocation,
+        optimum: &LocalOptimum,
+        probe: &mut FaceProbe,
+    ) -> Result<Option<CutterLocation>, PositioningError> {
+        let width = EndPointFrame::width(optimum.state.placement.x);
+        let wide = width >= SLIVER * self.request.narrowest_strip()
+            && (self.is_held() || width >= NARROWED * warm.chord_width);
+        if !wide {
+            return Ok(None);
+        }
+        let Some(optimum) = self.problem.known(optimum, probe) else { return Ok(None) };
+        let strip = measure_optimum((self.request, true), self.problem, &optimum, probe)?;
+        if !keeps(self.request.band, &strip, &optimum) {
+            return Ok(None);
+        }
+        let described = (self.side, self.problem);
+        Ok(finish(self.request, described, &optimum, &strip, probe.again()).ok())
+    }
+
+    /// Climbs from the one other start worth it next to a neighbour.
+    fn from_inclined_start(
+        &self,
+        warm: &CutterLocation,
+        found: &mut Vec<LocalOptimum>,
+        probe: &mut FaceProbe,
+    ) -> Result<(), PositioningError> {
+        if !found.iter().any(|optimum| self.fits(optimum)) {
+            let start = inclined_start(self.problem, warm, self.ranges);
+            let glided = self.problem.glide((&start, &[]), ROUGHLY, probe)?;
+            let sampled = match glided {
+                Some(optimum) => self.problem.sampled(optimum, probe)?,
+                None => None,
+            };
+            found.extend(match sampled {
+                Some((optimum, true)) => Some(optimum),
+                _ => self.problem.climb(&start, ROUGHLY, probe)?,
+            });
+        }
+        Ok(())
+    }
+
+    /// Climbs from starts spread over the offset range.
+    fn everywhere(
+        &self,
+        found: &mut Vec<LocalOptimum>,
+        probe: &mut FaceProbe,
+    ) -> Result<(), PositioningError> {
+        for tilt in TILTS {
+            for start in cold_starts(self.problem, tilt, self.ranges) {
+                found.extend(self.problem.climb(&start, ROUGHLY, probe)?);
+            }
+            if found.iter().any(|optimum| self.fits(optimum)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The best location that the ends of climbs lead to.
+    fn best(
+        &self,
+        found: Vec<LocalOptimum>,
+        probe: &mut FaceProbe,
+    ) -> Result<CutterLocation, PositioningError> {
+        let mut failed = None;
+        for rough in worth(found, self.problem.band) {
+            if self.is_held() && self.is_bad(&rough) {
+                failed = failed.or_else(|| Some(no_strip(self.request, Some(&rough))));
+                continue;
+            }
+            let start = restart_from(&rough, self.ranges);
+            let Some(best) = self.problem.climb(&start, ARRIVED, probe)? else { continue };
+            if self.fits(&best) {
+                match self.settle(best, probe) {
+                    Ok(location) => return Ok(location),
+                    Err(error) => failed = failed.or(Some(error)),
+                }
+            } else {
+                failed = failed.or_else(|| Some(no_strip(self.request, Some(&best))));
+            }
+        }
+        Err(failed.unwrap_or_else(|| no_strip(self.request, None)))
+    }
+
+    fn settle(
+        &self,
+        optimum: LocalOptimum,
+        probe: &FaceProbe,
+    ) -> Result<CutterLocation, PositioningError> {
+        settle(self.request, self.side, self.problem, optimum, (self.ranges, probe.again()))
+    }
+}
+
+/// The most promising ones, best first: by their width, less a price for what they still break
+/// (few climbs end exactly in the band).
+fn worth(mut found: Vec<LocalOptimum>, band: ToleranceBand) -> impl Iterator<Item = LocalOptimum> {
+    let value = |optimum: &LocalOptimum| {
+        let width = EndPointFrame::width(optimum.state.placement.x);
+        width - PRICE * width * optimum.state.breach() / (band.upper - band.lower)
+    };
+    found.sort_by(|a, b| value(b).total_cmp(&value(a)));
+    // Climbs that arrived at the same place are one.
+    found.dedup_by(|b, a| (value(a) - value(b)).abs() <= SAME * value(a).abs());
+    found.into_iter().take(PROMISING)
+}
+
+/// Widths a breach as large as the band costs. A width grows like a root of the band.
+const PRICE: f64 = 10.0;
+
+/// Climbs whose values differ by less than this share ended at the same place.
+const SAME: f64 = 1e-4;
+
+/// How many ends of climbs are followed up before the place is given up.
+const PROMISING: usize = 3;
