@@ -13,7 +13,9 @@ use divan::{Bencher, black_box};
 use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_6;
 use std::path::{Path, PathBuf};
-use trunnion::cover::{Along, CoverOptions, Covering, Direction, Method, cover};
+use trunnion::cover::{
+    CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, PlacementMethod, cover,
+};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::pipeline::{Job, run};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
@@ -48,12 +50,12 @@ fn cutter(kind: Kind, [major, minor]: [f64; 2], length: f64) -> Cutter {
 /// taken from the band, so that all of the curve keeps 0.01 mm.
 fn lengths() {
     const SHARE: f64 = 0.0005;
-    let run = |name: &str, cutter: &Cutter, along: Along| {
+    let run = |name: &str, cutter: &Cutter, along: FeedDirection| {
         let radius = cutter.radius();
         let options = CoverOptions {
-            along,
-            direction: Direction::ZigZag,
-            method: Method::Widest,
+            feed_direction: along,
+            pattern: CutPattern::ZigZag,
+            method: PlacementMethod::Widest,
             side: ContactSide::Ahead,
             band: ToleranceBand { lower: 0.0, upper: 0.01 - SHARE },
             link: 80.0,
@@ -64,7 +66,8 @@ fn lengths() {
             lean: ToolInclination { angle: 0.087, towards: None },
             effort: 3.0,
         };
-        let Covering { passes, report } = cover(&[patch()], cutter, &options, &Silent).unwrap();
+        let Covering { passes, report } =
+            cover(&CoverRequest::new(&[patch()], cutter, &options), &Silent).unwrap();
         assert!(report.rest.is_empty());
         println!("  {name:<24} {:>3} passes {:>7.0} mm", passes.len(), report.length);
         report.length
@@ -72,9 +75,9 @@ fn lengths() {
     println!(
         "length of cutting, whole patch within 0.01 mm, axis turn free (paper's style 5062 mm):"
     );
-    let ball = run("ball r 16", &cutter(Kind::Ball, [0.0, 16.0], 120.0), Along::V);
+    let ball = run("ball r 16", &cutter(Kind::Ball, [0.0, 16.0], 120.0), FeedDirection::V);
     let bull = cutter(Kind::Bull, [10.0, 6.0], 120.0);
-    for along in [Along::V, Along::Curvature, Along::Adaptive] {
+    for along in [FeedDirection::V, FeedDirection::Curvature, FeedDirection::Adaptive] {
         let length = run(&format!("R 10 r 6 along {along:?}"), &bull, along);
         println!("    ball / this {:.2}", ball / length);
     }
@@ -177,8 +180,8 @@ fn face() -> FaceIndex {
 }
 
 /// Budget: seconds a face, so that a user waits for the machine and not for the planner.
-#[divan::bench(args = [Method::Widest, Method::Inclined], sample_count = 5)]
-fn small_face(bencher: Bencher<'_, '_>, method: Method) {
+#[divan::bench(args = [PlacementMethod::Widest, PlacementMethod::Inclined], sample_count = 5)]
+fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
     let cutter = Cutter::new(CutterSpec {
         kind: Kind::Bull,
         major: 4.0,
@@ -189,8 +192,8 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
     })
     .unwrap();
     let options = CoverOptions {
-        along: Along::V,
-        direction: Direction::ZigZag,
+        feed_direction: FeedDirection::V,
+        pattern: CutPattern::ZigZag,
         method,
         side: ContactSide::Ahead,
         band: ToleranceBand { lower: 0.0, upper: 0.02 },
@@ -203,5 +206,10 @@ fn small_face(bencher: Bencher<'_, '_>, method: Method) {
         effort: 3.0,
     };
     let faces = [face()];
-    bencher.bench(|| cover(black_box(&faces), &cutter, &options, &Silent).unwrap().report.length);
+    bencher.bench(|| {
+        cover(&CoverRequest::new(black_box(&faces), &cutter, &options), &Silent)
+            .unwrap()
+            .report
+            .length
+    });
 }

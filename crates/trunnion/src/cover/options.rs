@@ -1,62 +1,90 @@
-//! What a user decides about passes, and what can go wrong with them.
+//! Options of a covering, and the preset for finishing.
 
+use super::error::CoverError;
 use crate::cutter::Cutter;
-use crate::positioning::{ContactSide, PositioningError, ToleranceBand, ToolInclination};
-use crate::surface::{Curvature, FaceIndex};
-use crate::types::{Cancelled, Pass, UncutRegion};
-use nalgebra::Point3;
-use std::f64::consts::FRAC_PI_2;
-use std::fmt;
+use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 
-/// What a pass follows.
+/// Least and largest distance between stations, as shares of the cutter's radius.
+const SPACING: [f64; 2] = [0.003, 0.125];
+
+/// Offset directions that are searched \[rad\].
+const OFFSET_RANGE: [f64; 2] = [-FRAC_PI_6, FRAC_PI_6];
+
+/// Lead angle of passes where no wide strip fits \[rad\].
+const FALLBACK_LEAD: f64 = 5.0 * PI / 180.0;
+
+/// Work allowed for the wide strips of a face, over that of finishing the face at the fixed lead.
+const EFFORT: f64 = 3.0;
+
+/// Share of the excess that the curve between two stations may add to the error of the stations.
+const PATH_SHARE: f64 = 0.05;
+
+/// Length that is cut in the time of one link, in radii of the cutter: up, over and down again.
+const LINK: f64 = 10.0;
+
+/// Largest turn of the tool axis along a pass, over one turn by the cutter's radius \[rad\].
+const AXIS_TURN: f64 = 0.5;
+
+/// Feed direction of the passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Along {
-    /// The first: passes lie at constant v.
+pub enum FeedDirection {
+    /// Iso-parametric along u: passes lie at constant v.
     U,
-    /// The second: passes lie at constant u.
+    /// Iso-parametric along v: passes lie at constant u.
     V,
-    /// The direction in which the face is bent least towards the cutter (most away from it): across it, where
-    /// the strip lies, the face is bent most like the cutter.
+    /// Along the direction of least curvature towards the cutter. Across it the face bends most like the
+    /// cutter, so the strip is wide.
     Curvature,
-    /// Whichever way promises least: u, v, or passes that bend so that strips are wide where they lie.
+    /// The cheapest by estimate: along u, along v, or along bent passes that keep the strips wide.
     Adaptive,
 }
 
-/// Whether every second pass runs back.
+/// Order of the feed directions of neighbouring passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// To and fro; the return pass has its strip on the other side of the feed.
+pub enum CutPattern {
+    /// To and fro. The return pass has its strip on the other side of the feed.
     ZigZag,
-    /// All passes towards growing parameters.
+    /// All passes run towards growing parameters.
     OneWay,
 }
 
-/// How the tool is placed at a station.
+/// Placement of the tool at a station.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
-    /// The widest strip; where there is none, the whole pass is placed at the least lead.
+pub enum PlacementMethod {
+    /// The widest strip. A pass without one is placed at [`CoverOptions::lean`].
     Widest,
-    /// At the fixed lead everywhere.
+    /// At the fixed inclination everywhere.
     Inclined,
 }
 
-/// How a face is covered. No `Default`: every number is the caller's decision.
+/// Tolerance of a finished face \[mm\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FinishTolerance {
+    /// Material that may be left on the face \[mm\].
+    pub excess: f64,
+    /// Depth to which the tool may cut into the face \[mm\].
+    pub gouge: f64,
+}
+
+/// Options of [`cover`](super::cover). There is no `Default`, since tolerances are the caller's decision;
+/// [`CoverOptions::finishing`] fills in good values for the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoverOptions {
-    /// What the passes follow.
-    pub along: Along,
-    /// Order of directions.
-    pub direction: Direction,
-    /// How the tool is placed.
-    pub method: Method,
+    /// Feed direction of the passes.
+    pub feed_direction: FeedDirection,
+    /// Order of the feed directions.
+    pub pattern: CutPattern,
+    /// Placement of the tool.
+    pub method: PlacementMethod,
     /// Side of the cutter that cuts.
     pub side: ContactSide,
-    /// Where the error of each cutter location has to lie \[mm\].
+    /// Tolerance band for the error of each cutter location \[mm\].
     pub band: ToleranceBand,
-    /// What a further pass costs besides its own length: leads and a link, as the length that is cut in
-    /// that time \[mm\].
+    /// Cost of one more pass besides its own length: leads and a link, as the length that is cut in that
+    /// time \[mm\].
     pub link: f64,
-    /// By how much the curve between stations may leave the band on either side \[mm\].
+    /// Largest amount by which the curve between stations may leave the band on either side \[mm\].
     pub path_share: f64,
     /// Least and largest distance between stations along the end-point track \[mm\].
     pub spacing: [f64; 2],
@@ -65,15 +93,66 @@ pub struct CoverOptions {
     pub max_axis_turn: f64,
     /// Offset directions to search, from the strip side towards the feed \[rad\].
     pub offset_range: [f64; 2],
-    /// How the tool leans with [`Method::Inclined`]; where it would touch something then, another lean is taken.
+    /// Inclination of the tool with [`PlacementMethod::Inclined`]. Where the tool would touch something at this
+    /// inclination, others are tried.
     pub lean: ToolInclination,
-    /// Work that a face may take before wide strips are given up and its rest is finished at the fixed
-    /// lead, over the work of finishing all of it at the fixed lead (an estimate from its area).
-    /// Counted in locations tried, not timed: the same on every machine.
+    /// Work that a face may take before wide strips are given up and its remainder is finished at the fixed
+    /// lead. It is relative to the work of finishing all of the face at the fixed lead, estimated from its area.
+    /// Work is counted in locations tried and not timed, so it is the same on every machine.
     pub effort: f64,
 }
 
 impl CoverOptions {
+    /// Returns the options for finishing with `cutter` within `tolerance`: adaptive zigzag passes of wide strips.
+    ///
+    /// The preset takes 5 % of the excess for the curves between stations. The link is a guess of ten cutter
+    /// radii; set [`CoverOptions::link`] if the machine is known.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::cover::{CoverOptions, CutPattern, FinishTolerance};
+    /// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+    ///
+    /// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+    /// let spec = CutterSpec { kind, major: 0.0, minor: 4.0, length: 60.0, construction, shank };
+    /// let cutter = Cutter::new(spec).expect("a ball of radius 4 mm");
+    ///
+    /// let tolerance = FinishTolerance { excess: 0.02, gouge: 0.004 };
+    /// let options = CoverOptions {
+    ///     pattern: CutPattern::OneWay,
+    ///     ..CoverOptions::finishing(&cutter, tolerance)
+    /// };
+    /// // 0.001 mm on either side is left to the curves between the stations.
+    /// assert!((options.path_share - 0.001).abs() < 1e-15);
+    /// assert!((options.band.lower + 0.003).abs() < 1e-15);
+    /// assert!((options.band.upper - 0.019).abs() < 1e-15);
+    /// // Stations lie at most an eighth of the radius apart.
+    /// assert_eq!(options.spacing[1], 0.5);
+    /// ```
+    pub fn finishing(cutter: &Cutter, tolerance: FinishTolerance) -> Self {
+        let radius = cutter.radius();
+        let path_share = PATH_SHARE * tolerance.excess;
+        Self {
+            feed_direction: FeedDirection::Adaptive,
+            pattern: CutPattern::ZigZag,
+            method: PlacementMethod::Widest,
+            side: ContactSide::Ahead,
+            band: ToleranceBand {
+                lower: path_share - tolerance.gouge,
+                upper: tolerance.excess - path_share,
+            },
+            link: LINK * radius,
+            path_share,
+            spacing: SPACING.map(|share| share * radius),
+            max_axis_turn: AXIS_TURN / radius,
+            offset_range: OFFSET_RANGE,
+            lean: ToolInclination { angle: FALLBACK_LEAD, towards: None },
+            effort: EFFORT,
+        }
+    }
+
+    /// Checks that every number is within its range.
     pub(super) fn check(&self) -> Result<(), CoverError> {
         let bad = |name, value, must| Err(CoverError::BadOption { name, value, must });
         let positive = |x: f64| x > 0.0 && x.is_finite();
@@ -103,227 +182,21 @@ impl CoverOptions {
     }
 }
 
-/// Distance from the tip at which an axis turn counts as movement when a curve is laid through the
-/// stations of a pass \[mm\]: the cutter's outer radius. `cover` checks passes on curves with this
-/// lever, so the tool path must use the same.
+/// Returns the distance from the tip at which an axis turn counts as movement when a curve is laid through the
+/// stations of a pass \[mm\]: the cutter's outer radius.
+///
+/// `cover` checks passes on curves with this lever, so the tool path must use the same.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+///
+/// let (kind, construction, shank) = (Kind::Bull, Construction::Solid, Vec::new());
+/// let spec = CutterSpec { kind, major: 5.0, minor: 3.0, length: 60.0, construction, shank };
+/// let cutter = Cutter::new(spec).expect("a bull-nose cutter");
+/// assert_eq!(trunnion::cover::lever(&cutter), 8.0);
+/// ```
 pub fn lever(cutter: &Cutter) -> f64 {
     cutter.radius()
-}
-
-/// Passes, and what there is to know about them.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Covering {
-    /// Passes in cutting order, face after face.
-    pub passes: Vec<Pass>,
-    /// What happened on the way.
-    pub report: CoverReport,
-}
-
-/// What happened while passes were placed.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct CoverReport {
-    /// Length of all contact tracks \[mm\].
-    pub length: f64,
-    /// Number of stations.
-    pub stations: usize,
-    /// What all passes take with the ways between them, as the length that is cut at the feed in that time \[mm\].
-    pub price: f64,
-    /// Passes placed [`Method::Inclined`] because wide strips failed somewhere, with the reason.
-    pub fallbacks: Vec<Fallback>,
-    /// Passes that could not be run out in full beyond the face.
-    pub shortened: usize,
-    /// Spans between stations at the least spacing that still leave the band.
-    pub coarse_spans: usize,
-    /// Farthest that any span leaves the widened band to the side of a gouge \[mm\]; 0 if none does.
-    pub worst_gouge: f64,
-    /// What no pass finishes, face after face, the largest first; empty if all is finished.
-    pub rest: Vec<UncutRegion>,
-    /// Area of the faces \[mm²\].
-    pub area: f64,
-    /// Largest turn of the tool axis per mm of end-point track \[rad/mm\].
-    pub axis_turn: f64,
-    /// Pairs of stations between which the axis turns by more than the limit.
-    pub fast_turns: usize,
-    /// Which way passes run on each face: its number, and how.
-    pub ways: Vec<(usize, Way)>,
-    /// Where wide strips were given up because they had taken all the work of [`CoverOptions::effort`]:
-    /// number of the face, parameters `[u, v]`, and the share of the face before that place. The first of them.
-    pub given_up: Option<(usize, [f64; 2], f64)>,
-    /// The first place that no location was found for, however the tool leans: number of the face, parameters
-    /// `[u, v]`, and why.
-    pub refused: Option<(usize, [f64; 2], PositioningError)>,
-    /// Work it took, in cutter locations tried; what is looked at besides is counted in them.
-    pub work: u64,
-}
-
-impl CoverReport {
-    /// Adds what happened on another face.
-    pub(super) fn add(&mut self, other: Self) {
-        self.length += other.length;
-        self.stations += other.stations;
-        self.price += other.price;
-        self.fallbacks.extend(other.fallbacks);
-        self.shortened += other.shortened;
-        self.coarse_spans += other.coarse_spans;
-        self.worst_gouge = self.worst_gouge.max(other.worst_gouge);
-        self.rest.extend(other.rest);
-        self.area += other.area;
-        self.axis_turn = self.axis_turn.max(other.axis_turn);
-        self.fast_turns += other.fast_turns;
-        self.ways.extend(other.ways);
-        self.given_up = self.given_up.or(other.given_up);
-        self.refused = self.refused.take().or(other.refused);
-        self.work += other.work;
-    }
-}
-
-/// Which way passes run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    /// Along u, on lines of constant v.
-    U,
-    /// Along v, on lines of constant u.
-    V,
-    /// Bent to the face.
-    Bent,
-}
-
-/// A pass placed at the least lead.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fallback {
-    /// Number of the face.
-    pub face: usize,
-    /// Parameters `[u, v]` of the place.
-    pub at: [f64; 2],
-    /// Ranges of u and v that it was for.
-    pub uv: [[f64; 2]; 2],
-    /// Why no wide strips were taken.
-    pub reason: FallbackReason,
-}
-
-/// Why a pass is not made of the widest strips.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum FallbackReason {
-    /// There is none somewhere on the pass.
-    NoStrip(PositioningError),
-    /// On this many columns across nothing would have been finished.
-    Missed(usize),
-    /// Wide strips had taken the work that is allowed them.
-    Effort,
-}
-
-/// A place of a face, and what fits there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Parameters `[u, v]`.
-    pub uv: [f64; 2],
-    /// Point \[mm\].
-    pub point: Point3<f64>,
-    /// Least radius by which the face bends towards the cutter there \[mm\]: no larger ball fits. Infinite where
-    /// it does not.
-    pub hollow: f64,
-    /// The same over the whole face, or a little less.
-    pub least_hollow: f64,
-}
-
-impl Place {
-    pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
-        let jet = face.face().surface.jet2(u, v);
-        let towards = |c: Curvature| if face.face().flip { -c.min } else { c.max };
-        let bend = jet.curvature().map_or(0.0, towards).max(0.0);
-        let least_hollow = face.smallest_concave_radius();
-        Self { uv: [u, v], point: jet.s, hollow: bend.recip(), least_hollow }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ([u, v], p) = (self.uv, self.point);
-        write!(
-            f,
-            "at (u, v) = ({u:.6}, {v:.6}), X {:.3} Y {:.3} Z {:.3}, the face is ",
-            p.x, p.y, p.z
-        )?;
-        if self.hollow.is_finite() {
-            let hollow = self.hollow;
-            write!(f, "hollow with a radius of {hollow:.3} mm, the largest ball that fits there")?;
-        } else {
-            write!(f, "not hollow")?;
-        }
-        if self.least_hollow < self.hollow && self.least_hollow > 0.0 {
-            write!(
-                f,
-                "; one of {:.3} mm fits all over the face, as far as it bends",
-                self.least_hollow
-            )?;
-        }
-        Ok(())
-    }
-}
-
-/// Why a face is not covered, or passes are not joined.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CoverError {
-    /// An option that makes no sense.
-    #[error("{name} is {value}; it must be {must}")]
-    BadOption {
-        /// Which one.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it has to be.
-        must: &'static str,
-    },
-    /// Passes along this parameter have no length.
-    #[error(
-        "face {face}: at {across} the pass along {along:?} has no length; cover it along the other parameter"
-    )]
-    NoTrack {
-        /// Number of the face.
-        face: usize,
-        /// Parameter followed.
-        along: Along,
-        /// Value of the other parameter.
-        across: f64,
-    },
-    /// There is not one place of any face that the tool can finish.
-    #[error("face {face}: the cutter cannot be placed anywhere, however it leans: {error}; {at}")]
-    NoPose {
-        /// Number of the face.
-        face: usize,
-        /// The place.
-        at: Box<Place>,
-        /// Why not.
-        error: PositioningError,
-    },
-    /// No way down to a pass or up from it.
-    #[error(
-        "pass {pass} on face {face}: every lead between the pass and the link height gouges \
-         (by {depth:.4} mm or more) or does not lead up; use a slimmer or longer tool, machine the face in a \
-         setup of its own, or lower the plane of the links"
-    )]
-    LeadGouges {
-        /// Index of the pass.
-        pass: usize,
-        /// Number of the face.
-        face: usize,
-        /// A gouge on one of the ways tried, the deepest seen \[mm\].
-        depth: f64,
-    },
-    /// Leads up from both passes, but no link between them.
-    #[error(
-        "pass {pass} on face {face}: on no link round the part from the pass before it does the tool keep clear of \
-         all faces; use a slimmer or shorter tool or a larger clearance, or machine the face in several setups"
-    )]
-    NoWayRound {
-        /// Index of the pass.
-        pass: usize,
-        /// Number of the face.
-        face: usize,
-    },
-    /// Stopped through `Progress`.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
 }

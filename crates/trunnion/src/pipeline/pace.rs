@@ -2,7 +2,7 @@
 
 use super::estimate::rest_to_rest;
 use super::job::Job;
-use crate::cover::Clock;
+use crate::cover::PassCost;
 use crate::files::job::Reference;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
@@ -79,7 +79,7 @@ fn inset(kinematics: &Kinematics) -> Kinematics {
     Kinematics::new(&machine, kinematics.setup())
 }
 
-impl Clock for Pace {
+impl PassCost for Pace {
     fn feed(&self) -> f64 {
         self.feed
     }

@@ -2,7 +2,7 @@
 
 use super::job::Job;
 use super::summary::{counted, reason};
-use crate::cover::{Covering, Fallback};
+use crate::cover::{Covering, PassFallback};
 use crate::files::summary::{RegionSummary, RestSummary};
 use crate::import::inspect::{AreaElement, elements};
 use crate::surface::{Face, FaceIndex};
@@ -24,7 +24,7 @@ struct Joined {
 /// Where wide strips did not fit, the largest first.
 pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionSummary> {
     let mut joined: Vec<Joined> = Vec::new();
-    for Fallback { face, uv, reason: why, .. } in &covering.report.fallbacks {
+    for PassFallback { face, uv, reason: why, .. } in &covering.report.fallbacks {
         join(&mut joined, Joined { face: *face, parts: vec![*uv], why: reason(why) });
     }
     let all = covering.report.area.max(f64::MIN_POSITIVE);

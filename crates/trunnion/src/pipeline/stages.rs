@@ -9,7 +9,10 @@ use crate::axes::{
     self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
     SingularOptions,
 };
-use crate::cover::{self, Clock, CoverOptions, Covering, Hops, LinkOptions, Turns, Ways};
+use crate::cover::{
+    self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
+    FinishTolerance, HopOptions, LinkOptions, LinkRequest, PassCost, PlacementMethod,
+};
 use crate::feed::{
     self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
 };
@@ -22,18 +25,6 @@ use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOpti
 use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
 use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::TAU;
-
-/// Least and largest distance between stations, as fractions of the cutter's radius.
-const SPACING: [f64; 2] = [0.003, 0.125];
-
-/// Offset directions searched unless the job says otherwise \[rad\].
-const OFFSET_RANGE: [f64; 2] = [-std::f64::consts::FRAC_PI_6, std::f64::consts::FRAC_PI_6];
-
-/// Lead of the fallback where no strip fits \[rad\].
-const FALLBACK_LEAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-
-/// Work for the strips of a face, over that of finishing it at the fixed lead.
-const EFFORT: f64 = 3.0;
 
 /// Share of the linearisation that the quintic axis path takes from the blocks: tip and axis each.
 pub(super) const QUINTIC_SHARE: f64 = 0.1;
@@ -87,24 +78,24 @@ pub(super) fn cover_turning(
     progress: &dyn Progress,
 ) -> Result<Covering, PipelineError> {
     let strategy = &job.file.strategy;
+    let tolerance = FinishTolerance { excess: job.budget.total, gouge: job.budget.gouge };
+    let preset = CoverOptions::finishing(&job.cutter, tolerance);
     let (method, lean) = match strategy.method {
-        file::Method::Widest => {
-            (cover::Method::Widest, ToolInclination { angle: FALLBACK_LEAD, towards: None })
-        }
+        file::Method::Widest => (PlacementMethod::Widest, preset.lean),
         file::Method::Fixed { lead, tilt } => {
-            (cover::Method::Inclined, ToolInclination::of(lead, tilt))
+            (PlacementMethod::Inclined, ToolInclination::of(lead, tilt))
         }
     };
     let options = CoverOptions {
-        along: match strategy.along {
-            file::Along::U => cover::Along::U,
-            file::Along::V => cover::Along::V,
-            file::Along::Curvature => cover::Along::Curvature,
-            file::Along::Adaptive => cover::Along::Adaptive,
+        feed_direction: match strategy.along {
+            file::Along::U => FeedDirection::U,
+            file::Along::V => FeedDirection::V,
+            file::Along::Curvature => FeedDirection::Curvature,
+            file::Along::Adaptive => FeedDirection::Adaptive,
         },
-        direction: match strategy.direction {
-            file::Direction::Zigzag => cover::Direction::ZigZag,
-            file::Direction::OneWay => cover::Direction::OneWay,
+        pattern: match strategy.direction {
+            file::Direction::Zigzag => CutPattern::ZigZag,
+            file::Direction::OneWay => CutPattern::OneWay,
         },
         method,
         side: match strategy.side {
@@ -115,15 +106,18 @@ pub(super) fn cover_turning(
         band: ToleranceBand { lower: job.budget.lower, upper: job.budget.upper },
         link: link_length(job),
         path_share: job.budget.shares.path,
-        spacing: SPACING.map(|fraction| fraction * job.cutter.radius()),
         max_axis_turn,
-        offset_range: strategy.offset_range.unwrap_or(OFFSET_RANGE),
+        offset_range: strategy.offset_range.unwrap_or(preset.offset_range),
         lean,
-        effort: EFFORT,
+        ..preset
     };
-    let clock = Pace::new(job, options.link);
-    let faces = (job.faces.as_slice(), job.others.as_slice());
-    Ok(cover::cover_beside(faces, &job.cutter, &options, (&clock, progress))?)
+    let cost = Pace::new(job, options.link);
+    let request = CoverRequest {
+        others: &job.others,
+        cost: Some(&cost),
+        ..CoverRequest::new(&job.faces, &job.cutter, &options)
+    };
+    Ok(cover::cover(&request, progress)?)
 }
 
 /// Whether the tool may hop: where stock may stand anywhere it goes over all of it.
@@ -169,15 +163,19 @@ pub(super) fn legs(
     let estimate = Estimate::new(&job.kinematics);
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
-    let hops = Hops { height: approach, clear: 0.5 * approach, seconds: &seconds };
+    let hops = HopOptions { height: approach, clear: 0.5 * approach, seconds: &seconds };
     let hops = Some(hops).filter(|_| hop(job));
     let pace = Pace::new(job, options.clearance);
     let reaches =
         |axis: &UnitVector3<f64>| pace.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
     let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
-    let ways = Ways { hops, turns: Some(Turns { home, reaches: &reaches }) };
     let faces: Vec<FaceIndex> = job.faces.iter().chain(&job.others).cloned().collect();
-    Ok(cover::legs(passes, &faces, &job.cutter, (&options, &ways), progress)?)
+    let request = LinkRequest {
+        hops,
+        reach: Some(AxisReach { home, reaches: &reaches }),
+        ..LinkRequest::new(passes, &faces, &job.cutter, &options)
+    };
+    Ok(cover::legs(&request, progress)?)
 }
 
 pub(super) fn tool_path(

@@ -7,7 +7,7 @@ use super::material::{self, Solids};
 use super::programs::{Moved, Program};
 use super::regions;
 use super::retracts;
-use crate::cover::{Covering, FallbackReason, Way};
+use crate::cover::{Covering, FallbackReason, GivenUp, PassLayout};
 use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
@@ -84,7 +84,7 @@ fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     let report = &covering.report;
     let mut warnings = Vec::new();
     warnings.extend(regions::fixed(&job.faces, covering));
-    if let Some((face, [u, v], share)) = report.given_up {
+    if let Some(GivenUp { face, uv: [u, v], share }) = report.given_up {
         warnings.push(format!(
             "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
              taken the work that is allowed them; the rest is finished at a fixed lead; passes along the \
@@ -158,11 +158,11 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
 
 /// Which way passes run on a face.
 fn along(face: usize, covering: &Covering) -> String {
-    let way = covering.report.ways.iter().find(|(of, _)| *of == face);
-    let name = match way {
-        Some((_, Way::U)) => "u",
-        Some((_, Way::V)) => "v",
-        Some((_, Way::Bent)) => "bent",
+    let of_face = covering.report.layouts.iter().find(|one| one.face == face);
+    let name = match of_face.map(|one| one.layout) {
+        Some(PassLayout::U) => "u",
+        Some(PassLayout::V) => "v",
+        Some(PassLayout::Bent) => "bent",
         None => "none",
     };
     name.to_owned()

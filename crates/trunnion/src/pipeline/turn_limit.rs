@@ -32,6 +32,6 @@ pub(super) fn cost(
         free_passes: free.passes.len(),
         free_length: free.report.length,
         length: over(report.length, free.report.length),
-        time: over(report.price, free.report.price),
+        time: over(report.cost, free.report.cost),
     }))
 }

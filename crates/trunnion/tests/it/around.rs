@@ -5,7 +5,7 @@
 
 use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
-use trunnion::cover::{LeadKind, LinkOptions, Ways, legs, lever};
+use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs, lever};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Sphere, Surface, TrimCurve, TrimLoop};
 use trunnion::toolpath::{ToolPathOptions, through};
@@ -129,10 +129,7 @@ fn a_shaft_is_gone_round_with_the_whole_tool_clear_of_it() {
         let way = |i: usize| if i.is_multiple_of(2) { [5.0, 55.0] } else { [50.0, 10.0] };
         let passes: Vec<Pass> = angles.iter().enumerate().map(|(i, &a)| pass(a, way(i))).collect();
         let legs = legs(
-            &passes,
-            &faces,
-            &cutter,
-            (&options(shaft_box(), clearance), &Ways::default()),
+            &LinkRequest::new(&passes, &faces, &cutter, &options(shaft_box(), clearance)),
             &Silent,
         )
         .unwrap();
@@ -161,7 +158,7 @@ fn neighbouring_passes_are_joined_by_short_links() {
     let (faces, cutter) = ([shaft()], cutter(Vec::new()));
     let passes = [pass(3.0, [5.0, 55.0]), pass(3.2, [55.0, 5.0])];
     let legs =
-        legs(&passes, &faces, &cutter, (&options(shaft_box(), 10.0), &Ways::default()), &Silent)
+        legs(&LinkRequest::new(&passes, &faces, &cutter, &options(shaft_box(), 10.0)), &Silent)
             .unwrap();
     let link =
         legs.iter().find(|leg| leg.motion == Motion::Link && leg.stations.len() > 2).unwrap();
@@ -193,7 +190,7 @@ fn a_ball_is_gone_round_to_its_far_side() {
     let corner = Vector3::repeat(RADIUS);
     let part = [Point3::from(-corner), Point3::from(corner)];
     let legs =
-        legs(&passes, &faces, &cutter, (&options(part, 8.0), &Ways::default()), &Silent).unwrap();
+        legs(&LinkRequest::new(&passes, &faces, &cutter, &options(part, 8.0)), &Silent).unwrap();
     let places = grid(|p| p.coords.norm() <= RADIUS + 1e-9);
     for leg in legs.iter().filter(|leg| leg.motion == Motion::Link && leg.stations.len() > 2) {
         let poses = link_poses(std::slice::from_ref(leg), &cutter).concat();

@@ -12,8 +12,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
-    Along, Clock, CoverError, CoverOptions, Covering, Direction, LeadKind, LinkOptions, Method,
-    Ways, cover, cover_by, legs, lever,
+    CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, GivenUp, LeadKind,
+    LinkOptions, LinkRequest, PassCost, PlacementMethod, cover, legs, lever,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
@@ -83,9 +83,9 @@ fn long(length: f64) -> Cutter {
 
 fn options() -> CoverOptions {
     CoverOptions {
-        along: Along::V,
-        direction: Direction::ZigZag,
-        method: Method::Widest,
+        feed_direction: FeedDirection::V,
+        pattern: CutPattern::ZigZag,
+        method: PlacementMethod::Widest,
         side: ContactSide::Ahead,
         band: BAND,
         link: 25.0,
@@ -132,7 +132,8 @@ fn finished(face: &FaceIndex, options: &CoverOptions) -> Covering {
 }
 
 fn finished_by(cutter: &Cutter, face: &FaceIndex, options: &CoverOptions) -> Covering {
-    let covering = cover(std::slice::from_ref(face), cutter, options, &Silent).unwrap();
+    let covering =
+        cover(&CoverRequest::new(std::slice::from_ref(face), cutter, options), &Silent).unwrap();
     let [most, least] = left_over(face, &poses(&covering.passes, cutter), cutter, 60);
     let report = &covering.report;
     let most_allowed = options.band.upper + SHARE + SAMPLING;
@@ -148,7 +149,7 @@ fn strips_meet_over_the_whole_face() {
     let face = face(surface(1.0), &[], false);
     let to_and_fro = finished(&face, &options());
     assert!(to_and_fro.report.fallbacks.is_empty(), "{:?}", to_and_fro.report);
-    let one_way = finished(&face, &CoverOptions { direction: Direction::OneWay, ..options() });
+    let one_way = finished(&face, &CoverOptions { pattern: CutPattern::OneWay, ..options() });
     let feeds = |covering: &Covering| -> Vec<bool> {
         covering.passes.iter().map(|pass| pass.track[0][1] < pass.track[1][1]).collect()
     };
@@ -183,11 +184,18 @@ fn any_patch(seed: u64, size: f64) -> FaceIndex {
 #[test]
 fn strips_meet_on_passes_that_bend() {
     for seed in [1, 2, 3] {
-        finished(&any_patch(seed, 1.0), &CoverOptions { along: Along::Curvature, ..options() });
+        finished(
+            &any_patch(seed, 1.0),
+            &CoverOptions { feed_direction: FeedDirection::Curvature, ..options() },
+        );
     }
     finished(
         &face(surface(-1.0), &[], true),
-        &CoverOptions { along: Along::Curvature, direction: Direction::OneWay, ..options() },
+        &CoverOptions {
+            feed_direction: FeedDirection::Curvature,
+            pattern: CutPattern::OneWay,
+            ..options()
+        },
     );
 }
 
@@ -196,20 +204,23 @@ fn strips_meet_on_passes_that_bend() {
 #[test]
 fn adaptive_passes_cost_no_more_than_straight_ones() {
     let face = any_patch(4, 0.6);
-    let options = |along: Along| CoverOptions { along, ..options() };
+    let options = |feed_direction: FeedDirection| CoverOptions { feed_direction, ..options() };
     let cost = |covering: &Covering| {
-        covering.report.length + options(Along::V).link * covering.passes.len() as f64
+        covering.report.length + options(FeedDirection::V).link * covering.passes.len() as f64
     };
     // What is refused one way may be done another.
-    let straight = |along: Along| {
-        let covering = cover(std::slice::from_ref(&face), &cutter(), &options(along), &Silent);
+    let straight = |along: FeedDirection| {
+        let covering = cover(
+            &CoverRequest::new(std::slice::from_ref(&face), &cutter(), &options(along)),
+            &Silent,
+        );
         covering.map_or(f64::INFINITY, |covering| cost(&covering))
     };
-    let [u, v] = [Along::U, Along::V].map(straight);
+    let [u, v] = [FeedDirection::U, FeedDirection::V].map(straight);
     assert!(u.min(v).is_finite(), "{u} {v}");
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| finished(&face, &options(Along::Adaptive)))
+        pool.install(|| finished(&face, &options(FeedDirection::Adaptive)))
     };
     let adaptive = run(1);
     assert!(cost(&adaptive) <= u.min(v), "{} mm, {u} mm along u, {v} mm along v", cost(&adaptive));
@@ -221,14 +232,14 @@ fn adaptive_passes_cost_no_more_than_straight_ones() {
 fn bent_passes_finish_a_trimmed_face() {
     let slanted = [[0.1, 0.05], [0.9, 0.3], [0.7, 0.95], [0.3, 0.8]];
     let face = face(surface(1.0), &[slanted.to_vec()], false);
-    finished(&face, &CoverOptions { along: Along::Curvature, ..options() });
+    finished(&face, &CoverOptions { feed_direction: FeedDirection::Curvature, ..options() });
 }
 
 /// Where turning round costs more than anything, there are no more passes than where it costs nothing.
 #[test]
-fn a_clock_decides_how_many_passes_there_are() {
+fn the_cost_of_links_decides_how_many_passes_there_are() {
     struct Slow(f64);
-    impl Clock for Slow {
+    impl PassCost for Slow {
         fn feed(&self) -> f64 {
             10.0
         }
@@ -243,13 +254,16 @@ fn a_clock_decides_how_many_passes_there_are() {
     let face = [face(surface(1.0), &[], false)];
     let passes = |link: f64| {
         let options = CoverOptions { link, ..options() };
-        let clock = Slow(link / 10.0);
-        cover_by(&face, &cutter(), &options, (&clock, &Silent)).unwrap()
+        let cost = Slow(link / 10.0);
+        let cutter = cutter();
+        let request =
+            CoverRequest { cost: Some(&cost), ..CoverRequest::new(&face, &cutter, &options) };
+        cover(&request, &Silent).unwrap()
     };
     assert!(passes(1000.0).passes.len() <= passes(0.0).passes.len());
-    // By length at the feed a clock changes nothing.
+    // A cost by length at the feed changes nothing.
     let plain = CoverOptions { link: 50.0, ..options() };
-    assert_eq!(passes(50.0), cover(&face, &cutter(), &plain, &Silent).unwrap());
+    assert_eq!(passes(50.0), cover(&CoverRequest::new(&face, &cutter(), &plain), &Silent).unwrap());
 }
 
 /// Wide strips are given up at the same place every time, and the face is finished all the same.
@@ -261,7 +275,7 @@ fn a_face_is_finished_when_its_work_is_used_up() {
     let face = face(shaft, &[half.to_vec()], false);
     let options = CoverOptions { effort: 0.2, spacing: [0.05, 1.0], ..options() };
     let Covering { passes, report } = finished(&face, &options);
-    let (number, _, share) = report.given_up.unwrap();
+    let GivenUp { face: number, share, .. } = report.given_up.unwrap();
     assert!(number == 1 && share > 0.0 && share < 1.0, "{report:?}");
     let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
     let [first, last] = [&passes[0], &passes[passes.len() - 1]].map(widest);
@@ -270,7 +284,10 @@ fn a_face_is_finished_when_its_work_is_used_up() {
 
 #[test]
 fn strips_meet_along_u_and_on_the_other_side() {
-    finished(&face(surface(1.0), &[], false), &CoverOptions { along: Along::U, ..options() });
+    finished(
+        &face(surface(1.0), &[], false),
+        &CoverOptions { feed_direction: FeedDirection::U, ..options() },
+    );
     finished(&face(surface(-1.0), &[], true), &options());
 }
 
@@ -279,9 +296,16 @@ fn strips_meet_along_u_and_on_the_other_side() {
 fn either_side_is_as_good_as_the_better_one() {
     let face = face(surface(0.5), &[], false);
     let passes = |side: ContactSide| {
-        cover(std::slice::from_ref(&face), &cutter(), &CoverOptions { side, ..options() }, &Silent)
-            .unwrap()
-            .passes
+        cover(
+            &CoverRequest::new(
+                std::slice::from_ref(&face),
+                &cutter(),
+                &CoverOptions { side, ..options() },
+            ),
+            &Silent,
+        )
+        .unwrap()
+        .passes
     };
     let [either, ahead, behind] =
         [ContactSide::Either, ContactSide::Ahead, ContactSide::Behind].map(passes);
@@ -358,8 +382,8 @@ fn a_collapsed_edge_is_covered_up_to_its_corner() {
     let covering = finished(&fan, &options());
     assert!(covering.report.rest.is_empty(), "{:?}", covering.report);
     // Along the collapsed edge there is nothing to follow.
-    let along_u = CoverOptions { along: Along::U, ..options() };
-    let refused = cover(&[fan], &cutter(), &along_u, &Silent);
+    let along_u = CoverOptions { feed_direction: FeedDirection::U, ..options() };
+    let refused = cover(&CoverRequest::new(&[fan], &cutter(), &along_u), &Silent);
     assert!(matches!(refused, Err(CoverError::NoTrack { face: 1, .. })), "{refused:?}");
 }
 
@@ -400,9 +424,12 @@ fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
     let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
     let tube = Surface::Cylinder(Cylinder::new(frame, 2.0).unwrap());
     let below = [[2.5, 0.0], [3.7, 0.0], [3.7, 20.0], [2.5, 20.0]];
-    let error = cover(&[face(tube, &[below.to_vec()], true)], &cutter(), &options(), &Silent);
+    let error = cover(
+        &CoverRequest::new(&[face(tube, &[below.to_vec()], true)], &cutter(), &options()),
+        &Silent,
+    );
     let Err(CoverError::NoPose { at, .. }) = &error else { panic!("{error:?}") };
-    assert!((at.hollow - 2.0).abs() < 1e-9 && at.least_hollow <= at.hollow, "{at:?}");
+    assert!((at.concave_radius - 2.0).abs() < 1e-9 && at.least_concave_radius <= at.concave_radius, "{at:?}");
     assert!((at.point.y.hypot(at.point.z) - 2.0).abs() < 1e-9, "{at:?}");
     let text = error.unwrap_err().to_string();
     assert!(text.contains("radius of 2.000 mm, the largest ball that fits there"), "{text}");
@@ -415,12 +442,12 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
     let sphere = Surface::Sphere(Sphere::new(frame, 20.0).unwrap());
     let cap = [[0.2, 0.6], [0.8, 0.6], [0.8, 1.1], [0.2, 1.1]];
     let faces = [face(surface(1.0), &[], false), face(sphere, &[cap.to_vec()], false)];
-    let run = |threads: usize, along: Along| {
-        let options = CoverOptions { along, ..options() };
+    let run = |threads: usize, along: FeedDirection| {
+        let options = CoverOptions { feed_direction: along, ..options() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| cover(&faces, &cutter(), &options, &Silent).unwrap())
+        pool.install(|| cover(&CoverRequest::new(&faces, &cutter(), &options), &Silent).unwrap())
     };
-    for along in [Along::V, Along::Curvature] {
+    for along in [FeedDirection::V, FeedDirection::Curvature] {
         assert_eq!(run(1, along), run(3, along));
     }
 }
@@ -436,14 +463,14 @@ fn a_stop_is_a_typed_error() {
         }
     }
     let face = [face(surface(1.0), &[], false)];
-    let stopped = cover(&face, &cutter(), &options(), &Stop);
+    let stopped = cover(&CoverRequest::new(&face, &cutter(), &options()), &Stop);
     assert!(matches!(stopped, Err(CoverError::Cancelled(_))), "{stopped:?}");
 }
 
 #[test]
 fn bad_options_are_named() {
     let face = [face(surface(1.0), &[], false)];
-    let run = |options| cover(&face, &cutter(), &options, &Silent);
+    let run = |options| cover(&CoverRequest::new(&face, &cutter(), &options), &Silent);
     for options in [
         CoverOptions { spacing: [0.0, 1.0], ..options() },
         CoverOptions { spacing: [2.0, 1.0], ..options() },
@@ -460,7 +487,7 @@ fn bad_options_are_named() {
 fn legs_join_and_turn_only_above_the_plane() {
     let face = [face(surface(1.0), &[], false)];
     let cutter = cutter();
-    let passes = cover(&face, &cutter, &options(), &Silent).unwrap().passes;
+    let passes = cover(&CoverRequest::new(&face, &cutter, &options()), &Silent).unwrap().passes;
     for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
         let link = LinkOptions {
             up: Vector3::z_axis(),
@@ -470,7 +497,7 @@ fn legs_join_and_turn_only_above_the_plane() {
             approach: f64::INFINITY,
             gouge: 0.002,
         };
-        let legs = legs(&passes, &face, &cutter, (&link, &Ways::default()), &Silent).unwrap();
+        let legs = legs(&LinkRequest::new(&passes, &face, &cutter, &link), &Silent).unwrap();
         assert_eq!(legs.len(), 4 * passes.len() - 1);
         // `through` refuses gaps and leads that turn.
         through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
@@ -513,7 +540,7 @@ fn a_lead_that_would_gouge_takes_another_way() {
     // A longer tool would touch the wall with its flank from the start.
     let short = long(8.0);
     let up = |passes: &[Pass]| {
-        let legs = legs(passes, &faces, &short, (&link, &Ways::default()), &Silent).unwrap();
+        let legs = legs(&LinkRequest::new(passes, &faces, &short, &link), &Silent).unwrap();
         let ends = &legs[2].stations;
         (ends[1].pose.tip - ends[0].pose.tip).normalize()
     };
@@ -522,9 +549,9 @@ fn a_lead_that_would_gouge_takes_another_way() {
     assert!((up(&free) - *free[0].stations[0].pose.axis).norm() < 1e-12);
     let barred = standing(11.0, 1.5);
     assert!((up(&barred) - *barred[0].stations[0].pose.axis).norm() > 0.1);
-    let flank = legs(&barred, &faces, &cutter(), (&link, &Ways::default()), &Silent);
+    let flank = legs(&LinkRequest::new(&barred, &faces, &cutter(), &link), &Silent);
     assert!(matches!(flank, Err(CoverError::LeadGouges { .. })), "{flank:?}");
     // Inside the wall no way is free.
-    let stuck = legs(&standing(22.0, 0.0), &faces, &short, (&link, &Ways::default()), &Silent);
+    let stuck = legs(&LinkRequest::new(&standing(22.0, 0.0), &faces, &short, &link), &Silent);
     assert!(matches!(stuck, Err(CoverError::LeadGouges { .. })), "{stuck:?}");
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Unit, Vector3};
-use trunnion::cover::{Hops, LeadKind, LinkOptions, Ways, legs, lever};
+use trunnion::cover::{HopOptions, LeadKind, LinkOptions, LinkRequest, legs, lever};
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
@@ -73,9 +73,10 @@ fn joined(
     face: FaceIndex,
     seconds: &(dyn Fn(&[ToolPose]) -> f64 + Sync),
 ) -> Vec<Leg> {
-    let hops = Hops { height: HEIGHT, clear: CLEAR, seconds };
-    legs(passes, &[face], &cutter(), (&link(), &Ways { hops: Some(hops), turns: None }), &Silent)
-        .unwrap()
+    let hops = Some(HopOptions { height: HEIGHT, clear: CLEAR, seconds });
+    let (faces, cutter, link) = ([face], cutter(), link());
+    let request = LinkRequest { hops, ..LinkRequest::new(passes, &faces, &cutter, &link) };
+    legs(&request, &Silent).unwrap()
 }
 
 fn curves(legs: &[Leg]) -> ToolPath {
@@ -159,7 +160,7 @@ fn a_slow_hop_is_not_taken() {
     let count = |poses: &[ToolPose]| poses.len() as f64;
     for legs in [
         joined(&passes, floor(0.0), &count),
-        legs(&passes, &[floor(0.0)], &cutter(), (&link(), &Ways::default()), &Silent).unwrap(),
+        legs(&LinkRequest::new(&passes, &[floor(0.0)], &cutter(), &link()), &Silent).unwrap(),
     ] {
         assert!(legs.iter().all(|leg| leg.motion != Motion::Hop));
         assert_eq!(legs.iter().filter(|leg| leg.motion == Motion::Cut).count(), 2);

@@ -10,7 +10,8 @@ use crate::swept_tool;
 use nalgebra::{Point3, Vector3};
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
-    Along, Clock, CoverError, CoverOptions, Covering, Direction, Length, Method, cover_beside,
+    CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, LengthCost,
+    PassCost, PlacementMethod, cover,
 };
 use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
@@ -36,10 +37,10 @@ fn cutter([major, minor]: [f64; 2]) -> Cutter {
     Cutter::new(spec).unwrap()
 }
 
-fn options(method: Method) -> CoverOptions {
+fn options(method: PlacementMethod) -> CoverOptions {
     CoverOptions {
-        along: Along::V,
-        direction: Direction::ZigZag,
+        feed_direction: FeedDirection::V,
+        pattern: CutPattern::ZigZag,
         method,
         side: ContactSide::Ahead,
         band: BAND,
@@ -127,11 +128,12 @@ fn agrees(
 }
 
 fn beside_all(
-    faces: (&[FaceIndex], &[FaceIndex]),
+    (faces, others): (&[FaceIndex], &[FaceIndex]),
     cutter: &Cutter,
     options: &CoverOptions,
 ) -> Result<Covering, CoverError> {
-    cover_beside(faces, cutter, options, (&Length { link: options.link }, &Silent))
+    let request = CoverRequest { others, ..CoverRequest::new(faces, cutter, options) };
+    cover(&request, &Silent)
 }
 
 fn cut(
@@ -166,13 +168,13 @@ fn beside(minor: f64) -> f64 {
 /// A machine that gets to some poses only.
 struct Fenced(fn(&ToolPose) -> bool);
 
-impl Clock for Fenced {
+impl PassCost for Fenced {
     fn feed(&self) -> f64 {
         1.0
     }
 
     fn pass(&self, stations: &[Station]) -> f64 {
-        Length { link: 25.0 }.pass(stations)
+        LengthCost { link: 25.0 }.pass(stations)
     }
 
     fn link(&self, _: &Station, _: &Station) -> f64 {
@@ -188,12 +190,14 @@ impl Clock for Fenced {
 #[test]
 fn where_the_machine_does_not_get_to_nothing_is_cut() {
     let (floor, cutter) = (floor(0.2), cutter([0.0, 3.0]));
-    let fenced = |clock: &Fenced| {
+    let fenced = |cost: &Fenced| {
         let faces = std::slice::from_ref(&floor);
-        let options = options(Method::Inclined);
-        let covering = cover_beside((faces, &[]), &cutter, &options, (clock, &Silent)).unwrap();
+        let options = options(PlacementMethod::Inclined);
+        let request =
+            CoverRequest { cost: Some(cost), ..CoverRequest::new(faces, &cutter, &options) };
+        let covering = cover(&request, &Silent).unwrap();
         let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
-        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        assert!(stations.all(|station| cost.reaches(&station.pose)));
         let rest = agrees(&covering, (&floor, &[]), &cutter);
         rest.iter().map(|rest| (rest.area, rest.reason)).collect::<Vec<_>>()
     };
@@ -210,11 +214,13 @@ fn where_the_machine_does_not_get_to_nothing_is_cut() {
 
 #[test]
 fn a_convex_edge_keeps_nothing_back() {
-    for (radii, method) in [([0.0, 3.0], Method::Inclined), ([4.0, 1.0], Method::Widest)] {
+    for (radii, method) in
+        [([0.0, 3.0], PlacementMethod::Inclined), ([4.0, 1.0], PlacementMethod::Widest)]
+    {
         let cutter = cutter(radii);
         let (floor, sides) = (floor(0.2), [cliff(0.2)]);
-        for along in [Along::V, Along::U] {
-            let options = CoverOptions { along, ..options(method) };
+        for along in [FeedDirection::V, FeedDirection::U] {
+            let options = CoverOptions { feed_direction: along, ..options(method) };
             let (_, rest) = cut((&floor, &sides), &cutter, &options);
             let area: f64 = rest.iter().map(|rest| rest.area).sum();
             assert!(rest.is_empty(), "{radii:?} {along:?}: {area} mm2 in {} parts", rest.len());
@@ -225,15 +231,15 @@ fn a_convex_edge_keeps_nothing_back() {
 #[test]
 fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
     for (radii, method) in [
-        ([0.0, 3.0], Method::Inclined),
-        ([0.0, 3.0], Method::Widest),
-        ([4.0, 1.0], Method::Inclined),
-        ([4.0, 1.0], Method::Widest),
+        ([0.0, 3.0], PlacementMethod::Inclined),
+        ([0.0, 3.0], PlacementMethod::Widest),
+        ([4.0, 1.0], PlacementMethod::Inclined),
+        ([4.0, 1.0], PlacementMethod::Widest),
     ] {
         let cutter = cutter(radii);
         let (floor, walls) = (floor(0.0), [wall(0.0)]);
-        for along in [Along::V, Along::U] {
-            let options = CoverOptions { along, ..options(method) };
+        for along in [FeedDirection::V, FeedDirection::U] {
+            let options = CoverOptions { feed_direction: along, ..options(method) };
             let (_, rest) = cut((&floor, &walls), &cutter, &options);
             let expected = 12.0 * beside(radii[1]);
             let area: f64 = rest.iter().map(|rest| rest.area).sum();
@@ -262,8 +268,9 @@ fn beside_a_wall_across_the_passes_no_more_stays() {
     for radii in [[0.0, 3.0], [4.0, 1.0]] {
         let cutter = cutter(radii);
         let (floor, walls) = (floor(slope), [wall(slope)]);
-        for along in [Along::V, Along::U] {
-            let options = CoverOptions { along, ..options(Method::Inclined) };
+        for along in [FeedDirection::V, FeedDirection::U] {
+            let options =
+                CoverOptions { feed_direction: along, ..options(PlacementMethod::Inclined) };
             let (_, rest) = cut((&floor, &walls), &cutter, &options);
             let expected = 12.0 * slope.hypot(1.0) * beside(radii[1]);
             let area: f64 = rest.iter().map(|rest| rest.area).sum();
@@ -281,11 +288,12 @@ fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished()
     let below = [[2.1, 0.0], [4.2, 0.0], [4.2, 10.0], [2.1, 10.0]];
     let tube = face(1, tube, &below, true);
     let faces = (std::slice::from_ref(&tube), &[][..]);
-    let refused = beside_all(faces, &cutter([0.0, 5.0]), &options(Method::Inclined));
+    let refused = beside_all(faces, &cutter([0.0, 5.0]), &options(PlacementMethod::Inclined));
     assert!(matches!(refused, Err(CoverError::NoPose { .. })), "{refused:?}");
     // The third that is there leaves a gap as wide as a tool of 3.46 mm: the larger one has to lean.
     for radius in [2.5, 3.5] {
-        let (_, rest) = cut((&tube, &[]), &cutter([0.0, radius]), &options(Method::Inclined));
+        let (_, rest) =
+            cut((&tube, &[]), &cutter([0.0, radius]), &options(PlacementMethod::Inclined));
         assert!(rest.is_empty(), "{radius} {rest:?}");
     }
 }
@@ -318,7 +326,7 @@ fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
     for (r, tool, lower) in [(5.0, [4.0, 2.0], 0.002), (3.0, [4.0, 2.0], 0.0)] {
         let (corner, others) = rounded_corner(r);
         let band = ToleranceBand { lower, upper: 0.016 };
-        let options = CoverOptions { band, ..options(Method::Widest) };
+        let options = CoverOptions { band, ..options(PlacementMethod::Widest) };
         let (_, rest) = cut((&corner, &others), &cutter(tool), &options);
         let area: f64 = rest.iter().map(|rest| rest.area).sum();
         assert!(rest.is_empty(), "{r} {tool:?} {lower}: {area} mm2 in {} parts", rest.len());
@@ -330,12 +338,15 @@ fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
 #[test]
 fn a_lean_that_only_one_feed_direction_has_is_taken() {
     let (floor, cutter) = (floor(0.0), cutter([3.0, 2.0]));
-    for clock in [Fenced(|pose| pose.axis.y > 0.05), Fenced(|pose| pose.axis.y < -0.05)] {
-        let options = CoverOptions { along: Along::V, ..options(Method::Inclined) };
+    for cost in [Fenced(|pose| pose.axis.y > 0.05), Fenced(|pose| pose.axis.y < -0.05)] {
+        let options =
+            CoverOptions { feed_direction: FeedDirection::V, ..options(PlacementMethod::Inclined) };
         let faces = std::slice::from_ref(&floor);
-        let covering = cover_beside((faces, &[]), &cutter, &options, (&clock, &Silent)).unwrap();
+        let request =
+            CoverRequest { cost: Some(&cost), ..CoverRequest::new(faces, &cutter, &options) };
+        let covering = cover(&request, &Silent).unwrap();
         let mut stations = covering.passes.iter().flat_map(|pass| &pass.stations);
-        assert!(stations.all(|station| clock.reaches(&station.pose)));
+        assert!(stations.all(|station| cost.reaches(&station.pose)));
         let rest = agrees(&covering, (&floor, &[]), &cutter);
         let area: f64 = rest.iter().map(|rest| rest.area).sum();
         assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());

@@ -1,0 +1,124 @@
+//! Errors of covering and joining, with the point of the face that they are about.
+
+use super::options::FeedDirection;
+use crate::positioning::PositioningError;
+use crate::surface::{Curvature, FaceIndex};
+use crate::types::Cancelled;
+use nalgebra::Point3;
+use std::fmt;
+
+/// Point of a face, and the largest ball that fits there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacePoint {
+    /// Parameters `[u, v]`.
+    pub uv: [f64; 2],
+    /// Point \[mm\].
+    pub point: Point3<f64>,
+    /// Least radius with which the face bends towards the cutter at the point \[mm\]: no larger ball fits.
+    /// Infinite where the face does not bend towards the cutter.
+    pub concave_radius: f64,
+    /// The same over the whole face, or a little less.
+    pub least_concave_radius: f64,
+}
+
+impl FacePoint {
+    /// Evaluates the point of `face` at `[u, v]`.
+    pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
+        let jet = face.face().surface.jet2(u, v);
+        let towards = |c: Curvature| if face.face().flip { -c.min } else { c.max };
+        let bend = jet.curvature().map_or(0.0, towards).max(0.0);
+        let least_concave_radius = face.smallest_concave_radius();
+        Self { uv: [u, v], point: jet.s, concave_radius: bend.recip(), least_concave_radius }
+    }
+}
+
+impl fmt::Display for FacePoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([u, v], p) = (self.uv, self.point);
+        write!(
+            f,
+            "at (u, v) = ({u:.6}, {v:.6}), X {:.3} Y {:.3} Z {:.3}, the face is ",
+            p.x, p.y, p.z
+        )?;
+        if self.concave_radius.is_finite() {
+            let radius = self.concave_radius;
+            write!(f, "hollow with a radius of {radius:.3} mm, the largest ball that fits there")?;
+        } else {
+            write!(f, "not hollow")?;
+        }
+        if self.least_concave_radius < self.concave_radius && self.least_concave_radius > 0.0 {
+            write!(
+                f,
+                "; one of {:.3} mm fits all over the face, as far as it bends",
+                self.least_concave_radius
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Error of [`cover`](super::cover) or [`legs`](super::legs).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CoverError {
+    /// An option is outside its range.
+    #[error("{name} is {value}; it must be {must}")]
+    BadOption {
+        /// Name of the option.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Range that it must be in.
+        must: &'static str,
+    },
+    /// Passes along this parameter have no length.
+    #[error(
+        "face {face}: at {across} the pass along {along:?} has no length; cover it along the other parameter"
+    )]
+    NoTrack {
+        /// Number of the face.
+        face: usize,
+        /// Feed direction.
+        along: FeedDirection,
+        /// Value of the other parameter.
+        across: f64,
+    },
+    /// The tool cannot finish a single point of any face.
+    #[error("face {face}: the cutter cannot be placed anywhere, however it leans: {error}; {at}")]
+    NoPose {
+        /// Number of the face.
+        face: usize,
+        /// First point that was refused.
+        at: Box<FacePoint>,
+        /// Reason at that point.
+        error: PositioningError,
+    },
+    /// No lead connects a pass with the height of the links.
+    #[error(
+        "pass {pass} on face {face}: every lead between the pass and the link height gouges \
+         (by {depth:.4} mm or more) or does not lead up; use a slimmer or longer tool, machine the face in a \
+         setup of its own, or lower the plane of the links"
+    )]
+    LeadGouges {
+        /// Index of the pass.
+        pass: usize,
+        /// Number of the face.
+        face: usize,
+        /// Deepest gouge seen on the leads that were tried \[mm\].
+        depth: f64,
+    },
+    /// Both passes have leads, but no link connects them.
+    #[error(
+        "pass {pass} on face {face}: on no link round the part from the pass before it does the tool keep clear of \
+         all faces; use a slimmer or shorter tool or a larger clearance, or machine the face in several setups"
+    )]
+    NoWayRound {
+        /// Index of the pass.
+        pass: usize,
+        /// Number of the face.
+        face: usize,
+    },
+    /// Stopped through `Progress`.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

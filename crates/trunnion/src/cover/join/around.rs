@@ -1,0 +1,162 @@
+//! Links round the part, where no plane lies over all passes.
+//!
+//! A tool with its axis along `n` and its tip on a plane square to `n` is on the far side of that plane with
+//! everything it has, however wide its holder. So it keeps off a part wherever its tip is higher,
+//! seen along its own axis, than all of the part: the planes that touch the part and its stock,
+//! raised by the clearance, envelop the way round.
+
+use crate::cover::join::axis_reach::AxisReach;
+use crate::cover::join::leads::LinkPlanner;
+use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::sweep::PassSweep;
+use crate::math::angle::{angle_between, great_circle};
+use crate::types::{PoseCurve, Station, ToolPose};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use std::f64::consts::PI;
+
+/// Largest turn between two stations of a link \[rad\].
+const STEP: f64 = PI / 12.0;
+
+/// Stations at least: the way between is a curve then, and run as it is.
+const LEAST_STEPS: u32 = 2;
+
+/// As many as half a turn takes.
+const MOST_STEPS: u32 = 12;
+
+/// Share of the clearance that the tool keeps from all faces between the stations.
+const KEPT: f64 = 0.25;
+
+/// Share of the clearance to which that is told.
+const PRECISION: f64 = 0.05;
+
+/// How often a link is raised by another clearance where it does not keep that.
+const RAISES: u32 = 3;
+
+impl LinkPlanner<'_> {
+    /// The way from one place over the part, as seen along its axis, to another one: its stations, ends and all.
+    /// The axis turns on a great circle, the tip goes straight but for what it is lifted along the axis.
+    ///
+    /// Where the machine does not get to the axes on the way, it turns over another one, the shortest way. The curve
+    /// through stations so far apart leaves the great circle by some tenths of a degree next to its ends: what counts
+    /// is the curve.
+    pub(crate) fn around(
+        &self,
+        from: &Station,
+        to: &Station,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Option<Vec<Station>> {
+        let over = |axes: &[UnitVector3<f64>], reach: Option<&AxisReach<'_>>| {
+            (0..RAISES).find_map(|raise| {
+                let stations =
+                    self.stations([from, to], axes, self.options.clearance * f64::from(raise));
+                let curve = PoseCurve::through(&stations, self.lever);
+                let within = reach.is_none_or(|reach| reach.holds_on(&curve));
+                (within && self.keeps_off(curve)).then_some(stations)
+            })
+        };
+        let ends = [&from.pose.axis, &to.pose.axis];
+        let direct = direct(ends);
+        let Some(reach) = reach else { return over(&direct, None) };
+        let first = reach.holds(&direct).then(|| over(&direct, Some(reach))).flatten();
+        let others = || corners(ends, reach).iter().find_map(|axes| over(axes, Some(reach)));
+        // Better told by the axes than not at all.
+        first.or_else(others).or_else(|| over(&direct, None))
+    }
+
+    fn stations(
+        &self,
+        [from, to]: [&Station; 2],
+        axes: &[UnitVector3<f64>],
+        raise: f64,
+    ) -> Vec<Station> {
+        let turns: Vec<f64> = axes.windows(2).map(|a| angle_between(&a[0], &a[1])).collect();
+        let all: f64 = turns.iter().sum();
+        let tips = [from.pose.tip, to.pose.tip];
+        let mut stations = vec![*from];
+        let mut gone = 0.0;
+        for (pair, turn) in axes.windows(2).zip(&turns) {
+            let count = steps(*turn);
+            for step in 1..=count {
+                let share = f64::from(step) / f64::from(count);
+                let Some(axis) = great_circle(&pair[0], &pair[1], share) else { continue };
+                let whole = if all > 0.0 { (gone + share * turn) / all } else { share };
+                stations.push(self.lifted(tips[0] + (tips[1] - tips[0]) * whole, axis, raise));
+            }
+            gone += turn;
+        }
+        stations.pop();
+        stations.push(*to);
+        stations
+    }
+
+    /// The place itself, or as far along the axis as it takes to be over the part.
+    fn lifted(&self, tip: Point3<f64>, axis: UnitVector3<f64>, raise: f64) -> Station {
+        let missing = self.height(&axis) + raise - tip.coords.dot(&axis);
+        let tip = tip + axis.scale(missing.max(0.0));
+        Station { pose: ToolPose { tip, axis }, contact: tip }
+    }
+
+    /// Whether the tool keeps a share of the clearance from all faces on a curve: proven, not sampled.
+    fn keeps_off(&self, curve: PoseCurve) -> bool {
+        let spans = curve.spans.len();
+        if !curve.knots.iter().all(|knot| knot.is_finite()) {
+            return false;
+        }
+        let sweep = PassSweep::of(curve, self.lever);
+        let [kept, precision] = [KEPT, PRECISION].map(|share| share * self.options.clearance);
+        self.faces.iter().zip(&self.trees).all(|(face, tree)| {
+            let (target, tool, chart) = (kept, &self.tool, &self.chart);
+            let clearance = ClearanceProof { face, chart, tree, tool, target, precision };
+            (0..spans).all(|span| clearance.least(&sweep, span, 1) >= kept - precision)
+        })
+    }
+}
+
+/// Axes of the shortest way, ends and all.
+fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
+    match corner(from, to) {
+        Some(corner) => vec![*from, corner, *to],
+        None => vec![*from, *to],
+    }
+}
+
+/// Axes over one about home, ends and all; the shortest way first. All axes between are within reach.
+fn corners(
+    [from, to]: [&UnitVector3<f64>; 2],
+    reach: &AxisReach<'_>,
+) -> Vec<Vec<UnitVector3<f64>>> {
+    let over = reach.around_home().map(|corner| vec![*from, corner, *to]);
+    let mut routes: Vec<_> = over.filter(|axes| reach.holds(axes)).collect();
+    let length = |axes: &Vec<UnitVector3<f64>>| -> f64 {
+        axes.windows(2).map(|pair| angle_between(&pair[0], &pair[1])).sum()
+    };
+    routes.sort_by(|a, b| length(a).total_cmp(&length(b)));
+    routes
+}
+
+/// A direction between two opposite ones, which no great circle joins.
+fn corner(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<UnitVector3<f64>> {
+    (angle_between(from, to) > PI - STEP).then(|| {
+        let side = from.cross(&Vector3::ith(from.iamin(), 1.0));
+        Unit::new_normalize(side)
+    })
+}
+
+fn steps(turn: f64) -> u32 {
+    let fits = |count: &u32| turn <= STEP * f64::from(*count);
+    (LEAST_STEPS..MOST_STEPS).find(fits).unwrap_or(MOST_STEPS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn opposite_axes_turn_over_a_corner() {
+        let z = Vector3::z_axis();
+        let corner = corner(&z, &-z).unwrap();
+        assert!(corner.dot(&z).abs() < 1e-15);
+        assert_eq!(steps(0.0), 2);
+        assert_eq!(steps(PI / 2.0), 6);
+    }
+}

@@ -1,0 +1,105 @@
+//! Short ways from pass to pass: off the face, over, and on again in one sweep.
+
+use crate::cover::prove::sweep::PassSweep;
+use crate::math::angle::{angle_between, great_circle};
+use crate::types::{PoseCurve, Station, ToolPose};
+use nalgebra::Point3;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
+
+/// What decides on hops. No `Default`: the caller knows stock and machine.
+#[derive(Clone, Copy)]
+pub struct HopOptions<'a> {
+    /// Height of the tip above the ends of the passes half way over \[mm\]: more than the stock. Twice and four
+    /// times that is tried too.
+    pub height: f64,
+    /// What the tool keeps from the faces in the middle of a hop \[mm\], at least: what may be left on them.
+    pub clear: f64,
+    /// Seconds the machine takes through poses, from rest to rest: about. A hop is taken where it is quicker
+    /// than three straight ways, up, over and down.
+    pub seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync),
+}
+
+impl fmt::Debug for HopOptions<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { height, clear, .. } = self;
+        f.debug_struct("Hops").field("height", height).field("clear", clear).finish_non_exhaustive()
+    }
+}
+
+/// Heights tried, over the one asked for.
+const HEIGHTS: [f64; 3] = [1.0, 2.0, 4.0];
+
+/// Steps over which the sweep is laid out: a spline through them is half an ellipse to a thousandth of its height.
+const STEPS: u32 = 16;
+
+/// Steps at either end on which the tool still leaves the face: there it is at less than half its height.
+const NEAR: usize = 3;
+
+/// A way from the end of one pass to the start of another.
+pub(crate) struct HopPath<'a> {
+    pub(crate) from: &'a Station,
+    pub(crate) to: &'a Station,
+    /// Where leads from these would come to, if there are any.
+    pub(crate) over: [Option<ToolPose>; 2],
+    pub(crate) lever: f64,
+}
+
+impl HopPath<'_> {
+    /// Stations of the lowest sweep that is free and quicker than a link. `free`: whether the tool keeps a distance
+    /// from all faces during a span; into a face it may go by `gouge`.
+    pub(crate) fn find(
+        &self,
+        hops: &HopOptions<'_>,
+        free: impl Fn(&PassSweep, usize, f64) -> bool,
+        gouge: f64,
+    ) -> Option<Vec<Station>> {
+        let [from, to] = [self.from, self.to].map(|station| station.pose);
+        if angle_between(&from.axis, &to.axis) >= FRAC_PI_2 {
+            return None;
+        }
+        let link = match self.over {
+            [Some(above), Some(beyond)] => [[from, above], [above, beyond], [beyond, to]]
+                .iter()
+                .map(|way| (hops.seconds)(way))
+                .sum(),
+            _ => f64::INFINITY,
+        };
+        let quick = |stations: &[Station]| {
+            let poses: Vec<ToolPose> = stations.iter().map(|station| station.pose).collect();
+            (hops.seconds)(&poses) < link
+        };
+        HEIGHTS.iter().find_map(|share| {
+            let stations = self.stations(share * hops.height);
+            let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
+            let spans = sweep.curve.spans.len();
+            let kept = |span: usize| {
+                let middle = (NEAR..spans - NEAR).contains(&span);
+                free(&sweep, span, if middle { hops.clear } else { -gouge })
+            };
+            (quick(&stations) && (0..spans).all(kept)).then_some(stations)
+        })
+    }
+
+    /// Half an ellipse, up along the tool axis; the axis turns on the great circle.
+    fn stations(&self, height: f64) -> Vec<Station> {
+        let [from, to] = [self.from, self.to];
+        let at = |step: u32| {
+            if step == 0 || step == STEPS {
+                return if step == 0 { *from } else { *to };
+            }
+            let (sin, cos) = (PI * f64::from(step) / f64::from(STEPS)).sin_cos();
+            let share = 0.5 * (1.0 - cos);
+            let between = |a: &Point3<f64>, b: &Point3<f64>| a + (b - a) * share;
+            let [a, b] = [from.pose.axis, to.pose.axis];
+            let axis = great_circle(&a, &b, share).unwrap_or(a);
+            let up = axis.scale(height * sin);
+            let tip = between(&from.pose.tip, &to.pose.tip) + up;
+            Station {
+                pose: ToolPose { tip, axis },
+                contact: between(&from.contact, &to.contact) + up,
+            }
+        };
+        (0..=STEPS).map(at).collect()
+    }
+}

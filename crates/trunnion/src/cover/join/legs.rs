@@ -1,0 +1,295 @@
+//! Joins passes to a whole program of motions.
+
+use super::hop::{HopOptions, HopPath};
+use super::leads::{ClearLevel, LinkPlanner, PRECISION, PassEnd, moved};
+use super::request::LinkRequest;
+use crate::cover::error::CoverError;
+use crate::cover::join::axis_reach::AxisReach;
+use crate::cover::prove::sweep::PassSweep;
+use crate::types::{Leg, Motion, Pass, Progress, Stage, Station};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Climb from which on the tool stands rather than lies on the plane \[60 deg from its normal\]. Farther over, leads
+/// along the tool axis get longer than twice the height they gain, and the flank and the holder come next to the
+/// plane.
+const UPRIGHT: f64 = 0.5;
+
+/// Joins passes: down to the first, along it, over to the next, and up from the last. Passes are run in
+/// the order and direction given.
+///
+/// From pass to pass the tool hops if [`LinkRequest::hops`] allows it and that is quicker. Otherwise it goes up by a
+/// lead, over at a height where it may turn, and down again. Each hop and each lead is proven to keep off all faces,
+/// with the whole tool up to the gauge point. Where a lead along the tool axis is barred, one leaning towards
+/// [`LinkOptions::up`](super::request::LinkOptions::up) is taken.
+///
+/// Where no lead leads up to the plane over the part, or the tool would lie on it, as on the sides of a shaft, leads
+/// end over the part as seen along the tool axis. The link between them leads round the part on a curve, the
+/// axis turning on the way, that is proven likewise.
+///
+/// # Errors
+///
+/// [`CoverError::LeadGouges`] where every lead gouges or does not lead up, [`CoverError::NoWayRound`] where no link
+/// leads round the part, [`CoverError::Cancelled`] on request.
+///
+/// # Example
+///
+/// A pass of 10 mm on a plane: one lead down, the cut, one lead up.
+///
+/// ```
+/// use nalgebra::{Point3, Vector3};
+/// use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs};
+/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+/// use trunnion::types::{Motion, Pass, Silent, Station, ToolPose};
+///
+/// let points = [0.0, 20.0].map(|x| [0.0, 20.0].map(|y| Point3::new(x, y, 0.0)).to_vec()).to_vec();
+/// let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+/// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
+/// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new(), false)?)?];
+///
+/// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+/// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
+/// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
+/// let station = |x: f64| {
+///     let tip = Point3::new(x, 10.0, 0.0);
+///     Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+/// };
+/// let stations = vec![station(5.0), station(15.0)];
+/// let passes = [Pass { face: 1, stations, widths: vec![2.0; 2], track: vec![[0.25, 0.5], [0.75, 0.5]] }];
+/// let options = LinkOptions {
+///     up: Vector3::z_axis(),
+///     boxes: vec![[Point3::origin(), Point3::new(20.0, 20.0, 0.0)]],
+///     clearance: 30.0,
+///     lead: LeadKind::Axis,
+///     approach: f64::INFINITY,
+///     gouge: 0.01,
+/// };
+///
+/// let legs = legs(&LinkRequest::new(&passes, &faces, &cutter, &options), &Silent)?;
+/// let motions: Vec<Motion> = legs.iter().map(|leg| leg.motion).collect();
+/// assert_eq!(motions, [Motion::LeadIn, Motion::Cut, Motion::LeadOut]);
+/// // The lead starts at the clearance of 30 mm and a radius above it.
+/// assert_eq!(legs[0].stations[0].pose.tip.z, 35.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Leg>, CoverError> {
+    let planner = LinkPlanner::new(request);
+    let passes = request.passes;
+    let done = AtomicU64::new(0);
+    let total = passes.len() as u64;
+    let joins: Vec<Vec<Leg>> = (0..=passes.len())
+        .into_par_iter()
+        .map(|next| {
+            progress.step(Stage::Cover, done.fetch_add(1, Ordering::Relaxed), total)?;
+            let numbered = |index: usize| Some(NumberedPass { index, pass: passes.get(index)? });
+            let before = next.checked_sub(1).and_then(numbered);
+            planner.between(before, numbered(next), request.hops.as_ref(), request.reach.as_ref())
+        })
+        .collect::<Result<_, CoverError>>()?;
+    let mut legs: Vec<Leg> = Vec::new();
+    let cuts =
+        passes.iter().map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
+    let mut cuts = cuts.fuse();
+    for join in joins {
+        legs.extend(join);
+        legs.extend(cuts.next());
+    }
+    Ok(legs)
+}
+
+/// Leads of two passes, and the link between their ends.
+#[derive(Default)]
+struct PassJoin {
+    up: Vec<Station>,
+    link: Vec<Station>,
+    down: Vec<Station>,
+}
+
+/// Pass with its index.
+#[derive(Clone, Copy)]
+struct NumberedPass<'a> {
+    index: usize,
+    pass: &'a Pass,
+}
+
+/// Lead that is divided into its upper part, if there is any, and its lower part.
+struct SplitLead {
+    high: Option<Vec<Station>>,
+    low: Vec<Station>,
+}
+
+impl LinkPlanner<'_> {
+    /// Plans the legs from one pass to the next; without one of them, from or to the height of the links.
+    fn between(
+        &self,
+        before: Option<NumberedPass<'_>>,
+        next: Option<NumberedPass<'_>>,
+        hops: Option<&HopOptions<'_>>,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Result<Vec<Leg>, CoverError> {
+        if let (Some(before), Some(next), Some(hops)) = (before, next, hops)
+            && let Some(stations) = self.hop(before.pass, next.pass, hops, reach)
+        {
+            return Ok(vec![Leg { motion: Motion::Hop, stations }]);
+        }
+        let PassJoin { up, link, down } = match (before, next) {
+            (Some(before), Some(next)) => self.join(before, next, reach)?,
+            (Some(before), None) => {
+                PassJoin { up: self.lead_alone(before, PassEnd::Last)?, ..PassJoin::default() }
+            }
+            (None, Some(next)) => {
+                PassJoin { down: self.lead_alone(next, PassEnd::First)?, ..PassJoin::default() }
+            }
+            (None, None) => PassJoin::default(),
+        };
+        let mut legs = Vec::new();
+        if before.is_some() {
+            let SplitLead { high, low } = split(up, self.options.approach);
+            legs.push(Leg { motion: Motion::LeadOut, stations: low });
+            legs.extend(high.map(|stations| Leg { motion: Motion::Link, stations }));
+        }
+        if link.len() > 1 {
+            legs.push(Leg { motion: Motion::Link, stations: link });
+        }
+        if next.is_some() {
+            let SplitLead { high, low } = split(down, self.options.approach);
+            let link = high.map(|high| Leg { motion: Motion::Link, stations: reversed(high) });
+            legs.extend(link);
+            legs.push(Leg { motion: Motion::LeadIn, stations: reversed(low) });
+        }
+        Ok(legs)
+    }
+
+    /// Plans a hop from one pass to the next, if there is one that is free and quicker than a link.
+    fn hop(
+        &self,
+        before: &Pass,
+        next: &Pass,
+        hops: &HopOptions<'_>,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Option<Vec<Station>> {
+        let from = before.stations.last()?;
+        let to = next.stations.first()?;
+        if !reach.is_none_or(|reach| reach.holds(&[from.pose.axis, to.pose.axis])) {
+            return None;
+        }
+        let over = [self.shortest(from), self.shortest(to)].map(|end| end.map(|s| s.pose));
+        let hop = HopPath { from, to, over, lever: self.lever };
+        let margin = PRECISION * self.options.gouge;
+        let free = |sweep: &PassSweep, span, least: f64| {
+            self.depth_in(sweep, span, least + margin) <= -least
+        };
+        hop.find(hops, free, self.options.gouge)
+    }
+
+    /// Plans the lead at an end of the program.
+    fn lead_alone(&self, of: NumberedPass<'_>, end: PassEnd) -> Result<Vec<Station>, CoverError> {
+        let [first, second] =
+            self.order(&[station_at(of.pass, end)]).map(|level| self.lead(of.pass, end, level));
+        let gouges = |depth| CoverError::LeadGouges { pass: of.index, face: of.pass.face, depth };
+        first.or_else(|depth| second.map_err(|other| gouges(depth.max(other))))
+    }
+
+    /// Joins two passes by the plane if both have leads to it, round the part if not; the other way about where the
+    /// tool would come to lie flat on the plane.
+    fn join(
+        &self,
+        one: NumberedPass<'_>,
+        next: NumberedPass<'_>,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Result<PassJoin, CoverError> {
+        let ends = [station_at(one.pass, PassEnd::Last), station_at(next.pass, PassEnd::First)];
+        let [first, second] = self.order(&ends);
+        let by = |level| self.join_at(level, one, next, reach);
+        by(first).or_else(|error| by(second).map_err(|_| error))
+    }
+
+    /// Returns the order in which levels are tried: the plane first if the tool stands upright at all ends.
+    fn order(&self, ends: &[Option<&Station>]) -> [ClearLevel; 2] {
+        let mut climbs =
+            ends.iter().flatten().map(|station| station.pose.axis.dot(&self.options.up));
+        if climbs.all(|climb| climb >= UPRIGHT) {
+            [ClearLevel::Plane, ClearLevel::Axis]
+        } else {
+            [ClearLevel::Axis, ClearLevel::Plane]
+        }
+    }
+
+    /// Joins two passes at one level.
+    fn join_at(
+        &self,
+        level: ClearLevel,
+        one: NumberedPass<'_>,
+        next: NumberedPass<'_>,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Result<PassJoin, CoverError> {
+        let lead = |of: NumberedPass<'_>, end| {
+            let gouges =
+                |depth| CoverError::LeadGouges { pass: of.index, face: of.pass.face, depth };
+            self.lead(of.pass, end, level).map_err(gouges)
+        };
+        let up = lead(one, PassEnd::Last)?;
+        let down = lead(next, PassEnd::First)?;
+        let link = match (up.last(), down.last()) {
+            (Some(from), Some(to)) if level == ClearLevel::Plane => vec![*from, *to],
+            (Some(from), Some(to)) if from.pose != to.pose => {
+                let blocked = CoverError::NoWayRound { pass: next.index, face: next.pass.face };
+                self.around(from, to, reach).ok_or(blocked)?
+            }
+            _ => Vec::new(),
+        };
+        Ok(PassJoin { up, link, down })
+    }
+}
+
+/// Divides a lead where its last straight part, the climb, is `approach` long.
+fn split(mut up: Vec<Station>, approach: f64) -> SplitLead {
+    let Some(&[foot, top]) = up.last_chunk::<2>() else {
+        return SplitLead { high: None, low: up };
+    };
+    let climb = top.pose.tip - foot.pose.tip;
+    if climb.norm() <= approach {
+        return SplitLead { high: None, low: up };
+    }
+    let near = moved(&foot, &climb.scale(approach / climb.norm()));
+    up.pop();
+    up.push(near);
+    SplitLead { high: Some(vec![near, top]), low: up }
+}
+
+/// Returns the station at an end of a pass.
+fn station_at(pass: &Pass, end: PassEnd) -> Option<&Station> {
+    match end {
+        PassEnd::First => pass.stations.first(),
+        PassEnd::Last => pass.stations.last(),
+    }
+}
+
+fn reversed(mut stations: Vec<Station>) -> Vec<Station> {
+    stations.reverse();
+    stations
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::ToolPose;
+    use nalgebra::{Point3, Unit, Vector3};
+
+    #[test]
+    fn only_the_end_of_a_climb_is_run_at_the_feed() {
+        let axis = Unit::new_normalize(Vector3::new(0.0, 0.6, 0.8));
+        let at = |z: f64| {
+            let tip = Point3::from(axis.scale(z));
+            Station { pose: ToolPose { tip, axis }, contact: tip }
+        };
+        let SplitLead { high, low } = split(vec![at(0.0), at(50.0)], 8.0);
+        let high = high.unwrap();
+        let tip = |station: &Station| station.pose.tip.coords.norm();
+        assert!((tip(&low[1]) - 8.0).abs() < 1e-12 && low.len() == 2);
+        assert!((high[0].pose.tip - low[1].pose.tip).norm() < 1e-15);
+        assert!((tip(&high[1]) - 50.0).abs() < 1e-12);
+        assert!(split(vec![at(0.0), at(5.0)], 8.0).high.is_none());
+    }
+}

@@ -1,0 +1,10 @@
+//! Where passes run: the chart of a face, the choice of the feed direction, and the advance from pass to pass.
+
+pub(super) mod advance;
+pub(super) mod chart;
+pub(super) mod choose;
+pub(super) mod effort;
+pub(super) mod region;
+pub(super) mod track;
+pub(super) mod trims;
+pub(super) mod widths;

@@ -1,0 +1,105 @@
+//! The end-point track of a pass: a line of its chart with its arc length, run out at both ends.
+
+use crate::cover::layout::chart::Chart;
+use crate::surface::FaceIndex;
+
+/// Intervals of the arc-length table over the face, and over either extension.
+const INTERVALS: u32 = 256;
+const EXTENSION_INTERVALS: u32 = 16;
+
+/// Arc length over the parameter along a line `across` = const.
+#[derive(Debug, Clone)]
+pub(crate) struct EndPointTrack {
+    /// Increasing parameters.
+    along: Vec<f64>,
+    /// Arc length \[mm\] from the border of the face; negative before it.
+    way: Vec<f64>,
+    /// Arc length over the face itself \[mm\].
+    length: f64,
+}
+
+impl EndPointTrack {
+    /// The line over `range`, carried on by `extension` \[mm\] on the continued surface. An end where
+    /// the line stands still (a collapsed edge) is not carried on.
+    pub(crate) fn new(
+        face: &FaceIndex,
+        chart: &Chart,
+        across: f64,
+        [start, end]: [f64; 2],
+        extension: f64,
+    ) -> Self {
+        let speed = |along: f64| {
+            let [u, v] = chart.uv([across, along]);
+            let jet = face.face().surface.jet1(u, v);
+            let [_, [du, dv]] = chart.steps([across, along]);
+            (jet.su * du + jet.sv * dv).norm()
+        };
+        let width = (end - start) / f64::from(INTERVALS);
+        let mut track = Self { along: vec![start], way: vec![0.0], length: 0.0 };
+        for i in 1..=INTERVALS {
+            let to = if i == INTERVALS { end } else { start + width * f64::from(i) };
+            track.walk(to, &speed);
+        }
+        track.length = track.way.last().copied().unwrap_or(0.0);
+        track.extend(extension, &speed);
+        track.turn_round();
+        track.extend(extension, &speed);
+        track.turn_round();
+        track
+    }
+
+    /// Adds one interval: Simpson's rule.
+    fn walk(&mut self, to: f64, speed: &impl Fn(f64) -> f64) {
+        let (Some(&from), Some(&way)) = (self.along.last(), self.way.last()) else { return };
+        let mean = (speed(from) + 4.0 * speed(0.5 * (from + to)) + speed(to)) / 6.0;
+        self.along.push(to);
+        self.way.push(way + (to - from) * mean);
+    }
+
+    /// Carries the line on in steps of a share of the extension at the speed of the border.
+    fn extend(&mut self, extension: f64, speed: &impl Fn(f64) -> f64) {
+        let Some(&[before, last]) = self.along.last_chunk() else { return };
+        let rate = speed(last);
+        // A border that is crossed 1000 times more slowly than the face on average is collapsed.
+        let span = (self.along[0] - last).abs() * 1e3;
+        let length = self.way.last().map_or(0.0, |way| (way - self.way[0]).abs());
+        if rate * span < length {
+            return;
+        }
+        let step = (extension / f64::from(EXTENSION_INTERVALS) / rate).copysign(last - before);
+        for i in 1..=EXTENSION_INTERVALS {
+            self.walk(last + step * f64::from(i), speed);
+        }
+    }
+
+    fn turn_round(&mut self) {
+        self.along.reverse();
+        self.way.reverse();
+    }
+
+    /// First and last arc length.
+    pub(crate) fn range(&self) -> [f64; 2] {
+        match (self.way.first(), self.way.last()) {
+            (Some(&first), Some(&last)) => [first, last],
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// Arc lengths between which the track lies over the face.
+    pub(crate) fn face(&self) -> [f64; 2] {
+        [0.0, self.length]
+    }
+
+    /// Whether `way` lies over the face and not on its continuation.
+    pub(crate) fn over_face(&self, way: f64) -> bool {
+        (0.0..=self.length).contains(&way)
+    }
+
+    /// Parameter along at arc length `way`.
+    pub(crate) fn at(&self, way: f64) -> f64 {
+        let after = self.way.partition_point(|&w| w <= way).clamp(1, self.way.len() - 1);
+        let (w, a) = (&self.way[after - 1..=after], &self.along[after - 1..=after]);
+        let share = if w[1] > w[0] { (way - w[0]) / (w[1] - w[0]) } else { 0.0 };
+        a[0] + share * (a[1] - a[0])
+    }
+}

@@ -1,0 +1,98 @@
+//! The trimmed region of a face in the coordinates of a chart.
+
+use super::chart::Chart;
+use super::region::{ChartPoint, TrimmedRegion};
+use crate::surface::FaceIndex;
+
+/// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
+/// radius beyond, and their strips begin at a border and end beyond it.
+const LOOP_SHARE: f64 = 1e-4;
+
+/// The same of faces that are not cut: well below a micrometre of faces of some hundred millimetres.
+const GUARDED_SHARE: f64 = 1e-7;
+
+/// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
+/// bend leaves an arc by less than [`LOOP_SHARE`].
+const BENT_SHARE: f64 = 1.0 / 256.0;
+
+/// The trimmed region of a face that is not cut, on lines of constant parameters. What is beyond its edges is free,
+/// and a tool that cuts the next face comes as near to them as it does to that.
+pub(crate) fn guarded<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+) -> TrimmedRegion<impl Fn(ChartPoint) -> bool + Sync + use<'a>> {
+    region_within(face, chart, GUARDED_SHARE)
+}
+
+/// The trimmed region in local parameters; loops on periodic surfaces also a period further on
+/// either side, so that every line across the face meets them.
+pub(crate) fn region<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+) -> TrimmedRegion<impl Fn(ChartPoint) -> bool + Sync + use<'a>> {
+    region_within(face, chart, LOOP_SHARE)
+}
+
+/// Loops on periodic surfaces count a period further on either side as well, where passes may run on there.
+pub(crate) fn shifts(period: Option<f64>, chart: &Chart) -> Vec<f64> {
+    match period {
+        Some(period) if chart.is_straight() => vec![-period, 0.0, period],
+        _ => vec![0.0],
+    }
+}
+
+fn region_within<'a>(
+    face: &'a FaceIndex,
+    chart: &Chart,
+    share: f64,
+) -> TrimmedRegion<impl Fn(ChartPoint) -> bool + Sync + use<'a>> {
+    let face = face.face();
+    let [u, v] = face.bounds();
+    let tolerance = [u, v].map(|range| share * (range[1] - range[0]));
+    let [pu, pv] = face.surface.periods();
+    let mut polylines: Vec<Vec<[f64; 2]>> =
+        face.loops.iter().map(|trim| trim.polyline(tolerance)).collect();
+    if !chart.is_straight() {
+        if polylines.is_empty() {
+            polylines.push(vec![[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]);
+        }
+        let most = [u, v].map(|range| BENT_SHARE * (range[1] - range[0]));
+        polylines = polylines.iter().map(|points| finer(points, most)).collect();
+    }
+    let mut loops: Vec<Vec<ChartPoint>> = Vec::new();
+    for points in polylines {
+        for du in shifts(pu, chart) {
+            for dv in shifts(pv, chart) {
+                loops.push(points.iter().map(|p| chart.local([p[0] + du, p[1] + dv])).collect());
+            }
+        }
+    }
+    let bounds = if chart.is_straight() {
+        let [a, b] = [chart.local([u[0], v[0]]), chart.local([u[1], v[1]])];
+        [[a[0], b[0]], [a[1], b[1]]]
+    } else {
+        [0, 1].map(|k| {
+            let values = || loops.iter().flatten().map(|p| p[k]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        })
+    };
+    let chart = chart.clone();
+    TrimmedRegion::new(bounds, loops, move |local| {
+        let [u, v] = chart.uv(local);
+        face.contains(u, v)
+    })
+}
+
+/// A closed polyline with edges no longer than `most` by u and v.
+fn finer(points: &[[f64; 2]], most: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut fine = Vec::new();
+    for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
+        let way = [0, 1].map(|k| b[k] - a[k]);
+        let pieces = (way[0].abs() / most[0]).max(way[1].abs() / most[1]).ceil().max(1.0);
+        let steps = std::iter::successors(Some(0.0), |i| Some(i + 1.0));
+        fine.extend(
+            steps.take_while(|i| *i < pieces).map(|i| [0, 1].map(|k| a[k] + way[k] * (i / pieces))),
+        );
+    }
+    fine
+}

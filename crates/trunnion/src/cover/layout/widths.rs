@@ -1,0 +1,147 @@
+//! How wide strips are over a face, by place and direction: a table to choose passes by.
+
+use crate::cover::layout::effort::{SearchOutcome, WorkCounter};
+use crate::cover::options::CoverOptions;
+use crate::cutter::Cutter;
+use crate::positioning::{LocationRequest, StripSide, widest_strip};
+use crate::surface::FaceIndex;
+use nalgebra::{Unit, Vector3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Places each way.
+const PLACES: u32 = 13;
+
+/// Directions of the feed over half a turn.
+const DIRECTIONS: u32 = 12;
+
+/// How far inside the face the outermost places lie, as a share of its extent.
+const INSET: f64 = 0.005;
+
+/// Widths of strips at evenly spaced places and directions of the feed.
+pub(crate) struct StripWidthTable {
+    bounds: [[f64; 2]; 2],
+    /// By place (v fastest), then by direction \[mm\].
+    widths: Vec<f64>,
+}
+
+/// Default entry of a table, and the counter of the work to fill it.
+pub(crate) struct TableFill<'a> {
+    /// Width of entries without a wide strip \[mm\].
+    pub(crate) narrow: f64,
+    pub(crate) work: &'a WorkCounter,
+}
+
+/// A place of the table.
+fn place(bounds: [[f64; 2]; 2], index: u32) -> [f64; 2] {
+    let [i, j] = [index / PLACES, index % PLACES];
+    let share = |i: u32| (f64::from(i) / f64::from(PLACES - 1)).clamp(INSET, 1.0 - INSET);
+    let at = |k: usize, i: u32| bounds[k][0] + (bounds[k][1] - bounds[k][0]) * share(i);
+    [at(0, i), at(1, j)]
+}
+
+/// Step of u and v along a direction in the tangent plane, told by its angle from `S_u` towards `S_v`.
+fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
+    let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
+    let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
+    let (sin, cos) = angle.sin_cos();
+    let dv = sin / sv.dot(&second);
+    Some([(cos - dv * sv.dot(&first)) / su.norm(), dv])
+}
+
+/// Angle of a direction in the tangent plane, as [`step`] has it.
+fn angle([su, sv]: [Vector3<f64>; 2], way: &Vector3<f64>) -> Option<f64> {
+    let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
+    let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
+    Some(way.dot(&second).atan2(way.dot(&first)))
+}
+
+/// Step of u and v along a direction in the tangent plane.
+pub(crate) fn along(tangents: [Vector3<f64>; 2], way: &Vector3<f64>) -> Option<[f64; 2]> {
+    step(tangents, angle(tangents, way)?)
+}
+
+impl StripWidthTable {
+    /// Strips all over the face; what has none, or lies off the face, is as wide as `narrow` \[mm\].
+    pub(crate) fn new(
+        face: &FaceIndex,
+        cutter: &Cutter,
+        options: &CoverOptions,
+        fill: &TableFill<'_>,
+    ) -> Self {
+        let TableFill { narrow, work } = *fill;
+        let bounds = face.face().bounds();
+        let spread = [0, 1].map(|k| (bounds[k][1] - bounds[k][0]) / f64::from(PLACES - 1));
+        let near = |[u, v]: [f64; 2]| {
+            let shifts = [-0.5, 0.0, 0.5];
+            shifts.iter().any(|a| {
+                shifts.iter().any(|b| face.face().contains(u + a * spread[0], v + b * spread[1]))
+            })
+        };
+        let at = |index: u32| {
+            let uv = place(bounds, index);
+            let jet = face.face().surface.jet1(uv[0], uv[1]);
+            let mut warm = None;
+            (0..DIRECTIONS)
+                .map(|k| {
+                    let angle = PI * f64::from(k) / f64::from(DIRECTIONS);
+                    let Some(feed) = step([jet.su, jet.sv], angle).filter(|_| near(uv)) else {
+                        return narrow;
+                    };
+                    let request = LocationRequest {
+                        face,
+                        cutter,
+                        band: options.band,
+                        at: uv,
+                        feed,
+                        strip: if face.face().flip { StripSide::Left } else { StripSide::Right },
+                        side: options.side,
+                        offset_range: options.offset_range,
+                        axis_cone: None,
+                    };
+                    let found = widest_strip(&request, warm.as_ref()).or_else(|error| match warm {
+                        Some(_) => widest_strip(&request, None),
+                        None => Err(error),
+                    });
+                    work.location(SearchOutcome::from(found.is_ok()));
+                    warm = found.ok();
+                    warm.as_ref().map_or(narrow, |location| location.strip_width.max(narrow))
+                })
+                .collect::<Vec<f64>>()
+        };
+        let widths = (0..PLACES * PLACES).into_par_iter().map(at).collect::<Vec<_>>().concat();
+        Self { bounds, widths }
+    }
+
+    /// Width \[mm\] of the strip of a pass at a place, along `way`: between the places and directions of
+    /// the table.
+    pub(crate) fn width(
+        &self,
+        uv: [f64; 2],
+        tangents: [Vector3<f64>; 2],
+        way: &Vector3<f64>,
+    ) -> Option<f64> {
+        let turned = angle(tangents, way)? / PI;
+        let (k, s) = cell((turned - turned.floor()) * f64::from(DIRECTIONS), DIRECTIONS);
+        let [(i, a), (j, b)] = [0, 1].map(|k| {
+            let [low, high] = self.bounds[k];
+            let share = ((uv[k] - low) / (high - low)).clamp(0.0, 1.0);
+            cell(share * f64::from(PLACES - 1), PLACES - 1)
+        });
+        let at = |i: u32, j: u32, k: u32| {
+            let index = (i * PLACES + j) * DIRECTIONS + k % DIRECTIONS;
+            self.widths.get(index as usize).copied().unwrap_or(0.0)
+        };
+        let by = |i: u32, j: u32| at(i, j, k) * (1.0 - s) + at(i, j, k + 1) * s;
+        let along = |i: u32| by(i, j) * (1.0 - b) + by(i, j + 1) * b;
+        Some(along(i) * (1.0 - a) + along(i + 1) * a)
+    }
+}
+
+/// Interval of a place between `0` and `count`, and where in it.
+fn cell(at: f64, count: u32) -> (u32, f64) {
+    // Within 0..=count.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let index = (at as u32).min(count - 1);
+    (index, at - f64::from(index))
+}

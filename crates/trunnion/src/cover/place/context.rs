@@ -1,0 +1,161 @@
+//! Everything that stays the same while passes are placed over a face.
+
+use crate::cover::cost::PassCost;
+use crate::cover::layout::advance::ball_strip_width;
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::effort::WorkCounter;
+use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
+use crate::cover::options::{CoverOptions, lever};
+use crate::cover::place::trim::PassSegment;
+use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::coverage::CoverageProof;
+use crate::cover::prove::face_tree::{FaceCell, FaceTree};
+use crate::cover::prove::part_faces::{KeepOff, PartFaces};
+use crate::cover::prove::sweep::PassSweep;
+use crate::cutter::Cutter;
+use crate::cutter::solid::Tool;
+use crate::surface::FaceIndex;
+use crate::types::{Cancelled, Station};
+
+/// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
+/// smaller cells are far below tolerances.
+const TREE_SHARE: f64 = 1.0 / 32.0;
+
+/// Precision to which breaches of the band between stations are found, as a share of the path share.
+const PRECISION: f64 = 0.05;
+
+/// Least width of a useful pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
+/// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
+const WORTH: f64 = 1.0 / 16.0;
+
+/// Reports the share of the face that is covered, 0 to 1.
+pub(crate) type ProgressFn<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
+
+/// Cutter, part and cost model: the same for all charts of a face.
+#[derive(Clone, Copy)]
+pub(crate) struct PartSetup<'a> {
+    pub(crate) cutter: &'a Cutter,
+    /// All faces of the part.
+    pub(crate) part_faces: &'a PartFaces<'a>,
+    /// Index of the face that is cut.
+    pub(crate) own: usize,
+    pub(crate) cost: &'a dyn PassCost,
+}
+
+/// Face to cover, with setup and options.
+#[derive(Clone, Copy)]
+pub(crate) struct FaceRequest<'a> {
+    pub(crate) face: &'a FaceIndex,
+    pub(crate) setup: PartSetup<'a>,
+    pub(crate) options: &'a CoverOptions,
+}
+
+/// Face on one chart, ready for passes.
+pub(crate) struct FaceContext<'a, Inside> {
+    pub(crate) face: &'a FaceIndex,
+    pub(crate) setup: PartSetup<'a>,
+    pub(crate) options: &'a CoverOptions,
+    pub(crate) chart: Chart,
+    /// Region to be finished.
+    pub(crate) whole: &'a TrimmedRegion<Inside>,
+    pub(crate) report: ProgressFn<'a>,
+    pub(crate) tool: Tool,
+    tree: FaceTree,
+}
+
+impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
+    /// Prepares a face for passes on `chart`.
+    pub(crate) fn new(
+        request: FaceRequest<'a>,
+        chart: Chart,
+        whole: &'a TrimmedRegion<Inside>,
+        report: ProgressFn<'a>,
+    ) -> Self {
+        let FaceRequest { face, setup, options } = request;
+        // The tool may go in where no pass runs, so the tree holds the excluded area as well.
+        let size = TREE_SHARE * setup.cutter.radius();
+        let tree = FaceTree::new(face, &chart, &whole.complete(), size);
+        let tool = Tool::new(setup.cutter);
+        Self { face, setup, options, chart, whole, report, tool, tree }
+    }
+
+    /// Returns the request that this context was made for.
+    pub(crate) fn request(&self) -> FaceRequest<'a> {
+        FaceRequest { face: self.face, setup: self.setup, options: self.options }
+    }
+
+    /// Estimates the work of passes at the fixed lead: as many stations as strips as narrow as a ball's need.
+    pub(crate) fn usual_work(&self) -> f64 {
+        let narrow = self.narrow().max(self.options.spacing[0]);
+        WorkCounter::of_stations(self.tree.area() / (narrow * self.options.spacing[1]))
+    }
+
+    /// Returns the extent of the face by local parameter `k` \[mm\].
+    pub(crate) fn extent(&self, k: usize) -> f64 {
+        let (face, chart) = (self.face, &self.chart);
+        let at = |local: ChartPoint| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        FaceCell::new(self.whole.bounds, &at).extent(k)
+    }
+
+    /// Returns the width of a strip of a ball as wide as the cutter, on a plane \[mm\].
+    pub(crate) fn narrow(&self) -> f64 {
+        ball_strip_width(self.setup.cutter, self.options)
+    }
+
+    /// Returns the least width that a pass has to finish \[mm\].
+    pub(crate) fn least(&self) -> f64 {
+        self.options.spacing[0].max(WORTH * self.narrow())
+    }
+
+    /// Returns the area of the face, as the sum of its cells \[mm²\].
+    pub(crate) fn area(&self) -> f64 {
+        self.tree.area()
+    }
+
+    /// Returns the curve through the stations of a segment.
+    pub(crate) fn sweep(&self, segment: &PassSegment) -> PassSweep {
+        let stations: Vec<Station> = segment.placed.iter().map(|p| p.station).collect();
+        PassSweep::through(&stations, lever(self.setup.cutter))
+    }
+
+    /// Returns the check of cutter locations against the other faces and the reach of the machine.
+    pub(crate) fn keep_off(&self) -> KeepOff<'_> {
+        let CoverOptions { band, path_share, .. } = *self.options;
+        let PartSetup { part_faces, own, cost, .. } = self.setup;
+        let precision = PRECISION * path_share;
+        KeepOff { cost, part_faces, own, tool: &self.tool, least: band.lower, precision }
+    }
+
+    /// Returns the proof that curves between stations do not gouge this face.
+    pub(crate) fn clearance(&self, precision: f64) -> ClearanceProof<'_> {
+        let CoverOptions { band, path_share, .. } = *self.options;
+        ClearanceProof {
+            face: self.face,
+            chart: &self.chart,
+            tree: &self.tree,
+            tool: &self.tool,
+            target: band.lower - path_share + precision,
+            precision,
+        }
+    }
+
+    /// Returns the proof of the part of `region` that `sweeps` have finished.
+    pub(crate) fn coverage<'b>(
+        &'b self,
+        region: &'b TrimmedRegion<&'b Inside>,
+        sweeps: &'b [&'b PassSweep],
+    ) -> CoverageProof<'b, &'b Inside> {
+        CoverageProof {
+            face: self.face,
+            chart: &self.chart,
+            region,
+            end: self.tool.end,
+            limit: self.options.band.upper + self.options.path_share,
+            smallest: 0.5 * self.options.spacing[0],
+            sweeps,
+        }
+    }
+}

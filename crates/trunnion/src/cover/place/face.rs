@@ -1,0 +1,182 @@
+//! All passes over one face.
+
+use crate::cover::error::CoverError;
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::choose::{ChosenLayouts, choose};
+use crate::cover::layout::region::ChartPoint;
+use crate::cover::layout::trims::region;
+use crate::cover::options::{CoverOptions, FeedDirection, PlacementMethod};
+use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
+use crate::cover::place::placed::PlacedPasses;
+use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
+use crate::cover::place::unreachable::{UnreachableCells, within_reach};
+use crate::cover::report::{Covering, FaceLayout};
+use crate::positioning::ContactSide;
+use crate::types::UncutRegion;
+use std::sync::Arc;
+
+/// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
+/// should take, as where the tool has to keep off something many inclinations are tried.
+const REST: f64 = 10.0;
+
+/// Plans all passes over one face.
+///
+/// Where either side of the cutter may cut, the side that takes less over the whole face is used: passes that change
+/// sides from point to point would have to turn the tool over.
+pub(crate) fn cover_face(
+    request: &FaceRequest<'_>,
+    report: ProgressFn<'_>,
+) -> Result<Covering, CoverError> {
+    if request.options.side != ContactSide::Either {
+        return Ok(on_side(request, report)?.covering());
+    }
+    let half = |side: ContactSide, from: f64| {
+        let options = CoverOptions { side, ..*request.options };
+        let sided = FaceRequest { options: &options, ..*request };
+        on_side(&sided, &|share| report(from + 0.5 * share))
+    };
+    let ahead = half(ContactSide::Ahead, 0.0);
+    let behind = half(ContactSide::Behind, 0.5);
+    let best = match (ahead, behind) {
+        (Ok(ahead), Ok(behind)) => {
+            let tried = [ahead, behind];
+            let best = PlacedPasses::best(tried.iter()).unwrap_or(0);
+            Ok(tried.into_iter().nth(best).unwrap_or_else(PlacedPasses::new))
+        }
+        (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
+        (Err(_), Ok(behind)) => Ok(behind),
+        (ahead, _) => ahead,
+    };
+    best.map(PlacedPasses::covering)
+}
+
+/// Plans the face on each of the most promising charts, and returns the best result.
+fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPasses, CoverError> {
+    let FaceRequest { face, setup, options } = *request;
+    let ChosenLayouts { charts, mut work } = choose(face, setup.cutter, options);
+    let share = 1.0 / charts.len().max(1) as f64;
+    let unreachable = UnreachableCells::of(face, setup.cutter, setup.cost).map(Arc::new);
+
+    // Step 1: each chart in earnest, as long as the work for wide strips lasts.
+    let mut tried: Vec<PlacedPasses> = Vec::new();
+    let mut tried_charts: Vec<Chart> = Vec::new();
+    let mut refused = None;
+    for (i, chart) in charts.into_iter().enumerate() {
+        let report = |done: f64| report(share * (i as f64 + done));
+        let region = within_reach(face, &chart, unreachable.as_ref());
+        let context = FaceContext::new(*request, chart.clone(), &region, &report);
+        let limits = work_limits(&context);
+        if !tried.is_empty() && work > limits.wide {
+            break;
+        }
+        match on_chart(&context, unreachable.as_deref(), limits) {
+            Ok(placed) => {
+                work += placed.report.work;
+                tried.push(placed);
+                tried_charts.push(chart);
+            }
+            Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(error) => refused = refused.or(Some(error)),
+        }
+    }
+    report(1.0)?;
+
+    // Step 2: the best of them, or the first error.
+    let Some(index) = PlacedPasses::best(tried.iter()) else {
+        return refused.map_or(Ok(PlacedPasses::new()), Err);
+    };
+    let (mut best, chart) = (tried.swap_remove(index), tried_charts.swap_remove(index));
+    best.report.layouts = vec![FaceLayout { face: face.face().number, layout: chart.layout() }];
+
+    // Step 3: passes across the remaining material.
+    if !best.report.rest.is_empty() {
+        let chart = chart.crossed();
+        let region = within_reach(face, &chart, unreachable.as_ref());
+        let report = |_: f64| report(1.0);
+        let cross = FaceContext::new(*request, chart, &region, &report);
+        let filled = fill_across(&cross, &best)?;
+        work += filled.report.work;
+        if best.leaves_more(&filled) {
+            best = filled;
+        }
+    }
+    best.report.work = work;
+    Ok(best)
+}
+
+/// Plans passes across at the fixed inclination over the material that passes along have left. Passes across end in
+/// steps at the faces that the tool keeps off, where passes along follow them.
+fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
+    cross: &FaceContext<'_, Inside>,
+    before: &PlacedPasses,
+) -> Result<PlacedPasses, CoverError> {
+    let mut placed = before.clone();
+    // A count of locations is far below 2^53.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let all = (REST * cross.usual_work()) as u64;
+    let limits = WorkLimits { wide: 0, all };
+    let mut work = 0;
+    for part in &before.report.rest {
+        let bounds = cross.local_range(part.uv);
+        let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
+        let mut planner = FacePlanner { context: cross, placed, work, limits, share: 0.0 };
+        planner.cover_whole(&rectangle)?;
+        (placed, work) = (planner.placed, planner.work);
+    }
+    placed.report.work = work;
+    // The material that was left before is measured again, and nothing else.
+    placed.missed.clone_from(&before.missed);
+    measure_rest(cross, &mut placed);
+    Ok(placed)
+}
+
+/// Plans all passes on one chart.
+fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    unreachable: Option<&UnreachableCells>,
+    limits: WorkLimits,
+) -> Result<PlacedPasses, CoverError> {
+    let rectangle = FaceRectangle::whole(context.whole.bounds, context.options.method);
+    let mut placed = PlacedPasses::new();
+    placed.missed = unreachable.map_or_else(Vec::new, UnreachableCells::ranges);
+    let mut planner = FacePlanner { context, placed, work: 0, limits, share: 0.0 };
+    planner.cover_whole(&rectangle)?;
+    let mut placed = planner.placed;
+    placed.report.work = planner.work;
+    measure_rest(context, &mut placed);
+    placed.report.area = context.area();
+    Ok(placed)
+}
+
+/// Measures the material that the passes leave.
+fn measure_rest<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &mut PlacedPasses,
+) {
+    placed.report.rest = rest(context, placed);
+    placed.resolved = context.resolved(&placed.report.rest);
+}
+
+/// Finds the remaining material on lines of constant parameters, so that its cells are ranges of u and v.
+fn rest<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    placed: &PlacedPasses,
+) -> Vec<UncutRegion> {
+    if context.chart.is_straight() || placed.missed.is_empty() {
+        return context.rest(placed);
+    }
+    let chart = Chart::straight(FeedDirection::V);
+    let region = region(context.face, &chart);
+    FaceContext::new(context.request(), chart, &region, context.report).rest(placed)
+}
+
+/// Returns the work after which wide strips are given up, and after which everything is.
+fn work_limits<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+) -> WorkLimits {
+    let effort = context.options.effort;
+    // A count of locations is far below 2^53, and one without end saturates.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let [wide, all] = [0.0, REST].map(|rest| ((effort + rest) * context.usual_work()) as u64);
+    WorkLimits { wide, all }
+}

@@ -1,0 +1,211 @@
+//! Which way the tool leans along a lane where it cannot lean as asked: to one side here, to another there.
+//!
+//! Every lean keeps to the face's normal and the feed, so that a stretch of one lean turns as the face does. Where no
+//! lean serves a whole lane, the tool is lifted between stretches of different leans: as few as possible.
+
+use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
+use crate::positioning::{ActiveConstraint, PositioningError, ToolInclination};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Stations of a lane on which all leans are tried, about.
+const TRIED: usize = 16;
+
+/// Leans that are tried on all stations at most.
+const CHOSEN: usize = 5;
+
+/// Angles from the normal that are tried, and directions: of a ball all round, of other cutters on either side of
+/// the feed \[rad\].
+const BALL_ANGLES: [f64; 5] = [0.2, 0.45, 0.7, 1.0, 1.3];
+const BALL_DIRECTIONS: u32 = 8;
+const ANGLES: [f64; 5] = [0.0, 0.01, 0.09, 0.25, 0.5];
+const DIRECTIONS: [f64; 5] = [0.0, 0.8, -0.8, 1.4, -1.4];
+
+/// What a lean that is not the one asked for costs a station, per radian of difference; what a place before the
+/// lane costs; what it costs to lift the tool; what it costs a station to be left out.
+const DIFFERENT: f64 = 0.1;
+const BACK: f64 = 1.0;
+const LIFT: f64 = 10.0;
+const LEFT_OUT: f64 = 100.0;
+
+/// Stations of a pass at one inclination.
+struct InclinedRow {
+    lean: ToolInclination,
+    places: Vec<LocationResult>,
+}
+
+impl CandidatePass<'_> {
+    /// Leans to be tried, without the one asked for.
+    fn leans(&self) -> Vec<ToolInclination> {
+        if self.cutter.major() > 0.0 {
+            let upright = |lean: &ToolInclination| lean.angle <= 0.0 && lean.towards != Some(0.0);
+            let of = |angle: f64| {
+                DIRECTIONS.map(move |towards| ToolInclination { angle, towards: Some(towards) })
+            };
+            let leans = ANGLES.into_iter().flat_map(of);
+            return leans.filter(|lean| !upright(lean)).collect();
+        }
+        let of = |angle: f64| {
+            (0..BALL_DIRECTIONS).map(move |i| {
+                let towards = TAU * f64::from(i) / f64::from(BALL_DIRECTIONS);
+                ToolInclination { angle, towards: Some(towards) }
+            })
+        };
+        BALL_ANGLES.into_iter().flat_map(of).collect()
+    }
+
+    /// Whether another lean may do better at a place.
+    fn may_lean(&self, arc: f64, place: &LocationResult) -> bool {
+        let whole = |place: &LocationResult| place.as_ref().is_ok_and(|p| p.across >= self.across);
+        let ahead = 0.5 * self.costs().narrow / self.rate_across();
+        let along = self.track.at(arc);
+        !whole(place)
+            && [0.0, ahead].iter().all(|by| self.corner_fits([self.across + by, along]).is_ok())
+    }
+
+    /// The places of a lane by lean, where `wanted` stations have none, or none as far across, that leans as asked.
+    pub(crate) fn inclined_stations(
+        &self,
+        arcs: &[f64],
+        places: Vec<LocationResult>,
+        wanted: &[bool],
+    ) -> Vec<Vec<LocationResult>> {
+        let bad: Vec<usize> = (0..arcs.len())
+            .into_par_iter()
+            .filter(|&i| wanted[i] && self.may_lean(arcs[i], &places[i]))
+            .collect();
+        if bad.is_empty() {
+            return vec![places];
+        }
+        let chosen = self.chosen(arcs, &bad);
+        let others = chosen
+            .into_iter()
+            .map(|lean| InclinedRow { lean, places: self.leaning(arcs, lean, &bad) });
+        let mut all = vec![InclinedRow { lean: self.options.lean, places }];
+        all.extend(others);
+        let choice = self.best(&all, wanted);
+        all.into_iter()
+            .enumerate()
+            .filter(|(which, _)| choice.contains(&Some(*which)))
+            .map(|(which, row)| taken(row.places, which, &choice))
+            .collect()
+    }
+
+    /// Places of one lean; before the lane only where it leans badly as asked, next to where it serves: on from there as
+    /// far as there are any.
+    fn leaning(&self, arcs: &[f64], lean: ToolInclination, bad: &[usize]) -> Vec<LocationResult> {
+        let mut places: Vec<LocationResult> =
+            arcs.par_iter().map(|arc| self.here(*arc, lean)).collect();
+        let orders: [&mut dyn Iterator<Item = usize>; 2] =
+            [&mut (0..arcs.len()), &mut (0..arcs.len()).rev()];
+        for order in orders {
+            let mut served = false;
+            for i in order {
+                if places[i].is_err() && served && bad.binary_search(&i).is_ok() {
+                    places[i] = self.place_alone(arcs[i], lean);
+                }
+                served = places[i].is_ok();
+            }
+        }
+        places
+    }
+
+    /// Leans of which, together, some serve as many stations as any do: one after the other, that which serves most.
+    fn chosen(&self, arcs: &[f64], bad: &[usize]) -> Vec<ToolInclination> {
+        let step = bad.len().div_ceil(TRIED);
+        let tried: Vec<f64> = bad.iter().step_by(step).map(|&i| arcs[i]).collect();
+        let serves: Vec<(ToolInclination, Vec<bool>)> = self
+            .leans()
+            .into_par_iter()
+            .map(|lean| (lean, tried.iter().map(|arc| self.serves(*arc, lean)).collect()))
+            .collect();
+        let mut open = vec![true; tried.len()];
+        let mut chosen = Vec::new();
+        while chosen.len() < CHOSEN {
+            let gain = |(_, serves): &&(ToolInclination, Vec<bool>)| {
+                serves.iter().zip(&open).filter(|(a, b)| **a && **b).count()
+            };
+            // Of equal ones the last: the search goes from the last to the first.
+            let best = serves.iter().rev().max_by_key(gain);
+            let Some((lean, serves)) = best.filter(|one| gain(one) > 0) else { break };
+            open.iter_mut().zip(serves).for_each(|(open, serves)| *open &= !serves);
+            chosen.push(*lean);
+        }
+        chosen
+    }
+
+    /// Which lean is taken at each station, `None` for none: the cheapest way through.
+    fn best(&self, all: &[InclinedRow], wanted: &[bool]) -> Vec<Option<usize>> {
+        let none = all.len();
+        let cost = |which: usize, i: usize| {
+            let Some(InclinedRow { lean, places }) = all.get(which) else {
+                return if wanted[i] { LEFT_OUT } else { 0.0 };
+            };
+            let different = DIFFERENT * angle(*lean, self.options.lean);
+            match &places[i] {
+                Err(_) => f64::INFINITY,
+                Ok(placed) if placed.across < self.across => different + BACK,
+                Ok(_) => different,
+            }
+        };
+        let mut sums: Vec<f64> = (0..=none).map(|which| cost(which, 0)).collect();
+        let mut before: Vec<Vec<usize>> = Vec::new();
+        for i in 1..wanted.len() {
+            let from = |which: usize| {
+                let price = |old: usize| {
+                    let lift = if old == which { 0.0 } else { LIFT };
+                    sums[old] + lift
+                };
+                (0..=none)
+                    .min_by(|a, b| price(*a).total_cmp(&price(*b)))
+                    .map(|old| (old, price(old)))
+            };
+            let steps: Vec<(usize, f64)> =
+                (0..=none).map(|which| from(which).unwrap_or((which, f64::INFINITY))).collect();
+            sums = steps.iter().enumerate().map(|(w, (_, sum))| sum + cost(w, i)).collect();
+            before.push(steps.into_iter().map(|(old, _)| old).collect());
+        }
+        let last = (0..=none).min_by(|a, b| sums[*a].total_cmp(&sums[*b])).unwrap_or(none);
+        let mut choice = vec![last];
+        for step in before.iter().rev() {
+            choice.push(choice.last().and_then(|which| step.get(*which)).copied().unwrap_or(none));
+        }
+        choice.reverse();
+        choice.into_iter().map(|which| (which < none).then_some(which)).collect()
+    }
+}
+
+/// Angle between two leans, about \[rad\].
+fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
+    let place = |lean: ToolInclination| {
+        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        [lean.angle * cos, lean.angle * sin]
+    };
+    let ([x, y], [z, w]) = (place(a), place(b));
+    (x - z).hypot(y - w)
+}
+
+/// The places where a lean is taken, with one more at either end, so that nothing is left between two leans.
+fn taken(
+    places: Vec<LocationResult>,
+    which: usize,
+    choice: &[Option<usize>],
+) -> Vec<LocationResult> {
+    let is = |i: usize| choice.get(i) == Some(&Some(which));
+    let near = |i: usize| is(i) || is(i + 1) || i.checked_sub(1).is_some_and(is);
+    let keep = |(i, place): (usize, LocationResult)| match place {
+        Ok(placed) if !near(i) => Err(other_lean(&placed)),
+        place => place,
+    };
+    places.into_iter().enumerate().map(keep).collect()
+}
+
+/// Why a place is not taken that could be.
+fn other_lean(placed: &PlacedStation) -> PositioningError {
+    PositioningError::NoStrip {
+        uv: placed.location.end,
+        smallest: placed.location.strip_width,
+        excess: 0.0,
+        binding: ActiveConstraint::GivenLead,
+    }
+}

@@ -1,0 +1,175 @@
+//! Cutter locations at one point of a candidate pass.
+
+use super::candidate::{
+    CandidatePass, LocationLimits, LocationResult, LocationStart, PlacedStation, TrackPoint,
+};
+use super::tool_fit::{self, ContactPoint};
+use crate::cover::layout::effort::SearchOutcome;
+use crate::cover::options::PlacementMethod;
+use crate::cover::prove::part_faces::KeepOff;
+use crate::positioning::{
+    ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination, widest_strip,
+    with_inclination,
+};
+use crate::types::{Station, ToolPose};
+use nalgebra::{Unit, Vector3};
+
+/// Share of the band by which the tool is raised at most where it would go into another face. The remaining band
+/// still holds a strip.
+const RAISED: f64 = 0.5;
+
+/// A location, and the reason why the tool cannot take it, if there is one.
+struct CheckedLocation {
+    location: CutterLocation,
+    barred: Option<PositioningError>,
+}
+
+impl CandidatePass<'_> {
+    /// Finds a location on the track itself, and counts the work.
+    pub(crate) fn found(
+        &self,
+        arc: f64,
+        limits: &LocationLimits,
+        start: LocationStart<'_>,
+    ) -> LocationResult {
+        let place = self.search(TrackPoint { across: self.across, arc }, limits, start);
+        let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
+        self.work.location(SearchOutcome::from(place.is_ok() || far));
+        place
+    }
+
+    /// Finds a location on the track at another inclination.
+    pub(crate) fn here(&self, arc: f64, lean: ToolInclination) -> LocationResult {
+        if self.turned_over(arc) {
+            return Err(self.apart(arc));
+        }
+        // Of many inclinations few are expected to serve: one that does not counts as one that does.
+        self.work.location(SearchOutcome::Found);
+        let at = TrackPoint { across: self.across, arc };
+        self.search(at, &self.free(), LocationStart::cold(lean))
+    }
+
+    /// Returns `true` if an inclination gives a location on the track.
+    pub(crate) fn serves(&self, arc: f64, lean: ToolInclination) -> bool {
+        !self.barred(arc, lean) && self.here(arc, lean).is_ok()
+    }
+
+    /// Finds a location at one point.
+    ///
+    /// If the tool would go a little into another face that continues this one smoothly, it is raised by as much
+    /// within the band.
+    pub(crate) fn search(
+        &self,
+        at: TrackPoint,
+        limits: &LocationLimits,
+        start: LocationStart<'_>,
+    ) -> LocationResult {
+        let mut band = self.options.band;
+        let highest = band.lower + RAISED * (band.upper - band.lower);
+        loop {
+            let CheckedLocation { location, barred } = self.location(band, at, limits, start)?;
+            let uv = self.chart.uv([at.across, self.track.at(at.arc)]);
+            match barred {
+                None => return self.placed(at, start.lean, location),
+                Some(PositioningError::Neighbour { depth, .. })
+                    if band.lower + depth < highest && self.goes_on(&location.pose, uv) =>
+                {
+                    band.lower += depth + self.keep_off.precision;
+                }
+                Some(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Finds a location within `band`, and checks it against reach and the other faces.
+    fn location(
+        &self,
+        band: ToleranceBand,
+        at: TrackPoint,
+        limits: &LocationLimits,
+        start: LocationStart<'_>,
+    ) -> Result<CheckedLocation, PositioningError> {
+        let request = crate::positioning::LocationRequest {
+            band,
+            ..self.request([at.across, self.track.at(at.arc)], limits)
+        };
+        let location = match self.method {
+            PlacementMethod::Widest => widest_strip(&request, start.warm)?,
+            PlacementMethod::Inclined => with_inclination(&request, start.lean, start.warm)?,
+        };
+        let barred = self.keep_off.check(&location.pose, request.at).err();
+        Ok(CheckedLocation { location, barred })
+    }
+
+    /// Returns `true` if the obstacle of a pose lies right below it, seen along the normal of this face.
+    fn goes_on(&self, pose: &ToolPose, uv: [f64; 2]) -> bool {
+        ContactPoint::new(self.face, uv)
+            .is_some_and(|contact| self.keep_off.is_right_below(pose, &contact.normal))
+    }
+
+    fn placed(
+        &self,
+        at: TrackPoint,
+        lean: ToolInclination,
+        location: CutterLocation,
+    ) -> LocationResult {
+        let TrackPoint { across, arc } = at;
+        let along = self.track.at(arc);
+        let (station, contact_uv) = self.station(self.chart.uv([across, along]), &location)?;
+        Ok(PlacedStation { arc, across, along, lean, location, station, contact_uv })
+    }
+
+    /// Makes a station of a location.
+    ///
+    /// Its contact is the foot of the middle of the contact arc. Unlike the points of tangency, of which there may
+    /// be two or one, it moves smoothly along the pass.
+    fn station(
+        &self,
+        at: [f64; 2],
+        location: &CutterLocation,
+    ) -> Result<(Station, [f64; 2]), PositioningError> {
+        let ToolPose { axis, .. } = location.pose;
+        let point = |uv: [f64; 2]| self.face.face().point(uv[0], uv[1]);
+        // The middle of the two end points, projected into the plane of the centre circle.
+        let [from, to] = [point(at), point(location.end)];
+        let middle = nalgebra::center(&from, &to) - location.center;
+        let flat = middle - axis.scale(middle.dot(&axis));
+        let out = Unit::try_new(flat, f64::MIN_POSITIVE)
+            .map_or_else(Vector3::zeros, |unit| unit.scale(self.cutter.major()));
+        let guess = location.contact_uv;
+        let foot = self
+            .face
+            .closest_near(&(location.center + out), guess)
+            .map_err(|error| PositioningError::Closest { uv: guess, error })?;
+        Ok((Station { pose: location.pose, contact: foot.point }, foot.uv))
+    }
+
+    /// Returns `true` if no location at this inclination can serve.
+    ///
+    /// Then the machine does not reach a tool whose corner touches on the track, or that tool goes into some face by
+    /// more than the width of a narrow strip: one that touches beside the track does so as well.
+    fn barred(&self, arc: f64, lean: ToolInclination) -> bool {
+        let uv = self.chart.uv([self.across, self.track.at(arc)]);
+        let [_, feed] = self.steps(arc);
+        let Some(contact) = ContactPoint::new(self.face, uv) else { return false };
+        let normal = contact.normal;
+        // The inclination is measured from the contact side of the feed towards the strip.
+        let along = feed - normal.scale(normal.dot(&feed));
+        let Some(along) = Unit::try_new(along, f64::MIN_POSITIVE) else { return false };
+        let forward = along.scale(if self.forward { 1.0 } else { -1.0 });
+        let behind = self.options.side == ContactSide::Behind;
+        let ahead = if behind { -forward } else { forward };
+        let beside = forward.cross(&normal).scale(self.strip().sign());
+        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        let towards = ahead.scale(cos) + beside.scale(sin);
+        let corner = contact.point + normal.scale(self.cutter.minor());
+        let pose = tool_fit::pose(corner, &normal, &towards, lean.angle, self.cutter);
+        let narrow = self.costs().narrow;
+        let deep = KeepOff {
+            least: self.keep_off.least - narrow,
+            precision: 0.5 * narrow,
+            ..self.keep_off
+        };
+        !self.keep_off.cost.reaches(&pose) || deep.hits_any(&pose)
+    }
+}

@@ -1,0 +1,17 @@
+//! Placing the passes of one face: cutter locations along a candidate pass, trimming, and the material that stays.
+
+pub(super) mod axis_limit;
+pub(super) mod candidate;
+pub(super) mod context;
+pub(super) mod face;
+pub(super) mod inclination;
+pub(super) mod keep_off;
+pub(super) mod locate;
+pub(super) mod placed;
+pub(super) mod planner;
+pub(super) mod run_out;
+pub(super) mod tool_fit;
+pub(super) mod trial;
+pub(super) mod trim;
+pub(super) mod uncut;
+pub(super) mod unreachable;

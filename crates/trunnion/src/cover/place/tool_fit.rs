@@ -1,0 +1,154 @@
+//! What fits at a place of a face: the largest ball, and the cutter.
+
+use crate::cover::cost::PassCost;
+use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
+use crate::cutter::Cutter;
+use crate::cutter::solid::Solid;
+use crate::surface::FaceIndex;
+use crate::types::{ToolPose, UncutReason};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use std::f64::consts::TAU;
+
+/// Largest balls that are told apart, in radii of the cutter.
+const LARGEST: f64 = 20.0;
+
+/// Steps of the shrinking ball: each at least halves what the ball goes in too deep where it touches a flat face, and
+/// squares it where it touches at an angle.
+const STEPS: u32 = 60;
+
+/// Directions and angles of lean in which the tool is tried at a place.
+const DIRECTIONS: u32 = 12;
+const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
+
+/// Largest lean of cutters that are not balls.
+const MOST: f64 = 0.6;
+
+/// A place of a face with its normal on the cutter's side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactPoint {
+    pub(crate) point: Point3<f64>,
+    pub(crate) normal: UnitVector3<f64>,
+}
+
+impl ContactPoint {
+    pub(crate) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Option<Self> {
+        let (point, normal) = (face.face().point(u, v), face.face().normal(u, v)?);
+        Some(Self { point, normal })
+    }
+}
+
+/// Radius of the largest ball that touches a face at a place and goes into none of the faces by more than
+/// `precision` \[mm\]; infinite where one of [`LARGEST`] cutter radii fits.
+///
+/// A ball that holds another place `q` of a face shrinks to the one through both, `|q - p|² / (2 n.(q - p))`: no larger one
+/// that touches at `p` is free of `q`. So the radius is never too small, and too large by no more than lets it go in by the
+/// precision.
+pub(crate) fn largest_ball(
+    part_faces: &PartFaces<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+    precision: f64,
+) -> f64 {
+    let mut radius = LARGEST * cutter.radius();
+    let mut free = true;
+    for _ in 0..STEPS {
+        let pose =
+            ToolPose { tip: contact.point + contact.normal.scale(radius), axis: contact.normal };
+        let query = NearestQuery {
+            within: -precision,
+            precision: precision.max(0.01 * radius),
+            enough: f64::NEG_INFINITY,
+        };
+        let Some(near) = part_faces.nearest(&Solid::ball(radius), &pose, None, query) else {
+            break;
+        };
+        let apart = near.point - contact.point;
+        let rise = contact.normal.dot(&apart);
+        let smaller = apart.norm_squared() / (2.0 * rise);
+        // Rounding at the place itself.
+        if !(rise > 0.0 && smaller < radius) {
+            break;
+        }
+        (radius, free) = (smaller, false);
+    }
+    if free { f64::INFINITY } else { radius }
+}
+
+/// Why the tool does not finish a place.
+pub(crate) fn reason(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+) -> UncutReason {
+    let (part_faces, least) = (keep_off.part_faces, keep_off.least);
+    let within = least - keep_off.precision;
+    // All faces count, the nearest one most.
+    let query = NearestQuery { within, precision: keep_off.precision, enough: f64::NEG_INFINITY };
+    let minor = cutter.minor();
+    let corner = contact.point + contact.normal.scale(minor + least);
+    let pose = ToolPose { tip: corner, axis: contact.normal };
+    if let Some(near) = part_faces.nearest(&Solid::ball(minor), &pose, None, query) {
+        return if near.face == keep_off.own {
+            UncutReason::Hollow
+        } else {
+            UncutReason::Neighbour(part_faces.number(near.face))
+        };
+    }
+    let (mut barred, mut far) = (None, false);
+    for pose in poses(contact, corner, cutter) {
+        let hit = keep_off.tool.solids().find_map(|solid| {
+            let enough = NearestQuery { enough: within, ..query };
+            part_faces.nearest(solid, &pose, None, enough)
+        });
+        match hit {
+            Some(near) => barred = barred.or(Some(near.face)),
+            None if keep_off.cost.reaches(&pose) => return UncutReason::Passes,
+            None => far = true,
+        }
+    }
+    if far {
+        return UncutReason::Machine;
+    }
+    barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(part_faces.number(face)))
+}
+
+/// Whether the machine gets to a place with any lean.
+pub(crate) fn reached(cost: &dyn PassCost, contact: &ContactPoint, cutter: &Cutter) -> bool {
+    let corner = contact.point + contact.normal.scale(cutter.minor());
+    poses(contact, corner, cutter).any(|pose| cost.reaches(&pose))
+}
+
+/// Poses whose corner touches at a place, leaning more and more, all round.
+fn poses(
+    contact: &ContactPoint,
+    corner: Point3<f64>,
+    cutter: &Cutter,
+) -> impl Iterator<Item = ToolPose> {
+    let major = cutter.major();
+    let normal = contact.normal;
+    let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
+    let beside = normal.cross(&across);
+    let angles = ANGLES.into_iter().filter(move |angle| major <= 0.0 || *angle <= MOST);
+    angles.flat_map(move |angle| {
+        (0..DIRECTIONS).map(move |i| {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
+            let ahead = across.scale(cos) + beside.scale(sin);
+            pose(corner, &normal, &ahead, angle, cutter)
+        })
+    })
+}
+
+/// The pose that leans by `angle` towards `ahead`, a unit vector square to the normal, and whose corner, in front of
+/// the cutter's centre, is a ball keep_off `corner`.
+pub(crate) fn pose(
+    corner: Point3<f64>,
+    normal: &UnitVector3<f64>,
+    ahead: &Vector3<f64>,
+    angle: f64,
+    cutter: &Cutter,
+) -> ToolPose {
+    let (sin, cos) = angle.sin_cos();
+    let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
+    let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(cutter.major());
+    ToolPose { tip: centre - axis.scale(cutter.minor()), axis }
+}

@@ -1,0 +1,235 @@
+//! Trial of a candidate pass: the segments that it cuts, and how far they finish the face.
+
+use crate::cover::error::CoverError;
+use crate::cover::layout::advance::{AdvanceCosts, PassPart};
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::effort::WorkCounter;
+use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
+use crate::cover::layout::track::EndPointTrack;
+use crate::cover::options::{CoverOptions, PlacementMethod};
+use crate::cover::place::candidate::{CandidatePass, PlacedStation};
+use crate::cover::place::context::FaceContext;
+use crate::cover::place::placed::PlacedPasses;
+use crate::cover::place::trim::{PassSegment, PassTrimmer};
+use crate::cover::prove::coverage::PassColumn;
+use crate::cover::prove::sweep::PassSweep;
+use crate::cover::report::{FallbackReason, PassFallback};
+use crate::positioning::PositioningError;
+
+/// Largest number of times that stations are added where a pass finishes nothing at its track.
+const DENSER: usize = 3;
+
+/// Width that a pass may cut across, in radii of the cutter.
+const WINDOW: f64 = 4.0;
+
+/// Point of a candidate pass without cutter location, with the reason.
+#[derive(Debug, Clone)]
+pub(crate) struct RefusedPlace {
+    /// Point across and along.
+    pub(crate) at: ChartPoint,
+    pub(crate) error: PositioningError,
+}
+
+/// Candidate pass as it would be cut, and the strip that it finishes.
+pub(crate) struct TrialPass {
+    /// Length of a step across by the parameter \[mm\].
+    pub(crate) rate: f64,
+    pub(crate) segments: Vec<PassSegment>,
+    /// Columns of the face across the pass.
+    pub(crate) columns: Vec<PassColumn>,
+    /// Length and finished width of each column.
+    pub(crate) parts: Vec<PassPart>,
+    /// `true` for columns that no other pass at the fixed inclination would finish farther: it has nothing there, or
+    /// keeps off something.
+    pub(crate) ended: Vec<bool>,
+    pub(crate) costs: AdvanceCosts,
+    /// First point in the region without a location.
+    pub(crate) refused: Option<RefusedPlace>,
+    /// Work of the trial.
+    pub(crate) work: u64,
+}
+
+impl TrialPass {
+    /// Returns the length along \[mm\].
+    pub(crate) fn length(&self) -> f64 {
+        self.parts.iter().map(|part| part.length).sum()
+    }
+
+    /// Returns the length of the parts that are finished narrower than `width` \[mm\].
+    pub(crate) fn length_below(&self, width: f64) -> f64 {
+        let narrow = self.parts.iter().filter(|part| part.width < width);
+        narrow.map(|part| part.length).sum()
+    }
+
+    /// Returns the parts that further passes would finish.
+    pub(crate) fn open(&self) -> Vec<PassPart> {
+        let open = self.parts.iter().zip(&self.ended).filter(|(_, ended)| !**ended);
+        open.map(|(part, _)| *part).collect()
+    }
+
+    /// Returns the parameter across to which all columns at least `width` \[mm\] wide are finished.
+    pub(crate) fn reach(&self, width: f64) -> f64 {
+        let counting = self.columns.iter().zip(&self.parts).filter(|(_, part)| part.width >= width);
+        counting.map(|(column, _)| column.finished).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the range along of some columns.
+    pub(crate) fn along(&self, [first, last]: [usize; 2]) -> [f64; 2] {
+        [self.columns[first].along[0], self.columns[last].along[1]]
+    }
+
+    /// Returns the reason why wide strips are not taken on some columns of face number `face`. The caller adds the
+    /// ranges of u and v.
+    pub(crate) fn fallback(
+        &self,
+        [first, last]: [usize; 2],
+        face: usize,
+        chart: &Chart,
+    ) -> Option<PassFallback> {
+        let (a, b) = (self.columns.get(first)?, self.columns.get(last)?);
+        let near = |at: &ChartPoint| (a.along[0]..=b.along[1]).contains(&at[1]);
+        let refused = self.refused.clone().filter(|refused| near(&refused.at));
+        let (at, reason) = refused.map_or_else(
+            || ([a.finished, a.along[0]], FallbackReason::Missed(last + 1 - first)),
+            |RefusedPlace { at, error }| (at, FallbackReason::NoStrip(error)),
+        );
+        Some(PassFallback { face, at: chart.uv(at), uv: [[0.0; 2]; 2], reason })
+    }
+}
+
+impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
+    /// Lays a candidate pass at `across`, beside the passes that are placed.
+    pub(crate) fn lay(
+        &self,
+        region: &TrimmedRegion<&Inside>,
+        across: f64,
+        method: PlacementMethod,
+        placed: &PlacedPasses,
+    ) -> Result<TrialPass, CoverError> {
+        let keep_off = self.keep_off();
+        let clearance = self.clearance(keep_off.precision);
+        let candidate = CandidatePass {
+            face: self.face,
+            cutter: self.setup.cutter,
+            options: self.options,
+            chart: &self.chart,
+            across,
+            across_range: region.bounds[0],
+            track: self.track(region, across)?,
+            forward: placed.forward,
+            method,
+            keep_off,
+            work: WorkCounter::default(),
+        };
+        let trimmer = PassTrimmer { candidate: &candidate, region, clearance };
+        // Step 1: the segments as stations along the track give them, and how far they finish the region.
+        let (mut segments, refused) = trimmer.segments();
+        let rate = candidate.rate_across();
+        let start = ColumnStart { across, rate };
+        let mut columns = self.columns(region, start, &segments, placed);
+        candidate.work.columns(columns.len());
+        // Step 2: more stations where columns are not finished at the track itself.
+        for _ in 0..DENSER {
+            let missed: Vec<[f64; 2]> = columns
+                .iter()
+                .filter(|column| column.part.width < self.least())
+                .map(|column| column.along)
+                .collect();
+            let Some(denser) = trimmer.denser(&segments, &missed) else { break };
+            segments = denser;
+            columns = self.columns(region, start, &segments, placed);
+            candidate.work.columns(columns.len());
+        }
+        let parts = columns.iter().map(|c| c.part).collect();
+        let ended = match method {
+            PlacementMethod::Widest => vec![false; columns.len()],
+            PlacementMethod::Inclined => self.ended(&columns, &segments, across),
+        };
+        let refused = refused.map(|refused| RefusedPlace {
+            at: [across, candidate.track.at(refused.arc)],
+            error: refused.error,
+        });
+        let (costs, work) = (candidate.costs(), candidate.work.done());
+        Ok(TrialPass { rate, segments, columns, parts, ended, costs, refused, work })
+    }
+
+    /// Finds the columns that no other pass at the fixed inclination would finish farther.
+    ///
+    /// They do not lie between two stations, or one of these lies before the track because the tool has to keep off
+    /// something.
+    fn ended(&self, columns: &[PassColumn], segments: &[PassSegment], across: f64) -> Vec<bool> {
+        let range = |pair: &[PlacedStation]| {
+            let along =
+                |placed: &PlacedStation| [placed.along, self.chart.local(placed.contact_uv)[1]];
+            let all = pair.iter().flat_map(along);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            ([low, all.fold(f64::NEG_INFINITY, f64::max)], pair.iter().any(|p| p.across < across))
+        };
+        let pairs: Vec<([f64; 2], bool)> =
+            segments.iter().flat_map(|segment| segment.placed.windows(2)).map(range).collect();
+        let ends = |column: &PassColumn| {
+            let [low, high] = column.along;
+            let near = || pairs.iter().filter(|([a, b], _)| *a < high && *b > low);
+            column.part.width < self.least()
+                || near().any(|(_, barred)| *barred)
+                || near().map(|([_, b], _)| *b).fold(f64::NEG_INFINITY, f64::max) < high
+                || near().map(|([a, _], _)| *a).fold(f64::INFINITY, f64::min) > low
+        };
+        columns.iter().map(ends).collect()
+    }
+
+    /// Finds how far across the region is finished by the segments and the passes before them.
+    fn columns(
+        &self,
+        region: &TrimmedRegion<&Inside>,
+        start: ColumnStart,
+        segments: &[PassSegment],
+        placed: &PlacedPasses,
+    ) -> Vec<PassColumn> {
+        let mine: Vec<PassSweep> = segments.iter().map(|segment| self.sweep(segment)).collect();
+        let recent = placed.recent.iter().map(AsRef::as_ref);
+        let sweeps: Vec<&PassSweep> = recent.chain(&mine).collect();
+        let across = [start.across, region.bounds[0][1]];
+        self.coverage(region, &sweeps).columns(across, start.rate)
+    }
+
+    /// Returns the end-point track at `across`.
+    fn track(
+        &self,
+        region: &TrimmedRegion<&Inside>,
+        across: f64,
+    ) -> Result<EndPointTrack, CoverError> {
+        let chart = &self.chart;
+        let extension = self.setup.cutter.radius();
+        let along = self.over_region(region, across);
+        let track = EndPointTrack::new(self.face, chart, across, along, extension);
+        let [start, end] = track.range();
+        if end - start > self.options.spacing[0] {
+            Ok(track)
+        } else {
+            let CoverOptions { feed_direction: along, .. } = *self.options;
+            Err(CoverError::NoTrack { face: self.face.face().number, along, across })
+        }
+    }
+
+    /// Returns the range along in which a pass may have something to cut.
+    ///
+    /// Straight lines of the face's own parameters are taken whole; bent lines leave the face anywhere.
+    fn over_region(&self, region: &TrimmedRegion<&Inside>, across: f64) -> [f64; 2] {
+        if self.chart.is_straight() {
+            return region.bounds[1];
+        }
+        let [first, last] = region.bounds[0];
+        let window = WINDOW * self.setup.cutter.radius() / self.extent(0) * (last - first);
+        region.range_along([across, across + window]).unwrap_or(region.bounds[1])
+    }
+}
+
+/// Track from which columns are measured.
+#[derive(Debug, Clone, Copy)]
+struct ColumnStart {
+    /// Parameter across.
+    across: f64,
+    /// Length of a unit step across \[mm\].
+    rate: f64,
+}

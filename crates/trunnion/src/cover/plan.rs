@@ -1,0 +1,150 @@
+//! Plans the passes of all faces.
+
+use super::cost::{LengthCost, PassCost};
+use super::error::{CoverError, FacePoint};
+use super::options::CoverOptions;
+use super::place::context::{FaceRequest, PartSetup};
+use super::place::face::cover_face;
+use super::prove::part_faces::PartFaces;
+use super::report::{Covering, RefusedPoint};
+use crate::cutter::Cutter;
+use crate::surface::FaceIndex;
+use crate::types::{Cancelled, Progress, Stage};
+use rayon::prelude::*;
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Steps of progress per face.
+const STEPS: u64 = 1000;
+
+/// Faces to cover, with tool, options and cost model.
+#[derive(Clone, Copy)]
+pub struct CoverRequest<'a> {
+    /// Faces that are cut.
+    pub faces: &'a [FaceIndex],
+    /// Faces of the part that are not cut. The tool keeps off them.
+    pub others: &'a [FaceIndex],
+    /// Cutter with shank and holder.
+    pub cutter: &'a Cutter,
+    /// Options of the passes.
+    pub options: &'a CoverOptions,
+    /// Cost of passes and links on a machine; `None` counts lengths ([`LengthCost`]).
+    pub cost: Option<&'a dyn PassCost>,
+}
+
+impl fmt::Debug for CoverRequest<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { faces, others, cutter, options, .. } = self;
+        f.debug_struct("CoverRequest")
+            .field("faces", &faces.len())
+            .field("others", &others.len())
+            .field("cutter", cutter)
+            .field("options", options)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> CoverRequest<'a> {
+    /// Requests passes over `faces` alone, by length.
+    pub fn new(faces: &'a [FaceIndex], cutter: &'a Cutter, options: &'a CoverOptions) -> Self {
+        Self { faces, others: &[], cutter, options, cost: None }
+    }
+}
+
+/// Plans passes over the faces of `request`, face after face, in cutting order.
+///
+/// Every point of a face inside its trims comes to lie in a strip. At the stations the error keeps
+/// [`CoverOptions::band`]. On the curve that `toolpath::through` lays through them (with [`lever`](super::lever)) it
+/// leaves the band by at most [`CoverOptions::path_share`], proven over all of the curve and the face. The
+/// [`CoverReport`](super::CoverReport) lists the regions that no pass finishes.
+///
+/// The tool keeps off [`CoverRequest::others`], and off each face while another is cut, as it does off the face
+/// itself: by the lower end of the band at the stations, and by [`CoverOptions::path_share`] less between them. This is
+/// proven for all of the tool up to the gauge point.
+///
+/// # Errors
+///
+/// [`CoverError`] with face and point; [`CoverError::Cancelled`] on request.
+///
+/// # Source
+///
+/// Placing each pass from the end points of the one before: `docs/sources.md#004`, covering a face.
+///
+/// # Example
+///
+/// A ball of radius 5 mm leaves cusps of 0.1 mm on a plane between strips of sqrt(8 * 5 * 0.1) = 2 mm, so a
+/// plane of 20 mm takes ten passes at least.
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trunnion::cover::{CoverOptions, CoverRequest, FeedDirection, FinishTolerance, PlacementMethod, cover};
+/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+/// use trunnion::types::Silent;
+///
+/// let points = [0.0, 20.0].map(|x| [0.0, 20.0].map(|y| Point3::new(x, y, 0.0)).to_vec()).to_vec();
+/// let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+/// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
+/// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new(), false)?)?];
+///
+/// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+/// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
+/// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
+/// let options = CoverOptions {
+///     feed_direction: FeedDirection::U,
+///     method: PlacementMethod::Inclined,
+///     ..CoverOptions::finishing(&cutter, FinishTolerance { excess: 0.1, gouge: 0.01 })
+/// };
+///
+/// let covering = cover(&CoverRequest::new(&faces, &cutter, &options), &Silent)?;
+/// assert!(covering.report.rest.is_empty(), "all of the plane is finished");
+/// assert!((10..=13).contains(&covering.passes.len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Covering, CoverError> {
+    let CoverRequest { faces, others, cutter, options, cost } = *request;
+    options.check()?;
+    let by_length = LengthCost { link: options.link };
+    let cost: &dyn PassCost = cost.unwrap_or(&by_length);
+    let part_faces = PartFaces::new(faces.iter().chain(others), cutter);
+    let done: Vec<AtomicU64> = faces.iter().map(|_| AtomicU64::new(0)).collect();
+    let total = STEPS * faces.len() as u64;
+    let covered: Vec<_> = faces
+        .par_iter()
+        .zip(&done)
+        .enumerate()
+        .map(|(own, (face, mine))| {
+            let report = |share: f64| -> Result<(), Cancelled> {
+                // A share of 0..=1: the product is a small non-negative number.
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "see above"
+                )]
+                let steps = (share.clamp(0.0, 1.0) * STEPS as f64) as u64;
+                mine.store(steps, Ordering::Relaxed);
+                let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
+                progress.step(Stage::Cover, sum, total)
+            };
+            let setup = PartSetup { cutter, part_faces: &part_faces, own, cost };
+            cover_face(&FaceRequest { face, setup, options }, &report)
+        })
+        .collect();
+    // Faces are collected in their own order, so that threads decide nothing.
+    let mut all = Covering::default();
+    let mut refused = None;
+    for of_face in covered {
+        let Covering { passes, report } = of_face?;
+        all.passes.extend(passes);
+        refused = refused.or_else(|| report.refused.clone());
+        all.report.add(report);
+    }
+    match refused {
+        Some(RefusedPoint { face: number, uv, error }) if all.passes.is_empty() => {
+            let face = faces.iter().find(|face| face.face().number == number);
+            let at = face.map(|face| Box::new(FacePoint::new(face, uv)));
+            at.map_or(Ok(all), |at| Err(CoverError::NoPose { face: number, at, error }))
+        }
+        _ => Ok(all),
+    }
+}

@@ -1,0 +1,427 @@
+//! How deep a moving tool goes into a face, bounded over all its places and all the time.
+
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::region::ChartPoint;
+use crate::cover::prove::face_tree::{CellShare, FaceCell, FaceTree, TreeBranch};
+use crate::cover::prove::sweep::{PassSweep, SweepInstant};
+use crate::cutter::solid::{Gap, Solid, Tool};
+use crate::surface::FaceIndex;
+use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
+
+/// Halvings of a cell or a stretch of time, together, before its bound is taken as it is: from millimetres
+/// to nanometres in all three.
+const DEPTH: u32 = 60;
+
+/// A face and a tool.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ClearanceProof<'a> {
+    pub(crate) face: &'a FaceIndex,
+    pub(crate) chart: &'a Chart,
+    pub(crate) tree: &'a FaceTree,
+    pub(crate) tool: &'a Tool,
+    /// What the tool has to keep from the face \[mm\].
+    pub(crate) target: f64,
+    /// Below the target by this much counts as kept \[mm\]: what touches it cannot be told from it.
+    pub(crate) precision: f64,
+}
+
+/// A stretch of one span's time.
+#[derive(Debug, Clone, Copy)]
+struct TimeSlab {
+    span: usize,
+    from: f64,
+    to: f64,
+    middle: SweepInstant,
+    /// Indices of the halves, once they are needed.
+    halves: Option<[usize; 2]>,
+}
+
+/// A cell and, once they are needed, its halves by either parameter.
+#[derive(Debug, Clone, Copy)]
+struct CellPart {
+    cell: FaceCell,
+    /// Which cell of the sheet it is a part of, and how much of it the face has.
+    of: usize,
+    share: CellShare,
+    sags: [f64; 2],
+    halves: [Option<[usize; 2]>; 2],
+}
+
+/// The least distance known so far.
+struct ClearanceSearch<'a> {
+    clearing: &'a ClearanceProof<'a>,
+    sweep: &'a PassSweep,
+    solid: &'a Solid,
+    /// Halves are kept: the same cells and times are met again and again.
+    slabs: Vec<TimeSlab>,
+    tiles: Vec<CellPart>,
+    /// Tile of a cell of the sheet.
+    known: HashMap<usize, usize>,
+    /// Least distance found anywhere \[mm\].
+    found: f64,
+    /// What no distance is below \[mm\]; at most the target.
+    bound: f64,
+}
+
+impl ClearanceProof<'_> {
+    /// What the tool keeps from the face at least during a span, looked at in `slabs`: the target, less
+    /// the precision, or more if it keeps that; otherwise some distance that is less.
+    pub(crate) fn least(&self, sweep: &PassSweep, span: usize, slabs: u32) -> f64 {
+        let mut least = self.target;
+        for solid in self.tool.solids() {
+            let Some(search) = self.search(solid, least, sweep, span, slabs) else {
+                return f64::NEG_INFINITY;
+            };
+            least = search.bound.min(search.found - self.precision);
+        }
+        least
+    }
+
+    /// What one body of the tool keeps; `None` where there is no pose.
+    fn search<'a>(
+        &'a self,
+        solid: &'a Solid,
+        bound: f64,
+        sweep: &'a PassSweep,
+        span: usize,
+        slabs: u32,
+    ) -> Option<ClearanceSearch<'a>> {
+        let [start, end] = [sweep.curve.knots[span], sweep.curve.knots[span + 1]];
+        let mut search = ClearanceSearch {
+            clearing: self,
+            sweep,
+            solid,
+            slabs: Vec::new(),
+            tiles: Vec::new(),
+            known: HashMap::new(),
+            found: f64::INFINITY,
+            bound,
+        };
+        for i in 0..slabs {
+            let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
+            search.root(TimeSlab::new(sweep, span, [at(i), at(i + 1)])?);
+        }
+        Some(search)
+    }
+
+    /// Part of a cell of the sheet, by what is known of the part it is a half of.
+    fn tile(&self, cell: FaceCell, of: usize, before: CellShare) -> CellPart {
+        let holds = |local: ChartPoint| {
+            let [u, v] = self.chart.uv(local);
+            self.face.face().contains(u, v)
+        };
+        let share = match before {
+            CellShare::Cut(_) => self.tree.share(of, &cell, holds),
+            known => known,
+        };
+        CellPart { cell, of, share, sags: [cell.sag(0), cell.sag(1)], halves: [None; 2] }
+    }
+
+    fn at(&self) -> impl Fn(ChartPoint) -> Point3<f64> {
+        let (face, chart) = (self.face, self.chart);
+        move |local| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        }
+    }
+}
+
+impl TimeSlab {
+    fn new(sweep: &PassSweep, span: usize, [from, to]: [f64; 2]) -> Option<Self> {
+        let middle = sweep.instant(span, 0.5 * (from + to))?;
+        Some(Self { span, from, to, middle, halves: None })
+    }
+
+    fn half(&self) -> f64 {
+        0.5 * (self.to - self.from)
+    }
+
+    /// Velocity of a fixed place seen from the tool, in the workpiece's directions.
+    fn seen(&self, from_tip: &Vector3<f64>) -> Vector3<f64> {
+        -self.middle.velocity - self.middle.turn.cross(from_tip)
+    }
+}
+
+impl ClearanceSearch<'_> {
+    /// Nothing at or above this matters any more. A touch at the target itself is not followed below the
+    /// precision, and after a certain breach nothing matters.
+    fn enough(&self) -> f64 {
+        let ClearanceProof { target, precision, .. } = *self.clearing;
+        if self.found < target - precision {
+            return f64::NEG_INFINITY;
+        }
+        self.bound.min(self.found - precision)
+    }
+
+    fn root(&mut self, slab: TimeSlab) {
+        let root = self.clearing.tree.nodes.len();
+        if root > 0 {
+            self.slabs.push(slab);
+            self.node(root - 1, self.slabs.len() - 1, 0);
+        }
+    }
+
+    /// The distance lies above the tangent plane at the centre and above every plane that the solid
+    /// touches from below, over the ball and the slab.
+    fn node(&mut self, index: usize, time: usize, depth: u32) {
+        let node = self.clearing.tree.nodes[index];
+        let slab = self.slabs[time];
+        let pose = &slab.middle.pose;
+        let from_tip = node.centre - pose.tip;
+        let half = slab.half();
+        let seen = slab.seen(&from_tip);
+        let rest = slab.middle.turn.norm() * node.radius * half
+            + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
+        let motion = |gap: &Gap| gap.gradient.dot(&seen).abs() * half + rest;
+        let bound = |gap: &Gap| gap.distance - node.along(&gap.gradient) - motion(gap);
+        let gap = self.solid.gap(&node.centre, pose);
+        if bound(&gap) >= self.enough() {
+            return;
+        }
+        let planes = [node.normal, -node.normal].map(|n| self.solid.plane(&node.centre, pose, n));
+        if node.normal.norm_squared() > 0.0
+            && planes.iter().any(|plane| bound(plane) >= self.enough())
+        {
+            return;
+        }
+        let motion = motion(&gap);
+        if motion > node.radius && depth < DEPTH {
+            for time in self.later(time) {
+                self.node(index, time, depth + 1);
+            }
+            return;
+        }
+        match node.below {
+            TreeBranch::Halves(halves) => {
+                for half in halves {
+                    self.node(half, time, depth);
+                }
+            }
+            TreeBranch::Leaf(cell) => {
+                let tile = self.tile(cell);
+                self.cell(tile, time, depth);
+            }
+        }
+    }
+
+    /// Twice the remainder of the first-order motion over a slab.
+    fn rest(&self, slab: &TimeSlab, distance: f64) -> f64 {
+        let (bend, half) = (self.sweep.bend(slab.span), slab.half());
+        bend.seen(distance, slab.middle.velocity.norm() + bend.tip * half) * half * half
+    }
+
+    /// Halves of a slab; none, and no bound, where there is no pose.
+    fn later(&mut self, time: usize) -> Vec<usize> {
+        let slab = self.slabs[time];
+        if let Some(halves) = slab.halves {
+            return halves.to_vec();
+        }
+        let middle = 0.5 * (slab.from + slab.to);
+        let parts = [[slab.from, middle], [middle, slab.to]];
+        let [Some(a), Some(b)] = parts.map(|part| TimeSlab::new(self.sweep, slab.span, part))
+        else {
+            self.bound = f64::NEG_INFINITY;
+            return Vec::new();
+        };
+        let first = self.slabs.len();
+        self.slabs.extend([a, b]);
+        self.slabs[time].halves = Some([first, first + 1]);
+        vec![first, first + 1]
+    }
+
+    fn tile(&mut self, cell: usize) -> usize {
+        let (tiles, clearing) = (&mut self.tiles, self.clearing);
+        *self.known.entry(cell).or_insert_with(|| {
+            tiles.push(clearing.tile(clearing.tree.cells[cell], cell, CellShare::Cut(false)));
+            tiles.len() - 1
+        })
+    }
+
+    fn halves(&mut self, tile: usize, k: usize) -> [usize; 2] {
+        if let Some(halves) = self.tiles[tile].halves[k] {
+            return halves;
+        }
+        let at = self.clearing.at();
+        let CellPart { cell, of, share, .. } = self.tiles[tile];
+        let halves = cell.halves(k, &at);
+        let first = self.tiles.len();
+        let clearing = self.clearing;
+        self.tiles.extend(halves.map(|half| clearing.tile(half, of, share)));
+        self.tiles[tile].halves[k] = Some([first, first + 1]);
+        [first, first + 1]
+    }
+
+    /// The distance lies above the tangent plane at the middle and above the planes along the cell
+    /// that the solid touches from below; over the cell and the slab a plane is least at a corner,
+    /// but for the bows of the cell and of the motion.
+    fn cell(&mut self, tile: usize, time: usize, depth: u32) {
+        let (slab, CellPart { cell, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
+        let (sags, share) = (*sags, *share);
+        if share == CellShare::None {
+            return;
+        }
+        let pose = &slab.middle.pose;
+        let centre = cell.centre();
+        let corners = cell.corners();
+        let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
+        let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
+        let gap = self.solid.gap(&centre, pose);
+        // What the tangent plane lacks tells where to go on; the others only end the search sooner.
+        let tangent = over(&slab, &centre, &corners, gap);
+        let mut least = tangent.least;
+        for normal in cell.normal().into_iter().flat_map(|n| [n, -n]) {
+            let plane = self.solid.plane(&centre, pose, normal);
+            least = least.max(over(&slab, &centre, &corners, plane).least);
+        }
+        let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
+        if let Some(away) = cell.some_within(share) {
+            self.found = self.found.min(gap.distance + away);
+        }
+        let bound = least - sags[0] - sags[1] - rest;
+        if bound >= self.enough() {
+            return;
+        }
+        if depth >= DEPTH {
+            self.bound = self.bound.min(bound);
+            return;
+        }
+        let [a, b] = [0, 1].map(|k| sags[k] + slopes[k]);
+        if tangent.moving + rest >= a.max(b) {
+            for time in self.later(time) {
+                self.cell(tile, time, depth + 1);
+            }
+        } else {
+            for half in self.halves(tile, usize::from(b > a)) {
+                self.cell(half, time, depth + 1);
+            }
+        }
+    }
+}
+
+/// A plane below the distance, over the corners of a cell and the first-order motion of a slab.
+struct PlaneBound {
+    /// Least value \[mm\].
+    least: f64,
+    /// Largest change by the motion \[mm\].
+    moving: f64,
+}
+
+fn over(
+    slab: &TimeSlab,
+    centre: &Point3<f64>,
+    corners: &[Point3<f64>; 4],
+    plane: Gap,
+) -> PlaneBound {
+    let Gap { distance, gradient } = plane;
+    let (mut least, mut moving) = (f64::INFINITY, 0.0_f64);
+    for corner in corners {
+        let seen = slab.seen(&(corner - slab.middle.pose.tip));
+        let moved = gradient.dot(&seen).abs() * slab.half();
+        least = least.min(distance + gradient.dot(&(corner - centre)) - moved);
+        moving = moving.max(moved);
+    }
+    PlaneBound { least, moving }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cover::layout::region::TrimmedRegion;
+    use crate::cover::options::FeedDirection;
+    use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
+    use crate::surface::{Face, NurbsSurface, Surface};
+    use crate::types::{PoseCurve, Station, ToolPose};
+    use nalgebra::Unit;
+
+    /// A plate, 20 x 20 mm, with a ridge of 0.5 mm at x = 10.
+    fn plate() -> FaceIndex {
+        let points = [[0.0, 0.0], [10.0, 1.0], [20.0, 0.0]]
+            .map(|[x, z]| [0.0, 20.0].map(|y| Point3::new(x, y, z)).to_vec())
+            .to_vec();
+        let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([2, 1], knots, points, None).unwrap();
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+    }
+
+    fn tool(shank: Vec<[f64; 2]>) -> Tool {
+        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 60.0, construction, shank };
+        Tool::new(&Cutter::new(spec).unwrap())
+    }
+
+    /// What a tool keeps at least that passes over the plate along x, its tip at height `z`, leaning by `lean`
+    /// about x.
+    fn least(tool: &Tool, z: f64, lean: f64, target: f64) -> f64 {
+        let (face, chart) = (plate(), Chart::straight(FeedDirection::V));
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
+        let tree = FaceTree::new(&face, &chart, &region, 1.0);
+        let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
+        let at = |x: f64| {
+            let tip = Point3::new(x, 10.0, z);
+            Station { pose: ToolPose { tip, axis }, contact: tip }
+        };
+        let sweep = PassSweep::of(PoseCurve::through(&[at(-5.0), at(9.0), at(25.0)], 3.0), 3.0);
+        let clearing = ClearanceProof {
+            face: &face,
+            chart: &chart,
+            tree: &tree,
+            tool,
+            target,
+            precision: 1e-4,
+        };
+        (0..2).map(|span| clearing.least(&sweep, span, 1)).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn the_height_over_a_ridge_is_found_between_stations() {
+        let tool = tool(Vec::new());
+        assert!(least(&tool, 0.6, 0.0, 0.099) >= 0.099 - 1e-4);
+        assert!(least(&tool, 0.6, 0.0, 0.101) < 0.101 - 1e-4);
+        // Below the ridge the tool gouges, whatever it keeps at its stations.
+        assert!(least(&tool, 0.4, 0.0, -0.09) < -0.09 - 1e-4);
+    }
+
+    #[test]
+    fn a_shank_that_leans_onto_the_face_is_found() {
+        // Leaning 80 degrees at height 3, the cutting end is 1.4 mm above the plate's middle, and the
+        // shank of 4 mm from height 8 on is below its surface.
+        let lean = 80_f64.to_radians();
+        assert!(least(&tool(Vec::new()), 4.0, lean, 0.1) >= 0.1 - 1e-4);
+        assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
+    }
+
+    /// Trims of real parts have corners with hardly anything between their edges: no middle of a cell is ever on the face
+    /// there. The tool goes over one, and that is seen before cells are as small as rounding.
+    #[test]
+    fn a_spike_of_the_trims_is_looked_at_no_closer_than_asked() {
+        let (face, chart, tool) = (plate(), Chart::straight(FeedDirection::V), tool(Vec::new()));
+        let spike =
+            [[0.1, 0.1], [0.1, 0.4], [0.25, 0.4], [0.25, 0.5], [0.25, 0.4], [0.4, 0.4], [0.4, 0.1]];
+        let inside = |[u, v]: ChartPoint| (0.1..=0.4).contains(&u) && (0.1..=0.4).contains(&v);
+        let region = TrimmedRegion::new([[0.1, 0.4], [0.1, 0.5]], vec![spike.to_vec()], inside);
+        let tree = FaceTree::adaptive(&face, &chart, &region, [3.0, 0.2]);
+        let at = |x: f64| {
+            let tip = Point3::new(x, 11.5, -0.7);
+            Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+        };
+        let sweep = PassSweep::of(PoseCurve::through(&[at(-5.0), at(4.0), at(15.0)], 3.0), 3.0);
+        let (target, precision) = (0.0, 1e-4);
+        let clearing = ClearanceProof {
+            face: &face,
+            chart: &chart,
+            tree: &tree,
+            tool: &tool,
+            target,
+            precision,
+        };
+        let solid = tool.solids().next().unwrap();
+        let mut kept = f64::INFINITY;
+        for span in 0..2 {
+            let search = clearing.search(solid, target, &sweep, span, 1).unwrap();
+            kept = kept.min(search.bound.min(search.found - precision));
+            assert!(search.slabs.len() + search.tiles.len() < 20_000);
+        }
+        assert!(kept < target - precision, "{kept}");
+    }
+}

@@ -1,0 +1,426 @@
+//! What passes leave, proven over all of the face and not only at points.
+//!
+//! A place is finished when the point above it, as high as the excess allowed, was inside the
+//! cutter. The cutter is convex: a cell is finished when its corners are inside it, by more than
+//! the cell bows. Every corner may have its own time, as long as the tool between those times
+//! bows little as well. Nothing here knows of strips or closest points, so that a slip there cannot hide.
+
+use crate::cover::layout::advance::PassPart;
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::cover::prove::deepest::deepest;
+use crate::cover::prove::face_tree::{FaceCell, edge};
+use crate::cover::prove::sweep::{PassSweep, SweepInstant};
+use crate::cutter::solid::Solid;
+use crate::surface::FaceIndex;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::sync::Arc;
+
+/// Width of the columns that are searched independently, in least spacings.
+const COLUMN: f64 = 20.0;
+
+/// Columns at most.
+const COLUMNS: f64 = 400.0;
+
+/// What a pass may finish across, in widths of the cutter.
+const WINDOW: f64 = 1.0;
+
+/// Tiles a way that are looked at independently.
+const TILES: u32 = 8;
+
+/// Size of open cells that no tool comes near, in sizes of those at the edges of what is open: on them their area is told
+/// as well.
+const LARGEST: f64 = 16.0;
+
+/// Poses that are not sorted out any further.
+const FEW: usize = 8;
+
+/// Passings of the cutter over a place that are looked at, the nearest ones.
+const PASSINGS: usize = 3;
+
+/// How far a column of the face is finished.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PassColumn {
+    /// Its range along.
+    pub(crate) along: [f64; 2],
+    /// The place across up to which it is.
+    pub(crate) finished: f64,
+    /// Length along and width finished \[mm\].
+    pub(crate) part: PassPart,
+}
+
+/// A time and the distance of a place from the cutter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ClosestPass {
+    u: f64,
+    distance: f64,
+}
+
+/// Corner of a cell, with the time at which it is compared with the cutter.
+struct TimedCorner {
+    u: f64,
+    corner: Point3<f64>,
+}
+
+/// A face and what has swept over it.
+pub(crate) struct CoverageProof<'a, Inside> {
+    pub(crate) face: &'a FaceIndex,
+    pub(crate) chart: &'a Chart,
+    pub(crate) region: &'a TrimmedRegion<Inside>,
+    pub(crate) end: Solid,
+    /// Excess allowed \[mm\].
+    pub(crate) limit: f64,
+    /// Cells are not halved below this \[mm\].
+    pub(crate) smallest: f64,
+    pub(crate) sweeps: &'a [&'a PassSweep],
+}
+
+/// Poses, as indices of sweep and pose.
+type PoseIndices = Arc<[[usize; 2]]>;
+
+/// A cell that waits to be looked at; the one that begins first comes first.
+struct WaitingCell {
+    cell: Box<FaceCell>,
+    /// Whether no edge of the region crosses it.
+    whole: bool,
+    /// Poses that come near.
+    near: PoseIndices,
+}
+
+impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
+    /// Columns across, from `from` to `end`, in order along. Widths are told as if everywhere a step across were
+    /// `rate` \[mm\] long: on a fan the same step finishes little at the tip and much at the rim.
+    pub(crate) fn columns(&self, [from, end]: [f64; 2], rate: f64) -> Vec<PassColumn> {
+        let range = self.region.bounds[1];
+        let at = self.at();
+        let whole = FaceCell::new([[from, end], range], &at);
+        let count = (whole.extent(1) / (COLUMN * self.smallest)).ceil().clamp(1.0, COLUMNS);
+        let edges: Vec<[f64; 2]> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
+            .take_while(|i| *i < count)
+            .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
+            .collect();
+        // No pass cuts farther across than it is wide: what it may finish is looked at first.
+        let window = [from, end.min(from + WINDOW * self.end.width() / rate)];
+        let mut near = Vec::with_capacity(edges.len());
+        self.share(window, &edges, &self.poses(), &mut near);
+        let column = |(along, near): ([f64; 2], PoseIndices)| {
+            let open = self.first_open(window, along, near).or_else(|| {
+                let rest = [window[1], end];
+                (rest[0] < end).then(|| self.first_open(rest, along, self.poses()))?
+            });
+            let finished = open.map_or(end, |place| place[0]);
+            let width = (finished - from) * rate;
+            let length = (at([from, along[1]]) - at([from, along[0]])).norm();
+            PassColumn { along, finished, part: PassPart { length, width } }
+        };
+        edges.into_par_iter().zip(near).map(column).collect()
+    }
+
+    /// Cells of some boxes that are not finished: of the first size \[mm\], larger where no tool comes near.
+    /// A cell whose middle is finished is looked at down to the second size.
+    pub(crate) fn open(&self, boxes: &[[[f64; 2]; 2]], sizes: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
+        let counts = [0, 1].map(|k| {
+            let low = boxes.iter().map(|range| range[k][0]).fold(f64::INFINITY, f64::min);
+            let high = boxes.iter().map(|range| range[k][1]).fold(f64::NEG_INFINITY, f64::max);
+            [low, high]
+        });
+        let part =
+            |k: usize, i: u32| [i, i + 1].map(|i| edge(counts[k], f64::from(i) / f64::from(TILES)));
+        let all = self.poses();
+        let tiles: Vec<[u32; 2]> =
+            (0..TILES).flat_map(|i| (0..TILES).map(move |j| [i, j])).collect();
+        let open = |[i, j]: [u32; 2]| {
+            let range = [part(0, i), part(1, j)];
+            self.open_in(range, boxes, &all, sizes)
+        };
+        tiles.into_par_iter().flat_map_iter(open).collect()
+    }
+
+    fn open_in(
+        &self,
+        range: [[f64; 2]; 2],
+        boxes: &[[[f64; 2]; 2]],
+        near: &PoseIndices,
+        [size, finest]: [f64; 2],
+    ) -> Vec<[[f64; 2]; 2]> {
+        let at = self.at();
+        let overlap = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
+            (0..2).all(|k| a[k][0] < b[k][1] && a[k][1] > b[k][0])
+        };
+        let holds = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
+            (0..2).all(|k| a[k][0] <= b[k][0] && a[k][1] >= b[k][1])
+        };
+        let mine: Vec<_> = boxes.iter().filter(|other| overlap(other, &range)).copied().collect();
+        let edges = self.region.edges(range);
+        let (mut open, mut waiting) = (Vec::new(), Vec::new());
+        waiting.push((FaceCell::new(range, &at), false, near.clone()));
+        while let Some((cell, whole, near)) = waiting.pop() {
+            if !mine.iter().any(|other| overlap(other, &cell.range)) {
+                continue;
+            }
+            let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
+            if whole && !self.region.holds(cell.middle()) {
+                continue;
+            }
+            let near = self.near(&cell, &near);
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            if a <= self.end.width() && !near.is_empty() && self.finished(&cell, &near) {
+                continue;
+            }
+            let least = a.max(b);
+            // No tool comes near: nothing smaller tells more.
+            let inside = || mine.iter().any(|other| holds(other, &cell.range));
+            if whole && near.is_empty() && least <= LARGEST * size && inside() {
+                open.push(cell.range);
+                continue;
+            }
+            let small = least <= size && !(least > finest && self.cuts(&cell.centre(), &near));
+            if small && (whole || self.region.holds(cell.middle()) || least <= 0.5 * size) {
+                open.push(cell.range);
+                continue;
+            }
+            for cell in cell.halves(usize::from(b > a), &at) {
+                waiting.push((cell, whole, near.clone()));
+            }
+        }
+        open
+    }
+
+    /// Whether a place was inside the cutter near some poses.
+    fn cuts(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> bool {
+        self.nearest(place, near) <= 0.0
+    }
+
+    /// Least distance of a place from the cutter, near some poses \[mm\].
+    fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
+        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
+        let of = |poses: &[[usize; 2]]| {
+            let sweep = self.sweeps[poses.first().map_or(0, |place| place[0])];
+            let starts = self.passings(place, sweep, poses).into_iter().flatten();
+            let times = starts.filter_map(|start| deepest(sweep, &self.end, place, start));
+            let distance = |(_, here): (f64, SweepInstant)| self.end.distance(place, &here.pose);
+            times.map(distance).fold(f64::INFINITY, f64::min)
+        };
+        near.chunk_by(same).map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Least distance of any place from the cutter \[mm\].
+    pub(crate) fn height(&self, place: &Point3<f64>) -> f64 {
+        self.nearest(place, &self.poses())
+    }
+
+    /// All poses of all sweeps.
+    fn poses(&self) -> PoseIndices {
+        let poses = |(i, sweep): (usize, &&PassSweep)| (0..sweep.poses.len()).map(move |j| [i, j]);
+        self.sweeps.iter().enumerate().flat_map(poses).collect()
+    }
+
+    /// Of some poses, those near each of some neighbouring columns.
+    fn share(
+        &self,
+        across: [f64; 2],
+        columns: &[[f64; 2]],
+        near: &PoseIndices,
+        to: &mut Vec<PoseIndices>,
+    ) {
+        let (Some(first), Some(last)) = (columns.first(), columns.last()) else { return };
+        let near = self.near(&FaceCell::new([across, [first[0], last[1]]], &self.at()), near);
+        if columns.len() == 1 {
+            to.push(near);
+            return;
+        }
+        let (low, high) = columns.split_at(columns.len() / 2);
+        self.share(across, low, &near, to);
+        self.share(across, high, &near, to);
+    }
+
+    /// The least `across` of a cell in a column that is not proven finished by some poses.
+    fn first_open(
+        &self,
+        across: [f64; 2],
+        column: [f64; 2],
+        near: PoseIndices,
+    ) -> Option<ChartPoint> {
+        let at = self.at();
+        let edges = self.region.edges([across, column]);
+        let mut queue = BinaryHeap::new();
+        let cell = Box::new(FaceCell::new([across, column], &at));
+        queue.push(WaitingCell { cell, whole: false, near });
+        while let Some(WaitingCell { cell, whole, near }) = queue.pop() {
+            let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
+            if whole && !self.region.holds(cell.middle()) {
+                continue;
+            }
+            let near = if near.len() > FEW { self.near(&cell, &near) } else { near };
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            let fits = a <= self.end.width();
+            if fits && !near.is_empty() && self.finished(&cell, &near) {
+                continue;
+            }
+            // Where no pose comes near, all of a cell is open.
+            if a.max(b) <= self.smallest || (whole && near.is_empty()) {
+                return Some([cell.range[0][0], cell.middle()[1]]);
+            }
+            for cell in cell.halves(usize::from(b > a), &at) {
+                queue.push(WaitingCell { cell: Box::new(cell), whole, near: near.clone() });
+            }
+        }
+        None
+    }
+
+    /// Of some poses, those between which and the next a place of the cell may be inside the cutter.
+    fn near(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> PoseIndices {
+        let (centre, radius) = (cell.centre(), cell.radius());
+        let close = |place: &&[usize; 2]| {
+            let sweep = self.sweeps[place[0]];
+            let (_, pose) = &sweep.poses[place[1]];
+            self.end.distance(&centre, pose) <= radius + sweep.stride((centre - pose.tip).norm())
+        };
+        poses.iter().filter(close).copied().collect()
+    }
+
+    /// The face, raised by the excess allowed.
+    fn at(&self) -> impl Fn(ChartPoint) -> Point3<f64> {
+        let (face, chart, limit) = (self.face.face(), self.chart, self.limit);
+        move |local| {
+            let [u, v] = chart.uv(local);
+            let jet = face.surface.jet1(u, v);
+            let normal = match jet.normal() {
+                Some(normal) => Some(if face.flip { -normal } else { normal }),
+                None => face.normal(u, v),
+            };
+            normal.map_or(jet.s, |normal| jet.s + normal.scale(limit))
+        }
+    }
+
+    fn finished(&self, cell: &FaceCell, near: &[[usize; 2]]) -> bool {
+        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
+        near.chunk_by(same).rev().any(|poses| self.inside(cell, poses).unwrap_or(false))
+    }
+
+    /// Whether the cell was inside the cutter near some poses of one sweep; `None` where there is no pose.
+    fn inside(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> Option<bool> {
+        let sweep = self.sweeps[poses.first()?[0]];
+        for start in self.passings(&cell.centre(), sweep, poses).into_iter().flatten() {
+            if self.inside_about(cell, sweep, start)? {
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// The times at which a place comes nearest, of those of some poses: the cutter passes over it with
+    /// the front of its ring and with the rear, and either may be the one that cuts.
+    fn passings(
+        &self,
+        place: &Point3<f64>,
+        sweep: &PassSweep,
+        poses: &[[usize; 2]],
+    ) -> [Option<f64>; PASSINGS] {
+        let mut found: [Option<ClosestPass>; PASSINGS] = [None; PASSINGS];
+        let mut keep = |passing: ClosestPass| {
+            let mut passing = Some(passing);
+            for known in &mut found {
+                if passing.is_some_and(|p| known.is_none_or(|k| p.distance < k.distance)) {
+                    std::mem::swap(known, &mut passing);
+                }
+            }
+        };
+        let mut before: Option<(usize, ClosestPass, bool)> = None;
+        for &[_, index] in poses {
+            let (u, pose) = &sweep.poses[index];
+            let passing = ClosestPass { u: *u, distance: self.end.distance(place, pose) };
+            let joined = before.filter(|(i, ..)| i + 1 == index);
+            let falls = joined.is_none_or(|(_, last, _)| passing.distance < last.distance);
+            if let Some((_, last, true)) = before.filter(|_| joined.is_none() || !falls) {
+                keep(last);
+            }
+            before = Some((index, passing, falls));
+        }
+        if let Some((_, last, true)) = before {
+            keep(last);
+        }
+        found.map(|known| known.map(|passing| passing.u))
+    }
+
+    /// Whether the cell was inside the cutter about the time `start`.
+    fn inside_about(&self, cell: &FaceCell, sweep: &PassSweep, start: f64) -> Option<bool> {
+        let centre = cell.centre();
+        let (u, here) = deepest(sweep, &self.end, &centre, start)?;
+        if self.end.distance(&centre, &here.pose) > 0.0 {
+            return Some(false);
+        }
+        let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
+        let [low, high] = sweep.curve.range();
+        let mut ends = Vec::with_capacity(4);
+        for corner in cell.corners() {
+            let guess = (u + (corner - centre).dot(&pace)).clamp(low, high);
+            ends.push(TimedCorner { u: guess, corner });
+        }
+        if self.holds(cell, sweep, &ends)? {
+            return Some(true);
+        }
+        for end in &mut ends {
+            end.u = deepest(sweep, &self.end, &end.corner, end.u)?.0;
+        }
+        self.holds(cell, sweep, &ends)
+    }
+
+    /// Whether all corners, at their times, are inside the cutter by more than anything bows.
+    fn holds(&self, cell: &FaceCell, sweep: &PassSweep, ends: &[TimedCorner]) -> Option<bool> {
+        let mut seen = Vec::with_capacity(4);
+        let mut highest = f64::NEG_INFINITY;
+        for TimedCorner { u, corner } in ends {
+            let pose = sweep.curve.pose(*u)?;
+            highest = highest.max(self.end.distance(corner, &pose));
+            seen.push((*u, corner - pose.tip));
+        }
+        if highest > 0.0 {
+            return Some(false);
+        }
+        let times = || seen.iter().map(|(u, _)| *u);
+        let (first, last) =
+            times().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(u), b.max(u)));
+        let bend = sweep.bend_between(first, last);
+        let far = seen.iter().map(|(_, q)| q.norm()).fold(0.0, f64::max);
+        let bow = |k: usize| {
+            let pairs = if k == 0 { [(0, 2), (1, 3)] } else { [(0, 1), (2, 3)] };
+            let sag = cell.sag(k);
+            let of = |(i, j): (usize, usize)| {
+                let ((t0, q0), (t1, q1)) = (seen[i], seen[j]);
+                let (time, apart) = ((t1 - t0).abs(), (q1 - q0).norm());
+                let tip = bend.tip * time * time;
+                let turning = 2.0 * bend.turn * time * (apart + 8.0 * sag + tip);
+                tip + turning + (bend.twist + bend.turn * bend.turn) * time * time * far
+            };
+            sag + 0.125 * pairs.map(of).into_iter().fold(0.0, f64::max)
+        };
+        Some(highest + bow(0) + bow(1) <= 0.0)
+    }
+}
+
+impl PartialEq for WaitingCell {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for WaitingCell {}
+
+impl PartialOrd for WaitingCell {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for WaitingCell {
+    /// A heap pops the greatest: that which begins first, and of those the first along.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |w: &Self| [w.cell.range[0][0], w.cell.range[1][0]];
+        let ([a0, a1], [b0, b1]) = (key(self), key(other));
+        b0.total_cmp(&a0).then(b1.total_cmp(&a1))
+    }
+}

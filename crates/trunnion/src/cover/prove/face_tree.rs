@@ -1,0 +1,457 @@
+//! A face as cells that are halved as finely as a proof needs.
+
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::surface::FaceIndex;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// Cells of the coarsest subdivision, each way, at least and at most.
+const COUNT: [f64; 2] = [8.0, 192.0];
+
+/// A rectangle of local parameters with its image at 3 x 3 places, first index across.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FaceCell {
+    pub(crate) range: [[f64; 2]; 2],
+    pub(crate) points: [[Point3<f64>; 3]; 3],
+}
+
+impl FaceCell {
+    pub(crate) fn new(range: [[f64; 2]; 2], at: &impl Fn(ChartPoint) -> Point3<f64>) -> Self {
+        let [a, b] = range.map(|[low, high]| [low, 0.5 * (low + high), high]);
+        Self { range, points: a.map(|across| b.map(|along| at([across, along]))) }
+    }
+
+    pub(crate) fn middle(&self) -> ChartPoint {
+        self.range.map(|[low, high]| 0.5 * (low + high))
+    }
+
+    pub(crate) fn centre(&self) -> Point3<f64> {
+        self.points[1][1]
+    }
+
+    /// Lower-lower, lower-upper, upper-lower, upper-upper.
+    pub(crate) fn corners(&self) -> [Point3<f64>; 4] {
+        let p = &self.points;
+        [p[0][0], p[0][2], p[2][0], p[2][2]]
+    }
+
+    /// Row `i` of three points by parameter `k`.
+    fn line(&self, k: usize, i: usize) -> [Point3<f64>; 3] {
+        if k == 0 { [0, 1, 2].map(|j| self.points[j][i]) } else { self.points[i] }
+    }
+
+    /// Unit normal of the corners' diagonals, either side; none of a cell without area.
+    pub(crate) fn normal(&self) -> Option<Vector3<f64>> {
+        let [a, b, c, d] = self.corners();
+        (d - a).cross(&(c - b)).try_normalize(0.0)
+    }
+
+    /// From the middle of one edge to that of the opposite one, by parameter `k`.
+    pub(crate) fn across_edges(&self, k: usize) -> Vector3<f64> {
+        let line = self.line(k, 1);
+        line[2] - line[0]
+    }
+
+    /// Extent by parameter `k` \[mm\].
+    pub(crate) fn extent(&self, k: usize) -> f64 {
+        let line = self.line(k, 1);
+        (line[1] - line[0]).norm() + (line[2] - line[1]).norm()
+    }
+
+    /// What the image deviates from the hull of its corners at most, by parameter `k` \[mm\].
+    ///
+    /// A bilinear patch through the corners is in their hull; the image is off it by at most
+    /// `|S_kk| h^2 / 8` for either parameter. The second difference of three places `h / 2` apart is a mean of
+    /// `S_kk h^2 / 4`: taken whole, it allows a second derivative of twice the largest mean on the
+    /// cell's three lines.
+    pub(crate) fn sag(&self, k: usize) -> f64 {
+        let bow = |i: usize| {
+            let [a, b, c] = self.line(k, i);
+            ((a - b) + (c - b)).norm()
+        };
+        bow(0).max(bow(1)).max(bow(2))
+    }
+
+    /// Area, of half the parallelogram of its diagonals \[mm²\].
+    pub(crate) fn area(&self) -> f64 {
+        let [a, b, c, d] = self.corners();
+        0.5 * (d - a).cross(&(c - b)).norm()
+    }
+
+    /// Radius of the ball about the centre that holds the image.
+    pub(crate) fn radius(&self) -> f64 {
+        let centre = self.centre();
+        let far = self.corners().iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        far + self.sag(0) + self.sag(1)
+    }
+
+    /// How far from the centre a place that the face has is at most \[mm\]; `None` if it has none. Where an edge of its
+    /// trims runs through a cell without its middle, that is all that is known: without it a cell at a corner of the
+    /// trims, that the tool goes into, would be halved until rounding ends it.
+    pub(crate) fn some_within(&self, share: CellShare) -> Option<f64> {
+        match share {
+            CellShare::Whole | CellShare::Cut(true) => Some(0.0),
+            CellShare::Cut(false) => Some(self.radius()),
+            CellShare::None => None,
+        }
+    }
+
+    /// Halves by parameter `k`.
+    pub(crate) fn halves(&self, k: usize, at: &impl Fn(ChartPoint) -> Point3<f64>) -> [Self; 2] {
+        let [low, high] = self.range[k];
+        let middle = 0.5 * (low + high);
+        [[low, middle], [middle, high]].map(|part| {
+            let mut range = self.range;
+            range[k] = part;
+            let first = usize::from(part[0] > low);
+            let quarter = 0.5 * (part[0] + part[1]);
+            let other = range[1 - k];
+            let others = [other[0], 0.5 * (other[0] + other[1]), other[1]];
+            let mut points = self.points;
+            for (i, &other) in others.iter().enumerate() {
+                let line = self.line(k, i);
+                let place = if k == 0 { [quarter, other] } else { [other, quarter] };
+                for (j, point) in [line[first], at(place), line[first + 1]].into_iter().enumerate()
+                {
+                    if k == 0 { points[j][i] = point } else { points[i][j] = point }
+                }
+            }
+            Self { range, points }
+        })
+    }
+}
+
+/// A ball round part of the face, cut flat: all of it lies within `height` of the plane through the centre
+/// square to `normal`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TreeNode {
+    pub(crate) centre: Point3<f64>,
+    pub(crate) radius: f64,
+    pub(crate) normal: Vector3<f64>,
+    height: f64,
+    pub(crate) below: TreeBranch,
+}
+
+impl TreeNode {
+    fn of(cell: &FaceCell, index: usize) -> Self {
+        let centre = cell.centre();
+        let normal = cell.normal().unwrap_or_else(Vector3::zeros);
+        let high = |p: &Point3<f64>| normal.dot(&(p - centre)).abs();
+        let height = cell.corners().iter().map(high).fold(0.0, f64::max);
+        let (radius, below) = (cell.radius(), TreeBranch::Leaf(index));
+        // Without a normal the ball is all there is.
+        let flat = height + cell.sag(0) + cell.sag(1);
+        let height = if normal.norm_squared() > 0.0 { flat } else { radius };
+        Self { centre, radius, normal, height, below }
+    }
+
+    /// The ball round two balls.
+    fn around([a, b]: [&Self; 2], below: TreeBranch) -> Self {
+        let apart = (b.centre - a.centre).norm();
+        let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
+        let share = if apart > 0.0 { ((radius - a.radius) / apart).clamp(0.0, 1.0) } else { 0.0 };
+        let centre = a.centre + (b.centre - a.centre) * share;
+        let sum = a.normal + b.normal;
+        let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let reach = |node: &Self| (node.centre - centre).norm() + node.radius;
+        let high = |node: &Self| normal.dot(&(node.centre - centre)).abs() + node.along(&normal);
+        let radius = reach(a).max(reach(b));
+        Self { centre, radius, normal, height: high(a).max(high(b)), below }
+    }
+
+    /// How far the part reaches from the centre along `direction`, of unit length, either way.
+    pub(crate) fn along(&self, direction: &Vector3<f64>) -> f64 {
+        let lean = self.normal.dot(direction);
+        let across = (direction - self.normal * lean).norm();
+        (lean.abs() * self.height + across * self.radius).min(self.radius)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum TreeBranch {
+    Halves([usize; 2]),
+    Leaf(usize),
+}
+
+/// Places of a cell, as shares of it, at which its edges are tried.
+const PROBES: [[f64; 2]; 4] = [[0.07, 0.11], [0.91, 0.06], [0.08, 0.93], [0.94, 0.92]];
+
+/// The end of a share of a range. The last is the range's own, to the bit: places on it are then in one of the parts.
+pub(crate) fn edge([low, high]: [f64; 2], share: f64) -> f64 {
+    if share < 1.0 { low + (high - low) * share } else { high }
+}
+
+/// Whether the way between two places crosses an odd number of edges.
+fn crossed(edges: &[[ChartPoint; 2]], from: ChartPoint, to: ChartPoint) -> bool {
+    // Each vertex is on one side for both of its edges.
+    let left = |[a, b]: [ChartPoint; 2], p: ChartPoint| {
+        (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0
+    };
+    let crosses = |edge: &&[ChartPoint; 2]| {
+        let way = [from, to];
+        left(way, edge[0]) != left(way, edge[1]) && left(**edge, from) != left(**edge, to)
+    };
+    edges.iter().filter(crosses).count() % 2 == 1
+}
+
+/// Whether the middle of a cell is on the face, once that is known; who finds it first does not matter.
+#[derive(Debug, Clone, Default)]
+struct InsideMark(Arc<AtomicU8>);
+
+impl InsideMark {
+    /// What is known, or else is found now; `None` where edges do not tell.
+    fn get_or(&self, find: impl FnOnce() -> Option<bool>) -> Option<bool> {
+        match self.0.load(Ordering::Relaxed) {
+            0 => {
+                let found = find();
+                self.0.store(found.map_or(1, |inside| 2 + u8::from(inside)), Ordering::Relaxed);
+                found
+            }
+            1 => None,
+            known => Some(known == 3),
+        }
+    }
+}
+
+/// How much of a cell a trimmed face has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CellShare {
+    Whole,
+    /// Some, and whether its middle.
+    Cut(bool),
+    None,
+}
+
+/// Cell with its place among the others, for the order of the tree.
+#[derive(Debug, Clone, Copy)]
+struct CellIndex {
+    cell: usize,
+    /// Place across and along, in steps of the bounds.
+    place: [usize; 2],
+}
+
+/// The cells that hold some of the face, in a tree of balls.
+#[derive(Debug, Clone)]
+pub(crate) struct FaceTree {
+    pub(crate) cells: Vec<FaceCell>,
+    /// Edges of the face's trims that cross a cell; no entry where cells count whole.
+    edges: Vec<Vec<[ChartPoint; 2]>>,
+    /// Whether a place of each such cell is on the face, found when it is first asked for; `None` where the edges do
+    /// not tell the two sides of the face apart.
+    marks: Vec<InsideMark>,
+    /// The root is the last one.
+    pub(crate) nodes: Vec<TreeNode>,
+}
+
+impl FaceTree {
+    /// Cells of about `size` \[mm\].
+    pub(crate) fn new<Inside: Fn(ChartPoint) -> bool + Sync>(
+        face: &FaceIndex,
+        chart: &Chart,
+        region: &TrimmedRegion<Inside>,
+        size: f64,
+    ) -> Self {
+        let at = |local: ChartPoint| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        let whole = FaceCell::new(region.bounds, &at);
+        let counts = [0, 1].map(|k| {
+            // Clamped: small and positive.
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "see above"
+            )]
+            let count = (whole.extent(k) / size).ceil().clamp(COUNT[0], COUNT[1]) as usize;
+            count
+        });
+        let part = |k: usize, i: usize| {
+            [i, i + 1].map(|i| edge(region.bounds[k], i as f64 / counts[k] as f64))
+        };
+        let all: Vec<[usize; 2]> =
+            (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j])).collect();
+        let kept: Vec<([usize; 2], FaceCell)> = all
+            .into_par_iter()
+            .filter_map(|[i, j]| {
+                let range = [part(0, i), part(1, j)];
+                region.touches(range[0], range[1]).then(|| ([i, j], FaceCell::new(range, &at)))
+            })
+            .collect();
+        let cells = kept.iter().map(|(_, cell)| *cell).collect();
+        let mut indices: Vec<CellIndex> = kept
+            .iter()
+            .enumerate()
+            .map(|(cell, (place, _))| CellIndex { cell, place: *place })
+            .collect();
+        let mut tree = Self { cells, edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
+        if !indices.is_empty() {
+            tree.build(&mut indices);
+        }
+        tree
+    }
+
+    /// Cells of about the coarse size inside the region, and of the fine size \[mm\] where its edges cross them.
+    pub(crate) fn adaptive<Inside: Fn(ChartPoint) -> bool + Sync>(
+        face: &FaceIndex,
+        chart: &Chart,
+        region: &TrimmedRegion<Inside>,
+        [coarse, fine]: [f64; 2],
+    ) -> Self {
+        let at = |local: ChartPoint| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        let mut waiting = vec![(FaceCell::new(region.bounds, &at), region.edges(region.bounds))];
+        let mut tree =
+            Self { cells: Vec::new(), edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
+        while let Some((cell, edges)) = waiting.pop() {
+            let size = if edges.is_empty() { coarse } else { fine };
+            let [a, b] = [0, 1].map(|k| cell.extent(k));
+            if a.max(b) > size {
+                for half in cell.halves(usize::from(b > a), &at) {
+                    let near = edges.iter().filter(|edge| meets(**edge, half.range));
+                    let near = near.copied().collect();
+                    waiting.push((half, near));
+                }
+            } else if !edges.is_empty() || region.holds(cell.middle()) {
+                tree.cells.push(cell);
+                tree.edges.push(edges);
+                tree.marks.push(InsideMark::default());
+            }
+        }
+        let mut indices: Vec<CellIndex> = tree
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(index, cell)| CellIndex {
+                cell: index,
+                place: place(cell.middle(), region.bounds),
+            })
+            .collect();
+        if !indices.is_empty() {
+            tree.build(&mut indices);
+        }
+        tree
+    }
+
+    /// How much of a part of a cell the face has.
+    pub(crate) fn share(
+        &self,
+        index: usize,
+        part: &FaceCell,
+        holds: impl Fn(ChartPoint) -> bool,
+    ) -> CellShare {
+        let edges = self.edges.get(index).map_or(&[][..], Vec::as_slice);
+        if edges.is_empty() {
+            return CellShare::Whole;
+        }
+        let place = part.middle();
+        let holds = match self.mark(index, edges, &holds) {
+            Some((from, inside)) => inside != crossed(edges, from, place),
+            None => holds(place),
+        };
+        if edges.iter().any(|edge| meets(*edge, part.range)) {
+            return CellShare::Cut(holds);
+        }
+        if holds { CellShare::Whole } else { CellShare::None }
+    }
+
+    /// A place of a cell, and whether it is on the face: others are as many crossings of edges away. Trusted where
+    /// places near all corners of the cell agree; loops that run round a closed face do not part it.
+    fn mark(
+        &self,
+        index: usize,
+        edges: &[[ChartPoint; 2]],
+        holds: &impl Fn(ChartPoint) -> bool,
+    ) -> Option<(ChartPoint, bool)> {
+        let (cell, mark) = (self.cells.get(index)?, self.marks.get(index)?);
+        let from = cell.middle();
+        let found = mark.get_or(|| {
+            let inside = holds(from);
+            let at = |k: usize, share: f64| {
+                let [low, high] = cell.range[k];
+                low + share * (high - low)
+            };
+            let near = PROBES.map(|[a, b]| [at(0, a), at(1, b)]);
+            let agrees =
+                |place: &ChartPoint| holds(*place) == (inside != crossed(edges, from, *place));
+            near.iter().all(agrees).then_some(inside)
+        });
+        found.map(|inside| (from, inside))
+    }
+
+    /// Area of the cells \[mm²\].
+    pub(crate) fn area(&self) -> f64 {
+        self.cells.iter().map(FaceCell::area).sum()
+    }
+
+    /// Adds the tree over some cells; its root.
+    fn build(&mut self, indices: &mut [CellIndex]) -> usize {
+        let node = if let [CellIndex { cell, .. }] = *indices {
+            TreeNode::of(&self.cells[cell], cell)
+        } else {
+            let span = |k: usize| {
+                let places = || indices.iter().map(|one| one.place[k]);
+                places().max().unwrap_or(0) - places().min().unwrap_or(0)
+            };
+            let k = usize::from(span(1) > span(0));
+            let half = indices.len() / 2;
+            indices.select_nth_unstable_by_key(half, |one| (one.place[k], one.cell));
+            let (first, second) = indices.split_at_mut(half);
+            let halves = [self.build(first), self.build(second)];
+            TreeNode::around(halves.map(|i| &self.nodes[i]), TreeBranch::Halves(halves))
+        };
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+}
+
+/// A place of a rectangle in steps of a millionth of it.
+fn place(local: ChartPoint, bounds: [[f64; 2]; 2]) -> [usize; 2] {
+    const STEPS: f64 = 1e6;
+    [0, 1].map(|k| {
+        let [low, high] = bounds[k];
+        let share = (local[k] - low) / (high - low).max(f64::MIN_POSITIVE);
+        // Clamped: small and positive.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        let step = (STEPS * share).clamp(0.0, STEPS) as usize;
+        step
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_range_end_where_it_ends() {
+        for k in 1..2000_u32 {
+            let low = 0.047_625_5 * f64::from(k) - 3.0;
+            let high = low + 1.0 / f64::from(k % 17 + 1);
+            for count in [1, 3, 7, 64] {
+                let edges: Vec<f64> = (0..=count)
+                    .map(|i| edge([low, high], f64::from(i) / f64::from(count)))
+                    .collect();
+                let [first, .., last] = edges[..] else { panic!("two ends") };
+                assert_eq!([first, last].map(f64::to_bits), [low, high].map(f64::to_bits));
+                assert!(edges.windows(2).all(|pair| pair[0] < pair[1]), "{edges:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_way_is_in_or_out_by_its_crossings() {
+        let square = [[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]];
+        let edges: Vec<[ChartPoint; 2]> =
+            (0..4).map(|i| [square[i], square[(i + 1) % 4]]).collect();
+        assert!(crossed(&edges, [0.5, 0.5], [0.5, 0.9]));
+        assert!(crossed(&edges, [0.5, 0.5], [0.9, 0.9]), "through a corner");
+        assert!(!crossed(&edges, [0.0, 0.5], [1.0, 0.5]));
+        assert!(!crossed(&edges, [0.3, 0.3], [0.7, 0.6]));
+        assert!(!crossed(&edges, [0.3, 0.3], [0.3, 0.3]));
+    }
+}

@@ -1,0 +1,241 @@
+//! What of a part may not be cut while one face is: every other face, and how near a tool comes to them.
+
+use crate::cover::cost::PassCost;
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::trims;
+use crate::cover::options::FeedDirection;
+use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::face_tree::{CellShare, FaceTree, TreeBranch};
+use crate::cover::prove::sweep::PassSweep;
+use crate::cutter::Cutter;
+use crate::cutter::solid::{Solid, Tool};
+use crate::positioning::PositioningError;
+use crate::surface::FaceIndex;
+use crate::types::ToolPose;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// Size of cells inside a face and at its trims, as shares of the cutter's radius. Those at its trims are halved
+/// further where it matters what of them the face has.
+pub(crate) const SIZES: [f64; 2] = [1.0, 1.0 / 16.0];
+
+/// Halvings of a cell before its bound is taken as it is: from millimetres to nanometres both ways.
+const DEPTH: u32 = 40;
+
+/// Cosine of the angle between two faces at which one goes on smoothly from the other, as far as raising a tool tells:
+/// eight degrees.
+const BELOW: f64 = 0.99;
+
+/// Faces of a part, ready to be kept clear of.
+pub(crate) struct PartFaces<'a> {
+    /// Of all sheets.
+    chart: Chart,
+    faces: Vec<(&'a FaceIndex, FaceTree)>,
+}
+
+/// The place of a face that comes nearest to a solid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NearestPoint {
+    /// Signed distance from the solid \[mm\].
+    pub(crate) distance: f64,
+    /// Which face, as an index.
+    pub(crate) face: usize,
+    pub(crate) point: Point3<f64>,
+}
+
+/// How nearness is looked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NearestQuery {
+    /// Places farther off than this do not count \[mm\].
+    pub(crate) within: f64,
+    /// Places nearer by less than this than the nearest known are not looked for \[mm\].
+    pub(crate) precision: f64,
+    /// The first place nearer than this is enough \[mm\].
+    pub(crate) enough: f64,
+}
+
+impl<'a> PartFaces<'a> {
+    pub(crate) fn new(faces: impl Iterator<Item = &'a FaceIndex>, cutter: &Cutter) -> Self {
+        let faces: Vec<&FaceIndex> = faces.collect();
+        let sizes = SIZES.map(|share| share * cutter.radius());
+        let chart = Chart::straight(FeedDirection::V);
+        let ready = |face: &'a FaceIndex| {
+            let region = trims::guarded(face, &chart);
+            (face, FaceTree::adaptive(face, &chart, &region, sizes))
+        };
+        let faces = faces.into_par_iter().map(ready).collect();
+        Self { chart, faces }
+    }
+
+    /// Number of a face.
+    pub(crate) fn number(&self, face: usize) -> usize {
+        self.faces.get(face).map_or(0, |(face, _)| face.face().number)
+    }
+
+    /// The place of all faces, without one of them, that comes nearest to a solid.
+    pub(crate) fn nearest(
+        &self,
+        solid: &Solid,
+        pose: &ToolPose,
+        without: Option<usize>,
+        query: NearestQuery,
+    ) -> Option<NearestPoint> {
+        let mut found: Option<NearestPoint> = None;
+        for (index, (face, tree)) in self.faces.iter().enumerate() {
+            if Some(index) != without {
+                let search = NearestSearch { face, tree, index, solid, pose, query };
+                search.run(&mut found);
+            }
+            if found.is_some_and(|near| near.distance < query.enough) {
+                break;
+            }
+        }
+        found
+    }
+}
+
+/// One face, one solid.
+struct NearestSearch<'a> {
+    face: &'a FaceIndex,
+    tree: &'a FaceTree,
+    index: usize,
+    solid: &'a Solid,
+    pose: &'a ToolPose,
+    query: NearestQuery,
+}
+
+impl NearestSearch<'_> {
+    /// Places at or beyond this do not matter.
+    fn limit(&self, found: Option<&NearestPoint>) -> f64 {
+        found.map_or(self.query.within, |near| near.distance - self.query.precision)
+    }
+
+    /// The distance is convex: over a ball it lies above the tangent plane at its centre.
+    fn run(&self, found: &mut Option<NearestPoint>) {
+        let mut waiting: Vec<usize> = self.tree.nodes.len().checked_sub(1).into_iter().collect();
+        while let Some(index) = waiting.pop() {
+            let node = self.tree.nodes[index];
+            let gap = self.solid.gap(&node.centre, self.pose);
+            if gap.distance - node.along(&gap.gradient) >= self.limit(found.as_ref()) {
+                continue;
+            }
+            match node.below {
+                TreeBranch::Halves(halves) => {
+                    let near = |i: &usize| {
+                        let node = &self.tree.nodes[*i];
+                        self.solid.distance(&node.centre, self.pose) - node.radius
+                    };
+                    let [a, b] = halves;
+                    // The nearer half is looked at first.
+                    waiting.extend(if near(&a) < near(&b) { [b, a] } else { [a, b] });
+                }
+                TreeBranch::Leaf(cell) => self.cell(cell, found),
+            }
+            if found.is_some_and(|near| near.distance < self.query.enough) {
+                return;
+            }
+        }
+    }
+
+    /// Over a cell the distance lies above its tangent plane at the middle, which is least at a corner, but for
+    /// the bows of the cell.
+    fn cell(&self, index: usize, found: &mut Option<NearestPoint>) {
+        let at = |[u, v]: [f64; 2]| self.face.face().point(u, v);
+        let holds = |[u, v]: [f64; 2]| self.face.face().contains(u, v);
+        let mut waiting = vec![(self.tree.cells[index], CellShare::Cut(false), 0)];
+        while let Some((cell, before, depth)) = waiting.pop() {
+            let share = match before {
+                CellShare::Cut(_) => self.tree.share(index, &cell, holds),
+                known => known,
+            };
+            if share == CellShare::None {
+                continue;
+            }
+            let point = cell.centre();
+            let gap = self.solid.gap(&point, self.pose);
+            let known = found.map_or(self.query.within, |near| near.distance);
+            let some = cell.some_within(share).map(|away| gap.distance + away);
+            if let Some(distance) = some.filter(|distance| *distance < known) {
+                *found = Some(NearestPoint { distance, face: self.index, point });
+            }
+            let sags = [cell.sag(0), cell.sag(1)];
+            let lowest = |plane: &crate::cutter::solid::Gap| {
+                let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
+                plane.distance + cell.corners().iter().map(over).fold(f64::INFINITY, f64::min)
+            };
+            let sides = cell.normal().into_iter().flat_map(|n| [n, -n]);
+            let planes = sides.map(|n| self.solid.plane(&point, self.pose, n));
+            let least = planes.fold(lowest(&gap), |least, plane| least.max(lowest(&plane)));
+            let enough = found.is_some_and(|near| near.distance < self.query.enough);
+            if enough || least - sags[0] - sags[1] >= self.limit(found.as_ref()) || depth == DEPTH {
+                continue;
+            }
+            let slopes =
+                [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs() + sags[k]);
+            let halves = cell.halves(usize::from(slopes[1] > slopes[0]), &at);
+            waiting.extend(halves.map(|half| (half, share, depth + 1)));
+        }
+    }
+}
+
+/// All faces but the one that is cut, the tool that has to keep off them, and the machine that has to get there.
+#[derive(Clone, Copy)]
+pub(crate) struct KeepOff<'a> {
+    pub(crate) cost: &'a dyn PassCost,
+    pub(crate) part_faces: &'a PartFaces<'a>,
+    /// The face that is cut.
+    pub(crate) own: usize,
+    pub(crate) tool: &'a Tool,
+    /// What the tool keeps from every place \[mm\], to this precision \[mm\].
+    pub(crate) least: f64,
+    pub(crate) precision: f64,
+}
+
+impl KeepOff<'_> {
+    /// Whether the machine gets to a pose, and it keeps off all other faces.
+    pub(crate) fn check(&self, pose: &ToolPose, uv: [f64; 2]) -> Result<(), PositioningError> {
+        if !self.cost.reaches(pose) {
+            return Err(PositioningError::OutOfReach { uv });
+        }
+        let within = self.least - self.precision;
+        let query = NearestQuery { within, precision: self.precision, enough: within };
+        for solid in self.tool.solids() {
+            if let Some(near) = self.part_faces.nearest(solid, pose, Some(self.own), query) {
+                let (face, depth) = (self.part_faces.number(near.face), self.least - near.distance);
+                return Err(PositioningError::Neighbour { uv, face, depth });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the place of another face that a pose goes into lies right below the tool, seen along `normal`.
+    pub(crate) fn is_right_below(&self, pose: &ToolPose, normal: &Vector3<f64>) -> bool {
+        let within = self.least - self.precision;
+        let query = NearestQuery { within, precision: self.precision, enough: within };
+        let below = |solid: &Solid| {
+            let near = self.part_faces.nearest(solid, pose, Some(self.own), query)?;
+            Some(solid.gap(&near.point, pose).gradient.dot(normal) <= -BELOW)
+        };
+        self.tool.solids().find_map(below).unwrap_or(false)
+    }
+
+    /// Whether a pose goes into any face, that which is cut among them.
+    pub(crate) fn hits_any(&self, pose: &ToolPose) -> bool {
+        let within = self.least - self.precision;
+        let query = NearestQuery { within, precision: self.precision, enough: within };
+        self.tool.solids().any(|solid| self.part_faces.nearest(solid, pose, None, query).is_some())
+    }
+
+    /// As [`ClearanceProof::least`], for every other face: what the tool keeps from them at least during a span.
+    pub(crate) fn clearance(&self, sweep: &PassSweep, span: usize, slabs: u32, target: f64) -> f64 {
+        let mut least = target;
+        for (index, (face, tree)) in self.part_faces.faces.iter().enumerate() {
+            if index != self.own {
+                let (tool, precision, chart) = (self.tool, self.precision, &self.part_faces.chart);
+                let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
+                least = least.min(clearing.least(sweep, span, slabs));
+            }
+        }
+        least
+    }
+}

@@ -1,0 +1,139 @@
+//! The curve of a pass, with bounds of how it bends.
+
+use crate::types::{PoseCurve, PoseSpan, Station, ToolPose};
+use nalgebra::{Point3, UnitVector3, Vector3, Vector6};
+
+/// Distance along the curve of the poses that searches start from, as a share of the lever.
+const STEP: f64 = 0.0625;
+
+/// A curve of poses.
+#[derive(Debug, Clone)]
+pub(crate) struct PassSweep {
+    pub(crate) curve: PoseCurve,
+    /// Coefficients of tip and tool-axis vector of every span, as the curve has them.
+    cubics: Vec<[Vector6<f64>; 4]>,
+    bends: Vec<CurveBound>,
+    /// Movement over half a step between poses: of the tip, and per distance from it.
+    pace: [f64; 2],
+    /// Poses to start searches from, with their parameters.
+    pub(crate) poses: Vec<(f64, ToolPose)>,
+}
+
+/// Bounds over one span, by the curve's parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CurveBound {
+    /// Second derivative of the tip.
+    pub(crate) tip: f64,
+    /// Angular velocity of the tool without spin.
+    pub(crate) turn: f64,
+    /// Its derivative.
+    pub(crate) twist: f64,
+}
+
+/// Pose, velocity and angular velocity at one parameter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SweepInstant {
+    pub(crate) pose: ToolPose,
+    pub(crate) velocity: Vector3<f64>,
+    pub(crate) turn: Vector3<f64>,
+}
+
+impl CurveBound {
+    /// The larger of both, bound by bound.
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self {
+            tip: self.tip.max(other.tip),
+            turn: self.turn.max(other.turn),
+            twist: self.twist.max(other.twist),
+        }
+    }
+
+    /// Bound of a span: derivatives of a cubic are at most linear or quadratic, so values at the ends
+    /// bound them, the first with half the span times the second.
+    fn of(curve: &PoseCurve, span: usize) -> Self {
+        let [start, end] = [curve.knots[span], curve.knots[span + 1]];
+        let ends = [start, end].map(|u| curve.rates_in(span, u));
+        let most =
+            |pick: &dyn Fn(&crate::types::PoseRates) -> f64| pick(&ends[0]).max(pick(&ends[1]));
+        let (second, first) = (most(&|r| r.axis[2].norm()), most(&|r| r.axis[1].norm()));
+        let half = 0.5 * (end - start);
+        let first = first + half * second;
+        // The axis vector is unit at the ends: it is shorter in between by at most what it bows.
+        let least = (1.0 - 0.5 * half * half * second).max(0.5);
+        let turn = first / least;
+        // a = A / |A|: a'' = A'' / |A| and up to 3 (|A'| / |A|)^2.
+        let twist = second / least + 3.0 * turn * turn;
+        Self { tip: most(&|r| r.tip[2].norm()), turn, twist }
+    }
+
+    /// Bound of the second derivative of a place seen from the tool, `distance` from its tip, that
+    /// moves at `speed` in the workpiece: with the tool's frame it turns by `w`,
+    /// `y'' = p'' - tip'' - 2 w x q' - w' x q + w x (w x q)`, `q = p - tip`.
+    pub(crate) fn seen(&self, distance: f64, speed: f64) -> f64 {
+        self.tip + 2.0 * self.turn * speed + (self.twist + self.turn * self.turn) * distance
+    }
+}
+
+impl PassSweep {
+    /// Lays the curve through `stations`.
+    pub(crate) fn through(stations: &[Station], lever: f64) -> Self {
+        Self::of(PoseCurve::through(stations, lever), lever)
+    }
+
+    pub(crate) fn of(curve: PoseCurve, lever: f64) -> Self {
+        let bends = (0..curve.spans.len()).map(|span| CurveBound::of(&curve, span)).collect();
+        let bends: Vec<CurveBound> = bends;
+        let [start, end] = curve.range();
+        let steps = ((end - start) / (STEP * lever)).ceil().max(1.0);
+        let poses = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
+            .take_while(|i| *i <= steps)
+            .map(|i| start + (end - start) * i / steps)
+            .filter_map(|u| Some((u, curve.pose(u)?)))
+            .collect();
+        // Half a step at the greatest speeds.
+        let half = 0.5 * (end - start) / steps;
+        let speed = (0..curve.spans.len()).map(|span| {
+            let [a, b] = [curve.knots[span], curve.knots[span + 1]];
+            let ends = [a, b].map(|u| curve.rates_in(span, u).tip[1].norm());
+            ends[0].max(ends[1]) + 0.5 * (b - a) * bends[span].tip
+        });
+        let speed = speed.fold(0.0, f64::max);
+        let turn = bends.iter().map(|bend| bend.turn).fold(0.0, f64::max);
+        let cubic = |span: &PoseSpan| {
+            let [a, b, c, d, ..] = span.coefficients;
+            [a, b, c, d].map(|coefficient| coefficient.fixed_rows::<6>(0).into_owned())
+        };
+        let cubics = curve.spans.iter().map(cubic).collect();
+        Self { curve, cubics, bends, poses, pace: [speed * half, turn * half] }
+    }
+
+    /// Bound of how far a place `distance` from the tip moves, seen from the tool, from a pose of
+    /// [`PassSweep::poses`] to the middle between it and the next.
+    pub(crate) fn stride(&self, distance: f64) -> f64 {
+        self.pace[0] + self.pace[1] * distance
+    }
+
+    pub(crate) fn bend(&self, span: usize) -> CurveBound {
+        self.bends.get(span).copied().unwrap_or(CurveBound { tip: 0.0, turn: 0.0, twist: 0.0 })
+    }
+
+    /// Bounds over all spans between two parameters.
+    pub(crate) fn bend_between(&self, a: f64, b: f64) -> CurveBound {
+        let [first, last] = [a.min(b), a.max(b)].map(|u| self.curve.span_at(u));
+        (first..=last).map(|span| self.bend(span)).fold(self.bend(first), CurveBound::or)
+    }
+
+    /// Pose and first derivatives, which searches ask for again and again.
+    pub(crate) fn instant(&self, span: usize, u: f64) -> Option<SweepInstant> {
+        let [a, b, c, d] = self.cubics.get(span)?;
+        let x = u - self.curve.knots.get(span)?;
+        let place = a + (b + (c + d * x) * x) * x;
+        let rate = b + (c * 2.0 + d * (3.0 * x)) * x;
+        let part = |of: &Vector6<f64>, first: usize| of.fixed_rows::<3>(first).into_owned();
+        let vector = part(&place, 3);
+        let axis = UnitVector3::try_new(vector, f64::MIN_POSITIVE)?;
+        let pose = ToolPose { tip: Point3::from(part(&place, 0)), axis };
+        let turn = axis.cross(&part(&rate, 3)) / vector.norm();
+        Some(SweepInstant { pose, velocity: part(&rate, 0), turn })
+    }
+}
