@@ -217,7 +217,10 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
     for (end, deviated) in along {
         profile.push(*end, deviated);
     }
-    chart::draw(&profile, pipeline::smoothing(share, trunnion::cover::lever(&job.cutter)))
+    chart::draw(
+        &profile,
+        trunnion::post::smoothing_tolerance(share, trunnion::cover::lever(&job.cutter)).into(),
+    )
 }
 
 /// The cutter's outline as a chain of points.

@@ -6,9 +6,9 @@ use trunnion::blocks::Control;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::write::{AxisWords, Dialect, Note, Style, Template, ToolNote};
-use trunnion::pipeline::{
+use trunnion::post::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, Poster,
-    control_of,
+    ProgramHead, control_of,
 };
 use trunnion::types::ToolPose;
 
@@ -70,13 +70,16 @@ fn blocks(bencher: Bencher, name: &str) {
         };
         let (mut text, mut length) = (String::new(), 0);
         for one in &moves {
-            if poster.push(&mut text, black_box(one), (&note, &template)).is_err() {
+            if poster
+                .push(&mut text, black_box(one), ProgramHead { note: &note, template: &template })
+                .is_err()
+            {
                 return 0;
             }
             length += text.len();
             text.clear();
         }
-        let done = poster.finish(&mut text, (&note, &template));
+        let done = poster.finish(&mut text, ProgramHead { note: &note, template: &template });
         done.map_or(0, |report| length + report.blocks[1])
     });
 }

@@ -19,6 +19,7 @@ pub mod cover;
 pub mod files;
 pub mod pipeline;
 pub mod positioning;
+pub mod post;
 #[cfg(test)]
 mod sample_machine;
 pub mod toolpath;

@@ -4,7 +4,7 @@ use super::profile::Profile;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClWay};
-use trunnion::pipeline::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
+use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
     Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother,
 };

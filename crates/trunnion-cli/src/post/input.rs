@@ -16,7 +16,7 @@ use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::{Path, PathBuf};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect};
-use trunnion::pipeline::{PostError, PostMove, PostSource};
+use trunnion::post::{PostError, PostMove, PostRemedy, PostSource};
 use trunnion::types::{Diagnostic, Progress, Stage};
 
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
@@ -158,9 +158,34 @@ fn failure(path: &Path, error: &PostError) -> Failure {
         line: error.line(),
         column: 0,
         message: error.to_string(),
-        help: error.help().to_owned(),
+        help: help(error.remedy()).to_owned(),
     };
     Failure::faults(path, &[fault])
+}
+
+/// Words a remedy with the flags of this command line.
+fn help(remedy: PostRemedy) -> &'static str {
+    match remedy {
+        PostRemedy::MoveOrRotatePart => {
+            "clamp the part elsewhere (--origin), or turn it (--rotation)"
+        }
+        PostRemedy::RotatePart => "turn the part (--rotation), or post it for another machine",
+        PostRemedy::UnwindOrRotatePart => {
+            "let the rotaries unwind off the part (--unwind), divide the cut by a rapid move before this line, or turn \
+             the part (--rotation)"
+        }
+        PostRemedy::ToolLengths => {
+            "give the length of each tool, --tool-length NUMBER=L; or post one tool: --tool NUMBER"
+        }
+        PostRemedy::ToolLength => {
+            "give its length: --tool-length NUMBER=L, and --from-tool-length where it differs"
+        }
+        PostRemedy::InspectInput => {
+            "`trunnion inspect` lists the contents of the file; with --tool, check which tools it calls"
+        }
+        PostRemedy::Advice(advice) => advice,
+        _ => "",
+    }
 }
 
 /// Name of what is posted.

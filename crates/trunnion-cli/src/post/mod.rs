@@ -18,8 +18,9 @@ use trunnion::nc::read;
 use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, program_sheet,
 };
-use trunnion::pipeline::{
-    POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, control_of,
+use trunnion::post::{
+    POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,
+    control_of,
 };
 
 /// Bytes of text that are kept before they are written.
@@ -363,9 +364,9 @@ impl Plan {
             let begun = poster.as_mut().filter(|_| changed);
             if let (Some(poster), Some(before)) = (begun, first.take_if(|_| changed)) {
                 let before: Head = before;
-                let told = (&before.note(), &self.template);
-                let to = (&self.with_tool(input.tool()), input.source());
-                let done = poster.change_tool(&mut text, to, told);
+                let texts = ProgramHead { note: &before.note(), template: &self.template };
+                let machine = self.with_tool(input.tool());
+                let done = poster.change_tool(&mut text, &machine, input.source(), texts);
                 done.map_err(|error| input.failure(&error))?;
             }
             input.head(&mut head);
@@ -373,7 +374,7 @@ impl Plan {
             head.coolant = self.coolant;
             // The head says what holds where the program starts, whenever it is written.
             let first: &Head = first.get_or_insert_with(|| head.clone());
-            let told = (&first.note(), &self.template);
+            let texts = ProgramHead { note: &first.note(), template: &self.template };
             if let Some(number) = head.tool.filter(|number| tools.last() != Some(number)) {
                 tools.push(number);
             }
@@ -385,13 +386,14 @@ impl Plan {
                     none.insert(new.map_err(|error| input.failure(&error))?)
                 }
             };
-            poster.push(&mut text, &one, told).map_err(|error| input.failure(&error))?;
+            poster.push(&mut text, &one, texts).map_err(|error| input.failure(&error))?;
             if text.len() > CHUNK {
                 out.write_all(text.as_bytes()).map_err(unwritten)?;
                 text.clear();
             }
         }
-        let last = (&first.as_ref().unwrap_or(&head).note(), &self.template);
+        let note = first.as_ref().unwrap_or(&head).note();
+        let last = ProgramHead { note: &note, template: &self.template };
         let poster = poster.ok_or_else(|| input.failure(&PostError::Empty))?;
         let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;

@@ -4,7 +4,7 @@ use super::Plan;
 use serde::Serialize;
 use std::path::Path;
 use trunnion::nc::write::Dialect;
-use trunnion::pipeline::{PostMethod, PostReport};
+use trunnion::post::{PostMethod, PostReport};
 
 /// A limit is kept if it is to within this: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;

@@ -12,6 +12,11 @@ pub const AXES: usize = 5;
 /// Rotary entries are *unwound*: 370° stays 370°, so that differences are travel.
 pub type AxisVector = SVector<f64, AXES>;
 
+/// Rounding of an axis position \[mm or rad\]; travel exceeded by less is inside.
+///
+/// Positions are sums of a few numbers below 1e6, each rounded by 2^-53 of it.
+pub const TRAVEL_ROUNDING: f64 = 1e-9;
+
 /// Positions of `N` axes at one point of a path, with derivatives by the path parameter `s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisNode<const N: usize = AXES> {

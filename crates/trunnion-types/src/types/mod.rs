@@ -25,7 +25,9 @@ mod uncut;
 mod uv;
 mod waypoints;
 
-pub use axis_path::{AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, Setpoint};
+pub use axis_path::{
+    AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, Setpoint, TRAVEL_ROUNDING,
+};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error_list::ErrorList;
 pub use interval::Interval;

@@ -4,21 +4,17 @@ use super::error::PipelineError;
 use super::fixtures;
 use super::job::Job;
 use super::material::{MOST_COLLISIONS, Solids};
-use super::post::control_of;
 use super::programs::Form;
-use super::read_back::reader_of;
 use crate::blocks::Control;
 use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
+use crate::post::{MOST_FAULTS, control_of, reader_of};
 use crate::surface::Face;
 use crate::types::{Progress, UncutRegion};
 use crate::verify::{self, ClearanceReport, Finding, Stock, StockReport};
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
-
-/// Most faults to report of a program that cannot be read back.
-const MOST_FAULTS: usize = 20;
 
 /// Every block has its time. Where F is a tip feed the control plans its own speeds, and only the way is measured.
 pub(super) fn is_timed(dialect: Dialect) -> bool {

@@ -11,10 +11,8 @@ mod job;
 mod material;
 mod measured;
 mod pace;
-mod post;
 mod programs;
 mod reach;
-mod read_back;
 mod regions;
 mod retracts;
 mod stages;
@@ -28,17 +26,9 @@ pub use job::{Job, JobError};
 pub use material::{
     MOST_COLLISIONS, MOST_RAYS, Solids, collided, solids, summary as stock_summary,
 };
-pub use post::{
-    Left, POST_WINDOW, PostChoice, PostError, PostFilter, PostMethod, PostMove, PostOptions,
-    PostPace, PostReport, PostSource, Poster, ProgramMoves, control_of,
-};
 pub use programs::Program;
 pub use reach::{OutOfReach, reach};
-pub use read_back::ReadBackError;
-pub use stages::{
-    CORNER, LARGEST_BLEND, SETUP_SHOWN, SETUP_WITHIN, STEP_RATIO, WINDOW_STATIONS, motion_limits,
-    smoothing,
-};
+pub use stages::{SETUP_SHOWN, SETUP_WITHIN, motion_limits};
 
 use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;

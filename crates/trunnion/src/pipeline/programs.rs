@@ -4,8 +4,6 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::material::Solids;
 use super::measured::{self, Found};
-use super::post::control_of;
-use super::read_back::{self, ReadBackError};
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
 use crate::axes::Followed;
@@ -20,6 +18,7 @@ use crate::machine::Kinematics;
 use crate::nc::write::{
     self, AxisWords, Coordinates, Dialect, Note, Remark, Style, Template, ToolNote, WriteError,
 };
+use crate::post::{ReadBackError, WrittenText, control_of, read_back};
 use crate::surface::FaceIndex;
 use crate::types::{Block, Diagnostic, Leg, Motion, Progress, ToolPose, UncutRegion};
 use crate::verify::{self, ClearanceReport, Stock, StockReport};
@@ -261,7 +260,7 @@ fn text(
     let note = Note { remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let mut text = String::new();
     let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
-    match read_back::whole(&job.kinematics, &style, blocks, (&text, &ends)) {
+    match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {
         Ok(()) => Ok(Written { text, ends, unread: None }),
         Err(ReadBackError::Unread(faults)) => {
             Ok(Written { text, ends, unread: faults.into_iter().next() })

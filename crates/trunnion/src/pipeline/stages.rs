@@ -20,9 +20,10 @@ use crate::files::job as file;
 use crate::files::summary::SingularSummary;
 use crate::machine::{AxisKind, Singular};
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
+use crate::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};
 use crate::surface::FaceIndex;
 use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
-use crate::types::{AXES, AxisPath, Leg, Pass, Progress, ToolPath, ToolPose};
+use crate::types::{AXES, AxisPath, Leg, Pass, PoseTolerance, Progress, ToolPath, ToolPose};
 use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::TAU;
 
@@ -43,16 +44,6 @@ const TIME_TOLERANCE: f64 = 1e-3;
 /// Look-ahead of the classical planner: blocks and servo periods at least, as in paper 001.
 const LEAST_BLOCKS: usize = 5;
 const WINDOW: f64 = 1000.0;
-
-/// Turn of the path from which a cutter location is a corner, largest turn that is rounded \[rad\], ratio
-/// of steps that makes a corner, and cutter locations in memory at a time.
-pub const CORNER: f64 = 20.0 * DEGREE;
-/// See [`CORNER`].
-pub const LARGEST_BLEND: f64 = 120.0 * DEGREE;
-/// See [`CORNER`].
-pub const STEP_RATIO: f64 = 8.0;
-/// See [`CORNER`].
-pub const WINDOW_STATIONS: usize = 1024;
 
 /// Rows of `motion.csv` at most: some 4 GB, five hours at a millisecond.
 const ROWS: f64 = 2e7;
@@ -190,7 +181,7 @@ pub(super) fn tool_path(
         let path = toolpath::through(legs, &options, progress)?;
         return Ok(SmoothedPath { path, ..SmoothedPath::default() });
     }
-    let [tip, axis] = smoothing(share, lever);
+    let PoseTolerance { tip, axis } = smoothing_tolerance(share, lever);
     let smoothing = SmoothOptions {
         tip,
         axis,
@@ -202,11 +193,6 @@ pub(super) fn tool_path(
         window: WINDOW_STATIONS,
     };
     Ok(toolpath::smoothed(legs, (&options, &smoothing), progress)?)
-}
-
-/// Half of the share moves the tip, the other half is the turn of the axis at the lever \[mm, rad\].
-pub fn smoothing(share: f64, lever: f64) -> [f64; 2] {
-    [0.5 * share, 0.5 * share / lever]
 }
 
 pub(super) fn axes(

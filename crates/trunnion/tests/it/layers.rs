@@ -22,6 +22,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("nc", &["machine", "math", "types"]),
     ("import", &["surface", "math", "types"]),
     ("files", &["machine", "types"]),
+    ("post", &["inverse", "machine", "feed", "toolpath", "blocks", "nc", "math", "types"]),
     ("verify", &["surface", "cutter", "machine", "nc", "math", "types"]),
 ];
 

@@ -14,9 +14,9 @@ use trunnion::nc::read::{self, Frame, Move, Pace, ReadOptions, Step};
 use trunnion::nc::write::{
     AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, work_offset,
 };
-use trunnion::pipeline::{
+use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, control_of,
+    Poster, ProgramHead, control_of,
 };
 use trunnion::types::{AxisVector, ToolPose};
 
@@ -76,9 +76,9 @@ fn posted_with(
     let mut poster = Poster::new(kinematics, source, options, &style).unwrap();
     let mut text = String::new();
     for one in moves {
-        poster.push(&mut text, one, (&note(), template))?;
+        poster.push(&mut text, one, ProgramHead { note: &note(), template: template })?;
     }
-    let report = poster.finish(&mut text, (&note(), template))?;
+    let report = poster.finish(&mut text, ProgramHead { note: &note(), template: template })?;
     Ok((text, report))
 }
 

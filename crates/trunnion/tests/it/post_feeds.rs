@@ -10,8 +10,9 @@ use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::AxisWords;
 use trunnion::nc::write::{Dialect, Style, Template};
-use trunnion::pipeline::{
+use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
+    ProgramHead,
 };
 use trunnion::types::ToolPose;
 
@@ -42,9 +43,12 @@ fn post(
         let pace = if line == 1 { PostPace::Rapid } else { PostPace::Feed(feed) };
         let pose = ToolPose::new([x, y, 0.0], [0.0, 0.0, 1.0]).unwrap();
         let one = PostMove { line, pose, q: None, pace, way: Control::GreatCircle };
-        poster.push(&mut text, &one, (&posted::NOTE, &template)).unwrap();
+        poster
+            .push(&mut text, &one, ProgramHead { note: &posted::NOTE, template: &template })
+            .unwrap();
     }
-    let report = poster.finish(&mut text, (&posted::NOTE, &template)).unwrap();
+    let report =
+        poster.finish(&mut text, ProgramHead { note: &posted::NOTE, template: &template }).unwrap();
     (text, report)
 }
 

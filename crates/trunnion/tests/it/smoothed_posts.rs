@@ -13,9 +13,9 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
 use trunnion::nc::write::{Dialect, Style, Template};
-use trunnion::pipeline::{
+use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
-    ProgramMoves, control_of,
+    ProgramHead, ProgramMoves, control_of,
 };
 use trunnion::types::{AxisVector, ToolPose};
 
@@ -86,9 +86,12 @@ fn post(
     let mut poster = Poster::new(kinematics, PostSource::Locations, &options, style).unwrap();
     let mut text = String::new();
     for one in moves {
-        poster.push(&mut text, one, (&posted::NOTE, &template)).unwrap();
+        poster
+            .push(&mut text, one, ProgramHead { note: &posted::NOTE, template: &template })
+            .unwrap();
     }
-    let report = poster.finish(&mut text, (&posted::NOTE, &template)).unwrap();
+    let report =
+        poster.finish(&mut text, ProgramHead { note: &posted::NOTE, template: &template }).unwrap();
     (text, report)
 }
 

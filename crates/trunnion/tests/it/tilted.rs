@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions, Step};
-use trunnion::pipeline::{PostMove, PostPace, ProgramMoves};
+use trunnion::post::{PostMove, PostPace, ProgramMoves};
 
 fn kinematics() -> Kinematics {
     let (_, text) = BUILT_IN.into_iter().find(|(name, _)| *name == "bc-trunnion").unwrap();

@@ -15,9 +15,9 @@ use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Axis, Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords};
 use trunnion::nc::write::{Dialect, Style, Template};
-use trunnion::pipeline::{
+use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, control_of,
+    Poster, ProgramHead, control_of,
 };
 use trunnion::types::AxisVector;
 use trunnion::verify::{self, Audit, Ratio};
@@ -85,7 +85,7 @@ fn post(
     let template = Template::of(style.dialect).unwrap();
     let mut poster = Poster::new(kinematics, PostSource::Locations, &options, style).unwrap();
     let mut text = String::new();
-    let head = (&posted::NOTE, &template);
+    let head = ProgramHead { note: &posted::NOTE, template: &template };
     let done = moves.iter().try_for_each(|one| poster.push(&mut text, one, head));
     match done.and_then(|()| poster.finish(&mut text, head)) {
         Err(PostError::Reach { .. }) => None,

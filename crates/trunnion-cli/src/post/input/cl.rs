@@ -7,7 +7,7 @@ use crate::post::Head;
 use std::collections::VecDeque;
 use trunnion::blocks::Control;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
-use trunnion::pipeline::{PostMove, PostPace};
+use trunnion::post::{PostMove, PostPace};
 use trunnion::types::{Diagnostic, ToolPose};
 
 /// A CL file that is being read.
@@ -107,7 +107,7 @@ impl<'a> Locations<'a> {
             if self.known.contains(&now) {
                 return Ok(true);
             }
-            let help = "say how long it is: --tool-length NUMBER=L";
+            let help = "give its length: --tool-length NUMBER=L";
             return Err(refused(format!("tool {now}: its length is not known"), help));
         }
         match (self.only, before, self.tool) {
@@ -120,7 +120,7 @@ impl<'a> Locations<'a> {
                 let message = format!("tool {now} after tool {before}: a program has one tool");
                 Err(refused(
                     message,
-                    "say how long each is, --tool-length NUMBER=L for each; or post one: --tool NUMBER",
+                    "give the length of each tool, --tool-length NUMBER=L; or post one tool: --tool NUMBER",
                 ))
             }
             _ => Ok(true),

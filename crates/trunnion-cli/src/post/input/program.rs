@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
-use trunnion::pipeline::{PostMove, PostPace, ProgramMoves};
+use trunnion::post::{PostMove, PostPace, ProgramMoves};
 
 /// Lines of a file for a reader that knows no failures; one ends them, and is kept.
 struct Text<'a> {

@@ -27,7 +27,8 @@ impl BoundedPiece {
     /// What holds the distance of a body up from a point.
     #[inline]
     pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
-        let SupportPlanes { sides: [(one, a), (other, b)] } = self.piece.support_planes(body, point);
+        let SupportPlanes { sides: [(one, a), (other, b)] } =
+            self.piece.support_planes(body, point);
         SupportPlanes { sides: [(one - self.bend, a), (other - self.bend, b)] }
     }
 }

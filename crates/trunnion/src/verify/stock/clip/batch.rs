@@ -128,7 +128,8 @@ impl<'a> ClipBatch<'a> {
     ) -> Option<[f64; 2]> {
         let [low, high] = part.extent(self.frame.along);
         let mut span = [from.max(low), to.min(high)];
-        let held = |s: f64| self.held(&part.whole.support_planes(part.body, &line.at(s)), s, -self.margin);
+        let held =
+            |s: f64| self.held(&part.whole.support_planes(part.body, &line.at(s)), s, -self.margin);
         for _ in 0..TENTS {
             if span[0] >= span[1] {
                 return None;
@@ -222,7 +223,8 @@ impl<'a> ClipBatch<'a> {
         if span[0] >= span[1] {
             return None;
         }
-        let held = |s: f64| self.held(&stretch.support_planes(part.body, &line.at(s)), s, self.touch);
+        let held =
+            |s: f64| self.held(&stretch.support_planes(part.body, &line.at(s)), s, self.touch);
         let Some([high, _]) = held(span[1]) else { return Some(span) };
         if high <= span[0] {
             return None;

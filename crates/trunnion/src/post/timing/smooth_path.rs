@@ -1,88 +1,90 @@
-//! Times of places: the axes along a smooth path that passes all of them, window by window.
+//! Times of points along a smooth path of the axes through all of them, window by window.
 
-use super::corner::Corner;
-use super::leg::Place;
-use super::{PostError, PostMethod, PostOptions};
+use super::corner::CornerBlend;
+use super::timed_point::TimedPoint;
 use crate::feed::{AnyStream, Limits, ProgrammedSpeeds, StreamKind, StreamOptions, StreamStep};
 use crate::machine::Kinematics;
 use crate::math::quintic::Quintic;
+use crate::post::axis_point::AxisPoint;
+use crate::post::constants::{LEVER, SMALLEST_LENGTH};
+use crate::post::error::PostError;
+use crate::post::options::{PostMethod, PostOptions};
 use crate::types::{AxisNode, AxisVector, Motion};
 use std::collections::VecDeque;
 
-/// What a turn counts in the path parameter beside the way of the tip \[mm/rad\].
-pub(super) const LEVER: f64 = 10.0;
-
-/// Longest distance of two rows, so that speed can change on the way \[mm\].
+/// Longest distance of two rows, so that the speed can change between points \[mm\].
 const STEP: f64 = 5.0;
 
-/// Nine decimals are the most that words have \[mm\].
-pub(super) const LEAST: f64 = 1e-9;
-
-/// Shortest run-up, over the length of its stretch.
+/// Shortest run-up, as a share of its segment.
 const SHORTEST: f64 = 1e-4;
 
-/// Where the programmed speed changes, it does so over this length of the quicker block \[mm\].
+/// Length of the quicker block over which the programmed speed changes \[mm\].
 const CHANGE: f64 = 0.5;
 
-/// Programmed speeds count as different from this ratio on.
+/// Ratio from which programmed speeds count as different.
 const DIFFERENT: f64 = 1.05;
 
-/// A place and when it is passed.
+/// Straight segment between two points.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Timed {
-    pub(super) place: Place,
-    /// Time from the place before \[s\].
-    pub(super) seconds: f64,
-}
-
-/// A straight stretch between two places.
-#[derive(Debug, Clone, Copy)]
-struct Straight {
-    place: Place,
+struct StraightSegment {
+    point: AxisPoint,
     from: AxisVector,
-    /// Axes by the path parameter.
+    /// Derivative of the axes by the path parameter.
     rate: AxisVector,
     length: f64,
-    /// Programmed time, and way of the tip, by the path parameter.
+    /// Programmed time by the path parameter.
     feed_rate: f64,
+    /// Travel of the tip by the path parameter.
     tip_rate: f64,
-    /// How far the start of it is bent; its length if all is.
+    /// Length of the bent part at its start; the whole length if all of it is bent.
     bent: f64,
-    /// Way from rest to the programmed speed, at most.
+    /// Upper bound on the length from rest to the programmed speed.
     run_up: f64,
 }
 
-/// An interval between nodes that is being planned.
-#[derive(Debug, Clone, Copy)]
-struct Closing {
-    piece: usize,
-    interval: usize,
-    ends: Option<Place>,
+/// Speed of the path at a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum NodeSpeed {
+    /// The speed changes beside the node.
+    Slow,
+    /// The path passes the node at speed.
+    Passing,
 }
 
-/// Takes in places, hands out their times.
+/// Interval between nodes that is being planned.
+#[derive(Debug, Clone, Copy)]
+struct PendingInterval {
+    piece: usize,
+    interval: usize,
+    ends: Option<AxisPoint>,
+}
+
+/// Timer along a smooth path.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(in crate::post) struct SmoothPathTimer {
     kinematics: Kinematics,
     planner: AnyStream,
     /// Velocities and accelerations of the axes.
     limits: [AxisVector; 2],
     tolerance: [f64; 2],
     at: AxisVector,
-    /// Kind of motion of the piece, index, nodes in it, path parameter.
+    /// Kind of motion of the current piece.
     motion: Option<Motion>,
+    /// Index of the piece.
     piece: usize,
+    /// Number of nodes in it.
     nodes: usize,
+    /// Path parameter in it.
     s: f64,
-    /// The last node of the piece, and whether it is passed slowly.
-    last: Option<(AxisNode, bool)>,
-    held: Option<Straight>,
-    closing: VecDeque<Closing>,
+    /// Last node of the piece.
+    last: Option<(AxisNode, NodeSpeed)>,
+    held: Option<StraightSegment>,
+    closing: VecDeque<PendingInterval>,
     seconds: f64,
 }
 
-impl Pace {
-    pub(super) fn new(
+impl SmoothPathTimer {
+    pub(in crate::post) fn new(
         kinematics: &Kinematics,
         options: &PostOptions,
         at: AxisVector,
@@ -126,31 +128,35 @@ impl Pace {
         })
     }
 
-    /// Takes in a place; those whose time is known are appended.
-    pub(super) fn push(&mut self, place: &Place, out: &mut Vec<Timed>) -> Result<(), PostError> {
-        let motion = if place.least.is_some() { Motion::Cut } else { Motion::Link };
-        let travel = place.q - self.at;
+    /// Takes in a point, and appends the points whose time is known.
+    pub(in crate::post) fn push(
+        &mut self,
+        point: &AxisPoint,
+        out: &mut Vec<TimedPoint>,
+    ) -> Result<(), PostError> {
+        let motion = if point.least.is_some() { Motion::Cut } else { Motion::Link };
+        let travel = point.q - self.at;
         let turn = LEVER * travel.fixed_rows::<2>(3).norm();
-        let length = place.tip.hypot(turn);
+        let length = point.tip.hypot(turn);
         if self.motion != Some(motion) {
             self.end_piece(out)?;
         }
         if length <= self.least_gap() {
-            // Nothing moves that a word can say; what follows starts where the axes were.
+            // No word changes; the next segment starts from the same axes.
             return Ok(());
         }
-        let mut straight = Straight {
-            place: *place,
+        let mut straight = StraightSegment {
+            point: *point,
             from: self.at,
             rate: travel / length,
             length,
-            feed_rate: place.least.unwrap_or(0.0) / length,
-            tip_rate: place.tip / length,
+            feed_rate: point.least.unwrap_or(0.0) / length,
+            tip_rate: point.tip / length,
             bent: length,
             run_up: 0.0,
         };
         straight.run_up = self.run_up(&straight);
-        self.at = place.q;
+        self.at = point.q;
         match self.held.take() {
             None => {
                 self.motion = Some(motion);
@@ -158,7 +164,7 @@ impl Pace {
                 (self.nodes, self.s) = (0, 0.0);
                 let q = [straight.from, straight.rate, AxisVector::zeros(), AxisVector::zeros()];
                 self.last = None;
-                self.node(q, &straight, (None, true))?;
+                self.node(q, &straight, None, NodeSpeed::Slow)?;
                 self.held = Some(straight);
             }
             Some(before) => self.corner(&before, straight)?,
@@ -167,8 +173,8 @@ impl Pace {
         Ok(())
     }
 
-    /// Ends the path; all places that are left are appended.
-    pub(super) fn finish(mut self, out: &mut Vec<Timed>) -> Result<(), PostError> {
+    /// Ends the path, and appends all remaining points.
+    pub(in crate::post) fn finish(mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         self.end_piece(out)?;
         while let Some(step) = self.planner.next() {
             self.step(&step, out);
@@ -177,12 +183,13 @@ impl Pace {
         Ok(())
     }
 
-    fn end_piece(&mut self, out: &mut Vec<Timed>) -> Result<(), PostError> {
+    /// Ends a piece of one kind of motion, at rest.
+    fn end_piece(&mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         if let Some(last) = self.held.take() {
             self.inner(&last, last.length)?;
-            let end = last.place.q;
+            let end = last.point.q;
             let q = [end, last.rate, AxisVector::zeros(), AxisVector::zeros()];
-            self.node(q, &last, (Some(last.place), true))?;
+            self.node(q, &last, Some(last.point), NodeSpeed::Slow)?;
             self.piece += 1;
         }
         self.motion = None;
@@ -190,12 +197,18 @@ impl Pace {
         Ok(())
     }
 
-    /// The node between two straight stretches: the parabola through it and a place on either side, as far away as
-    /// the path that is timed may leave them.
-    fn corner(&mut self, before: &Straight, mut after: Straight) -> Result<(), PostError> {
+    /// Adds the node between two straight segments.
+    ///
+    /// It lies on the parabola through the corner and a point on either side, as far away as the timed path may leave
+    /// the segments.
+    fn corner(
+        &mut self,
+        before: &StraightSegment,
+        mut after: StraightSegment,
+    ) -> Result<(), PostError> {
         let change = after.rate - before.rate;
-        let corner = Corner {
-            q: before.place.q,
+        let corner = CornerBlend {
+            q: before.point.q,
             rates: [before.rate, after.rate],
             length: before.length.max(after.length),
         };
@@ -215,19 +228,19 @@ impl Pace {
         after.bent =
             if slower(before.feed_rate, after.feed_rate) { brief(far, after.length) } else { far };
         self.inner(before, end)?;
-        let q = [before.place.q, rate, second, AxisVector::zeros()];
-        let both = Straight {
+        let q = [before.point.q, rate, second, AxisVector::zeros()];
+        let both = StraightSegment {
             feed_rate: before.feed_rate.max(after.feed_rate),
             tip_rate: before.tip_rate.max(after.tip_rate),
             ..*before
         };
-        self.node(q, &both, (Some(before.place), false))?;
+        self.node(q, &both, Some(before.point), NodeSpeed::Passing)?;
         self.held = Some(after);
         Ok(())
     }
 
-    /// Nodes where a stretch begins and ends to be straight; `end`: how far its end is bent.
-    fn inner(&mut self, of: &Straight, end: f64) -> Result<(), PostError> {
+    /// Adds the nodes at which the straight part of a segment begins and ends; `end` is the length bent at its end.
+    fn inner(&mut self, of: &StraightSegment, end: f64) -> Result<(), PostError> {
         let start = self.s;
         let [from, to] = [of.bent, of.length - end];
         // Two halves meet: rounding must not leave a sliver between them.
@@ -243,41 +256,45 @@ impl Pace {
             self.s = start + at;
             let zero = AxisVector::zeros();
             let q = [of.from + of.rate * at, of.rate, zero, zero];
-            self.node(q, of, (None, true))?;
+            self.node(q, of, None, NodeSpeed::Slow)?;
         }
         self.s = start + of.length;
         Ok(())
     }
 
-    /// Two rows nearer than this are one: less than the last digit of any word, and more than the rounding of the
-    /// path parameter leaves \[mm\].
+    /// Returns the distance below which two rows are one \[mm\].
+    ///
+    /// It is less than the last digit of any word, and more than the rounding of the path parameter.
     fn least_gap(&self) -> f64 {
-        LEAST + 16.0 * f64::EPSILON * self.s
+        SMALLEST_LENGTH + 16.0 * f64::EPSILON * self.s
     }
 
-    /// `v² / 2a` along a stretch, by the programmed speed and the limits of the axes.
-    fn run_up(&self, of: &Straight) -> f64 {
+    /// Returns `v² / 2a` along a segment, by the programmed speed and the limits of the axes.
+    fn run_up(&self, of: &StraightSegment) -> f64 {
         let slowest = |limits: &AxisVector| of.rate.abs().component_div(limits).amax();
         let rate = slowest(&self.limits[0]).max(of.feed_rate);
-        // Not so short that rounding shows; nothing is gained either.
+        // A shorter run-up gains nothing, and rounding would show.
         (0.5 * slowest(&self.limits[1]) / (rate * rate)).max(SHORTEST * of.length)
     }
 
-    /// A node in a stretch, or at its end; `slow`: the path is passed slowly there, and speed changes beside it.
+    /// Adds a node inside a segment, or at its end.
+    ///
+    /// At a slow node the speed changes beside it: extra nodes go to the ends of the run-ups.
     fn node(
         &mut self,
         q: [AxisVector; 4],
-        of: &Straight,
-        (place, slow): (Option<Place>, bool),
+        of: &StraightSegment,
+        point: Option<AxisPoint>,
+        speed: NodeSpeed,
     ) -> Result<(), PostError> {
         let node = AxisNode { s: self.s, q, tip_rate: of.tip_rate, feed_rate: of.feed_rate };
-        if let Some((last, was_slow)) = self.last.replace((node, slow)) {
+        if let Some((last, before)) = self.last.replace((node, speed)) {
             let length = node.s - last.s;
             let run_up = of.run_up;
             let quintic = Quintic::new(length, jet(&last.q), jet(&node.q));
             let inside = [run_up, length - run_up];
             let fits = run_up < 0.45 * length && run_up > self.least_gap();
-            let wanted = [was_slow && fits, slow && fits];
+            let wanted = [before, speed].map(|speed| fits && speed == NodeSpeed::Slow);
             for at in inside.into_iter().zip(wanted).filter_map(|(at, wanted)| wanted.then_some(at))
             {
                 let share = at / length;
@@ -291,39 +308,41 @@ impl Pace {
                 self.send(cut, None)?;
             }
         }
-        self.send(node, place)
+        self.send(node, point)
     }
 
-    fn send(&mut self, node: AxisNode, ends: Option<Place>) -> Result<(), PostError> {
+    /// Hands a node to the planner; `ends` is the point that ends there.
+    fn send(&mut self, node: AxisNode, ends: Option<AxisPoint>) -> Result<(), PostError> {
         self.planner.push(node)?;
         if self.nodes > 0 {
             let interval = self.nodes - 1;
-            self.closing.push_back(Closing { piece: self.piece, interval, ends });
+            self.closing.push_back(PendingInterval { piece: self.piece, interval, ends });
         }
         self.nodes += 1;
         Ok(())
     }
 
-    fn planned(&mut self, out: &mut Vec<Timed>) {
+    /// Takes the steps that the planner has finished.
+    fn planned(&mut self, out: &mut Vec<TimedPoint>) {
         while !self.planner.wants() {
             let Some(step) = self.planner.next() else { break };
             self.step(&step, out);
         }
     }
 
-    fn step(&mut self, step: &StreamStep, out: &mut Vec<Timed>) {
+    fn step(&mut self, step: &StreamStep, out: &mut Vec<TimedPoint>) {
         self.close_before([step.piece, step.interval], out);
         self.seconds += step.duration;
     }
 
-    /// Ends the intervals before one.
-    fn close_before(&mut self, next: [usize; 2], out: &mut Vec<Timed>) {
+    /// Ends the intervals before `next`, and appends their points.
+    fn close_before(&mut self, next: [usize; 2], out: &mut Vec<TimedPoint>) {
         while let Some(front) = self.closing.front()
             && [front.piece, front.interval] < next
         {
-            if let Some(place) = front.ends {
-                let seconds = self.seconds.max(place.least.unwrap_or(0.0));
-                out.push(Timed { place, seconds });
+            if let Some(point) = front.ends {
+                let seconds = self.seconds.max(point.least.unwrap_or(0.0));
+                out.push(TimedPoint { point, seconds });
                 self.seconds = 0.0;
             }
             self.closing.pop_front();
@@ -331,7 +350,7 @@ impl Pace {
     }
 }
 
-/// Value and two derivatives.
+/// Returns the value and two derivatives.
 fn jet(q: &[AxisVector; 4]) -> [AxisVector; 3] {
     [q[0], q[1], q[2]]
 }

@@ -1,67 +1,74 @@
-//! Moves of an input to places on the machine, close enough for its control to stay within tolerance.
+//! Divides moves of the input into points so close that the target control stays within tolerance.
 
-use super::ahead::{Part, Planned};
-use super::leg::{Leg, Place, Stop};
-use super::{PostError, PostMove, PostOptions, PostPace, PostSource};
+use super::axis_point::{AxesPose, AxisPoint, DividedMove, MachinePoint, PartEnd};
+use super::error::PostError;
+use super::options::{PostMove, PostOptions, PostPace, PostSource};
+use super::rotaries::{PlannedMove, RetractPhase};
 use crate::blocks::{Control, bend, moved};
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, Modulo, SECOND_ROTARY};
 use crate::math::angle::great_circle;
 use crate::math::jet::{Jet, Real};
-use crate::types::{AxisVector, ToolPose};
+use crate::types::{AxisVector, TRAVEL_ROUNDING, ToolPose};
 use nalgebra::Vector3;
 
-/// Most parts of one move: one that needs more does not get closer by being cut.
+/// Most parts of one move: if it needs more, dividing does not bring it closer.
 const MOST_PARTS: u32 = 4096;
 
-/// Samples of a block whose bound is too large are doubled up to so many.
+/// Largest number of samples of a block; they are doubled while its bound is too large.
 const MOST_SAMPLES: u32 = 64;
 
-/// Turn of both rotaries after which the times inside a block are looked at: its axes bend \[rad\].
+/// Turn of both rotaries between two points inside a block: the axes curve, so that its times need them \[rad\].
 const TURN: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// Turn up to which axes keep their mean velocity, to a thousandth of that of lever and tip \[rad\].
+/// Turn up to which axes keep their mean velocity, within a thousandth of that of lever and tip \[rad\].
 const LITTLE: f64 = 1e-3;
 
-/// Most turn of a rotary in a block where a control takes the shorter way \[rad\].
+/// Largest turn of a rotary in a block, for controls that take the shorter direction \[rad\].
 const SHORT_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Deviation of the tip on rapid moves without tool-centre-point control \[mm\].
 const RAPID_TOLERANCE: f64 = 1.0;
 
-/// Positions are sums of a few numbers below 1e6, each rounded by 2^-53 of it \[mm or rad\].
-const TRAVEL_ROUNDING: f64 = 1e-9;
-
-/// A machine with what its control does between blocks.
+/// Machine with the motion of its control between blocks.
 #[derive(Debug, Clone)]
-struct Target {
+struct TargetMachine {
     inverse: Inverse,
     control: Control,
 }
 
-/// Takes in moves, hands out places.
+/// Turns moves into points on the way of the axes.
 #[derive(Debug, Clone)]
-pub(super) struct Course {
-    target: Target,
+pub(super) struct Subdivider {
+    target: TargetMachine,
     source: PostSource,
-    /// The input is for the same machine, set up alike: its rotaries count.
+    /// True if the input is for the same machine with the same setup: its rotary words are kept.
     own: bool,
     pub(super) tolerance: [f64; 2],
     most_turn: f64,
-    at: Option<Stop>,
-    /// Largest bounds so far: tip \[mm\], axis \[rad\].
+    at: Option<MachinePoint>,
+    /// Largest deviation bounds so far: tip \[mm\], axis \[rad\].
     pub(super) strayed: [f64; 2],
 }
 
-/// A move between two stops, by shares.
+/// Motion of the input between two points, by the share of the move.
 #[derive(Clone, Copy)]
-struct Way<'a> {
-    /// Machine and control that run it; `None`: tip straight, tool on the great circle.
+struct MoveGeometry<'a> {
+    /// Machine and control of the input; `None`: tip straight, tool axis on a great circle.
     run: Option<(&'a Kinematics, Control)>,
-    ends: [Stop; 2],
+    ends: [MachinePoint; 2],
 }
 
-impl Way<'_> {
+/// Portion of a move between two points.
+#[derive(Clone, Copy)]
+struct Portion<'a> {
+    /// Shares of the move at both ends.
+    shares: [f64; 2],
+    ends: [&'a MachinePoint; 2],
+}
+
+impl MoveGeometry<'_> {
+    /// Returns the pose at a share of the move; `None` if the tool axis turns to its opposite.
     fn at(&self, share: f64) -> Option<ToolPose> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
@@ -73,7 +80,7 @@ impl Way<'_> {
         Some(ToolPose { tip, axis })
     }
 
-    /// Bounds on its second derivatives by the share.
+    /// Bounds the second derivatives of tip \[mm\] and axis \[rad\] by the share.
     fn bend(&self) -> [f64; 2] {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
@@ -86,7 +93,8 @@ impl Way<'_> {
     }
 }
 
-impl Course {
+impl Subdivider {
+    /// Creates a subdivider for a target machine.
     pub(super) fn new(
         kinematics: &Kinematics,
         source: PostSource,
@@ -104,7 +112,7 @@ impl Course {
                 .is_some_and(|of| of.output.modulo == Modulo::Unwound)
         });
         Ok(Self {
-            target: Target { inverse, control },
+            target: TargetMachine { inverse, control },
             source,
             own,
             tolerance: options.tolerance,
@@ -114,26 +122,31 @@ impl Course {
         })
     }
 
-    /// Where the machine is; `None` before the first move.
-    pub(super) fn place(&self) -> Option<(AxisVector, ToolPose)> {
-        self.at.as_ref().map(|at| (at.q, at.pose))
+    /// Returns the position of the machine; `None` before the first move.
+    pub(super) fn position(&self) -> Option<AxesPose> {
+        self.at.as_ref().map(|at| AxesPose { q: at.q, pose: at.pose })
     }
 
-    /// Takes in a move: places up to its end are appended. The first only says where the program starts.
-    pub(super) fn go(&mut self, planned: &Planned, out: &mut Vec<Place>) -> Result<(), PostError> {
+    /// Takes in a move and appends the points up to its end. The first move only sets the starting position.
+    pub(super) fn divide(
+        &mut self,
+        planned: &PlannedMove,
+        out: &mut Vec<AxisPoint>,
+    ) -> Result<(), PostError> {
         let one = &planned.one;
         let home = self.target.inverse.kinematics().machine().home();
         let near = self.at.as_ref().map_or(home, |at| at.q);
-        let q = match (planned.stand, one.q) {
+        // Step 1: axes at the end of the move.
+        let q = match (planned.axes, one.q) {
             (Some(q), _) => q,
             (_, Some(q)) if self.own => self.inside_travel(one.line, q)?,
             _ => self.axes(one.line, &one.pose, &near)?,
         };
-        let to = Stop { q, pose: one.pose, source: one.q.unwrap_or(q) };
+        let to = MachinePoint { q, pose: one.pose, source: one.q.unwrap_or(q) };
         let Some(from) = self.at.replace(to) else { return Ok(()) };
         let length = (to.pose.tip - from.pose.tip).norm();
         let rapid = one.pace == PostPace::Rapid;
-        // Seconds for all of the way, or by its length.
+        // Step 2: programmed time, of the whole move or per length.
         let (per_share, per_length) = match one.pace {
             PostPace::Rapid => (0.0, 0.0),
             PostPace::Feed(feed) => (0.0, 1.0 / feed),
@@ -143,11 +156,11 @@ impl Course {
         let same = self.own && one.q.is_some() && one.way == self.target.control;
         let bows = one.way == Control::Axes && !same;
         let share = if bows { 0.5 } else { 1.0 };
-        let mut leg = Leg {
+        let mut target_move = DividedMove {
             line: one.line,
             rapid,
             same,
-            // A way whose tip bows leaves half of the tolerance for each: to poses, and from there to axes.
+            // If the tip of the input bows, each conversion has half of the tolerance: to poses, then to axes.
             tolerance: [share * self.tolerance[0], self.tolerance[1]],
             bowed: (1.0 - share) * self.tolerance[0],
             per_length,
@@ -155,9 +168,10 @@ impl Course {
             per_way: if matches!(one.pace, PostPace::Feed(_)) { per_length } else { 0.0 },
             out,
         };
-        let turns = planned.part == Some(Part::Turn);
+        // Step 3: a move that needs no division is run as it is.
+        let turns = planned.phase == Some(RetractPhase::Turn);
         if same || turns || (rapid && self.target.control != Control::Axes) {
-            return self.direct([from, to], 1.0, &mut leg);
+            return self.run_directly([from, to], 1.0, &mut target_move);
         }
         let source = std::mem::replace(&mut self.source, PostSource::Locations);
         let run = match &source {
@@ -166,17 +180,19 @@ impl Course {
             }
             _ => None,
         };
-        let cut = self.cut(&Way { run, ends: [from, to] }, &mut leg);
+        // Step 4: divide it. The source is borrowed beside `self`.
+        let divided = self.cut(&MoveGeometry { run, ends: [from, to] }, &mut target_move);
         self.source = source;
-        cut
+        divided
     }
 
-    /// Travel from place to place inside a block, had each axis kept the largest velocity it has on the way: that at an end
-    /// of the parabola through both and the middle.
+    /// Returns the travel between two points of a block as if each axis kept its largest velocity between them.
+    ///
+    /// That velocity is the one at an end of the parabola through both points and the middle.
     pub(super) fn fastest(&self, pair: [(&AxisVector, &ToolPose); 2]) -> AxisVector {
         let [from, to] = pair.map(|(q, _)| q);
         let travel = to - from;
-        let Target { inverse, control } = &self.target;
+        let TargetMachine { inverse, control } = &self.target;
         let turns = travel.fixed_rows::<2>(FIRST_ROTARY).lp_norm(1) > LITTLE;
         let middle = if turns && *control != Control::Axes {
             let pose = moved(inverse.kinematics(), *control, pair, 0.5);
@@ -189,21 +205,21 @@ impl Course {
         (3.0 * first - second).abs().sup(&(3.0 * second - first).abs())
     }
 
-    /// Axes at the end of a move, near those before.
+    /// Returns the axes at the end of a move, near those of `from`.
     pub(super) fn near(
         &self,
         one: &PostMove,
-        from: Option<&(AxisVector, ToolPose)>,
+        from: Option<&AxesPose>,
     ) -> Result<AxisVector, PostError> {
         let near = match (one.q, from) {
             (Some(q), _) if self.own => return Ok(q),
-            (_, Some((q, _))) => *q,
+            (_, Some(from)) => from.q,
             (_, None) => self.target.inverse.kinematics().machine().home(),
         };
         self.axes(one.line, &one.pose, &near)
     }
 
-    /// Axes as they are programmed, if the machine has them.
+    /// Returns the axes as programmed, if they are inside travel.
     fn inside_travel(&self, line: u32, q: AxisVector) -> Result<AxisVector, PostError> {
         match self.target.inverse.kinematics().machine().out_of_travel(&q) {
             Some(out) if out.excess > TRAVEL_ROUNDING => {
@@ -218,41 +234,61 @@ impl Course {
         found.map_err(|error| PostError::reach(line, error))
     }
 
-    /// Cuts a move so that tip straight and rotaries linear (or the great circle) stay within tolerance.
-    fn cut(&mut self, way: &Way<'_>, leg: &mut Leg<'_>) -> Result<(), PostError> {
+    /// Divides a move until the target control stays within tolerance: tip straight, rotaries linear or on a great
+    /// circle.
+    fn cut(
+        &mut self,
+        geometry: &MoveGeometry<'_>,
+        target_move: &mut DividedMove<'_>,
+    ) -> Result<(), PostError> {
         let poses = match self.target.control {
             Control::GreatCircle => Control::GreatCircle,
             _ => Control::RotaryLinear,
         };
-        let tolerance = if leg.rapid { [RAPID_TOLERANCE, f64::INFINITY] } else { leg.tolerance };
-        let [from, to] = way.ends;
+        let tolerance = if target_move.rapid {
+            [RAPID_TOLERANCE, f64::INFINITY]
+        } else {
+            target_move.tolerance
+        };
+        let [from, to] = geometry.ends;
         let mut parts = 1_u32;
         loop {
-            let stops = self.stops(way, parts, leg)?;
+            // Step 1: points at equal shares, and the largest deviation between them.
+            let points = self.part_ends(geometry, parts, target_move)?;
             let mut worst = [0.0_f64; 2];
             let mut before = from;
-            for (index, stop) in stops.iter().enumerate() {
+            for (index, point) in points.iter().enumerate() {
                 let shares =
                     [index as f64 / f64::from(parts), (index + 1) as f64 / f64::from(parts)];
-                let off = self.stray(way, (shares, poses), [&before, stop], tolerance);
+                let off = self.deviation(
+                    geometry,
+                    poses,
+                    &Portion { shares, ends: [&before, point] },
+                    tolerance,
+                );
                 worst = [worst[0].max(off[0]), worst[1].max(off[1])];
-                before = *stop;
+                before = *point;
             }
+            // Step 2: accept them, or use more parts.
             let excess = (worst[0] / tolerance[0]).max(worst[1] / tolerance[1]);
             if excess <= 1.0 {
-                if !leg.rapid {
+                if !target_move.rapid {
                     self.strayed = [self.strayed[0].max(worst[0]), self.strayed[1].max(worst[1])];
                 }
                 let mut before = from;
-                for stop in stops {
-                    self.direct([before, stop], 1.0 / f64::from(parts), leg)?;
-                    before = stop;
+                for point in points {
+                    self.run_directly([before, point], 1.0 / f64::from(parts), target_move)?;
+                    before = point;
                 }
-                self.at = Some(Stop { q: before.q, ..to });
+                self.at = Some(MachinePoint { q: before.q, ..to });
                 return Ok(());
             }
             if parts >= MOST_PARTS || !excess.is_finite() {
-                return Err(PostError::Strays { line: leg.line, strayed: worst, tolerance });
+                return Err(PostError::Strays {
+                    line: target_move.line,
+                    strayed: worst,
+                    tolerance,
+                });
             }
             // A bound falls with the square of the parts; no more than four times as many at once.
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1..=4")]
@@ -262,40 +298,48 @@ impl Course {
         }
     }
 
-    /// Ends of the parts of a move.
-    fn stops(&self, way: &Way<'_>, parts: u32, leg: &Leg<'_>) -> Result<Vec<Stop>, PostError> {
-        let line = leg.line;
-        let [from, to] = way.ends;
+    /// Returns the ends of equal parts of a move.
+    fn part_ends(
+        &self,
+        geometry: &MoveGeometry<'_>,
+        parts: u32,
+        target_move: &DividedMove<'_>,
+    ) -> Result<Vec<MachinePoint>, PostError> {
+        let line = target_move.line;
+        let [from, to] = geometry.ends;
         if parts == 1 {
             return Ok(vec![to]);
         }
         let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
-        let mut stops = Vec::new();
+        let mut points = Vec::new();
         let mut near = from.q;
         for part in 1..=parts {
             let share = f64::from(part) / f64::from(parts);
-            let pose = if part == parts { Some(to.pose) } else { way.at(share) };
+            let pose = if part == parts { Some(to.pose) } else { geometry.at(share) };
             let pose = pose.ok_or(PostError::Reversal { line })?;
-            let q = match way.run {
+            let q = match geometry.run {
                 Some((_, Control::Axes)) if self.own => from.source.lerp(&to.source, share),
                 Some(_) if self.own => self.slid(pair, share, line)?.q,
                 _ => self.axes(line, &pose, &near)?,
             };
             near = q;
-            stops.push(Stop { q, pose, source: q });
+            points.push(MachinePoint { q, pose, source: q });
         }
-        Ok(stops)
+        Ok(points)
     }
 
-    /// Bounds on how far the target strays from a part of the way, at equal shares: tip \[mm\], axis \[rad\].
-    fn stray(
+    /// Bounds the deviation of the target from a portion of a move, at equal shares: tip \[mm\], axis \[rad\].
+    ///
+    /// Sampling ends once the bound is within `enough`, or once a sample alone exceeds it.
+    fn deviation(
         &self,
-        way: &Way<'_>,
-        (shares, control): ([f64; 2], Control),
-        ends: [&Stop; 2],
+        geometry: &MoveGeometry<'_>,
+        control: Control,
+        portion: &Portion<'_>,
         enough: [f64; 2],
     ) -> [f64; 2] {
-        let alike = match way.run {
+        let Portion { shares, ends } = *portion;
+        let alike = match geometry.run {
             None => control == Control::GreatCircle,
             Some((_, run)) => self.own && run == control,
         };
@@ -306,18 +350,19 @@ impl Course {
         let pair = ends.map(|end| (&end.q, &end.pose));
         let width = shares[1] - shares[0];
         let [path, run] =
-            [way.bend().map(|of| of * width * width), bend(kinematics, control, pair)];
+            [geometry.bend().map(|of| of * width * width), bend(kinematics, control, pair)];
+        // Between two samples the difference of both curves bends by at most an eighth of their second derivatives.
         let curved = [0, 1].map(|k: usize| 0.125 * (path[k] + run[k]));
         let mut samples = 1_u32;
         loop {
             let mut off = [0.0_f64; 2];
             for k in 1..samples {
                 let share = f64::from(k) / f64::from(samples);
-                let place = way.at(shares[0] + width * share);
+                let here = geometry.at(shares[0] + width * share);
                 let there = moved(kinematics, control, pair, share);
-                let (Some(place), Some(there)) = (place, there) else { return [f64::INFINITY; 2] };
-                off[0] = off[0].max((place.tip - there.tip).norm());
-                off[1] = off[1].max((*place.axis - *there.axis).norm());
+                let (Some(here), Some(there)) = (here, there) else { return [f64::INFINITY; 2] };
+                off[0] = off[0].max((here.tip - there.tip).norm());
+                off[1] = off[1].max((*here.axis - *there.axis).norm());
             }
             let square = f64::from(samples * samples);
             let tip = off[0] + curved[0] / square;
@@ -331,80 +376,90 @@ impl Course {
         }
     }
 
-    /// Goes from one stop to another as the target's control does, in blocks whose tip stays straight.
-    fn direct(&mut self, ends: [Stop; 2], share: f64, leg: &mut Leg<'_>) -> Result<(), PostError> {
+    /// Runs from one point to another as the target control does, in blocks whose tip stays straight.
+    fn run_directly(
+        &mut self,
+        ends: [MachinePoint; 2],
+        share: f64,
+        target_move: &mut DividedMove<'_>,
+    ) -> Result<(), PostError> {
         let [from, to] = ends;
+        // Step 1: number of blocks, by the largest turn and by the bow of the tip.
         let turns = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs();
         let mut blocks = (turns.amax() / self.most_turn).ceil().max(1.0);
         let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
-        if self.target.control == Control::Axes && !leg.same {
-            let tolerance = if leg.rapid { RAPID_TOLERANCE } else { leg.tolerance[0] };
+        if self.target.control == Control::Axes && !target_move.same {
+            let tolerance =
+                if target_move.rapid { RAPID_TOLERANCE } else { target_move.tolerance[0] };
             let bow = 0.125 * bend(self.target.inverse.kinematics(), Control::Axes, pair)[0];
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
-            if !leg.rapid {
-                self.strayed[0] = self.strayed[0].max(leg.bowed + bow / (blocks * blocks));
+            if !target_move.rapid {
+                self.strayed[0] = self.strayed[0].max(target_move.bowed + bow / (blocks * blocks));
             }
         }
         if blocks > f64::from(MOST_PARTS) {
             return Err(PostError::Strays {
-                line: leg.line,
+                line: target_move.line,
                 strayed: [f64::INFINITY, 0.0],
                 tolerance: self.tolerance,
             });
         }
-        let looks = match self.target.control {
+        // Step 2: points inside each block, where the axes curve.
+        let points = match self.target.control {
             Control::Axes => 1.0,
             _ => (turns.sum() / blocks / TURN).ceil().max(1.0),
         };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
-        let [blocks, looks] = [blocks, looks].map(|count| count as u32);
-        let parts = blocks * looks;
+        let [blocks, points] = [blocks, points].map(|count| count as u32);
+        let parts = blocks * points;
         let mut before = from;
         for part in 1..=parts {
-            let stop = if part == parts {
+            let point = if part == parts {
                 to
             } else {
-                self.inside(pair, f64::from(part) / f64::from(parts), (leg, &before.q))?
+                self.inside(pair, f64::from(part) / f64::from(parts), target_move, &before.q)?
             };
-            leg.push(&before, &stop, (part.is_multiple_of(looks), share / f64::from(parts)));
-            before = stop;
+            let end = if part.is_multiple_of(points) { PartEnd::Block } else { PartEnd::Inside };
+            target_move.push(&before, &point, end, share / f64::from(parts));
+            before = point;
         }
         Ok(())
     }
 
-    /// Where the control is inside a block: tip straight, rotaries linear or the tool on the great circle.
+    /// Returns the position of the control inside a block: tip straight, rotaries linear or tool on a great circle.
     fn inside(
         &self,
         pair: [(&AxisVector, &ToolPose); 2],
         share: f64,
-        (leg, near): (&Leg<'_>, &AxisVector),
-    ) -> Result<Stop, PostError> {
+        target_move: &DividedMove<'_>,
+        near: &AxisVector,
+    ) -> Result<MachinePoint, PostError> {
         let inverse = &self.target.inverse;
         let kinematics = inverse.kinematics();
         match self.target.control {
             Control::GreatCircle => {
                 let pose = moved(kinematics, Control::GreatCircle, pair, share);
-                let pose = pose.ok_or(PostError::Reversal { line: leg.line })?;
+                let pose = pose.ok_or(PostError::Reversal { line: target_move.line })?;
                 let found = inverse.near(&pose, near);
-                let q = found.map_err(|error| PostError::reach(leg.line, error))?;
-                Ok(Stop { q, pose, source: q })
+                let q = found.map_err(|error| PostError::reach(target_move.line, error))?;
+                Ok(MachinePoint { q, pose, source: q })
             }
-            Control::Axes if leg.same => {
+            Control::Axes if target_move.same => {
                 let q = pair[0].0.lerp(pair[1].0, share);
-                Ok(Stop { q, pose: kinematics.forward(&q), source: q })
+                Ok(MachinePoint { q, pose: kinematics.forward(&q), source: q })
             }
-            _ => self.slid(pair, share, leg.line),
+            _ => self.slid(pair, share, target_move.line),
         }
     }
 
-    /// Tip straight, rotaries linear.
+    /// Returns the position at a share of a move with a straight tip and linear rotaries.
     fn slid(
         &self,
         pair: [(&AxisVector, &ToolPose); 2],
         share: f64,
         line: u32,
-    ) -> Result<Stop, PostError> {
+    ) -> Result<MachinePoint, PostError> {
         let inverse = &self.target.inverse;
         let mixed = pair[0].0.lerp(pair[1].0, share);
         let tip = pair[0].1.tip + (pair[1].1.tip - pair[0].1.tip) * share;
@@ -412,11 +467,11 @@ impl Course {
         let turns = [mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]].map(<Jet as Real>::constant);
         let found = inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns);
         let [q, ..] = found.map_err(|error| PostError::reach(line, error))?;
-        Ok(Stop { q, pose: inverse.kinematics().forward(&q), source: q })
+        Ok(MachinePoint { q, pose: inverse.kinematics().forward(&q), source: q })
     }
 }
 
-/// Angle of a chord between unit vectors, from above: `2 asin(c/2) <= c (1 + c²/20)` for chords up to 1.
+/// Bounds the angle of a chord between unit vectors from above: `2 asin(c/2) <= c (1 + c²/20)` for chords up to 1.
 fn angle_of(chord: f64) -> f64 {
     if chord > 1.0 { f64::INFINITY } else { chord * (1.0 + 0.05 * chord * chord) }
 }

@@ -3,7 +3,7 @@
 use super::{ProgramMoves, Turn, refused};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Setup};
-use crate::pipeline::post::PostError;
+use crate::post::error::{PostError, PostRemedy};
 
 impl ProgramMoves {
     /// Another tool goes into the spindle.
@@ -13,8 +13,7 @@ impl ProgramMoves {
         }
         let Some((only, before)) = self.only else {
             if self.tool.is_some_and(|before| before != number) && self.started {
-                let help = "say how long each tool is, --tool-length NUMBER=L for each; or post one: --tool NUMBER";
-                return Err(refused(line, "a second tool", help));
+                return Err(refused(line, "a second tool", PostRemedy::ToolLengths));
             }
             self.tool = Some(number);
             return Ok(());
@@ -50,8 +49,8 @@ impl ProgramMoves {
         }
         let found = self.lengths.iter().find(|(known, _)| *known == number);
         let Some(&(_, tool_length)) = found else {
-            let help = "say how long it is: --tool-length NUMBER=L, and --from-tool-length where it differs";
-            return Err(refused(line, "a tool whose length is not known", help));
+            let what = "a tool whose length is not known";
+            return Err(refused(line, what, PostRemedy::ToolLength));
         };
         let setup = Setup { tool_length, ..*self.kinematics().setup() };
         self.inverse = inverses(&Kinematics::new(self.kinematics().machine(), &setup))?;

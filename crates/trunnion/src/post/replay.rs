@@ -2,7 +2,8 @@
 
 mod tools;
 
-use super::{PostError, PostMove, PostPace};
+use super::error::{PostError, PostRemedy};
+use super::options::{PostMove, PostPace};
 use crate::blocks::Control;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
@@ -383,6 +384,6 @@ fn length_of(one: &Move, from: &Words, to: &Words) -> f64 {
     }
 }
 
-fn refused(line: u32, what: &'static str, help: &'static str) -> PostError {
-    PostError::Refused { line, what, help }
+fn refused(line: u32, what: &'static str, remedy: impl Into<PostRemedy>) -> PostError {
+    PostError::Refused { line, what, remedy: remedy.into() }
 }

@@ -1,36 +1,27 @@
-//! Fewer and smoother moves before they are posted: both within a tolerance of what was read.
+//! Smooths moves, or leaves moves out, before they are posted; both within a tolerance of the input.
 
-use super::{PostError, PostMove, PostPace, PostSource};
+use super::constants::LEVER;
+use super::error::PostError;
+use super::options::{PostFilter, PostMove, PostPace, PostSource};
+use super::smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use crate::blocks::{Control, bend, moved};
 use crate::math::angle::{angle_between, great_circle};
-use crate::pipeline::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use crate::toolpath::{Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother};
 use crate::types::{AxisVector, Station, ToolPose};
 use std::collections::VecDeque;
 
-/// What is done to moves before they are posted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PostFilter {
-    /// Nothing.
-    None,
-    /// A C3 path is laid through the moves between rapid ones, and cut into chords.
-    Smooth,
-    /// Moves are left out that a longer one stands for.
-    Reduce,
-}
-
-/// Shares of the tolerance: for the filter itself, for the chords of what was smoothed, and for the input's own bows.
+/// Shares of the tolerance for the filter itself, for the chords of a smoothed path, and for the bows of the input.
 ///
-/// Of some 25 splits tried on a program with long chords, one with very short ones and a waved part, at two tolerances
-/// each, this one took the least time within the limits of the axes: the looser the path, the less it turns; what is left
-/// for the way to the machine cuts chords finely just where rotaries turn fast.
+/// About 25 splits were tried, at two tolerances each, on a program with long chords, one with very short chords and a
+/// waved part. This split took the least time within the limits of the axes: the looser the path, the less it turns,
+/// and the remaining share makes chords fine only where rotaries turn fast.
 const SMOOTH: [f64; 3] = [0.8, 0.15, 0.01];
 
-/// The same for a control that moves the axes linearly: the bow of the tip needs a part, too, and is not much less than it
-/// where blocks are few.
+/// Shares for a control that moves the axes linearly: the bow of the tip needs a share, and nearly uses it up where
+/// blocks are few.
 const SMOOTH_AXES: [f64; 3] = [0.5, 0.1, 0.02];
 
-/// The same where moves are left out: the rest lets the planner round the corners, which are sharper.
+/// Shares where moves are left out: the remainder lets the planner round the corners, which are sharper.
 const REDUCE: [f64; 3] = [0.5, 0.0, 0.05];
 
 impl PostFilter {
@@ -43,28 +34,25 @@ impl PostFilter {
         }
     }
 
-    /// Share of the tolerance that is left for the way to the machine.
+    /// Returns the share of the tolerance that remains for the conversion to the machine.
     pub(super) fn left(self, control: Control) -> f64 {
         1.0 - self.shares(control).iter().sum::<f64>()
     }
 }
 
-/// Length at which a turn of the axis counts as movement where the tip stands \[mm/rad\].
-const LEVER: f64 = 10.0;
-
-/// Most moves that one stands for.
+/// Most moves that one move replaces.
 const MOST: usize = 256;
 
-/// Takes in moves, hands out those to post.
+/// Filter between the input and the poster.
 #[derive(Debug)]
-pub(super) struct Filter {
+pub(super) struct MoveFilter {
     kind: PostFilter,
     shares: [f64; 3],
     source: PostSource,
     tolerance: [f64; 2],
-    place: Option<PostMove>,
-    stretch: Option<Stretch>,
-    /// Moves that one may stand for.
+    last: Option<PostMove>,
+    run: Option<SmoothedRun>,
+    /// Moves that one move may replace.
     chain: Vec<PostMove>,
     start: Option<PostMove>,
     report: SmoothReport,
@@ -72,20 +60,20 @@ pub(super) struct Filter {
     reduced: [f64; 2],
 }
 
-/// Moves with feed between two rapid ones.
+/// Moves with feed between two rapid moves, being smoothed.
 #[derive(Debug)]
-struct Stretch {
+struct SmoothedRun {
     smoother: Box<Smoother>,
-    /// Feeds, each from a place along the path on.
+    /// Feeds, each from a path length \[mm\] on.
     feeds: VecDeque<(f64, f64)>,
     last: PostMove,
 }
 
-/// Share of a chord that may reach into the next move: places along the path are sums, and rounded.
+/// Share of a chord that may reach into the next move, since path lengths are rounded sums.
 const SLIVER: f64 = 1e-6;
 
-impl Stretch {
-    /// Feed of a part of the path. Parts come in order: what lies before is forgotten.
+impl SmoothedRun {
+    /// Returns the feed of a part of the path. Parts come in order: earlier feeds are dropped.
     fn feed(&mut self, [from, to]: [f64; 2]) -> f64 {
         let sliver = SLIVER * (to - from);
         while self.feeds.get(1).is_some_and(|(next, _)| *next <= from + sliver) {
@@ -100,14 +88,15 @@ impl Stretch {
     }
 }
 
-/// Feeds that differ by no more than this are one, which the program's words only round differently.
+/// Largest ratio of feeds that count as equal: the words of the program only round them differently.
 const ALIKE: f64 = 1.05;
 
 /// Moves shorter than this share of a chord do not decide its feed.
 const SHORT: f64 = 0.05;
 
-/// Feed of a chord that stands for moves of some lengths and feeds: the one that takes as long as they did, if they are
-/// alike; else the least of them.
+/// Returns the feed of a chord that replaces moves with these lengths \[mm\] and feeds.
+///
+/// Feeds that are alike give the one that takes as long as the moves did; otherwise the slowest feed is taken.
 fn common_feed(parts: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     let (length, time) = parts
         .clone()
@@ -118,10 +107,11 @@ fn common_feed(parts: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     if mean <= ALIKE * least { mean } else { least }
 }
 
-impl Filter {
-    /// `control`: of the target.
+impl MoveFilter {
+    /// Creates a filter; `control` is that of the target.
     pub(super) fn new(
-        (kind, control): (PostFilter, Control),
+        kind: PostFilter,
+        control: Control,
         source: PostSource,
         tolerance: [f64; 2],
     ) -> Self {
@@ -130,8 +120,8 @@ impl Filter {
             shares: kind.shares(control),
             source,
             tolerance,
-            place: None,
-            stretch: None,
+            last: None,
+            run: None,
             chain: Vec::new(),
             start: None,
             report: SmoothReport::default(),
@@ -139,7 +129,7 @@ impl Filter {
         }
     }
 
-    /// Bounds on what it moved tip \[mm\] and axis \[rad\].
+    /// Bounds the deviation of the filtered moves: tip \[mm\], axis \[rad\].
     pub(super) fn strayed(&self) -> [f64; 2] {
         let [_, chords, bows] = self.shares;
         let share = chords + bows;
@@ -158,18 +148,19 @@ impl Filter {
         }
     }
 
-    /// The next move begins where this one ends; it itself is not handed out.
+    /// Starts the next move at the end of this one, which is not handed out.
     pub(super) fn start_at(&mut self, one: &PostMove) {
-        (self.place, self.start) = (Some(*one), Some(*one));
+        self.last = Some(*one);
+        self.start = Some(*one);
     }
 
-    /// Takes in a move; those to post are appended.
+    /// Takes in a move, and appends the moves to post.
     pub(super) fn push(
         &mut self,
         one: &PostMove,
         out: &mut Vec<PostMove>,
     ) -> Result<(), PostError> {
-        let Some(before) = self.place.replace(*one) else {
+        let Some(before) = self.last.replace(*one) else {
             out.push(*one);
             self.start = Some(*one);
             return Ok(());
@@ -195,16 +186,16 @@ impl Filter {
         Ok(())
     }
 
-    /// Ends a stretch between rapid moves.
+    /// Ends the moves between two rapid moves.
     pub(super) fn finish(&mut self, out: &mut Vec<PostMove>) -> Result<(), PostError> {
-        if let Some(stretch) = self.stretch.take() {
-            self.end(stretch, out)?;
+        if let Some(run) = self.run.take() {
+            self.end(run, out)?;
         }
         self.hand_out(out);
         Ok(())
     }
 
-    /// A move as straight ones with the tool on great circles, within a small share of the tolerance.
+    /// Divides a move into straight ones with the tool on great circles, within a small share of the tolerance.
     fn chords(
         &self,
         from: &PostMove,
@@ -246,30 +237,32 @@ impl Filter {
         Ok(chords)
     }
 
+    /// Adds a chord to the smoother, and appends the moves whose path is final.
     fn smooth(
         &mut self,
         one: &PostMove,
         feed: f64,
         out: &mut Vec<PostMove>,
     ) -> Result<(), PostError> {
-        let mut stretch = match self.stretch.take() {
-            Some(stretch) => stretch,
+        let mut run = match self.run.take() {
+            Some(run) => run,
             None => self.begin(one)?,
         };
-        let told = |error: SmoothError| smoothing(&error, one.line);
-        if stretch.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
-            stretch.feeds.push_back((stretch.smoother.along(), feed));
+        let at_line = |error: SmoothError| smoothing(&error, one.line);
+        if run.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
+            run.feeds.push_back((run.smoother.along(), feed));
         }
-        stretch.smoother.push(&station(&one.pose)).map_err(told)?;
-        stretch.last = *one;
-        for span in &stretch.smoother.take() {
-            self.cut(&mut stretch, span, out);
+        run.smoother.push(&station(&one.pose)).map_err(at_line)?;
+        run.last = *one;
+        for span in &run.smoother.take() {
+            self.cut(&mut run, span, out);
         }
-        self.stretch = Some(stretch);
+        self.run = Some(run);
         Ok(())
     }
 
-    fn begin(&self, one: &PostMove) -> Result<Stretch, PostError> {
+    /// Starts a smoother at the end of the move before.
+    fn begin(&self, one: &PostMove) -> Result<SmoothedRun, PostError> {
         let [tip, axis] = self.tolerance.map(|most| self.shares[0] * most);
         let options = SmoothOptions {
             tip,
@@ -281,25 +274,26 @@ impl Filter {
             largest_blend: LARGEST_BLEND,
             window: WINDOW_STATIONS,
         };
-        let told = |error: SmoothError| smoothing(&error, one.line);
-        let mut smoother = Smoother::new(&options).map_err(told)?;
+        let at_line = |error: SmoothError| smoothing(&error, one.line);
+        let mut smoother = Smoother::new(&options).map_err(at_line)?;
         if let Some(start) = &self.start {
-            smoother.push(&station(&start.pose)).map_err(told)?;
+            smoother.push(&station(&start.pose)).map_err(at_line)?;
         }
-        Ok(Stretch { smoother: Box::new(smoother), feeds: VecDeque::new(), last: *one })
+        Ok(SmoothedRun { smoother: Box::new(smoother), feeds: VecDeque::new(), last: *one })
     }
 
-    fn end(&mut self, mut stretch: Stretch, out: &mut Vec<PostMove>) -> Result<(), PostError> {
-        let last = stretch.last;
-        let smoother = std::mem::replace(&mut stretch.smoother, self.begin(&last)?.smoother);
+    /// Finishes a smoother, and appends its last moves.
+    fn end(&mut self, mut run: SmoothedRun, out: &mut Vec<PostMove>) -> Result<(), PostError> {
+        let last = run.last;
+        let smoother = std::mem::replace(&mut run.smoother, self.begin(&last)?.smoother);
         match smoother.finish() {
             Ok((spans, report)) => {
                 self.report.add(&report);
                 for span in &spans {
-                    self.cut(&mut stretch, span, out);
+                    self.cut(&mut run, span, out);
                 }
             }
-            // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
+            // Too few stations to smooth: all of them are within a small part of the tolerance of the last.
             Err(SmoothError::Stations(_)) => out.push(last),
             Err(error) => return Err(smoothing(&error, last.line)),
         }
@@ -307,22 +301,22 @@ impl Filter {
         Ok(())
     }
 
-    /// Chords of a span, each at the feed of the moves it stands for.
-    fn cut(&self, stretch: &mut Stretch, span: &SmoothSpan, out: &mut Vec<PostMove>) {
+    /// Appends the chords of a span, each at the feed of the moves it replaces.
+    fn cut(&self, run: &mut SmoothedRun, span: &SmoothSpan, out: &mut Vec<PostMove>) {
         let [tip, axis] = self.tolerance.map(|most| self.shares[1] * most);
         let parts = span.chords(tip, axis);
         let [start, end] = span.range;
         let width = (end - start) / f64::from(parts);
         for part in 1..=parts {
             let to = start + width * f64::from(part);
-            let pace = PostPace::Feed(stretch.feed([to - width, to]));
+            let pace = PostPace::Feed(run.feed([to - width, to]));
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
-                out.push(PostMove { pose, pace, ..stretch.last });
+                out.push(PostMove { pose, pace, ..run.last });
             }
         }
     }
 
-    /// Leaves moves out as long as one stands for them.
+    /// Collects moves as long as one move can replace them.
     fn reduce(&mut self, one: &PostMove, out: &mut Vec<PostMove>) {
         let Some(start) = self.start else { return out.push(*one) };
         self.chain.push(*one);
@@ -338,7 +332,7 @@ impl Filter {
         self.chain.push(*one);
     }
 
-    /// One move for those of the chain.
+    /// Appends one move for those of the chain.
     fn hand_out(&mut self, out: &mut Vec<PostMove>) {
         if let (Some(start), Some(last)) = (self.start, self.chain.last().copied()) {
             let pace = PostPace::Feed(common_feed(lengths(&start, &self.chain)));
@@ -349,7 +343,7 @@ impl Filter {
     }
 }
 
-/// Way of the tip of each move \[mm\] and its feed \[mm/s\].
+/// Returns the travel of the tip in each move \[mm\] and its feed \[mm/s\].
 fn lengths<'a>(
     start: &'a PostMove,
     chain: &'a [PostMove],
@@ -361,7 +355,7 @@ fn lengths<'a>(
     })
 }
 
-/// The feeds of moves that are not short among them are alike.
+/// Returns true if the feeds of all moves but the shortest are alike.
 fn alike(start: &PostMove, chain: &[PostMove]) -> bool {
     let length: f64 = lengths(start, chain).map(|(part, _)| part).sum();
     let long = lengths(start, chain).filter(|(part, _)| *part >= SHORT * length);
@@ -370,11 +364,11 @@ fn alike(start: &PostMove, chain: &[PostMove]) -> bool {
     most <= ALIKE * least
 }
 
-/// Bounds on how far a move to the last of some strays from all of them: tip \[mm\], axis \[rad\].
+/// Bounds the deviation of a single move from the chain that it replaces: tip \[mm\], axis \[rad\].
 ///
-/// Each is matched with the share of the move nearest to it, in order; between two of them both tips run straight, so
-/// that none is farther off than at an end, and two great circles part by no more than an eighth of the squares of
-/// their turns.
+/// Each end of the chain is matched with the nearest share of the move, in order. Between two ends both tips run
+/// straight, so that none is farther off than at an end. Two great circles part by no more than an eighth of the
+/// squares of their turns.
 fn chord_off(start: &ToolPose, chain: &[PostMove]) -> [f64; 2] {
     let Some(end) = chain.last().map(|last| last.pose) else { return [0.0; 2] };
     let chord = end.tip - start.tip;
@@ -385,15 +379,16 @@ fn chord_off(start: &ToolPose, chain: &[PostMove]) -> [f64; 2] {
     for one in chain {
         let pose = &one.pose;
         let share = if square > 0.0 { (pose.tip - start.tip).dot(&chord) / square } else { 1.0 };
-        // In order: going back counts as standing still.
+        // Shares must not decrease: going back counts as standing still.
         let share = share.clamp(before.0, 1.0);
         let Some(axis) = great_circle(&start.axis, &end.axis, share) else {
             return [f64::INFINITY; 2];
         };
         let own = angle_between(&before.1.axis, &pose.axis);
-        let run = whole * (share - before.0);
+        let turned = whole * (share - before.0);
         off[0] = off[0].max((start.tip + chord * share - pose.tip).norm());
-        off[1] = off[1].max(angle_between(&axis, &pose.axis) + 0.125 * (own * own + run * run));
+        off[1] =
+            off[1].max(angle_between(&axis, &pose.axis) + 0.125 * (own * own + turned * turned));
         before = (share, *pose);
     }
     off
@@ -432,19 +427,20 @@ mod tests {
         let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
         let last =
             PostMove { line: 1, pose, q: None, pace: PostPace::Rapid, way: Control::GreatCircle };
-        let filter = Filter::new(
-            (PostFilter::Smooth, Control::GreatCircle),
+        let filter = MoveFilter::new(
+            PostFilter::Smooth,
+            Control::GreatCircle,
             PostSource::Locations,
             [0.01, 1e-3],
         );
-        let mut stretch = filter.begin(&last).unwrap();
+        let mut run = filter.begin(&last).unwrap();
         // 30 mm/s for 5 mm, 2 for 1 mm, then 20.
-        stretch.feeds = [(0.0, 30.0), (5.0, 2.0), (6.0, 20.0)].into();
+        run.feeds = [(0.0, 30.0), (5.0, 2.0), (6.0, 20.0)].into();
         let feeds: Vec<f64> = [[0.0, 2.0], [2.0, 5.0], [5.0, 5.5], [5.5, 7.0], [7.0, 9.0]]
             .into_iter()
-            .map(|part| stretch.feed(part))
+            .map(|part| run.feed(part))
             .collect();
         assert_eq!(feeds, [30.0, 30.0, 2.0, 2.0, 20.0]);
-        assert_eq!(stretch.feeds.len(), 1);
+        assert_eq!(run.feeds.len(), 1);
     }
 }

@@ -1,7 +1,8 @@
-//! Which way round the rotaries go: looked at ahead, so that a cut stays inside travel; where none does, the rotaries
-//! go round off the part.
+//! Rotary solutions, chosen ahead so that a cut stays inside travel.
+//!
+//! Where no solution keeps a cut inside travel, the tool retracts and the rotaries unwind off the part.
 
-use super::{PostMove, PostPace};
+use super::options::{PostMove, PostPace};
 use crate::inverse::{Inverse, Solutions};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
@@ -9,57 +10,59 @@ use crate::types::{AxisVector, ToolPose};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Most moves that are looked at ahead.
+/// Look-ahead \[moves\].
 const WINDOW: usize = 1 << 16;
 
-/// Last way back to the part, at the feed of the cut \[mm\].
+/// Length of the return to the part that runs at the feed of the cut \[mm\].
 const APPROACH: f64 = 1.0;
 
-/// Most lines of retracts that are told.
-const MOST_TOLD: usize = 1000;
+/// Most lines of retracts that are reported.
+const MOST_REPORTED: usize = 1000;
 
-/// A move and how it is to be run.
+/// Move with the axes chosen for its end.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Planned {
+pub(super) struct PlannedMove {
     pub(super) one: PostMove,
-    /// Axes at its end; without it those near the ones before.
-    pub(super) stand: Option<AxisVector>,
-    /// Part of a retract.
-    pub(super) part: Option<Part>,
+    /// Axes at its end; `None` takes the solution near the axes before.
+    pub(super) axes: Option<AxisVector>,
+    /// Phase of a retract; `None` for a move of the input.
+    pub(super) phase: Option<RetractPhase>,
 }
 
-/// Parts of a retract.
+/// Phases of a retract.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum RetractPhase {
+    /// The tool leaves the part along its axis.
     Out,
-    /// The tip stands, the rotaries turn.
+    /// The tip stands still, the rotaries turn.
     Turn,
+    /// The tool returns.
     Back,
 }
 
-/// Holds moves back until it is known how far the ways to run them lead.
+/// Planner that holds moves back until the rotary solutions for a whole cut are known.
 #[derive(Debug, Clone)]
-pub(super) struct Ahead {
-    /// `None`: moves are run as they come.
+pub(super) struct RotaryPlanner {
+    /// `None`: moves are passed on unchanged.
     inverse: Option<Inverse>,
-    /// How far the tool retracts along its axis \[mm\].
+    /// Retract along the tool axis \[mm\]; `None` forbids retracts.
     unwind: Option<f64>,
-    /// Rapid moves, then those of a cut.
+    /// Rapid moves, followed by those of a cut.
     pending: VecDeque<PostMove>,
-    /// Axes at the end of what was planned.
+    /// Axes at the end of the planned moves.
     at: Option<AxisVector>,
-    /// Lines of the input before which it retracted.
+    /// Lines of the input before which the tool retracts.
     pub(super) unwound: Vec<u32>,
 }
 
-impl Ahead {
-    /// `inverse`: of the target, if its rotaries are chosen here.
+impl RotaryPlanner {
+    /// Creates a planner; `inverse` is that of the target, if its rotaries are chosen here.
     pub(super) fn new(inverse: Option<Inverse>, unwind: Option<f64>) -> Self {
         Self { inverse, unwind, pending: VecDeque::new(), at: None, unwound: Vec::new() }
     }
 
-    /// Takes in a move; those that are planned are appended.
-    pub(super) fn push(&mut self, one: &PostMove, out: &mut Vec<Planned>) {
+    /// Takes in a move, and appends the moves that are planned.
+    pub(super) fn push(&mut self, one: &PostMove, out: &mut Vec<PlannedMove>) {
         if self.inverse.is_none() {
             return out.push(plain(*one));
         }
@@ -71,35 +74,37 @@ impl Ahead {
         self.pending.push_back(*one);
     }
 
-    /// Plans all that was held back.
-    pub(super) fn finish(&mut self, out: &mut Vec<Planned>) {
+    /// Plans all moves that are held back.
+    pub(super) fn finish(&mut self, out: &mut Vec<PlannedMove>) {
         let moves: Vec<PostMove> = self.pending.drain(..).collect();
         let Some(inverse) = self.inverse.take() else { return };
         let planned = out.len();
         if self.plan(&inverse, &moves, out).is_none() {
-            // Something is out of reach: whoever runs the moves says what.
+            // A pose is out of reach: the subdivision reports which.
             out.truncate(planned);
             out.extend(moves.into_iter().map(plain));
         }
         self.inverse = Some(inverse);
     }
 
+    /// Plans rapid moves and the cut behind them; `None` if a pose is out of reach.
     fn plan(
         &mut self,
         inverse: &Inverse,
         moves: &[PostMove],
-        out: &mut Vec<Planned>,
+        out: &mut Vec<PlannedMove>,
     ) -> Option<()> {
         let home = inverse.kinematics().machine().home();
         let rapid = |one: &&PostMove| one.pace == PostPace::Rapid;
-        // The first move of all says where the program starts.
+        // Step 1: separate the rapid moves from the cut. The very first move sets the starting position.
         let least = usize::from(self.at.is_none());
         let rapids = moves.iter().take_while(rapid).count().max(least).min(moves.len());
-        let (way, cut) = moves.split_at(rapids);
+        let (air, cut) = moves.split_at(rapids);
+        // Step 2: follow the rapid moves; at the last, choose the solution that leads farthest along the cut.
         let mut near = self.at.unwrap_or(home);
         let mut reach = None;
-        for (index, one) in way.iter().enumerate() {
-            let last = index + 1 == way.len();
+        for (index, one) in air.iter().enumerate() {
+            let last = index + 1 == air.len();
             let (q, followed) = if last && !cut.is_empty() {
                 choose(inverse, &one.pose, &near, cut)?
             } else {
@@ -107,21 +112,23 @@ impl Ahead {
             };
             reach = Some(followed);
             near = q;
-            out.push(Planned { stand: Some(q), ..plain(*one) });
+            out.push(PlannedMove { axes: Some(q), ..plain(*one) });
         }
+        // Step 3: plan the cut, with a retract wherever travel ends.
         let reach = reach.unwrap_or_else(|| follow(inverse, near, cut).0);
-        self.at = Some(self.cut(inverse, near, (cut, reach), out)?);
+        self.at = Some(self.cut(inverse, near, CutAhead { moves: cut, reach }, out)?);
         Some(())
     }
 
-    /// A cut from axes on, which lead so many moves far; axes at its end.
+    /// Plans a cut that starts at the axes `q`; returns the axes at its end.
     fn cut(
         &mut self,
         inverse: &Inverse,
         mut q: AxisVector,
-        (mut rest, mut reach): (&[PostMove], usize),
-        out: &mut Vec<Planned>,
+        ahead: CutAhead<'_>,
+        out: &mut Vec<PlannedMove>,
     ) -> Option<AxisVector> {
+        let CutAhead { moves: mut rest, mut reach } = ahead;
         loop {
             let (fits, left) = rest.split_at(reach.min(rest.len()));
             q = follow(inverse, q, fits).1;
@@ -133,8 +140,8 @@ impl Ahead {
             if further == 0 {
                 return None;
             }
-            retract(inverse, (next, &pose, length), to, out)?;
-            if self.unwound.len() < MOST_TOLD {
+            out.extend(retract(inverse, next, &pose, length, to)?);
+            if self.unwound.len() < MOST_REPORTED {
                 self.unwound.push(next.line);
             }
             (q, rest, reach) = (to, left, further);
@@ -142,30 +149,39 @@ impl Ahead {
     }
 }
 
-fn plain(one: PostMove) -> Planned {
-    Planned { one, stand: None, part: None }
+/// Cut that is still to be planned.
+struct CutAhead<'a> {
+    moves: &'a [PostMove],
+    /// Number of moves that can be followed inside travel.
+    reach: usize,
 }
 
-/// Out along the tool axis, rotaries round, and back to the same place.
+fn plain(one: PostMove) -> PlannedMove {
+    PlannedMove { one, axes: None, phase: None }
+}
+
+/// Returns the moves of a retract: out along the tool axis, rotaries to `to`, and back to the same pose.
 fn retract(
     inverse: &Inverse,
-    (next, pose, length): (&PostMove, &ToolPose, f64),
+    next: &PostMove,
+    pose: &ToolPose,
+    length: f64,
     to: AxisVector,
-    out: &mut Vec<Planned>,
-) -> Option<()> {
+) -> Option<[PlannedMove; 4]> {
     let up = |by: f64| ToolPose { tip: pose.tip + pose.axis.scale(by), ..*pose };
     let far = up(length);
     let turned = inverse.near_inside(&far, &to).ok()?;
     let rapid = |pose: ToolPose| PostMove { pose, q: None, pace: PostPace::Rapid, ..*next };
-    let part = |one: PostMove, stand, part| Planned { one, stand, part: Some(part) };
-    out.push(part(rapid(far), None, Part::Out));
-    out.push(part(rapid(far), Some(turned), Part::Turn));
-    out.push(part(rapid(up(APPROACH.min(length))), None, Part::Back));
-    out.push(part(PostMove { pose: *pose, q: None, ..*next }, Some(to), Part::Back));
-    Some(())
+    let planned = |one: PostMove, axes, phase| PlannedMove { one, axes, phase: Some(phase) };
+    Some([
+        planned(rapid(far), None, RetractPhase::Out),
+        planned(rapid(far), Some(turned), RetractPhase::Turn),
+        planned(rapid(up(APPROACH.min(length))), None, RetractPhase::Back),
+        planned(PostMove { pose: *pose, q: None, ..*next }, Some(to), RetractPhase::Back),
+    ])
 }
 
-/// How many moves can be followed inside travel from axes on, and the axes at the end of them.
+/// Returns the number of moves that can be followed inside travel, and the axes at their end.
 fn follow(inverse: &Inverse, from: AxisVector, moves: &[PostMove]) -> (usize, AxisVector) {
     let machine = inverse.kinematics().machine();
     let mut q = from;
@@ -178,7 +194,9 @@ fn follow(inverse: &Inverse, from: AxisVector, moves: &[PostMove]) -> (usize, Ax
     (moves.len(), q)
 }
 
-/// Axes at a pose from which most moves can be followed; where several lead as far, those nearest to the ones before.
+/// Returns the axes at a pose from which most moves can be followed, and the number of these moves.
+///
+/// Of several that lead equally far it takes those nearest to the axes before.
 fn choose(
     inverse: &Inverse,
     pose: &ToolPose,
@@ -191,7 +209,7 @@ fn choose(
         return Some(best);
     }
     let away = |q: &AxisVector| (q - near).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
-    for q in stands(inverse, pose, near) {
+    for q in solutions(inverse, pose, near) {
         let reach = follow(inverse, q, moves).0;
         if reach > best.1 || (reach == best.1 && away(&q) < away(&best.0)) {
             best = (q, reach);
@@ -200,8 +218,8 @@ fn choose(
     Some(best)
 }
 
-/// All axis positions at a pose inside travel; of endless axes the turn near those before.
-fn stands(inverse: &Inverse, pose: &ToolPose, near: &AxisVector) -> Vec<AxisVector> {
+/// Returns all axis positions inside travel at a pose; of endless axes only the turn nearest to `near`.
+fn solutions(inverse: &Inverse, pose: &ToolPose, near: &AxisVector) -> Vec<AxisVector> {
     let machine = inverse.kinematics().machine();
     let turns = |value: f64, axis: usize| -> Vec<f64> {
         let [low, high] = machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);

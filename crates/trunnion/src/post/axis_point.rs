@@ -1,0 +1,116 @@
+//! Points on the way of the axes, and the move they divide.
+
+use super::constants::SMALLEST_LENGTH;
+use crate::machine::FIRST_ROTARY;
+use crate::types::{AxisVector, ToolPose};
+
+/// Axis position with the tool pose it produces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AxesPose {
+    pub(super) q: AxisVector,
+    pub(super) pose: ToolPose,
+}
+
+impl AxesPose {
+    /// Borrows both parts.
+    pub(super) fn pair(&self) -> (&AxisVector, &ToolPose) {
+        (&self.q, &self.pose)
+    }
+}
+
+/// Point that the axes pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AxisPoint {
+    pub(super) q: AxisVector,
+    pub(super) pose: ToolPose,
+    /// True if a block ends here.
+    pub(super) block: bool,
+    /// True for the first point of a retract.
+    pub(super) goes_out: bool,
+    /// Least time from the point before, as programmed; `None` for rapid \[s\].
+    pub(super) least: Option<f64>,
+    /// Travel of the tip from the point before \[mm\].
+    pub(super) tip: f64,
+    /// Travel of both rotaries from the point before, root of the sum of squares \[rad\].
+    pub(super) turn: f64,
+    /// Travel of tip and rotaries between the rounded words, as far as F refers to them \[mm, rad\].
+    pub(super) written: [f64; 2],
+    /// Programmed time per travel of the tip \[s/mm\]; 0 where the input gives a time.
+    pub(super) per_way: f64,
+    /// Part of the cut, where some parts are smoothed.
+    pub(super) part: usize,
+}
+
+impl AxisPoint {
+    /// Returns the axes with their pose.
+    pub(super) fn end(&self) -> AxesPose {
+        AxesPose { q: self.q, pose: self.pose }
+    }
+
+    /// Returns the travel by which a block's time is shared out.
+    ///
+    /// The tip keeps its speed inside a block; where it stands still, both rotaries together do.
+    pub(super) fn size(&self) -> f64 {
+        if self.tip > SMALLEST_LENGTH { self.tip } else { self.turn }
+    }
+}
+
+/// Position of the machine between two moves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MachinePoint {
+    pub(super) q: AxisVector,
+    pub(super) pose: ToolPose,
+    /// Axes of the machine that the input is for.
+    pub(super) source: AxisVector,
+}
+
+/// End of a part of a move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PartEnd {
+    /// A block of the program ends.
+    Block,
+    /// The block goes on.
+    Inside,
+}
+
+/// Move that is divided into axis points.
+pub(super) struct DividedMove<'a> {
+    pub(super) line: u32,
+    pub(super) rapid: bool,
+    /// True if the target control does exactly what the input does.
+    pub(super) same: bool,
+    pub(super) tolerance: [f64; 2],
+    /// Tip tolerance that the way to the poses may have used up \[mm\].
+    pub(super) bowed: f64,
+    pub(super) per_length: f64,
+    pub(super) per_share: f64,
+    pub(super) per_way: f64,
+    pub(super) out: &'a mut Vec<AxisPoint>,
+}
+
+impl DividedMove<'_> {
+    /// Appends the point `to`, which ends a part with this share of the move.
+    pub(super) fn push(
+        &mut self,
+        from: &MachinePoint,
+        to: &MachinePoint,
+        end: PartEnd,
+        share: f64,
+    ) {
+        let tip = (to.pose.tip - from.pose.tip).norm();
+        let turn = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).norm();
+        let least = self.per_length * tip + self.per_share * share;
+        self.out.push(AxisPoint {
+            q: to.q,
+            pose: to.pose,
+            block: end == PartEnd::Block,
+            goes_out: false,
+            least: (!self.rapid).then_some(least),
+            tip,
+            turn,
+            written: [tip, turn],
+            per_way: self.per_way,
+            part: 0,
+        });
+    }
+}

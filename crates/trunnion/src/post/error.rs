@@ -1,0 +1,161 @@
+//! Errors of posting, with the line of the input and the remedy.
+
+use crate::feed::FeedError;
+use crate::inverse::InverseError;
+use crate::nc::write::WriteError;
+use crate::toolpath::SmoothError;
+use crate::types::Diagnostics;
+
+/// Reason for refusing an input.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PostError {
+    /// A pose is out of reach.
+    #[error("{error}")]
+    Reach {
+        /// Line of the input.
+        line: u32,
+        /// Error of the inverse kinematics.
+        error: Box<InverseError>,
+    },
+    /// The machine cannot follow a move.
+    #[error(
+        "the machine deviates from this move by {:.4} mm and {:.4} deg, more than {:.4} mm and {:.4} deg, however \
+         finely it is divided: a rotary axis reaches the end of its travel and takes the long way round",
+        strayed[0], strayed[1].to_degrees(), tolerance[0], tolerance[1].to_degrees()
+    )]
+    Strays {
+        /// Line of the input.
+        line: u32,
+        /// Bounds on the deviation: mm, rad.
+        strayed: [f64; 2],
+        /// Tolerance: mm, rad.
+        tolerance: [f64; 2],
+    },
+    /// The input contains something that cannot be posted.
+    #[error("{what} cannot be posted")]
+    Refused {
+        /// Line of the input.
+        line: u32,
+        /// The thing that cannot be posted.
+        what: &'static str,
+        /// Way out.
+        remedy: PostRemedy,
+    },
+    /// Smoothing failed.
+    #[error("{error}")]
+    Smooth {
+        /// Line of the input.
+        line: u32,
+        /// Error of the smoother.
+        error: SmoothError,
+    },
+    /// The tool axis turns to its opposite in one move.
+    #[error("the tool axis turns by half a turn in one move: its path is not defined")]
+    Reversal {
+        /// Line of the input.
+        line: u32,
+    },
+    /// The input has no motion.
+    #[error("there is no motion to write")]
+    Empty,
+    /// Planning failed.
+    #[error(transparent)]
+    Feed(#[from] FeedError),
+    /// Writing failed.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The written text means something else than was intended.
+    #[error("the program was read back: {0}")]
+    ReadBack(#[from] ReadBackError),
+}
+
+/// Way out of a [`PostError`]; a shell names its own options for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PostRemedy {
+    /// No remedy is known.
+    None,
+    /// Move the workpiece origin, or rotate the workpiece.
+    MoveOrRotatePart,
+    /// Rotate the workpiece, or choose another machine.
+    RotatePart,
+    /// Allow retracts ([`PostOptions::unwind`](super::PostOptions::unwind)), divide the cut, or rotate the workpiece.
+    UnwindOrRotatePart,
+    /// Give the length of every tool, or post one tool only.
+    ToolLengths,
+    /// Give the length of this tool.
+    ToolLength,
+    /// Inspect the input.
+    InspectInput,
+    /// Plain advice that names no option.
+    Advice(&'static str),
+}
+
+impl From<&'static str> for PostRemedy {
+    fn from(advice: &'static str) -> Self {
+        Self::Advice(advice)
+    }
+}
+
+impl PostError {
+    pub(super) fn reach(line: u32, error: InverseError) -> Self {
+        Self::Reach { line, error: Box::new(error) }
+    }
+
+    /// Returns the line of the input that caused the error; 0 for the input as a whole.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::post::PostError;
+    ///
+    /// assert_eq!(PostError::Reversal { line: 7 }.line(), 7);
+    /// assert_eq!(PostError::Empty.line(), 0);
+    /// ```
+    pub fn line(&self) -> u32 {
+        match self {
+            Self::Reach { line, .. }
+            | Self::Strays { line, .. }
+            | Self::Refused { line, .. }
+            | Self::Smooth { line, .. }
+            | Self::Reversal { line } => *line,
+            _ => 0,
+        }
+    }
+
+    /// Returns the way out, for a shell to put into words.
+    pub fn remedy(&self) -> PostRemedy {
+        match self {
+            Self::Reach { error, .. } if matches!(**error, InverseError::OutOfTravel(_)) => {
+                PostRemedy::MoveOrRotatePart
+            }
+            Self::Reach { .. } => PostRemedy::RotatePart,
+            Self::Strays { .. } => PostRemedy::UnwindOrRotatePart,
+            Self::Refused { remedy, .. } => *remedy,
+            Self::Reversal { .. } => PostRemedy::Advice("insert locations between"),
+            Self::Empty => PostRemedy::InspectInput,
+            Self::ReadBack(_) => PostRemedy::Advice(
+                "check which modes the template and the strings of the machine file switch on before",
+            ),
+            _ => PostRemedy::None,
+        }
+    }
+}
+
+/// Result of reading a written program back, where it fails.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadBackError {
+    /// The text means something else than was intended.
+    #[error("line {line} of the program: {what}")]
+    Differs {
+        /// Line of the program.
+        line: u32,
+        /// Value read, and value intended.
+        what: String,
+    },
+    /// The reader does not understand all of the text.
+    #[error("not understood: {}", .0.first().map(ToString::to_string).unwrap_or_default())]
+    Unread(Diagnostics),
+}

@@ -1,0 +1,374 @@
+//! Entry point: takes the moves of an input one by one and writes the program.
+
+mod output;
+
+use super::axis_point::{AxesPose, AxisPoint};
+use super::error::PostError;
+use super::filter::MoveFilter;
+use super::options::{PostFilter, PostMove, PostOptions, PostPace, PostSource, ProgramHead};
+use super::read_back::ReadBack;
+use super::report::PostReport;
+use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
+use super::rounded_words::RoundedWords;
+use super::smoothing_choice::{MoveGroup, SmoothingChoice};
+use super::subdivision::Subdivider;
+use super::timing::{AxisLoad, PointTimer, TimedPoint};
+use crate::inverse::Inverse;
+use crate::machine::Kinematics;
+use crate::nc::write::{Dialect, ProgramWriter, Style};
+use crate::types::AxisVector;
+use std::collections::VecDeque;
+
+/// Posts the moves of an input one by one.
+///
+/// The moves pass the stages of the module in order; each holds back as many as it must look ahead.
+#[derive(Debug)]
+pub struct Poster {
+    kinematics: Kinematics,
+    options: PostOptions,
+    style: Style,
+    subdivider: Subdivider,
+    source: PostSource,
+    filter: MoveFilter,
+    filtered: Vec<PostMove>,
+    /// Moves for which smoothing is not yet decided.
+    group: MoveGroup,
+    rotaries: RotaryPlanner,
+    planned: Vec<PlannedMove>,
+    /// Programmed speeds of the moves that the rotary planner holds back.
+    asked: VecDeque<PostPace>,
+    /// End of the last move of the input, on the machine, if the moves are filtered.
+    read: Option<AxesPose>,
+    output: Option<ProgramOutput>,
+    points: Vec<AxisPoint>,
+    timed: Vec<TimedPoint>,
+    /// Times and axis load of the input.
+    before: FeedTally,
+    /// Times and axis load of the output.
+    after: FeedTally,
+    report: PostReport,
+}
+
+/// Times and axis load of the input or of the output.
+#[derive(Debug)]
+struct FeedTally {
+    load: AxisLoad,
+    seconds: f64,
+    model: f64,
+    cutting: bool,
+}
+
+impl FeedTally {
+    fn new(kinematics: &Kinematics) -> Self {
+        let load = AxisLoad::new(kinematics.machine());
+        Self { load, seconds: 0.0, model: 0.0, cutting: false }
+    }
+
+    /// Counts a rapid move, before which the axes come to rest.
+    fn rapid(&mut self) {
+        if self.cutting {
+            self.load.rest();
+        }
+        self.cutting = false;
+    }
+}
+
+/// Program that is being written; it exists from the first move on.
+#[derive(Debug)]
+struct ProgramOutput {
+    timer: PointTimer,
+    writer: ProgramWriter,
+    /// Reads what the writer writes; `None` once it does not understand the text.
+    read_back: Option<ReadBack>,
+    /// Last point whose time is known.
+    at: AxesPose,
+    /// End of the last block.
+    block: AxesPose,
+    /// Time \[s\], travel of the tip \[mm\] and of the rotaries \[rad\] since the last block end, as written.
+    waiting: [f64; 3],
+    /// Points since the last block end: their largest axis travel ([`Subdivider::fastest`]), and their share of the block.
+    inside: Vec<(AxisVector, f64)>,
+    words: RoundedWords,
+}
+
+impl Poster {
+    /// Creates a poster for `kinematics`, whose program has this style.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn new(
+        kinematics: &Kinematics,
+        source: PostSource,
+        options: &PostOptions,
+        style: &Style,
+    ) -> Result<Self, PostError> {
+        let share = options.filter.left(options.control);
+        let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
+        Ok(Self {
+            kinematics: kinematics.clone(),
+            options: *options,
+            style: *style,
+            filter: MoveFilter::new(
+                options.filter,
+                options.control,
+                source.clone(),
+                options.tolerance,
+            ),
+            filtered: Vec::new(),
+            group: MoveGroup::default(),
+            rotaries: RotaryPlanner::new(chooses(kinematics, &source, style)?, options.unwind),
+            planned: Vec::new(),
+            asked: VecDeque::new(),
+            read: None,
+            subdivider: Subdivider::new(kinematics, source.clone(), &rest)?,
+            source,
+            output: None,
+            points: Vec::new(),
+            timed: Vec::new(),
+            before: FeedTally::new(kinematics),
+            after: FeedTally::new(kinematics),
+            report: PostReport::default(),
+        })
+    }
+
+    /// Takes in a move and appends the blocks that are final to `out`.
+    ///
+    /// The first move only sets the starting position, and writes the head of the program.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn push(
+        &mut self,
+        out: &mut String,
+        one: &PostMove,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        let asked = one.pace;
+        let one = PostMove { pace: self.capped(one.pace), ..*one };
+        if self.options.filter == PostFilter::None {
+            self.asked.push_back(asked);
+            return self.choose_rotaries(out, &one, head);
+        }
+        let q = self.subdivider.near(&one, self.read.as_ref())?;
+        let to = AxesPose { q, pose: one.pose };
+        if let Some(from) = self.read.replace(to) {
+            self.count_input(&from, &to, asked);
+        }
+        if self.options.filter == PostFilter::Smooth {
+            if self.group.ends_before(&one) {
+                self.decide(out, head)?;
+            }
+            self.group.push(one);
+            return Ok(());
+        }
+        let mut filtered = std::mem::take(&mut self.filtered);
+        self.filter.push(&one, &mut filtered)?;
+        for one in filtered.drain(..) {
+            self.choose_rotaries(out, &one, head)?;
+        }
+        self.filtered = filtered;
+        Ok(())
+    }
+
+    /// Posts the group of moves with the filter that makes it quickest.
+    fn decide(&mut self, out: &mut String, head: ProgramHead<'_>) -> Result<(), PostError> {
+        if self.group.is_empty() {
+            return Ok(());
+        }
+        let choice = SmoothingChoice {
+            kinematics: &self.kinematics,
+            source: &self.source,
+            options: &self.options,
+            style: &self.style,
+            rotaries: &self.rotaries,
+            subdivider: &self.subdivider,
+        };
+        let mut decisions = self.report.smoothing.unwrap_or_default();
+        let best = choice.quickest(&self.group, &mut decisions)?;
+        self.report.smoothing = Some(decisions);
+        self.group.clear();
+        self.rotaries = best.rotaries;
+        self.subdivider = best.subdivider;
+        self.add_deviation(best.strayed);
+        if let Some(start) = best.start {
+            self.begin(out, start, head)?;
+        }
+        self.run(out, &best.points)
+    }
+
+    /// Keeps the largest deviation from the input \[mm, rad\].
+    fn add_deviation(&mut self, by: [f64; 2]) {
+        for (most, by) in self.report.strayed.iter_mut().zip(by) {
+            *most = most.max(by);
+        }
+    }
+
+    /// Passes a filtered move to the rotary planner, and runs the moves that it releases.
+    fn choose_rotaries(
+        &mut self,
+        out: &mut String,
+        one: &PostMove,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        let mut planned = std::mem::take(&mut self.planned);
+        self.rotaries.push(one, &mut planned);
+        for one in planned.drain(..) {
+            self.take(out, &one, head)?;
+        }
+        self.planned = planned;
+        Ok(())
+    }
+
+    /// Runs a move whose rotaries are chosen.
+    fn take(
+        &mut self,
+        out: &mut String,
+        planned: &PlannedMove,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        let from = self.subdivider.position();
+        self.points.clear();
+        self.subdivider.divide(planned, &mut self.points)?;
+        let Some(to) = self.subdivider.position() else { return Ok(()) };
+        let asked = if planned.phase.is_none() { self.asked.pop_front() } else { None };
+        let Some(from) = from else { return self.begin(out, to, head) };
+        if let Some(asked) = asked {
+            self.count_input(&from, &to, asked);
+        }
+        if let (Some(RetractPhase::Out), Some(first)) = (planned.phase, self.points.first_mut()) {
+            first.goes_out = true;
+        }
+        let points = std::mem::take(&mut self.points);
+        self.run(out, &points)?;
+        self.points = points;
+        Ok(())
+    }
+
+    /// Continues with another tool: `kinematics` has its length, `source` the length that the input assumes.
+    ///
+    /// The next move only sets the starting position, and writes the tool change.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn change_tool(
+        &mut self,
+        out: &mut String,
+        kinematics: &Kinematics,
+        source: PostSource,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        self.settle(out, head)?;
+        let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
+        self.report.unwound.append(&mut self.rotaries.unwound);
+        self.rotaries = fresh.rotaries;
+        self.subdivider = fresh.subdivider;
+        self.filter = fresh.filter;
+        self.kinematics = fresh.kinematics;
+        self.source = fresh.source;
+        self.group = MoveGroup::default();
+        self.read = None;
+        Ok(())
+    }
+
+    /// Ends the program: writes what is held back, and the end of the template.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`]; [`PostError::Empty`] if there was no move.
+    pub fn finish(
+        mut self,
+        out: &mut String,
+        head: ProgramHead<'_>,
+    ) -> Result<PostReport, PostError> {
+        self.settle(out, head)?;
+        let Some(output) = self.output.take() else { return Err(PostError::Empty) };
+        let begin = out.len();
+        self.report.blocks[1] = output.writer.finish(out);
+        if let Some(read) = output.read_back {
+            let ended = read.end(out.get(begin..).unwrap_or_default());
+            self.understood(ended)?;
+        }
+        self.report.seconds = [self.before.seconds, self.after.seconds];
+        self.report.model_seconds = [self.before.model, self.after.model];
+        self.report.ratios_before = self.before.load.worst;
+        self.report.ratios_after = self.after.load.worst;
+        self.report.unwound.append(&mut self.rotaries.unwound);
+        Ok(self.report)
+    }
+
+    /// Writes everything that is held back, and brings the machine to rest.
+    fn settle(&mut self, out: &mut String, head: ProgramHead<'_>) -> Result<(), PostError> {
+        self.decide(out, head)?;
+        let mut filtered = std::mem::take(&mut self.filtered);
+        self.filter.finish(&mut filtered)?;
+        for one in &filtered {
+            self.choose_rotaries(out, one, head)?;
+        }
+        let mut planned = Vec::new();
+        self.rotaries.finish(&mut planned);
+        for one in &planned {
+            self.take(out, one, head)?;
+        }
+        self.rest(out)?;
+        if self.options.filter != PostFilter::Smooth {
+            let divided = self.subdivider.strayed;
+            let filtered = self.filter.strayed();
+            self.add_deviation([divided[0] + filtered[0], divided[1] + filtered[1]]);
+        }
+        Ok(())
+    }
+
+    /// Returns the number of moves read so far.
+    pub fn moves(&self) -> usize {
+        self.report.blocks[0]
+    }
+
+    /// Raises or lowers a feed to the largest one of the options.
+    fn capped(&self, pace: PostPace) -> PostPace {
+        match (pace, self.options.max_feed) {
+            (PostPace::Rapid, _) | (_, None) => pace,
+            (_, Some(most)) => PostPace::Feed(most),
+        }
+    }
+
+    /// Adds a move of the input to the times and axis loads of the report.
+    fn count_input(&mut self, from: &AxesPose, to: &AxesPose, asked: PostPace) {
+        self.report.blocks[0] += 1;
+        if asked == PostPace::Rapid {
+            return self.before.rapid();
+        }
+        let travel = to.q - from.q;
+        let length = (to.pose.tip - from.pose.tip).norm();
+        let programmed = match asked {
+            PostPace::Feed(feed) => length / feed,
+            PostPace::Seconds(seconds) => seconds,
+            PostPace::Rapid => 0.0,
+        };
+        // Without a programmed time the axes run as fast as they can.
+        let seconds = if programmed > 0.0 { programmed } else { self.before.load.least(&travel) };
+        self.report.length += length;
+        self.before.cutting = true;
+        self.before.load.push(&travel, seconds);
+        self.before.seconds += seconds;
+        self.before.model += self.model(from, to, seconds);
+    }
+}
+
+/// Returns the inverse kinematics if the rotaries are chosen here.
+///
+/// They are not for a program that is for this machine already, nor for a control that receives tool vectors.
+fn chooses(
+    kinematics: &Kinematics,
+    source: &PostSource,
+    style: &Style,
+) -> Result<Option<Inverse>, PostError> {
+    let own = matches!(source, PostSource::Program(of) if **of == *kinematics);
+    let vectors = style.dialect.is_vector() || style.dialect == Dialect::Apt;
+    if own || vectors {
+        return Ok(None);
+    }
+    Inverse::new(kinematics).map(Some).map_err(|error| PostError::reach(0, error))
+}

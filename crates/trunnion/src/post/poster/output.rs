@@ -1,0 +1,201 @@
+//! Output of the poster: times the axis points, writes blocks, and reads every block back.
+
+use super::{Poster, ProgramOutput};
+use crate::nc::write::{BlockPace, ProgramWriter, rounding};
+use crate::post::axis_point::{AxesPose, AxisPoint};
+use crate::post::error::{PostError, ReadBackError};
+use crate::post::options::{PostMethod, ProgramHead};
+use crate::post::read_back::ReadBack;
+use crate::post::rounded_words::RoundedWords;
+use crate::post::subdivision::Subdivider;
+use crate::post::timing::{ControlModel, PointTimer, TimedPoint, word_travel};
+
+/// Number of points that are timed before the finished blocks are written.
+const BATCH: usize = 1024;
+
+impl Poster {
+    /// Writes the head of the program, up to its starting position.
+    pub(super) fn begin(
+        &mut self,
+        out: &mut String,
+        to: AxesPose,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        if self.output.is_some() {
+            return self.change(out, to, head);
+        }
+        let begin = out.len();
+        let style = &self.style;
+        let texts = (head.note, style, head.template);
+        let writer = ProgramWriter::new(out, &self.kinematics, texts, to.pair())?;
+        let timer = PointTimer::new(&self.kinematics, &self.options, to.q)?;
+        let text = out.get(begin..).unwrap_or_default();
+        let read = ReadBack::new(&self.kinematics, style, text, &to.pose);
+        let read_back = self.understood(read)?;
+        self.output = Some(ProgramOutput {
+            timer,
+            writer,
+            read_back,
+            at: to,
+            block: to,
+            waiting: [0.0; 3],
+            inside: Vec::new(),
+            words: RoundedWords::new(&self.kinematics, &self.style, &to),
+        });
+        Ok(())
+    }
+
+    /// Writes the change to another tool, up to its starting position.
+    fn change(
+        &mut self,
+        out: &mut String,
+        to: AxesPose,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        let Some(mut output) = self.output.take() else { return Ok(()) };
+        let begin = out.len();
+        let texts = (head.note, head.template);
+        output.writer.change_tool(out, &self.kinematics, texts, to.pair())?;
+        if let Some(mut read) = output.read_back.take() {
+            let text = out.get(begin..).unwrap_or_default();
+            let done = read.change_tool(&self.kinematics, text, &to.pose);
+            output.read_back = self.understood(done)?.map(|()| read);
+        }
+        self.output = Some(ProgramOutput {
+            timer: PointTimer::new(&self.kinematics, &self.options, to.q)?,
+            at: to,
+            block: to,
+            waiting: [0.0; 3],
+            inside: Vec::new(),
+            words: RoundedWords::new(&self.kinematics, &self.style, &to),
+            ..output
+        });
+        Ok(())
+    }
+
+    /// Times points, and writes the blocks whose time is known.
+    pub(super) fn run(&mut self, out: &mut String, points: &[AxisPoint]) -> Result<(), PostError> {
+        let mut points = points.to_vec();
+        if let Some(output) = &mut self.output {
+            let limited = self.options.method != PostMethod::Programmed;
+            let subdivider = limited.then_some(&self.subdivider);
+            output.words.take(&self.kinematics, &self.style, subdivider, &mut points);
+        }
+        for batch in points.chunks(BATCH) {
+            let Some(output) = &mut self.output else { return Ok(()) };
+            for point in batch {
+                output.timer.push(point, &mut self.timed)?;
+            }
+            self.write(out)?;
+        }
+        Ok(())
+    }
+
+    /// Brings the machine to rest, and writes everything up to there.
+    pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
+        let Some(output) = self.output.take() else { return Ok(()) };
+        let next = PointTimer::new(&self.kinematics, &self.options, output.at.q)?;
+        output.timer.finish(&mut self.timed)?;
+        self.output = Some(ProgramOutput { timer: next, ..output });
+        self.write(out)?;
+        self.before.rapid();
+        self.after.rapid();
+        Ok(())
+    }
+
+    /// Returns the time of a block on the control model \[s\].
+    pub(super) fn model(&self, from: &AxesPose, to: &AxesPose, seconds: f64) -> f64 {
+        let words = word_travel(&self.kinematics, self.style.dialect, from, to);
+        ControlModel::new(self.kinematics.machine()).seconds(&words, seconds)
+    }
+
+    /// Returns the result of reading back; a text that the reader does not understand is noted in the report.
+    pub(super) fn understood<T>(
+        &mut self,
+        read: Result<T, ReadBackError>,
+    ) -> Result<Option<T>, PostError> {
+        match read {
+            Ok(read) => Ok(Some(read)),
+            Err(ReadBackError::Unread(faults)) => {
+                self.report.unread = faults.into_iter().next();
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Writes the blocks whose time is known.
+    fn write(&mut self, out: &mut String) -> Result<(), PostError> {
+        let Some(mut output) = self.output.take() else { return Ok(()) };
+        let timed = std::mem::take(&mut self.timed);
+        for one in &timed {
+            let point = &one.point;
+            output.pass(one, &self.subdivider);
+            if !point.block {
+                continue;
+            }
+            self.count_output(&mut output, one);
+            let [seconds, length, turn] = output.waiting;
+            let pace = match point.least {
+                None => BlockPace::Rapid,
+                Some(_) => BlockPace::Timed { seconds, length, turn },
+            };
+            if point.least.is_some() {
+                self.after.model += self.model(&output.block, &output.at, seconds);
+                let words = &self.style.axes;
+                let coordinates = self.style.dialect.coordinates();
+                let off = rounding(&self.kinematics, &point.q, words, coordinates, 0.0);
+                self.report.rounding = self.report.rounding.max(off);
+            }
+            let begin = out.len();
+            if point.goes_out {
+                output.writer.comment(out, "out of the cut, rotaries go round, and back");
+            }
+            let end = point.end();
+            output.writer.block(out, end.pair(), pace)?;
+            if let Some(mut read) = output.read_back.take() {
+                let text = out.get(begin..).unwrap_or_default();
+                let done = read.block(text, &end, pace);
+                output.read_back = self.understood(done)?.map(|()| read);
+            }
+            output.waiting = [0.0; 3];
+            output.block = output.at;
+        }
+        self.timed = timed;
+        self.timed.clear();
+        self.output = Some(output);
+        Ok(())
+    }
+
+    /// Adds a block of the output to the times and axis loads of the report.
+    fn count_output(&mut self, output: &mut ProgramOutput, end: &TimedPoint) {
+        let inside = std::mem::take(&mut output.inside);
+        let [seconds, ..] = output.waiting;
+        if end.point.least.is_none() {
+            self.report.rapid_seconds += seconds;
+            return self.after.rapid();
+        }
+        self.after.cutting = true;
+        self.after.seconds += seconds;
+        self.after.load.push(&(end.point.q - output.block.q), seconds);
+        let whole: f64 = inside.iter().map(|(_, size)| size).sum();
+        for (travel, size) in &inside {
+            self.after.load.inside(travel, seconds * size / whole);
+        }
+    }
+}
+
+impl ProgramOutput {
+    /// Moves on to a timed point, and adds its time and travel to those of the block.
+    fn pass(&mut self, one: &TimedPoint, subdivider: &Subdivider) {
+        let point = &one.point;
+        let end = point.end();
+        if point.least.is_some() {
+            let fastest = subdivider.fastest([self.at.pair(), end.pair()]);
+            self.inside.push((fastest, point.size()));
+        }
+        self.at = end;
+        let passed = [one.seconds, point.written[0], point.written[1]];
+        self.waiting.iter_mut().zip(passed).for_each(|(sum, by)| *sum += by);
+    }
+}

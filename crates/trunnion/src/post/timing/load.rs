@@ -1,0 +1,89 @@
+//! Load on the axes: their velocities and accelerations over the limits.
+
+use crate::machine::Machine;
+use crate::types::AxisVector;
+
+/// Largest ratio of axis velocities and accelerations to their limits.
+///
+/// Blocks count with their mean velocities; accelerations are the changes of these over the time between the middles
+/// of two blocks. The machine rests before and after.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::post) struct AxisLoad {
+    velocity: AxisVector,
+    acceleration: AxisVector,
+    /// Mean velocity and time of the block before.
+    before: Option<(AxisVector, f64)>,
+    /// Largest ratios of velocity and of acceleration; 1 is the limit.
+    pub(in crate::post) worst: [f64; 2],
+}
+
+impl AxisLoad {
+    /// Creates the load of a machine at rest.
+    pub(in crate::post) fn new(machine: &Machine) -> Self {
+        Self {
+            velocity: machine.vector(|axis| axis.vel),
+            acceleration: machine.vector(|axis| axis.acc),
+            before: None,
+            worst: [0.0; 2],
+        }
+    }
+
+    /// Adds a block that moves the axes by `travel` in a time.
+    pub(in crate::post) fn push(&mut self, travel: &AxisVector, seconds: f64) {
+        let seconds = if seconds > 0.0 { seconds } else { self.least(travel) };
+        if seconds <= 0.0 {
+            return;
+        }
+        let velocity = travel / seconds;
+        self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+        let (last, time) = self.before.unwrap_or((AxisVector::zeros(), 0.0));
+        self.change(&(velocity - last), 0.5 * (time + seconds));
+        self.before = Some((velocity, seconds));
+    }
+
+    /// Adds a part of a block in which the axes reach the velocity `travel / seconds`.
+    pub(in crate::post) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
+        if seconds > 0.0 {
+            let velocity = travel / seconds;
+            self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+        }
+    }
+
+    /// Brings the axes to rest.
+    pub(in crate::post) fn rest(&mut self) {
+        if let Some((velocity, seconds)) = self.before.take() {
+            self.change(&velocity, 0.5 * seconds);
+        }
+    }
+
+    /// Adds a change of the mean velocity within a time.
+    fn change(&mut self, by: &AxisVector, seconds: f64) {
+        let ratio = by.component_div(&self.acceleration).amax() / seconds;
+        self.worst[1] = self.worst[1].max(ratio);
+    }
+
+    /// Returns the least time for a travel by the velocities of the axes \[s\].
+    pub(in crate::post) fn least(&self, travel: &AxisVector) -> f64 {
+        travel.component_div(&self.velocity).amax()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample_machine::ac_trunnion;
+
+    #[test]
+    fn two_blocks_of_one_axis_are_a_pencil_calculation() {
+        let machine = Machine::new(ac_trunnion()).unwrap();
+        let [velocity, acceleration] = [machine.axes[0].vel, machine.axes[0].acc];
+        let mut load = AxisLoad::new(&machine);
+        // 1 mm in 0.1 s, then 3 mm in 0.1 s: 10 and 30 mm/s; 20 mm/s in 0.1 s, and 30 mm/s to rest in 0.05 s.
+        for travel in [1.0, 3.0] {
+            load.push(&AxisVector::from([travel, 0.0, 0.0, 0.0, 0.0]), 0.1);
+        }
+        load.rest();
+        assert!((load.worst[0] - 30.0 / velocity).abs() < 1e-12);
+        assert!((load.worst[1] - 600.0 / acceleration).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,17 @@
+//! Times of the axis points, on the machine and on the control.
+//!
+//! [`PointTimer`] finds the times that the program asks for; [`ControlTiming`] and [`ControlModel`] the times that
+//! a control takes; [`AxisLoad`] compares both with the limits of the axes.
+
+mod control;
+mod corner;
+mod load;
+mod look_ahead;
+mod smooth_path;
+mod timed_point;
+mod timer;
+
+pub(super) use control::{ControlModel, ControlTiming, word_travel};
+pub(super) use load::AxisLoad;
+pub(super) use timed_point::TimedPoint;
+pub(super) use timer::PointTimer;

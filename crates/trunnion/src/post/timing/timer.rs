@@ -1,0 +1,93 @@
+//! Timing methods behind one interface.
+
+use super::look_ahead::LookAheadTimer;
+use super::smooth_path::SmoothPathTimer;
+use super::timed_point::TimedPoint;
+use crate::machine::{Kinematics, Machine};
+use crate::post::axis_point::AxisPoint;
+use crate::post::error::PostError;
+use crate::post::options::{PostMethod, PostOptions};
+use crate::types::AxisVector;
+
+/// Timer of axis points, by the method of the options.
+#[derive(Debug)]
+pub(in crate::post) enum PointTimer {
+    /// Times along a smooth path.
+    Path(Box<SmoothPathTimer>),
+    /// Times of a control that runs block after block.
+    Blocks(Box<LookAheadTimer>),
+    /// Times as programmed.
+    Programmed(ProgrammedTimer),
+}
+
+impl PointTimer {
+    /// Creates a timer for axes that rest at `at`.
+    pub(in crate::post) fn new(
+        kinematics: &Kinematics,
+        options: &PostOptions,
+        at: AxisVector,
+    ) -> Result<Self, PostError> {
+        let machine = kinematics.machine();
+        Ok(match options.method {
+            PostMethod::Optimal | PostMethod::Jerk => {
+                Self::Path(Box::new(SmoothPathTimer::new(kinematics, options, at)?))
+            }
+            PostMethod::Blocks => Self::Blocks(Box::new(LookAheadTimer::new(machine, options, at))),
+            PostMethod::Programmed => Self::Programmed(ProgrammedTimer::new(machine, at)),
+        })
+    }
+
+    /// Takes in a point, and appends the points whose time is known.
+    pub(in crate::post) fn push(
+        &mut self,
+        point: &AxisPoint,
+        out: &mut Vec<TimedPoint>,
+    ) -> Result<(), PostError> {
+        match self {
+            Self::Path(path) => path.push(point, out),
+            Self::Blocks(blocks) => blocks.push(point, out),
+            Self::Programmed(programmed) => {
+                out.push(programmed.timed(point));
+                Ok(())
+            }
+        }
+    }
+
+    /// Ends the path, and appends all remaining points.
+    pub(in crate::post) fn finish(self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
+        match self {
+            Self::Path(path) => path.finish(out),
+            Self::Blocks(mut blocks) => blocks.rest(out),
+            Self::Programmed(_) => Ok(()),
+        }
+    }
+}
+
+/// Timer by the feeds of the input, whatever the axes can do; without a feed, by the velocities of the axes.
+#[derive(Debug)]
+pub(in crate::post) struct ProgrammedTimer {
+    velocity: AxisVector,
+    rapid: AxisVector,
+    at: AxisVector,
+}
+
+impl ProgrammedTimer {
+    fn new(machine: &Machine, at: AxisVector) -> Self {
+        Self {
+            velocity: machine.vector(|axis| axis.vel),
+            rapid: machine.vector(|axis| axis.rapid),
+            at,
+        }
+    }
+
+    fn timed(&mut self, point: &AxisPoint) -> TimedPoint {
+        let travel = point.q - std::mem::replace(&mut self.at, point.q);
+        let by = |limits: &AxisVector| travel.component_div(limits).amax();
+        let seconds = match point.least {
+            None => by(&self.rapid),
+            Some(least) if least > 0.0 => least,
+            Some(_) => by(&self.velocity),
+        };
+        TimedPoint { point: *point, seconds }
+    }
+}
