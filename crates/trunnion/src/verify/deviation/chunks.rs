@@ -5,7 +5,7 @@ use super::ray::{LowestEntry, MovingBody};
 use crate::cutter::Cutter;
 use crate::verify::replay::Segment;
 use crate::verify::run::{Run, Segments};
-use crate::verify::swept::bvh::{BoundingBox, BoxTree, TreeItem};
+use crate::verify::swept::bvh::{BoundingBox, BoxTree, ContentId, TreeItem};
 use crate::verify::swept::quadratic;
 use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::rays::RayBundle;
@@ -23,8 +23,12 @@ const KEPT: usize = 4;
 /// Share of the ray tolerance that the approximation of moves by quadratics may use.
 const ERROR_SHARE: f64 = 0.1;
 
-/// Tools by their places in the table, and how they are looked at.
-pub(crate) type Tools<'a> = (&'a [&'a Cutter], &'a Options);
+/// Cutters in the order of the tool table, with the options of the measurement.
+#[derive(Clone, Copy)]
+pub(crate) struct MeasuredTools<'a> {
+    pub(crate) cutters: &'a [&'a Cutter],
+    pub(crate) options: &'a Options,
+}
 
 /// Kind of moves that are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,15 +56,15 @@ pub(crate) struct MeasureScope {
 }
 
 impl MeasureScope {
-    fn new((cutters, options): Tools<'_>, moves: MoveKind) -> Self {
+    fn new(tools: MeasuredTools<'_>, moves: MoveKind) -> Self {
         let (mut bodies, mut of_tool) = (Vec::new(), Vec::new());
-        for cutter in cutters {
+        for cutter in tools.cutters {
             let start = narrow(bodies.len());
             bodies.extend(tool::bodies(cutter));
             of_tool.push(start..narrow(bodies.len()));
         }
         let (bodies, of_tool) = (bodies.into(), of_tool.into());
-        let Options { reach, ray_tolerance: tolerance, .. } = *options;
+        let Options { reach, ray_tolerance: tolerance, .. } = *tools.options;
         Self { bodies, of_tool, reach, moves, tolerance }
     }
 
@@ -75,9 +79,9 @@ impl MeasureScope {
     }
 
     /// Returns a box around the rays of a bundle, from the reach below up to `top` \[mm\].
-    pub(crate) fn around(&self, disc: &RayBundle, top: f64) -> BoundingBox {
-        let far = disc.radius + disc.bulge + self.reach.max(top) + self.error();
-        BoundingBox { low: disc.centre, high: disc.centre }.grown(far)
+    pub(crate) fn around(&self, bundle: &RayBundle, top: f64) -> BoundingBox {
+        let far = bundle.radius + bundle.bulge + self.reach.max(top) + self.error();
+        BoundingBox { low: bundle.centre, high: bundle.centre }.grown(far)
     }
 
     /// Returns the largest distance of the tool from its approximation by pieces \[mm\].
@@ -89,7 +93,7 @@ impl MeasureScope {
 /// Moves of a program, handed out chunk by chunk.
 pub(crate) struct MotionChunks<'a> {
     run: &'a Run<'a>,
-    pub(crate) look: MeasureScope,
+    pub(crate) scope: MeasureScope,
     /// Largest distance from the tip of any point that matters \[mm\].
     far: f64,
     /// Pieces per chunk.
@@ -100,22 +104,26 @@ pub(crate) struct MotionChunks<'a> {
 
 impl<'a> MotionChunks<'a> {
     /// Takes the cutting moves, in chunks of the usual size.
-    pub(crate) fn new(run: &'a Run<'a>, tools: Tools<'_>) -> Result<Self, VerifyError> {
+    pub(crate) fn new(run: &'a Run<'a>, tools: MeasuredTools<'_>) -> Result<Self, VerifyError> {
         Self::of(run, tools, PIECES)
     }
 
     /// Takes the cutting moves, in chunks of about `size` pieces.
-    pub(crate) fn of(run: &'a Run<'a>, tools: Tools<'_>, size: usize) -> Result<Self, VerifyError> {
-        Self::some(run, tools, (MoveKind::Cuts, size))?.ok_or(VerifyError::NoMotion)
+    pub(crate) fn of(
+        run: &'a Run<'a>,
+        tools: MeasuredTools<'_>,
+        size: usize,
+    ) -> Result<Self, VerifyError> {
+        Self::some(run, tools, MoveKind::Cuts, size)?.ok_or(VerifyError::NoMotion)
     }
 
     /// Takes the rapids, run one way or the other; `None` if none run this way.
     pub(crate) fn rapids(
         run: &'a Run<'a>,
-        tools: Tools<'_>,
+        tools: MeasuredTools<'_>,
         moves: MoveKind,
     ) -> Result<Option<Self>, VerifyError> {
-        let chunks = Self::some(run, tools, (moves, PIECES))?;
+        let chunks = Self::some(run, tools, moves, PIECES)?;
         let any = |chunk: &MotionChunk| !chunk.parts.pieces.is_empty();
         Ok(chunks.filter(|chunks| chunks.whole.as_ref().is_none_or(any)))
     }
@@ -123,19 +131,20 @@ impl<'a> MotionChunks<'a> {
     /// Reads the first chunk; `None` if the program has no move.
     fn some(
         run: &'a Run<'a>,
-        tools: Tools<'_>,
-        (moves, size): (MoveKind, usize),
+        tools: MeasuredTools<'_>,
+        moves: MoveKind,
+        size: usize,
     ) -> Result<Option<Self>, VerifyError> {
-        let (cutters, options) = tools;
+        let MeasuredTools { cutters, options } = tools;
         let far = cutters.iter().map(|cutter| tool::size(cutter)).fold(0.0, f64::max);
-        let look = MeasureScope::new(tools, moves);
+        let scope = MeasureScope::new(tools, moves);
         let far = far + options.reach;
-        let mut chunks = Self { run, look, far, size, whole: None };
+        let mut chunks = Self { run, scope, far, size, whole: None };
         let mut segments = run.segments();
         let Some(first) = chunks.next(&mut segments)? else { return Ok(None) };
         if chunks.next(&mut segments)?.is_none() {
             chunks.whole =
-                Some(MotionChunk::new(first.0, &chunks.look, &BoundingBox::everywhere()));
+                Some(MotionChunk::new(first.0, &chunks.scope, &BoundingBox::everywhere()));
         }
         Ok(Some(chunks))
     }
@@ -154,7 +163,7 @@ impl<'a> MotionChunks<'a> {
         let (mut segments, mut before) = (self.run.segments(), 0);
         while let Some((pieces, moves)) = self.next(&mut segments)? {
             let ends = [before, before + moves].map(|done| done as f64 / self.run.steps() as f64);
-            work(&MotionChunk::new(pieces, &self.look, within), ends.map(|share| share.min(1.0)))?;
+            work(&MotionChunk::new(pieces, &self.scope, within), ends.map(|share| share.min(1.0)))?;
             before += moves;
         }
         Ok(())
@@ -174,7 +183,7 @@ impl<'a> MotionChunks<'a> {
         while pieces.len() < self.size {
             let Some(segment) = segments.next() else { break };
             let segment: Segment = segment?;
-            match self.look.moves {
+            match self.scope.moves {
                 MoveKind::DogLegs => {
                     let legs = self.run.mover.dog_leg(&segment);
                     legs.iter().try_for_each(|leg| self.take(leg, &mut pieces))?;
@@ -190,53 +199,55 @@ impl<'a> MotionChunks<'a> {
     }
 
     fn take(&self, segment: &Segment, pieces: &mut Vec<MotionPiece>) -> Result<(), VerifyError> {
-        quadratic::pieces(&self.run.mover, segment, self.far, self.look.error(), pieces)
+        quadratic::pieces(&self.run.mover, segment, self.far, self.scope.error(), pieces)
     }
 }
 
 /// Pieces of some moves, with the bodies that follow them.
 pub(crate) struct ChunkMotion {
     pub(crate) pieces: Vec<MotionPiece>,
-    pub(crate) look: MeasureScope,
+    pub(crate) scope: MeasureScope,
 }
 
 impl ChunkMotion {
     /// Returns a moving body by its numbers.
-    pub(crate) fn part(&self, numbers: (u32, u32)) -> Option<MovingBody<'_>> {
-        let piece = self.pieces.get(numbers.0 as usize)?;
-        let body = self.body(numbers.1)?;
+    pub(crate) fn part(&self, numbers: ContentId) -> Option<MovingBody<'_>> {
+        let piece = self.pieces.get(numbers.item as usize)?;
+        let body = self.body(numbers.body)?;
         Some(MovingBody { piece, body, numbers })
     }
 
     /// Returns a body by its number.
     pub(crate) fn body(&self, number: u32) -> Option<ConvexBody> {
-        self.look.bodies.get(number as usize).copied()
+        self.scope.bodies.get(number as usize).copied()
     }
 
     /// Returns the numbers of all bodies in all pieces.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = (u32, u32)> {
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = ContentId> {
         let pieces = (0..).zip(&self.pieces);
-        pieces.flat_map(|(index, piece)| self.look.bodies_in(piece).map(move |body| (index, body)))
+        pieces.flat_map(|(index, piece)| {
+            self.scope.bodies_in(piece).map(move |body| ContentId { item: index, body })
+        })
     }
 
     /// Returns the lowest entry of a ray into the given moving bodies.
     pub(crate) fn lowest(
         &self,
-        numbers: impl Iterator<Item = (u32, u32)>,
+        numbers: impl Iterator<Item = ContentId>,
         ray: &NormalRay,
     ) -> LowestEntry {
-        let mut lowest = LowestEntry::none(self.look.top());
+        let mut lowest = LowestEntry::none(self.scope.top());
         for part in numbers.filter_map(|numbers| self.part(numbers)) {
-            lowest.search(&part, ray, self.look.tolerance);
+            lowest.search(&part, ray, self.scope.tolerance);
         }
         lowest
     }
 
     /// Tests if a moving body may come to a bundle of rays, from the reach below up to `top` \[mm\]; returns its approximate
     /// distance if so.
-    pub(crate) fn comes(&self, numbers: (u32, u32), disc: &RayBundle, top: f64) -> Option<f64> {
+    pub(crate) fn comes(&self, numbers: ContentId, bundle: &RayBundle, top: f64) -> Option<f64> {
         let MovingBody { piece, body, .. } = self.part(numbers)?;
-        piece.comes(body, disc, [self.look.reach, top], self.look.error())
+        piece.comes(body, bundle, [self.scope.reach, top], self.scope.error())
     }
 }
 
@@ -247,18 +258,18 @@ pub(crate) struct MotionChunk {
 }
 
 impl MotionChunk {
-    fn new(pieces: Vec<MotionPiece>, look: &MeasureScope, within: &BoundingBox) -> Self {
+    fn new(pieces: Vec<MotionPiece>, scope: &MeasureScope, within: &BoundingBox) -> Self {
         let mut items = Vec::new();
         for (index, piece) in pieces.iter().enumerate() {
-            for part in look.bodies_in(piece) {
-                let Some(body) = look.bodies.get(part as usize) else { continue };
-                let content = (narrow(index), part);
-                let grown = boxes(piece, *body).map(|bounds| bounds.grown(look.error()));
+            for part in scope.bodies_in(piece) {
+                let Some(body) = scope.bodies.get(part as usize) else { continue };
+                let content = ContentId { item: narrow(index), body: part };
+                let grown = boxes(piece, *body).map(|bounds| bounds.grown(scope.error()));
                 let near = grown.filter(|bounds| bounds.meets(within));
                 items.extend(near.map(|bounds| TreeItem { bounds, content }));
             }
         }
-        Self { parts: ChunkMotion { pieces, look: look.clone() }, tree: BoxTree::new(items) }
+        Self { parts: ChunkMotion { pieces, scope: scope.clone() }, tree: BoxTree::new(items) }
     }
 
     /// Returns the bodies that can come near a region, sorted by their clearance from a centre \[mm\].
@@ -284,14 +295,14 @@ impl MotionChunk {
 
     /// Returns the numbers of the pieces that may come to one of some bundles, from the reach below up to `top` \[mm\], in
     /// ascending order.
-    pub(crate) fn coming(&self, discs: &[RayBundle], top: f64) -> Vec<u32> {
-        let look = &self.parts.look;
+    pub(crate) fn coming(&self, bundles: &[RayBundle], top: f64) -> Vec<u32> {
+        let scope = &self.parts.scope;
         let mut found = Vec::new();
         let mut near = Vec::new();
-        for disc in discs {
-            self.tree.near(&look.around(disc, top), &mut near);
-            let comes = |numbers: &&(u32, u32)| self.parts.comes(**numbers, disc, top).is_some();
-            found.extend(near.iter().filter(comes).map(|numbers| numbers.0));
+        for bundle in bundles {
+            self.tree.near(&scope.around(bundle, top), &mut near);
+            let comes = |numbers: &&ContentId| self.parts.comes(**numbers, bundle, top).is_some();
+            found.extend(near.iter().filter(comes).map(|numbers| numbers.item));
         }
         found.sort_unstable();
         found.dedup();

@@ -1,9 +1,9 @@
-//! Points over a face, about equally far apart.
+//! Grids of nearly equidistant points over a face.
 
 use crate::surface::Face;
 use crate::verify::{Options, VerifyError};
 
-/// A grid of parameters.
+/// Grid of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FaceGrid {
     /// Increasing values of u.
@@ -12,13 +12,13 @@ pub(crate) struct FaceGrid {
     pub(crate) v: Vec<f64>,
 }
 
-/// Steps in which the length of parameter lines is added up.
+/// Steps in which the length of a parameter line is summed.
 const STEPS: usize = 512;
-/// Lines across which the longest is taken.
+/// Number of parameter lines of which the longest counts.
 const LINES: usize = 17;
 
 impl FaceGrid {
-    /// A grid whose neighbours are at most about `options.grid` apart, borders included.
+    /// Builds a grid whose neighbours are at most about `options.grid` apart, borders included.
     pub(crate) fn over(face: &Face, options: &Options) -> Result<Self, VerifyError> {
         let bounds = face.bounds();
         let lengths = [0, 1].map(|k| lengths(face, bounds, k));
@@ -38,23 +38,23 @@ impl FaceGrid {
         Ok(Self { u, v })
     }
 
-    /// Count of values of u and of v.
+    /// Returns the numbers of values of u and of v.
     pub(crate) fn size(&self) -> [usize; 2] {
         [self.u.len(), self.v.len()]
     }
 
-    /// Parameters of a point.
+    /// Returns the parameters of a point.
     pub(crate) fn at(&self, i: usize, j: usize) -> Option<[f64; 2]> {
         Some([*self.u.get(i)?, *self.v.get(j)?])
     }
 
-    /// Area of u, v that a point stands for.
+    /// Returns the area in (u, v) that a point represents.
     pub(crate) fn cell(&self, i: usize, j: usize) -> f64 {
         share(&self.u, i) * share(&self.v, j)
     }
 }
 
-/// Half of the way to either neighbour.
+/// Returns half the distance between both neighbours of a value.
 fn share(values: &[f64], i: usize) -> f64 {
     let at = |i: usize| values.get(i).copied();
     let Some(here) = at(i) else { return 0.0 };
@@ -62,8 +62,7 @@ fn share(values: &[f64], i: usize) -> f64 {
     0.5 * (at(i + 1).unwrap_or(here) - before)
 }
 
-/// Length along parameter `k` \[mm\], added up over [`STEPS`] steps; of [`LINES`] lines the one that
-/// is fastest at each step counts.
+/// Sums the length along parameter `k` \[mm\] over [`STEPS`] steps; at each step the fastest of [`LINES`] lines counts.
 fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
     let along = |t: f64| bounds[k][0] + (bounds[k][1] - bounds[k][0]) * t;
     let across = |t: f64| bounds[1 - k][0] + (bounds[1 - k][1] - bounds[1 - k][0]) * t;
@@ -84,7 +83,7 @@ fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
     sums
 }
 
-/// Values of the parameter that cut the length into `count` equal parts.
+/// Returns the values of the parameter that cut the length into `count` equal parts.
 fn breaks(sums: &[f64], [low, high]: [f64; 2], count: f64) -> Vec<f64> {
     let total = sums.last().copied().unwrap_or(0.0);
     let mut values = vec![low];

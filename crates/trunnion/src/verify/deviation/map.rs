@@ -35,8 +35,12 @@ struct GridTile {
     region: BoundingBox,
 }
 
-/// A map with what decided at its points.
-pub(crate) type Measured = (FaceMap, Vec<Option<DecidingPose>>);
+/// Deviation map of a face with the tool poses that decide its heights.
+pub(crate) struct MeasuredMap {
+    pub(crate) map: FaceMap,
+    /// Deciding pose at each point of the map.
+    pub(crate) deciding: Vec<Option<DecidingPose>>,
+}
 
 /// Measures faces at the points of their grids; `advance` is told which share is done.
 pub(crate) fn maps(
@@ -44,10 +48,10 @@ pub(crate) fn maps(
     faces: &[Face],
     grids: Vec<FaceGrid>,
     advance: &mut dyn FnMut(f64) -> Result<(), Cancelled>,
-) -> Result<Vec<Measured>, VerifyError> {
+) -> Result<Vec<MeasuredMap>, VerifyError> {
     let fields = faces.iter().zip(grids);
     let mut fields: Vec<FaceField<'_>> =
-        fields.map(|(face, grid)| FaceField::new(face, grid, &chunks.look)).collect();
+        fields.map(|(face, grid)| FaceField::new(face, grid, &chunks.scope)).collect();
     let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
     chunks.each(&BoundingBox::everywhere(), |chunk, [from, to]| {
         let mut done = 0;
@@ -71,18 +75,18 @@ fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<NormalRay> {
 }
 
 impl<'a> FaceField<'a> {
-    fn new(face: &'a Face, grid: FaceGrid, look: &MeasureScope) -> Self {
+    fn new(face: &'a Face, grid: FaceGrid, scope: &MeasureScope) -> Self {
         let [rows, columns] = grid.size();
         let corners: Vec<[usize; 2]> = (0..rows)
             .step_by(TILE)
             .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
             .collect();
-        let tile = |&corner| GridTile::new(face, &grid, corner, look);
+        let tile = |&corner| GridTile::new(face, &grid, corner, scope);
         let (tiles, bare): (Vec<GridTile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
         Self { face, tiles, bare: bare.iter().sum(), grid }
     }
 
-    fn finish(self) -> Measured {
+    fn finish(self) -> MeasuredMap {
         let Self { face, grid, tiles, bare: mut unmeasured } = self;
         let [rows, columns] = grid.size();
         let mut samples = vec![None; rows * columns];
@@ -99,7 +103,8 @@ impl<'a> FaceField<'a> {
         }
         let FaceGrid { u, v } = grid;
         let unfinished = Vec::new();
-        (FaceMap { face: face.number, u, v, samples, unmeasured, unfinished }, deciding)
+        let map = FaceMap { face: face.number, u, v, samples, unmeasured, unfinished };
+        MeasuredMap { map, deciding }
     }
 }
 
@@ -125,7 +130,7 @@ impl GridTile {
         face: &Face,
         grid: &FaceGrid,
         [row, column]: [usize; 2],
-        look: &MeasureScope,
+        scope: &MeasureScope,
     ) -> (Self, usize) {
         let [rows, columns] = grid.size();
         let (mut places, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
@@ -134,16 +139,16 @@ impl GridTile {
                 let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
                     continue;
                 };
-                let Some(ray) = ray(face, uv, look.reach) else {
+                let Some(ray) = ray(face, uv, scope.reach) else {
                     bare += 1;
                     continue;
                 };
-                let [a, b] = [ray.at(-look.reach), ray.at(look.top())];
+                let [a, b] = [ray.at(-scope.reach), ray.at(scope.top())];
                 region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
                 places.push(i * columns + j);
             }
         }
-        let lowest = vec![LowestEntry::none(look.top()); places.len()];
+        let lowest = vec![LowestEntry::none(scope.top()); places.len()];
         (Self { places, lowest, region }, bare)
     }
 
@@ -153,20 +158,20 @@ impl GridTile {
         if !chunk.tree.meets(region) {
             return;
         }
-        let MeasureScope { reach, tolerance, .. } = chunk.parts.look;
+        let MeasureScope { reach, tolerance, .. } = chunk.parts.scope;
         let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
         let around = chunk.around(region, middle.origin);
-        let disc = RayBundle::around(middle, &rays);
+        let bundle = RayBundle::around(middle, &rays);
         let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
         for (clearance, part) in &around {
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
             // The list is sorted, and distances change by at most 1 per mm: none of the rest can reach the rays.
-            if *clearance > disc.radius + disc.bulge + reach.max(top) {
+            if *clearance > bundle.radius + bundle.bulge + reach.max(top) {
                 break;
             }
-            if part.piece.keeps_off_rays(part.body, &disc, [reach, top]) > 0.0 {
+            if part.piece.keeps_off_rays(part.body, &bundle, [reach, top]) > 0.0 {
                 continue;
             }
             for ((ray, aside), lowest) in rays.iter().zip(&aside).zip(lowest.iter_mut()) {

@@ -1,11 +1,12 @@
-//! Heights over faces, in numbers: measured, and bounded in between.
+//! Measures heights over faces, and bounds them between the grid points.
 
-use super::bounds::MarginRule;
-use super::chunks::{MotionChunks, MoveKind};
+use super::bounds::faces::{self, BoundRequest};
+use super::bounds::margin::MarginRule;
+use super::chunks::{MeasuredTools, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
 use super::map;
-use super::map::Measured;
-use super::{bounds, tool_length};
+use super::map::MeasuredMap;
+use super::tool_length;
 use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
@@ -14,11 +15,11 @@ use crate::verify::run::Run;
 use crate::verify::{Options, Promise, VerifyError};
 use std::f64::consts::PI;
 
-/// What a motion is measured against.
+/// Faces, cutters and declared rest material of a measurement.
 #[derive(Clone, Copy)]
 pub(crate) struct MeasureSubject<'a> {
     pub(crate) faces: &'a [Face],
-    /// By their places in the table of tools.
+    /// Cutters in the order of the tool table.
     pub(crate) cutters: &'a [&'a Cutter],
     pub(crate) rest: &'a [UncutRegion],
 }
@@ -26,109 +27,146 @@ pub(crate) struct MeasureSubject<'a> {
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;
 
-/// Heights over all faces, and in them what rapids gouge in whichever way they are run.
+/// Measures the heights over all faces, including what rapids gouge in whichever way they are run.
 pub(crate) fn measure(
     run: &Run<'_>,
     subject: &MeasureSubject<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    let tools = (subject.cutters, options);
-    let mut found = measured(&MotionChunks::new(run, tools)?, subject, options, progress)?;
+    let tools = MeasuredTools { cutters: subject.cutters, options };
+    let task = MeasureTask { subject, options, progress };
+    let (mut maps, mut deviation) = task.cuts(&MotionChunks::new(run, tools)?)?;
     for moves in [MoveKind::Rapids, MoveKind::DogLegs] {
         if let Some(chunks) = MotionChunks::rapids(run, tools, moves)? {
-            rapids(&chunks, &mut found, (subject, options), progress)?;
+            task.rapids(&chunks, &mut maps, &mut deviation)?;
         }
     }
-    if let Some(lowest) = &mut found.1.lowest {
+    if let Some(lowest) = &mut deviation.lowest {
         lowest.or_deeper = lowest.height <= -options.reach;
     }
-    Ok(found)
+    Ok((maps, deviation))
 }
 
-/// Heights that the cuts leave, the moves in chunks.
-fn measured(
-    chunks: &MotionChunks<'_>,
-    subject: &MeasureSubject<'_>,
-    options: &Options,
-    progress: &dyn Progress,
-) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
-    let mut advance = |share: f64| advance(progress, share);
-    let mut measured = map::maps(chunks, subject.faces, grids(subject, options)?, &mut advance)?;
-    for (map, _) in &mut measured {
-        map.note(subject.rest);
-    }
-    let mut deviation = Deviation::of(&measured.iter().map(|(map, _)| map));
-    deviation.sensitivity = sensitivity(subject.faces, &measured);
-    deviation.higher = tool_length::length(subject.faces, &measured, options);
-    if let Some(promise) = &options.promise {
-        promised((chunks, subject.faces), &measured, (promise, options), &mut deviation)?;
-    }
-    Ok((measured.into_iter().map(|(map, _)| map).collect(), deviation))
+/// Measurement of one motion: subject, options and progress.
+struct MeasureTask<'a> {
+    subject: &'a MeasureSubject<'a>,
+    options: &'a Options,
+    progress: &'a dyn Progress,
 }
 
-/// Tells which share is done.
-fn advance(progress: &dyn Progress, share: f64) -> Result<(), Cancelled> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
-    progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
-}
-
-fn grids(subject: &MeasureSubject<'_>, options: &Options) -> Result<Vec<FaceGrid>, VerifyError> {
-    subject.faces.iter().map(|face| FaceGrid::over(face, options)).collect()
-}
-
-/// Takes in what rapids gouge, and where a face is finished by nothing else. What is left over the faces stays what
-/// it is without them.
-fn rapids(
-    chunks: &MotionChunks<'_>,
-    (maps, deviation): &mut (Vec<FaceMap>, Deviation),
-    (subject, options): (&MeasureSubject<'_>, &Options),
-    progress: &dyn Progress,
-) -> Result<(), VerifyError> {
-    // There are few of them; the run may still be cancelled.
-    let mut go_on = |_: f64| advance(progress, 1.0);
-    let measured = map::maps(chunks, subject.faces, grids(subject, options)?, &mut go_on)?;
-    let other = measured.iter().map(|(map, _)| map);
-    let mut other = Deviation::of(&other);
-    let dog_leg = chunks.look.moves == MoveKind::DogLegs;
-    other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
-        .into_iter()
-        .flatten()
-        .min_by(|a, b| a.height.total_cmp(&b.height));
-    if let Some(promise) = options.promise.filter(|_| deviation.bounds.is_some()) {
-        let promise = Promise { excess: false, ..promise };
-        promised((chunks, subject.faces), &measured, (&promise, options), &mut other)?;
-    }
-    deviation.lowest = other.lowest;
-    deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| Bounds {
-        gouge: bounds.gouge.max(other.gouge),
-        open: bounds.open + other.open,
-        ..bounds
-    });
-    // Points without a normal are the same ones.
-    deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
-    for (map, (other, _)) in maps.iter_mut().zip(measured) {
-        if !dog_leg {
-            deviation.rapid = deviation.rapid.or_else(|| map.finished_by(&other, options.total));
+impl MeasureTask<'_> {
+    /// Measures the heights that the cutting moves leave.
+    fn cuts(&self, chunks: &MotionChunks<'_>) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+        let Self { subject, options, .. } = *self;
+        // Step 1: measure the grid points.
+        let mut advance = |share: f64| self.advance(share);
+        let mut measured = map::maps(chunks, subject.faces, self.grids()?, &mut advance)?;
+        for measured in &mut measured {
+            measured.map.note(subject.rest);
         }
-        map.deepen(&other);
+        // Step 2: summarize them.
+        let mut deviation = Deviation::of(&measured.iter().map(|measured| &measured.map));
+        deviation.sensitivity = sensitivity(subject.faces, &measured);
+        deviation.higher = tool_length::length(subject.faces, &measured, options);
+        // Step 3: bound the heights between them.
+        if let Some(promise) = &options.promise {
+            self.promised(chunks, &measured, promise, &mut deviation)?;
+        }
+        Ok((measured.into_iter().map(|measured| measured.map).collect(), deviation))
     }
-    deviation.histogram = Deviation::of(&maps.iter()).histogram;
-    Ok(())
+
+    /// Reports the share done.
+    fn advance(&self, share: f64) -> Result<(), Cancelled> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 1")]
+        self.progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
+    }
+
+    fn grids(&self) -> Result<Vec<FaceGrid>, VerifyError> {
+        self.subject.faces.iter().map(|face| FaceGrid::over(face, self.options)).collect()
+    }
+
+    /// Adds the gouges of rapids, and finds places that only rapids finish. The material left over the faces stays as
+    /// measured without them.
+    fn rapids(
+        &self,
+        chunks: &MotionChunks<'_>,
+        maps: &mut [FaceMap],
+        deviation: &mut Deviation,
+    ) -> Result<(), VerifyError> {
+        let Self { subject, options, .. } = *self;
+        // There are few rapids, so progress stays at its end; the run may still be cancelled.
+        let mut go_on = |_: f64| self.advance(1.0);
+        let measured = map::maps(chunks, subject.faces, self.grids()?, &mut go_on)?;
+        let mut other = Deviation::of(&measured.iter().map(|measured| &measured.map));
+        let dog_leg = chunks.scope.moves == MoveKind::DogLegs;
+        other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.height.total_cmp(&b.height));
+        if let Some(promise) = options.promise.filter(|_| deviation.bounds.is_some()) {
+            let promise = Promise { excess: false, ..promise };
+            self.promised(chunks, &measured, &promise, &mut other)?;
+        }
+        deviation.lowest = other.lowest;
+        deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| Bounds {
+            gouge: bounds.gouge.max(other.gouge),
+            open: bounds.open + other.open,
+            ..bounds
+        });
+        // The same points have no normal in both measurements.
+        deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
+        for (map, MeasuredMap { map: other, .. }) in maps.iter_mut().zip(measured) {
+            if !dog_leg {
+                deviation.rapid =
+                    deviation.rapid.or_else(|| map.finished_by(&other, options.total));
+            }
+            map.deepen(&other);
+        }
+        deviation.histogram = Deviation::of(&maps.iter()).histogram;
+        Ok(())
+    }
+
+    /// Bounds the heights between the points, and records worse places that this finds.
+    fn promised(
+        &self,
+        chunks: &MotionChunks<'_>,
+        measured: &[MeasuredMap],
+        promise: &Promise,
+        deviation: &mut Deviation,
+    ) -> Result<(), VerifyError> {
+        let Self { subject, options, .. } = *self;
+        let extremes = [&deviation.lowest, &deviation.highest]
+            .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
+        if extremes[0].is_some_and(|lowest| lowest <= -options.reach) {
+            // Deeper than the search goes: no bound is possible.
+            return Ok(());
+        }
+        let [gouge, excess] = promise.margin;
+        let exact = options.ray_tolerance;
+        let rules = [(gouge, options.gouge), (excess, options.total)]
+            .map(|(margin, tolerance)| MarginRule { margin, tolerance, exact });
+        let request = BoundRequest { rules, excess: promise.excess, extremes };
+        let (found, [lowest, highest]) = faces::bounds(chunks, subject.faces, measured, &request)?;
+        deviation.bounds = Some(found);
+        deviation.lowest = lowest.or(deviation.lowest);
+        deviation.highest = highest.or(deviation.highest);
+        Ok(())
+    }
 }
 
-/// Every how manieth point is asked for its sensitivity.
+/// Stride of the points that are evaluated for sensitivity.
 const STRIDE: usize = 7;
 
-/// What errors of the tool would do where it cuts.
-fn sensitivity(faces: &[Face], measured: &[Measured]) -> Sensitivity {
+/// Returns the effect of tool errors at the points where the tool cuts.
+fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
     let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
-    for (face, (map, deciding)) in faces.iter().zip(measured) {
+    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
             let normal = sample.as_ref().and_then(|s| face.normal(s.uv[0], s.uv[1]));
             let (Some(by), Some(normal)) = (by, normal) else { continue };
-            // The tool touches with its outward normal against the surface's; its tip stays where it is
-            // measured, so that a larger rounding goes up with its centre.
+            // The tool touches with its outward normal against that of the surface. Its tip stays where it is measured, so
+            // a larger corner radius rises with its centre.
             let along = by.stand.axis.dot(&normal);
             worst.length = worst.length.max(along.abs());
             worst.radius = worst.radius.max(1.0 - along);
@@ -137,8 +175,9 @@ fn sensitivity(faces: &[Face], measured: &[Measured]) -> Sensitivity {
     worst
 }
 
-/// How far the tool is off the workpiece at most, by how far a rotary axis is: turned by `q`, the place that was
-/// set at zero comes `2 sin(q / 2)` times as far out.
+/// Returns the largest displacement of the tool in the workpiece, per error of a rotary axis position.
+///
+/// At angle `q` the point that was set at zero is displaced by `2 sin(q / 2)` times the error.
 pub(crate) fn pivot(audit: &Audit) -> f64 {
     let chord = |[low, high]: [f64; 2]| {
         // Half a turn, or an odd number of them, is farthest.
@@ -149,31 +188,6 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
         [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
     };
     audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
-}
-
-/// Bounds what lies between the points, and takes in worse places that turn up.
-fn promised(
-    (chunks, faces): (&MotionChunks<'_>, &[Face]),
-    measured: &[Measured],
-    (promise, options): (&Promise, &Options),
-    deviation: &mut Deviation,
-) -> Result<(), VerifyError> {
-    let heights = [&deviation.lowest, &deviation.highest]
-        .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
-    if heights[0].is_some_and(|lowest| lowest <= -options.reach) {
-        // Deeper than is looked at: there is nothing to promise.
-        return Ok(());
-    }
-    let [gouge, excess] = promise.margin;
-    let exact = options.ray_tolerance;
-    let rooms = [(gouge, options.gouge), (excess, options.total)]
-        .map(|(margin, tolerance)| MarginRule { margin, tolerance, exact });
-    let (found, [lowest, highest]) =
-        bounds::of(chunks, faces, measured, (rooms, promise.excess), heights)?;
-    deviation.bounds = Some(found);
-    deviation.lowest = lowest.or(deviation.lowest);
-    deviation.highest = highest.or(deviation.highest);
-    Ok(())
 }
 
 #[cfg(test)]
@@ -243,8 +257,10 @@ mod tests {
         let faces = std::slice::from_ref(&face);
         let subject = MeasureSubject { faces, cutters: &[&cutter], rest: &[] };
         let measure = |size: usize| {
-            let chunks = MotionChunks::of(&run, (&[&cutter], &options), size).unwrap();
-            measured(&chunks, &subject, &options, &Silent).unwrap()
+            let tools = MeasuredTools { cutters: &[&cutter], options: &options };
+            let chunks = MotionChunks::of(&run, tools, size).unwrap();
+            let task = MeasureTask { subject: &subject, options: &options, progress: &Silent };
+            task.cuts(&chunks).unwrap()
         };
         let (maps, deviation) = measure(100_000);
         let findings = crate::verify::left(&maps, &deviation, &options);

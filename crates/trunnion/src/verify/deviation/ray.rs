@@ -1,5 +1,6 @@
 //! The lowest point of a ray that the moving tool reaches.
 
+use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery};
 use crate::verify::swept::tool::{BodyPose, ConvexBody, NormalRay};
 
@@ -32,7 +33,7 @@ pub(crate) struct DecidingPose {
 pub(crate) struct MovingBody<'a> {
     pub(crate) piece: &'a MotionPiece,
     pub(crate) body: ConvexBody,
-    pub(crate) numbers: (u32, u32),
+    pub(crate) numbers: ContentId,
 }
 
 /// Share of the tolerance by which a tool may cut into the ray unnoticed.
@@ -104,7 +105,7 @@ impl LowestEntry {
             let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
             if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
             {
-                let (stand, body, piece) = (instant.stand, numbers.1, numbers.0);
+                let (stand, body, piece) = (instant.stand, numbers.body, numbers.item);
                 let by = DecidingPose { stand, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }

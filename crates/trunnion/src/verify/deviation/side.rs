@@ -1,4 +1,4 @@
-//! On which side of the faces the tool works.
+//! Detects programs that cut the faces from their back.
 
 use crate::cutter::Cutter;
 use crate::surface::Face;
@@ -6,20 +6,23 @@ use crate::verify::swept::tool::{BodyPose, bodies};
 use crate::verify::{ClInput, Input, Tool, Track, VerifyError, track, track_cl};
 use nalgebra::{Point3, Vector3};
 
-/// Places looked at along either parameter of a face, and in all at most.
+/// Points tested along either parameter of a face, and in all at most.
 const ACROSS: u32 = 5;
 const MOST_PLACES: usize = 100;
-/// Share of the places that has to be cut from behind.
+/// Share of the points that must be cut from behind.
 const SHARE: usize = 4;
-/// How far off the face they lie, over the radius of the smallest tool: no tolerance is as large, and no tool as thin.
+/// Distance of the test points from the face, over the radius of the smallest tool. No tolerance is as large and no tool
+/// as thin.
 const OFF: f64 = 0.1;
-/// Distance of tool positions over the same radius: a ball that touches a place between two of them has risen over it
-/// by less than a tenth of `OFF` at the nearer.
+/// Distance of tool positions over the same radius. A ball that touches a point between two of them has risen over it by
+/// less than a tenth of `OFF` at the nearer one.
 const STEP: f64 = 0.25;
 
-/// Whether the program cuts the faces from their backs: to how many places the tool comes from there alone, of how many
-/// that are looked at; `None` if it comes to any from the front, or to few at all. Measured heights of such a program would
-/// say that nothing is cut.
+/// Tests if the program cuts the faces from their backs: heights measured along the normals would then report that
+/// nothing is cut.
+///
+/// Returns the number of points that a tool reaches from behind only, and the number tested. Returns `None` if a tool
+/// reaches any point from the front, or only few points at all.
 ///
 /// # Errors
 ///
@@ -29,7 +32,7 @@ pub fn behind(input: &Input<'_>) -> Result<Option<[usize; 2]>, VerifyError> {
     Ok(scene.votes(&track(input, STEP * scene.radius)?))
 }
 
-/// The same of cutter locations.
+/// Does the same for cutter locations, see [`behind`].
 ///
 /// # Errors
 ///
@@ -39,7 +42,7 @@ pub fn behind_cl(input: &ClInput<'_>, tolerance: f64) -> Result<Option<[usize; 2
     Ok(scene.votes(&track_cl(input, tolerance, STEP * scene.radius)?))
 }
 
-/// Pairs of places before and behind faces, and the tools that may come to them.
+/// Pairs of points in front of and behind faces, with the tools that may reach them.
 struct Scene<'a> {
     pairs: Vec<[Point3<f64>; 2]>,
     cutters: Vec<&'a Cutter>,
@@ -82,7 +85,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Pairs of places so far before and behind a face.
+/// Returns pairs of points at a given distance in front of and behind a face.
 fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
     let [u, v] = face.bounds();
     let at = |[low, high]: [f64; 2], k: u32| {

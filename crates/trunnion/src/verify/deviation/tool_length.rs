@@ -1,21 +1,26 @@
-//! Whether all that is wrong is one length: that of the tool, or the height of the work.
+//! Recognizes deviations that one wrong length explains: that of the tool, or the height of the workpiece.
 
-use super::map::Measured;
+use super::map::MeasuredMap;
 use crate::surface::Face;
 use crate::verify::Options;
 use std::collections::BTreeMap;
 
-/// Share of the lines that leave something on the faces and break the tolerance, from which it is not theirs.
+/// Least share of lines out of tolerance from which a wrong length is suspected.
 const MOST: f64 = 0.5;
 
-/// How much higher along its own axis the tool would keep the tolerance at every point, least and most \[mm\];
-/// `None` if nothing, or not everything, is wrong in this way. To first order, as a place that is touched along
-/// its normal by a tool that leans.
-pub(crate) fn length(faces: &[Face], measured: &[Measured], options: &Options) -> Option<[f64; 2]> {
+/// Returns the least and the largest shift along the tool axis that would keep the tolerance at every point \[mm\].
+///
+/// `None` if nothing is wrong, or if no single shift repairs everything. To first order: a point touched along its normal
+/// by an inclined tool moves by the shift times the cosine.
+pub(crate) fn length(
+    faces: &[Face],
+    measured: &[MeasuredMap],
+    options: &Options,
+) -> Option<[f64; 2]> {
     let [low, high] = [-options.gouge, options.total];
     let mut higher = [f64::NEG_INFINITY, f64::INFINITY];
     let mut lines: BTreeMap<u32, bool> = BTreeMap::new();
-    for (face, (map, deciding)) in faces.iter().zip(measured) {
+    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding) {
             let Some(sample) = sample.as_ref().filter(|sample| !sample.rest) else { continue };
             let (height, line) = (sample.height?, sample.line?);

@@ -44,8 +44,23 @@ impl BoundingBox {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TreeItem {
     pub(crate) bounds: BoundingBox,
-    /// Numbers of the piece and of the body.
-    pub(crate) content: (u32, u32),
+    pub(crate) content: ContentId,
+}
+
+/// Numbers of what a box contains, in ascending order of both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ContentId {
+    /// Number of the piece of motion, triangle or other item.
+    pub(crate) item: u32,
+    /// Number of the body in motion; 0 for items without bodies.
+    pub(crate) body: u32,
+}
+
+impl ContentId {
+    /// Returns the numbers of an item without bodies.
+    pub(crate) fn item(item: u32) -> Self {
+        Self { item, body: 0 }
+    }
 }
 
 /// Tree of bounding boxes.
@@ -116,7 +131,7 @@ impl BoxTree {
     }
 
     /// Collects the contents of all boxes that meet a region, each once and in ascending order.
-    pub(crate) fn near(&self, region: &BoundingBox, found: &mut Vec<(u32, u32)>) {
+    pub(crate) fn near(&self, region: &BoundingBox, found: &mut Vec<ContentId>) {
         found.clear();
         let mut open = vec![0];
         while let Some(at) = open.pop() {
@@ -174,7 +189,10 @@ mod tests {
             high: Point3::new(x + size, (7.0 * x).sin() * 9.0 + size, (3.0 * x).cos() * 5.0 + size),
         };
         let items: Vec<TreeItem> = (0..500)
-            .map(|i| TreeItem { bounds: cube(f64::from(i) * 0.1, 1.5), content: (i / 2, 0) })
+            .map(|i| TreeItem {
+                bounds: cube(f64::from(i) * 0.1, 1.5),
+                content: ContentId { item: i / 2, body: 0 },
+            })
             .collect();
         let tree = BoxTree::new(items.clone());
         let mut found = Vec::new();

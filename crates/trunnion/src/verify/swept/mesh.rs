@@ -1,6 +1,6 @@
 //! Closed triangle meshes in a bounding volume hierarchy.
 
-use super::bvh::{BoundingBox, BoxTree, TreeItem};
+use super::bvh::{BoundingBox, BoxTree, ContentId, TreeItem};
 use super::crossing::crossing;
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
@@ -38,7 +38,7 @@ impl ClosedMesh {
             |all: BoundingBox, p: &Point3<f64>| all.join(&BoundingBox { low: *p, high: *p });
         let items = (0u32..).zip(&mesh.triangles).filter_map(|(number, triangle)| {
             let bounds = corners(&mesh, triangle)?.iter().fold(BoundingBox::empty(), around);
-            Some(TreeItem { bounds, content: (number, 0) })
+            Some(TreeItem { bounds, content: ContentId::item(number) })
         });
         let tree = BoxTree::new(items.collect());
         tree.root()?;
@@ -68,8 +68,8 @@ impl ClosedMesh {
         high[ALONG] = bounds.high[ALONG];
         let mut near = Vec::new();
         self.tree.near(&BoundingBox { low: *point, high }, &mut near);
-        let above = near.iter().filter_map(|&(number, _)| {
-            let [a, b, c] = self.triangle(number)?;
+        let above = near.iter().filter_map(|id| {
+            let [a, b, c] = self.triangle(id.item)?;
             crossing([&a, &b, &c], [0, 1, ALONG], point).filter(|(s, _)| *s > point[ALONG])
         });
         let (wound, count) = above.fold((0, 0), |(wound, n), (_, way)| (wound + way, n + 1));
@@ -84,7 +84,7 @@ impl ClosedMesh {
     pub(crate) fn within(&self, bounds: &BoundingBox) -> BoxContent {
         let mut near = Vec::new();
         self.tree.near(bounds, &mut near);
-        let triangles = near.iter().filter_map(|&(number, _)| self.triangle(number));
+        let triangles = near.iter().filter_map(|id| self.triangle(id.item));
         let triangles: Vec<TriangleCorners> = triangles.filter(|one| is_in(one, bounds)).collect();
         if triangles.is_empty() && !self.holds(&nalgebra::center(&bounds.low, &bounds.high)) {
             return BoxContent::Nothing;

@@ -43,7 +43,8 @@ impl MotionPiece {
     /// [`MotionPiece::keeps_off`].
     fn off_rays(
         &self,
-        (instant, half): (&MotionInstant, f64),
+        instant: &MotionInstant,
+        half: f64,
         body: ConvexBody,
         disc: &RayBundle,
         [below, top]: [f64; 2],
@@ -74,7 +75,7 @@ impl MotionPiece {
         range: [f64; 2],
     ) -> f64 {
         let DistanceMargin { distance, place, time } =
-            self.off_rays((&self.middle, 1.0), body, disc, range);
+            self.off_rays(&self.middle, 1.0, body, disc, range);
         distance - place - time
     }
 
@@ -90,7 +91,7 @@ impl MotionPiece {
     ) -> Option<f64> {
         let mut open = vec![(0.0, 1.0)];
         while let Some((u, half)) = open.pop() {
-            let margin = self.off_rays((&self.instant(u), half), body, disc, range);
+            let margin = self.off_rays(&self.instant(u), half, body, disc, range);
             let DistanceMargin { distance, place, time } = margin;
             if distance - place - time > slack {
                 continue;

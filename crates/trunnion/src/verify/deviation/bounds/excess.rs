@@ -1,37 +1,39 @@
-//! A tool holds each piece of the face moved outwards, or passes over it.
+//! Upper bound on excess: proves that a tool holds each piece of the face offset outwards, or sweeps over it.
 
+use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
-use super::{CellLocation, TILE, TileBound, TileSurvey};
+use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{Extreme, Sample};
+use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::tool::NormalRay;
 use std::rc::Rc;
 
 /// Quarterings after which a larger bound is tried.
 const DEEPEST: u32 = 14;
-/// Doublings of the bound at most.
+/// Most doublings of the bound.
 const DOUBLINGS: i32 = 24;
-/// Poses tried on one piece: those that decided nearest to it.
+/// Most poses tried on one piece: those that decided nearest to it.
 const MOST_POSES: usize = 6;
 
-/// A piece of the face and poses that may hold it.
+/// Piece of the face with poses that may hold it.
 struct ExcessCell {
     rectangle: UvRectangle,
     level: u32,
     poses: Vec<DecidingPose>,
-    /// The pose of those that was found last, if it was found among what may come to the piece.
+    /// Last pose found among the bodies that may come to the piece.
     found: Option<DecidingPose>,
-    /// What may come to it.
-    items: Rc<[(u32, u32)]>,
+    /// Bodies that may come to the piece.
+    items: Rc<[ContentId]>,
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
 }
 
-/// The highest excess in a tile, bounded by `most` pieces.
+/// Bounds the highest excess in a tile with at most `most` pieces.
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[1];
     let mut open = Vec::new();
-    let items: Rc<[(u32, u32)]> = survey.parts.numbers().collect();
+    let items: Rc<[ContentId]> = survey.parts.numbers().collect();
     let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
     for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
         for j in at[1]..(at[1] + TILE).min(columns.saturating_sub(1)) {
@@ -55,17 +57,18 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
             known.end(piece.area());
             continue;
         }
-        search(survey, (next, &piece), (&mut known, &mut open));
+        search(survey, next, &piece, &mut known, &mut open);
     }
     known
 }
 
-/// The pieces of a grid cell, with the poses that decided at its corners. Cells with a corner that is
-/// uncut, and those that meet the rest, are told as such and left out.
+/// Adds the pieces of a grid cell, with the poses that decide at its corners.
+///
+/// Cells with an uncut corner, and those that touch declared rest material, are reported as such and left out.
 fn cell(
     survey: &TileSurvey<'_>,
     [i, j]: [usize; 2],
-    items: &Rc<[(u32, u32)]>,
+    items: &Rc<[ContentId]>,
     open: &mut Vec<ExcessCell>,
 ) {
     let columns = survey.map.v.len();
@@ -95,12 +98,13 @@ fn cell(
     }
 }
 
-/// Whether a pose holds all of a piece moved outwards by `height`: a convex body does if it holds the
-/// corners of the plane piece with room for what the piece may differ from it.
+/// Tests if a pose holds all of a piece offset outwards by `height`.
+///
+/// A convex body does if it holds the corners of the flat piece, less the largest departure of the piece from it.
 fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, pose: &DecidingPose) -> bool {
     let Some(body) = survey.parts.body(pose.body) else { return false };
     let stand = pose.stand;
-    let room = cell.bulge + height * cell.turn + survey.parts.look.error();
+    let room = cell.bulge + height * cell.turn + survey.parts.scope.error();
     let [a, b] = cell.half;
     let middle = cell.centre + cell.normal * height - stand.tip;
     [a + b, a - b, b - a, -a - b]
@@ -108,29 +112,32 @@ fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, pose: &DecidingP
         .all(|corner| body.probe(&(middle + corner), &stand.axis).distance <= -room)
 }
 
-/// Whether a tool in motion passes over all of a piece moved outwards by `height`, one place after the other, as a
-/// sharp edge does that holds no two places at once.
+/// Tests if a moving tool sweeps over all of a piece offset outwards by `height`, point after point. A sharp edge does
+/// that although it holds no two points at once.
 ///
-/// Give every place `p` the time `u(p)`, linear in `p`: seen from the tool, `p` at that time depends linearly on `p`,
-/// but for the bend of the motion, and a convex body that holds the corners holds all in between. Any such `u` will
-/// do; it is taken from when the middles of the sides are deepest.
+/// Proof: give every point `p` a time `u(p)` that is linear in `p`. Seen from the tool, `p` at that time depends linearly
+/// on `p`, except for the bend of the motion. A convex body that holds the corners then holds everything between them.
+/// Any such `u` is valid; it is fitted to the times at which the middles of the sides are deepest.
 fn passes(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPose) -> bool {
-    let Some(part) = survey.parts.part((by.piece, by.body)) else { return false };
+    let Some(part) = survey.parts.part(ContentId { item: by.piece, body: by.body }) else {
+        return false;
+    };
     let [a, b] = cell.half;
     let place = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
+    // Step 1: fit a linear time to the deepest times at the middles of the four sides.
     let deepest = |s: f64, t: f64| part.piece.deepest(part.body, &place(s, t));
     let sides = [deepest(-1.0, 0.0), deepest(1.0, 0.0), deepest(0.0, -1.0), deepest(0.0, 1.0)];
     let rates = [0.5 * (sides[1] - sides[0]), 0.5 * (sides[3] - sides[2])];
-    // Within the piece of the move: a little early or late does for some micrometres.
+    // Step 2: keep the times within the piece of the move; a little early or late costs some micrometres only.
     let width = rates[0].abs() + rates[1].abs();
     let [p, q] = rates.map(|rate| rate / width.max(1.0));
     let width = width.min(1.0);
     let middle = (0.25 * sides.iter().sum::<f64>()).clamp(width - 1.0, 1.0 - width);
     let far = (cell.centre - part.piece.middle().stand.tip).norm() + cell.radius() + height;
-    // Both a place and the corners may be off what is linear.
+    // Step 3: both a point and the corners may depart from the linear motion.
     let bend =
         2.0 * (part.piece.bend(far) * width * width + part.piece.shear(width) * cell.radius());
-    let room = cell.bulge + height * cell.turn + survey.parts.look.error() + bend;
+    let room = cell.bulge + height * cell.turn + survey.parts.scope.error() + bend;
     [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].iter().all(|[s, t]| {
         part.piece.distance(part.body, middle + p * s + q * t, &place(*s, *t)).0 <= -room
     })
@@ -148,19 +155,20 @@ fn halve(next: ExcessCell, border: Option<Vec<u32>>, open: &mut Vec<ExcessCell>)
     }
 }
 
-/// Looks for the pose that comes lowest in the middle of a piece, and quarters the piece if that does
-/// not hold it.
+/// Finds the pose that comes lowest in the middle of a piece, and quarters the piece if that pose does not hold it.
 fn search(
     survey: &TileSurvey<'_>,
-    (mut next, piece): (ExcessCell, &FlatCell),
-    (known, open): (&mut TileBound, &mut Vec<ExcessCell>),
+    mut next: ExcessCell,
+    piece: &FlatCell,
+    known: &mut TileBound,
+    open: &mut Vec<ExcessCell>,
 ) {
     let place = survey.place(&next.rectangle, next.border.as_deref());
     if matches!(place, CellLocation::Outside) {
         return;
     }
     let ray =
-        NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.look.reach };
+        NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.scope.reach };
     next.items = coming(survey, piece, &next.items);
     let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
     let inside = survey.holds_middle(&next.rectangle, &place);
@@ -193,7 +201,7 @@ fn search(
                 return;
             }
         }
-        // A hole between the measured points.
+        // A hole between the measured points: nothing cuts here.
         _ if inside => {
             known.open += piece.area();
             return;
@@ -214,11 +222,11 @@ fn search(
     halve(next, border, open);
 }
 
-/// Looks for a larger bound that holds.
+/// Tries larger bounds until one holds.
 fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
-        if height > survey.parts.look.reach {
+        if height > survey.parts.scope.reach {
             break;
         }
         if next.poses.iter().any(|pose| holds(survey, piece, height, pose))
@@ -231,12 +239,12 @@ fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &
     known.open += piece.area();
 }
 
-/// What of some may come to a piece, lowest first.
-fn coming(survey: &TileSurvey<'_>, piece: &FlatCell, items: &[(u32, u32)]) -> Rc<[(u32, u32)]> {
-    let disc = piece.disc();
+/// Returns the bodies that may come to a piece, lowest first.
+fn coming(survey: &TileSurvey<'_>, piece: &FlatCell, items: &[ContentId]) -> Rc<[ContentId]> {
+    let bundle = piece.bundle();
     let keeps =
-        |&numbers: &(u32, u32)| Some((survey.parts.comes(numbers, &disc, survey.top)?, numbers));
-    let mut coming: Vec<(f64, (u32, u32))> = items.iter().filter_map(keeps).collect();
+        |&numbers: &ContentId| Some((survey.parts.comes(numbers, &bundle, survey.top)?, numbers));
+    let mut coming: Vec<(f64, ContentId)> = items.iter().filter_map(keeps).collect();
     coming.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     coming.into_iter().map(|(_, numbers)| numbers).collect()
 }

@@ -1,7 +1,9 @@
-//! The moves that come to tiles, from however long a program.
+//! Collects the moves that come to each tile, from programs of any length.
 
+use super::margin::TileBound;
 use super::shape::{UvRectangle, quarters};
-use super::{MeasuredFace, TILE, TileBound, TileSurvey, TileTask};
+use super::survey::{MeasuredFace, TILE, TileSurvey, TileTask};
+use super::{excess, gouge};
 use crate::verify::VerifyError;
 use crate::verify::deviation::chunks::{ChunkMotion, MotionChunk, MotionChunks};
 use crate::verify::swept::bvh::BoundingBox;
@@ -9,21 +11,21 @@ use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::rays::RayBundle;
 use rayon::prelude::*;
 
-/// Quarterings of a tile where its middle has no normal.
+/// Most quarterings of a tile whose middle has no normal.
 const DEEPEST: u32 = 3;
 
-/// Tiles in order, with the moves that come to them.
+/// Moves that come to some tiles.
 struct GatheredMoves {
-    /// Tiles taken.
+    /// Number of tiles served.
     count: usize,
     pieces: Vec<MotionPiece>,
-    /// Numbers of pieces by tile.
+    /// Numbers of pieces, by tile.
     lists: Vec<Vec<u32>>,
-    /// More moves than can be kept come to the only tile taken.
+    /// Even the only tile served has more moves than can be kept.
     crowded: bool,
 }
 
-/// Looks at each tile, with the moves that come to it below `task.top`; the program is run as often as that takes.
+/// Bounds each tile with the moves that come to it below `task.top`, running the program as often as memory requires.
 pub(crate) fn each(
     chunks: &MotionChunks<'_>,
     tasks: &[TileTask<'_>],
@@ -40,7 +42,7 @@ pub(crate) fn each(
                 return ground.crowded(at);
             }
             let of = list.iter().filter_map(|&number| pieces.get(number as usize));
-            let parts = ChunkMotion { pieces: of.copied().collect(), look: chunks.look.clone() };
+            let parts = ChunkMotion { pieces: of.copied().collect(), scope: chunks.scope.clone() };
             TileSurvey { ground, parts, top }.tile(task)
         };
         done.par_extend(some.par_iter().zip(&lists).map(look));
@@ -48,22 +50,23 @@ pub(crate) fn each(
     Ok(done)
 }
 
-/// The moves that come to some tiles, or to the first of them if those are too many.
+/// Collects the moves of some tiles, or of the first of them if those are too many.
 fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredMoves, VerifyError> {
     let tiles: Vec<(Vec<RayBundle>, f64)> =
-        tasks.par_iter().map(|task| (task.ground.discs(task.at), task.top)).collect();
+        tasks.par_iter().map(|task| (task.ground.bundles(task.at), task.top)).collect();
     let count = tasks.len();
     let mut all =
         GatheredMoves { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
     let boxes = tiles
         .iter()
-        .flat_map(|(discs, top)| discs.iter().map(|disc| chunks.look.around(disc, *top)));
+        .flat_map(|(bundles, top)| bundles.iter().map(|bundle| chunks.scope.around(bundle, *top)));
     let within = boxes.fold(BoundingBox::empty(), |all, each| all.join(&each));
     chunks.each(&within, |chunk, _| {
         if all.crowded {
             return Ok(());
         }
-        let coming = tiles.par_iter().take(all.count).map(|(discs, top)| chunk.coming(discs, *top));
+        let coming =
+            tiles.par_iter().take(all.count).map(|(bundles, top)| chunk.coming(bundles, *top));
         let coming: Vec<Vec<u32>> = coming.collect();
         all.take(chunk, &coming, chunks.kept());
         Ok(())
@@ -72,7 +75,7 @@ fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredM
 }
 
 impl GatheredMoves {
-    /// Takes in moves of a chunk that come to the tiles, by tile; `most` pieces at most are kept.
+    /// Adds the moves of a chunk that come to the tiles, keeping `most` pieces at most.
     fn take(&mut self, chunk: &MotionChunk, coming: &[Vec<u32>], most: usize) {
         let mut numbers = vec![None; chunk.parts.pieces.len()];
         for (list, coming) in self.lists.iter_mut().zip(coming) {
@@ -99,7 +102,7 @@ impl GatheredMoves {
         }
     }
 
-    /// Keeps the moves of the tiles taken alone, in order.
+    /// Keeps only the moves of the tiles served, in order.
     fn shrink(&mut self) {
         self.lists.truncate(self.count);
         let mut wanted = vec![false; self.pieces.len()];
@@ -126,24 +129,33 @@ impl GatheredMoves {
 }
 
 impl MeasuredFace<'_> {
-    /// Discs that hold all of a tile.
-    fn discs(&self, at: [usize; 2]) -> Vec<RayBundle> {
-        let mut discs = Vec::new();
+    /// Returns ray bundles that cover a tile.
+    fn bundles(&self, at: [usize; 2]) -> Vec<RayBundle> {
+        let mut bundles = Vec::new();
         for part in
             self.rectangle(at, TILE).iter().flat_map(|&whole| self.shape.smooth_parts(whole))
         {
-            self.disc(part, 0, &mut discs);
+            self.bundle(part, 0, &mut bundles);
         }
-        discs
+        bundles
     }
 
-    fn disc(&self, rectangle: UvRectangle, level: u32, discs: &mut Vec<RayBundle>) {
+    fn bundle(&self, rectangle: UvRectangle, level: u32, bundles: &mut Vec<RayBundle>) {
         if let Some(cell) = self.shape.cell(&rectangle) {
-            discs.push(cell.disc());
+            bundles.push(cell.bundle());
         } else if level < DEEPEST {
             for quarter in quarters(rectangle) {
-                self.disc(quarter, level + 1, discs);
+                self.bundle(quarter, level + 1, bundles);
             }
         }
+    }
+}
+
+impl TileSurvey<'_> {
+    fn tile(&self, task: &TileTask<'_>) -> [TileBound; 2] {
+        let gouge = gouge::tile(self, task.at, task.most);
+        let excess =
+            if self.excess { excess::tile(self, task.at, task.most) } else { self.start[1] };
+        [gouge, excess]
     }
 }

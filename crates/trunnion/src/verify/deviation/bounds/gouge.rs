@@ -1,25 +1,34 @@
-//! No tool comes to the face moved inwards.
+//! Upper bound on gouge depth: proves that no tool position reaches the face offset inwards by the bound.
 
+use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
-use super::{CellLocation, TILE, TileBound, TileSurvey};
+use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::Extreme;
+use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{DistanceMargin, SurfacePatch};
 use crate::verify::swept::tool::NormalRay;
 
-/// Quarterings after which the height in the middle of a piece is measured, where no answer came.
+/// Quarterings after which the height in the middle of an undecided piece is measured.
 const MEASURED_FROM: u32 = 3;
-/// Quarterings after which a larger bound is tried: pieces are some 1e-6 of a cell then.
+/// Quarterings after which a larger bound is tried; a piece is then some 1e-6 of a cell.
 const DEEPEST: u32 = 20;
-/// Halvings of a piece of a move at most.
+/// Shortest half interval of time in a search: a millionth of the piece.
 const SHORTEST: f64 = 1e-6;
-/// Doublings of the bound at most.
+/// Most doublings of the bound.
 const DOUBLINGS: i32 = 24;
 
-/// A body over a stretch of a piece of a move: numbers, middle, half width.
-type OpenBody = ((u32, u32), f64, f64);
+/// Body over an interval of time that may come to a piece of the face.
+#[derive(Clone, Copy)]
+struct OpenBody {
+    numbers: ContentId,
+    /// Middle of the interval.
+    u: f64,
+    /// Half its length.
+    half: f64,
+}
 
-/// A piece of the face and what may come to it.
+/// Piece of the face with the bodies that may come to it.
 struct GougeCell {
     rectangle: UvRectangle,
     level: u32,
@@ -28,7 +37,7 @@ struct GougeCell {
     border: Option<Vec<u32>>,
 }
 
-/// The deepest gouge in a tile, bounded by `most` pieces.
+/// Bounds the deepest gouge in a tile with at most `most` pieces.
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[0];
     let Some(whole) = survey.rectangle(at, TILE) else { return known };
@@ -54,18 +63,19 @@ fn area(survey: &TileSurvey<'_>, rectangle: &UvRectangle) -> f64 {
     survey.shape.cell(rectangle).map_or(0.0, |cell| cell.area())
 }
 
-/// A piece with all that comes near the tile.
+/// Returns a piece of the tile with everything that comes near the tile.
 fn first(survey: &TileSurvey<'_>, rectangle: UvRectangle) -> Option<GougeCell> {
     let border = match survey.first_place(&rectangle) {
         CellLocation::Outside => return None,
         CellLocation::Inside => None,
         CellLocation::Border(segments) => Some(segments),
     };
-    let items = survey.parts.numbers().map(|numbers| (numbers, 0.0, 1.0)).collect();
+    let items =
+        survey.parts.numbers().map(|numbers| OpenBody { numbers, u: 0.0, half: 1.0 }).collect();
     Some(GougeCell { rectangle, level: 0, items, border })
 }
 
-/// Drops a piece to which nothing comes, or quarters it.
+/// Drops a piece that nothing reaches, or quarters it.
 fn quarter(
     survey: &TileSurvey<'_>,
     next: GougeCell,
@@ -84,14 +94,14 @@ fn quarter(
             return;
         }
         if level >= MEASURED_FROM && survey.holds_middle(&rectangle, &place) {
-            measure(survey, (&cell, &rectangle), &left, known);
+            measure(survey, &cell, &rectangle, &left, known);
         }
         if level >= DEEPEST {
             beyond(survey, &cell, &left, known);
             return;
         }
     } else if level >= DEEPEST {
-        // A point without a normal; the pieces around it are all certain.
+        // A singular point without a normal; the pieces around it are all proven.
         return;
     }
     let border = match place {
@@ -104,7 +114,7 @@ fn quarter(
     }
 }
 
-/// Which of the stretches may come to a piece moved inwards by `depth`, cut to where they may.
+/// Returns the bodies that may come to a piece offset inwards by `depth`, their times cut to where they may.
 fn coming(
     survey: &TileSurvey<'_>,
     cell: &FlatCell,
@@ -121,12 +131,14 @@ fn coming(
     };
     let mut left = Vec::new();
     let mut stretches = Vec::new();
-    let error = survey.parts.look.error();
-    for &(numbers, u, half) in items {
+    let error = survey.parts.scope.error();
+    for &OpenBody { numbers, u, half } in items {
         let Some(part) = survey.parts.part(numbers) else { continue };
         stretches.push((u, half));
         while let Some((u, half)) = stretches.pop() {
             let instant = part.piece.instant(u);
+            // Two lower bounds of the distance: the gradient at the nearest point, and the support plane across the
+            // patch. Either one above the error drops the interval.
             let near = part.piece.keeps_off(&instant, half, part.body, &patch);
             if near.least() > error {
                 continue;
@@ -137,8 +149,9 @@ fn coming(
             }
             let DistanceMargin { place, time, .. } =
                 if flat.least() > near.least() { flat } else { near };
+            // Bisect time only while that gains more than quartering the face would.
             if place >= time || half < SHORTEST {
-                left.push((numbers, u, half));
+                left.push(OpenBody { numbers, u, half });
             } else {
                 stretches.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
             }
@@ -147,16 +160,17 @@ fn coming(
     left
 }
 
-/// Measures the height in the middle of a piece, against what may come to it.
+/// Measures the height in the middle of a piece against the bodies that may come to it.
 fn measure(
     survey: &TileSurvey<'_>,
-    (cell, rectangle): (&FlatCell, &UvRectangle),
+    cell: &FlatCell,
+    rectangle: &UvRectangle,
     items: &[OpenBody],
     known: &mut TileBound,
 ) {
-    let below = survey.parts.look.reach;
+    let below = survey.parts.scope.reach;
     let ray = NormalRay { origin: cell.centre, normal: cell.normal, below };
-    let lowest = survey.parts.lowest(items.iter().map(|item| item.0), &ray);
+    let lowest = survey.parts.lowest(items.iter().map(|item| item.numbers), &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
         let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
@@ -168,16 +182,16 @@ fn measure(
             height: lowest.s,
             or_deeper: false,
             line,
-            dog_leg: survey.parts.look.moves == MoveKind::DogLegs,
+            dog_leg: survey.parts.scope.moves == MoveKind::DogLegs,
         });
     }
 }
 
-/// Looks for a larger bound that holds.
+/// Tries larger bounds until one holds.
 fn beyond(survey: &TileSurvey<'_>, cell: &FlatCell, items: &[OpenBody], known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
-        if depth > survey.parts.look.reach {
+        if depth > survey.parts.scope.reach {
             break;
         }
         if coming(survey, cell, depth, items).is_empty() {

@@ -1,28 +1,28 @@
-//! A face as pieces that are planes to within a stated error.
+//! Splits a face into pieces that are flat to within a stated error.
 
 use crate::surface::{Curve, Face, NurbsSurface, Patch, Surface};
 use crate::verify::VerifyError;
 use crate::verify::swept::rays::RayBundle;
 use nalgebra::{Point3, Vector3, Vector4};
 
-/// A rectangle of parameters.
+/// Rectangle of parameters.
 pub(crate) type UvRectangle = [[f64; 2]; 2];
 
-/// A face whose second derivatives are bounded.
+/// Face with bounds on its second derivatives.
 pub(crate) struct FaceShape<'a> {
     pub(crate) face: &'a Face,
-    /// Parameters at which derivatives may jump, by u and v.
+    /// Parameters at which derivatives may jump, for u and v.
     breaks: [Vec<f64>; 2],
-    /// Bounds patch by patch, v running fastest.
+    /// Bounds per patch, v running fastest.
     bends: Vec<[f64; 3]>,
-    /// A bound everywhere, where the face goes on beyond the seam of a periodic surface.
+    /// Global bound, used beyond the seam of a periodic surface.
     anywhere: Option<[f64; 3]>,
-    /// Largest curvature, where it is known \[1/mm\].
+    /// Largest curvature, if known \[1/mm\].
     curvature: Option<f64>,
 }
 
-/// A piece of a face: every point is within `bulge` of `centre + s a + t b`, s and t in -1..=1, every
-/// normal within `turn` of `normal`.
+/// Flat piece of a face: every point is within `bulge` of `centre + s a + t b`, with s and t in -1..=1; every normal is
+/// within `turn` of `normal`.
 pub(crate) struct FlatCell {
     pub(crate) centre: Point3<f64>,
     pub(crate) normal: Vector3<f64>,
@@ -32,26 +32,26 @@ pub(crate) struct FlatCell {
 }
 
 impl FlatCell {
-    /// No point is farther from the centre \[mm\].
+    /// Bounds the distance of its points from the centre \[mm\].
     pub(crate) fn radius(&self) -> f64 {
         let [a, b] = &self.half;
         (a + b).norm().max((a - b).norm()) + self.bulge
     }
 
-    /// The rays along its normals.
-    pub(crate) fn disc(&self) -> RayBundle {
+    /// Returns the bundle of rays along its normals.
+    pub(crate) fn bundle(&self) -> RayBundle {
         let (centre, normal, radius) = (self.centre, self.normal, self.radius());
         RayBundle { centre, normal, radius, bulge: self.bulge, turn: self.turn }
     }
 
-    /// About its area \[mm²\].
+    /// Returns its approximate area \[mm²\].
     pub(crate) fn area(&self) -> f64 {
         4.0 * self.half[0].cross(&self.half[1]).norm()
     }
 }
 
 impl<'a> FaceShape<'a> {
-    /// Bounds of a face.
+    /// Computes the bounds of a face.
     pub(crate) fn new(face: &'a Face) -> Self {
         let [u, v] = face.bounds();
         let ends = |[low, high]: [f64; 2]| vec![low, high];
@@ -108,7 +108,7 @@ impl<'a> FaceShape<'a> {
         Self::of_pieces(face, breaks, bends)
     }
 
-    /// A face between breaks, continued from turn to turn where it is periodic.
+    /// Returns the intervals between breaks, repeated with the period if the face is periodic.
     fn of_pieces(face: &'a Face, mut breaks: [Vec<f64>; 2], bends: Vec<[f64; 3]>) -> Self {
         let bounds = face.bounds();
         let beyond = |k: usize| {
@@ -128,13 +128,13 @@ impl<'a> FaceShape<'a> {
         Self { face, breaks, bends, anywhere, curvature: None }
     }
 
-    /// The parts of a rectangle over which derivatives do not jump.
+    /// Splits a rectangle into parts on which no derivative jumps.
     pub(crate) fn smooth_parts(&self, [u, v]: UvRectangle) -> Vec<UvRectangle> {
         let (us, vs) = (cuts(&self.breaks[0], u), cuts(&self.breaks[1], v));
         us.iter().flat_map(|&u| vs.iter().map(move |&v| [u, v])).collect()
     }
 
-    /// The piece over a rectangle that crosses no break; `None` where there is no normal.
+    /// Returns the flat piece over a rectangle that crosses no break; `None` where there is no normal.
     pub(crate) fn cell(&self, rectangle: &UvRectangle) -> Option<FlatCell> {
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         let [du, dv] = rectangle.map(|[low, high]| 0.5 * (high - low));
@@ -143,7 +143,7 @@ impl<'a> FaceShape<'a> {
         let normal = jet.normal()?.into_inner();
         let normal = if self.face.flip { -normal } else { normal };
         let [uu, uv, vv] = self.bend(u, v);
-        // Taylor with remainder, and what both tangents may differ by from those in the middle.
+        // Taylor's theorem with remainder, plus the change of both tangents from those in the middle.
         let bulge = 0.5 * (uu * du * du + 2.0 * uv * du * dv + vv * dv * dv);
         let [a, b] = [uu * du + uv * dv, uv * du + vv * dv];
         let spread = a * jet.sv.norm() + b * jet.su.norm() + a * b;
@@ -171,7 +171,7 @@ impl<'a> FaceShape<'a> {
     }
 }
 
-/// An interval, cut at the breaks inside it.
+/// Cuts an interval at the breaks inside it.
 fn cuts(breaks: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     let inner = breaks.iter().copied().filter(|&x| x > low && x < high);
     let ends: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
@@ -185,7 +185,7 @@ struct ControlNet {
 }
 
 impl ControlNet {
-    /// Control net of the derivative by parameter `k`; all zero for degree 0.
+    /// Returns the control net of the derivative by parameter `k`; all zero for degree 0.
     fn derivative(&self, k: usize) -> Self {
         let rows = self.points.len() / self.columns;
         let count = if k == 0 { rows } else { self.columns };
@@ -203,14 +203,15 @@ impl ControlNet {
         Self { points: points.collect(), columns: n }
     }
 
-    /// Largest vector, and largest weight.
+    /// Returns the largest vector and the largest weight.
     fn size(&self) -> [f64; 2] {
         let most = |of: fn(&Vector4<f64>) -> f64| self.points.iter().map(of).fold(0.0, f64::max);
         [most(|p| p.xyz().norm()), most(|p| p.w.abs())]
     }
 }
 
-/// Control points about their middle, in rows of so many; the least weight, and the largest distance from the middle.
+/// Centres control points, in rows of a given length, on their middle; returns the least weight and the largest
+/// distance from the middle as well.
 fn centred(points: &[Vector4<f64>], columns: usize) -> (ControlNet, f64, f64) {
     let count = points.len().max(1) as f64;
     let middle = points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
@@ -221,7 +222,7 @@ fn centred(points: &[Vector4<f64>], columns: usize) -> (ControlNet, f64, f64) {
     (net, least, far)
 }
 
-/// Bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over a patch.
+/// Bounds `|S_uu|`, `|S_uv|` and `|S_vv|` over a patch.
 ///
 /// With `S = A / w` about the middle of the control points: `S_u = (A_u - w_u S) / w` and
 /// `S_uv = (A_uv - w_u S_v - w_v S_u - w_uv S) / w`, each derivative within the hull of its net.
@@ -243,10 +244,10 @@ fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
     ]
 }
 
-/// A curve between breaks.
+/// Bounds of a curve between breaks.
 struct ControlStrip {
     breaks: Vec<f64>,
-    /// Bounds of its first and second derivative, and of a distance that is convex in the place, piece by piece.
+    /// Bounds per piece: first and second derivative, and a distance that is convex in the point.
     bounds: Vec<[f64; 3]>,
 }
 
@@ -266,7 +267,7 @@ impl ControlStrip {
                 let breaks = curve.knots().breaks().to_vec();
                 let bounds = curve.pieces().zip(breaks.windows(2)).map(|(points, ends)| {
                     let [first, second] = along(points, ends[1] - ends[0]);
-                    // A convex function is largest at a corner of the hull.
+                    // A convex function is largest at a corner of the convex hull.
                     let far = points.iter().map(|p| distance(&(p.xyz() / p.w)));
                     [first, second, far.fold(0.0, f64::max)]
                 });
@@ -276,7 +277,7 @@ impl ControlStrip {
     }
 }
 
-/// Bounds of the first and second derivative over a Bezier piece of a curve; as in [`second`].
+/// Bounds the first and second derivative over a Bezier piece of a curve; see [`second`].
 fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
     let (net, least, far) = centred(points, 1);
     let first = net.derivative(0);
@@ -287,23 +288,23 @@ fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
     [slope / length, second / (length * length)]
 }
 
-/// Trim curves of a face as segments.
+/// Trim curves of a face as straight segments.
 pub(crate) struct TrimSegments {
     segments: Vec<[[f64; 2]; 2]>,
-    /// How far the curves may be from the segments, by u and v.
+    /// Largest distance of the curves from the segments, in u and v.
     tolerance: [f64; 2],
 }
 
-/// Where a rectangle lies.
+/// Relation of a rectangle to the trims.
 pub(crate) enum TrimCrossing {
-    /// No trim runs through it.
+    /// No trim crosses it.
     Clear,
-    /// These segments do.
+    /// These segments cross it.
     Border(Vec<u32>),
 }
 
 impl TrimSegments {
-    /// Segments within `tolerance` of the trims, on every turn of a periodic surface.
+    /// Approximates the trims within `tolerance`, on every turn of a periodic surface.
     pub(crate) fn new(face: &Face, tolerance: [f64; 2]) -> Result<Self, VerifyError> {
         let periods = face.surface.periods().map(|period| period.unwrap_or(0.0));
         let turns =
@@ -330,7 +331,7 @@ impl TrimSegments {
         Ok(Self { segments, tolerance })
     }
 
-    /// Which of the segments, or of some of them, touch a rectangle.
+    /// Finds the segments that touch a rectangle, among all or among the given ones.
     pub(crate) fn side(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> TrimCrossing {
         let grown = [0, 1].map(|k: usize| {
             [rectangle[k][0] - self.tolerance[k], rectangle[k][1] + self.tolerance[k]]
@@ -348,7 +349,7 @@ impl TrimSegments {
     }
 }
 
-/// Whether a segment meets a rectangle (Liang and Barsky's clipping).
+/// Tests if a segment meets a rectangle, by Liang and Barsky's clipping.
 fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
@@ -364,7 +365,7 @@ fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     enter <= leave
 }
 
-/// Quarters of a rectangle.
+/// Returns the quarters of a rectangle.
 pub(crate) fn quarters([[u0, u1], [v0, v1]]: UvRectangle) -> [UvRectangle; 4] {
     let [u, v] = [0.5 * (u0 + u1), 0.5 * (v0 + v1)];
     [[[u0, u], [v0, v]], [[u0, u], [v, v1]], [[u, u1], [v0, v]], [[u, u1], [v, v1]]]

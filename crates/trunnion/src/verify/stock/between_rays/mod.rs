@@ -12,7 +12,7 @@ use super::moving_tools::MovingTools;
 use crate::types::{Progress, Stage};
 use crate::verify::VerifyError;
 use crate::verify::run::Run;
-use crate::verify::swept::bvh::{BoundingBox, BoxTree, TreeItem};
+use crate::verify::swept::bvh::{BoundingBox, BoxTree, ContentId, TreeItem};
 use crate::verify::swept::mesh::ClosedMesh;
 use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::relative::RelativeMotion;
@@ -138,8 +138,10 @@ fn again(
     close: &[CloseBox],
 ) -> Result<Option<SecondRun>, VerifyError> {
     let last = close.iter().map(|close| close.part).max().unwrap_or(0);
-    let item =
-        |(index, close): (u32, &CloseBox)| TreeItem { bounds: close.bounds, content: (index, 0) };
+    let item = |(index, close): (u32, &CloseBox)| TreeItem {
+        bounds: close.bounds,
+        content: ContentId::item(index),
+    };
     let boxes = BoxTree::new((0..).zip(close).map(item).collect());
     let mut suspects: BTreeMap<usize, Option<(ConvexBody, MotionPiece)>> =
         close.iter().map(|close| (close.part, None)).collect();
@@ -153,7 +155,7 @@ fn again(
                 *suspect = Some((*body, whole.piece));
             }
             for stretch in straight.iter().filter(|_| boxes.meets(bounds)) {
-                items.push(TreeItem { bounds: *bounds, content: (index(&before), 0) });
+                items.push(TreeItem { bounds: *bounds, content: ContentId::item(index(&before)) });
                 let (number, body, harm, stretch) = (*number, *body, *harm, *stretch);
                 before.push(EarlierBody { number, harm, body, stretch });
             }
@@ -190,7 +192,7 @@ fn graze(
     let passing = RelativeMotion { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
     let mut near = Vec::new();
     tree.near(&close.bounds, &mut near);
-    let before = near.iter().filter_map(|&(index, _)| before.get(index as usize));
+    let before = near.iter().filter_map(|id| before.get(id.item as usize));
     // What it ran through itself on the way, the move has not made good.
     let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
     let before = before.filter(|before| before.number < close.part && !own(before)).collect();

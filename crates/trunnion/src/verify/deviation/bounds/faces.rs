@@ -1,0 +1,132 @@
+//! Bounds of whole faces: distributes the tiles and repeats those that need more pieces or more moves.
+
+use super::gather;
+use super::margin::{MarginRule, TileBound};
+use super::shape::{FaceShape, TrimSegments};
+use super::survey::{MeasuredFace, TileTask};
+use crate::surface::Face;
+use crate::verify::VerifyError;
+use crate::verify::deviation::chunks::MotionChunks;
+use crate::verify::deviation::map::MeasuredMap;
+use crate::verify::report::{Bounds, Extreme};
+
+/// Most pieces of a tile at first, for each bound: several times the average of a tile on which strips of round corners
+/// meet.
+const FEW_PIECES: usize = 400;
+/// Most pieces of all tiles that need more, together: about half a minute on one core.
+///
+/// The cusp that a sharp edge leaves between two moves is held only in pieces of some micrometres; a face full of those is
+/// not worth hours.
+const ALL_PIECES: usize = 1_500_000;
+/// Most pieces of one such tile. More are needed only where the bound cannot come near the truth.
+const MOST_PIECES: usize = 60_000;
+/// Accuracy of trims as a share of a cell's parameters.
+const TRIM_SHARE: f64 = 1e-3;
+
+/// Margins and starting points of the bounds of a set of faces.
+pub(crate) struct BoundRequest {
+    /// Margins of gouge and of excess.
+    pub(crate) rules: [MarginRule; 2],
+    /// The excess is bounded as well.
+    pub(crate) excess: bool,
+    /// Lowest and highest height measured \[mm\].
+    pub(crate) extremes: [Option<f64>; 2],
+}
+
+/// Bounds the deviation over measured faces; returns worse points that this finds as well.
+pub(crate) fn bounds(
+    chunks: &MotionChunks<'_>,
+    faces: &[Face],
+    measured: &[MeasuredMap],
+    request: &BoundRequest,
+) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
+    let BoundRequest { rules: [deep, tall], excess: bounded, extremes: [low, high] } = *request;
+    // Start from the worst heights measured.
+    let start = [
+        TileBound::new(low.map_or(0.0, |height| -height), deep),
+        TileBound::new(high.unwrap_or(0.0), tall),
+    ];
+    let mut known = start;
+    let mut grounds = Vec::new();
+    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
+        let shape = FaceShape::new(face);
+        let tolerance = [&map.u, &map.v].map(|values| {
+            let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+            TRIM_SHARE * width / values.len().max(2) as f64
+        });
+        let trims = TrimSegments::new(face, tolerance)?;
+        grounds.push(MeasuredFace { shape, trims, map, deciding, start, excess: bounded });
+    }
+    for [gouge, excess] in &all(chunks, &grounds)? {
+        known = [known[0].join(gouge), known[1].join(excess)];
+    }
+    let [gouge, excess] = known;
+    let bounds = Bounds {
+        gouge: gouge.bound(),
+        excess: bounded.then(|| excess.bound()),
+        open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
+    };
+    Ok((bounds, [gouge.place, excess.place]))
+}
+
+/// Bounds all tiles of all faces. The tiles of a face that need many pieces share the limit of the face.
+fn all(
+    chunks: &MotionChunks<'_>,
+    grounds: &[MeasuredFace<'_>],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
+    let mut tasks = Vec::new();
+    for ground in grounds {
+        let top = ground.top(chunks.scope.reach);
+        tasks.extend(ground.tiles().into_iter().map(|at| TileTask {
+            ground,
+            at,
+            most: FEW_PIECES,
+            top,
+        }));
+    }
+    let mut tiles = look(chunks, &mut tasks)?;
+    let ended = |tile: &[TileBound; 2]| tile.iter().any(|known| known.ended);
+    let mut again = Vec::new();
+    for ground in grounds {
+        let of = |(task, tile): &(&TileTask<'_>, &[TileBound; 2])| {
+            std::ptr::eq(task.ground, ground) && ended(tile)
+        };
+        let count = tasks.iter().zip(&tiles).filter(of).count();
+        let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
+        if most > FEW_PIECES {
+            let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
+            again.extend(places.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
+        }
+    }
+    let (places, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
+    for (index, known) in places.into_iter().zip(look(chunks, &mut more)?) {
+        if let Some(tile) = tiles.get_mut(index) {
+            *tile = known;
+        }
+    }
+    Ok(tiles)
+}
+
+/// Bounds tiles. If higher moves may count, repeats a tile with all moves within reach.
+fn look(
+    chunks: &MotionChunks<'_>,
+    tasks: &mut [TileTask<'_>],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
+    let mut tiles = gather::each(chunks, tasks)?;
+    let short = |tile: &[TileBound; 2]| tile.iter().any(|known| known.short);
+    let mut higher = Vec::new();
+    for (index, (task, tile)) in tasks.iter_mut().zip(&tiles).enumerate() {
+        if short(tile) {
+            task.top = chunks.scope.reach;
+            higher.push((index, *task));
+        }
+    }
+    let (places, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
+    let found = gather::each(chunks, &higher)?;
+    for (index, known) in places.into_iter().zip(found) {
+        if let Some(tile) = tiles.get_mut(index) {
+            *tile = known;
+        }
+    }
+    Ok(tiles)
+}

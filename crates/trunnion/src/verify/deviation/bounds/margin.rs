@@ -1,0 +1,91 @@
+//! Margin of a bound: its distance from the worst height known, and the state of the search for it.
+
+use crate::verify::report::Extreme;
+
+/// Least share of the margin that is used if the tolerance leaves less room.
+const LEAST_MARGIN: f64 = 0.05;
+/// Least margin as a multiple of the accuracy of measured heights.
+///
+/// A point deeper than the bound must measure deeper than the worst known point, which takes 1.2 accuracies.
+const LEAST_TOLERANCES: f64 = 2.0;
+/// Margin of the bound as a share of the excess over a broken tolerance.
+const BROKEN_SHARE: f64 = 0.1;
+
+/// Rule for the allowed distance of a bound from the worst height known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MarginRule {
+    /// Largest margin while the tolerance is kept \[mm\].
+    pub(crate) margin: f64,
+    /// Tolerance of the worst height \[mm\].
+    pub(crate) tolerance: f64,
+    /// Accuracy of measured heights \[mm\].
+    pub(crate) exact: f64,
+}
+
+impl MarginRule {
+    /// Returns the margin for a worst height.
+    ///
+    /// If the tolerance is kept, the bound should keep it as well; if it is broken, the first digits suffice. With this
+    /// margin the bound never rises by less than the worst height does.
+    pub(super) fn margin(&self, worst: f64) -> f64 {
+        let (Self { margin, .. }, room) = (*self, self.tolerance - worst.max(0.0));
+        let least = (LEAST_MARGIN * margin).max(LEAST_TOLERANCES * self.exact).min(margin);
+        let share = margin.min(0.5 * room).max(least);
+        if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
+    }
+}
+
+/// State of a bound: the worst height known, and what is proven so far.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TileBound {
+    /// Worst height known \[mm\], counted positive away from the face.
+    pub(super) worst: f64,
+    /// Rule for the margin.
+    pub(super) room: MarginRule,
+    /// Larger bound, where the margin was not enough.
+    pub(super) beyond: f64,
+    /// Worst point, if the search found it.
+    pub(super) place: Option<Extreme>,
+    /// Area without a proof \[mm²\].
+    pub(super) open: f64,
+    /// Part of that area was abandoned at the limit of pieces.
+    pub(super) ended: bool,
+    /// Moves may count that keep farther off than those inspected.
+    pub(super) short: bool,
+}
+
+impl TileBound {
+    pub(super) fn new(worst: f64, room: MarginRule) -> Self {
+        Self { worst, room, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
+    }
+
+    /// Abandons a piece of the face.
+    pub(super) fn end(&mut self, area: f64) {
+        self.open += area;
+        self.ended = true;
+    }
+
+    /// Returns the margin above the worst height \[mm\].
+    pub(super) fn margin(&self) -> f64 {
+        self.room.margin(self.worst)
+    }
+
+    /// Returns the bound that is tried next.
+    pub(super) fn aim(&self) -> f64 {
+        (self.worst + self.margin()).max(0.0)
+    }
+
+    /// Returns the proven bound.
+    pub(super) fn bound(&self) -> f64 {
+        self.aim().max(self.beyond)
+    }
+
+    pub(super) fn join(mut self, other: &Self) -> Self {
+        if other.worst > self.worst {
+            (self.worst, self.place) = (other.worst, other.place);
+        }
+        self.beyond = self.beyond.max(other.beyond);
+        self.open += other.open;
+        self
+    }
+}
