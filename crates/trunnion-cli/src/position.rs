@@ -9,7 +9,7 @@ use crate::{output, part, text};
 use answer::{Answer, table};
 use nalgebra::Vector3;
 use std::path::PathBuf;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     ContactSide, CutterLocation, LocationRequest, NestedGrid, PlacementMethod, PositioningError,
     StripSide, ToleranceBand, error_picture, place, trace,
@@ -308,13 +308,13 @@ fn cutter(args: &Args) -> Result<Cutter, Failure> {
         return Err(wrong("both R and r are needed"));
     };
     let kind = match (major > 0.0, minor > 0.0) {
-        (true, true) => Kind::Bull,
-        (true, false) => Kind::Flat,
-        (false, _) => Kind::Ball,
+        (true, true) => CutterKind::Bull,
+        (true, false) => CutterKind::Flat,
+        (false, _) => CutterKind::Ball,
     };
     let length = length.unwrap_or(2.0 * (major + minor));
-    let construction = inner.map_or(Construction::Solid, |inner_cutting_radius| {
-        Construction::Insert { inner_cutting_radius }
+    let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
+        CutterConstruction::Insert { inner_cutting_radius }
     });
     Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
         .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))

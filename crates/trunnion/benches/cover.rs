@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cover::{
     CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, PlacementMethod, cover,
 };
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::pipeline::{Job, run};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
@@ -41,8 +41,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn cutter(kind: Kind, [major, minor]: [f64; 2], length: f64) -> Cutter {
-    let (construction, shank) = (Construction::Solid, Vec::new());
+fn cutter(kind: CutterKind, [major, minor]: [f64; 2], length: f64) -> Cutter {
+    let (construction, shank) = (CutterConstruction::Solid, Vec::new());
     Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
 }
 
@@ -75,8 +75,8 @@ fn lengths() {
     println!(
         "length of cutting, whole patch within 0.01 mm, axis turn free (paper's style 5062 mm):"
     );
-    let ball = run("ball r 16", &cutter(Kind::Ball, [0.0, 16.0], 120.0), FeedDirection::V);
-    let bull = cutter(Kind::Bull, [10.0, 6.0], 120.0);
+    let ball = run("ball r 16", &cutter(CutterKind::Ball, [0.0, 16.0], 120.0), FeedDirection::V);
+    let bull = cutter(CutterKind::Bull, [10.0, 6.0], 120.0);
     for along in [FeedDirection::V, FeedDirection::Curvature, FeedDirection::Adaptive] {
         let length = run(&format!("R 10 r 6 along {along:?}"), &bull, along);
         println!("    ball / this {:.2}", ball / length);
@@ -183,11 +183,11 @@ fn face() -> FaceIndex {
 #[divan::bench(args = [PlacementMethod::Widest, PlacementMethod::Inclined], sample_count = 5)]
 fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
     let cutter = Cutter::new(CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: 4.0,
         minor: 3.0,
         length: 60.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     })
     .unwrap();

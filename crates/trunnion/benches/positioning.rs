@@ -8,7 +8,7 @@ use divan::{Bencher, black_box};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::time::Instant;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
     ToleranceBand, strip_of_pose, widest_strip,
@@ -124,11 +124,11 @@ fn patch() -> Option<FaceIndex> {
 
 fn cutter() -> Option<Cutter> {
     Cutter::new(CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: 10.0,
         minor: 6.0,
         length: 120.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     })
     .ok()

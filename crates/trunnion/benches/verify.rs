@@ -10,7 +10,7 @@ mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use shop::Layout;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
@@ -88,11 +88,11 @@ fn tilting(moves: u32) -> ClFile {
 #[divan::bench(args = [0.1, 0.5], sample_count = 3, sample_size = 1)]
 fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
     let spec = CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: MAJOR,
         minor: MINOR,
         length: 60.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: vec![],
     };
     let (cutter, file) = (Cutter::new(spec).unwrap(), tilting(60));
@@ -118,11 +118,11 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
 #[divan::bench(args = [300.0, 1.0], sample_count = 3, sample_size = 1)]
 fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let spec = CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: MAJOR,
         minor: MINOR,
         length: 120.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: vec![[40.0, 12.0], [70.0, 25.0], [100.0, 25.0]],
     };
     let record = |k: u32| {
@@ -152,7 +152,7 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
     let kinematics = shop::kinematics(Layout::TableTable);
     let face = face();
     let program = program(&kinematics, &face);
-    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let spec =
         CutterSpec { kind, major: MAJOR, minor: MINOR, length: 120.0, construction, shank: vec![] };
     let cutter = Cutter::new(spec).unwrap();

@@ -5,7 +5,7 @@
 
 use nalgebra::Point3;
 use std::time::Instant;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::types::Silent;
 use trunnion::verify::{self, ClInput, Solid, Stock};
 
@@ -24,7 +24,7 @@ fn main() -> Result<(), Failure> {
     let [major, minor, length] = numbers(arguments.next(), "R,r,length")?;
     let [x, y, z, u, v, w] = numbers(arguments.next(), "corners of the stock")?;
     let [cell] = numbers(arguments.next(), "distance of the rays")?;
-    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let spec = CutterSpec { kind, major, minor, length, construction, shank: vec![] };
     let cutter = Cutter::new(spec)?;
     let file = trunnion::nc::read::cl(&text, 1)?;

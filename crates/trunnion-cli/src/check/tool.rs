@@ -2,7 +2,7 @@
 
 use crate::outcome::Failure;
 use crate::post::tools::{self, ToolLength};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
@@ -120,12 +120,12 @@ impl Said<'_> {
         let top = shank.last().map_or(4.0 * (major + minor), |&[height, _]| height);
         let length = self.length.or(length).unwrap_or(top);
         let kind = match (major > 0.0, minor > 0.0) {
-            (true, true) => Kind::Bull,
-            (true, false) => Kind::Flat,
-            (false, _) => Kind::Ball,
+            (true, true) => CutterKind::Bull,
+            (true, false) => CutterKind::Flat,
+            (false, _) => CutterKind::Ball,
         };
-        let construction = inner.map_or(Construction::Solid, |inner_cutting_radius| {
-            Construction::Insert { inner_cutting_radius }
+        let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
+            CutterConstruction::Insert { inner_cutting_radius }
         });
         Cutter::new(CutterSpec { kind, major, minor, length, construction, shank })
             .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))

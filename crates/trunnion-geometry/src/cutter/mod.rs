@@ -13,7 +13,7 @@ use crate::types::ErrorList;
 
 /// Shape of the cutting end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum CutterKind {
     /// Flat end mill: `r = 0`.
     Flat,
     /// Ball end mill: `R = 0`.
@@ -24,7 +24,7 @@ pub enum Kind {
 
 /// Where the underside cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Construction {
+pub enum CutterConstruction {
     /// Cuts from the centre outward.
     Solid,
     /// Indexable inserts: nothing cuts closer to the axis than `inner_cutting_radius`.
@@ -38,7 +38,7 @@ pub enum Construction {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutterSpec {
     /// Shape of the cutting end.
-    pub kind: Kind,
+    pub kind: CutterKind,
     /// Radius `R` of the centre circle \[mm\]; 0 for a ball.
     pub major: f64,
     /// Radius `r` of the rounding \[mm\]; 0 for a flat cutter.
@@ -46,7 +46,7 @@ pub struct CutterSpec {
     /// From the tip to the gauge point, the end of the modelled tool \[mm\].
     pub length: f64,
     /// Where the underside cuts.
-    pub construction: Construction,
+    pub construction: CutterConstruction,
     /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights not falling.
     /// Below the first entry the tool has the cutter's radius, above the last the last radius.
     pub shank: Vec<[f64; 2]>,
@@ -76,7 +76,7 @@ pub enum CutterError {
     )]
     WrongKind {
         /// The kind named.
-        kind: Kind,
+        kind: CutterKind,
         /// `R` \[mm\].
         major: f64,
         /// `r` \[mm\].
@@ -145,7 +145,7 @@ impl Cutter {
     }
 
     /// Shape of the cutting end.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> CutterKind {
         self.spec.kind
     }
 
@@ -177,8 +177,8 @@ impl Cutter {
     /// Distance from the axis where cutting begins \[mm\]; 0 for a solid cutter.
     pub fn inner_cutting_radius(&self) -> f64 {
         match self.spec.construction {
-            Construction::Solid => 0.0,
-            Construction::Insert { inner_cutting_radius } => inner_cutting_radius,
+            CutterConstruction::Solid => 0.0,
+            CutterConstruction::Insert { inner_cutting_radius } => inner_cutting_radius,
         }
     }
 
@@ -220,9 +220,9 @@ fn bad_shape(spec: &CutterSpec) -> Vec<CutterError> {
     let [major, minor] = [spec.major, spec.minor];
     let kind = spec.kind;
     let (fits, must) = match kind {
-        Kind::Flat => (major > 0.0 && minor <= 0.0, "R above 0 and r = 0"),
-        Kind::Ball => (major <= 0.0 && minor > 0.0, "R = 0 and r above 0"),
-        Kind::Bull => (major > 0.0 && minor > 0.0, "R and r above 0"),
+        CutterKind::Flat => (major > 0.0 && minor <= 0.0, "R above 0 and r = 0"),
+        CutterKind::Ball => (major <= 0.0 && minor > 0.0, "R = 0 and r above 0"),
+        CutterKind::Bull => (major > 0.0 && minor > 0.0, "R and r above 0"),
     };
     if !fits {
         faults.push(CutterError::WrongKind { kind, major, minor, must });
@@ -230,7 +230,7 @@ fn bad_shape(spec: &CutterSpec) -> Vec<CutterError> {
     if spec.length < minor {
         faults.push(CutterError::TooShort { length: spec.length, minor });
     }
-    if let Construction::Insert { inner_cutting_radius: inner } = spec.construction {
+    if let CutterConstruction::Insert { inner_cutting_radius: inner } = spec.construction {
         let radius = major + minor;
         if !(inner >= 0.0 && inner < radius) {
             faults.push(CutterError::InnerRadius { inner, radius });
@@ -260,11 +260,11 @@ mod tests {
 
     fn bull() -> CutterSpec {
         CutterSpec {
-            kind: Kind::Bull,
+            kind: CutterKind::Bull,
             major: 10.0,
             minor: 6.0,
             length: 120.0,
-            construction: Construction::Solid,
+            construction: CutterConstruction::Solid,
             shank: Vec::new(),
         }
     }
@@ -295,9 +295,10 @@ mod tests {
 
     #[test]
     fn flat_and_ball_lack_what_they_lack() {
-        let flat = CutterSpec { kind: Kind::Flat, minor: 0.0, ..bull() };
+        let flat = CutterSpec { kind: CutterKind::Flat, minor: 0.0, ..bull() };
         assert_eq!(Cutter::new(flat).unwrap().profile().len(), 2);
-        let ball = Cutter::new(CutterSpec { kind: Kind::Ball, major: 0.0, ..bull() }).unwrap();
+        let ball =
+            Cutter::new(CutterSpec { kind: CutterKind::Ball, major: 0.0, ..bull() }).unwrap();
         assert!(matches!(ball.profile()[0], ProfilePiece::Arc { center: [0.0, 6.0], .. }));
     }
 
@@ -313,9 +314,9 @@ mod tests {
     #[test]
     fn all_faults_are_reported_together() {
         let faults = Cutter::new(CutterSpec {
-            kind: Kind::Ball,
+            kind: CutterKind::Ball,
             length: 5.0,
-            construction: Construction::Insert { inner_cutting_radius: 16.0 },
+            construction: CutterConstruction::Insert { inner_cutting_radius: 16.0 },
             shank: vec![[40.0, 10.0], [4.0, -1.0]],
             ..bull()
         })

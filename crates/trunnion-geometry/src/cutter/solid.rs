@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 
 /// A truncated cone about the tool axis, grown by a ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solid {
+pub struct ConvexSolid {
     /// `[rho, z]` of the rim below and above, before growing \[mm\].
     low: [f64; 2],
     high: [f64; 2],
@@ -20,7 +20,7 @@ pub struct Solid {
 
 /// Signed distance of a place from a solid and its gradient, a unit vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
+pub struct SignedDistance {
     /// Signed distance \[mm\], negative inside.
     pub distance: f64,
     /// Unit vector in which the distance grows fastest.
@@ -30,22 +30,22 @@ pub struct Gap {
 /// The cutting end with its flank, and the shank and holder above. The upper end of the flank, which is
 /// flat, is rounded up too: the tool is taken to be larger there than it is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tool {
+pub struct ToolBody {
     /// The cutting end with its flank.
-    pub end: Solid,
-    pub(crate) body: Vec<Solid>,
+    pub end: ConvexSolid,
+    pub(crate) body: Vec<ConvexSolid>,
 }
 
-impl Tool {
+impl ToolBody {
     /// Divides a cutter into its convex solids.
     pub fn new(cutter: &Cutter) -> Self {
         let [major, minor] = [cutter.major(), cutter.minor()];
         let shank = cutter.spec().shank.first();
         let top = shank.map_or(cutter.length(), |&[height, _]| height).max(minor);
-        let end = Solid { low: [major, minor], high: [major, top], rounding: minor };
+        let end = ConvexSolid { low: [major, minor], high: [major, top], rounding: minor };
         let above = cutter.profile().iter().filter_map(|piece| match *piece {
             ProfilePiece::Line { from, to } if from[1] >= top && to[1] > from[1] => {
-                Some(Solid { low: from, high: to, rounding: 0.0 })
+                Some(ConvexSolid { low: from, high: to, rounding: 0.0 })
             }
             _ => None,
         });
@@ -53,12 +53,12 @@ impl Tool {
     }
 
     /// All solids, the cutting end first.
-    pub fn solids(&self) -> impl Iterator<Item = &Solid> {
+    pub fn solids(&self) -> impl Iterator<Item = &ConvexSolid> {
         std::iter::once(&self.end).chain(&self.body)
     }
 }
 
-impl Solid {
+impl ConvexSolid {
     /// What is above a height: the flank, which is straight there, shank and holder.
     pub fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
         cutter.profile().iter().filter_map(move |piece| match *piece {
@@ -96,7 +96,7 @@ impl Solid {
     }
 
     /// Signed distance of a point from this solid of a tool at `pose`.
-    pub fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> Gap {
+    pub fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> SignedDistance {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
         let out = from_tip - pose.axis.scale(z);
@@ -104,18 +104,23 @@ impl Solid {
         let (distance, [by_rho, by_z]) = self.section([rho, z]);
         // On the axis the distance has a kink or does not change outward: 0 is a subgradient.
         let outward = if rho > 0.0 { out / rho } else { Vector3::zeros() };
-        Gap { distance, gradient: outward.scale(by_rho) + pose.axis.scale(by_z) }
+        SignedDistance { distance, gradient: outward.scale(by_rho) + pose.axis.scale(by_z) }
     }
 
     /// How far `point` lies beyond the plane square to `normal` that the solid touches from below:
     /// nowhere more than its distance, whatever unit vector is taken. Along a sharp edge, where the
     /// gradient turns within no length, the face's own normal gives the better plane.
-    pub fn plane(&self, point: &Point3<f64>, pose: &ToolPose, normal: Vector3<f64>) -> Gap {
+    pub fn plane(
+        &self,
+        point: &Point3<f64>,
+        pose: &ToolPose,
+        normal: Vector3<f64>,
+    ) -> SignedDistance {
         let up = normal.dot(&pose.axis);
         let out = (1.0 - up * up).max(0.0).sqrt();
         let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
         let reach = rim(self.low).max(rim(self.high)) + self.rounding;
-        Gap { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
+        SignedDistance { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
     }
 
     /// Distance in the half plane through the axis, and its gradient by `[rho, z]`.
@@ -154,13 +159,13 @@ impl Solid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use nalgebra::Unit;
 
-    fn tool(shank: Vec<[f64; 2]>) -> Tool {
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
+    fn tool(shank: Vec<[f64; 2]>) -> ToolBody {
+        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
         let spec = CutterSpec { kind, major: 4.0, minor: 3.0, length: 60.0, construction, shank };
-        Tool::new(&Cutter::new(spec).unwrap())
+        ToolBody::new(&Cutter::new(spec).unwrap())
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Plane, cylinder, cone, sphere and torus, parametrised as in ISO 10303-42.
 
 use super::error::SurfaceError;
-use super::jet::Table;
+use super::jet::DerivativeTable;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -13,12 +13,12 @@ const PARALLEL: f64 = 1e-9;
 
 /// Origin and right-handed orthonormal axes (`axis2_placement_3d`).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct SurfaceFrame {
     origin: Point3<f64>,
     axes: [UnitVector3<f64>; 3],
 }
 
-impl Frame {
+impl SurfaceFrame {
     /// From the z axis and a direction that, made orthogonal to z, is the x axis.
     ///
     /// # Errors
@@ -73,57 +73,57 @@ impl Frame {
 
 /// `origin + u x + v y`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
+pub struct PlaneSurface {
     /// Where it lies; its normal is z.
-    pub frame: Frame,
+    pub frame: SurfaceFrame,
 }
 
 /// `origin + R (cos u x + sin u y) + v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cylinder {
-    frame: Frame,
+pub struct CylinderSurface {
+    frame: SurfaceFrame,
     radius: f64,
 }
 
 /// `origin + (R + v tan a)(cos u x + sin u y) + v z`, from the apex on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cone {
-    frame: Frame,
+pub struct ConeSurface {
+    frame: SurfaceFrame,
     radius: f64,
     slope: f64,
 }
 
 /// `origin + R cos v (cos u x + sin u y) + R sin v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sphere {
-    frame: Frame,
+pub struct SphereSurface {
+    frame: SurfaceFrame,
     radius: f64,
 }
 
 /// `origin + (R + r cos v)(cos u x + sin u y) + r sin v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Torus {
-    frame: Frame,
+pub struct TorusSurface {
+    frame: SurfaceFrame,
     major: f64,
     minor: f64,
 }
 
-impl Cylinder {
+impl CylinderSurface {
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless the radius is positive.
-    pub fn new(frame: Frame, radius: f64) -> Result<Self, SurfaceError> {
+    pub fn new(frame: SurfaceFrame, radius: f64) -> Result<Self, SurfaceError> {
         Ok(Self { frame, radius: positive("radius of the cylinder", radius)? })
     }
 }
 
-impl Cone {
+impl ConeSurface {
     /// `radius` at the origin of `frame`, half angle `angle` \[rad\].
     ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless the radius is 0 or more, [`SurfaceError::ConeAngle`] unless the angle is between 0 and pi/2.
-    pub fn new(frame: Frame, radius: f64, angle: f64) -> Result<Self, SurfaceError> {
+    pub fn new(frame: SurfaceFrame, radius: f64, angle: f64) -> Result<Self, SurfaceError> {
         if !(radius >= 0.0 && radius.is_finite()) {
             let need = "finite and 0 or more";
             return Err(SurfaceError::Size { what: "radius of the cone", value: radius, need });
@@ -140,20 +140,20 @@ impl Cone {
     }
 }
 
-impl Sphere {
+impl SphereSurface {
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless the radius is positive.
-    pub fn new(frame: Frame, radius: f64) -> Result<Self, SurfaceError> {
+    pub fn new(frame: SurfaceFrame, radius: f64) -> Result<Self, SurfaceError> {
         Ok(Self { frame, radius: positive("radius of the sphere", radius)? })
     }
 }
 
-impl Torus {
+impl TorusSurface {
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless both radii are positive.
-    pub fn new(frame: Frame, major: f64, minor: f64) -> Result<Self, SurfaceError> {
+    pub fn new(frame: SurfaceFrame, major: f64, minor: f64) -> Result<Self, SurfaceError> {
         let major = positive("major radius of the torus", major)?;
         Ok(Self { frame, major, minor: positive("minor radius of the torus", minor)? })
     }
@@ -168,10 +168,10 @@ fn positive(what: &'static str, value: f64) -> Result<f64, SurfaceError> {
 }
 
 /// What the elementary surfaces have in common.
-pub(crate) trait Elementary {
+pub(crate) trait ElementarySurface {
     fn domain(&self) -> [[f64; 2]; 2];
     fn periods(&self) -> [Option<f64>; 2];
-    fn table(&self, u: f64, v: f64) -> Table;
+    fn table(&self, u: f64, v: f64) -> DerivativeTable;
     /// Parameters of a closest point of the whole surface.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2];
     /// Bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of the
@@ -181,7 +181,7 @@ pub(crate) trait Elementary {
 
 const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-impl Elementary for Plane {
+impl ElementarySurface for PlaneSurface {
     fn domain(&self) -> [[f64; 2]; 2] {
         [ENDLESS; 2]
     }
@@ -190,7 +190,7 @@ impl Elementary for Plane {
         [None; 2]
     }
 
-    fn table(&self, u: f64, v: f64) -> Table {
+    fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let (x, y) = (self.frame.x().into_inner(), self.frame.y().into_inner());
         let mut d = [[Vector3::zeros(); 4]; 4];
         d[0][0] = self.frame.origin.coords + x * u + y * v;
@@ -209,7 +209,7 @@ impl Elementary for Plane {
     }
 }
 
-impl Elementary for Cylinder {
+impl ElementarySurface for CylinderSurface {
     fn domain(&self) -> [[f64; 2]; 2] {
         [[0.0, TAU], ENDLESS]
     }
@@ -218,7 +218,7 @@ impl Elementary for Cylinder {
         [Some(TAU), None]
     }
 
-    fn table(&self, u: f64, v: f64) -> Table {
+    fn table(&self, u: f64, v: f64) -> DerivativeTable {
         round(&self.frame, u, [self.radius, 0.0, 0.0, 0.0], [v, 1.0, 0.0, 0.0])
     }
 
@@ -232,7 +232,7 @@ impl Elementary for Cylinder {
     }
 }
 
-impl Cylinder {
+impl CylinderSurface {
     /// Distance of `p` from the part within ranges of u and v: an arc, drawn out.
     pub(crate) fn distance_over(&self, p: &Point3<f64>, [u, v]: [[f64; 2]; 2]) -> f64 {
         let local = self.frame.local(p);
@@ -246,7 +246,7 @@ impl Cylinder {
     }
 }
 
-impl Elementary for Cone {
+impl ElementarySurface for ConeSurface {
     fn domain(&self) -> [[f64; 2]; 2] {
         [[0.0, TAU], [self.apex(), f64::INFINITY]]
     }
@@ -255,7 +255,7 @@ impl Elementary for Cone {
         [Some(TAU), None]
     }
 
-    fn table(&self, u: f64, v: f64) -> Table {
+    fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let rho = [self.radius + v * self.slope, self.slope, 0.0, 0.0];
         round(&self.frame, u, rho, [v, 1.0, 0.0, 0.0])
     }
@@ -274,7 +274,7 @@ impl Elementary for Cone {
     }
 }
 
-impl Elementary for Sphere {
+impl ElementarySurface for SphereSurface {
     fn domain(&self) -> [[f64; 2]; 2] {
         [[0.0, TAU], [-FRAC_PI_2, FRAC_PI_2]]
     }
@@ -283,7 +283,7 @@ impl Elementary for Sphere {
         [Some(TAU), None]
     }
 
-    fn table(&self, u: f64, v: f64) -> Table {
+    fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let (sin, cos) = v.sin_cos();
         let [rho, z] = circle(self.radius, sin, cos);
         round(&self.frame, u, rho, z)
@@ -299,7 +299,7 @@ impl Elementary for Sphere {
     }
 }
 
-impl Elementary for Torus {
+impl ElementarySurface for TorusSurface {
     fn domain(&self) -> [[f64; 2]; 2] {
         [[0.0, TAU]; 2]
     }
@@ -308,7 +308,7 @@ impl Elementary for Torus {
         [Some(TAU); 2]
     }
 
-    fn table(&self, u: f64, v: f64) -> Table {
+    fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let (sin, cos) = v.sin_cos();
         let [mut rho, z] = circle(self.minor, sin, cos);
         rho[0] += self.major;
@@ -349,7 +349,7 @@ fn circle(radius: f64, sin: f64, cos: f64) -> [[f64; 4]; 2] {
 }
 
 /// `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`.
-fn round(frame: &Frame, u: f64, rho: [f64; 4], z: [f64; 4]) -> Table {
+fn round(frame: &SurfaceFrame, u: f64, rho: [f64; 4], z: [f64; 4]) -> DerivativeTable {
     let (sin, cos) = u.sin_cos();
     let [x, y, axis] = frame.axes.map(UnitVector3::into_inner);
     let (e, f) = (x * cos + y * sin, y * cos - x * sin);

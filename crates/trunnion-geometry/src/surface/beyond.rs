@@ -7,15 +7,15 @@ use nalgebra::Vector3;
 ///
 /// Value and first two derivatives are continuous. The Taylor polynomial (`rate` 0) turns back
 /// where the parametrisation slows down towards the end, `S'' . S' < 0` outwards; with the rate of
-/// [`Beyond::with`] the derivative keeps at least half of its share along `S'` at any distance, and
+/// [`SplineExtension::with`] the derivative keeps at least half of its share along `S'` at any distance, and
 /// the curvature decays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Beyond {
+pub(super) struct SplineExtension {
     rate: f64,
 }
 
-impl Beyond {
-    /// With the pace at which the parametrisation slows down outwards, [`Beyond::pace`], at its
+impl SplineExtension {
+    /// With the pace at which the parametrisation slows down outwards, [`SplineExtension::pace`], at its
     /// largest along the end. The factor of `S''` in the derivative grows to `1 / (2 rate)`: one
     /// half of `S'` is left.
     pub(super) fn with(pace: f64) -> Self {

@@ -1,29 +1,29 @@
 //! Guaranteed bounds of curvature over a piece of a patch, from derivative control nets.
 
 use super::jet::SurfaceJet2;
+use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
-use super::nurbs::Patch;
 use super::patches::hull_box;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 
 /// Ranges of u and v.
-pub(super) type Rectangle = [[f64; 2]; 2];
+pub(super) type ParameterBox = [[f64; 2]; 2];
 
 type V4 = Vector4<f64>;
 
 /// Vectors within `radius` of `centre`, and within `height` of it along the normal.
 #[derive(Debug, Clone, Copy)]
-struct Ball {
+struct DerivativeBall {
     centre: Vector3<f64>,
     radius: f64,
     height: f64,
 }
 
 /// Part of a Bezier patch with a bound of its curvatures.
-pub(super) struct Cell {
-    net: Net,
-    pub(super) bounds: Rectangle,
+pub(super) struct PatchCell {
+    net: ControlNet,
+    pub(super) bounds: ParameterBox,
     /// Curvatures of mean derivatives, and what others may differ from them in the cell.
     range: [f64; 2],
     spread: f64,
@@ -33,17 +33,17 @@ pub(super) struct Cell {
 
 /// Homogeneous control points, v running fastest, over the unit square.
 #[derive(Clone)]
-struct Net {
+struct ControlNet {
     points: Vec<Vector4<f64>>,
     columns: usize,
 }
 
-impl Cell {
-    pub(super) fn of_patch(patch: &Patch<'_>, degree: usize) -> Self {
-        Self::new(Net { points: patch.points.to_vec(), columns: degree + 1 }, patch.bounds)
+impl PatchCell {
+    pub(super) fn of_patch(patch: &BezierPatch<'_>, degree: usize) -> Self {
+        Self::new(ControlNet { points: patch.points.to_vec(), columns: degree + 1 }, patch.bounds)
     }
 
-    fn new(net: Net, bounds: Rectangle) -> Self {
+    fn new(net: ControlNet, bounds: ParameterBox) -> Self {
         let (range, spread, rate) =
             net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY, f64::INFINITY));
         Self { net, bounds, range, spread, rate }
@@ -85,7 +85,7 @@ impl Cell {
     }
 }
 
-impl Net {
+impl ControlNet {
     fn rows(&self) -> usize {
         self.points.len() / self.columns
     }
@@ -155,12 +155,12 @@ impl Net {
     }
 
     /// Ball round all vectors of a derivative net, `normal` being the direction of its height.
-    fn ball(&self, normal: &Vector3<f64>) -> Ball {
+    fn ball(&self, normal: &Vector3<f64>) -> DerivativeBall {
         let centre = self.middle();
         let off = || self.points.iter().map(|p| p.xyz() - centre);
         let radius = off().map(|d| d.norm()).fold(0.0, f64::max);
         let height = off().map(|d| d.dot(normal).abs()).fold(0.0, f64::max);
-        Ball { centre, radius, height }
+        DerivativeBall { centre, radius, height }
     }
 
     /// For the net of a weight's derivative and the range of the weight itself: middle and half
@@ -205,7 +205,7 @@ impl Net {
     }
 
     /// Curvatures `[min or 0, max or 0]` of the shape operator made from the balls' centres, a bound
-    /// of its distance from the shape operator anywhere in the cell, and [`Cell::rate`].
+    /// of its distance from the shape operator anywhere in the cell, and [`PatchCell::rate`].
     fn curvatures(&self) -> Option<([f64; 2], f64, f64)> {
         let d = self.derivatives()?;
         let [su, sv, suu, suv, svv] = d;
@@ -218,7 +218,7 @@ impl Net {
             svv: svv.centre,
         };
         let curvature = jet.curvature()?;
-        let tangents = Tangents::new(&d)?;
+        let tangents = TangentBounds::new(&d)?;
         let spread = tangents.spread(&d);
         let range = [curvature.min.min(0.0), curvature.max.max(0.0)];
         let most = range[1].max(-range[0]) + spread;
@@ -227,7 +227,7 @@ impl Net {
     }
 
     /// Balls round `S_uuu, S_uuv, S_uvv, S_vvv`; `None` where weights differ.
-    fn thirds(&self, normal: &Vector3<f64>) -> Option<[Ball; 4]> {
+    fn thirds(&self, normal: &Vector3<f64>) -> Option<[DerivativeBall; 4]> {
         let mut weights = self.points.iter().map(|p| p.w);
         let weight = weights.next()?;
         if weights.any(|w| (w - weight).abs() > 0.0) {
@@ -242,7 +242,7 @@ impl Net {
     /// Balls round `S_u, S_v, S_uu, S_uv, S_vv`.
     ///
     /// With `N_k` the numerator of `S_k = N_k / w^2`: `S_kl = (N_k)_l / w^2 - 2 w_l S_k / w`.
-    fn derivatives(&self) -> Option<[Ball; 5]> {
+    fn derivatives(&self) -> Option<[DerivativeBall; 5]> {
         let weights = self.points.iter().map(|p| p.w);
         let (low, high) = weights.fold((f64::INFINITY, 0.0_f64), |(a, b), w| (a.min(w), b.max(w)));
         let [wu, wv] = [0, 1].map(|k| self.differences(k).pace([low, high]));
@@ -252,9 +252,9 @@ impl Net {
         let normal = u.middle().cross(&v.middle()).try_normalize(f64::MIN_POSITIVE)?;
         let ball = |net: &Self| divide(net.ball(&normal), &normal, range);
         let (su, sv) = (ball(&u), ball(&v));
-        let second = |net: Self, [middle, spread]: [f64; 2], first: &Ball| {
-            let Ball { centre, radius, height } = ball(&net);
-            Ball {
+        let second = |net: Self, [middle, spread]: [f64; 2], first: &DerivativeBall| {
+            let DerivativeBall { centre, radius, height } = ball(&net);
+            DerivativeBall {
                 centre: centre - first.centre * middle,
                 radius: radius + middle.abs() * first.radius + spread * first.reach(),
                 height: height + (middle.abs() + spread) * first.height,
@@ -268,7 +268,7 @@ impl Net {
     }
 }
 
-impl Ball {
+impl DerivativeBall {
     /// Largest length in the ball.
     fn reach(&self) -> f64 {
         self.centre.norm() + self.radius
@@ -276,11 +276,11 @@ impl Ball {
 }
 
 /// Ball round `x / w` for `x` in `ball`, `w` in the range.
-fn divide(ball: Ball, normal: &Vector3<f64>, [low, high]: [f64; 2]) -> Ball {
+fn divide(ball: DerivativeBall, normal: &Vector3<f64>, [low, high]: [f64; 2]) -> DerivativeBall {
     let inverse = 0.5 * (low.recip() + high.recip());
     let spread = 0.5 * (low.recip() - high.recip());
     let grown = |off: f64, centre: f64| off * (inverse + spread) + centre * spread;
-    Ball {
+    DerivativeBall {
         centre: ball.centre * inverse,
         radius: grown(ball.radius, ball.centre.norm()),
         height: grown(ball.height, ball.centre.dot(normal).abs()),
@@ -294,7 +294,7 @@ fn binomial(n: usize, k: usize) -> f64 {
 
 /// The tangents of a cell, as columns `J` scaled to unit length at the centres of their balls, so that
 /// `|J+| = 1 / sqrt(1 - |cos|)` there.
-struct Tangents {
+struct TangentBounds {
     /// Lengths at the centres.
     lengths: [f64; 2],
     /// Normal of the centres.
@@ -308,10 +308,10 @@ struct Tangents {
     chord: f64,
 }
 
-impl Tangents {
+impl TangentBounds {
     /// `None` where the tangents may become parallel. `|J+| <= m / (1 - m d)` for `|dJ| <= d`, `m = |J+|` at the
     /// centres (Wedin, *Perturbation theory for pseudo-inverses*, 1973).
-    fn new([su, sv, ..]: &[Ball; 5]) -> Option<Self> {
+    fn new([su, sv, ..]: &[DerivativeBall; 5]) -> Option<Self> {
         let (a, b) = (su.centre.norm(), sv.centre.norm());
         let cosine = su.centre.dot(&sv.centre) / (a * b);
         let at_centre = (1.0 - cosine.abs()).sqrt().recip();
@@ -332,9 +332,9 @@ impl Tangents {
     /// Bound of the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, of the centres and
     /// of any vectors of the balls. By Weyl's inequality no curvature differs by more. Of other
     /// pseudo-inverses, `|dJ+| <= sqrt 2 m |J+| d` (Wedin).
-    fn spread(&self, [_, _, suu, suv, svv]: &[Ball; 5]) -> f64 {
+    fn spread(&self, [_, _, suu, suv, svv]: &[DerivativeBall; 5]) -> f64 {
         let Self { lengths: [a, b], at_centre, anywhere, .. } = *self;
-        let entry = |s: &Ball, scale: f64| {
+        let entry = |s: &DerivativeBall, scale: f64| {
             [self.unit.dot(&s.centre) / scale, (self.chord * s.reach() + s.height) / scale]
         };
         let all = [entry(suu, a * a), entry(suv, a * b), entry(suv, a * b), entry(svv, b * b)];
@@ -346,10 +346,16 @@ impl Tangents {
     /// Bound of the rate of curvature: `(d II)(t, t, t) = n . S_xxx - 3 II(P S_xx, t)` for the unit tangent `t = J x`,
     /// `P` the projection on the tangent plane; curvatures are at most `most`. Norms of the tensors over `x`
     /// are at most Frobenius'.
-    fn rate(&self, [_, _, suu, suv, svv]: &[Ball; 5], thirds: &[Ball; 4], most: f64) -> f64 {
+    fn rate(
+        &self,
+        [_, _, suu, suv, svv]: &[DerivativeBall; 5],
+        thirds: &[DerivativeBall; 4],
+        most: f64,
+    ) -> f64 {
         let [a, b] = self.lengths;
-        let up = |s: &Ball| self.unit.dot(&s.centre).abs() + self.chord * s.reach() + s.height;
-        let along = |s: &Ball| {
+        let up =
+            |s: &DerivativeBall| self.unit.dot(&s.centre).abs() + self.chord * s.reach() + s.height;
+        let along = |s: &DerivativeBall| {
             let flat = s.centre - self.unit * self.unit.dot(&s.centre);
             flat.norm() + s.radius + self.chord * s.reach()
         };

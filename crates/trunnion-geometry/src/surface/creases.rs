@@ -15,17 +15,17 @@ type Hull = [Vector3<f64>; 2];
 
 /// Rims, and knot lines across which second derivatives are not continuous, in boxes.
 #[derive(Debug, Clone)]
-pub(super) struct Creases {
-    lines: Vec<Line>,
+pub(super) struct CreaseIndex {
+    lines: Vec<CreaseLine>,
 }
 
 #[derive(Debug, Clone)]
-struct Line {
+struct CreaseLine {
     hull: Hull,
     pieces: Vec<Hull>,
 }
 
-impl Creases {
+impl CreaseIndex {
     pub(super) fn new(surface: &NurbsSurface) -> Self {
         let mut lines = Vec::new();
         for direction in 0..2 {
@@ -37,7 +37,7 @@ impl Creases {
                     knots.knots().iter().filter(|knot| (*knot - value).abs() <= 0.0).count();
                 // Derivatives to the order degree - multiplicity are continuous.
                 if rim || times + 2 > knots.degree() {
-                    lines.push(Line::new(surface, direction, index));
+                    lines.push(CreaseLine::new(surface, direction, index));
                 }
             }
         }
@@ -51,7 +51,7 @@ impl Creases {
     }
 }
 
-impl Line {
+impl CreaseLine {
     /// The line at a break of the parameter `direction`.
     fn new(surface: &NurbsSurface, direction: usize, index: usize) -> Self {
         let counts = surface.patch_count();

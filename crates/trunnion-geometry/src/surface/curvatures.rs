@@ -1,8 +1,8 @@
 //! Bounds of curvature over any rectangle, from a tree of pieces bounded once.
 
-use super::bounds::Cell;
-use super::bounds::Rectangle;
-use super::creases::Creases;
+use super::bounds::ParameterBox;
+use super::bounds::PatchCell;
+use super::creases::CreaseIndex;
 use super::nurbs::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -26,18 +26,18 @@ const DEPTH: u32 = 14;
 /// Pieces of a NURBS surface, each with a range that no normal curvature on it leaves.
 #[derive(Debug, Clone)]
 pub(super) struct CurvatureTree {
-    nodes: Vec<Node>,
+    nodes: Vec<CurvatureNode>,
     /// Breaks by u and v; the node of patch `(i, j)` is number `i rows + j`.
     breaks: [Vec<f64>; 2],
     /// Box of each column of patches.
     columns: Vec<[Vector3<f64>; 2]>,
     /// Where curvature may jump.
-    creases: Creases,
+    creases: CreaseIndex,
 }
 
 #[derive(Debug, Clone)]
-struct Node {
-    bounds: Rectangle,
+struct CurvatureNode {
+    bounds: ParameterBox,
     /// At most 0, at least 0 \[1/mm\].
     range: [f64; 2],
     /// Largest rate of curvature \[1/mm^2\].
@@ -49,8 +49,8 @@ struct Node {
 }
 
 /// A piece that may be halved.
-struct Piece {
-    cell: Cell,
+struct CurvaturePiece {
+    cell: PatchCell,
     node: usize,
     depth: u32,
     /// Largest curvature, either sign, by the bound \[1/mm\].
@@ -67,20 +67,20 @@ impl CurvatureTree {
             nodes: Vec::with_capacity(columns * rows),
             breaks,
             columns: Vec::new(),
-            creases: Creases::new(surface),
+            creases: CreaseIndex::new(surface),
         };
         let mut queue = BinaryHeap::new();
         let patches = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
         for patch in patches.filter_map(|(i, j)| surface.patch(i, j)) {
-            queue.push(tree.leaf(surface, Cell::of_patch(&patch, surface.degree()[1]), 0));
+            queue.push(tree.leaf(surface, PatchCell::of_patch(&patch, surface.degree()[1]), 0));
         }
         tree.columns = tree.nodes.chunks(rows).map(hull_of_all).collect();
         let mut attained = queue.iter().map(|piece| piece.attained).fold([0.0; 2], widen);
-        let whole = |_: &Piece, [low, high]: [f64; 2], attained: [f64; 2]| {
+        let whole = |_: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
             let slack = CLOSE * size(attained);
             low >= attained[0] - slack && high <= attained[1] + slack
         };
-        let part = |piece: &Piece, [low, high]: [f64; 2], attained: [f64; 2]| {
+        let part = |piece: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
             let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
             low >= piece.attained[0] - slack && high <= piece.attained[1] + slack
         };
@@ -95,10 +95,10 @@ impl CurvatureTree {
     fn refine(
         &mut self,
         surface: &NurbsSurface,
-        mut queue: BinaryHeap<Piece>,
+        mut queue: BinaryHeap<CurvaturePiece>,
         attained: &mut [f64; 2],
-        (budget, close): (usize, impl Fn(&Piece, [f64; 2], [f64; 2]) -> bool),
-    ) -> BinaryHeap<Piece> {
+        (budget, close): (usize, impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool),
+    ) -> BinaryHeap<CurvaturePiece> {
         let most = self.nodes.len() + budget;
         let mut done = BinaryHeap::new();
         while self.nodes.len() < most
@@ -120,12 +120,18 @@ impl CurvatureTree {
         done
     }
 
-    fn leaf(&mut self, surface: &NurbsSurface, cell: Cell, depth: u32) -> Piece {
+    fn leaf(&mut self, surface: &NurbsSurface, cell: PatchCell, depth: u32) -> CurvaturePiece {
         let (range, attained) = (cell.bound(), cell.attained(surface));
         let node = self.nodes.len();
         let hull = cell.hull();
-        self.nodes.push(Node { bounds: cell.bounds, range, rate: cell.rate(), hull, halves: None });
-        Piece { cell, node, depth, bound: size(range), attained }
+        self.nodes.push(CurvatureNode {
+            bounds: cell.bounds,
+            range,
+            rate: cell.rate(),
+            hull,
+            halves: None,
+        });
+        CurvaturePiece { cell, node, depth, bound: size(range), attained }
     }
 
     /// A piece keeps what its halves keep. They stand after it.
@@ -142,7 +148,7 @@ impl CurvatureTree {
     }
 
     /// What no normal curvature over `cell`, clipped to the domain, leaves.
-    pub(super) fn range(&self, cell: Rectangle) -> [f64; 2] {
+    pub(super) fn range(&self, cell: ParameterBox) -> [f64; 2] {
         let cell = [0, 1].map(|k| {
             let (low, high) = (self.breaks[k][0], self.breaks[k][self.breaks[k].len() - 1]);
             cell[k].map(|x| x.clamp(low, high))
@@ -217,7 +223,7 @@ impl CurvatureTree {
     }
 
     /// `range` widened by the part of a piece that meets `cell`.
-    fn widened(&self, range: [f64; 2], node: usize, cell: &Rectangle) -> [f64; 2] {
+    fn widened(&self, range: [f64; 2], node: usize, cell: &ParameterBox) -> [f64; 2] {
         let node = &self.nodes[node];
         let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
         let apart =
@@ -250,7 +256,7 @@ pub(super) fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f6
     !apart
 }
 
-fn hull_of_all(nodes: &[Node]) -> [Vector3<f64>; 2] {
+fn hull_of_all(nodes: &[CurvatureNode]) -> [Vector3<f64>; 2] {
     let nothing = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
     nodes
         .iter()
@@ -265,21 +271,21 @@ fn widen(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
-impl PartialEq for Piece {
+impl PartialEq for CurvaturePiece {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Piece {}
+impl Eq for CurvaturePiece {}
 
-impl PartialOrd for Piece {
+impl PartialOrd for CurvaturePiece {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Piece {
+impl Ord for CurvaturePiece {
     /// The largest bound first: the pieces go where the surface bends most. Of two without bound
     /// the larger piece.
     fn cmp(&self, other: &Self) -> Ordering {

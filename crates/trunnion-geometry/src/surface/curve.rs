@@ -1,7 +1,7 @@
 //! Space curves: what extrusions and revolutions are made of.
 
-use super::analytic::Frame;
-use super::beyond::Beyond;
+use super::analytic::SurfaceFrame;
+use super::beyond::SplineExtension;
 use super::error::SurfaceError;
 use super::nurbs::curve_quotient;
 use crate::math::bspline::KnotVector;
@@ -19,7 +19,7 @@ pub type CurveJet = [Vector3<f64>; 4];
 
 /// A space curve, parametrised as in ISO 10303-42.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Curve {
+pub enum SpaceCurve {
     /// `origin + t direction`; the direction need not be a unit vector.
     Line {
         /// Point at `t = 0`.
@@ -30,7 +30,7 @@ pub enum Curve {
     /// `origin + a cos t x + b sin t y`; a circle if both radii are equal.
     Ellipse {
         /// Where it lies.
-        frame: Frame,
+        frame: SurfaceFrame,
         /// Half axes along x and y \[mm\].
         radii: [f64; 2],
     },
@@ -48,10 +48,10 @@ pub struct NurbsCurve {
     pieces: Vec<Vector4<f64>>,
     closed: bool,
     /// Continuation below and above the range.
-    beyond: [Beyond; 2],
+    beyond: [SplineExtension; 2],
 }
 
-impl Curve {
+impl SpaceCurve {
     /// A straight line.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl Curve {
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless both radii are positive.
-    pub fn ellipse(frame: Frame, radii: [f64; 2]) -> Result<Self, SurfaceError> {
+    pub fn ellipse(frame: SurfaceFrame, radii: [f64; 2]) -> Result<Self, SurfaceError> {
         for value in radii {
             if !(value > 0.0 && value.is_finite()) {
                 let need = "finite and above 0";
@@ -147,13 +147,13 @@ impl NurbsCurve {
         let lift = |(i, point): (usize, &Point3<f64>)| (point.coords * weight(i)).push(weight(i));
         let net: Vec<Vector4<f64>> = points.iter().enumerate().map(lift).collect();
         let pieces = knots.bezier(&net);
-        let beyond = [Beyond::with(0.0); 2];
+        let beyond = [SplineExtension::with(0.0); 2];
         let mut curve = Self { knots, net, pieces, closed: false, beyond };
         curve.closed = curve.closes(points);
         let [low, high] = curve.knots.range();
         curve.beyond = [(low, -1.0), (high, 1.0)].map(|(end, outwards)| {
             let [_, first, second, _] = curve.inner(end);
-            Beyond::with(Beyond::pace([first, second], outwards))
+            SplineExtension::with(SplineExtension::pace([first, second], outwards))
         });
         Ok(curve)
     }

@@ -16,7 +16,7 @@ const MOST: f64 = 5e7;
 
 /// A point of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct FaceSample {
     /// Parameters.
     pub uv: [f64; 2],
     /// Point \[mm\].
@@ -33,7 +33,7 @@ impl Face {
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless `spacing` is positive and gives at most 5e7 points.
-    pub fn grid(&self, spacing: f64) -> Result<Vec<Sample>, SurfaceError> {
+    pub fn grid(&self, spacing: f64) -> Result<Vec<FaceSample>, SurfaceError> {
         let [u, v] = self.bounds();
         let across = |v: f64| {
             let step = |k: usize| {
@@ -42,8 +42,9 @@ impl Face {
             };
             (0..=LINES).map(step).fold(0.0, f64::max)
         };
-        let rows = Pace::new(v, across);
-        let middle = Pace::new(u, |u| self.surface.jet1(u, 0.5 * (v[0] + v[1])).su.norm());
+        let rows = ArcLengthTable::new(v, across);
+        let middle =
+            ArcLengthTable::new(u, |u| self.surface.jet1(u, 0.5 * (v[0] + v[1])).su.norm());
         let estimate = (rows.length() / spacing + 1.0) * (middle.length() / spacing + 1.0);
         if !(spacing > 0.0 && estimate <= MOST) {
             let need = "above 0 and coarse enough for at most 5e7 points";
@@ -51,30 +52,30 @@ impl Face {
         }
         let mut samples = Vec::new();
         for v in rows.centres(spacing) {
-            let along = Pace::new(u, |u| self.surface.jet1(u, v).su.norm());
+            let along = ArcLengthTable::new(u, |u| self.surface.jet1(u, v).su.norm());
             samples.extend(along.centres(spacing).filter_map(|u| self.sample([u, v])));
         }
         Ok(samples)
     }
 
     /// The sample at `uv` if it lies inside the trims and has a normal.
-    fn sample(&self, uv: [f64; 2]) -> Option<Sample> {
+    fn sample(&self, uv: [f64; 2]) -> Option<FaceSample> {
         if !self.contains(uv[0], uv[1]) {
             return None;
         }
         let normal = self.normal(uv[0], uv[1])?;
-        Some(Sample { uv, point: self.point(uv[0], uv[1]), normal })
+        Some(FaceSample { uv, point: self.point(uv[0], uv[1]), normal })
     }
 }
 
 /// Arc length over a parameter, piecewise linear.
-struct Pace {
+struct ArcLengthTable {
     range: [f64; 2],
     /// Length up to each of the `STEPS + 1` nodes.
     lengths: Vec<f64>,
 }
 
-impl Pace {
+impl ArcLengthTable {
     /// Sums `speed` over `range` by the trapezoidal rule.
     fn new(range: [f64; 2], speed: impl Fn(f64) -> f64) -> Self {
         let step = (range[1] - range[0]) / STEPS as f64;

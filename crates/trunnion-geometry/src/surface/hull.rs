@@ -1,7 +1,7 @@
 //! Boxes round small pieces of a NURBS surface: which points it keeps away from.
 
 use super::nurbs::NurbsSurface;
-use super::patches::Piece;
+use super::patches::PatchPiece;
 use super::patches::hull_box;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -13,11 +13,11 @@ const PIECES: usize = 1024;
 /// Boxes of the control points of pieces, and of pairs of pieces, up to the whole surface.
 #[derive(Debug, Clone)]
 pub(super) struct HullTree {
-    nodes: Vec<Node>,
+    nodes: Vec<HullNode>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct HullNode {
     low: Vector3<f64>,
     high: Vector3<f64>,
     /// The two halves; 0, which is nobody's half, at a single piece.
@@ -27,11 +27,11 @@ struct Node {
 }
 
 /// Signed distance of a place from a convex solid and its gradient, of unit length.
-pub type Gap<'a> = &'a dyn Fn(&Point3<f64>) -> (f64, Vector3<f64>);
+pub type SolidDistance<'a> = &'a dyn Fn(&Point3<f64>) -> (f64, Vector3<f64>);
 
 /// What is known of the distance of a surface from a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Meeting {
+pub enum SolidProximity {
     /// This place of the surface is nearer than asked.
     Nearer(Point3<f64>),
     /// No place is.
@@ -60,7 +60,7 @@ impl HullTree {
         let [[i0, i1], [j0, j1]] = cells;
         if i1 - i0 <= 1 && j1 - j0 <= 1 {
             let patch = surface.patch(i0, j0)?;
-            return Some(self.piece(&Piece::of(&patch, surface.degree()[1]), depth));
+            return Some(self.piece(&PatchPiece::of(&patch, surface.degree()[1]), depth));
         }
         let index = self.reserve();
         let k = usize::from(j1 - j0 > i1 - i0);
@@ -71,14 +71,14 @@ impl HullTree {
         Some(self.join(index, halves))
     }
 
-    fn piece(&mut self, piece: &Piece, depth: u32) -> usize {
+    fn piece(&mut self, piece: &PatchPiece, depth: u32) -> usize {
         let index = self.reserve();
         if depth == 0 {
             let (low, high) = hull_box(&piece.points);
             // A Bezier piece passes through the corners of its net.
             let corner = piece.points.first().map(|point| point.xyz() / point.w);
             let corner = Point3::from(corner.unwrap_or(low));
-            self.nodes[index] = Node { low, high, halves: [0; 2], corner };
+            self.nodes[index] = HullNode { low, high, halves: [0; 2], corner };
             return index;
         }
         let halves = piece.halves().map(|half| self.piece(&half, depth - 1));
@@ -88,44 +88,52 @@ impl HullTree {
     fn reserve(&mut self) -> usize {
         let nothing = Vector3::zeros();
         let corner = Point3::origin();
-        self.nodes.push(Node { low: nothing, high: nothing, halves: [0; 2], corner });
+        self.nodes.push(HullNode { low: nothing, high: nothing, halves: [0; 2], corner });
         self.nodes.len() - 1
     }
 
     fn join(&mut self, index: usize, halves: [usize; 2]) -> usize {
         let [a, b] = halves.map(|half| self.nodes[half]);
         let (low, high) = (a.low.inf(&b.low), a.high.sup(&b.high));
-        self.nodes[index] = Node { low, high, halves, corner: a.corner };
+        self.nodes[index] = HullNode { low, high, halves, corner: a.corner };
         index
     }
 
     /// Whether the surface comes nearer than `limit` to a solid.
-    pub(super) fn meets(&self, gap: Gap<'_>, limit: f64) -> Meeting {
-        if self.nodes.is_empty() { Meeting::Undecided } else { self.node_meets(0, gap, limit) }
+    pub(super) fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
+        if self.nodes.is_empty() {
+            SolidProximity::Undecided
+        } else {
+            self.node_meets(0, gap, limit)
+        }
     }
 
-    fn node_meets(&self, index: usize, gap: Gap<'_>, limit: f64) -> Meeting {
+    fn node_meets(&self, index: usize, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         let node = &self.nodes[index];
-        let least = |node: &Node| {
+        let least = |node: &HullNode| {
             let centre = Point3::from(0.5 * (node.low + node.high));
             gap(&centre).0 - 0.5 * (node.high - node.low).norm()
         };
         if least(node) >= limit {
-            return Meeting::Clear;
+            return SolidProximity::Clear;
         }
         if node.halves[0] == 0 {
             let nearer = gap(&node.corner).0 < limit;
-            return if nearer { Meeting::Nearer(node.corner) } else { Meeting::Undecided };
+            return if nearer {
+                SolidProximity::Nearer(node.corner)
+            } else {
+                SolidProximity::Undecided
+            };
         }
         let [a, b] = node.halves;
         // What comes nearer is mostly in the nearer half.
         let order = if least(&self.nodes[a]) <= least(&self.nodes[b]) { [a, b] } else { [b, a] };
-        let mut found = Meeting::Clear;
+        let mut found = SolidProximity::Clear;
         for half in order {
             match self.node_meets(half, gap, limit) {
-                Meeting::Clear => {}
-                Meeting::Undecided => found = Meeting::Undecided,
-                nearer @ Meeting::Nearer(_) => return nearer,
+                SolidProximity::Clear => {}
+                SolidProximity::Undecided => found = SolidProximity::Undecided,
+                nearer @ SolidProximity::Nearer(_) => return nearer,
             }
         }
         found
@@ -194,15 +202,18 @@ mod tests {
             let exact = (p - face.closest(&p).unwrap().point).norm();
             let ball =
                 |radius: f64| move |q: &Point3<f64>| ((q - p).norm() - radius, (q - p).normalize());
-            let Meeting::Nearer(q) = tree.meets(&ball(exact + 2.0), 0.0) else {
+            let SolidProximity::Nearer(q) = tree.meets(&ball(exact + 2.0), 0.0) else {
                 panic!("a ball that goes in by 2 mm, {p}")
             };
             assert!((q - p).norm() < exact + 2.0 && (q - p).norm() > exact - 1e-9, "{p}");
-            assert_eq!(tree.meets(&ball(exact - 4.0), 0.0), Meeting::Clear, "{p}");
-            assert_ne!(tree.meets(&ball(exact + 1e-9), 0.0), Meeting::Clear, "{p}");
+            assert_eq!(tree.meets(&ball(exact - 4.0), 0.0), SolidProximity::Clear, "{p}");
+            assert_ne!(tree.meets(&ball(exact + 1e-9), 0.0), SolidProximity::Clear, "{p}");
             let fine = face.meets(&ball(exact + 1e-6), 0.0);
-            assert!(matches!(fine, Meeting::Nearer(q) if (q - p).norm() < exact + 1e-6), "{p}");
-            assert_eq!(face.meets(&ball(exact - 1e-6), 0.0), Meeting::Clear, "{p}");
+            assert!(
+                matches!(fine, SolidProximity::Nearer(q) if (q - p).norm() < exact + 1e-6),
+                "{p}"
+            );
+            assert_eq!(face.meets(&ball(exact - 1e-6), 0.0), SolidProximity::Clear, "{p}");
             assert_eq!(face.nearer(&p, exact * (1.0 - 1e-9)).unwrap(), None, "{p}");
             let nearer = face.nearer(&p, exact * (1.0 + 1e-9)).unwrap().unwrap();
             assert!((nearer - exact).abs() <= 1e-9 * exact, "{p}");

@@ -1,19 +1,19 @@
 //! Closest points: bound-and-prune over Bezier patches, then Newton's method.
 
 use super::Surface;
-use super::bounds::Rectangle;
+use super::bounds::ParameterBox;
 use super::curvatures::CurvatureTree;
 use super::error::ClosestError;
 use super::error::SurfaceError;
 use super::face::Face;
-use super::hull::Gap;
 use super::hull::HullTree;
-use super::hull::Meeting;
+use super::hull::SolidDistance;
+use super::hull::SolidProximity;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::patches::PatchTree;
-use super::swept::Conversion;
-use super::swept::Revolution;
+use super::swept::NurbsConversion;
+use super::swept::RevolutionSurface;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -22,38 +22,38 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 pub struct FaceIndex {
     face: Face,
-    search: Search,
-    curvatures: Curvatures,
+    search: ClosestSearch,
+    curvatures: CurvatureSource,
     /// Boxes of the pieces; none where the closest point is known in closed form.
     hulls: Option<HullTree>,
 }
 
 /// How the closest point over the whole domain is found.
 #[derive(Debug, Clone)]
-enum Search {
+enum ClosestSearch {
     /// Over the patches of the surface itself.
     Patches(PatchTree),
     /// Over the patches of an equal NURBS surface.
-    Converted(Box<Conversion>, PatchTree),
+    Converted(Box<NurbsConversion>, PatchTree),
     /// In closed form.
     Closed,
 }
 
 /// Where bounds of curvature come from.
 #[derive(Debug, Clone)]
-enum Curvatures {
+enum CurvatureSource {
     /// Pieces of the surface itself.
     Own(CurvatureTree),
     /// Pieces of an equal NURBS surface over a thin strip `across` a sweep: along its straight
     /// lines or circles the curvature is the same everywhere.
-    Thin { across: usize, strip: Box<Conversion>, tree: CurvatureTree },
+    Thin { across: usize, strip: Box<NurbsConversion>, tree: CurvatureTree },
     /// In closed form.
     Closed,
 }
 
 /// Foot of a perpendicular (or, from a search over the domain, possibly a border point).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
+pub struct FootPoint {
     /// Parameters.
     pub uv: [f64; 2],
     /// Point of the surface.
@@ -85,23 +85,29 @@ impl FaceIndex {
         let (search, curvatures) = match &face.surface {
             Surface::Nurbs(surface) => {
                 let tree = CurvatureTree::new(surface);
-                (Search::Patches(PatchTree::new(surface)), Curvatures::Own(tree))
+                (ClosestSearch::Patches(PatchTree::new(surface)), CurvatureSource::Own(tree))
             }
             Surface::Extrusion(surface) => {
                 let strip = [u, [0.0, surface.thin()]];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
-                (Search::over(all.map_err(whole)?), Curvatures::over(thin.map_err(whole)?, 0))
+                (
+                    ClosestSearch::over(all.map_err(whole)?),
+                    CurvatureSource::over(thin.map_err(whole)?, 0),
+                )
             }
             Surface::Revolution(surface) => {
-                let strip = [[0.0, Revolution::THIN], v];
+                let strip = [[0.0, RevolutionSurface::THIN], v];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
-                (Search::over(all.map_err(whole)?), Curvatures::over(thin.map_err(whole)?, 1))
+                (
+                    ClosestSearch::over(all.map_err(whole)?),
+                    CurvatureSource::over(thin.map_err(whole)?, 1),
+                )
             }
-            _ => (Search::Closed, Curvatures::Closed),
+            _ => (ClosestSearch::Closed, CurvatureSource::Closed),
         };
         let hulls = match (&search, &face.surface) {
-            (Search::Patches(_), Surface::Nurbs(surface)) => Some(HullTree::new(surface)),
-            (Search::Converted(converted, _), _) => Some(HullTree::new(&converted.surface)),
+            (ClosestSearch::Patches(_), Surface::Nurbs(surface)) => Some(HullTree::new(surface)),
+            (ClosestSearch::Converted(converted, _), _) => Some(HullTree::new(&converted.surface)),
             _ => None,
         };
         Ok(Self { face, search, curvatures, hulls })
@@ -123,14 +129,14 @@ impl FaceIndex {
     ///
     /// [`ClosestError`]: a query that is not finite, no normal at the closest point, or too many
     /// places equally close.
-    pub fn closest(&self, p: &Point3<f64>) -> Result<Foot, ClosestError> {
+    pub fn closest(&self, p: &Point3<f64>) -> Result<FootPoint, ClosestError> {
         if !p.iter().all(|x| x.is_finite()) {
             return Err(ClosestError::NotFinite);
         }
         let surface = &self.face.surface;
         let uv = match (&self.search, surface) {
-            (Search::Patches(tree), Surface::Nurbs(surface)) => tree.closest(surface, p)?,
-            (Search::Converted(converted, tree), _) => {
+            (ClosestSearch::Patches(tree), Surface::Nurbs(surface)) => tree.closest(surface, p)?,
+            (ClosestSearch::Converted(converted, tree), _) => {
                 converted.original(tree.closest(&converted.surface, p)?)
             }
             _ => surface.elementary().map_or([f64::NAN; 2], |surface| surface.closest(p)),
@@ -167,8 +173,12 @@ impl FaceIndex {
             return Err(ClosestError::NotFinite);
         }
         match (&self.search, &self.face.surface) {
-            (Search::Patches(tree), Surface::Nurbs(surface)) => tree.nearer(surface, p, enough),
-            (Search::Converted(converted, tree), _) => tree.nearer(&converted.surface, p, enough),
+            (ClosestSearch::Patches(tree), Surface::Nurbs(surface)) => {
+                tree.nearer(surface, p, enough)
+            }
+            (ClosestSearch::Converted(converted, tree), _) => {
+                tree.nearer(&converted.surface, p, enough)
+            }
             (_, surface) => {
                 let uv = surface.elementary().map_or([f64::NAN; 2], |surface| surface.closest(p));
                 let distance = (surface.point(uv[0], uv[1]) - p).norm();
@@ -179,16 +189,18 @@ impl FaceIndex {
 
     /// Whether the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex solid. Undecided on surfaces
     /// whose closest point is known in closed form.
-    pub fn meets(&self, gap: Gap<'_>, limit: f64) -> Meeting {
+    pub fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         let roughly = self.hulls.as_ref().map(|hulls| hulls.meets(gap, limit));
         match (roughly, &self.search, &self.face.surface) {
-            (Some(Meeting::Undecided), Search::Patches(tree), Surface::Nurbs(surface)) => {
-                tree.meets(surface, gap, limit)
-            }
-            (Some(Meeting::Undecided), Search::Converted(converted, tree), _) => {
+            (
+                Some(SolidProximity::Undecided),
+                ClosestSearch::Patches(tree),
+                Surface::Nurbs(surface),
+            ) => tree.meets(surface, gap, limit),
+            (Some(SolidProximity::Undecided), ClosestSearch::Converted(converted, tree), _) => {
                 tree.meets(&converted.surface, gap, limit)
             }
-            (roughly, ..) => roughly.unwrap_or(Meeting::Undecided),
+            (roughly, ..) => roughly.unwrap_or(SolidProximity::Undecided),
         }
     }
 
@@ -207,7 +219,11 @@ impl FaceIndex {
     /// # Errors
     ///
     /// As [`FaceIndex::closest`].
-    pub fn closest_near(&self, p: &Point3<f64>, guess: [f64; 2]) -> Result<Foot, ClosestError> {
+    pub fn closest_near(
+        &self,
+        p: &Point3<f64>,
+        guess: [f64; 2],
+    ) -> Result<FootPoint, ClosestError> {
         let surface = &self.face.surface;
         if let Some(elementary) = surface.elementary()
             && p.iter().all(|x| x.is_finite())
@@ -232,12 +248,12 @@ impl FaceIndex {
     /// (infinite at a pole or a collapsed edge). Takes no longer than an evaluation or two.
     pub fn curvature_range(&self, cell: [[f64; 2]; 2]) -> [f64; 2] {
         let [low, high] = match &self.curvatures {
-            Curvatures::Closed => {
+            CurvatureSource::Closed => {
                 let elementary = self.face.surface.elementary();
                 elementary.map_or([0.0; 2], |surface| surface.curvatures(cell[1]))
             }
-            Curvatures::Own(tree) => tree.range(cell),
-            Curvatures::Thin { across, strip, tree } => {
+            CurvatureSource::Own(tree) => tree.range(cell),
+            CurvatureSource::Thin { across, strip, tree } => {
                 let mut within = strip.surface.domain();
                 let [least, most] = within[*across];
                 within[*across] = cell[*across].map(|x| x.clamp(least, most));
@@ -258,16 +274,16 @@ impl FaceIndex {
     /// curvature at the feet.
     pub fn curvature_around<'a>(
         &self,
-        feet: impl Iterator<Item = &'a Foot> + Clone,
+        feet: impl Iterator<Item = &'a FootPoint> + Clone,
         reach: f64,
     ) -> [f64; 2] {
         let empty = [f64::INFINITY, f64::NEG_INFINITY];
-        if let Curvatures::Own(tree) = &self.curvatures {
+        if let CurvatureSource::Own(tree) = &self.curvatures {
             let (middle, far) = ball_round(feet);
             let [low, high] = tree.near(&middle, far + reach);
             return if self.face.flip { [-high, -low] } else { [low, high] };
         }
-        let closed = matches!(self.curvatures, Curvatures::Closed);
+        let closed = matches!(self.curvatures, CurvatureSource::Closed);
         let reach = if closed { reach } else { 2.0 * reach };
         let cell = feet.fold([empty; 2], |cell, foot| {
             let paces = [foot.jet.su.norm(), foot.jet.sv.norm()];
@@ -286,16 +302,17 @@ impl FaceIndex {
     /// within reach, and for rational and swept surfaces, of which no bound is kept.
     pub fn curvature_rate_around<'a>(
         &self,
-        feet: impl Iterator<Item = &'a Foot> + Clone,
+        feet: impl Iterator<Item = &'a FootPoint> + Clone,
         reach: f64,
     ) -> f64 {
         match (&self.curvatures, &self.face.surface) {
-            (Curvatures::Own(tree), _) => {
+            (CurvatureSource::Own(tree), _) => {
                 let domain = self.face.surface.domain();
-                let inside = |foot: &Foot| {
+                let inside = |foot: &FootPoint| {
                     (0..2).all(|k| domain[k][0] <= foot.uv[k] && foot.uv[k] <= domain[k][1])
                 };
-                let smooth = |foot: &Foot| inside(foot) && !tree.jumps_near(&foot.point, reach);
+                let smooth =
+                    |foot: &FootPoint| inside(foot) && !tree.jumps_near(&foot.point, reach);
                 if !feet.clone().all(smooth) {
                     return f64::INFINITY;
                 }
@@ -322,7 +339,12 @@ impl FaceIndex {
     }
 
     /// Side, normal and distance for parameters found.
-    fn foot(&self, uv: [f64; 2], jet: SurfaceJet2, p: &Point3<f64>) -> Result<Foot, ClosestError> {
+    fn foot(
+        &self,
+        uv: [f64; 2],
+        jet: SurfaceJet2,
+        p: &Point3<f64>,
+    ) -> Result<FootPoint, ClosestError> {
         let offset = p - jet.s;
         let size = offset.norm();
         let normal = jet
@@ -331,26 +353,26 @@ impl FaceIndex {
             .map(|n| if self.face.flip { -n } else { n })
             .ok_or(ClosestError::NoNormal { uv, distance: size })?;
         let distance = if offset.dot(&normal) < 0.0 { -size } else { size };
-        Ok(Foot { uv, point: jet.s, normal, distance, jet })
+        Ok(FootPoint { uv, point: jet.s, normal, distance, jet })
     }
 }
 
-impl Search {
-    fn over(converted: Conversion) -> Self {
+impl ClosestSearch {
+    fn over(converted: NurbsConversion) -> Self {
         let tree = PatchTree::new(&converted.surface);
         Self::Converted(Box::new(converted), tree)
     }
 }
 
-impl Curvatures {
-    fn over(strip: Conversion, across: usize) -> Self {
+impl CurvatureSource {
+    fn over(strip: NurbsConversion, across: usize) -> Self {
         let tree = CurvatureTree::new(&strip.surface);
         Self::Thin { across, strip: Box::new(strip), tree }
     }
 }
 
 /// Middle and radius of a ball that holds all feet.
-fn ball_round<'a>(feet: impl Iterator<Item = &'a Foot> + Clone) -> (Point3<f64>, f64) {
+fn ball_round<'a>(feet: impl Iterator<Item = &'a FootPoint> + Clone) -> (Point3<f64>, f64) {
     let empty = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
     let [low, high] = feet.clone().fold(empty, |[low, high], foot| {
         [low.inf(&foot.point.coords), high.sup(&foot.point.coords)]
@@ -371,7 +393,7 @@ fn on_turn(uv: [f64; 2], guess: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2]
 }
 
 /// The domain; where it is endless, the box of the trims.
-fn search_bounds(face: &Face) -> Rectangle {
+fn search_bounds(face: &Face) -> ParameterBox {
     let (domain, trims) = (face.surface.domain(), face.bounds());
     [0, 1].map(|k| if domain[k].iter().all(|x| x.is_finite()) { domain[k] } else { trims[k] })
 }

@@ -5,7 +5,7 @@ use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 
 /// Derivatives by `u` (first index) and `v` (second index), as far as they were computed.
-pub(crate) type Table = [[Vector3<f64>; 4]; 4];
+pub(crate) type DerivativeTable = [[Vector3<f64>; 4]; 4];
 
 /// Point and first derivatives \[mm, mm per parameter\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +63,7 @@ pub struct SurfaceJet {
 /// Principal curvatures, positive where the surface bends towards its normal (concave seen from
 /// the side the normal points to), and unit tangent directions, orthogonal to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Curvature {
+pub struct PrincipalCurvatures {
     /// Smaller principal curvature \[1/mm\].
     pub min: f64,
     /// Larger principal curvature \[1/mm\].
@@ -75,7 +75,7 @@ pub struct Curvature {
 }
 
 impl SurfaceJet1 {
-    pub(crate) fn from_table(d: &Table) -> Self {
+    pub(crate) fn from_table(d: &DerivativeTable) -> Self {
         Self { s: Point3::from(d[0][0]), su: d[1][0], sv: d[0][1] }
     }
 
@@ -86,7 +86,7 @@ impl SurfaceJet1 {
 }
 
 impl SurfaceJet2 {
-    pub(crate) fn from_table(d: &Table) -> Self {
+    pub(crate) fn from_table(d: &DerivativeTable) -> Self {
         Self {
             s: Point3::from(d[0][0]),
             su: d[1][0],
@@ -126,7 +126,7 @@ impl SurfaceJet2 {
     ///
     /// The second fundamental form is written in an orthonormal tangent frame, where it is a
     /// symmetric 2 x 2 matrix; no difference of nearly equal numbers as in `H^2 - K`.
-    pub fn curvature(&self) -> Option<Curvature> {
+    pub fn curvature(&self) -> Option<PrincipalCurvatures> {
         let n = self.normal()?;
         let e1 = UnitVector3::try_new(self.su, f64::MIN_POSITIVE)?;
         let e2 = UnitVector3::new_normalize(n.cross(&e1));
@@ -145,12 +145,12 @@ impl SurfaceJet2 {
         let max_direction = UnitVector3::new_normalize(e1.scale(cos) + e2.scale(sin));
         let min_direction = UnitVector3::new_normalize(e1.scale(sin) - e2.scale(cos));
         let (min, max) = (half_sum - radius, half_sum + radius);
-        Some(Curvature { min, max, min_direction, max_direction })
+        Some(PrincipalCurvatures { min, max, min_direction, max_direction })
     }
 }
 
 impl SurfaceJet {
-    pub(crate) fn from_table(d: &Table) -> Self {
+    pub(crate) fn from_table(d: &DerivativeTable) -> Self {
         Self {
             s: Point3::from(d[0][0]),
             su: d[1][0],
@@ -182,7 +182,7 @@ impl SurfaceJet {
     }
 
     /// See [`SurfaceJet2::curvature`].
-    pub fn curvature(&self) -> Option<Curvature> {
+    pub fn curvature(&self) -> Option<PrincipalCurvatures> {
         self.second().curvature()
     }
 }

@@ -40,12 +40,12 @@ impl Face {
             let need = "finite and above 0";
             return Err(SurfaceError::Size { what: "chord tolerance", value: chord, need });
         }
-        Ok(Tessellation::new(self, chord).run())
+        Ok(FaceTessellation::new(self, chord).run())
     }
 }
 
 /// Work in progress.
-struct Tessellation<'a> {
+struct FaceTessellation<'a> {
     face: &'a Face,
     bounds: [[f64; 2]; 2],
     cells: [u32; 2],
@@ -82,7 +82,7 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
     counts.map(|n| n.clamp(CELLS[0], CELLS[1]).ceil() as u32)
 }
 
-impl<'a> Tessellation<'a> {
+impl<'a> FaceTessellation<'a> {
     fn new(face: &'a Face, chord: f64) -> Self {
         let bounds = face.bounds();
         let cells = cells(face, bounds, chord);

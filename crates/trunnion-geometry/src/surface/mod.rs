@@ -24,37 +24,37 @@ mod patches;
 mod swept;
 mod trim;
 
-pub use analytic::Cone;
-pub use analytic::Cylinder;
-pub use analytic::Frame;
-pub use analytic::Plane;
-pub use analytic::Sphere;
-pub use analytic::Torus;
-pub use curve::Curve;
+pub use analytic::ConeSurface;
+pub use analytic::CylinderSurface;
+pub use analytic::PlaneSurface;
+pub use analytic::SphereSurface;
+pub use analytic::SurfaceFrame;
+pub use analytic::TorusSurface;
 pub use curve::CurveJet;
 pub use curve::NurbsCurve;
+pub use curve::SpaceCurve;
 pub use error::ClosestError;
 pub use error::SurfaceError;
 pub use face::Face;
-pub use grid::Sample;
-pub use hull::Gap;
-pub use hull::Meeting;
+pub use grid::FaceSample;
+pub use hull::SolidDistance;
+pub use hull::SolidProximity;
 pub use index::FaceIndex;
-pub use index::Foot;
-pub use jet::Curvature;
+pub use index::FootPoint;
+pub use jet::PrincipalCurvatures;
 pub use jet::SurfaceJet;
 pub use jet::SurfaceJet1;
 pub use jet::SurfaceJet2;
 pub use mesh::FaceMesh;
+pub use nurbs::BezierPatch;
 pub use nurbs::NurbsSurface;
-pub use nurbs::Patch;
-pub use swept::Extrusion;
-pub use swept::Revolution;
+pub use swept::ExtrusionSurface;
+pub use swept::RevolutionSurface;
 pub use trim::TrimCurve;
 pub use trim::TrimLoop;
 
-use analytic::Elementary;
-use jet::Table;
+use analytic::ElementarySurface;
+use jet::DerivativeTable;
 use nalgebra::Point3;
 
 /// A surface over a rectangle of parameters u, v, each possibly endless or periodic.
@@ -63,24 +63,24 @@ pub enum Surface {
     /// B-spline, Bezier or rational tensor surface.
     Nurbs(NurbsSurface),
     /// Plane.
-    Plane(Plane),
+    Plane(PlaneSurface),
     /// Cylinder of revolution.
-    Cylinder(Cylinder),
+    Cylinder(CylinderSurface),
     /// Cone of revolution, one nappe.
-    Cone(Cone),
+    Cone(ConeSurface),
     /// Sphere.
-    Sphere(Sphere),
+    Sphere(SphereSurface),
     /// Torus.
-    Torus(Torus),
+    Torus(TorusSurface),
     /// A curve moved along a straight line.
-    Extrusion(Extrusion),
+    Extrusion(ExtrusionSurface),
     /// A curve turned about an axis.
-    Revolution(Revolution),
+    Revolution(RevolutionSurface),
 }
 
 impl Surface {
     /// The elementary kinds, whose closest point is known in closed form.
-    fn elementary(&self) -> Option<&dyn Elementary> {
+    fn elementary(&self) -> Option<&dyn ElementarySurface> {
         match self {
             Self::Plane(surface) => Some(surface),
             Self::Cylinder(surface) => Some(surface),
@@ -97,7 +97,7 @@ impl Surface {
             Self::Nurbs(surface) => surface.domain(),
             Self::Extrusion(surface) => surface.domain(),
             Self::Revolution(surface) => surface.domain(),
-            _ => self.elementary().map_or([[0.0; 2]; 2], Elementary::domain),
+            _ => self.elementary().map_or([[0.0; 2]; 2], ElementarySurface::domain),
         }
     }
 
@@ -107,7 +107,7 @@ impl Surface {
             Self::Nurbs(surface) => surface.periods(),
             Self::Extrusion(surface) => surface.periods(),
             Self::Revolution(surface) => surface.periods(),
-            _ => self.elementary().map_or([None; 2], Elementary::periods),
+            _ => self.elementary().map_or([None; 2], ElementarySurface::periods),
         }
     }
 
@@ -146,7 +146,7 @@ impl Surface {
     }
 
     #[inline]
-    fn table<const ORDER: usize>(&self, u: f64, v: f64) -> Table {
+    fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         match self {
             Self::Nurbs(surface) => surface.table::<ORDER>(u, v),
             Self::Plane(surface) => surface.table(u, v),

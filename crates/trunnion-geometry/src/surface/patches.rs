@@ -1,12 +1,12 @@
 //! Bound-and-prune search over the Bezier patches of a NURBS surface.
 
 use super::error::ClosestError;
-use super::hull::Gap;
-use super::hull::Meeting;
+use super::hull::SolidDistance;
+use super::hull::SolidProximity;
 use super::jet::SurfaceJet2;
 use super::newton;
+use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
-use super::nurbs::Patch;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -26,11 +26,11 @@ const MEETINGS: usize = 2_000;
 /// Boxes over rectangles of patches, halved down to single patches.
 #[derive(Debug, Clone)]
 pub(crate) struct PatchTree {
-    nodes: Vec<Node>,
+    nodes: Vec<PatchNode>,
 }
 
 #[derive(Debug, Clone)]
-struct Node {
+struct PatchNode {
     low: Vector3<f64>,
     high: Vector3<f64>,
     /// Ranges of patch columns and rows.
@@ -40,25 +40,25 @@ struct Node {
 }
 
 /// An entry of the queue: nothing below it is closer than `bound`.
-struct Look {
+struct QueueEntry {
     bound: f64,
-    kind: Kind,
+    kind: QueueItem,
 }
 
-enum Kind {
+enum QueueItem {
     Node(usize),
-    Piece(Box<Piece>),
+    Piece(Box<PatchPiece>),
 }
 
 /// Part of a patch: its own control points and rectangle.
-pub(super) struct Piece {
+pub(super) struct PatchPiece {
     pub(super) points: Vec<Vector4<f64>>,
     columns: usize,
     bounds: [[f64; 2]; 2],
 }
 
 /// Best point found so far.
-struct Best {
+struct BestPoint {
     uv: [f64; 2],
     distance: f64,
 }
@@ -75,7 +75,7 @@ impl PatchTree {
         let index = self.nodes.len();
         let [[i0, i1], [j0, j1]] = cells;
         let (low, high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        self.nodes.push(Node { low, high, cells, halves: [index; 2] });
+        self.nodes.push(PatchNode { low, high, cells, halves: [index; 2] });
         if i1 - i0 <= 1 && j1 - j0 <= 1 {
             if let Some(patch) = surface.patch(i0, j0) {
                 let (low, high) = hull_box(patch.points);
@@ -103,7 +103,7 @@ impl PatchTree {
         surface: &NurbsSurface,
         p: &Point3<f64>,
     ) -> Result<[f64; 2], ClosestError> {
-        let best = Best { uv: [f64::NAN; 2], distance: f64::INFINITY };
+        let best = BestPoint { uv: [f64::NAN; 2], distance: f64::INFINITY };
         self.search(surface, p, (best, 0.0)).map(|best| best.uv)
     }
 
@@ -115,14 +115,14 @@ impl PatchTree {
         enough: f64,
     ) -> Result<Option<f64>, ClosestError> {
         // So that what the search leaves out is no nearer than `enough`.
-        let none = Best { uv: [f64::NAN; 2], distance: enough + self.slack(p) };
+        let none = BestPoint { uv: [f64::NAN; 2], distance: enough + self.slack(p) };
         let best = self.search(surface, p, (none, enough))?;
         Ok(Some(best.distance).filter(|distance| *distance < enough))
     }
 
     /// Distances that differ by less count as equal \[mm\].
     fn slack(&self, p: &Point3<f64>) -> f64 {
-        let size = |root: &Node| (root.high - root.low).norm() + root.high.norm();
+        let size = |root: &PatchNode| (root.high - root.low).norm() + root.high.norm();
         EQUAL * (self.nodes.first().map_or(0.0, size) + p.coords.norm())
     }
 
@@ -131,20 +131,20 @@ impl PatchTree {
         &self,
         surface: &NurbsSurface,
         p: &Point3<f64>,
-        (mut best, enough): (Best, f64),
-    ) -> Result<Best, ClosestError> {
+        (mut best, enough): (BestPoint, f64),
+    ) -> Result<BestPoint, ClosestError> {
         let Some(root) = self.nodes.first() else { return Err(ClosestError::NotFinite) };
         let slack = self.slack(p);
         let mut queue = BinaryHeap::new();
-        queue.push(Look { bound: box_distance(p, root), kind: Kind::Node(0) });
+        queue.push(QueueEntry { bound: box_distance(p, root), kind: QueueItem::Node(0) });
         for _ in 0..LOOKS {
             let Some(look) = queue.pop() else { return Ok(best) };
             if look.bound >= best.distance - slack || best.distance < enough {
                 return Ok(best);
             }
             match look.kind {
-                Kind::Node(index) => self.open((surface, p), index, &best, &mut queue),
-                Kind::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
+                QueueItem::Node(index) => self.open((surface, p), index, &best, &mut queue),
+                QueueItem::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
             }
         }
         let bound = queue.peek().map_or(best.distance, |look| look.bound);
@@ -155,7 +155,12 @@ impl PatchTree {
     ///
     /// The distance from it is convex: over the hull of a piece's control points it lies above its tangent plane at
     /// their middle.
-    pub(crate) fn meets(&self, surface: &NurbsSurface, gap: Gap<'_>, limit: f64) -> Meeting {
+    pub(crate) fn meets(
+        &self,
+        surface: &NurbsSurface,
+        gap: SolidDistance<'_>,
+        limit: f64,
+    ) -> SolidProximity {
         let mut nodes: Vec<usize> = (0..self.nodes.len().min(1)).collect();
         let mut looks = 0;
         while let Some(index) = nodes.pop() {
@@ -170,12 +175,12 @@ impl PatchTree {
             }
             let [[i, _], [j, _]] = node.cells;
             let Some(patch) = surface.patch(i, j) else { continue };
-            let found = Piece::of(&patch, surface.degree()[1]).meets(gap, limit, &mut looks);
-            if found != Meeting::Clear {
+            let found = PatchPiece::of(&patch, surface.degree()[1]).meets(gap, limit, &mut looks);
+            if found != SolidProximity::Clear {
                 return found;
             }
         }
-        Meeting::Clear
+        SolidProximity::Clear
     }
 
     /// Replaces a node by its halves, or by the control points of its patch.
@@ -183,19 +188,19 @@ impl PatchTree {
         &self,
         (surface, p): (&NurbsSurface, &Point3<f64>),
         index: usize,
-        best: &Best,
-        queue: &mut BinaryHeap<Look>,
+        best: &BestPoint,
+        queue: &mut BinaryHeap<QueueEntry>,
     ) {
         let node = &self.nodes[index];
         if node.halves[0] == index {
             let [[i, _], [j, _]] = node.cells;
             let Some(patch) = surface.patch(i, j) else { return };
-            offer(p, Piece::of(&patch, surface.degree()[1]), best, queue);
+            offer(p, PatchPiece::of(&patch, surface.degree()[1]), best, queue);
         } else {
             for half in node.halves {
                 let bound = box_distance(p, &self.nodes[half]);
                 if bound < best.distance {
-                    queue.push(Look { bound, kind: Kind::Node(half) });
+                    queue.push(QueueEntry { bound, kind: QueueItem::Node(half) });
                 }
             }
         }
@@ -203,10 +208,10 @@ impl PatchTree {
 }
 
 /// Queues a piece unless it is proved to be no closer than the best point.
-fn offer(p: &Point3<f64>, piece: Piece, best: &Best, queue: &mut BinaryHeap<Look>) {
+fn offer(p: &Point3<f64>, piece: PatchPiece, best: &BestPoint, queue: &mut BinaryHeap<QueueEntry>) {
     let bound = lower_bound(p, &piece);
     if bound < best.distance {
-        queue.push(Look { bound, kind: Kind::Piece(Box::new(piece)) });
+        queue.push(QueueEntry { bound, kind: QueueItem::Piece(Box::new(piece)) });
     }
 }
 
@@ -214,9 +219,9 @@ fn offer(p: &Point3<f64>, piece: Piece, best: &Best, queue: &mut BinaryHeap<Look
 fn split(
     surface: &NurbsSurface,
     p: &Point3<f64>,
-    piece: &Piece,
-    best: &mut Best,
-    queue: &mut BinaryHeap<Look>,
+    piece: &PatchPiece,
+    best: &mut BestPoint,
+    queue: &mut BinaryHeap<QueueEntry>,
 ) {
     let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
     let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
@@ -225,7 +230,7 @@ fn split(
         let found = newton::minimise(at, p, middle, surface.domain()).unwrap_or((middle, start));
         let distance = (found.1.s - p).norm();
         if distance < best.distance {
-            *best = Best { uv: found.0, distance };
+            *best = BestPoint { uv: found.0, distance };
         }
     }
     for half in piece.halves() {
@@ -233,9 +238,9 @@ fn split(
     }
 }
 
-impl Piece {
+impl PatchPiece {
     /// As [`PatchTree::meets`], for a piece; `looks` counts them.
-    fn meets(self, gap: Gap<'_>, limit: f64, looks: &mut usize) -> Meeting {
+    fn meets(self, gap: SolidDistance<'_>, limit: f64, looks: &mut usize) -> SolidProximity {
         let mut waiting = vec![self];
         while let Some(piece) = waiting.pop() {
             let points = || piece.points.iter().map(|point| point.xyz() / point.w);
@@ -247,15 +252,15 @@ impl Piece {
             }
             let near = |corner: &Point3<f64>| gap(corner).0 < limit;
             if let Some(corner) = piece.corners().into_iter().find(near) {
-                return Meeting::Nearer(corner);
+                return SolidProximity::Nearer(corner);
             }
             *looks += 1;
             if *looks > MEETINGS {
-                return Meeting::Undecided;
+                return SolidProximity::Undecided;
             }
             waiting.extend(piece.halves());
         }
-        Meeting::Clear
+        SolidProximity::Clear
     }
 
     /// Where the piece meets its control points.
@@ -266,7 +271,7 @@ impl Piece {
     }
 
     /// A whole patch of a surface of `degree` by v.
-    pub(super) fn of(patch: &Patch<'_>, degree: usize) -> Self {
+    pub(super) fn of(patch: &BezierPatch<'_>, degree: usize) -> Self {
         Self { points: patch.points.to_vec(), columns: degree + 1, bounds: patch.bounds }
     }
 
@@ -310,7 +315,7 @@ impl Piece {
 /// What no point of the piece is closer than: the distance to the box of its control points, or to
 /// their plane of support across the direction to the net's middle, whichever is larger. The
 /// second is quadratically sharp where the surface faces `p`.
-fn lower_bound(p: &Point3<f64>, piece: &Piece) -> f64 {
+fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
     let points = || piece.points.iter().map(|point| point.xyz() / point.w - p.coords);
     let count = piece.points.len() as f64;
     let middle = points().sum::<Vector3<f64>>() / count;
@@ -326,7 +331,7 @@ fn lower_bound(p: &Point3<f64>, piece: &Piece) -> f64 {
 }
 
 /// Distance from `p` to the box of a node.
-fn box_distance(p: &Point3<f64>, node: &Node) -> f64 {
+fn box_distance(p: &Point3<f64>, node: &PatchNode) -> f64 {
     (node.low - p.coords).sup(&(p.coords - node.high)).sup(&Vector3::zeros()).norm()
 }
 
@@ -338,21 +343,21 @@ pub(super) fn hull_box(points: &[Vector4<f64>]) -> (Vector3<f64>, Vector3<f64>) 
     )
 }
 
-impl PartialEq for Look {
+impl PartialEq for QueueEntry {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Look {}
+impl Eq for QueueEntry {}
 
-impl PartialOrd for Look {
+impl PartialOrd for QueueEntry {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Look {
+impl Ord for QueueEntry {
     /// The smallest bound is the greatest: a heap pops it first.
     fn cmp(&self, other: &Self) -> Ordering {
         other.bound.total_cmp(&self.bound)

@@ -1,8 +1,8 @@
 //! Linear extrusion and revolution of a curve, parametrised as in ISO 10303-42.
 
-use super::curve::Curve;
+use super::curve::SpaceCurve;
 use super::error::SurfaceError;
-use super::jet::Table;
+use super::jet::DerivativeTable;
 use super::nurbs::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -13,26 +13,26 @@ use std::f64::consts::TAU;
 
 /// `curve(u) + v direction`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Extrusion {
-    curve: Curve,
+pub struct ExtrusionSurface {
+    curve: SpaceCurve,
     direction: Vector3<f64>,
 }
 
 /// `curve(v)` turned by `u` about an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Revolution {
-    curve: Curve,
+pub struct RevolutionSurface {
+    curve: SpaceCurve,
     origin: Point3<f64>,
     axis: UnitVector3<f64>,
 }
 
-impl Extrusion {
+impl ExtrusionSurface {
     /// The direction need not be a unit vector: `v` counts in its length.
     ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] for a direction without length.
-    pub fn new(curve: Curve, direction: Vector3<f64>) -> Result<Self, SurfaceError> {
+    pub fn new(curve: SpaceCurve, direction: Vector3<f64>) -> Result<Self, SurfaceError> {
         let value = direction.norm();
         if !(value > 0.0 && value.is_finite()) {
             let need = "finite and above 0";
@@ -47,7 +47,7 @@ impl Extrusion {
     }
 
     /// The curve that is moved.
-    pub fn curve(&self) -> &Curve {
+    pub fn curve(&self) -> &SpaceCurve {
         &self.curve
     }
 
@@ -59,7 +59,7 @@ impl Extrusion {
         [self.curve.period(), None]
     }
 
-    pub(crate) fn table(&self, u: f64, v: f64) -> Table {
+    pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let jet = self.curve.jet(u);
         let mut d = [[Vector3::zeros(); 4]; 4];
         for (row, c) in d.iter_mut().zip(jet) {
@@ -70,20 +70,23 @@ impl Extrusion {
         d
     }
 
-    /// The same surface over `bounds` as NURBS; see [`Conversion`].
-    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<Conversion, Vec<SurfaceError>> {
-        let strip = Strip::of_curve(&self.curve, u);
+    /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
+    pub(crate) fn to_nurbs(
+        &self,
+        [u, v]: [[f64; 2]; 2],
+    ) -> Result<NurbsConversion, Vec<SurfaceError>> {
+        let strip = SweptStrip::of_curve(&self.curve, u);
         let ends = v.map(|v| self.direction * v);
         let net = strip.net.iter().map(|point| {
             ends.iter().map(|end| (point.xyz() + end * point.w).push(point.w)).collect()
         });
         let surface =
             from_net([strip.degree, 1], [strip.knots, vec![v[0], v[0], v[1], v[1]]], net)?;
-        Ok(Conversion { surface, arcs: [strip.arcs, false] })
+        Ok(NurbsConversion { surface, arcs: [strip.arcs, false] })
     }
 }
 
-impl Revolution {
+impl RevolutionSurface {
     /// A short range of `u` \[rad\]: curvature is the same at every `u`, and over such an arc
     /// tangents turn by no more than a thousandth.
     pub(crate) const THIN: f64 = 1e-3;
@@ -92,7 +95,7 @@ impl Revolution {
     ///
     /// [`SurfaceError::NotFinite`] for an origin that is not finite.
     pub fn new(
-        curve: Curve,
+        curve: SpaceCurve,
         origin: Point3<f64>,
         axis: UnitVector3<f64>,
     ) -> Result<Self, SurfaceError> {
@@ -104,7 +107,7 @@ impl Revolution {
     }
 
     /// The curve that is turned.
-    pub fn curve(&self) -> &Curve {
+    pub fn curve(&self) -> &SpaceCurve {
         &self.curve
     }
 
@@ -127,7 +130,7 @@ impl Revolution {
         [axial, offset - axial, self.axis.cross(offset)]
     }
 
-    pub(crate) fn table(&self, u: f64, v: f64) -> Table {
+    pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let (sin, cos) = u.sin_cos();
         let mut jet = self.curve.jet(v);
         jet[0] -= self.origin.coords;
@@ -141,9 +144,12 @@ impl Revolution {
         d
     }
 
-    /// The same surface over `bounds` as NURBS; see [`Conversion`].
-    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<Conversion, Vec<SurfaceError>> {
-        let strip = Strip::of_curve(&self.curve, v);
+    /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
+    pub(crate) fn to_nurbs(
+        &self,
+        [u, v]: [[f64; 2]; 2],
+    ) -> Result<NurbsConversion, Vec<SurfaceError>> {
+        let strip = SweptStrip::of_curve(&self.curve, v);
         let (breaks, half) = arcs(u);
         let turned = |point: &Vector4<f64>, angle: f64, weight: f64| {
             let offset = point.xyz() - self.origin.coords * point.w;
@@ -159,7 +165,7 @@ impl Revolution {
         let net = arc_angles(&breaks, half).into_iter().map(row);
         let knots = [arc_knots(&breaks), strip.knots.clone()];
         let surface = from_net([2, strip.degree], knots, net)?;
-        Ok(Conversion { surface, arcs: [true, strip.arcs] })
+        Ok(NurbsConversion { surface, arcs: [true, strip.arcs] })
     }
 }
 
@@ -167,12 +173,12 @@ impl Revolution {
 /// parameter runs through circular arcs at another pace: they agree at the breaks and
 /// `tan(angle/2) = tan(half/2) (2t - 1)` between, angle counted from the arc's middle.
 #[derive(Debug, Clone)]
-pub(crate) struct Conversion {
+pub(crate) struct NurbsConversion {
     pub(crate) surface: NurbsSurface,
     pub(crate) arcs: [bool; 2],
 }
 
-impl Conversion {
+impl NurbsConversion {
     /// Parameters of the original surface.
     pub(crate) fn original(&self, uv: [f64; 2]) -> [f64; 2] {
         self.map(uv, |x, half| (2.0 * ((0.5 * half).tan() * x).atan()) / half)
@@ -196,21 +202,21 @@ impl Conversion {
 }
 
 /// A curve in B-spline form.
-struct Strip {
+struct SweptStrip {
     degree: usize,
     knots: Vec<f64>,
     net: Vec<Vector4<f64>>,
     arcs: bool,
 }
 
-impl Strip {
-    fn of_curve(curve: &Curve, [low, high]: [f64; 2]) -> Self {
+impl SweptStrip {
+    fn of_curve(curve: &SpaceCurve, [low, high]: [f64; 2]) -> Self {
         match curve {
-            Curve::Line { .. } => {
+            SpaceCurve::Line { .. } => {
                 let net = [low, high].map(|t| curve.jet(t)[0].push(1.0)).to_vec();
                 Self { degree: 1, knots: vec![low, low, high, high], net, arcs: false }
             }
-            Curve::Ellipse { frame, .. } => {
+            SpaceCurve::Ellipse { frame, .. } => {
                 let (breaks, half) = arcs([low, high]);
                 let centre = frame.origin().coords;
                 let point = |(t, weight): (f64, f64)| {
@@ -220,7 +226,7 @@ impl Strip {
                 let net = arc_angles(&breaks, half).into_iter().map(point).collect();
                 Self { degree: 2, knots: arc_knots(&breaks), net, arcs: true }
             }
-            Curve::Nurbs(spline) => {
+            SpaceCurve::Nurbs(spline) => {
                 let knots = spline.knots().knots().to_vec();
                 let degree = spline.knots().degree();
                 Self { degree, knots, net: spline.net().to_vec(), arcs: false }

@@ -20,12 +20,12 @@ pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 const HALVINGS: u32 = 60;
 
 /// One piece of a loop: Bezier points `(w u, w v, w)`.
-type Piece = Vec<Vector3<f64>>;
+type TrimPiece = Vec<Vector3<f64>>;
 
 /// A curve in u, v: Bezier pieces of equal degree, end to end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimCurve {
-    pieces: Vec<Piece>,
+    pieces: Vec<TrimPiece>,
 }
 
 /// A closed chain of curves in u, v.
@@ -34,7 +34,7 @@ pub struct TrimCurve {
 /// [`TrimLoop::turns`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimLoop {
-    pieces: Vec<Piece>,
+    pieces: Vec<TrimPiece>,
     bounds: [[f64; 2]; 2],
     /// `turns` periods, in u and v.
     advance: [f64; 2],
@@ -136,7 +136,7 @@ impl TrimLoop {
                 faults.push(SurfaceError::OpenLoop { curve, next, gap, at, tolerance });
             }
         };
-        let mut pieces: Vec<Piece> = Vec::new();
+        let mut pieces: Vec<TrimPiece> = Vec::new();
         let mut end = start;
         for (index, curve) in curves.into_iter().enumerate() {
             let shift = whole_periods(curve.start(), end, periods);
@@ -161,7 +161,7 @@ impl TrimLoop {
         trim.fault(tolerance).map_or(Ok(trim), |fault| Err(vec![fault]))
     }
 
-    fn closed(mut pieces: Vec<Piece>, advance: [f64; 2], turns: [i32; 2]) -> Self {
+    fn closed(mut pieces: Vec<TrimPiece>, advance: [f64; 2], turns: [i32; 2]) -> Self {
         unit_ends(&mut pieces);
         meet(&mut pieces, advance);
         let bounds = bounds_of(&pieces);
@@ -223,7 +223,7 @@ impl TrimLoop {
     /// crosses the loop.
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
         let (px, py) = (point[along], point[1 - along]);
-        let count = |piece: &Piece| {
+        let count = |piece: &TrimPiece| {
             let mut local = [Vector3::zeros(); MAX_DEGREE + 1];
             let local = &mut local[..piece.len()];
             for (to, from) in local.iter_mut().zip(piece) {
@@ -299,7 +299,7 @@ fn cartesian(point: &Vector3<f64>) -> [f64; 2] {
     [point.x / point.z, point.y / point.z]
 }
 
-fn move_pieces(pieces: &mut [Piece], [du, dv]: [f64; 2]) {
+fn move_pieces(pieces: &mut [TrimPiece], [du, dv]: [f64; 2]) {
     for point in pieces.iter_mut().flatten() {
         point.x += du * point.z;
         point.y += dv * point.z;
@@ -307,7 +307,7 @@ fn move_pieces(pieces: &mut [Piece], [du, dv]: [f64; 2]) {
 }
 
 /// A straight piece over a gap, if there is one.
-fn join(pieces: &mut Vec<Piece>, from: [f64; 2], to: [f64; 2]) {
+fn join(pieces: &mut Vec<TrimPiece>, from: [f64; 2], to: [f64; 2]) {
     if from[0].total_cmp(&to[0]).is_ne() || from[1].total_cmp(&to[1]).is_ne() {
         pieces.push(vec![Vector3::new(from[0], from[1], 1.0), Vector3::new(to[0], to[1], 1.0)]);
     }
@@ -315,7 +315,7 @@ fn join(pieces: &mut Vec<Piece>, from: [f64; 2], to: [f64; 2]) {
 
 /// Makes the last point of a loop exactly `turn` from its first, added to the lower of the two: so
 /// that a point's copies, found the same way, cross the joint once.
-fn meet(pieces: &mut [Piece], turn: [f64; 2]) {
+fn meet(pieces: &mut [TrimPiece], turn: [f64; 2]) {
     let Some(start) = pieces.first().map(|piece| cartesian(&piece[0])) else { return };
     let set = |point: &mut Vector3<f64>, [u, v]: [f64; 2]| {
         *point = Vector3::new(u * point.z, v * point.z, point.z);
@@ -332,7 +332,7 @@ fn meet(pieces: &mut [Piece], turn: [f64; 2]) {
 
 /// Makes the end weights of every piece 1 (a change of parameter, not of shape: weights times
 /// `c^i`) and neighbouring ends equal to the last bit: the half-open rule needs both.
-fn unit_ends(pieces: &mut [Piece]) {
+fn unit_ends(pieces: &mut [TrimPiece]) {
     let mut end: Option<Vector3<f64>> = None;
     for piece in pieces {
         let n = piece.len() - 1;
@@ -352,7 +352,7 @@ fn unit_ends(pieces: &mut [Piece]) {
     }
 }
 
-fn bounds_of(pieces: &[Piece]) -> [[f64; 2]; 2] {
+fn bounds_of(pieces: &[TrimPiece]) -> [[f64; 2]; 2] {
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for point in pieces.iter().flatten().map(cartesian) {
         for (bound, x) in bounds.iter_mut().zip(point) {

@@ -6,21 +6,21 @@ use nalgebra::Point4;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use trunnion::surface::ClosestError;
-use trunnion::surface::Cone;
-use trunnion::surface::Curve;
-use trunnion::surface::Cylinder;
-use trunnion::surface::Extrusion;
+use trunnion::surface::ConeSurface;
+use trunnion::surface::CylinderSurface;
+use trunnion::surface::ExtrusionSurface;
 use trunnion::surface::Face;
 use trunnion::surface::FaceIndex;
-use trunnion::surface::Frame;
 use trunnion::surface::NurbsCurve;
 use trunnion::surface::NurbsSurface;
-use trunnion::surface::Plane;
-use trunnion::surface::Revolution;
-use trunnion::surface::Sphere;
+use trunnion::surface::PlaneSurface;
+use trunnion::surface::RevolutionSurface;
+use trunnion::surface::SpaceCurve;
+use trunnion::surface::SphereSurface;
 use trunnion::surface::Surface;
+use trunnion::surface::SurfaceFrame;
 use trunnion::surface::SurfaceJet;
-use trunnion::surface::Torus;
+use trunnion::surface::TorusSurface;
 use trunnion::surface::TrimCurve;
 use trunnion::surface::TrimLoop;
 
@@ -337,7 +337,8 @@ proptest! {
 
 /// One face of every kind, trimmed to a rectangle of parameters where endless.
 fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
-    let frame = Frame::new(Point3::new(1.0, -2.0, 3.0), Vector3::new(0.2, 0.3, 1.0), Vector3::x());
+    let frame =
+        SurfaceFrame::new(Point3::new(1.0, -2.0, 3.0), Vector3::new(0.2, 0.3, 1.0), Vector3::x());
     let frame = frame.unwrap();
     let spline = {
         let points = [
@@ -349,36 +350,41 @@ fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
         ];
         let points = points.map(Point3::from);
         let knots = vec![0.0, 0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0, 1.0];
-        Curve::Nurbs(NurbsCurve::new(3, knots, &points, Some(&[1.0, 2.0, 0.7, 1.0, 1.3])).unwrap())
+        SpaceCurve::Nurbs(
+            NurbsCurve::new(3, knots, &points, Some(&[1.0, 2.0, 0.7, 1.0, 1.3])).unwrap(),
+        )
     };
-    let ring = Curve::ellipse(frame, [12.0, 12.0]).unwrap();
-    let oval = Curve::ellipse(frame, [25.0, 9.0]).unwrap();
-    let line = Curve::line(Point3::new(15.0, 0.0, 0.0), Vector3::new(0.1, 0.4, 2.0)).unwrap();
+    let ring = SpaceCurve::ellipse(frame, [12.0, 12.0]).unwrap();
+    let oval = SpaceCurve::ellipse(frame, [25.0, 9.0]).unwrap();
+    let line = SpaceCurve::line(Point3::new(15.0, 0.0, 0.0), Vector3::new(0.1, 0.4, 2.0)).unwrap();
     let z = Vector3::z_axis();
     let off = Point3::new(-40.0, 3.0, 0.0);
     let kinds: Vec<(Surface, [[f64; 2]; 2])> = vec![
-        (Surface::Plane(Plane { frame }), [[-20.0, 30.0], [-10.0, 15.0]]),
-        (Surface::Cylinder(Cylinder::new(frame, 12.0).unwrap()), [[1.0, 3.0], [-5.0, 20.0]]),
-        (Surface::Cone(Cone::new(frame, 5.0, 0.4).unwrap()), [[0.5, 2.5], [-3.0, 30.0]]),
-        (Surface::Sphere(Sphere::new(frame, 20.0).unwrap()), [[0.5, 3.5], [-1.0, 1.2]]),
-        (Surface::Torus(Torus::new(frame, 20.0, 6.0).unwrap()), [[0.5, 3.5], [1.0, 4.2]]),
+        (Surface::Plane(PlaneSurface { frame }), [[-20.0, 30.0], [-10.0, 15.0]]),
+        (Surface::Cylinder(CylinderSurface::new(frame, 12.0).unwrap()), [[1.0, 3.0], [-5.0, 20.0]]),
+        (Surface::Cone(ConeSurface::new(frame, 5.0, 0.4).unwrap()), [[0.5, 2.5], [-3.0, 30.0]]),
+        (Surface::Sphere(SphereSurface::new(frame, 20.0).unwrap()), [[0.5, 3.5], [-1.0, 1.2]]),
+        (Surface::Torus(TorusSurface::new(frame, 20.0, 6.0).unwrap()), [[0.5, 3.5], [1.0, 4.2]]),
         (
             Surface::Extrusion(
-                Extrusion::new(spline.clone(), Vector3::new(3.0, 40.0, 4.0)).unwrap(),
+                ExtrusionSurface::new(spline.clone(), Vector3::new(3.0, 40.0, 4.0)).unwrap(),
             ),
             [[0.0, 1.0], [-0.5, 1.5]],
         ),
         (
-            Surface::Extrusion(Extrusion::new(oval, Vector3::new(0.0, 1.0, 4.0)).unwrap()),
+            Surface::Extrusion(ExtrusionSurface::new(oval, Vector3::new(0.0, 1.0, 4.0)).unwrap()),
             [[0.4, 5.0], [-5.0, 15.0]],
         ),
         (
-            Surface::Revolution(Revolution::new(spline, Point3::origin(), z).unwrap()),
+            Surface::Revolution(RevolutionSurface::new(spline, Point3::origin(), z).unwrap()),
             [[0.2, 6.0], [0.0, 1.0]],
         ),
-        (Surface::Revolution(Revolution::new(ring, off, z).unwrap()), [[0.2, 6.0], [0.4, 5.0]]),
         (
-            Surface::Revolution(Revolution::new(line, Point3::origin(), z).unwrap()),
+            Surface::Revolution(RevolutionSurface::new(ring, off, z).unwrap()),
+            [[0.2, 6.0], [0.4, 5.0]],
+        ),
+        (
+            Surface::Revolution(RevolutionSurface::new(line, Point3::origin(), z).unwrap()),
             [[0.2, 4.0], [-8.0, 9.0]],
         ),
     ];
@@ -552,10 +558,10 @@ fn closed(curve: TrimCurve) -> TrimLoop {
 
 /// A plane with a disc of radius 20 round (3, -4), without one of radius 8.
 fn disc_with_hole() -> Face {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
     let loops =
         vec![closed(circle([3.0, -4.0], 20.0)), closed(circle([5.0, -2.0], 8.0).reversed())];
-    Face::new(1, Surface::Plane(Plane { frame }), loops, true).unwrap()
+    Face::new(1, Surface::Plane(PlaneSurface { frame }), loops, true).unwrap()
 }
 
 proptest! {
@@ -613,8 +619,8 @@ proptest! {
         width in 0.1..6.2f64,
     ) {
         const N: u32 = 120;
-        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::new(1.0, 1.0, 0.3), Vector3::x()).unwrap();
-        let tube = Surface::Cylinder(Cylinder::new(frame, 4.0).unwrap());
+        let frame = SurfaceFrame::new(Point3::new(1.0, 2.0, 3.0), Vector3::new(1.0, 1.0, 0.3), Vector3::x()).unwrap();
+        let tube = Surface::Cylinder(CylinderSurface::new(frame, 4.0).unwrap());
         let corners = [[0.0, -2.0], [1.0, -2.0], [1.0, 3.0], [0.0, 3.0], [0.0, -2.0]];
         let border = TrimCurve::polyline(&corners.map(|[u, v]| [start + width * u, v])).unwrap();
         let trim = TrimLoop::new(vec![border], [None, None], 1e-9).unwrap();
@@ -683,8 +689,9 @@ fn a_tessellation_has_the_area_and_the_side_of_the_face() {
         "{area} {exact}"
     );
     // A whole sphere: 4 pi r^2, a little less.
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let sphere = Face::new(1, Surface::Sphere(Sphere::new(frame, 10.0).unwrap()), vec![], false);
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere =
+        Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0).unwrap()), vec![], false);
     let (area, sense) = area_and_sense(&sphere.unwrap(), 0.01);
     let exact = 400.0 * std::f64::consts::PI;
     assert!(area < exact && area > 0.995 * exact && sense > 0.99 * area, "{area} {exact}");
@@ -692,7 +699,7 @@ fn a_tessellation_has_the_area_and_the_side_of_the_face() {
 
 #[test]
 fn loops_round_a_period() {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
     let turn = std::f64::consts::TAU;
     let round = |v: f64, ahead: bool, periods| {
         let (a, b) = if ahead { (0.3, 0.3 + turn) } else { (0.3 + turn, 0.3) };
@@ -700,7 +707,7 @@ fn loops_round_a_period() {
         TrimLoop::new(vec![line], periods, 1e-9).unwrap()
     };
     // A band of a cylinder between two full circles, whatever turn a point is given on.
-    let cylinder = Surface::Cylinder(Cylinder::new(frame, 5.0).unwrap());
+    let cylinder = Surface::Cylinder(CylinderSurface::new(frame, 5.0).unwrap());
     let periods = cylinder.periods();
     let loops = vec![round(1.0, true, periods), round(4.0, false, periods)];
     assert_eq!(loops[0].turns(), [1, 0]);
@@ -711,14 +718,14 @@ fn loops_round_a_period() {
     assert_eq!(band.bounds(), [[0.0, turn], [1.0, 4.0]]);
     // Caps of a sphere above and below a circle of latitude.
     for (ahead, inside, outside) in [(true, 1.0, -1.0), (false, -1.0, 1.0)] {
-        let sphere = Surface::Sphere(Sphere::new(frame, 5.0).unwrap());
+        let sphere = Surface::Sphere(SphereSurface::new(frame, 5.0).unwrap());
         let loops = vec![round(0.5, ahead, sphere.periods())];
         let cap = Face::new(1, sphere, loops, false).unwrap();
         assert!(cap.contains(2.0, inside) && !cap.contains(2.0, outside));
     }
     // Both bands of a torus between two circles of latitude: the loops' sense tells them apart.
     for (ahead, inside, outside) in [(true, 2.0, 5.0), (false, 5.0, 2.0)] {
-        let torus = Surface::Torus(Torus::new(frame, 10.0, 2.0).unwrap());
+        let torus = Surface::Torus(TorusSurface::new(frame, 10.0, 2.0).unwrap());
         let periods = torus.periods();
         let loops = vec![round(1.0, ahead, periods), round(3.0, !ahead, periods)];
         let face = Face::new(1, torus, loops, false).unwrap();
@@ -728,7 +735,7 @@ fn loops_round_a_period() {
         }
     }
     // A patch of a cylinder across the seam.
-    let cylinder = Surface::Cylinder(Cylinder::new(frame, 5.0).unwrap());
+    let cylinder = Surface::Cylinder(CylinderSurface::new(frame, 5.0).unwrap());
     let across = [[6.0, 0.0], [6.8, 0.0], [6.8, 3.0], [6.0, 3.0], [6.0, 0.0]];
     let trim = closed(TrimCurve::polyline(&across).unwrap());
     let patch = Face::new(1, cylinder, vec![trim], false).unwrap();

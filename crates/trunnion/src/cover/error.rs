@@ -2,7 +2,7 @@
 
 use super::options::FeedDirection;
 use crate::positioning::PositioningError;
-use crate::surface::{Curvature, FaceIndex};
+use crate::surface::{FaceIndex, PrincipalCurvatures};
 use crate::types::Cancelled;
 use nalgebra::Point3;
 use std::fmt;
@@ -25,7 +25,7 @@ impl FacePoint {
     /// Evaluates the point of `face` at `[u, v]`.
     pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
         let jet = face.face().surface.jet2(u, v);
-        let towards = |c: Curvature| if face.face().flip { -c.min } else { c.max };
+        let towards = |c: PrincipalCurvatures| if face.face().flip { -c.min } else { c.max };
         let bend = jet.curvature().map_or(0.0, towards).max(0.0);
         let least_concave_radius = face.smallest_concave_radius();
         Self { uv: [u, v], point: jet.s, concave_radius: bend.recip(), least_concave_radius }

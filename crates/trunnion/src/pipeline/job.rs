@@ -4,7 +4,7 @@ use super::budget::{Budget, BudgetError, Shares};
 use super::fixtures::Held;
 use super::{material, programs};
 use crate::cover;
-use crate::cutter::{Construction, Cutter, CutterError, CutterSpec, Kind};
+use crate::cutter::{Cutter, CutterConstruction, CutterError, CutterKind, CutterSpec};
 use crate::files::job::{self, JobFile};
 use crate::import::inspect;
 use crate::machine::{Kinematics, Machine, Setup};
@@ -216,17 +216,17 @@ impl Job {
 fn cutter_spec(tool: &job::Tool) -> CutterSpec {
     CutterSpec {
         kind: match tool.kind {
-            job::ToolKind::Flat => Kind::Flat,
-            job::ToolKind::Ball => Kind::Ball,
-            job::ToolKind::Bull => Kind::Bull,
+            job::ToolKind::Flat => CutterKind::Flat,
+            job::ToolKind::Ball => CutterKind::Ball,
+            job::ToolKind::Bull => CutterKind::Bull,
         },
         major: tool.major,
         minor: tool.minor,
         length: tool.length,
         construction: match tool.construction {
-            job::Construction::Solid => Construction::Solid,
+            job::Construction::Solid => CutterConstruction::Solid,
             job::Construction::Insert { inner_cutting_radius } => {
-                Construction::Insert { inner_cutting_radius }
+                CutterConstruction::Insert { inner_cutting_radius }
             }
         },
         shank: above_the_cutting_end(tool),

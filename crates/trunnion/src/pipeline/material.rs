@@ -191,18 +191,19 @@ pub(super) fn fixtures_summary(program: &Program, solids: &Solids) -> Option<Fix
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{Cylinder, Frame, Surface, TrimCurve, TrimLoop};
+    use crate::surface::{CylinderSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
     use nalgebra::{Point3, Vector3};
 
     /// A skin on an arc of a cylinder has the volume of what is between two radii, inside as outside.
     #[test]
     fn what_stands_on_a_face_has_its_volume() {
-        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z(), Vector3::x()).unwrap();
+        let frame =
+            SurfaceFrame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z(), Vector3::x()).unwrap();
         let corners = [[0.3, 1.0], [1.9, 1.0], [1.9, 9.0], [0.3, 9.0], [0.3, 1.0]];
         for (flip, radii) in [(false, [10.0, 12.0]), (true, [8.0, 10.0])] {
             let curve = TrimCurve::polyline(&corners).unwrap();
             let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
-            let surface = Surface::Cylinder(Cylinder::new(frame, 10.0).unwrap());
+            let surface = Surface::Cylinder(CylinderSurface::new(frame, 10.0).unwrap());
             let face = Face::new(1, surface, vec![trim], flip).unwrap();
             let stock = job::Stock::Offset { thickness: 2.0 };
             let solid = solid(&stock, std::iter::once(&face)).unwrap();

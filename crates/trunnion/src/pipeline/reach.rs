@@ -9,7 +9,7 @@ use super::job::Job;
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
-use crate::surface::{FaceIndex, Sample};
+use crate::surface::{FaceIndex, FaceSample};
 use crate::types::ToolPose;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
@@ -79,7 +79,7 @@ impl std::fmt::Display for OutOfReach {
 
 /// A place that is out of reach: by how much of what there is, by what, and why.
 struct Miss {
-    sample: Sample,
+    sample: FaceSample,
     by: f64,
     axes: String,
     error: InverseError,
@@ -104,8 +104,8 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
         let misses: Vec<Option<Miss>> =
             samples.par_iter().map(|sample| stand.miss(sample)).collect();
         let beside = near(&job.cutter, &samples);
-        let certain = |(index, sample): (usize, &Sample)| {
-            let around = |other: &Sample| (other.point - sample.point).norm() <= beside;
+        let certain = |(index, sample): (usize, &FaceSample)| {
+            let around = |other: &FaceSample| (other.point - sample.point).norm() <= beside;
             let missed = |index: usize| misses.get(index).is_some_and(Option::is_some);
             missed(index)
                 && samples.iter().enumerate().all(|(i, other)| missed(i) || !around(other))
@@ -117,7 +117,7 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
         let missed: Vec<Miss> = misses.into_iter().flatten().collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
         let home = job.kinematics.machine().home();
-        let upright = |sample: &&Sample| {
+        let upright = |sample: &&FaceSample| {
             let pose = leans(&job.cutter, sample, coarse()).next();
             pose.is_some_and(|pose| inverse.continued(&pose, &home).is_err())
         };
@@ -130,14 +130,14 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
 }
 
 /// Places about evenly spread over a face.
-fn samples(face: &FaceIndex) -> Vec<Sample> {
+fn samples(face: &FaceIndex) -> Vec<FaceSample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
     face.face().grid((area / PLACES).sqrt()).unwrap_or_default()
 }
 
 /// How far beside a place a strip that finishes it may touch: the cutter's diameter, and what lies between two samples.
-fn near(cutter: &Cutter, samples: &[Sample]) -> f64 {
+fn near(cutter: &Cutter, samples: &[FaceSample]) -> f64 {
     let Some(first) = samples.first() else { return 0.0 };
     let away = samples.iter().map(|other| (other.point - first.point).norm());
     let spacing = away.filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min);
@@ -179,7 +179,7 @@ impl Stand<'_> {
     }
 
     /// The sample, if the tool cannot stand there at any lean.
-    fn miss(&self, sample: &Sample) -> Option<Miss> {
+    fn miss(&self, sample: &FaceSample) -> Option<Miss> {
         let home = self.kinematics().machine().home();
         let mut nearest: Option<Miss> = None;
         for pose in leans(self.cutter, sample, coarse()) {
@@ -193,7 +193,7 @@ impl Stand<'_> {
     }
 
     /// Directions between those tried, and contacts beside the place, move the axes by their levers.
-    fn margins(&self, sample: &Sample) -> Margins {
+    fn margins(&self, sample: &FaceSample) -> Margins {
         let chain = self.kinematics().chain();
         let arm = |joint: &RotaryJoint| {
             (sample.point.coords - joint.point).norm() + (chain.tip - joint.point).norm()
@@ -206,7 +206,7 @@ impl Stand<'_> {
     }
 
     /// Whether the tool can stand there at no direction that is tried, with the margins.
-    fn certain(&self, sample: &Sample, margins: Margins) -> bool {
+    fn certain(&self, sample: &FaceSample, margins: Margins) -> bool {
         let home = self.kinematics().machine().home();
         let out = |pose: ToolPose| match self.inverse.continued(&pose, &home) {
             // Least of all branches, each at the axis that is out by most, all as shares of travel.
@@ -245,7 +245,7 @@ fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
 /// Poses of the cutter touching the face at a sample, by lean and direction.
 fn leans(
     cutter: &Cutter,
-    sample: &Sample,
+    sample: &FaceSample,
     directions: impl Iterator<Item = [f64; 2]>,
 ) -> impl Iterator<Item = ToolPose> {
     let (major, minor) = (cutter.major(), cutter.minor());
@@ -280,7 +280,7 @@ fn told(face: usize, [share, upright]: [f64; 2], missed: Vec<Miss>) -> Option<Ou
         axes
     };
     let remedy = remedy(&worst.error);
-    let Miss { sample: Sample { uv, point, .. }, error, .. } = worst;
+    let Miss { sample: FaceSample { uv, point, .. }, error, .. } = worst;
     Some(OutOfReach { face, share, upright, uv, point, axes: part, error, remedy })
 }
 
@@ -315,7 +315,7 @@ fn remedy(error: &InverseError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::files::machine::built_in;
     use crate::machine::Setup;
 
@@ -325,7 +325,7 @@ mod tests {
         let cutter = cutter();
         let (major, minor) = (cutter.major(), cutter.minor());
         let normal = Unit::new_normalize(Vector3::new(0.2, -0.4, 0.7));
-        let sample = Sample { uv: [0.0; 2], point: Point3::new(1.0, 2.0, 3.0), normal };
+        let sample = FaceSample { uv: [0.0; 2], point: Point3::new(1.0, 2.0, 3.0), normal };
         let mut poses = 0;
         for pose in leans(&cutter, &sample, coarse()).skip(24) {
             let centre = pose.tip + pose.axis.scale(minor);
@@ -356,7 +356,7 @@ mod tests {
     }
 
     fn cutter() -> Cutter {
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
         let (major, minor, length) = (4.0, 3.0, 60.0);
         Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
             .unwrap()
@@ -393,7 +393,7 @@ mod tests {
                 let Ok(inverse) = Inverse::new(&kinematics) else { continue };
                 let stand = Stand { inverse: &inverse, cutter: &cutter };
                 let point = Point3::from(Vector3::from_fn(|_, _| 20.0 * roll()));
-                let at = |normal| Sample { uv: [0.0; 2], point, normal };
+                let at = |normal| FaceSample { uv: [0.0; 2], point, normal };
                 let [one, other] =
                     [0; 2].map(|_| Unit::new_normalize(Vector3::from_fn(|_, _| roll())));
                 let out = |normal| stand.miss(&at(normal)).is_some();

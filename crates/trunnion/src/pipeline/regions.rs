@@ -161,7 +161,7 @@ pub(super) fn unguarded(job: &Job) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{Frame, Sphere, Surface};
+    use crate::surface::{SphereSurface, Surface, SurfaceFrame};
     use nalgebra::{Point3, Vector3};
     use std::f64::consts::PI;
 
@@ -184,8 +184,8 @@ mod tests {
     /// Ranges that overlap count once: a quarter of a sphere and half of that again.
     #[test]
     fn what_overlaps_is_measured_once() {
-        let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-        let sphere = Surface::Sphere(Sphere::new(frame, 10.0).unwrap());
+        let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0).unwrap());
         let face = Face::new(1, sphere, Vec::new(), false).unwrap();
         let parts = [[[0.0, 0.5 * PI], [-0.5 * PI, 0.5 * PI]], [[0.0, 0.25 * PI], [-1.0, 1.0]]];
         let quarter = 100.0 * PI;

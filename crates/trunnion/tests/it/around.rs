@@ -6,8 +6,10 @@
 use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs, lever};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
-use trunnion::surface::{Cylinder, Face, FaceIndex, Frame, Sphere, Surface, TrimCurve, TrimLoop};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::surface::{
+    CylinderSurface, Face, FaceIndex, SphereSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
+};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPose};
 
@@ -15,15 +17,15 @@ const RADIUS: f64 = 20.0;
 const LENGTH: f64 = 60.0;
 
 fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
-    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let spec = CutterSpec { kind, major: 5.0, minor: 3.0, length: 80.0, construction, shank };
     Cutter::new(spec).unwrap()
 }
 
 /// A shaft about z, or with rounded ends a ball of the same radius.
 fn shaft() -> FaceIndex {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let surface = Surface::Cylinder(Cylinder::new(frame, RADIUS).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let surface = Surface::Cylinder(CylinderSurface::new(frame, RADIUS).unwrap());
     let rim = |v: f64, forward: bool| {
         let ends = if forward { [0.0, TAU] } else { [TAU, 0.0] };
         let curve = TrimCurve::polyline(&[[ends[0], v], [ends[1], v]]).unwrap();
@@ -34,8 +36,8 @@ fn shaft() -> FaceIndex {
 }
 
 fn ball() -> FaceIndex {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let surface = Surface::Sphere(Sphere::new(frame, RADIUS).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let surface = Surface::Sphere(SphereSurface::new(frame, RADIUS).unwrap());
     FaceIndex::new(Face::new(1, surface, Vec::new(), false).unwrap()).unwrap()
 }
 

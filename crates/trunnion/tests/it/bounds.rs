@@ -3,10 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::surface::{
-    Curve, Extrusion, Face, NurbsCurve, NurbsSurface, Revolution, Surface, TrimCurve, TrimLoop,
+    ExtrusionSurface, Face, NurbsCurve, NurbsSurface, RevolutionSurface, SpaceCurve, Surface,
+    TrimCurve, TrimLoop,
 };
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, ClInput, Deviation, Finding, Options, Promise};
@@ -27,9 +28,9 @@ fn patch(loops: Vec<TrimLoop>) -> Face {
     Face::new(1, Surface::Nurbs(surface), loops, false).unwrap()
 }
 
-fn cutter(kind: Kind) -> Cutter {
-    let (construction, shank, length) = (Construction::Solid, Vec::new(), 60.0);
-    let (major, minor) = if kind == Kind::Ball { (0.0, RADIUS) } else { (RADIUS, 0.0) };
+fn cutter(kind: CutterKind) -> Cutter {
+    let (construction, shank, length) = (CutterConstruction::Solid, Vec::new(), 60.0);
+    let (major, minor) = if kind == CutterKind::Ball { (0.0, RADIUS) } else { (RADIUS, 0.0) };
     Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
 }
 
@@ -38,7 +39,8 @@ fn extruded() -> Face {
     let points = [[-6.0, 0.0, 0.4], [-2.0, 0.0, 0.0], [2.0, 0.0, 0.3], [6.0, 0.0, 0.2]];
     let knots = vec![0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0];
     let curve = NurbsCurve::new(2, knots, &points.map(Point3::from), None).unwrap();
-    let surface = Extrusion::new(Curve::Nurbs(curve), Vector3::new(0.0, 2.0, 0.1)).unwrap();
+    let surface =
+        ExtrusionSurface::new(SpaceCurve::Nurbs(curve), Vector3::new(0.0, 2.0, 0.1)).unwrap();
     Face::new(1, Surface::Extrusion(surface), vec![rectangle([0.0, 1.0], [-3.0, 3.0])], false)
         .unwrap()
 }
@@ -50,7 +52,8 @@ fn revolved() -> Face {
     let weights = Some(&[1.0, 0.8, 1.0][..]);
     let curve = NurbsCurve::new(2, knots, &points.map(Point3::from), weights).unwrap();
     let surface =
-        Revolution::new(Curve::Nurbs(curve), Point3::origin(), Vector3::z_axis()).unwrap();
+        RevolutionSurface::new(SpaceCurve::Nurbs(curve), Point3::origin(), Vector3::z_axis())
+            .unwrap();
     let trim = rectangle([0.5, 1.3], [0.0, 1.0]);
     Face::new(1, Surface::Revolution(surface), vec![trim], false).unwrap()
 }
@@ -106,7 +109,7 @@ fn rows_of(face: &Face, deeper: f64, pose: fn(&Face, [f64; 2], [f64; 2]) -> Tool
 }
 
 fn measure(face: &Face, file: &ClFile, grid: f64, promise: Option<Promise>) -> Deviation {
-    measure_with(&cutter(Kind::Ball), (face, file), grid, promise)
+    measure_with(&cutter(CutterKind::Ball), (face, file), grid, promise)
 }
 
 fn measure_with(
@@ -170,7 +173,7 @@ fn a_dent_between_the_points_is_found_or_bounded_within_the_tolerance() {
         (2.5e-4, 0.008, true),
     ] {
         let file = rows(&face, deeper);
-        let (file, cutter) = (&file, &cutter(Kind::Ball));
+        let (file, cutter) = (&file, &cutter(CutterKind::Ball));
         let faces = std::slice::from_ref(&face);
         let input = ClInput { file, faces, cutter, rest: &[], tools: &[] };
         let options = Options {
@@ -213,7 +216,7 @@ fn bound(cutter: &Cutter, face: &Face, file: &ClFile, near: f64) {
 fn extruded_and_revolved_faces_are_bounded() {
     for face in [extruded(), revolved()] {
         for deeper in [0.0, 0.004] {
-            bound(&cutter(Kind::Ball), &face, &rows(&face, deeper), 1.2e-3);
+            bound(&cutter(CutterKind::Ball), &face, &rows(&face, deeper), 1.2e-3);
         }
     }
 }
@@ -222,7 +225,7 @@ fn extruded_and_revolved_faces_are_bounded() {
 fn what_a_sharp_edge_leaves_is_bounded() {
     let face = patch(Vec::new());
     // Ridges as steep as the tool leans, half a diagonal of the fine grid off its points.
-    bound(&cutter(Kind::Flat), &face, &rows_of(&face, 0.0, edge), 1.2e-3 + 0.05 * 0.4);
+    bound(&cutter(CutterKind::Flat), &face, &rows_of(&face, 0.0, edge), 1.2e-3 + 0.05 * 0.4);
 }
 
 #[test]
@@ -256,7 +259,7 @@ fn a_promise_is_the_same_on_one_and_two_threads() {
 #[test]
 fn a_small_gouge_counts_where_much_may_stand() {
     let face = patch(Vec::new());
-    let cutter = cutter(Kind::Ball);
+    let cutter = cutter(CutterKind::Ball);
     for (deeper, gouges) in [(0.0, 0), (0.004, 1)] {
         let file = rows(&face, deeper);
         let faces = std::slice::from_ref(&face);

@@ -7,10 +7,10 @@ use crate::shop;
 use nalgebra::{Point3, Vector3};
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
-use trunnion::surface::{Cylinder, Face, Frame, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{CylinderSurface, Face, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::Silent;
 use trunnion::verify::{self, Finding, Input, Options, Report, Track, VerifyError};
 
@@ -50,8 +50,8 @@ fn with(lines: &[(usize, &str)]) -> String {
 }
 
 fn face() -> Face {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let surface = Surface::Cylinder(Cylinder::new(frame, RADII[0]).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let surface = Surface::Cylinder(CylinderSurface::new(frame, RADII[0]).unwrap());
     let corners = [[0.05, -8.0], [6.2, -8.0], [6.2, -2.0], [0.05, -2.0], [0.05, -8.0]];
     let curve = TrimCurve::polyline(&corners).unwrap();
     Face::new(1, surface, vec![TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()], false)
@@ -64,7 +64,7 @@ fn run<T>(text: &str, work: impl Fn(&Input<'_>) -> T) -> T {
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
     let setup = Setup::new(Vector3::new(-381.0, -254.0, -500.0), [0.0; 3], 60.0);
     let kinematics = Kinematics::new(&machine, &setup);
-    let (kind, construction) = (Kind::Flat, Construction::Solid);
+    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
     let spec =
         CutterSpec { kind, major: RADII[1], minor: 0.0, length: 60.0, construction, shank: vec![] };
     let cutter = Cutter::new(spec).unwrap();

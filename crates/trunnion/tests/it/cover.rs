@@ -15,10 +15,11 @@ use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, GivenUp, LeadKind,
     LinkOptions, LinkRequest, PassCost, PlacementMethod, cover, legs, lever,
 };
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
-    Cylinder, Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, TrimCurve, TrimLoop,
+    CylinderSurface, Face, FaceIndex, NurbsSurface, SphereSurface, Surface, SurfaceFrame,
+    TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
@@ -71,11 +72,11 @@ fn cutter() -> Cutter {
 
 fn long(length: f64) -> Cutter {
     Cutter::new(CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: 4.0,
         minor: 3.0,
         length,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     })
     .unwrap()
@@ -269,8 +270,8 @@ fn the_cost_of_links_decides_how_many_passes_there_are() {
 /// Wide strips are given up at the same place every time, and the face is finished all the same.
 #[test]
 fn a_face_is_finished_when_its_work_is_used_up() {
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let shaft = Surface::Cylinder(Cylinder::new(frame, 12.0).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let shaft = Surface::Cylinder(CylinderSurface::new(frame, 12.0).unwrap());
     let half = [[0.0, 0.0], [3.0, 0.0], [3.0, 60.0], [0.0, 60.0]];
     let face = face(shaft, &[half.to_vec()], false);
     let options = CoverOptions { effort: 0.2, spacing: [0.05, 1.0], ..options() };
@@ -390,8 +391,8 @@ fn a_collapsed_edge_is_covered_up_to_its_corner() {
 #[test]
 fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
     // It turns by 11.5 deg/mm, twice what the tool may turn by of its own: it has to follow.
-    let frame = Frame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let sphere = Surface::Sphere(Sphere::new(frame, 5.0).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(SphereSurface::new(frame, 5.0).unwrap());
     let quarter = FRAC_PI_2;
     let corners = [[0.0, 0.0], [quarter, 0.0], [quarter, quarter], [0.0, quarter]];
     let octant = face(sphere, &[corners.to_vec()], false);
@@ -401,11 +402,11 @@ fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
 #[test]
 fn a_ball_needs_no_more_stations_than_the_face_bends() {
     let spec = CutterSpec {
-        kind: Kind::Ball,
+        kind: CutterKind::Ball,
         major: 0.0,
         minor: 4.0,
         length: 60.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     };
     let options = CoverOptions { spacing: [0.02, 1.0], ..options() };
@@ -421,15 +422,18 @@ fn a_ball_needs_no_more_stations_than_the_face_bends() {
 #[test]
 fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
     // A tube of 2 mm seen from inside, for a cutter with a corner of 3 mm.
-    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
-    let tube = Surface::Cylinder(Cylinder::new(frame, 2.0).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(CylinderSurface::new(frame, 2.0).unwrap());
     let below = [[2.5, 0.0], [3.7, 0.0], [3.7, 20.0], [2.5, 20.0]];
     let error = cover(
         &CoverRequest::new(&[face(tube, &[below.to_vec()], true)], &cutter(), &options()),
         &Silent,
     );
     let Err(CoverError::NoPose { at, .. }) = &error else { panic!("{error:?}") };
-    assert!((at.concave_radius - 2.0).abs() < 1e-9 && at.least_concave_radius <= at.concave_radius, "{at:?}");
+    assert!(
+        (at.concave_radius - 2.0).abs() < 1e-9 && at.least_concave_radius <= at.concave_radius,
+        "{at:?}"
+    );
     assert!((at.point.y.hypot(at.point.z) - 2.0).abs() < 1e-9, "{at:?}");
     let text = error.unwrap_err().to_string();
     assert!(text.contains("radius of 2.000 mm, the largest ball that fits there"), "{text}");
@@ -438,8 +442,9 @@ fn where_the_cutter_does_not_fit_the_face_tells_what_would() {
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads() {
     // Far enough apart that the tool does not have to keep off the one while it cuts the other.
-    let frame = Frame::new(Point3::new(100.0, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
-    let sphere = Surface::Sphere(Sphere::new(frame, 20.0).unwrap());
+    let frame =
+        SurfaceFrame::new(Point3::new(100.0, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(SphereSurface::new(frame, 20.0).unwrap());
     let cap = [[0.2, 0.6], [0.8, 0.6], [0.8, 1.1], [0.2, 1.1]];
     let faces = [face(surface(1.0), &[], false), face(sphere, &[cap.to_vec()], false)];
     let run = |threads: usize, along: FeedDirection| {

@@ -6,7 +6,7 @@ use crate::shop;
 
 use nalgebra::{Point3, Vector3};
 use shop::Layout;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine};
 use trunnion::nc::read::{self, Dialect, ReadOptions};
@@ -56,7 +56,7 @@ struct Job {
 impl Job {
     fn new() -> Self {
         let kinematics = Kinematics::new(&machine(), &shop::setup(Layout::TableTable));
-        let (kind, construction, shank) = (Kind::Ball, Construction::Solid, vec![]);
+        let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, vec![]);
         let (major, minor, length) = (0.0, RADIUS, 120.0);
         let spec = CutterSpec { kind, major, minor, length, construction, shank };
         let pose = ToolPose { tip: Point3::new(0.0, 0.0, -6.0), axis: Vector3::z_axis() };

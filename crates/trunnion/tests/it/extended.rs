@@ -7,7 +7,7 @@ use crate::property;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use std::ops::{Add, Div, Mul, Sub};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Silent, ToolPose};
@@ -187,9 +187,10 @@ impl Move {
 }
 
 fn any_cutter() -> impl Strategy<Value = Cutter> {
-    let kinds = [(Kind::Ball, 0.0, 3.0), (Kind::Bull, 5.0, 2.0), (Kind::Flat, 4.0, 0.0)];
+    let kinds =
+        [(CutterKind::Ball, 0.0, 3.0), (CutterKind::Bull, 5.0, 2.0), (CutterKind::Flat, 4.0, 0.0)];
     prop::sample::select(kinds.to_vec()).prop_map(|(kind, major, minor)| {
-        let construction = Construction::Solid;
+        let construction = CutterConstruction::Solid;
         let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: vec![] };
         Cutter::new(spec).unwrap()
     })

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
 use shop::Layout;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
@@ -23,8 +23,8 @@ const TOLERANCE: f64 = 1e-3;
 /// Of the depth of a body in a fixture, what is exact enough.
 const DEEP: f64 = 0.01;
 
-fn cutter(kind: Kind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
-    let construction = Construction::Solid;
+fn cutter(kind: CutterKind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
+    let construction = CutterConstruction::Solid;
     Cutter::new(CutterSpec { kind, major, minor, length: 60.0, construction, shank }).unwrap()
 }
 
@@ -149,10 +149,10 @@ fn from_place(cutter: &Cutter, ends: &[ToolPose; 2], p: &Point3<f64>) -> f64 {
 fn cutters() -> impl Strategy<Value = Cutter> {
     let holder = vec![[12.0, 2.5], [25.0, 2.5], [25.0, 6.0], [40.0, 11.0]];
     prop_oneof![
-        Just(cutter(Kind::Bull, 3.0, 2.0, vec![[15.0, 4.0], [30.0, 9.0]])),
-        Just(cutter(Kind::Ball, 0.0, 2.5, holder)),
-        Just(cutter(Kind::Flat, 4.0, 0.0, vec![])),
-        Just(cutter(Kind::Bull, 6.0, 4.0, vec![[20.0, 14.0], [50.0, 7.0]])),
+        Just(cutter(CutterKind::Bull, 3.0, 2.0, vec![[15.0, 4.0], [30.0, 9.0]])),
+        Just(cutter(CutterKind::Ball, 0.0, 2.5, holder)),
+        Just(cutter(CutterKind::Flat, 4.0, 0.0, vec![])),
+        Just(cutter(CutterKind::Bull, 6.0, 4.0, vec![[20.0, 14.0], [50.0, 7.0]])),
     ]
 }
 
@@ -230,7 +230,7 @@ fn upright(x: f64, y: f64, z: f64) -> ToolPose {
 /// A holder that turns past the edge of a clamp, 5 um deep or 5 um clear of it, in one of many blocks.
 #[test]
 fn a_holder_that_grazes_an_edge_is_found_at_its_block() {
-    let bull = cutter(Kind::Bull, 3.0, 2.0, vec![[20.0, 2.0], [30.0, 8.0]]);
+    let bull = cutter(CutterKind::Bull, 3.0, 2.0, vec![[20.0, 2.0], [30.0, 8.0]]);
     // Along x with a lean of 20 degrees to the side: the lower rim of the holder passes an edge along x.
     let lean = 20f64.to_radians();
     let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
@@ -259,7 +259,7 @@ fn a_holder_that_grazes_an_edge_is_found_at_its_block() {
 
 #[test]
 fn flat_beside_flat_is_a_pencil_calculation() {
-    let bull = cutter(Kind::Bull, 2.0, 1.0, vec![[20.0, 8.0]]);
+    let bull = cutter(CutterKind::Bull, 2.0, 1.0, vec![[20.0, 8.0]]);
     let path = [upright(-30.0, 0.0, -2.0), upright(30.0, 0.0, -2.0), upright(30.0, 0.0, 8.0)];
     let clamp = |y: f64| {
         let [low, high] = [Point3::new(-3.0, y, 0.0), Point3::new(3.0, y + 5.0, 30.0)];
@@ -281,7 +281,7 @@ fn flat_beside_flat_is_a_pencil_calculation() {
 
 #[test]
 fn a_needle_in_the_way_is_found() {
-    let flat = cutter(Kind::Flat, 4.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 4.0, 0.0, vec![]);
     let path = [upright(-50.0, 0.0, 1.0), upright(50.0, 0.0, 1.0)];
     // 0.1 um thick, straight up through the way of the tool.
     let [x, y, d] = [0.1235, 1.7654, 1e-4];
@@ -293,7 +293,7 @@ fn a_needle_in_the_way_is_found() {
 
 #[test]
 fn a_tool_wholly_inside_is_found() {
-    let flat = cutter(Kind::Flat, 4.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 4.0, 0.0, vec![]);
     let path = [upright(0.0, 0.0, 0.0), upright(1.0, 0.0, 0.0)];
     let solids = [
         Solid::Box { low: Point3::new(-50.0, -50.0, -50.0), high: Point3::new(50.0, 50.0, 150.0) },
@@ -307,7 +307,7 @@ fn a_tool_wholly_inside_is_found() {
 
 #[test]
 fn a_cylinder_is_as_near_as_its_radius_says() {
-    let ball = cutter(Kind::Ball, 0.0, 3.0, vec![]);
+    let ball = cutter(CutterKind::Ball, 0.0, 3.0, vec![]);
     let path = [upright(-40.0, -30.0, 5.0), upright(40.0, -30.0, 5.0)];
     for by in [-0.005, 0.005] {
         let solid = Solid::Cylinder {
@@ -325,7 +325,7 @@ fn a_cylinder_is_as_near_as_its_radius_says() {
 /// Rapid moves are run as each axis runs at its own speed, too.
 #[test]
 fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
-    let flat = cutter(Kind::Flat, 3.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 3.0, 0.0, vec![]);
     let hits = |speed_of_x: f64| {
         let mut machine = shop::machine(Layout::TableHead);
         machine.axes[0].rapid = speed_of_x;
@@ -354,7 +354,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
 
 #[test]
 fn what_triangles_may_be_off_is_added() {
-    let flat = cutter(Kind::Flat, 4.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 4.0, 0.0, vec![]);
     let file = file(&[upright(0.0, 0.0, 0.0), upright(9.0, 0.0, 0.0)]);
     let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
     let [low, high] = [Point3::new(-9.0, -9.0, -9.0), Point3::new(20.0, 9.0, -0.02)];

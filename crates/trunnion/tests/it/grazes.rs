@@ -8,7 +8,7 @@ use crate::property;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, ClInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 5e-4;
 const SHARE: f64 = 0.06;
 
 fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
-    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let spec = CutterSpec { kind, major: 4.0, minor: 1.0, length: 60.0, construction, shank };
     Cutter::new(spec).unwrap()
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 use trunnion::cover::{HopOptions, LeadKind, LinkOptions, LinkRequest, legs, lever};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose};
@@ -18,11 +18,11 @@ const GOUGE: f64 = 0.01;
 
 fn cutter() -> Cutter {
     Cutter::new(CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: MAJOR,
         minor: MINOR,
         length: LENGTH,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     })
     .unwrap()

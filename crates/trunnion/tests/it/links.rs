@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use trunnion::files::{job, machine};
 use trunnion::pipeline::{self, Job, Outcome};
 use trunnion::setpoint;
-use trunnion::surface::{Face, Frame, Plane, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::{Motion, Silent, ToolPose};
 
 const MAJOR: f64 = 3.0;
@@ -69,7 +69,7 @@ fn face(number: usize, surface: Surface, [low, high]: [[f64; 2]; 2]) -> Face {
 /// The wall x = 0 from y = -3 to 18 between two floors z = 0 from 7 to 15 mm beside it, y from 0 to 15.
 fn part() -> Vec<Face> {
     let plane = |z: Vector3<f64>, x: Vector3<f64>| {
-        Surface::Plane(Plane { frame: Frame::new(Point3::origin(), z, x).unwrap() })
+        Surface::Plane(PlaneSurface { frame: SurfaceFrame::new(Point3::origin(), z, x).unwrap() })
     };
     let floor = || plane(Vector3::z(), Vector3::x());
     vec![

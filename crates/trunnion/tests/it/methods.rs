@@ -6,7 +6,7 @@ use crate::brute_force;
 use brute_force::{Task, bezier, quadric};
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     ActiveConstraint, ContactSide, CutterLocation, CuttingContext, LocationRequest, NestedGrid,
     PlacementMethod, PositioningError, StripQuery, StripSide, ToleranceBand, comparison_picture,
@@ -30,11 +30,11 @@ fn patch() -> FaceIndex {
 
 fn spec(major: f64, minor: f64) -> CutterSpec {
     let kind = match (major > 0.0, minor > 0.0) {
-        (true, true) => Kind::Bull,
-        (true, false) => Kind::Flat,
-        (false, _) => Kind::Ball,
+        (true, true) => CutterKind::Bull,
+        (true, false) => CutterKind::Flat,
+        (false, _) => CutterKind::Ball,
     };
-    let construction = Construction::Solid;
+    let construction = CutterConstruction::Solid;
     CutterSpec { kind, major, minor, length: 120.0, construction, shank: Vec::new() }
 }
 
@@ -43,7 +43,7 @@ fn cutter(major: f64, minor: f64) -> Cutter {
 }
 
 fn insert(inner_cutting_radius: f64) -> Cutter {
-    let construction = Construction::Insert { inner_cutting_radius };
+    let construction = CutterConstruction::Insert { inner_cutting_radius };
     Cutter::new(CutterSpec { construction, ..spec(10.0, 6.0) }).unwrap()
 }
 

@@ -9,12 +9,14 @@ use crate::shop;
 use nalgebra::{Point3, Rotation3, Vector3};
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
-use trunnion::surface::{Face, Frame, NurbsSurface, Plane, Surface, TrimCurve, TrimLoop};
+use trunnion::surface::{
+    Face, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
+};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{self, ClInput, Finding, Input, Options, Promise, Report};
 
@@ -104,7 +106,7 @@ impl Job {
         let setup = shop::setup(Layout::TableTable);
         let kinematics = Kinematics::new(&machine, &setup);
         let face = patch();
-        let (kind, construction) = (Kind::Ball, Construction::Solid);
+        let (kind, construction) = (CutterKind::Ball, CutterConstruction::Solid);
         let shank = vec![[30.0, RADIUS], [40.0, 12.0]];
         let spec =
             CutterSpec { kind, major: 0.0, minor: RADIUS, length: 120.0, construction, shank };
@@ -261,10 +263,12 @@ fn a_wrong_tool_length_is_named_as_a_whole_and_a_wrong_block_is_not() {
 #[test]
 fn a_holder_grazing_by_five_micrometres() {
     let job = Job::new();
-    let frame = Frame::new(Point3::new(-12.001, 0.0, 0.0), Vector3::x(), Vector3::y()).unwrap();
+    let frame =
+        SurfaceFrame::new(Point3::new(-12.001, 0.0, 0.0), Vector3::x(), Vector3::y()).unwrap();
     let corners = [[-20.0, 20.0], [20.0, 20.0], [20.0, 80.0], [-20.0, 80.0], [-20.0, 20.0]];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
-    let face = Face::new(2, Surface::Plane(Plane { frame }), vec![trim.unwrap()], false).unwrap();
+    let face =
+        Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()], false).unwrap();
     let promise = Some(Promise { margin: [5e-4; 2], excess: false });
     let options = Options { grid: 1.0, promise, ..OPTIONS };
     let check = |nearer: f64| {

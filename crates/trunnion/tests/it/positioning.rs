@@ -7,7 +7,7 @@ use brute_force::{Shape, Task, bezier, quadric};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde_json::Value;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     ActiveConstraint, AxisCone, ContactSide, CutterLocation, CuttingContext, LocationRequest,
     PositioningError, StripQuery, StripSide, ToleranceBand, error_curve, error_picture,
@@ -30,11 +30,11 @@ fn patch(cases: &Value) -> FaceIndex {
 
 fn cutter(major: f64, minor: f64) -> Cutter {
     let kind = match (major > 0.0, minor > 0.0) {
-        (true, true) => Kind::Bull,
-        (true, false) => Kind::Flat,
-        (false, _) => Kind::Ball,
+        (true, true) => CutterKind::Bull,
+        (true, false) => CutterKind::Flat,
+        (false, _) => CutterKind::Ball,
     };
-    let construction = Construction::Solid;
+    let construction = CutterConstruction::Solid;
     let shank = Vec::new();
     Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
 }
@@ -277,7 +277,7 @@ fn what_does_not_fit_is_refused_with_the_reason() {
     let empty = LocationRequest { band, ..request(&flat, &bull, heading(0.0)) };
     assert!(matches!(widest_strip(&empty, None), Err(PositioningError::EmptyBand { .. })));
     let spec = CutterSpec {
-        construction: Construction::Insert { inner_cutting_radius: 8.0 },
+        construction: CutterConstruction::Insert { inner_cutting_radius: 8.0 },
         ..bull.spec().clone()
     };
     let insert = Cutter::new(spec).unwrap();
@@ -292,7 +292,7 @@ fn contacts_that_do_not_cut_are_refused() {
     let cases: Value = serde_json::from_str(CASES).unwrap();
     let face = patch(&cases);
     let insert = |inner_cutting_radius: f64| {
-        let construction = Construction::Insert { inner_cutting_radius };
+        let construction = CutterConstruction::Insert { inner_cutting_radius };
         Cutter::new(CutterSpec { construction, ..cutter(10.0, 6.0).spec().clone() }).unwrap()
     };
     // Leaning by 2.4 degrees over a nearly flat place, the corner touches a little outside its
@@ -332,7 +332,7 @@ fn inserts_do_not_touch_with_what_does_not_cut() {
             };
             let strip = [found.near, found.contact_uv, found.far].map(out);
             let inner_cutting_radius = strip.into_iter().fold(f64::INFINITY, f64::min) - 1e-3;
-            let construction = Construction::Insert { inner_cutting_radius };
+            let construction = CutterConstruction::Insert { inner_cutting_radius };
             let insert = Cutter::new(CutterSpec { construction, ..bull.spec().clone() }).unwrap();
             let answer = widest_strip(&LocationRequest { cutter: &insert, ..solid }, None);
             match answer {

@@ -5,7 +5,7 @@
 
 use nalgebra::Point3;
 use rayon::prelude::*;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
     ToleranceBand, strip_of_pose, widest_strip,
@@ -42,11 +42,11 @@ fn sheet(degree: usize, inner: [&[f64]; 2], height: f64, random: &mut Random) ->
 
 fn cutter() -> Cutter {
     Cutter::new(CutterSpec {
-        kind: Kind::Bull,
+        kind: CutterKind::Bull,
         major: 8.0,
         minor: 4.0,
         length: 120.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: Vec::new(),
     })
     .unwrap()

@@ -7,7 +7,7 @@ use crate::brute_force;
 use brute_force::{Shape, bezier};
 use nalgebra::Point3;
 use rayon::prelude::*;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
     AxisCone, ContactSide, CutterLocation, LocationRequest, StripSide, ToleranceBand, widest_strip,
 };
@@ -27,7 +27,7 @@ fn patch() -> FaceIndex {
 }
 
 fn cutter(major: f64, minor: f64) -> Cutter {
-    let (kind, construction) = (Kind::Bull, Construction::Solid);
+    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let shank = Vec::new();
     Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
 }

@@ -13,10 +13,11 @@ use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, LengthCost,
     PassCost, PlacementMethod, cover,
 };
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
-    Cylinder, Face, FaceIndex, Frame, Plane, Sphere, Surface, TrimCurve, TrimLoop,
+    CylinderSurface, Face, FaceIndex, PlaneSurface, SphereSurface, Surface, SurfaceFrame,
+    TrimCurve, TrimLoop,
 };
 use trunnion::types::{Silent, Station, ToolPose, UncutReason, UncutRegion};
 
@@ -28,11 +29,11 @@ const SAMPLING: f64 = 0.5 * (0.5 * SPACING) * (0.5 * SPACING);
 
 fn cutter([major, minor]: [f64; 2]) -> Cutter {
     let kind = match (major > 0.0, minor > 0.0) {
-        (false, _) => Kind::Ball,
-        (_, false) => Kind::Flat,
-        _ => Kind::Bull,
+        (false, _) => CutterKind::Ball,
+        (_, false) => CutterKind::Flat,
+        _ => CutterKind::Bull,
     };
-    let construction = Construction::Solid;
+    let construction = CutterConstruction::Solid;
     let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: Vec::new() };
     Cutter::new(spec).unwrap()
 }
@@ -62,7 +63,7 @@ fn face(number: usize, surface: Surface, corners: &[[f64; 2]], flip: bool) -> Fa
 }
 
 fn plane(origin: Point3<f64>, z: Vector3<f64>, x: Vector3<f64>) -> Surface {
-    Surface::Plane(Plane { frame: Frame::new(origin, z, x).unwrap() })
+    Surface::Plane(PlaneSurface { frame: SurfaceFrame::new(origin, z, x).unwrap() })
 }
 
 /// The floor z = 0 between x = 0 and a wall through (20, 0) that leans by `slope` in x over y, y in 0..12.
@@ -283,8 +284,8 @@ fn beside_a_wall_across_the_passes_no_more_stays() {
 #[test]
 fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished() {
     // A tube of 4 mm, a third of its round.
-    let frame = Frame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
-    let tube = Surface::Cylinder(Cylinder::new(frame, 4.0).unwrap());
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::x(), Vector3::z()).unwrap();
+    let tube = Surface::Cylinder(CylinderSurface::new(frame, 4.0).unwrap());
     let below = [[2.1, 0.0], [4.2, 0.0], [4.2, 10.0], [2.1, 10.0]];
     let tube = face(1, tube, &below, true);
     let faces = (std::slice::from_ref(&tube), &[][..]);
@@ -302,12 +303,12 @@ fn a_groove_too_narrow_for_the_ball_is_refused_and_one_wide_enough_is_finished()
 /// that go on smoothly from it.
 fn rounded_corner(r: f64) -> (FaceIndex, Vec<FaceIndex>) {
     let quarter = std::f64::consts::FRAC_PI_2;
-    let frame = |origin, z, x| Frame::new(origin, z, x).unwrap();
+    let frame = |origin, z, x| SurfaceFrame::new(origin, z, x).unwrap();
     let (o, [x, y, z]) = (Point3::origin(), [Vector3::x(), Vector3::y(), Vector3::z()]);
-    let sphere = Surface::Sphere(Sphere::new(frame(o, z, x), r).unwrap());
+    let sphere = Surface::Sphere(SphereSurface::new(frame(o, z, x), r).unwrap());
     let eighth = [[3.0, -1.0], [4.0, -1.0], [4.0, 0.0], [3.0, 0.0]].map(|p| p.map(|k| k * quarter));
     let edge = |number, z, x| {
-        let surface = Surface::Cylinder(Cylinder::new(frame(o, z, x), r).unwrap());
+        let surface = Surface::Cylinder(CylinderSurface::new(frame(o, z, x), r).unwrap());
         face(number, surface, &[[0.0, 0.0], [quarter, 0.0], [quarter, 9.0], [0.0, 9.0]], false)
     };
     let side = |number, out: Vector3<f64>, x| {

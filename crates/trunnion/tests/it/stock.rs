@@ -7,7 +7,7 @@ use crate::shop;
 use nalgebra::Point3;
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
@@ -19,8 +19,8 @@ use trunnion::verify::{
 
 const CUTTING: StockOptions = StockOptions { tolerance: 1e-4, worst: 100 };
 
-fn cutter(kind: Kind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
-    let construction = Construction::Solid;
+fn cutter(kind: CutterKind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
+    let construction = CutterConstruction::Solid;
     Cutter::new(CutterSpec { kind, major, minor, length: 60.0, construction, shank }).unwrap()
 }
 
@@ -49,7 +49,7 @@ fn block(cell: f64) -> Stock {
 
 #[test]
 fn a_flat_cutter_plunged_leaves_a_cylinder() {
-    let flat = cutter(Kind::Flat, 5.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 5.0, 0.0, vec![]);
     let mut stock = block(0.1);
     let down = [pose([0.1, 0.2, 5.0], [0.0, 0.0, 1.0]), pose([0.1, 0.2, -4.0], [0.0, 0.0, 1.0])];
     let carving = carve(&down.map(|pose| (pose, false)), &flat, &mut stock);
@@ -63,7 +63,7 @@ fn a_flat_cutter_plunged_leaves_a_cylinder() {
 #[test]
 fn a_ball_through_a_block_leaves_a_tunnel() {
     // Sideways from outside, tilted: under the top, so that rays along z are split in two.
-    let ball = cutter(Kind::Ball, 0.0, 2.0, vec![[4.0, 1.0]]);
+    let ball = cutter(CutterKind::Ball, 0.0, 2.0, vec![[4.0, 1.0]]);
     let mut stock = block(0.1);
     let axis = [0.0, 0.0, 1.0];
     let moves = [pose([-30.0, 0.0, -7.0], axis), pose([30.0, 0.0, -7.0], axis)];
@@ -81,7 +81,7 @@ fn a_bull_nose_through_a_block_leaves_its_profile() {
     let mut stock = block(0.1);
     let axis = [0.0, 0.0, 1.0];
     let moves = [pose([-40.0, 0.3, -deep], axis), pose([40.0, 0.3, -deep], axis)];
-    let bull = cutter(Kind::Bull, major, minor, vec![]);
+    let bull = cutter(CutterKind::Bull, major, minor, vec![]);
     let removed = carve(&moves.map(|pose| (pose, false)), &bull, &mut stock).removed;
     // Half the width at height z is R + sqrt(r^2 - (r - z)^2).
     let integral =
@@ -109,11 +109,11 @@ fn fan(radius: f64, length: f64, angle: f64) -> f64 {
 #[test]
 fn a_cutter_turned_about_its_tip_cuts_a_fan() {
     let flat = Cutter::new(CutterSpec {
-        kind: Kind::Flat,
+        kind: CutterKind::Flat,
         major: 2.0,
         minor: 0.0,
         length: 9.0,
-        construction: Construction::Solid,
+        construction: CutterConstruction::Solid,
         shank: vec![],
     });
     let tip = [0.3, 0.2, -2.0];
@@ -128,7 +128,7 @@ fn a_cutter_turned_about_its_tip_cuts_a_fan() {
 
 #[test]
 fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
-    let flat = cutter(Kind::Flat, 3.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 3.0, 0.0, vec![]);
     let run = |speed_of_x: f64| {
         let mut machine = shop::machine(Layout::TableHead);
         machine.axes[0].rapid = speed_of_x;
@@ -159,7 +159,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
 
 #[test]
 fn a_rapid_through_material_is_named_with_its_depth() {
-    let flat = cutter(Kind::Flat, 3.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 3.0, 0.0, vec![]);
     let axis = [0.0, 0.0, 1.0];
     let moves = [
         (pose([-30.0, 0.0, 10.0], axis), false),
@@ -175,7 +175,7 @@ fn a_rapid_through_material_is_named_with_its_depth() {
 
 #[test]
 fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
-    let flat = cutter(Kind::Flat, 3.0, 0.0, vec![]);
+    let flat = cutter(CutterKind::Flat, 3.0, 0.0, vec![]);
     // Rapid moves across, 0.1 mm deeper every time but the last three.
     let depths = (1..=40).map(|k| if k > 37 { 3.75 } else { 0.1 * f64::from(k) });
     let moves: Vec<_> = std::iter::once((pose([-30.0, 0.0, 9.0], [0.0, 0.0, 1.0]), false))
@@ -205,7 +205,7 @@ fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
 
 #[test]
 fn the_same_stock_on_one_and_two_threads() {
-    let bull = cutter(Kind::Bull, 5.0, 3.0, vec![]);
+    let bull = cutter(CutterKind::Bull, 5.0, 3.0, vec![]);
     let axis = [0.1, 0.05, 1.0];
     let moves: Vec<_> =
         (0..8).map(|k| (pose([-16.0 + 4.0 * f64::from(k), 0.0, -3.0], axis), k == 5)).collect();
@@ -222,7 +222,7 @@ fn the_same_stock_on_one_and_two_threads() {
 
 #[test]
 fn what_is_left_has_a_closed_surface_of_its_volume() {
-    let bull = cutter(Kind::Bull, 5.0, 3.0, vec![]);
+    let bull = cutter(CutterKind::Bull, 5.0, 3.0, vec![]);
     let axis = [0.1, 0.05, 1.0];
     let moves = [pose([-16.0, 2.0, -3.0], axis), pose([16.0, 0.0, -4.0], axis)];
     let mut stock = block(0.5);

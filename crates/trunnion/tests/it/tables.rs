@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Vector3};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, ClText, Dialect, ReadOptions};
@@ -32,7 +32,7 @@ fn kinematics() -> Kinematics {
 }
 
 fn flat(radius: f64, length: f64) -> Cutter {
-    let (kind, construction) = (Kind::Flat, Construction::Solid);
+    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
     let (major, minor, shank) = (radius, 0.0, Vec::new());
     Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
 }

@@ -5,7 +5,7 @@
 use crate::dice;
 
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
@@ -34,8 +34,8 @@ fn kinematics() -> Kinematics {
 }
 
 fn cutter() -> Cutter {
-    let construction = Construction::Solid;
-    let (kind, major, minor, shank) = (Kind::Bull, 4.0, 2.0, Vec::new());
+    let construction = CutterConstruction::Solid;
+    let (kind, major, minor, shank) = (CutterKind::Bull, 4.0, 2.0, Vec::new());
     Cutter::new(CutterSpec { kind, major, minor, length: LENGTH, construction, shank }).unwrap()
 }
 

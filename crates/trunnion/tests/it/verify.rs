@@ -10,7 +10,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
@@ -29,9 +29,9 @@ const OPTIONS: Options = Options {
     promise: None,
 };
 
-fn cutter(kind: Kind, major: f64, minor: f64) -> Cutter {
+fn cutter(kind: CutterKind, major: f64, minor: f64) -> Cutter {
     let shank = vec![[30.0, major + minor], [40.0, major + minor + 6.0]];
-    let construction = Construction::Solid;
+    let construction = CutterConstruction::Solid;
     Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
 }
 
@@ -107,9 +107,9 @@ fn first_inside(cutter: &Cutter, pose: &ToolPose, p: Point3<f64>, n: Vector3<f64
 
 fn any_cutter() -> impl Strategy<Value = Cutter> {
     prop_oneof![
-        Just(cutter(Kind::Flat, 5.0, 0.0)),
-        Just(cutter(Kind::Ball, 0.0, 5.0)),
-        Just(cutter(Kind::Bull, 3.0, 2.0)),
+        Just(cutter(CutterKind::Flat, 5.0, 0.0)),
+        Just(cutter(CutterKind::Ball, 0.0, 5.0)),
+        Just(cutter(CutterKind::Bull, 3.0, 2.0)),
     ]
 }
 
@@ -231,7 +231,7 @@ impl Job {
         let setup = shop::setup(Layout::TableTable);
         let kinematics = Kinematics::new(&machine, &setup);
         let face = patch(Point3::origin(), Rotation3::identity(), 2.0 * HALF, [0.1, -0.1, 0.0]);
-        let cutter = cutter(Kind::Ball, 0.0, RADIUS);
+        let cutter = cutter(CutterKind::Ball, 0.0, RADIUS);
         let (text, _) = program(&kinematics, &blocks(&kinematics, &face), true);
         Self { machine, setup, face, cutter, text }
     }

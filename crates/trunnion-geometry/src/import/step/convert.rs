@@ -19,26 +19,30 @@ pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
     let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
     let several = |faults: Vec<SurfaceError>| joined(&faults, id);
     match shape {
-        Shape::Plane(at) => Ok(Surface::Plane(surface::Plane { frame: frame(at, id)? })),
+        Shape::Plane(at) => Ok(Surface::Plane(surface::PlaneSurface { frame: frame(at, id)? })),
         Shape::Cylinder { frame: at, radius } => {
-            surface::Cylinder::new(frame(at, id)?, *radius).map(Surface::Cylinder).map_err(named)
+            surface::CylinderSurface::new(frame(at, id)?, *radius)
+                .map(Surface::Cylinder)
+                .map_err(named)
         }
         Shape::Cone { frame: at, radius, angle } => {
-            surface::Cone::new(frame(at, id)?, *radius, *angle).map(Surface::Cone).map_err(named)
+            surface::ConeSurface::new(frame(at, id)?, *radius, *angle)
+                .map(Surface::Cone)
+                .map_err(named)
         }
         Shape::Sphere { frame: at, radius } => {
-            surface::Sphere::new(frame(at, id)?, *radius).map(Surface::Sphere).map_err(named)
+            surface::SphereSurface::new(frame(at, id)?, *radius).map(Surface::Sphere).map_err(named)
         }
         Shape::Torus { frame: at, major, minor } => {
-            let torus = surface::Torus::new(frame(at, id)?, *major, *minor);
+            let torus = surface::TorusSurface::new(frame(at, id)?, *major, *minor);
             torus.map(Surface::Torus).map_err(named)
         }
         Shape::Extrusion { curve, direction } => {
-            let swept = surface::Extrusion::new(profile(curve, id)?, *direction);
+            let swept = surface::ExtrusionSurface::new(profile(curve, id)?, *direction);
             swept.map(Surface::Extrusion).map_err(named)
         }
         Shape::Revolution { curve, axis } => {
-            let swept = surface::Revolution::new(profile(curve, id)?, axis.origin, axis.z);
+            let swept = surface::RevolutionSurface::new(profile(curve, id)?, axis.origin, axis.z);
             swept.map(Surface::Revolution).map_err(named)
         }
         Shape::Net(net) => {
@@ -54,19 +58,19 @@ fn joined(faults: &[SurfaceError], id: u64) -> Loss {
     Loss { entity: id, message: all.join("; ") }
 }
 
-fn frame(at: &Frame, id: u64) -> Read<surface::Frame> {
-    surface::Frame::new(at.origin, at.z.into_inner(), at.x.into_inner())
+fn frame(at: &Frame, id: u64) -> Read<surface::SurfaceFrame> {
+    surface::SurfaceFrame::new(at.origin, at.z.into_inner(), at.x.into_inner())
         .map_err(|fault| Loss { entity: id, message: fault.to_string() })
 }
 
-fn profile(curve: &Curve, id: u64) -> Read<surface::Curve> {
+fn profile(curve: &Curve, id: u64) -> Read<surface::SpaceCurve> {
     let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
     match curve {
         Curve::Line { origin, direction } => {
-            surface::Curve::line(*origin, *direction).map_err(named)
+            surface::SpaceCurve::line(*origin, *direction).map_err(named)
         }
         Curve::Ellipse { frame: at, semi } => {
-            surface::Curve::ellipse(frame(at, id)?, *semi).map_err(named)
+            surface::SpaceCurve::ellipse(frame(at, id)?, *semi).map_err(named)
         }
         Curve::Spline(spline) => {
             let points: Vec<Point3<f64>> =
@@ -74,7 +78,7 @@ fn profile(curve: &Curve, id: u64) -> Read<surface::Curve> {
             let weights: Vec<f64> = spline.points.iter().map(|h| h.w).collect();
             let knots = spline.knots.knots().to_vec();
             NurbsCurve::new(spline.knots.degree(), knots, &points, Some(&weights))
-                .map(surface::Curve::Nurbs)
+                .map(surface::SpaceCurve::Nurbs)
                 .map_err(|faults| joined(&faults, id))
         }
         Curve::Hyperbola { .. } | Curve::Parabola { .. } => loss(

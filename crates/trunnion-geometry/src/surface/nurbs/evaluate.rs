@@ -5,17 +5,17 @@ use crate::math::bspline::BasisTable;
 use crate::math::bspline::bernstein;
 use crate::math::bspline::bernstein2;
 use crate::math::bspline::piece_of;
+use crate::surface::jet::DerivativeTable;
 use crate::surface::jet::SurfaceJet2;
-use crate::surface::jet::Table;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 
 /// Homogeneous derivatives, first index by u.
-type Net = [[Vector4<f64>; 4]; 4];
+type ControlNet = [[Vector4<f64>; 4]; 4];
 
 /// Where the kernel works: basis functions by u and by v, and the patch.
-struct Local<'a> {
+struct EvaluationWorkspace<'a> {
     basis: [BasisTable; 2],
     block: &'a [Vector4<f64>],
 }
@@ -23,7 +23,7 @@ struct Local<'a> {
 impl NurbsSurface {
     /// Derivatives with total order up to `ORDER`.
     #[inline]
-    pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> Table {
+    pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         let ([u, du], [v, dv]) = (self.inside(0, u), self.inside(1, v));
         if du == 0.0 && dv == 0.0 {
             let local = self.local(u, v, [ORDER, ORDER]);
@@ -80,7 +80,7 @@ impl NurbsSurface {
     /// product of both at a corner, so that second derivatives are continuous across all four
     /// lines. Orders above 2 by the parameter that lies outside are not looked at.
     #[cold]
-    fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> Table {
+    fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> DerivativeTable {
         let orders = by.map(|x| if x == 0.0 { ORDER } else { 2 });
         let local = self.local(u, v, orders);
         let net = contract_all(&local, self.knots[1].degree(), orders);
@@ -119,7 +119,7 @@ impl NurbsSurface {
     }
 
     #[inline]
-    fn local(&self, u: f64, v: f64, order: [usize; 2]) -> Local<'_> {
+    fn local(&self, u: f64, v: f64, order: [usize; 2]) -> EvaluationWorkspace<'_> {
         let at = |direction: usize, x: f64| {
             let breaks = self.knots[direction].breaks();
             let piece = piece_of(breaks, x);
@@ -129,7 +129,7 @@ impl NurbsSurface {
             (piece, bernstein(self.knots[direction].degree(), t, rate, order[direction]))
         };
         let ((i, bu), (j, bv)) = (at(0, u), at(1, v));
-        Local { basis: [bu, bv], block: self.block(i, j) }
+        EvaluationWorkspace { basis: [bu, bv], block: self.block(i, j) }
     }
 }
 
@@ -168,7 +168,7 @@ fn sums<const M: usize, const N: usize>(
 
 /// Sums control points against the basis functions: derivatives with total order up to `ORDER`.
 #[inline]
-fn contract<const ORDER: usize>(local: &Local<'_>, q: usize) -> Net {
+fn contract<const ORDER: usize>(local: &EvaluationWorkspace<'_>, q: usize) -> ControlNet {
     let [bu, bv] = &local.basis;
     let mut out = [[Vector4::zeros(); 4]; 4];
     for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
@@ -189,7 +189,7 @@ fn contract<const ORDER: usize>(local: &Local<'_>, q: usize) -> Net {
 
 /// As [`contract`], all derivatives up to the order given by each parameter.
 #[inline]
-fn contract_all(local: &Local<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> Net {
+fn contract_all(local: &EvaluationWorkspace<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> ControlNet {
     let [bu, bv] = &local.basis;
     let mut out = [[Vector4::zeros(); 4]; 4];
     for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
@@ -210,7 +210,7 @@ fn contract_all(local: &Local<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> Net {
 
 /// Derivatives of a net whose weights are all `weight`.
 #[inline]
-fn cartesian(net: &Net, weight: f64) -> Table {
+fn cartesian(net: &ControlNet, weight: f64) -> DerivativeTable {
     let scale = weight.recip();
     net.map(|row| row.map(|d| d.xyz() * scale))
 }
@@ -220,7 +220,7 @@ const BINOMIAL: [[f64; 4]; 4] =
 
 /// Leibniz' rule on `A = w S`, solved for the derivatives of `S` with total order up to `ORDER`.
 #[inline]
-fn quotient<const ORDER: usize>(net: &Net) -> Table {
+fn quotient<const ORDER: usize>(net: &ControlNet) -> DerivativeTable {
     let mut s = [[Vector3::zeros(); 4]; 4];
     let over = net[0][0].w.recip();
     for k in 0..=ORDER {
@@ -233,7 +233,7 @@ fn quotient<const ORDER: usize>(net: &Net) -> Table {
 
 /// As [`quotient`], all derivatives up to the order given by each parameter.
 #[inline]
-fn quotient_all(net: &Net, [by_u, by_v]: [usize; 2]) -> Table {
+fn quotient_all(net: &ControlNet, [by_u, by_v]: [usize; 2]) -> DerivativeTable {
     let mut s = [[Vector3::zeros(); 4]; 4];
     let over = net[0][0].w.recip();
     for k in 0..=by_u.min(3) {
@@ -246,7 +246,7 @@ fn quotient_all(net: &Net, [by_u, by_v]: [usize; 2]) -> Table {
 
 /// `w S_kl` from the derivatives of lower order.
 #[inline]
-fn leibniz(net: &Net, s: &Table, [k, l]: [usize; 2]) -> Vector3<f64> {
+fn leibniz(net: &ControlNet, s: &DerivativeTable, [k, l]: [usize; 2]) -> Vector3<f64> {
     let mut rest = net[k][l].xyz();
     for i in 0..=k {
         for j in 0..=l {

@@ -3,7 +3,7 @@
 mod evaluate;
 mod net;
 
-use super::beyond::Beyond;
+use super::beyond::SplineExtension;
 use super::error::SurfaceError;
 use crate::math::bspline::KnotVector;
 use nalgebra::Point3;
@@ -41,12 +41,12 @@ pub struct NurbsSurface {
     /// Which rims are points: below and above the range, by u and v.
     collapsed: [[bool; 2]; 2],
     /// Continuation below and above the range, by u and v.
-    beyond: [[Beyond; 2]; 2],
+    beyond: [[SplineExtension; 2]; 2],
 }
 
 /// One Bezier patch: control points `(w x, w y, w z, w)`, v running fastest, and its rectangle.
 #[derive(Debug, Clone, Copy)]
-pub struct Patch<'a> {
+pub struct BezierPatch<'a> {
     /// Control points, `(p + 1)(q + 1)`.
     pub points: &'a [Vector4<f64>],
     /// Ranges of u and v.
@@ -86,7 +86,7 @@ impl NurbsSurface {
             weights.as_ref().is_some_and(|rows| !all_equal(rows.iter().flatten().copied()));
         let patches = bezier_patches(&[&u, &v], &homogeneous(&points, weights.as_deref()));
         let knots = [u, v];
-        let beyond = [[Beyond::with(0.0); 2]; 2];
+        let beyond = [[SplineExtension::with(0.0); 2]; 2];
         let (closed, collapsed) = ([false; 2], [[false; 2]; 2]);
         let mut surface =
             Self { knots, points, weights, patches, rational, closed, collapsed, beyond };
@@ -152,14 +152,14 @@ impl NurbsSurface {
     }
 
     /// The Bezier patch in column `i` (along u), row `j`; `None` beyond the last.
-    pub fn patch(&self, i: usize, j: usize) -> Option<Patch<'_>> {
+    pub fn patch(&self, i: usize, j: usize) -> Option<BezierPatch<'_>> {
         let [columns, rows] = self.patch_count();
         if i >= columns || j >= rows {
             return None;
         }
         let [u, v] = [self.knots[0].breaks(), self.knots[1].breaks()];
         let bounds = [[u[i], u[i + 1]], [v[j], v[j + 1]]];
-        Some(Patch { points: self.block(i, j), bounds })
+        Some(BezierPatch { points: self.block(i, j), bounds })
     }
 
     fn block(&self, i: usize, j: usize) -> &[Vector4<f64>] {
@@ -171,13 +171,13 @@ impl NurbsSurface {
 
     /// Continuation beyond one end (0 low, 1 high) of `direction`, after the place along that rim
     /// where the parametrisation slows down most.
-    fn continuation(&self, direction: usize, end: usize) -> Beyond {
+    fn continuation(&self, direction: usize, end: usize) -> SplineExtension {
         let x = self.knots[direction].range()[end];
         let pace = |y: f64| {
             let [u, v] = if direction == 0 { [x, y] } else { [y, x] };
             let d = self.table::<2>(u, v);
             let slopes = if direction == 0 { [d[1][0], d[2][0]] } else { [d[0][1], d[0][2]] };
-            Beyond::pace(slopes, if end == 0 { -1.0 } else { 1.0 })
+            SplineExtension::pace(slopes, if end == 0 { -1.0 } else { 1.0 })
         };
         let places: Vec<[f64; 2]> = self.rim(direction).map(|y| [y, pace(y)]).collect();
         let largest = (0..places.len()).fold(0.0, |largest: f64, k| {
@@ -186,7 +186,7 @@ impl NurbsSurface {
             let refined = if here >= before.max(after) { peak(pace, [low, high]) } else { here };
             largest.max(here).max(refined)
         });
-        Beyond::with(largest)
+        SplineExtension::with(largest)
     }
 
     /// Places along the rims across `direction`: more of them a piece than a polynomial of the
@@ -210,7 +210,7 @@ impl NurbsSurface {
     }
 
     /// `|S_u x S_v|`, a polynomial of bounded degree, vanishes on a whole grid denser than that.
-    fn is_degenerate(&self, patch: &Patch<'_>) -> bool {
+    fn is_degenerate(&self, patch: &BezierPatch<'_>) -> bool {
         let [p, q] = self.degree();
         let [u, v] = patch.bounds;
         let size = net_size(patch.points);

@@ -9,7 +9,7 @@ use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::SIZES;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::Tool;
+use crate::cutter::solid::ToolBody;
 use crate::surface::FaceIndex;
 use crate::types::{Pass, PoseCurve, Station, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -26,7 +26,7 @@ pub(crate) struct LinkPlanner<'a> {
     pub(crate) faces: &'a [FaceIndex],
     pub(crate) trees: Vec<FaceTree>,
     pub(crate) chart: Chart,
-    pub(crate) tool: Tool,
+    pub(crate) tool: ToolBody,
     pub(crate) lever: f64,
     cutter: &'a Cutter,
     pub(crate) options: &'a LinkOptions,
@@ -61,7 +61,7 @@ impl<'a> LinkPlanner<'a> {
         let LinkRequest { faces, cutter, options, .. } = *request;
         let chart = Chart::straight(FeedDirection::V);
         let trees = faces.iter().map(|face| tree(face, &chart, cutter)).collect();
-        let (tool, lever) = (Tool::new(cutter), lever(cutter));
+        let (tool, lever) = (ToolBody::new(cutter), lever(cutter));
         Self { faces, trees, chart, tool, lever, cutter, options }
     }
 }

@@ -13,7 +13,7 @@ use crate::cover::prove::face_tree::{FaceCell, FaceTree};
 use crate::cover::prove::part_faces::{KeepOff, PartFaces};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::Tool;
+use crate::cutter::solid::ToolBody;
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Station};
 
@@ -59,7 +59,7 @@ pub(crate) struct FaceContext<'a, Inside> {
     /// Region to be finished.
     pub(crate) whole: &'a TrimmedRegion<Inside>,
     pub(crate) report: ProgressFn<'a>,
-    pub(crate) tool: Tool,
+    pub(crate) tool: ToolBody,
     tree: FaceTree,
 }
 
@@ -75,7 +75,7 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
         // The tool may go in where no pass runs, so the tree holds the excluded area as well.
         let size = TREE_SHARE * setup.cutter.radius();
         let tree = FaceTree::new(face, &chart, &whole.complete(), size);
-        let tool = Tool::new(setup.cutter);
+        let tool = ToolBody::new(setup.cutter);
         Self { face, setup, options, chart, whole, report, tool, tree }
     }
 

@@ -8,7 +8,7 @@ use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::options::PlacementMethod;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
-use crate::cutter::solid::Solid;
+use crate::cutter::solid::ConvexSolid;
 use crate::positioning::{CutterLocation, PositioningError, ToolInclination};
 use crate::types::ToolPose;
 use nalgebra::Unit;
@@ -128,7 +128,7 @@ impl CandidatePass<'_> {
         let query = NearestQuery { within, precision, enough: within };
         let tip = contact.point + contact.normal.scale(minor + least);
         let pose = ToolPose { tip, axis: contact.normal };
-        let near = part_faces.nearest(&Solid::ball(minor), &pose, None, query);
+        let near = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query);
         near.map_or(Ok(()), |near| {
             if near.face == own {
                 // Radius of the ball through both points that touches at the first: |d|^2 / (2 n.d).

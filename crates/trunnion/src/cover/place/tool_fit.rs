@@ -3,7 +3,7 @@
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
 use crate::cutter::Cutter;
-use crate::cutter::solid::Solid;
+use crate::cutter::solid::ConvexSolid;
 use crate::surface::FaceIndex;
 use crate::types::{ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -59,7 +59,7 @@ pub(crate) fn largest_ball(
             precision: precision.max(0.01 * radius),
             enough: f64::NEG_INFINITY,
         };
-        let Some(near) = part_faces.nearest(&Solid::ball(radius), &pose, None, query) else {
+        let Some(near) = part_faces.nearest(&ConvexSolid::ball(radius), &pose, None, query) else {
             break;
         };
         let apart = near.point - contact.point;
@@ -87,7 +87,7 @@ pub(crate) fn reason(
     let minor = cutter.minor();
     let corner = contact.point + contact.normal.scale(minor + least);
     let pose = ToolPose { tip: corner, axis: contact.normal };
-    if let Some(near) = part_faces.nearest(&Solid::ball(minor), &pose, None, query) {
+    if let Some(near) = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query) {
         return if near.face == keep_off.own {
             UncutReason::Hollow
         } else {

@@ -4,7 +4,7 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::prove::face_tree::{CellShare, FaceCell, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::{Gap, Solid, Tool};
+use crate::cutter::solid::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
@@ -19,7 +19,7 @@ pub(crate) struct ClearanceProof<'a> {
     pub(crate) face: &'a FaceIndex,
     pub(crate) chart: &'a Chart,
     pub(crate) tree: &'a FaceTree,
-    pub(crate) tool: &'a Tool,
+    pub(crate) tool: &'a ToolBody,
     /// What the tool has to keep from the face \[mm\].
     pub(crate) target: f64,
     /// Below the target by this much counts as kept \[mm\]: what touches it cannot be told from it.
@@ -52,7 +52,7 @@ struct CellPart {
 struct ClearanceSearch<'a> {
     clearing: &'a ClearanceProof<'a>,
     sweep: &'a PassSweep,
-    solid: &'a Solid,
+    solid: &'a ConvexSolid,
     /// Halves are kept: the same cells and times are met again and again.
     slabs: Vec<TimeSlab>,
     tiles: Vec<CellPart>,
@@ -81,7 +81,7 @@ impl ClearanceProof<'_> {
     /// What one body of the tool keeps; `None` where there is no pose.
     fn search<'a>(
         &'a self,
-        solid: &'a Solid,
+        solid: &'a ConvexSolid,
         bound: f64,
         sweep: &'a PassSweep,
         span: usize,
@@ -173,8 +173,8 @@ impl ClearanceSearch<'_> {
         let seen = slab.seen(&from_tip);
         let rest = slab.middle.turn.norm() * node.radius * half
             + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
-        let motion = |gap: &Gap| gap.gradient.dot(&seen).abs() * half + rest;
-        let bound = |gap: &Gap| gap.distance - node.along(&gap.gradient) - motion(gap);
+        let motion = |gap: &SignedDistance| gap.gradient.dot(&seen).abs() * half + rest;
+        let bound = |gap: &SignedDistance| gap.distance - node.along(&gap.gradient) - motion(gap);
         let gap = self.solid.gap(&node.centre, pose);
         if bound(&gap) >= self.enough() {
             return;
@@ -311,9 +311,9 @@ fn over(
     slab: &TimeSlab,
     centre: &Point3<f64>,
     corners: &[Point3<f64>; 4],
-    plane: Gap,
+    plane: SignedDistance,
 ) -> PlaneBound {
-    let Gap { distance, gradient } = plane;
+    let SignedDistance { distance, gradient } = plane;
     let (mut least, mut moving) = (f64::INFINITY, 0.0_f64);
     for corner in corners {
         let seen = slab.seen(&(corner - slab.middle.pose.tip));
@@ -329,7 +329,7 @@ mod tests {
     use super::*;
     use crate::cover::layout::region::TrimmedRegion;
     use crate::cover::options::FeedDirection;
-    use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
+    use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::surface::{Face, NurbsSurface, Surface};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::Unit;
@@ -344,15 +344,15 @@ mod tests {
         FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
     }
 
-    fn tool(shank: Vec<[f64; 2]>) -> Tool {
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
+    fn tool(shank: Vec<[f64; 2]>) -> ToolBody {
+        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
         let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 60.0, construction, shank };
-        Tool::new(&Cutter::new(spec).unwrap())
+        ToolBody::new(&Cutter::new(spec).unwrap())
     }
 
     /// What a tool keeps at least that passes over the plate along x, its tip at height `z`, leaning by `lean`
     /// about x.
-    fn least(tool: &Tool, z: f64, lean: f64, target: f64) -> f64 {
+    fn least(tool: &ToolBody, z: f64, lean: f64, target: f64) -> f64 {
         let (face, chart) = (plate(), Chart::straight(FeedDirection::V));
         let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
         let tree = FaceTree::new(&face, &chart, &region, 1.0);

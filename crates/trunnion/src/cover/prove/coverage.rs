@@ -11,7 +11,7 @@ use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
 use crate::cover::prove::deepest::deepest;
 use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::Solid;
+use crate::cutter::solid::ConvexSolid;
 use crate::surface::FaceIndex;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -70,7 +70,7 @@ pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) face: &'a FaceIndex,
     pub(crate) chart: &'a Chart,
     pub(crate) region: &'a TrimmedRegion<Inside>,
-    pub(crate) end: Solid,
+    pub(crate) end: ConvexSolid,
     /// Excess allowed \[mm\].
     pub(crate) limit: f64,
     /// Cells are not halved below this \[mm\].

@@ -1,7 +1,7 @@
 //! When a place is deepest in a moving cutter.
 
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::Solid;
+use crate::cutter::solid::ConvexSolid;
 use nalgebra::Point3;
 
 /// Looks at most, after the first two: mostly three suffice.
@@ -42,7 +42,7 @@ impl TimeSample {
 /// from afar a kink, and near a bow.
 pub(crate) fn deepest(
     sweep: &PassSweep,
-    end: &Solid,
+    end: &ConvexSolid,
     place: &Point3<f64>,
     start: f64,
 ) -> Option<(f64, SweepInstant)> {
@@ -101,8 +101,8 @@ pub(crate) fn deepest(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::solid::Tool;
-    use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
+    use crate::cutter::solid::ToolBody;
+    use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::{UnitVector3, Vector3};
 
@@ -126,14 +126,14 @@ mod tests {
             [[8.0, 0.0], [8.0, 0.001], [8.0, 0.03], [8.0, 0.5], [6.0, 2.0], [4.0, 3.0], [0.0, 6.0]];
         for ([major, minor], lead) in sizes.into_iter().zip([0.1, 0.05, 0.2]).cycle().take(21) {
             let kind = match (major, minor) {
-                (0.0, _) => Kind::Ball,
-                (_, 0.0) => Kind::Flat,
-                _ => Kind::Bull,
+                (0.0, _) => CutterKind::Ball,
+                (_, 0.0) => CutterKind::Flat,
+                _ => CutterKind::Bull,
             };
-            let (construction, shank) = (Construction::Solid, Vec::new());
+            let (construction, shank) = (CutterConstruction::Solid, Vec::new());
             let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank };
             let cutter = Cutter::new(spec).unwrap();
-            let end = Tool::new(&cutter).end;
+            let end = ToolBody::new(&cutter).end;
             let sweep = sweep(cutter.radius(), lead);
             for i in 0..24 {
                 let place = Point3::new(

@@ -8,7 +8,7 @@ use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::face_tree::{CellShare, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::{Solid, Tool};
+use crate::cutter::solid::{ConvexSolid, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
@@ -75,7 +75,7 @@ impl<'a> PartFaces<'a> {
     /// The place of all faces, without one of them, that comes nearest to a solid.
     pub(crate) fn nearest(
         &self,
-        solid: &Solid,
+        solid: &ConvexSolid,
         pose: &ToolPose,
         without: Option<usize>,
         query: NearestQuery,
@@ -99,7 +99,7 @@ struct NearestSearch<'a> {
     face: &'a FaceIndex,
     tree: &'a FaceTree,
     index: usize,
-    solid: &'a Solid,
+    solid: &'a ConvexSolid,
     pose: &'a ToolPose,
     query: NearestQuery,
 }
@@ -159,7 +159,7 @@ impl NearestSearch<'_> {
                 *found = Some(NearestPoint { distance, face: self.index, point });
             }
             let sags = [cell.sag(0), cell.sag(1)];
-            let lowest = |plane: &crate::cutter::solid::Gap| {
+            let lowest = |plane: &crate::cutter::solid::SignedDistance| {
                 let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
                 plane.distance + cell.corners().iter().map(over).fold(f64::INFINITY, f64::min)
             };
@@ -185,7 +185,7 @@ pub(crate) struct KeepOff<'a> {
     pub(crate) part_faces: &'a PartFaces<'a>,
     /// The face that is cut.
     pub(crate) own: usize,
-    pub(crate) tool: &'a Tool,
+    pub(crate) tool: &'a ToolBody,
     /// What the tool keeps from every place \[mm\], to this precision \[mm\].
     pub(crate) least: f64,
     pub(crate) precision: f64,
@@ -212,7 +212,7 @@ impl KeepOff<'_> {
     pub(crate) fn is_right_below(&self, pose: &ToolPose, normal: &Vector3<f64>) -> bool {
         let within = self.least - self.precision;
         let query = NearestQuery { within, precision: self.precision, enough: within };
-        let below = |solid: &Solid| {
+        let below = |solid: &ConvexSolid| {
             let near = self.part_faces.nearest(solid, pose, Some(self.own), query)?;
             Some(solid.gap(&near.point, pose).gradient.dot(normal) <= -BELOW)
         };

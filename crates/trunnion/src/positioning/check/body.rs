@@ -1,10 +1,10 @@
 //! Flank, shank and holder: everything above the cutting end.
 
-use crate::cutter::solid::Solid;
+use crate::cutter::solid::ConvexSolid;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::CuttingContext;
-use crate::surface::Meeting;
+use crate::surface::SolidProximity;
 use crate::types::ToolPose;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -91,15 +91,15 @@ impl BodyCheck<'_> {
     /// Proof that all of the tool above `bottom` is clear, or that it is not; `false` where neither is found.
     fn check_solids(&self, bottom: f64) -> Result<bool, PositioningError> {
         let CuttingContext { face, cutter, band } = self.setting;
-        for solid in Solid::above(cutter, bottom) {
+        for solid in ConvexSolid::above(cutter, bottom) {
             let gap = |p: &Point3<f64>| {
                 let gap = solid.gap(p, self.pose);
                 (gap.distance, gap.gradient)
             };
             match face.meets(&gap, band.lower) {
-                Meeting::Clear => {}
-                Meeting::Undecided => return Ok(false),
-                Meeting::Nearer(p) => {
+                SolidProximity::Clear => {}
+                SolidProximity::Undecided => return Ok(false),
+                SolidProximity::Nearer(p) => {
                     let height = (p - self.pose.tip).dot(&self.pose.axis);
                     let clearance = gap(&p).0 - band.lower;
                     return Err(PositioningError::Body { uv: self.uv, height, clearance });

@@ -1,7 +1,7 @@
 //! Signed distance of points of the cutter from the surface, with its derivatives.
 
 use crate::positioning::error::PositioningError;
-use crate::surface::{ClosestError, FaceIndex, Foot, SurfaceJet2};
+use crate::surface::{ClosestError, FaceIndex, FootPoint, SurfaceJet2};
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// From a place this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
@@ -24,7 +24,7 @@ pub(crate) struct FaceProbe<'a> {
 /// Distance of a point from the surface and the foot it belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DistanceReading {
-    pub(crate) foot: Foot,
+    pub(crate) foot: FootPoint,
     /// Signed distance \[mm\], positive on the cutter's side.
     pub(crate) distance: f64,
     forms: FundamentalForms,
@@ -161,7 +161,7 @@ impl<'a> FaceProbe<'a> {
 
 impl DistanceReading {
     #[inline]
-    fn new(p: &Point3<f64>, foot: Foot) -> Self {
+    fn new(p: &Point3<f64>, foot: FootPoint) -> Self {
         let forms = FundamentalForms::new(&foot.jet, &foot.normal);
         // Along the normal: an error of the foot's place enters only squared.
         let distance = foot.normal.dot(&(p - foot.point));
@@ -170,7 +170,7 @@ impl DistanceReading {
 
     /// The reading of the point at `distance` over the same foot.
     pub(crate) fn lifted(&self, distance: f64) -> Self {
-        Self { distance, foot: Foot { distance, ..self.foot }, ..*self }
+        Self { distance, foot: FootPoint { distance, ..self.foot }, ..*self }
     }
 
     /// Outward unit normal, the gradient of the distance.
@@ -227,7 +227,7 @@ impl DistanceReading {
         let way = self.try_follow(&(p - self.foot.point))?;
         let left = (self.foot.jet.su * way[0] + self.foot.jet.sv * way[1]).norm();
         let strayed = self.strayed + left;
-        let Foot { uv, normal, jet, .. } = &self.foot;
+        let FootPoint { uv, normal, jet, .. } = &self.foot;
         if strayed > FOOT {
             return None;
         }
@@ -345,7 +345,7 @@ fn moved(
     let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
     let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
     let distance = normal.dot(&(p - point));
-    let foot = Foot { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
+    let foot = FootPoint { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
     Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
 }
 

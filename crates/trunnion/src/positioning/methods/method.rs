@@ -1,6 +1,6 @@
 //! One way in to all methods of placing a cutter, so that they can be compared.
 
-use crate::cutter::{Cutter, CutterSpec, Kind};
+use crate::cutter::{Cutter, CutterKind, CutterSpec};
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::CutterLocation;
 use crate::positioning::methods::ball::ball_location;
@@ -62,10 +62,10 @@ impl PlacementMethod {
     ///
     /// [`PositioningError::Cutter`] where such a ball does not go with length or shank.
     pub fn cutter<'a>(&self, cutter: &'a Cutter) -> Result<Cow<'a, Cutter>, PositioningError> {
-        if !matches!(self, Self::Ball { .. }) || cutter.kind() == Kind::Ball {
+        if !matches!(self, Self::Ball { .. }) || cutter.kind() == CutterKind::Ball {
             return Ok(Cow::Borrowed(cutter));
         }
-        let (kind, major, minor) = (Kind::Ball, 0.0, cutter.radius());
+        let (kind, major, minor) = (CutterKind::Ball, 0.0, cutter.radius());
         let spec = CutterSpec { kind, major, minor, ..cutter.spec().clone() };
         Cutter::new(spec).map(Cow::Owned).map_err(PositioningError::Cutter)
     }

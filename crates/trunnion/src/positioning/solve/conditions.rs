@@ -316,10 +316,10 @@ pub(crate) fn offset_curvature(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::Construction;
     use crate::cutter::Cutter;
+    use crate::cutter::CutterConstruction;
+    use crate::cutter::CutterKind;
     use crate::cutter::CutterSpec;
-    use crate::cutter::Kind;
     use crate::positioning::ContactSide;
     use crate::positioning::LocationRequest;
     use crate::positioning::StripSide;
@@ -351,11 +351,11 @@ mod tests {
     ) -> Vec<ActiveConstraint> {
         let face = quadric(k[0], k[1]);
         let cutter = Cutter::new(CutterSpec {
-            kind: Kind::Bull,
+            kind: CutterKind::Bull,
             major: 9.0,
             minor: 4.0,
             length: 100.0,
-            construction: Construction::Solid,
+            construction: CutterConstruction::Solid,
             shank: vec![],
         })
         .unwrap();

@@ -193,7 +193,7 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::{Silent, ToolPose};
@@ -238,7 +238,7 @@ mod tests {
     fn a_program_in_chunks_leaves_what_it_leaves_as_a_whole() {
         let face = face();
         let file = rows(&face);
-        let (kind, construction) = (Kind::Bull, Construction::Solid);
+        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
         let shank = vec![];
         let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 20.0, construction, shank };
         let cutter = Cutter::new(spec).unwrap();

@@ -103,7 +103,7 @@ fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::ToolPose;
@@ -130,8 +130,8 @@ mod tests {
 
     #[test]
     fn a_tool_behind_the_face_is_found() {
-        for (kind, major, minor) in [(Kind::Ball, 0.0, 4.0), (Kind::Bull, 3.0, 1.0)] {
-            let (construction, shank) = (Construction::Solid, vec![]);
+        for (kind, major, minor) in [(CutterKind::Ball, 0.0, 4.0), (CutterKind::Bull, 3.0, 1.0)] {
+            let (construction, shank) = (CutterConstruction::Solid, vec![]);
             let spec = CutterSpec { kind, major, minor, length: 50.0, construction, shank };
             let cutter = Cutter::new(spec).unwrap();
             let found = |height: f64, flip: bool| {

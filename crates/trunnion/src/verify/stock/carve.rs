@@ -306,7 +306,7 @@ impl<'a> StockCutter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, CutterSpec, Kind};
+    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
@@ -318,17 +318,17 @@ mod tests {
 
     const TOLERANCE: f64 = 1e-3;
 
-    fn cutter(kind: Kind, major: f64, minor: f64) -> Cutter {
-        let construction = Construction::Solid;
+    fn cutter(kind: CutterKind, major: f64, minor: f64) -> Cutter {
+        let construction = CutterConstruction::Solid;
         let spec = CutterSpec { kind, major, minor, length: 25.0, construction, shank: vec![] };
         Cutter::new(spec).unwrap()
     }
 
     fn any_cutter() -> impl Strategy<Value = Cutter> {
         prop_oneof![
-            Just(cutter(Kind::Bull, 3.0, 2.0)),
-            Just(cutter(Kind::Ball, 0.0, 2.5)),
-            Just(cutter(Kind::Flat, 4.0, 0.0)),
+            Just(cutter(CutterKind::Bull, 3.0, 2.0)),
+            Just(cutter(CutterKind::Ball, 0.0, 2.5)),
+            Just(cutter(CutterKind::Flat, 4.0, 0.0)),
         ]
     }
 

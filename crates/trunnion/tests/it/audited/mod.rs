@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::Point3;
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
@@ -28,7 +28,7 @@ pub(crate) fn check(
     // The reference point is the machine's, not the part's.
     let text = text.replace("G91 G28 Z0.\nG90\n", "");
     let program = read::read(&text, &ReadOptions::new(dialect, axes, 5)).unwrap();
-    let (kind, construction) = (Kind::Ball, Construction::Solid);
+    let (kind, construction) = (CutterKind::Ball, CutterConstruction::Solid);
     let length = kinematics.setup().tool_length;
     let spec = CutterSpec { kind, major: 0.0, minor: 3.0, length, construction, shank: vec![] };
     let input = Input {

@@ -4,7 +4,9 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 use trunnion::positioning::ToleranceBand;
-use trunnion::surface::{Face, FaceIndex, Frame, NurbsSurface, Sphere, Surface, Torus};
+use trunnion::surface::{
+    Face, FaceIndex, NurbsSurface, SphereSurface, Surface, SurfaceFrame, TorusSurface,
+};
 
 /// Half the side of the square over which quadrics are defined.
 const HALF: f64 = 60.0;
@@ -130,15 +132,16 @@ impl Shape {
             Self::Ball(radius) => {
                 // The poles lie to the sides.
                 let origin = Point3::new(0.0, 0.0, -radius);
-                let frame = Frame::new(origin, Vector3::new(1.0, 2.0, 0.0), Vector3::z()).unwrap();
-                let sphere = Sphere::new(frame, radius.abs()).unwrap();
+                let frame =
+                    SurfaceFrame::new(origin, Vector3::new(1.0, 2.0, 0.0), Vector3::z()).unwrap();
+                let sphere = SphereSurface::new(frame, radius.abs()).unwrap();
                 sided(Surface::Sphere(sphere), radius < 0.0)
             }
             Self::Rod(radius) => rod(radius),
             Self::Ring { major, minor, .. } => {
                 let (origin, axis) = self.ring();
-                let frame = Frame::new(origin, axis, Vector3::y()).unwrap();
-                let torus = Torus::new(frame, major, minor.abs()).unwrap();
+                let frame = SurfaceFrame::new(origin, axis, Vector3::y()).unwrap();
+                let torus = TorusSurface::new(frame, major, minor.abs()).unwrap();
                 sided(Surface::Torus(torus), minor < 0.0)
             }
         };

@@ -6,7 +6,7 @@
 use super::dice::Random;
 use super::many_poses::{self, Course};
 use nalgebra::{Rotation3, Vector3};
-use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::verify::{Options, Report};
 
@@ -20,11 +20,11 @@ pub(crate) const LENGTH: f64 = 60.0;
 pub(crate) fn any_cutter(random: &mut Random) -> Cutter {
     let [major, minor] = [random.within(0.5, 6.0), random.within(0.3, 4.0)];
     let (kind, major, minor) = match random.below(3) {
-        0 => (Kind::Flat, major, 0.0),
-        1 => (Kind::Ball, 0.0, minor + 1.0),
-        _ => (Kind::Bull, major, minor),
+        0 => (CutterKind::Flat, major, 0.0),
+        1 => (CutterKind::Ball, 0.0, minor + 1.0),
+        _ => (CutterKind::Bull, major, minor),
     };
-    let construction = Construction::Solid;
+    let construction = CutterConstruction::Solid;
     let spec = CutterSpec { kind, major, minor, length: LENGTH, construction, shank: vec![] };
     Cutter::new(spec).unwrap()
 }

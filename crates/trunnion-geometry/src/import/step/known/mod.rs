@@ -98,7 +98,7 @@ fn outward(shape: &Shape, p: &Point3<f64>) -> Option<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Frame as Axes;
+    use crate::surface::SurfaceFrame as Axes;
     use std::f64::consts::FRAC_PI_2;
 
     fn place() -> (Point3<f64>, Vector3<f64>, Vector3<f64>) {

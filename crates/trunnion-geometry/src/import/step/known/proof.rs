@@ -6,8 +6,8 @@
 
 use crate::import::step::model::Frame;
 use crate::import::step::shape::Shape;
+use crate::surface::BezierPatch;
 use crate::surface::NurbsSurface;
-use crate::surface::Patch;
 
 /// A polynomial of two parameters in Bernstein form, the second running fastest.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ pub(super) fn distance(net: &NurbsSurface, shape: &Shape) -> Option<f64> {
     Some(most)
 }
 
-fn of_patch(patch: &Patch<'_>, columns: usize, shape: &Shape) -> Option<f64> {
+fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f64> {
     let local = |frame: &Frame| Local::new(patch, columns, frame);
     match shape {
         Shape::Plane(frame) => {
@@ -89,7 +89,7 @@ fn torus(l: &Local, major: f64, minor: f64) -> f64 {
 }
 
 impl Local {
-    fn new(patch: &Patch<'_>, columns: usize, frame: &Frame) -> Self {
+    fn new(patch: &BezierPatch<'_>, columns: usize, frame: &Frame) -> Self {
         let poly = |of: &dyn Fn(&nalgebra::Vector4<f64>) -> f64| Poly {
             coefficients: patch.points.iter().map(of).collect(),
             columns,

@@ -1,6 +1,6 @@
 //! Splits a face into pieces that are flat to within a stated error.
 
-use crate::surface::{Curve, Face, NurbsSurface, Patch, Surface};
+use crate::surface::{BezierPatch, Face, NurbsSurface, SpaceCurve, Surface};
 use crate::verify::VerifyError;
 use crate::verify::swept::rays::RayBundle;
 use nalgebra::{Point3, Vector3, Vector4};
@@ -226,7 +226,7 @@ fn centred(points: &[Vector4<f64>], columns: usize) -> (ControlNet, f64, f64) {
 ///
 /// With `S = A / w` about the middle of the control points: `S_u = (A_u - w_u S) / w` and
 /// `S_uv = (A_uv - w_u S_v - w_v S_u - w_uv S) / w`, each derivative within the hull of its net.
-fn second(patch: &Patch<'_>, degree: [usize; 2]) -> [f64; 3] {
+fn second(patch: &BezierPatch<'_>, degree: [usize; 2]) -> [f64; 3] {
     let (net, least, far) = centred(patch.points, degree[1] + 1);
     let [u, v] = [net.derivative(0), net.derivative(1)];
     let first = [u.size(), v.size()];
@@ -252,18 +252,22 @@ struct ControlStrip {
 }
 
 impl ControlStrip {
-    fn new(curve: &Curve, [low, high]: [f64; 2], distance: impl Fn(&Vector3<f64>) -> f64) -> Self {
+    fn new(
+        curve: &SpaceCurve,
+        [low, high]: [f64; 2],
+        distance: impl Fn(&Vector3<f64>) -> f64,
+    ) -> Self {
         let plain = |bound: [f64; 3]| Self { breaks: vec![low, high], bounds: vec![bound] };
         let at = |t: f64| curve.point(t).coords;
         match curve {
-            Curve::Line { direction, .. } => {
+            SpaceCurve::Line { direction, .. } => {
                 plain([direction.norm(), 0.0, distance(&at(low)).max(distance(&at(high)))])
             }
-            Curve::Ellipse { frame, radii } => {
+            SpaceCurve::Ellipse { frame, radii } => {
                 let most = radii[0].max(radii[1]);
                 plain([most, most, distance(&frame.origin().coords) + most])
             }
-            Curve::Nurbs(curve) => {
+            SpaceCurve::Nurbs(curve) => {
                 let breaks = curve.knots().breaks().to_vec();
                 let bounds = curve.pieces().zip(breaks.windows(2)).map(|(points, ends)| {
                     let [first, second] = along(points, ends[1] - ends[0]);

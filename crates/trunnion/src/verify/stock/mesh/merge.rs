@@ -240,7 +240,7 @@ fn index(count: i64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{Construction, Cutter, CutterSpec, Kind};
+    use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
     use crate::verify::{ClInput, Solid, Stock, StockOptions, simulate_cl};
@@ -256,8 +256,10 @@ mod tests {
 
     /// What is left behind a bull-nosed or flat cutter from tip to tip.
     fn cut(mut stock: Stock, minor: f64, axis: [f64; 3], tips: &[[f64; 3]]) -> Stock {
-        let (kind, construction) =
-            (if minor > 0.0 { Kind::Bull } else { Kind::Flat }, Construction::Solid);
+        let (kind, construction) = (
+            if minor > 0.0 { CutterKind::Bull } else { CutterKind::Flat },
+            CutterConstruction::Solid,
+        );
         let spec =
             CutterSpec { kind, major: 2.0, minor, length: 30.0, construction, shank: vec![] };
         let cutter = Cutter::new(spec).unwrap();
