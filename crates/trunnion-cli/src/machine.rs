@@ -171,12 +171,12 @@ impl MachineJson {
         Ok(Self {
             source: source.to_owned(),
             name: machine.name.clone(),
-            kind: machine.kind().words(),
+            kind: machine.kind().name(),
             layout: machine.layout(),
             chain: machine.chain.clone(),
             axes: machine.axes.iter().map(AxisJson::of).collect(),
             reach: degrees(inverse.reach()),
-            reach_in_travel: degrees(machine.lean_inside()),
+            reach_in_travel: degrees(machine.tilt_range()),
             singular_directions: singular.iter().map(|dir| dir.into_inner().into()).collect(),
             signs: signs.collect(),
         })
@@ -216,7 +216,7 @@ fn list_row(source: &str, machine: &Machine) -> String {
     let length = |axis: &Axis| format!("{}", round(axis.limits[1] - axis.limits[0]));
     let linear = [x, y, z].map(length).join(" x ");
     let rotary = [first, second].map(|axis| format!("{} {}", axis.name, travel(axis))).join(", ");
-    format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().words())
+    format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().name())
 }
 
 /// `-35 .. 120`, or `endless`.
@@ -259,7 +259,7 @@ fn chain_lines(machine: &Machine) -> Vec<String> {
         })
         .collect();
     vec![
-        format!("{}: {}, {layout}", machine.name, machine.kind().words()),
+        format!("{}: {}, {layout}", machine.name, machine.kind().name()),
         format!("chain     {}", words.join(" - ")),
     ]
 }

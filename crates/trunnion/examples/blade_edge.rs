@@ -21,8 +21,8 @@ use trunnion::blocks::{BlockOptions, Control, blocks};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{
-    AxisKind, AxisSpec, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec, Output,
-    Retract, Setup, Singular,
+    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, FeedMode, Kinematics, Machine, MachineSpec,
+    ProgramFormat, RetractPolicy, Setup, SingularPolicy,
 };
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{Reference, Resolution, SmoothOptions, densify, smooth};
@@ -108,7 +108,7 @@ fn machine() -> Result<Kinematics, Box<dyn Error>> {
         sense: 1.0,
         home: None,
         prefer: None,
-        output: Output::STANDARD,
+        output: AxisFormat::STANDARD,
     };
     let spec = MachineSpec {
         name: "table A, head B".to_owned(),
@@ -122,12 +122,12 @@ fn machine() -> Result<Kinematics, Box<dyn Error>> {
             axis("A", [1.0, 0.0, 0.0], Some([0.0; 3])),
             axis("B", [0.0, 1.0, 0.0], Some([0.0; 3])),
         ],
-        cycle: trunnion::machine::Cycle::default(),
-        singular: Singular::STANDARD,
-        retract: Retract::standard(),
-        dialect: Dialect {
+        cycle: trunnion::machine::ControlLimits::default(),
+        singular: SingularPolicy::STANDARD,
+        retract: RetractPolicy::standard(),
+        dialect: ProgramFormat {
             name: "linuxcnc".to_owned(),
-            interpolation: Interpolation::Axes,
+            interpolation: AxisInterpolation::Axes,
             feed: FeedMode::InverseTime,
             strings: BTreeMap::new(),
         },

@@ -65,7 +65,7 @@ pub struct AxesOptions {
 }
 
 /// How the tool leaves the part to unwind a rotary axis, and what that is worth. The way of the
-/// machine itself is [`crate::machine::Retract`]. No `Default`: the caller knows part and tool.
+/// machine itself is [`crate::machine::RetractPolicy`]. No `Default`: the caller knows part and tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RetractOptions {
     /// Way out of the part.

@@ -3,7 +3,7 @@
 use super::march::Bounds;
 use super::strand::{Strand, Stretch};
 use super::{AxesError, AxesOptions};
-use crate::machine::{Axis, FIRST_ROTARY, Prefer, SECOND_ROTARY};
+use crate::machine::{Axis, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
 use crate::types::AXES;
 use std::f64::consts::TAU;
@@ -184,8 +184,8 @@ fn each([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
 /// Whether an axis stands on the side it does not prefer.
 fn wrong_side(axis: &Axis, value: f64) -> bool {
     match axis.prefer {
-        Some(Prefer::Positive) => value < 0.0,
-        Some(Prefer::Negative) => value >= 0.0,
+        Some(PreferredSign::Positive) => value < 0.0,
+        Some(PreferredSign::Negative) => value >= 0.0,
         None => false,
     }
 }

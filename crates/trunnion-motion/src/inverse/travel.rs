@@ -1,7 +1,7 @@
 //! Branch and turn inside travel: a position that continues the one before.
 
 use super::solve::{Branch, Inverse, InverseError, Solutions, unwound};
-use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, Prefer, SECOND_ROTARY};
+use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, PoseRates, ToolPose};
 use std::f64::consts::{PI, TAU};
@@ -189,8 +189,8 @@ fn at_ends(q: &mut AxisVector, machine: &Machine) {
 /// How many axes stand on the side they do not prefer.
 fn disliked(q: &AxisVector, machine: &Machine) -> usize {
     let wrong = |(axis, &value): (&Axis, &f64)| match axis.prefer {
-        Some(Prefer::Positive) => value < 0.0,
-        Some(Prefer::Negative) => value >= 0.0,
+        Some(PreferredSign::Positive) => value < 0.0,
+        Some(PreferredSign::Negative) => value >= 0.0,
         None => false,
     };
     machine.axes.iter().zip(q.iter()).filter(|pair| wrong(*pair)).count()

@@ -1,9 +1,10 @@
-//! Everything that can be wrong with a machine, at once.
+//! Checks of a machine description. They report all errors at once.
 
+use super::checked::{Axis, Machine};
+use super::error::{MachineError, MachineErrors};
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
-use super::{Axis, Machine};
 use crate::math::angle::angle_between;
-use crate::types::{AXES, ErrorList};
+use crate::types::AXES;
 use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -12,173 +13,22 @@ use std::f64::consts::TAU;
 /// real machines are below 10^-3 rad from 90° or 45°, never near 0.
 const DEGENERATE: f64 = 1e-4;
 
-/// How far the stated period of a cyclic axis may be from one turn \[rad\]: degrees written with
-/// ten digits.
+/// Tolerance on the stated period of a cyclic axis against one turn \[rad\]: degrees written with ten
+/// digits.
 const PERIOD_ROUNDING: f64 = 1e-9;
 
-/// All errors of a machine description.
-pub type MachineErrors = ErrorList<MachineError>;
-
-/// What is wrong with a machine. [`MachineError::key`] says where in its file.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MachineError {
-    /// A word of the chain is missing, doubled, or in the wrong place.
-    #[error("chain {chain:?}: {what}")]
-    Chain {
-        /// The chain as written.
-        chain: Vec<String>,
-        /// What is wrong with it, and what would be right.
-        what: String,
-    },
-    /// The chain names an axis that is not described.
-    #[error("the chain names axis {name}, but there is no [axis.{name}]")]
-    MissingAxis {
-        /// Name of the axis.
-        name: String,
-    },
-    /// An axis is described but stands nowhere in the chain.
-    #[error("axis {name} is described but does not stand in the chain")]
-    UnusedAxis {
-        /// Name of the axis.
-        name: String,
-    },
-    /// Two axes have one name or one output letter.
-    #[error("two axes are written with the letter {letter}: {first} and {second}")]
-    DoubleLetter {
-        /// The letter.
-        letter: String,
-        /// One axis.
-        first: String,
-        /// The other.
-        second: String,
-    },
-    /// The chain does not have three linear and two rotary axes.
-    #[error("the chain has {linear} linear and {rotary} rotary axes; it needs 3 and 2")]
-    AxisCount {
-        /// Linear axes in the chain.
-        linear: usize,
-        /// Rotary axes in the chain.
-        rotary: usize,
-    },
-    /// A number is NaN, infinite, not positive where it must be, or otherwise senseless.
-    #[error("{key} = {value}: {must}")]
-    Number {
-        /// Where it stands, such as `axis.B.vel`.
-        key: String,
-        /// The number (mm, rad, s).
-        value: f64,
-        /// What it must be.
-        must: &'static str,
-    },
-    /// A direction has no length.
-    #[error("{key} is the zero vector; it needs a direction")]
-    ZeroDirection {
-        /// Where it stands.
-        key: String,
-    },
-    /// A needed entry is left out.
-    #[error("{key} is missing: {why}")]
-    Missing {
-        /// What is missing.
-        key: String,
-        /// Why it is needed.
-        why: &'static str,
-    },
-    /// Travel with its ends in the wrong order, or of no length.
-    #[error(
-        "travel of axis {axis} is empty: from {} to {}; the lower end comes first",
-        kind.told(*low), kind.told(*high)
-    )]
-    EmptyTravel {
-        /// Name of the axis.
-        axis: String,
-        /// Linear or rotary.
-        kind: AxisKind,
-        /// First number \[mm or rad\].
-        low: f64,
-        /// Second number \[mm or rad\].
-        high: f64,
-    },
-    /// The two rotary axes are parallel.
-    #[error(
-        "rotary axes {first} and {second} are parallel (angle {angle:.2e} rad): they cannot turn the tool two ways"
-    )]
-    ParallelRotaries {
-        /// Workpiece-side axis.
-        first: String,
-        /// Tool-side axis.
-        second: String,
-        /// Angle between their lines \[rad\].
-        angle: f64,
-    },
-    /// The tool-side rotary axis is parallel to the tool.
-    #[error(
-        "rotary axis {axis} is parallel to the tool axis (angle {angle:.2e} rad): turning it leaves the tool direction where it is"
-    )]
-    SpindleParallel {
-        /// Name of the axis.
-        axis: String,
-        /// Angle between the lines \[rad\].
-        angle: f64,
-    },
-    /// The three linear axes lie in one plane.
-    #[error("linear axes {axes:?} lie in one plane (volume {volume:.2e} of the unit cube)")]
-    CoplanarLinear {
-        /// Their names.
-        axes: [String; 3],
-        /// Determinant of the three unit directions.
-        volume: f64,
-    },
-}
-
-impl MachineError {
-    /// Returns what to change in the specification so that it can be used.
-    pub fn remedy(&self) -> String {
-        match self {
-            Self::Chain { .. } | Self::AxisCount { .. } => {
-                "for example chain = [\"w\", \"C\", \"B\", \"b\", \"X\", \"Y\", \"Z\", \"t\"]".into()
-            }
-            Self::MissingAxis { name } => format!("add [axis.{name}], or correct the name"),
-            Self::UnusedAxis { name } => format!("put \"{name}\" into the chain, or remove it"),
-            Self::DoubleLetter { .. } => "give one of them output.letter".into(),
-            Self::ZeroDirection { .. } => "for example [0, 0, 1]".into(),
-            Self::Missing { .. } => "add it".into(),
-            Self::ParallelRotaries { .. } | Self::SpindleParallel { .. } => {
-                "give the direction the axis has when all axes are at zero".into()
-            }
-            Self::CoplanarLinear { .. } => {
-                "three linear axes point three ways: give the directions they have when all axes are at zero".into()
-            }
-            Self::EmptyTravel { .. } => "write [low, high]".into(),
-            Self::Number { key, .. } if key.rsplit('.').next() == Some("sense") => {
-                "leave it out if the control counts by ISO 841".into()
-            }
-            Self::Number { .. } => "correct the number".into(),
-        }
-    }
-
-    /// Where in a machine file the fault stands: `chain`, `axis.B.limits`, `tool_axis`, ...
-    pub fn key(&self) -> String {
-        match self {
-            Self::Chain { .. } | Self::AxisCount { .. } | Self::MissingAxis { .. } => {
-                "chain".into()
-            }
-            Self::UnusedAxis { name } => format!("axis.{name}"),
-            Self::DoubleLetter { second, .. } => format!("axis.{second}.output.letter"),
-            Self::Number { key, .. } | Self::ZeroDirection { key } | Self::Missing { key, .. } => {
-                key.clone()
-            }
-            Self::EmptyTravel { axis, .. } => format!("axis.{axis}.limits"),
-            Self::ParallelRotaries { second, .. } => format!("axis.{second}.dir"),
-            Self::SpindleParallel { axis, .. } => format!("axis.{axis}.dir"),
-            Self::CoplanarLinear { axes, .. } => format!("axis.{}.dir", axes[2]),
-        }
+impl Machine {
+    /// Checks a machine.
+    ///
+    /// # Errors
+    ///
+    /// All errors of the specification, in its order.
+    pub fn new(spec: MachineSpec) -> Result<Self, MachineErrors> {
+        machine(spec)
     }
 }
 
-/// [`Machine::new`].
-pub(super) fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
+fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     let mut faults = Vec::new();
     let order = chain(&spec, &mut faults);
     letters(&spec, &mut faults);
@@ -192,7 +42,7 @@ pub(super) fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     if let (Some(axes), Some(tool_axis)) = (&ordered, &tool_axis) {
         geometry(axes, tool_axis, &mut faults);
     } else {
-        // What the axes are to each other can be judged without chain and tool.
+        // The angles between the axes can be checked without chain and tool.
         let axes: Vec<Axis> = axes.into_iter().flatten().collect();
         spread(&axes, &mut faults);
     }
@@ -218,7 +68,7 @@ pub(super) fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     }
 }
 
-/// Indices of the described axes in the order X, Y, Z, first rotary, second rotary.
+/// Returns the indices of the described axes in the order X, Y, Z, first rotary, second rotary.
 fn chain(spec: &MachineSpec, faults: &mut Vec<MachineError>) -> Option<[usize; AXES]> {
     let before = faults.len();
     chain_words(&spec.chain, faults);
@@ -257,7 +107,7 @@ fn chain(spec: &MachineSpec, faults: &mut Vec<MachineError>) -> Option<[usize; A
     linear.try_into().ok().filter(|_| faults.len() == before)
 }
 
-/// `w` first, `t` last, one `b`, every name once.
+/// Checks that the chain has `w` first, `t` last, one `b`, and every name once.
 fn chain_words(chain: &[String], faults: &mut Vec<MachineError>) {
     let mut wrong = |what: String| faults.push(MachineError::Chain { chain: chain.to_vec(), what });
     if chain.first().is_none_or(|word| word != "w") {
@@ -276,13 +126,13 @@ fn chain_words(chain: &[String], faults: &mut Vec<MachineError>) {
     }
 }
 
-/// No two axes with one name or one letter.
+/// Checks that no two axes share a name or a letter.
 fn letters(spec: &MachineSpec, faults: &mut Vec<MachineError>) {
     let letter = |axis: &AxisSpec| axis.output.letter.clone().unwrap_or_else(|| axis.name.clone());
     for (at, second) in spec.axes.iter().enumerate() {
         if let Some(first) = spec.axes.iter().take(at).find(|first| letter(first) == letter(second))
         {
-            // Blamed is the one that states its letter: the other has it by name.
+            // Blame the axis that states its letter: the other has it by name.
             let [first, second] =
                 if second.output.letter.is_none() { [second, first] } else { [first, second] };
             faults.push(MachineError::DoubleLetter {
@@ -294,7 +144,7 @@ fn letters(spec: &MachineSpec, faults: &mut Vec<MachineError>) {
     }
 }
 
-/// One axis by itself.
+/// Checks one axis by itself.
 fn axis(spec: &AxisSpec, faults: &mut Vec<MachineError>) -> Option<Axis> {
     let key = |field: &str| format!("axis.{}.{field}", spec.name);
     let dir = direction(&key("dir"), spec.dir, faults);
@@ -384,7 +234,7 @@ fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> [f64; 2
     }
 }
 
-/// Directions against each other.
+/// Checks the directions against each other.
 fn geometry(axes: &[Axis; AXES], tool: &UnitVector3<f64>, faults: &mut Vec<MachineError>) {
     let [_, _, _, _, second] = axes;
     spread(axes, faults);
@@ -394,8 +244,9 @@ fn geometry(axes: &[Axis; AXES], tool: &UnitVector3<f64>, faults: &mut Vec<Machi
     }
 }
 
-/// Whether three linear axes span the space, and two rotary axes are not parallel; more or fewer are
-/// not judged.
+/// Checks that three linear axes span the space, and that two rotary axes are not parallel.
+///
+/// More or fewer axes are not checked.
 fn spread(axes: &[Axis], faults: &mut Vec<MachineError>) {
     let of_kind = |kind| axes.iter().filter(move |axis| axis.kind == kind).collect::<Vec<_>>();
     if let [x, y, z] = of_kind(AxisKind::Linear)[..] {
@@ -414,13 +265,13 @@ fn spread(axes: &[Axis], faults: &mut Vec<MachineError>) {
     }
 }
 
-/// Angle between two lines \[rad\], in `[0, π/2]`.
+/// Returns the angle between two lines \[rad\], in `[0, π/2]`.
 fn line_angle(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
     let angle = angle_between(u, v);
     angle.min(std::f64::consts::PI - angle)
 }
 
-/// How many rotaries stand between the workpiece and each of X, Y, Z.
+/// Counts the rotaries between the workpiece and each of X, Y, Z.
 fn stages(chain: &[String], axes: &[Axis; AXES]) -> [usize; 3] {
     let place = |axis: &Axis| chain.iter().position(|word| *word == axis.name);
     let [x, y, z, first, second] = axes;
@@ -472,5 +323,113 @@ fn positive(key: &str, value: f64, faults: &mut Vec<MachineError>) {
     if !(value > 0.0 && value.is_finite()) {
         let must = "must be a finite number above zero";
         faults.push(MachineError::Number { key: key.to_owned(), value, must });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{ac_trunnion, axis};
+    use super::*;
+
+    #[test]
+    fn all_faults_are_reported_at_once() {
+        let mut spec = ac_trunnion();
+        spec.axes[0].dir = [0.0; 3];
+        spec.axes[1].limits = Some([1.0, -1.0]);
+        spec.axes[2].vel = f64::NAN;
+        spec.axes[3].point = None;
+        spec.axes[4].sense = 0.5;
+        spec.axes[4].limits = None;
+        spec.chain = ["C", "A", "X", "X", "Y", "Q"].map(str::to_owned).to_vec();
+        let keys: Vec<String> =
+            Machine::new(spec).unwrap_err().iter().map(MachineError::key).collect();
+        assert_eq!(
+            keys,
+            [
+                "chain",
+                "chain",
+                "chain",
+                "chain",
+                "chain",
+                "axis.Z",
+                "axis.X.dir",
+                "axis.Y.limits",
+                "axis.Z.vel",
+                "axis.C.point",
+                "axis.A.sense",
+                "axis.A.limits"
+            ]
+        );
+    }
+
+    #[test]
+    fn degenerate_directions_are_named() {
+        let mut spec = ac_trunnion();
+        spec.axes[2].dir = [1.0, 1.0, 0.0];
+        spec.axes[4].dir = [0.0, 1e-6, -1.0];
+        let faults = Machine::new(spec).unwrap_err();
+        assert!(matches!(faults[0], MachineError::CoplanarLinear { .. }));
+        assert!(matches!(faults[1], MachineError::ParallelRotaries { .. }));
+        assert!(matches!(faults[2], MachineError::SpindleParallel { .. }));
+        assert_eq!(faults.len(), 3);
+    }
+
+    #[test]
+    fn an_axis_needs_a_direction() {
+        for axis in [1, 3, 4] {
+            let mut spec = ac_trunnion();
+            spec.axes[axis].dir = [0.0; 3];
+            let key = format!("axis.{}.dir", spec.axes[axis].name);
+            assert_eq!(Machine::new(spec).unwrap_err(), [MachineError::ZeroDirection { key }]);
+        }
+    }
+
+    #[test]
+    fn a_chain_needs_workpiece_and_tool() {
+        let told = |drop: &str| {
+            let mut spec = ac_trunnion();
+            spec.chain.retain(|word| word != drop);
+            let faults = Machine::new(spec).unwrap_err();
+            assert_eq!(faults.len(), 1, "{faults:?}");
+            faults[0].to_string()
+        };
+        assert!(told("w").ends_with("it must start with \"w\", the workpiece"));
+        assert!(told("t").ends_with("it must end with \"t\", the tool"));
+        assert!(told("b").contains("it needs \"b\", the bed"));
+    }
+
+    #[test]
+    fn empty_travel_is_told_in_its_unit() {
+        let mut spec = ac_trunnion();
+        spec.axes[0].limits = Some([1.0, -1.0]);
+        spec.axes[4].limits = Some([std::f64::consts::PI, 0.0]);
+        let faults = Machine::new(spec).unwrap_err();
+        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        assert!(told[0].contains("axis X is empty: from 1.0000 mm to -1.0000 mm"), "{told:?}");
+        assert!(told[1].contains("axis A is empty: from 180.0000 deg to 0.0000 deg"), "{told:?}");
+    }
+
+    #[test]
+    fn two_axes_with_one_letter_are_refused() {
+        let mut spec = ac_trunnion();
+        spec.axes[4].output.letter = Some("C".to_owned());
+        let faults = Machine::new(spec).unwrap_err();
+        assert!(
+            matches!(&faults[..], [MachineError::DoubleLetter { letter, .. }] if letter == "C")
+        );
+        let mut spec = ac_trunnion();
+        spec.axes.push(axis("X", AxisKind::Linear, [1.0, 0.0, 0.0]));
+        assert!(Machine::new(spec).is_err());
+    }
+
+    #[test]
+    fn axes_stand_in_order_whatever_the_file_says() {
+        let mut spec = ac_trunnion();
+        spec.axes.reverse();
+        let machine = Machine::new(spec).unwrap();
+        assert_eq!(
+            machine.axes.each_ref().map(|axis| axis.name.as_str()),
+            ["X", "Y", "Z", "C", "A"]
+        );
     }
 }

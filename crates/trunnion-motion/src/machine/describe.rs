@@ -1,16 +1,16 @@
-//! A machine in words: its kind among the twelve layouts, how far the tool leans, and what to see
-//! when each axis is jogged.
+//! Description of a machine: its kind among the twelve layouts, the tilt range of the tool, and the
+//! motion to expect when each axis is jogged.
 
+use super::checked::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
 use super::forward::{Kinematics, Setup};
-use super::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::types::AxisVector;
 use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
-/// Where the two rotary axes are.
+/// Arrangement of the two rotary axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum MachineKind {
     /// Both turn the spindle.
     HeadHead,
     /// Both turn the part.
@@ -19,9 +19,9 @@ pub enum Kind {
     TableHead,
 }
 
-impl Kind {
-    /// In words: `table-table`.
-    pub fn words(self) -> &'static str {
+impl MachineKind {
+    /// Returns the name, such as `table-table`.
+    pub fn name(self) -> &'static str {
         match self {
             Self::HeadHead => "head-head",
             Self::TableTable => "table-table",
@@ -30,48 +30,48 @@ impl Kind {
     }
 }
 
-/// What an axis moves.
+/// Body that an axis moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Body {
+pub enum MovedBody {
     /// The workpiece: the axis stands before the bed in the chain.
     Part,
     /// The spindle.
     Tool,
 }
 
-/// What to see when one axis is jogged from home.
+/// Motion to expect when one axis is jogged from home.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignCheck {
     /// Index of the axis in an [`AxisVector`].
     pub axis: usize,
     /// The jog \[mm or rad\].
     pub by: f64,
-    /// What happens, in a sentence for people.
+    /// The motion, as a sentence.
     pub words: String,
 }
 
-/// How near a direction must be to a coordinate axis to be called by its name \[rad\]: well above
+/// Largest angle between a direction and the coordinate axis it is named after \[rad\]: well above
 /// what calibration finds, well below what is built on purpose.
 const NAMED: f64 = 0.01;
 
 impl Machine {
-    /// Where the two rotary axes are.
-    pub fn kind(&self) -> Kind {
+    /// Returns the arrangement of the two rotary axes.
+    pub fn kind(&self) -> MachineKind {
         match [FIRST_ROTARY, SECOND_ROTARY].map(|axis| self.body(axis)) {
-            [Body::Part, Body::Part] => Kind::TableTable,
-            [Body::Tool, Body::Tool] => Kind::HeadHead,
-            _ => Kind::TableHead,
+            [MovedBody::Part, MovedBody::Part] => MachineKind::TableTable,
+            [MovedBody::Tool, MovedBody::Tool] => MachineKind::HeadHead,
+            _ => MachineKind::TableHead,
         }
     }
 
-    /// What the axis of that index moves.
-    pub fn body(&self, axis: usize) -> Body {
+    /// Returns the body that the axis of that index moves.
+    pub fn body(&self, axis: usize) -> MovedBody {
         let name = self.axes.get(axis).map(|axis| axis.name.as_str());
         let place = |word: Option<&str>| self.chain.iter().position(|w| Some(w.as_str()) == word);
-        if place(name) < place(Some("b")) { Body::Part } else { Body::Tool }
+        if place(name) < place(Some("b")) { MovedBody::Part } else { MovedBody::Tool }
     }
 
-    /// Number among the twelve layouts of `docs/sources.md#002` (11 to 34), by directions, whatever
+    /// Returns the number among the twelve layouts of `docs/sources.md#002` (11 to 34), by directions, whatever
     /// the axes are called; `None` for oblique axes, or a tool that is not along z at home.
     pub fn layout(&self) -> Option<u8> {
         let [_, _, _, first, second] = &self.axes;
@@ -80,9 +80,9 @@ impl Machine {
         }
         let letter = |axis: &Axis| compass(&axis.dir)?.chars().last();
         let (tens, first, second) = match self.kind() {
-            Kind::HeadHead => (10, first, second),
-            Kind::TableTable => (20, second, first),
-            Kind::TableHead => (30, first, second),
+            MachineKind::HeadHead => (10, first, second),
+            MachineKind::TableTable => (20, second, first),
+            MachineKind::TableHead => (30, first, second),
         };
         let unit = match (tens, letter(first)?, letter(second)?) {
             (_, 'x', 'y') => 1,
@@ -94,9 +94,9 @@ impl Machine {
         Some(tens + unit)
     }
 
-    /// Smallest and largest angle between the tool and `dir` of the workpiece-side rotary \[rad\]
+    /// Returns the smallest and largest angle between the tool and `dir` of the workpiece-side rotary \[rad\]
     /// that the travel of the tool-side rotary allows.
-    pub fn lean_inside(&self) -> [f64; 2] {
+    pub fn tilt_range(&self) -> [f64; 2] {
         let [_, _, _, first, second] = &self.axes;
         let (w1, w2) = (first.dir.into_inner(), second.dir.scale(second.sense));
         let o = self.tool_axis.into_inner();
@@ -122,8 +122,9 @@ impl Machine {
         all.fold([PI, 0.0], |[least, most], angle| [least.min(angle), most.max(angle)])
     }
 
-    /// What to see when each axis is jogged from home, in axis order: first how the machine moves,
-    /// then how the tool moves seen from the part.
+    /// Describes the motion when each axis is jogged from home, in axis order.
+    ///
+    /// Each description has first the motion of the machine, then the motion of the tool seen from the part.
     pub fn sign_checks(&self) -> Vec<SignCheck> {
         let linear = (0..FIRST_ROTARY).map(|axis| self.linear_check(axis));
         linear.chain((FIRST_ROTARY..=SECOND_ROTARY).map(|axis| self.rotary_check(axis))).collect()
@@ -134,12 +135,12 @@ impl Machine {
         let towards =
             self.axes.get(index).map_or(Vector3::zeros(), |axis| axis.dir.scale(axis.sense * by));
         let words = match self.body(index) {
-            Body::Part => format!(
+            MovedBody::Part => format!(
                 "the part goes to {}; seen from it the tool goes to {}",
                 direction(&-towards),
                 direction(&towards)
             ),
-            Body::Tool => format!("the tool goes to {}", direction(&towards)),
+            MovedBody::Tool => format!("the tool goes to {}", direction(&towards)),
         };
         SignCheck { axis: index, by, words }
     }
@@ -149,7 +150,7 @@ impl Machine {
         let seen = |q: &AxisVector| kinematics.forward(q).axis.into_inner();
         let by = self.jog(index, 30.0_f64.to_radians());
         let mut from = self.home();
-        // A tool parallel to the axis only spins: lean it first, by the other rotary.
+        // A tool parallel to the axis only spins: tilt it first, by the other rotary.
         let mut first = String::new();
         if seen(&moved(&from, index, by)).cross(&seen(&from)).norm() < NAMED {
             let other = FIRST_ROTARY + SECOND_ROTARY - index;
@@ -158,17 +159,17 @@ impl Machine {
             first = format!(" (with {} at {})", self.name(other), degrees(from[other]));
         }
         let before = seen(&from);
-        let physical = self.physical(index, by);
+        let physical = self.rotation_direction(index, by);
         let side = side_of(&physical);
         let moves = match self.body(index) {
-            Body::Part => {
+            MovedBody::Part => {
                 let goes = direction(&physical.cross(&side));
                 format!(
                     "the table's {} side goes to {goes}; seen from the part{first} ",
                     direction(&side)
                 )
             }
-            Body::Tool => format!("the head turns{first}: "),
+            MovedBody::Tool => format!("the head turns{first}: "),
         };
         let turns = if first.is_empty() {
             let after = seen(&moved(&from, index, by));
@@ -186,17 +187,18 @@ impl Machine {
         SignCheck { axis: index, by, words }
     }
 
-    /// Direction about which the machine really turns on a jog from home, machine frame: a table
-    /// against the count, and whatever it stands on has turned it already.
-    fn physical(&self, index: usize, by: f64) -> Vector3<f64> {
-        let sign = |body| if body == Body::Part { -1.0 } else { 1.0 };
+    /// Returns the direction about which the machine turns on a jog from home, in the machine frame.
+    ///
+    /// A table turns against the count; the axis that carries it may have turned it already.
+    fn rotation_direction(&self, index: usize, by: f64) -> Vector3<f64> {
+        let sign = |body| if body == MovedBody::Part { -1.0 } else { 1.0 };
         let turn = |index: usize| {
             let axis = self.axes.get(index)?;
             Some(axis.dir.scale(axis.sense * sign(self.body(index))))
         };
         let carrier = match self.kind() {
-            Kind::TableTable if index == FIRST_ROTARY => Some(SECOND_ROTARY),
-            Kind::HeadHead if index == SECOND_ROTARY => Some(FIRST_ROTARY),
+            MachineKind::TableTable if index == FIRST_ROTARY => Some(SECOND_ROTARY),
+            MachineKind::HeadHead if index == SECOND_ROTARY => Some(FIRST_ROTARY),
             _ => None,
         };
         let carried = carrier
@@ -209,7 +211,7 @@ impl Machine {
         self.axes.get(index).map_or("", |axis| axis.name.as_str())
     }
 
-    /// A jog of about `wanted` from home, up if travel allows it, else down, else less.
+    /// Returns a jog of about `wanted` from home: up if travel allows it, else down, else less.
     fn jog(&self, index: usize, wanted: f64) -> f64 {
         let Some(Axis { limits: [low, high], home, .. }) = self.axes.get(index) else { return 0.0 };
         let [up, down] = [high - home, home - low];
@@ -231,13 +233,13 @@ fn moved(q: &AxisVector, index: usize, by: f64) -> AxisVector {
     q
 }
 
-/// A coordinate direction across `axis`, x where it can be.
+/// Returns a coordinate direction across `axis`, x if possible.
 fn side_of(axis: &Vector3<f64>) -> Vector3<f64> {
     let across = |side: &Vector3<f64>| side.cross(axis).norm() > 0.5 * axis.norm();
     [Vector3::x(), Vector3::y()].into_iter().find(across).unwrap_or_else(Vector3::z)
 }
 
-/// `+x`, ..., `-z` for a direction that is one of these.
+/// Returns `+x`, ..., `-z` for a direction that is one of these.
 fn compass(v: &UnitVector3<f64>) -> Option<&'static str> {
     const NAMES: [[&str; 2]; 3] = [["+x", "-x"], ["+y", "-y"], ["+z", "-z"]];
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -246,7 +248,7 @@ fn compass(v: &UnitVector3<f64>) -> Option<&'static str> {
     Some(if v[near] > 0.0 { names[0] } else { names[1] })
 }
 
-/// A direction in words: by name, else by its components.
+/// Formats a direction: by name, else by its components.
 pub(super) fn direction(v: &Vector3<f64>) -> String {
     let Some(unit) = UnitVector3::try_new(*v, 0.0) else { return "nowhere".to_owned() };
     compass(&unit).map_or_else(
@@ -266,7 +268,7 @@ fn degrees(angle: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::samples::{ac_trunnion, axis, machine};
-    use super::super::{AxisKind, MachineSpec};
+    use super::super::spec::{AxisKind, MachineSpec};
     use super::*;
 
     fn words(spec: MachineSpec) -> Vec<String> {
@@ -316,16 +318,16 @@ mod tests {
             (machine.kind(), machine.layout())
         };
         let on_bed = of(["w", "A", "b", "X", "Y", "Z", "B", "t"], [a.clone(), b.clone()]);
-        assert_eq!(on_bed, (Kind::TableHead, Some(31)));
+        assert_eq!(on_bed, (MachineKind::TableHead, Some(31)));
         let cradle = of(["w", "A", "B", "b", "X", "Y", "Z", "t"], [a, b]);
-        assert_eq!(cradle, (Kind::TableTable, Some(22)));
+        assert_eq!(cradle, (MachineKind::TableTable, Some(22)));
         let trunnion = Machine::new(ac_trunnion()).unwrap();
-        assert_eq!((trunnion.kind(), trunnion.layout()), (Kind::TableTable, Some(23)));
+        assert_eq!((trunnion.kind(), trunnion.layout()), (MachineKind::TableTable, Some(23)));
     }
 
     #[test]
     fn travel_bounds_the_lean() {
-        let lean = |spec| Machine::new(spec).unwrap().lean_inside().map(f64::to_degrees);
+        let lean = |spec| Machine::new(spec).unwrap().tilt_range().map(f64::to_degrees);
         let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).abs() + (b - d).abs() < 1e-6;
         let mut spec = ac_trunnion();
         spec.axes[4].limits = Some([-0.5, 1.0]);

@@ -1,12 +1,13 @@
 //! The chain seen from the workpiece, and its forward map.
 
-use super::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
-use crate::types::AxisVector;
-use crate::types::ToolPose;
+use super::checked::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
+use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Matrix3, Point3, Rotation3, UnitVector3, Vector3};
 
-/// Where the workpiece is clamped and how long the tool is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Position of the workpiece in the machine, and the tool length.
+///
+/// The default is a workpiece at the machine origin, not rotated, and a tool of no length.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Setup {
     /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
     pub origin: Vector3<f64>,
@@ -17,7 +18,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// A setup from its origin \[mm\] and its rotation \[rad\] about the fixed x, then y, then z.
+    /// Creates a setup from its origin \[mm\] and its rotation \[rad\] about the fixed x, then y, then z.
     pub fn new(origin: Vector3<f64>, rotation: [f64; 3], tool_length: f64) -> Self {
         let [x, y, z] = rotation;
         Self { origin, rotation: Rotation3::from_euler_angles(x, y, z), tool_length }
@@ -51,7 +52,7 @@ pub struct ChainGeometry {
     pub rotary: [RotaryJoint; 2],
     /// `S0`, `S1`, `S2`.
     pub slides: [Matrix3<f64>; 3],
-    /// How many rotaries stand between workpiece and X, Y, Z.
+    /// Number of rotaries between the workpiece and each of X, Y, Z.
     pub stage: [usize; 3],
     /// Tip at q = 0 \[mm\].
     pub tip: Vector3<f64>,
@@ -68,7 +69,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Puts a machine's chain into the workpiece frame of a setup.
+    /// Transforms a machine's chain into the workpiece frame of a setup.
     pub fn new(machine: &Machine, setup: &Setup) -> Self {
         let workpiece_from_machine = setup.rotation.inverse();
         let place = |point: &Point3<f64>| workpiece_from_machine * (point.coords - setup.origin);
@@ -97,26 +98,27 @@ impl Kinematics {
         Self { machine: machine.clone(), setup: *setup, chain }
     }
 
-    /// The machine.
+    /// Returns the machine.
     pub fn machine(&self) -> &Machine {
         &self.machine
     }
 
-    /// The setup.
+    /// Returns the setup.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// The chain in the workpiece frame.
+    /// Returns the chain in the workpiece frame.
     pub fn chain(&self) -> &ChainGeometry {
         &self.chain
     }
 
-    /// Tool pose in the workpiece frame. Total: every `q` has a pose.
+    /// Returns the tool pose in the workpiece frame. Total: every `q` has a pose.
     pub fn forward(&self, q: &AxisVector) -> ToolPose {
         let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
         let linear = Vector3::new(q[0], q[1], q[2]);
-        let [sin_cos1, sin_cos2] = [q[FIRST_ROTARY].sin_cos(), q[SECOND_ROTARY].sin_cos()];
+        let [sin_cos1, sin_cos2] =
+            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
         let inner = slides[2] * linear + (tip - second.point);
         let middle =
             slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
@@ -126,12 +128,15 @@ impl Kinematics {
         ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_unchecked(axis) }
     }
 
-    /// How tip and tool axis change at `q` where the axes change by `rate`: the derivative of [`Self::forward`] along
-    /// it, workpiece frame \[mm and 1 per unit of the rate\].
+    /// Returns the rates `[tip, tool axis]` at `q` while the axes change at `rate`.
+    ///
+    /// This is the derivative of [`Self::forward`] along `rate`, in the workpiece frame \[mm and 1 per unit
+    /// of the rate\].
     pub fn forward_rate(&self, q: &AxisVector, rate: &AxisVector) -> [Vector3<f64>; 2] {
         let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
         let [linear, slide] = [q, rate].map(|of| Vector3::new(of[0], of[1], of[2]));
-        let [sin_cos1, sin_cos2] = [q[FIRST_ROTARY].sin_cos(), q[SECOND_ROTARY].sin_cos()];
+        let [sin_cos1, sin_cos2] =
+            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
         let [spin1, spin2] = [
             first.dir.into_inner() * rate[FIRST_ROTARY],
             second.dir.into_inner() * rate[SECOND_ROTARY],
@@ -150,8 +155,8 @@ impl Kinematics {
 }
 
 impl RotaryJoint {
-    /// Rodrigues' formula: `v` turned about the direction by the angle with this sine and cosine.
-    fn turn(&self, (sin, cos): (f64, f64), v: &Vector3<f64>) -> Vector3<f64> {
+    /// Turns `v` about the direction by the angle with this sine and cosine (Rodrigues' formula).
+    fn turn(&self, [sin, cos]: [f64; 2], v: &Vector3<f64>) -> Vector3<f64> {
         v * cos + self.dir.cross(v) * sin + self.dir.scale((1.0 - cos) * self.dir.dot(v))
     }
 }

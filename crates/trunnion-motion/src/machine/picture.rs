@@ -1,8 +1,9 @@
 //! A drawing of the chain: the axes in space with all of them at zero, and in a row from workpiece
 //! to tool.
 
-use super::describe::{Body, direction};
-use super::{Axis, AxisKind, FIRST_ROTARY, Machine};
+use super::checked::{Axis, FIRST_ROTARY, Machine};
+use super::describe::{MovedBody, direction};
+use super::spec::AxisKind;
 use crate::types::AXES;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -27,7 +28,7 @@ text.part{fill:#1864ab;stroke:#fff}text.tool{fill:#c2410c;stroke:#fff}
 /// axis counts up, travel of the spindle nose; below it the chain from workpiece to tool.
 pub fn picture(machine: &Machine) -> String {
     let mut svg = Svg::new();
-    let kind = machine.kind().words();
+    let kind = machine.kind().name();
     let layout = machine.layout().map_or(String::new(), |code| format!(", layout {code}"));
     svg.text([24.0, 34.0], "title", "start", &format!("{}: {kind}{layout}", machine.name));
     svg.text(
@@ -49,7 +50,7 @@ pub fn picture(machine: &Machine) -> String {
     svg.end()
 }
 
-/// Where the name of an axis stands on its line, beyond the arc \[units of the view\].
+/// Position of the name of an axis on its line, beyond the arc \[units of the view\].
 const LABEL: f64 = 1.4;
 
 /// Text of a drawing.
@@ -169,10 +170,10 @@ fn corners(machine: &Machine) -> [Point3<f64>; 8] {
     })
 }
 
-fn class(body: Body) -> &'static str {
+fn class(body: MovedBody) -> &'static str {
     match body {
-        Body::Part => "part",
-        Body::Tool => "tool",
+        MovedBody::Part => "part",
+        MovedBody::Tool => "tool",
     }
 }
 
@@ -253,7 +254,7 @@ fn triad(svg: &mut Svg, machine: &Machine) {
     };
     for (index, axis) in machine.axes.iter().take(FIRST_ROTARY).enumerate() {
         let body = machine.body(index);
-        let sign = if body == Body::Part { -axis.sense } else { axis.sense };
+        let sign = if body == MovedBody::Part { -axis.sense } else { axis.sense };
         let towards = axis.dir.scale(sign);
         let (start, tip) = (place(Vector3::zeros()), place(towards));
         svg.line(&[start, tip], class(body), 2.5, "");
@@ -287,7 +288,7 @@ fn row(svg: &mut Svg, machine: &Machine) {
         let body = axis.map(|index| machine.body(index));
         let class = match (word.as_str(), body) {
             ("b", _) => "bed",
-            ("w", _) | (_, Some(Body::Part)) => "partbox",
+            ("w", _) | (_, Some(MovedBody::Part)) => "partbox",
             _ => "toolbox",
         };
         if place > 0 {

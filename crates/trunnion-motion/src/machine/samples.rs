@@ -1,27 +1,15 @@
 //! Machines for unit tests.
 
-use super::settings::{Cycle, Dialect, FeedMode, Interpolation, Output, Retract, Singular};
+use super::settings::{ControlLimits, ProgramFormat, RetractPolicy, SingularPolicy};
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
-use std::collections::BTreeMap;
 
 /// An axis with round limits.
 pub(crate) fn axis(name: &str, kind: AxisKind, dir: [f64; 3]) -> AxisSpec {
-    AxisSpec {
-        name: name.to_owned(),
-        kind,
-        dir,
-        point: (kind == AxisKind::Rotary).then_some([0.0; 3]),
-        limits: Some(if kind == AxisKind::Rotary { [-3.0, 3.0] } else { [-500.0, 500.0] }),
-        cyclic: None,
-        vel: 2.0,
-        rapid: None,
-        acc: 10.0,
-        jerk: 100.0,
-        sense: 1.0,
-        home: None,
-        prefer: None,
-        output: Output::STANDARD,
-    }
+    let (axis, limits) = match kind {
+        AxisKind::Linear => (AxisSpec::linear(name, dir), [-500.0, 500.0]),
+        AxisKind::Rotary => (AxisSpec::rotary(name, dir, [0.0; 3]), [-3.0, 3.0]),
+    };
+    AxisSpec { limits: Some(limits), cyclic: None, vel: 2.0, acc: 10.0, jerk: 100.0, ..axis }
 }
 
 /// A machine with that chain; X, Y, Z along the frame.
@@ -39,15 +27,10 @@ pub(crate) fn machine(chain: &[&str], rotary: [AxisSpec; 2]) -> MachineSpec {
         tool_axis: [0.0, 0.0, 1.0],
         gauge: [0.0; 3],
         axes,
-        cycle: Cycle::default(),
-        singular: Singular::STANDARD,
-        retract: Retract::standard(),
-        dialect: Dialect {
-            name: "linuxcnc".to_owned(),
-            interpolation: Interpolation::RotaryLinear,
-            feed: FeedMode::InverseTime,
-            strings: BTreeMap::new(),
-        },
+        cycle: ControlLimits::default(),
+        singular: SingularPolicy::STANDARD,
+        retract: RetractPolicy::standard(),
+        dialect: ProgramFormat::linuxcnc(),
     }
 }
 

@@ -1,19 +1,19 @@
-//! What a machine file says beside the chain: control, singular cone, unwinding, program format.
+//! Settings of a machine beside its chain: control, singular cone, unwinding, program format.
 
 use std::collections::BTreeMap;
 
 /// Sign of an axis that is preferred where two branches are equally good.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Prefer {
+pub enum PreferredSign {
     /// Zero or above.
     Positive,
     /// Below zero.
     Negative,
 }
 
-/// How a program states the turn of a rotary axis.
+/// Representation of the turns of a rotary axis in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Modulo {
+pub enum TurnFormat {
     /// 370° stays 370°.
     Unwound,
     /// In `[0°, 360°)`.
@@ -22,25 +22,25 @@ pub enum Modulo {
     Signed,
 }
 
-/// How a program writes an axis.
+/// Format of the words of an axis in programs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Output {
+pub struct AxisFormat {
     /// Address letter; the axis name if left out.
     pub letter: Option<String>,
     /// Digits behind the decimal point.
     pub decimals: u8,
     /// Turns of a rotary axis.
-    pub modulo: Modulo,
+    pub modulo: TurnFormat,
 }
 
-impl Output {
-    /// What holds where a machine file says nothing: the axis name, four decimals, unwound.
-    pub const STANDARD: Self = Self { letter: None, decimals: 4, modulo: Modulo::Unwound };
+impl AxisFormat {
+    /// Default of machine files: the axis name, four decimals, unwound.
+    pub const STANDARD: Self = Self { letter: None, decimals: 4, modulo: TurnFormat::Unwound };
 }
 
-/// What the control can do; `None` where the machine file does not say.
+/// Limits of the control; `None` if the machine file does not state one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Cycle {
+pub struct ControlLimits {
     /// Time between two setpoints \[s\].
     pub servo_period: Option<f64>,
     /// Largest speed of the tip \[mm/s\].
@@ -49,7 +49,7 @@ pub struct Cycle {
     pub tip_acc_max: Option<f64>,
     /// Largest jerk of the tip along its path \[mm/s³\].
     pub tip_jerk_max: Option<f64>,
-    /// How far the control's own smoothing may leave the programmed path \[mm\].
+    /// Largest deviation of the control's own smoothing from the programmed path \[mm\].
     pub contour_tolerance: Option<f64>,
     /// The same for the tool axis \[rad\].
     pub orientation_tolerance: Option<f64>,
@@ -57,17 +57,17 @@ pub struct Cycle {
 
 /// Behaviour near a singular direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Singular {
-    /// Half angle of the cone about the singular direction in which something is done \[rad\].
+pub struct SingularPolicy {
+    /// Half angle of the singular cone, in which the path may be changed \[rad\].
     pub cone: f64,
-    /// Rotary move below which nothing is done \[rad\].
+    /// Rotary move up to which the path stays as it is \[rad\].
     pub min_rotary: f64,
-    /// How far the tip may leave the path for it \[mm\].
+    /// Largest deviation of the tip from the path to avoid that move \[mm\].
     pub tolerance: f64,
 }
 
-impl Singular {
-    /// What holds where a machine file says nothing: 3°, 10°, 0.02 mm.
+impl SingularPolicy {
+    /// Default of machine files: 3°, 10°, 0.02 mm.
     pub const STANDARD: Self = Self {
         cone: 3.0 * std::f64::consts::PI / 180.0,
         min_rotary: 10.0 * std::f64::consts::PI / 180.0,
@@ -75,7 +75,7 @@ impl Singular {
     };
 }
 
-/// The frame in which a retraction is meant.
+/// Frame of a retract move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RetractFrame {
     /// Move a machine axis.
@@ -84,29 +84,29 @@ pub enum RetractFrame {
     Tool,
 }
 
-/// How the tool leaves the part to unwind a rotary axis.
+/// Retract move with which the tool leaves the part to unwind a rotary axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Retract {
+pub struct RetractPolicy {
     /// Machine or tool frame.
     pub frame: RetractFrame,
     /// Axis that retracts (machine frame).
     pub axis: String,
-    /// Where it goes \[mm\]: an axis position, or a distance along the tool axis.
+    /// Target \[mm\]: an axis position, or a distance along the tool axis.
     pub to: f64,
-    /// Whether it retracts before the rotaries turn.
+    /// `true` to retract before the rotaries turn.
     pub first: bool,
 }
 
-impl Retract {
-    /// What holds where a machine file says nothing: Z to machine 0, before the rotaries turn.
+impl RetractPolicy {
+    /// Returns the default of machine files: Z to machine 0, before the rotaries turn.
     pub fn standard() -> Self {
         Self { frame: RetractFrame::Machine, axis: "Z".to_owned(), to: 0.0, first: true }
     }
 }
 
-/// How the control moves the tool axis between two programmed positions.
+/// Motion of the tool axis between two programmed positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Interpolation {
+pub enum AxisInterpolation {
     /// Tip straight, rotary axes in proportion (RTCP with angles).
     RotaryLinear,
     /// Tip straight, tool axis on the great circle (RTCP with vectors).
@@ -115,7 +115,7 @@ pub enum Interpolation {
     Axes,
 }
 
-/// What a feed word means.
+/// Meaning of a feed word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FeedMode {
     /// Speed of the tip.
@@ -126,13 +126,25 @@ pub enum FeedMode {
 
 /// Program format of the control.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dialect {
+pub struct ProgramFormat {
     /// Name, such as `linuxcnc`.
     pub name: String,
     /// Interpolation under tool-centre-point control.
-    pub interpolation: Interpolation,
+    pub interpolation: AxisInterpolation,
     /// Meaning of the feed word.
     pub feed: FeedMode,
     /// Editable strings by key, such as `tcp_on`.
     pub strings: BTreeMap<String, String>,
+}
+
+impl ProgramFormat {
+    /// Returns the format of LinuxCNC: rotary axes in proportion, inverse-time feed, standard strings.
+    pub fn linuxcnc() -> Self {
+        Self {
+            name: "linuxcnc".to_owned(),
+            interpolation: AxisInterpolation::RotaryLinear,
+            feed: FeedMode::InverseTime,
+            strings: BTreeMap::new(),
+        }
+    }
 }

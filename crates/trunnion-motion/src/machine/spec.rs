@@ -1,8 +1,11 @@
 //! A machine as plain data, before it is checked.
 
-use super::settings::{Cycle, Dialect, Output, Prefer, Retract, Singular};
+use super::settings::{
+    AxisFormat, ControlLimits, PreferredSign, ProgramFormat, RetractPolicy, SingularPolicy,
+};
+use std::f64::consts::{PI, TAU};
 
-/// How an axis moves.
+/// Kind of motion of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AxisKind {
     /// Along a direction \[mm\].
@@ -12,8 +15,8 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// A position or distance \[mm or rad\] for people: in mm or degrees.
-    pub fn told(self, value: f64) -> String {
+    /// Formats a position or distance \[mm or rad\] in mm or degrees.
+    pub fn format_value(self, value: f64) -> String {
         match self {
             Self::Linear => format!("{} mm", decimals(value)),
             Self::Rotary => format!("{} deg", decimals(value.to_degrees())),
@@ -49,10 +52,62 @@ pub struct AxisSpec {
     /// Start value, and value of a free axis \[mm or rad\]. If left out: 0, or the nearest end of
     /// travel where 0 is outside.
     pub home: Option<f64>,
-    /// Breaks ties between branches.
-    pub prefer: Option<Prefer>,
-    /// How a program writes it.
-    pub output: Output,
+    /// Sign to prefer where two branches are equally good.
+    pub prefer: Option<PreferredSign>,
+    /// Format of its words in programs.
+    pub output: AxisFormat,
+}
+
+impl AxisSpec {
+    /// Creates a linear axis along `dir`.
+    ///
+    /// The preset limits are generous: 10 m of travel either way, 500 mm/s, 5 m/s² and 50 m/s³. Replace
+    /// them by struct update.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_motion::machine::AxisSpec;
+    ///
+    /// let x = AxisSpec::linear("X", [1.0, 0.0, 0.0]);
+    /// let short = AxisSpec { limits: Some([-250.0, 250.0]), vel: 300.0, ..x };
+    /// assert_eq!((short.vel, short.acc), (300.0, 5_000.0));
+    /// ```
+    pub fn linear(name: &str, dir: [f64; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind: AxisKind::Linear,
+            dir,
+            point: None,
+            limits: Some([-10_000.0, 10_000.0]),
+            cyclic: None,
+            vel: 500.0,
+            rapid: None,
+            acc: 5_000.0,
+            jerk: 50_000.0,
+            sense: 1.0,
+            home: None,
+            prefer: None,
+            output: AxisFormat::STANDARD,
+        }
+    }
+
+    /// Creates a rotary axis about the line through `point` \[mm\] along `dir`.
+    ///
+    /// It turns without end. The other preset limits are 30 rpm, 20 rad/s² and 200 rad/s³. Replace them by
+    /// struct update; a limited axis also needs `cyclic: None`.
+    pub fn rotary(name: &str, dir: [f64; 3], point: [f64; 3]) -> Self {
+        Self {
+            kind: AxisKind::Rotary,
+            point: Some(point),
+            limits: None,
+            cyclic: Some(TAU),
+            vel: PI,
+            acc: 20.0,
+            jerk: 200.0,
+            ..Self::linear(name, dir)
+        }
+    }
 }
 
 /// A machine as written in a machine file, in mm, rad, s.
@@ -68,17 +123,17 @@ pub struct MachineSpec {
     pub gauge: [f64; 3],
     /// All axes, in any order.
     pub axes: Vec<AxisSpec>,
-    /// What the control can do, as far as known.
-    pub cycle: Cycle,
+    /// Limits of the control, as far as known.
+    pub cycle: ControlLimits,
     /// Behaviour near a singular direction.
-    pub singular: Singular,
-    /// How to unwind.
-    pub retract: Retract,
-    /// How programs are written.
-    pub dialect: Dialect,
+    pub singular: SingularPolicy,
+    /// Retract move for unwinding.
+    pub retract: RetractPolicy,
+    /// Program format of the control.
+    pub dialect: ProgramFormat,
 }
 
-/// Four decimals, or a power of ten where these show nothing, or nothing else.
+/// Formats with four decimals, or as a power of ten if the number is below 1e-3 or above 1e9.
 pub(super) fn decimals(value: f64) -> String {
     const READABLE: std::ops::Range<f64> = 1e-3..1e9;
     if value.abs() > 0.0 && !READABLE.contains(&value.abs()) {

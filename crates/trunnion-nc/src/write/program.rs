@@ -7,7 +7,7 @@ use super::number::{Fixed, Form};
 use super::template::{Frame, Template};
 use super::words_of;
 use super::{AxisWords, Dialect, Note, WriteError, comment, work_offset};
-use crate::machine::{FeedMode, Kinematics, Modulo};
+use crate::machine::{FeedMode, Kinematics, TurnFormat};
 use crate::types::{AXES, AxisVector, ToolPose};
 use nalgebra::Vector3;
 
@@ -354,8 +354,8 @@ impl ProgramWriter {
         {
             let fixed = self.fixed(word.written(value), word.decimals)?;
             *slot = match axis.output.modulo {
-                Modulo::Positive if word.rotary => fixed.within_turn(0),
-                Modulo::Signed if word.rotary => fixed.within_turn(-180),
+                TurnFormat::Positive if word.rotary => fixed.within_turn(0),
+                TurnFormat::Signed if word.rotary => fixed.within_turn(-180),
                 _ => fixed,
             };
         }

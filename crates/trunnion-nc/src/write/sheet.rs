@@ -2,7 +2,7 @@
 
 use super::error_bound::Coordinates;
 use super::{AxisWords, Dialect, Note, Style, WriteError};
-use crate::machine::{AxisKind, Kinematics, Modulo};
+use crate::machine::{AxisKind, Kinematics, TurnFormat};
 use crate::types::AxisVector;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
@@ -108,9 +108,9 @@ pub fn program_sheet(
     for (word, axis) in style.axes.0.iter().zip(&kinematics.machine().axes) {
         let values = match axis.output.modulo {
             _ if !word.rotary => continue,
-            Modulo::Unwound => "unwound: 370 is not 10",
-            Modulo::Positive => "0 to 360; the control must take the shorter way",
-            Modulo::Signed => "-180 to 180; the control must take the shorter way",
+            TurnFormat::Unwound => "unwound: 370 is not 10",
+            TurnFormat::Positive => "0 to 360; the control must take the shorter way",
+            TurnFormat::Signed => "-180 to 180; the control must take the shorter way",
         };
         writeln!(out, "  {:<22}degrees, {values}", word.letter)?;
     }

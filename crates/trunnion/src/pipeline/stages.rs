@@ -18,7 +18,7 @@ use crate::feed::{
 };
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
-use crate::machine::{AxisKind, Singular};
+use crate::machine::{AxisKind, SingularPolicy};
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};
 use crate::surface::FaceIndex;
@@ -292,7 +292,7 @@ fn axes_options(job: &Job) -> AxesOptions {
 /// The machine's cone and smallest move; the tilt is what the job gives for it, up to what the
 /// machine allows, with the lever from the tip to the contact.
 fn singular(job: &Job) -> Option<SingularOptions> {
-    let Singular { cone, min_rotary, tolerance } = job.kinematics.machine().singular;
+    let SingularPolicy { cone, min_rotary, tolerance } = job.kinematics.machine().singular;
     let share = job.budget.shares.singular.min(tolerance);
     let tilt = share / cover::lever(&job.cutter);
     (share > 0.0).then_some(SingularOptions { cone, min_rotary, tilt })

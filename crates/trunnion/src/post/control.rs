@@ -1,7 +1,7 @@
 //! Dialects: the motion of their controls between blocks, and their readers.
 
 use crate::blocks::Control;
-use crate::machine::{Interpolation, Kinematics};
+use crate::machine::{AxisInterpolation, Kinematics};
 use crate::nc::read;
 use crate::nc::write::Dialect;
 
@@ -15,7 +15,7 @@ pub fn control_of(kinematics: &Kinematics, dialect: Dialect) -> Control {
         Dialect::G93 => Control::Axes,
         Dialect::Apt => Control::GreatCircle,
         of if of.is_vector() => Control::GreatCircle,
-        _ if own && machine.interpolation == Interpolation::GreatCircle => Control::GreatCircle,
+        _ if own && machine.interpolation == AxisInterpolation::GreatCircle => Control::GreatCircle,
         _ => Control::RotaryLinear,
     }
 }

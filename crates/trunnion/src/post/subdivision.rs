@@ -6,7 +6,7 @@ use super::options::{PostMove, PostOptions, PostPace, PostSource};
 use super::rotaries::{PlannedMove, RetractPhase};
 use crate::blocks::{Control, bend, moved};
 use crate::inverse::{Inverse, InverseError};
-use crate::machine::{FIRST_ROTARY, Kinematics, Modulo, SECOND_ROTARY};
+use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY, TurnFormat};
 use crate::math::angle::great_circle;
 use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, TRAVEL_ROUNDING, ToolPose};
@@ -109,7 +109,7 @@ impl Subdivider {
                 .machine()
                 .axes
                 .get(axis)
-                .is_some_and(|of| of.output.modulo == Modulo::Unwound)
+                .is_some_and(|of| of.output.modulo == TurnFormat::Unwound)
         });
         Ok(Self {
             target: TargetMachine { inverse, control },

@@ -451,8 +451,8 @@ impl fmt::Display for Finding {
                 f,
                 "line {}: {axis} at {} is {} outside its travel",
                 worst.line,
-                worst.kind.told(worst.value),
-                worst.kind.told(worst.excess)
+                worst.kind.format_value(worst.value),
+                worst.kind.format_value(worst.excess)
             ),
             Self::Velocity { axis, worst } => write!(f, "{axis} velocity {worst}"),
             Self::Acceleration { axis, worst } => write!(f, "{axis} acceleration {worst}"),

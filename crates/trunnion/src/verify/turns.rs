@@ -3,7 +3,7 @@
 //! Written for the check alone: the makers' inverse is not asked.
 
 use super::VerifyError;
-use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Prefer, SECOND_ROTARY};
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::types::AxisVector;
 use nalgebra::{UnitVector3, Vector3};
@@ -179,8 +179,8 @@ const AROUND: [f64; 7] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0];
 
 fn dislikes(axis: &Axis, value: f64) -> bool {
     match axis.prefer {
-        Some(Prefer::Positive) => value < 0.0,
-        Some(Prefer::Negative) => value >= 0.0,
+        Some(PreferredSign::Positive) => value < 0.0,
+        Some(PreferredSign::Negative) => value >= 0.0,
         None => false,
     }
 }

@@ -20,7 +20,9 @@ use trunnion::axes::{
 };
 use trunnion::feed::{FeedOptions, Limits, jerk, optimal};
 use trunnion::inverse::{Inverse, InverseError};
-use trunnion::machine::{Kinematics, Machine, MachineSpec, Prefer, Retract, RetractFrame, Setup};
+use trunnion::machine::{
+    Kinematics, Machine, MachineSpec, PreferredSign, RetractFrame, RetractPolicy, Setup,
+};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
@@ -426,7 +428,7 @@ fn a_link_is_straight_at_the_tip() {
 /// Where two branches cost the same, an axis decides.
 #[test]
 fn preference_breaks_ties() {
-    for prefer in [Prefer::Positive, Prefer::Negative] {
+    for prefer in [PreferredSign::Positive, PreferredSign::Negative] {
         let mut spec_of = {
             let mut axes = slides();
             axes.push(axis("C", V3::z(), Some(V3::zeros())));
@@ -440,7 +442,7 @@ fn preference_breaks_ties() {
         let followed = run(&machine, &fixed_cuts(&[axis]));
         let a = followed.path.pieces[0].nodes[0].q[0][4];
         assert!((a.abs() - 0.5_f64.asin()).abs() < 1e-12);
-        assert_eq!(a > 0.0, prefer == Prefer::Positive);
+        assert_eq!(a > 0.0, prefer == PreferredSign::Positive);
         assert!((followed.rotary_travel - FRAC_PI_2 - a.abs()).abs() < 1e-9);
     }
 }
@@ -595,14 +597,14 @@ fn a_retract_between_pieces_is_better_than_in_a_cut() {
 #[test]
 fn the_machine_says_how_to_retract() {
     let path = ToolPath { pieces: vec![cut(curve(knots(0.0, 3.0 * TAU, 120), cone(0.35)))] };
-    let with = |retract: Retract, low: f64| {
+    let with = |retract: RetractPolicy, low: f64| {
         let mut spec = head_spec(Some([-PI, PI]));
         spec.retract = retract;
         let z = spec.axes.iter_mut().find(|axis| axis.name == "Z").unwrap();
         z.limits = Some([-1000.0, low]);
         kinematics(spec)
     };
-    let machine = Retract { to: 700.0, ..Retract::standard() };
+    let machine = RetractPolicy { to: 700.0, ..RetractPolicy::standard() };
     let highest = |kinematics: &Kinematics, retract: &RetractOptions| {
         let options = AxesOptions { retract: Some(*retract), ..OPTIONS };
         let followed = follow(kinematics, &path, &options, &Silent).unwrap();
@@ -613,10 +615,10 @@ fn the_machine_says_how_to_retract() {
     // Not to the very end of travel.
     assert!((highest(&with(machine.clone(), 700.0), &RETRACT) - 699.0).abs() < 1e-9);
     // A position below the part is no retract: the tool stays where it is clear.
-    let below = Retract { to: -500.0, ..Retract::standard() };
+    let below = RetractPolicy { to: -500.0, ..RetractPolicy::standard() };
     assert!((highest(&with(below, 1000.0), &RETRACT) - 400.0).abs() < 60.0);
     // Along the tool by a distance.
-    let tool = Retract { frame: RetractFrame::Tool, to: 900.0, ..Retract::standard() };
+    let tool = RetractPolicy { frame: RetractFrame::Tool, to: 900.0, ..RetractPolicy::standard() };
     let z = highest(&with(tool, 1000.0), &RETRACT);
     assert!((z - 900.0 * 0.35_f64.cos()).abs() < 60.0, "{z}");
     // No room above the part.

@@ -15,7 +15,7 @@ use std::path::Path;
 use trunnion::files::machine::{BUILT_IN, built_in, parse};
 use trunnion::files::schema;
 use trunnion::inverse::{Inverse, Solutions};
-use trunnion::machine::{AxisKind, Kind, Kinematics, Machine, Setup};
+use trunnion::machine::{AxisKind, Kinematics, Machine, MachineKind, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 
 fn machine(name: &str) -> Machine {
@@ -87,7 +87,7 @@ fn the_reach_within_travel_is_what_the_forward_map_reaches() {
             let lean = angle_between(&kinematics.forward(&q).axis, &first.dir);
             walked = [f64::min(walked[0], lean), f64::max(walked[1], lean)];
         }
-        let [least, most] = machine.lean_inside();
+        let [least, most] = machine.tilt_range();
         assert!((least - walked[0]).abs() < 5e-4 && (most - walked[1]).abs() < 5e-4, "{name}");
         let [low, high] = Inverse::new(&kinematics).unwrap().reach();
         assert!(low <= least + 1e-7 && most <= high + 1e-7, "{name}");
@@ -97,14 +97,14 @@ fn the_reach_within_travel_is_what_the_forward_map_reaches() {
 /// The codes stand for what the paper's table says, by directions and not by names.
 #[test]
 fn every_layout_has_its_file() {
-    let kinds = [Kind::HeadHead, Kind::TableTable, Kind::TableHead];
+    let kinds = [MachineKind::HeadHead, MachineKind::TableTable, MachineKind::TableHead];
     let mut codes = Vec::new();
     for (name, text) in BUILT_IN.iter().filter(|(name, _)| name.starts_with("layout-")) {
         let machine = parse(text).unwrap().machine;
         let code: u8 = name[7..9].parse().unwrap();
         assert_eq!(machine.layout(), Some(code), "{name}");
         assert_eq!(machine.kind(), kinds[usize::from(code / 10) - 1]);
-        assert!(name.ends_with(machine.kind().words()));
+        assert!(name.ends_with(machine.kind().name()));
         codes.push(code);
     }
     assert_eq!(codes, [11, 12, 13, 14, 21, 22, 23, 24, 31, 32, 33, 34]);
@@ -140,11 +140,11 @@ fn about(letter: u8, angle: f64) -> Rotation3<f64> {
 }
 
 /// Slides of CT1, CT2, CT3 with D = Q - L.
-fn slides(kind: Kind, [r1, r2]: [Rotation3<f64>; 2], [d, r, t]: [V3; 3]) -> V3 {
+fn slides(kind: MachineKind, [r1, r2]: [Rotation3<f64>; 2], [d, r, t]: [V3; 3]) -> V3 {
     match kind {
-        Kind::HeadHead => d - r1 * (r + r2 * t),
-        Kind::TableTable => r1 * (r + r2 * d) - t,
-        Kind::TableHead => r1 * d - r - r2 * t,
+        MachineKind::HeadHead => d - r1 * (r + r2 * t),
+        MachineKind::TableTable => r1 * (r + r2 * d) - t,
+        MachineKind::TableHead => r1 * d - r - r2 * t,
     }
 }
 
@@ -174,18 +174,18 @@ proptest! {
             }
             let letters = [name.as_bytes()[10], name.as_bytes()[11]];
             // Axis vectors have the workpiece side first, the layout of two tables the base side.
-            let order = if kind == Kind::TableTable { [4, 3] } else { [3, 4] };
+            let order = if kind == MachineKind::TableTable { [4, 3] } else { [3, 4] };
             let [p1, p2] = order.map(|index| machine.axes[index].point.coords);
             let gauge = machine.gauge.coords - machine.tool_axis.scale(length);
             let [l, t] = match kind {
-                Kind::TableTable => [p2 - origin, gauge - p1],
+                MachineKind::TableTable => [p2 - origin, gauge - p1],
                 _ => [p1 - origin, gauge - p2],
             };
             // Machine files count by ISO 841: a table that shows +q has turned by -q.
             let signs = match kind {
-                Kind::HeadHead => [1.0, 1.0],
-                Kind::TableTable => [-1.0, -1.0],
-                Kind::TableHead => [-1.0, 1.0],
+                MachineKind::HeadHead => [1.0, 1.0],
+                MachineKind::TableTable => [-1.0, -1.0],
+                MachineKind::TableHead => [-1.0, 1.0],
             };
             let Solutions::Regular(found) = inverse.solutions(&there).unwrap() else {
                 panic!("{name}: singular")

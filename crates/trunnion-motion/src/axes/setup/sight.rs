@@ -117,7 +117,7 @@ impl Sight {
         let [low, high] = inverse.reach();
         let turning = Turning::new(inverse);
         let whole = whole && turning.ends();
-        Self { first, band: machine.lean_inside(), poles: [low <= 0.0, high >= PI], turning, whole }
+        Self { first, band: machine.tilt_range(), poles: [low <= 0.0, high >= PI], turning, whole }
     }
 
     /// The path, the workpiece rotated by `machine_from_workpiece`. The angles are good to 1e-8 rad,

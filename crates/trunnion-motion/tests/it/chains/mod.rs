@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 use trunnion::machine::{
-    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec,
-    Output, Retract, Setup, Singular,
+    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Kinematics,
+    Machine, MachineSpec, ProgramFormat, RetractPolicy, Setup, SingularPolicy,
 };
 use trunnion::math::jet::Jet;
 use trunnion::types::{PieceGeometry, PoseCurve, PoseSpan, ToolPose};
@@ -53,7 +53,7 @@ pub(crate) fn axis(name: &str, dir: V3, rotary_point: Option<V3>) -> AxisSpec {
         sense: 1.0,
         home: None,
         prefer: None,
-        output: Output::STANDARD,
+        output: AxisFormat::STANDARD,
     }
 }
 
@@ -66,12 +66,12 @@ pub(crate) fn spec(chain: &[&str], axes: Vec<AxisSpec>, tip: V3, tool_axis: V3) 
         tool_axis: tool_axis.into(),
         gauge: tip.into(),
         axes,
-        cycle: Cycle::default(),
-        singular: Singular::STANDARD,
-        retract: Retract::standard(),
-        dialect: Dialect {
+        cycle: ControlLimits::default(),
+        singular: SingularPolicy::STANDARD,
+        retract: RetractPolicy::standard(),
+        dialect: ProgramFormat {
             name: "linuxcnc".to_owned(),
-            interpolation: Interpolation::RotaryLinear,
+            interpolation: AxisInterpolation::RotaryLinear,
             feed: FeedMode::InverseTime,
             strings: BTreeMap::new(),
         },

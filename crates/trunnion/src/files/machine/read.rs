@@ -10,8 +10,9 @@ use super::raw::{
     RawLength, RawModulo, RawOutput, RawPrefer, RawRetract, RawSingular, RawTime, RawUnits,
 };
 use crate::machine::{
-    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Machine, MachineError,
-    MachineSpec, Modulo, Output, Prefer, Retract, RetractFrame, Singular,
+    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Machine,
+    MachineError, MachineSpec, PreferredSign, ProgramFormat, RetractFrame, RetractPolicy,
+    SingularPolicy, TurnFormat,
 };
 use crate::types::{Diagnostic, Diagnostics};
 use std::f64::consts::TAU;
@@ -104,7 +105,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
     let retract = raw_retract.map(|raw| scale.retract(raw));
     let raw_dialect = doc.or_default::<RawDialect>("dialect").unwrap_or_default();
     let dialect = dialect(raw_dialect, doc);
-    if let (Some(Retract { frame: RetractFrame::Machine, axis, .. }), Some(chain)) =
+    if let (Some(RetractPolicy { frame: RetractFrame::Machine, axis, .. }), Some(chain)) =
         (&retract, &chain)
         && !chain.contains(axis)
     {
@@ -123,15 +124,15 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         gauge: gauge.unwrap_or_default().map(|value| value * scale.length),
         axes,
         cycle: cycle.unwrap_or_default(),
-        singular: singular.unwrap_or(Singular::STANDARD),
-        retract: retract.unwrap_or_else(Retract::standard),
+        singular: singular.unwrap_or(SingularPolicy::STANDARD),
+        retract: retract.unwrap_or_else(RetractPolicy::standard),
         dialect,
     };
     units.map(|_| Found { spec, unread, has_chain })
 }
 
 /// The axis that retracts, and where to, in the units of the file.
-fn retracting(retract: &Retract, to: Option<f64>, axes: &[AxisSpec], doc: &mut Document<'_>) {
+fn retracting(retract: &RetractPolicy, to: Option<f64>, axes: &[AxisSpec], doc: &mut Document<'_>) {
     let of_machine = retract.frame == RetractFrame::Machine;
     let found = axes.iter().find(|axis| of_machine && axis.name == retract.axis);
     let Some(axis) = found else { return };
@@ -217,18 +218,18 @@ impl Scale {
             sense: raw.sense,
             home: raw.home.map(|value| value * unit),
             prefer: raw.prefer.map(|prefer| match prefer {
-                RawPrefer::Positive => Prefer::Positive,
-                RawPrefer::Negative => Prefer::Negative,
+                RawPrefer::Positive => PreferredSign::Positive,
+                RawPrefer::Negative => PreferredSign::Negative,
             }),
             output: output(raw.output),
         }
     }
 
-    fn cycle(self, raw: &RawCycle) -> Cycle {
+    fn cycle(self, raw: &RawCycle) -> ControlLimits {
         let speed = |value: Option<f64>, order: i32| {
             value.map(|value| value * self.length / self.time.powi(order))
         };
-        Cycle {
+        ControlLimits {
             servo_period: raw.servo_period.map(|value| value * self.time),
             tip_speed_max: speed(raw.tip_speed_max, 1),
             tip_acc_max: speed(raw.tip_acc_max, 2),
@@ -238,18 +239,18 @@ impl Scale {
         }
     }
 
-    fn singular(self, raw: &RawSingular) -> Singular {
-        let Singular { cone, min_rotary, tolerance } = Singular::STANDARD;
-        Singular {
+    fn singular(self, raw: &RawSingular) -> SingularPolicy {
+        let SingularPolicy { cone, min_rotary, tolerance } = SingularPolicy::STANDARD;
+        SingularPolicy {
             cone: raw.cone.map_or(cone, |value| value * self.angle),
             min_rotary: raw.min_rotary.map_or(min_rotary, |value| value * self.angle),
             tolerance: raw.tolerance.map_or(tolerance, |value| value * self.length),
         }
     }
 
-    fn retract(self, raw: RawRetract) -> Retract {
-        let standard = Retract::standard();
-        Retract {
+    fn retract(self, raw: RawRetract) -> RetractPolicy {
+        let standard = RetractPolicy::standard();
+        RetractPolicy {
             frame: match raw.frame {
                 None => standard.frame,
                 Some(RawFrame::Machine) => RetractFrame::Machine,
@@ -262,19 +263,19 @@ impl Scale {
     }
 }
 
-fn output(raw: RawOutput) -> Output {
-    Output {
+fn output(raw: RawOutput) -> AxisFormat {
+    AxisFormat {
         letter: raw.letter,
-        decimals: raw.decimals.unwrap_or(Output::STANDARD.decimals),
+        decimals: raw.decimals.unwrap_or(AxisFormat::STANDARD.decimals),
         modulo: match raw.modulo {
-            RawModulo::Unwound => Modulo::Unwound,
-            RawModulo::Positive => Modulo::Positive,
-            RawModulo::Signed => Modulo::Signed,
+            RawModulo::Unwound => TurnFormat::Unwound,
+            RawModulo::Positive => TurnFormat::Positive,
+            RawModulo::Signed => TurnFormat::Signed,
         },
     }
 }
 
-fn dialect(raw: RawDialect, doc: &mut Document<'_>) -> Dialect {
+fn dialect(raw: RawDialect, doc: &mut Document<'_>) -> ProgramFormat {
     // Any text is welcome here, but one that is nearly a key was meant to be it.
     for key in raw.strings.keys() {
         if let Some(nearest) = nearest(key, &["name", "interpolation", "feed", "tcp_on", "tcp_off"])
@@ -284,12 +285,12 @@ fn dialect(raw: RawDialect, doc: &mut Document<'_>) -> Dialect {
             doc.fault(&format!("dialect.{key}"), message, format!("did you mean `{nearest}`?"));
         }
     }
-    Dialect {
+    ProgramFormat {
         name: raw.name,
         interpolation: match raw.interpolation {
-            RawInterpolation::RotaryLinear => Interpolation::RotaryLinear,
-            RawInterpolation::GreatCircle => Interpolation::GreatCircle,
-            RawInterpolation::Axes => Interpolation::Axes,
+            RawInterpolation::RotaryLinear => AxisInterpolation::RotaryLinear,
+            RawInterpolation::GreatCircle => AxisInterpolation::GreatCircle,
+            RawInterpolation::Axes => AxisInterpolation::Axes,
         },
         feed: match raw.feed {
             RawFeed::Tip => FeedMode::Tip,

@@ -131,8 +131,8 @@ impl fmt::Display for MotionFinding {
             Self::Travel { axis, kind, line, value, excess, rows } => write!(
                 f,
                 "line {line}: {axis} at {} is {} outside its travel; rows outside: {rows}",
-                kind.told(*value),
-                kind.told(*excess)
+                kind.format_value(*value),
+                kind.format_value(*excess)
             ),
             Self::Rate { axis, rate, worst } => write!(f, "{axis} {rate} {worst}"),
         }

@@ -6,8 +6,8 @@
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use trunnion::machine::{
-    AxisKind, AxisSpec, Cycle, Dialect, FeedMode, Interpolation, Kinematics, Machine, MachineSpec,
-    Output, Retract, Setup, Singular,
+    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Kinematics,
+    Machine, MachineSpec, ProgramFormat, RetractPolicy, Setup, SingularPolicy,
 };
 
 /// Which machine.
@@ -39,7 +39,7 @@ fn axis(name: &str, dir: [f64; 3], point: Option<[f64; 3]>) -> AxisSpec {
         sense: 1.0,
         home: None,
         prefer: None,
-        output: Output::STANDARD,
+        output: AxisFormat::STANDARD,
     }
 }
 
@@ -80,12 +80,12 @@ pub(crate) fn machine(layout: Layout) -> Machine {
         tool_axis: [0.0, 0.0, 1.0],
         gauge: [0.0; 3],
         axes,
-        cycle: Cycle::default(),
-        singular: Singular::STANDARD,
-        retract: Retract::standard(),
-        dialect: Dialect {
+        cycle: ControlLimits::default(),
+        singular: SingularPolicy::STANDARD,
+        retract: RetractPolicy::standard(),
+        dialect: ProgramFormat {
             name: "linuxcnc".to_owned(),
-            interpolation: Interpolation::RotaryLinear,
+            interpolation: AxisInterpolation::RotaryLinear,
             feed: FeedMode::InverseTime,
             strings: BTreeMap::new(),
         },
