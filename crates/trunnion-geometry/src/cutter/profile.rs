@@ -1,8 +1,8 @@
 //! The outline of a cutter in the half plane through its axis.
 
-use super::CutterSpec;
+use super::spec::CutterSpec;
 
-/// A piece of the outline, from the tip side to the spindle side.
+/// A piece of the outline, directed from the tip to the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ProfilePiece {
     /// Quarter circle, convex, from straight below its centre to straight outward of it.
@@ -22,7 +22,7 @@ pub enum ProfilePiece {
 }
 
 impl ProfilePiece {
-    /// Where it starts, `[rho, z]` \[mm\].
+    /// Returns the start, `[rho, z]` \[mm\].
     pub fn start(&self) -> [f64; 2] {
         match *self {
             Self::Arc { center: [rho, z], radius } => [rho, z - radius],
@@ -30,7 +30,7 @@ impl ProfilePiece {
         }
     }
 
-    /// Where it ends, `[rho, z]` \[mm\].
+    /// Returns the end, `[rho, z]` \[mm\].
     pub fn end(&self) -> [f64; 2] {
         match *self {
             Self::Arc { center: [rho, z], radius } => [rho + radius, z],
@@ -38,14 +38,14 @@ impl ProfilePiece {
         }
     }
 
-    /// Distance from start to end \[mm\].
+    /// Returns the distance from start to end \[mm\].
     pub fn extent(&self) -> f64 {
         let ([x0, z0], [x1, z1]) = (self.start(), self.end());
         (x1 - x0).hypot(z1 - z0)
     }
 }
 
-/// The whole outline; pieces without length are left out.
+/// Returns the whole outline; pieces without length are left out.
 pub(super) fn lay_out(spec: &CutterSpec) -> Vec<ProfilePiece> {
     let [major, minor] = [spec.major, spec.minor];
     let mut pieces = vec![ProfilePiece::Line { from: [0.0, 0.0], to: [major, 0.0] }];

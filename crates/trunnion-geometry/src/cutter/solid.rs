@@ -1,10 +1,11 @@
 //! The tool as convex solids of revolution.
 //!
-//! The signed distance from a convex solid is a convex function of the place, inside and outside:
-//! over a hull it is largest at a corner, and nowhere below its tangent plane. All bounds of what a
-//! moving cutter does to a face (`cover`) rest on these two facts.
+//! The signed distance from a convex solid is a convex function of the point, inside and outside.
+//! Over a convex hull it is therefore largest at a corner, and nowhere below its tangent plane. The
+//! bounds on a moving cutter's distance from a face rest on these two facts.
 
-use super::{Cutter, ProfilePiece};
+use super::profile::ProfilePiece;
+use super::validated::Cutter;
 use crate::types::ToolPose;
 use nalgebra::{Point3, Vector3};
 
@@ -18,7 +19,7 @@ pub struct ConvexSolid {
     rounding: f64,
 }
 
-/// Signed distance of a place from a solid and its gradient, a unit vector.
+/// Signed distance of a point from a solid, with its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignedDistance {
     /// Signed distance \[mm\], negative inside.
@@ -27,13 +28,29 @@ pub struct SignedDistance {
     pub gradient: Vector3<f64>,
 }
 
-/// The cutting end with its flank, and the shank and holder above. The upper end of the flank, which is
-/// flat, is rounded up too: the tool is taken to be larger there than it is.
+/// A tool as convex solids: the cutting end with its flank, then shank and holder above.
+///
+/// The flat upper end of the flank is rounded too, so the tool is modelled larger there than it is.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::{Point3, Vector3};
+/// use trunnion_geometry::cutter::{Cutter, CutterSpec, ToolBody};
+/// use trunnion_geometry::types::ToolPose;
+///
+/// let tool = ToolBody::new(&Cutter::new(CutterSpec::bull(4.0, 3.0))?);
+/// let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
+/// // 1 mm below the tip, and 2 mm beside the flank.
+/// assert_eq!(tool.end.distance(&Point3::new(0.0, 0.0, -1.0), &pose), 1.0);
+/// assert_eq!(tool.end.distance(&Point3::new(9.0, 0.0, 8.0), &pose), 2.0);
+/// # Ok::<(), trunnion_geometry::cutter::CutterErrors>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolBody {
     /// The cutting end with its flank.
     pub end: ConvexSolid,
-    pub(crate) body: Vec<ConvexSolid>,
+    body: Vec<ConvexSolid>,
 }
 
 impl ToolBody {
@@ -52,14 +69,14 @@ impl ToolBody {
         Self { end, body: above.collect() }
     }
 
-    /// All solids, the cutting end first.
+    /// Returns all solids, the cutting end first.
     pub fn solids(&self) -> impl Iterator<Item = &ConvexSolid> {
         std::iter::once(&self.end).chain(&self.body)
     }
 }
 
 impl ConvexSolid {
-    /// What is above a height: the flank, which is straight there, shank and holder.
+    /// Returns the solids above a height: the flank, which is straight there, shank and holder.
     pub fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
         cutter.profile().iter().filter_map(move |piece| match *piece {
             ProfilePiece::Line { from, to } if to[1] > from[1].max(bottom) => {
@@ -71,12 +88,12 @@ impl ConvexSolid {
         })
     }
 
-    /// A ball about the tip of a pose.
+    /// Creates a ball about the tip of a pose.
     pub fn ball(radius: f64) -> Self {
         Self { low: [0.0; 2], high: [0.0; 2], rounding: radius }
     }
 
-    /// Signed distance of `point` from the solid at `pose` \[mm\].
+    /// Returns the signed distance of `point` from the solid at `pose` \[mm\].
     pub fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
@@ -84,18 +101,19 @@ impl ConvexSolid {
         self.section([rho, z]).0
     }
 
-    /// Diameter where it is widest \[mm\].
+    /// Returns the largest diameter \[mm\].
     pub fn width(&self) -> f64 {
         2.0 * (self.low[0].max(self.high[0]) + self.rounding)
     }
 
-    /// About the radius at which a place passes under the cutter: how fast its distance changes its change.
+    /// Returns about the radius at which a point passes under the cutter, the scale on which the
+    /// rate of its distance changes \[mm\].
     pub fn bending_radius(&self) -> f64 {
         // A sharp edge has none; then anything well below the width of the cutter serves.
         self.rounding.max(0.05 * self.low[0])
     }
 
-    /// Signed distance of a point from this solid of a tool at `pose`.
+    /// Returns the signed distance of `point` from the solid at `pose`, with its gradient.
     pub fn gap(&self, point: &Point3<f64>, pose: &ToolPose) -> SignedDistance {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
@@ -107,9 +125,11 @@ impl ConvexSolid {
         SignedDistance { distance, gradient: outward.scale(by_rho) + pose.axis.scale(by_z) }
     }
 
-    /// How far `point` lies beyond the plane square to `normal` that the solid touches from below:
-    /// nowhere more than its distance, whatever unit vector is taken. Along a sharp edge, where the
-    /// gradient turns within no length, the face's own normal gives the better plane.
+    /// Returns the signed distance of `point` from the plane square to `normal` that supports the
+    /// solid: a lower bound on the distance from the solid, for any unit vector.
+    ///
+    /// Along a sharp edge the gradient is not continuous; there the face's own normal gives the
+    /// better plane.
     pub fn plane(
         &self,
         point: &Point3<f64>,
@@ -123,10 +143,11 @@ impl ConvexSolid {
         SignedDistance { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
     }
 
-    /// Distance in the half plane through the axis, and its gradient by `[rho, z]`.
+    /// Returns the distance in the half plane through the axis, and its gradient by `[rho, z]`.
     fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
         let [rho, z] = place;
         let (low, high) = (self.low, self.high);
+        // The slanted side from the lower rim to the upper one, and its outward normal.
         let along = [high[0] - low[0], high[1] - low[1]];
         let square = along[0] * along[0] + along[1] * along[1];
         let from_low = [rho - low[0], z - low[1]];
@@ -134,6 +155,7 @@ impl ConvexSolid {
         let normal =
             if length > 0.0 { [along[1] / length, -along[0] / length] } else { [1.0, 0.0] };
         let away = from_low[0] * normal[0] + from_low[1] * normal[1];
+        // Inside, the nearest of the three faces decides.
         let (below, above) = (low[1] - z, z - high[1]);
         let deepest = below.max(above).max(away);
         if deepest <= 0.0 {

@@ -1,7 +1,7 @@
 //! A face: a surface, its trim loops, and the side the cutter is on.
 
-use super::Surface;
 use super::error::SurfaceError;
+use super::geometry::Surface;
 use super::trim::ROUNDING;
 use super::trim::TrimLoop;
 use nalgebra::Point3;

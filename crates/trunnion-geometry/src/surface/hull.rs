@@ -3,6 +3,7 @@
 use super::nurbs::NurbsSurface;
 use super::patches::PatchPiece;
 use super::patches::hull_box;
+use super::proximity::{SolidDistance, SolidProximity};
 use nalgebra::Point3;
 use nalgebra::Vector3;
 
@@ -24,20 +25,6 @@ struct HullNode {
     halves: [usize; 2],
     /// A corner of the surface inside.
     corner: Point3<f64>,
-}
-
-/// Signed distance of a place from a convex solid and its gradient, of unit length.
-pub type SolidDistance<'a> = &'a dyn Fn(&Point3<f64>) -> (f64, Vector3<f64>);
-
-/// What is known of the distance of a surface from a solid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SolidProximity {
-    /// This place of the surface is nearer than asked.
-    Nearer(Point3<f64>),
-    /// No place is.
-    Clear,
-    /// The surface is too near to tell in a bounded number of steps.
-    Undecided,
 }
 
 impl HullTree {

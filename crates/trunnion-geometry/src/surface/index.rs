@@ -1,17 +1,16 @@
 //! Closest points: bound-and-prune over Bezier patches, then Newton's method.
 
-use super::Surface;
 use super::bounds::ParameterBox;
 use super::curvatures::CurvatureTree;
 use super::error::ClosestError;
 use super::error::SurfaceError;
 use super::face::Face;
+use super::geometry::Surface;
 use super::hull::HullTree;
-use super::hull::SolidDistance;
-use super::hull::SolidProximity;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::patches::PatchTree;
+use super::proximity::{SolidDistance, SolidProximity};
 use super::swept::NurbsConversion;
 use super::swept::RevolutionSurface;
 use nalgebra::Point3;

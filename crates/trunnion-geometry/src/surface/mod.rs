@@ -1,8 +1,28 @@
-//! Point, derivatives to order 3, normal, curvature and its bounds, closest point, trim loops;
-//! NURBS and analytic surfaces.
+//! Surfaces and faces: points, derivatives to order 3, normals, curvature and its bounds, closest
+//! points, trim loops.
 //!
-//! A [`Surface`] is geometry over a rectangle of parameters; a [`Face`] is a surface with trim
-//! loops and a side; a [`FaceIndex`] answers closest-point queries on a face. Lengths in mm.
+//! A [`Surface`] is geometry over a rectangle of parameters: NURBS, analytic or swept. A [`Face`] is
+//! a surface with trim loops and a side. A [`FaceIndex`] answers closest-point queries on a face.
+//! Lengths in mm.
+//!
+//! # Example
+//!
+//! ```
+//! use nalgebra::{Point3, Vector3};
+//! use trunnion_geometry::surface::{Face, FaceIndex, SphereSurface, Surface, SurfaceFrame};
+//!
+//! // A sphere of radius 10 mm about the origin; (u, v) = (longitude, latitude).
+//! let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+//! let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
+//! let face = Face::new(1, sphere, vec![], false)?;
+//! assert!((face.point(0.0, 0.0) - Point3::new(10.0, 0.0, 0.0)).norm() < 1e-12);
+//!
+//! // The closest point to (0, 0, 13) is the pole, 3 mm away.
+//! let index = FaceIndex::new(face)?;
+//! let foot = index.closest(&Point3::new(0.0, 0.0, 13.0))?;
+//! assert!((foot.distance - 3.0).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod analytic;
 mod beyond;
@@ -13,6 +33,7 @@ mod curvatures;
 mod curve;
 mod error;
 mod face;
+mod geometry;
 mod grid;
 mod hull;
 mod index;
@@ -21,171 +42,22 @@ mod mesh;
 mod newton;
 mod nurbs;
 mod patches;
+mod proximity;
 mod swept;
 mod trim;
 
-pub use analytic::ConeSurface;
-pub use analytic::CylinderSurface;
-pub use analytic::PlaneSurface;
-pub use analytic::SphereSurface;
-pub use analytic::SurfaceFrame;
-pub use analytic::TorusSurface;
-pub use curve::CurveJet;
-pub use curve::NurbsCurve;
-pub use curve::SpaceCurve;
-pub use error::ClosestError;
-pub use error::SurfaceError;
+pub use analytic::{
+    ConeSurface, CylinderSurface, PlaneSurface, SphereSurface, SurfaceFrame, TorusSurface,
+};
+pub use curve::{CurveJet, NurbsCurve, SpaceCurve};
+pub use error::{ClosestError, SurfaceError};
 pub use face::Face;
+pub use geometry::Surface;
 pub use grid::FaceSample;
-pub use hull::SolidDistance;
-pub use hull::SolidProximity;
-pub use index::FaceIndex;
-pub use index::FootPoint;
-pub use jet::PrincipalCurvatures;
-pub use jet::SurfaceJet;
-pub use jet::SurfaceJet1;
-pub use jet::SurfaceJet2;
+pub use index::{FaceIndex, FootPoint};
+pub use jet::{PrincipalCurvatures, SurfaceJet, SurfaceJet1, SurfaceJet2};
 pub use mesh::FaceMesh;
-pub use nurbs::BezierPatch;
-pub use nurbs::NurbsSurface;
-pub use swept::ExtrusionSurface;
-pub use swept::RevolutionSurface;
-pub use trim::TrimCurve;
-pub use trim::TrimLoop;
-
-use analytic::ElementarySurface;
-use jet::DerivativeTable;
-use nalgebra::Point3;
-
-/// A surface over a rectangle of parameters u, v, each possibly endless or periodic.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Surface {
-    /// B-spline, Bezier or rational tensor surface.
-    Nurbs(NurbsSurface),
-    /// Plane.
-    Plane(PlaneSurface),
-    /// Cylinder of revolution.
-    Cylinder(CylinderSurface),
-    /// Cone of revolution, one nappe.
-    Cone(ConeSurface),
-    /// Sphere.
-    Sphere(SphereSurface),
-    /// Torus.
-    Torus(TorusSurface),
-    /// A curve moved along a straight line.
-    Extrusion(ExtrusionSurface),
-    /// A curve turned about an axis.
-    Revolution(RevolutionSurface),
-}
-
-impl Surface {
-    /// The elementary kinds, whose closest point is known in closed form.
-    fn elementary(&self) -> Option<&dyn ElementarySurface> {
-        match self {
-            Self::Plane(surface) => Some(surface),
-            Self::Cylinder(surface) => Some(surface),
-            Self::Cone(surface) => Some(surface),
-            Self::Sphere(surface) => Some(surface),
-            Self::Torus(surface) => Some(surface),
-            Self::Nurbs(_) | Self::Extrusion(_) | Self::Revolution(_) => None,
-        }
-    }
-
-    /// Ranges of u and v; infinite where the surface has no end.
-    pub fn domain(&self) -> [[f64; 2]; 2] {
-        match self {
-            Self::Nurbs(surface) => surface.domain(),
-            Self::Extrusion(surface) => surface.domain(),
-            Self::Revolution(surface) => surface.domain(),
-            _ => self.elementary().map_or([[0.0; 2]; 2], ElementarySurface::domain),
-        }
-    }
-
-    /// Periods by u and v; `None` where the surface does not close smoothly on itself.
-    pub fn periods(&self) -> [Option<f64>; 2] {
-        match self {
-            Self::Nurbs(surface) => surface.periods(),
-            Self::Extrusion(surface) => surface.periods(),
-            Self::Revolution(surface) => surface.periods(),
-            _ => self.elementary().map_or([None; 2], ElementarySurface::periods),
-        }
-    }
-
-    /// Parameters beyond which there is nothing, by u and v; infinite where the surface goes on. A rim of a
-    /// spline surface that is a point has no continuation: it would turn over there.
-    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
-        match self {
-            Self::Nurbs(surface) => surface.ends(),
-            _ => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
-        }
-    }
-
-    /// Whether the surface has a normal that turns evenly everywhere: no parameter is an angle about
-    /// some place of it, and no rim is a point.
-    pub fn is_regular(&self) -> bool {
-        match self {
-            Self::Nurbs(surface) => surface.ends().iter().flatten().all(|end| end.is_infinite()),
-            Self::Extrusion(_) => true,
-            _ => false,
-        }
-    }
-
-    /// Name of the kind, for tables and messages.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Nurbs(surface) if surface.is_rational() => "NURBS",
-            Self::Nurbs(_) => "B-spline",
-            Self::Plane(_) => "plane",
-            Self::Cylinder(_) => "cylinder",
-            Self::Cone(_) => "cone",
-            Self::Sphere(_) => "sphere",
-            Self::Torus(_) => "torus",
-            Self::Extrusion(_) => "extrusion",
-            Self::Revolution(_) => "revolution",
-        }
-    }
-
-    #[inline]
-    fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
-        match self {
-            Self::Nurbs(surface) => surface.table::<ORDER>(u, v),
-            Self::Plane(surface) => surface.table(u, v),
-            Self::Cylinder(surface) => surface.table(u, v),
-            Self::Cone(surface) => surface.table(u, v),
-            Self::Sphere(surface) => surface.table(u, v),
-            Self::Torus(surface) => surface.table(u, v),
-            Self::Extrusion(surface) => surface.table(u, v),
-            Self::Revolution(surface) => surface.table(u, v),
-        }
-    }
-
-    /// Point at `(u, v)`.
-    ///
-    /// Outside the domain, by a parameter that is not periodic, spline surfaces are continued with
-    /// the point and first two derivatives of the nearest border point; so for all derivatives.
-    #[inline]
-    pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
-        Point3::from(self.table::<0>(u, v)[0][0])
-    }
-
-    /// Point and first derivatives.
-    #[inline]
-    pub fn jet1(&self, u: f64, v: f64) -> SurfaceJet1 {
-        SurfaceJet1::from_table(&self.table::<1>(u, v))
-    }
-
-    /// Point and derivatives to order 2.
-    #[inline]
-    pub fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
-        match self {
-            Self::Nurbs(surface) => surface.jet2(u, v),
-            _ => SurfaceJet2::from_table(&self.table::<2>(u, v)),
-        }
-    }
-
-    /// Point and derivatives to order 3.
-    #[inline]
-    pub fn jet(&self, u: f64, v: f64) -> SurfaceJet {
-        SurfaceJet::from_table(&self.table::<3>(u, v))
-    }
-}
+pub use nurbs::{BezierPatch, NurbsSurface};
+pub use proximity::{SolidDistance, SolidProximity};
+pub use swept::{ExtrusionSurface, RevolutionSurface};
+pub use trim::{TrimCurve, TrimLoop};

@@ -1,6 +1,6 @@
 //! Newton's method for the closest point, free and confined to a rectangle.
 
-use super::Surface;
+use super::geometry::Surface;
 use super::jet::SurfaceJet2;
 use nalgebra::Point3;
 

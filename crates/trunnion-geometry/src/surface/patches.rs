@@ -1,12 +1,11 @@
 //! Bound-and-prune search over the Bezier patches of a NURBS surface.
 
 use super::error::ClosestError;
-use super::hull::SolidDistance;
-use super::hull::SolidProximity;
 use super::jet::SurfaceJet2;
 use super::newton;
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
+use super::proximity::{SolidDistance, SolidProximity};
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;

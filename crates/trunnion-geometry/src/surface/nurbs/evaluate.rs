@@ -1,6 +1,6 @@
 //! Points and derivatives of a NURBS surface, and its continuation beyond the domain.
 
-use super::NurbsSurface;
+use super::surface::NurbsSurface;
 use crate::math::bspline::BasisTable;
 use crate::math::bspline::bernstein;
 use crate::math::bspline::bernstein2;

@@ -9,7 +9,7 @@ use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::SIZES;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::ToolBody;
+use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
 use crate::types::{Pass, PoseCurve, Station, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};

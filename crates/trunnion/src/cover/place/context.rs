@@ -13,7 +13,7 @@ use crate::cover::prove::face_tree::{FaceCell, FaceTree};
 use crate::cover::prove::part_faces::{KeepOff, PartFaces};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::ToolBody;
+use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Station};
 

@@ -8,7 +8,7 @@ use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::options::PlacementMethod;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
-use crate::cutter::solid::ConvexSolid;
+use crate::cutter::ConvexSolid;
 use crate::positioning::{CutterLocation, PositioningError, ToolInclination};
 use crate::types::ToolPose;
 use nalgebra::Unit;

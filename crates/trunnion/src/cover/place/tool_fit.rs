@@ -3,7 +3,7 @@
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
 use crate::cutter::Cutter;
-use crate::cutter::solid::ConvexSolid;
+use crate::cutter::ConvexSolid;
 use crate::surface::FaceIndex;
 use crate::types::{ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};

@@ -4,7 +4,7 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::prove::face_tree::{CellShare, FaceCell, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::{ConvexSolid, SignedDistance, ToolBody};
+use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;

@@ -11,7 +11,7 @@ use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
 use crate::cover::prove::deepest::deepest;
 use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::ConvexSolid;
+use crate::cutter::ConvexSolid;
 use crate::surface::FaceIndex;
 use nalgebra::Point3;
 use rayon::prelude::*;

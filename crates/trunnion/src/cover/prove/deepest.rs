@@ -1,7 +1,7 @@
 //! When a place is deepest in a moving cutter.
 
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cutter::solid::ConvexSolid;
+use crate::cutter::ConvexSolid;
 use nalgebra::Point3;
 
 /// Looks at most, after the first two: mostly three suffice.
@@ -101,7 +101,7 @@ pub(crate) fn deepest(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::solid::ToolBody;
+    use crate::cutter::ToolBody;
     use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::{UnitVector3, Vector3};

@@ -8,7 +8,7 @@ use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::face_tree::{CellShare, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::solid::{ConvexSolid, ToolBody};
+use crate::cutter::{ConvexSolid, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
@@ -159,7 +159,7 @@ impl NearestSearch<'_> {
                 *found = Some(NearestPoint { distance, face: self.index, point });
             }
             let sags = [cell.sag(0), cell.sag(1)];
-            let lowest = |plane: &crate::cutter::solid::SignedDistance| {
+            let lowest = |plane: &crate::cutter::SignedDistance| {
                 let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
                 plane.distance + cell.corners().iter().map(over).fold(f64::INFINITY, f64::min)
             };

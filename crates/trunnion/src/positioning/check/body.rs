@@ -1,6 +1,6 @@
 //! Flank, shank and holder: everything above the cutting end.
 
-use crate::cutter::solid::ConvexSolid;
+use crate::cutter::ConvexSolid;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::CuttingContext;
