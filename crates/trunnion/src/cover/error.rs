@@ -1,6 +1,6 @@
 //! Errors of covering and joining, with the point of the face that they are about.
 
-use super::options::FeedDirection;
+use super::pattern::FeedDirection;
 use crate::positioning::PositioningError;
 use crate::surface::{FaceIndex, PrincipalCurvatures};
 use crate::types::Cancelled;

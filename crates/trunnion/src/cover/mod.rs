@@ -28,6 +28,7 @@ mod error;
 mod join;
 mod layout;
 mod options;
+mod pattern;
 mod place;
 mod plan;
 mod prove;
@@ -40,9 +41,8 @@ pub use join::hop::HopOptions;
 pub(crate) use join::leads::height;
 pub use join::legs::legs;
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
-pub use options::{
-    CoverOptions, CutPattern, FeedDirection, FinishTolerance, PlacementMethod, lever,
-};
+pub use options::{CoverOptions, FinishTolerance, lever};
+pub use pattern::{CutPattern, FeedDirection, PlacementMethod};
 pub use plan::{CoverRequest, cover};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, PassFallback, PassLayout,

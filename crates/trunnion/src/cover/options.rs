@@ -1,6 +1,7 @@
 //! Options of a covering, and the preset for finishing.
 
 use super::error::CoverError;
+use super::pattern::{CutPattern, FeedDirection, PlacementMethod};
 use crate::cutter::Cutter;
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
@@ -25,38 +26,6 @@ const LINK: f64 = 10.0;
 
 /// Largest turn of the tool axis along a pass, over one turn by the cutter's radius \[rad\].
 const AXIS_TURN: f64 = 0.5;
-
-/// Feed direction of the passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum FeedDirection {
-    /// Iso-parametric along u: passes lie at constant v.
-    U,
-    /// Iso-parametric along v: passes lie at constant u.
-    V,
-    /// Along the direction of least curvature towards the cutter. Across it the face bends most like the
-    /// cutter, so the strip is wide.
-    Curvature,
-    /// The cheapest by estimate: along u, along v, or along bent passes that keep the strips wide.
-    Adaptive,
-}
-
-/// Order of the feed directions of neighbouring passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum CutPattern {
-    /// To and fro. The return pass has its strip on the other side of the feed.
-    ZigZag,
-    /// All passes run towards growing parameters.
-    OneWay,
-}
-
-/// Placement of the tool at a station.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PlacementMethod {
-    /// The widest strip. A pass without one is placed at [`CoverOptions::lean`].
-    Widest,
-    /// At the fixed inclination everywhere.
-    Inclined,
-}
 
 /// Tolerance of a finished face \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,9 @@
-//! Links round the part, where no plane lies over all passes.
+//! Links round the part, where no plane lies above all passes.
 //!
-//! A tool with its axis along `n` and its tip on a plane square to `n` is on the far side of that plane with
-//! everything it has, however wide its holder. So it keeps off a part wherever its tip is higher,
-//! seen along its own axis, than all of the part: the planes that touch the part and its stock,
-//! raised by the clearance, envelop the way round.
+//! A tool with its axis along `n` and its tip on a plane square to `n` is on the far side of that
+//! plane with everything it has, however wide its holder. So it keeps off a part wherever its tip
+//! is higher, seen along its own axis, than all of the part. The planes that touch the part and its
+//! stock, raised by the clearance, envelop the way round.
 
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::join::leads::LinkPlanner;
@@ -17,28 +17,29 @@ use std::f64::consts::PI;
 /// Largest turn between two stations of a link \[rad\].
 const STEP: f64 = PI / 12.0;
 
-/// Stations at least: the way between is a curve then, and run as it is.
+/// Least number of steps. With a station between its ends a link is a curve, and run as it is.
 const LEAST_STEPS: u32 = 2;
 
-/// As many as half a turn takes.
+/// Number of steps of half a turn.
 const MOST_STEPS: u32 = 12;
 
 /// Share of the clearance that the tool keeps from all faces between the stations.
 const KEPT: f64 = 0.25;
 
-/// Share of the clearance to which that is told.
+/// Precision of that proof, as a share of the clearance.
 const PRECISION: f64 = 0.05;
 
-/// How often a link is raised by another clearance where it does not keep that.
+/// Number of heights, one clearance apart, at which a link is tried.
 const RAISES: u32 = 3;
 
 impl LinkPlanner<'_> {
-    /// The way from one place over the part, as seen along its axis, to another one: its stations, ends and all.
-    /// The axis turns on a great circle, the tip goes straight but for what it is lifted along the axis.
+    /// Returns the stations of a link from one point over the part, as seen along its axis, to
+    /// another, with its ends. The axis turns on a great circle; the tip goes straight but for its
+    /// lift along the axis.
     ///
-    /// Where the machine does not get to the axes on the way, it turns over another one, the shortest way. The curve
-    /// through stations so far apart leaves the great circle by some tenths of a degree next to its ends: what counts
-    /// is the curve.
+    /// Where the machine does not reach the axes on the way, the link turns over another axis, by
+    /// the shortest way. The curve through stations so far apart leaves the great circle by some
+    /// tenths of a degree next to its ends, so it is the curve that is checked.
     pub(crate) fn around(
         &self,
         from: &Station,
@@ -59,7 +60,8 @@ impl LinkPlanner<'_> {
         let Some(reach) = reach else { return over(&direct, None) };
         let first = reach.holds(&direct).then(|| over(&direct, Some(reach))).flatten();
         let others = || corners(ends, reach).iter().find_map(|axes| over(axes, Some(reach)));
-        // Better told by the axes than not at all.
+        // Without a way within reach the direct one is returned; the axes then report the travel
+        // that is missing.
         first.or_else(others).or_else(|| over(&direct, None))
     }
 
@@ -89,14 +91,14 @@ impl LinkPlanner<'_> {
         stations
     }
 
-    /// The place itself, or as far along the axis as it takes to be over the part.
+    /// Returns the point itself, lifted along the axis as far as it takes to be above the part.
     fn lifted(&self, tip: Point3<f64>, axis: UnitVector3<f64>, raise: f64) -> Station {
         let missing = self.height(&axis) + raise - tip.coords.dot(&axis);
         let tip = tip + axis.scale(missing.max(0.0));
         Station { pose: ToolPose { tip, axis }, contact: tip }
     }
 
-    /// Whether the tool keeps a share of the clearance from all faces on a curve: proven, not sampled.
+    /// Proves that the tool keeps a share of the clearance from all faces on a curve.
     fn keeps_off(&self, curve: PoseCurve) -> bool {
         let spans = curve.spans.len();
         if !curve.knots.iter().all(|knot| knot.is_finite()) {
@@ -112,7 +114,7 @@ impl LinkPlanner<'_> {
     }
 }
 
-/// Axes of the shortest way, ends and all.
+/// Returns the axes of the shortest way, with its ends.
 fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
     match corner(from, to) {
         Some(corner) => vec![*from, corner, *to],
@@ -120,7 +122,8 @@ fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
     }
 }
 
-/// Axes over one about home, ends and all; the shortest way first. All axes between are within reach.
+/// Returns ways over one axis about home, with their ends, the shortest first. All axes between are
+/// within reach.
 fn corners(
     [from, to]: [&UnitVector3<f64>; 2],
     reach: &AxisReach<'_>,
@@ -134,7 +137,7 @@ fn corners(
     routes
 }
 
-/// A direction between two opposite ones, which no great circle joins.
+/// Returns a direction between two opposite ones, which no great circle joins.
 fn corner(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<UnitVector3<f64>> {
     (angle_between(from, to) > PI - STEP).then(|| {
         let side = from.cross(&Vector3::ith(from.iamin(), 1.0));

@@ -1,4 +1,4 @@
-//! Tool axes between passes that the machine gets to.
+//! Tool axes within the machine's reach, on the links between passes.
 
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::PoseCurve;
@@ -6,12 +6,12 @@ use nalgebra::{Unit, UnitVector3, Vector3};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-/// What the machine's rotary travel lets the tool turn over on a link.
+/// Tool axes that the machine's rotary travel allows on a link.
 #[derive(Clone, Copy)]
 pub struct AxisReach<'a> {
-    /// Tool axis with all axes at home, workpiece frame: in the middle of what is within reach.
+    /// Tool axis with all axes at home, in the workpiece frame: in the middle of the reach.
     pub home: UnitVector3<f64>,
-    /// Whether the machine gets to a tool axis.
+    /// Returns `true` if the machine reaches a tool axis.
     pub reaches: &'a (dyn Fn(&UnitVector3<f64>) -> bool + Sync),
 }
 
@@ -21,17 +21,20 @@ impl fmt::Debug for AxisReach<'_> {
     }
 }
 
-/// Angles from the home axis of the axes over which a way is tried \[rad\]: at home itself many machines are singular.
+/// Angles from the home axis of the axes over which a link is tried \[rad\]. At home itself many
+/// machines are singular.
 const RINGS: [f64; 3] = [PI / 12.0, PI / 6.0, PI / 3.0];
 
-/// Axes tried on each.
+/// Axes tried on each ring.
 const SPOKES: u32 = 12;
 
-/// Angle between axes that are asked for \[rad\]: less than travel is drawn in by where it is asked.
+/// Angle between the axes that are checked \[rad\]. It is less than the margin that the caller
+/// keeps from the ends of travel.
 const STEP: f64 = PI / 360.0;
 
 impl AxisReach<'_> {
-    /// Whether the machine gets to all axes on the great circles from one to the next.
+    /// Returns `true` if the machine reaches all axes on the great circles from one axis to the
+    /// next.
     pub(crate) fn holds(&self, axes: &[UnitVector3<f64>]) -> bool {
         axes.windows(2).all(|pair| {
             let turn = angle_between(&pair[0], &pair[1]);
@@ -43,13 +46,13 @@ impl AxisReach<'_> {
         })
     }
 
-    /// Whether the machine gets to all axes of a curve.
+    /// Returns `true` if the machine reaches all axes of a curve.
     pub(crate) fn holds_on(&self, curve: &PoseCurve) -> bool {
         (0..curve.spans.len()).all(|span| {
             let [start, end] = [curve.knots[span], curve.knots[span + 1]];
             let at = |share: f64| Some(curve.pose_in(span, start + (end - start) * share)?.axis);
             let Some((from, to)) = at(0.0).zip(at(1.0)) else { return false };
-            // Between its ends the curve reach by a little more than they are apart.
+            // Between its ends the curve turns by a little more than they are apart.
             let parts = (2.0 * angle_between(&from, &to) / STEP).ceil().max(2.0);
             let shares = (0_u32..).map(f64::from).take_while(|k| *k <= parts);
             shares
@@ -58,7 +61,7 @@ impl AxisReach<'_> {
         })
     }
 
-    /// Axes about the home axis.
+    /// Returns axes about the home axis.
     pub(crate) fn around_home(&self) -> impl Iterator<Item = UnitVector3<f64>> {
         let home = self.home;
         let side = Unit::new_normalize(home.cross(&Vector3::ith(home.iamin(), 1.0)));
@@ -79,7 +82,8 @@ mod tests {
     use crate::types::{Station, ToolPose};
     use nalgebra::Point3;
 
-    /// A table that tilts by 100 degrees: opposite sides are joined over the top, not from below.
+    /// With a table that tilts by 100 degrees, opposite sides are joined over the top, not from
+    /// below.
     #[test]
     fn what_lies_below_is_gone_round() {
         let reaches = |axis: &UnitVector3<f64>| axis.z >= (100.0_f64.to_radians()).cos();
@@ -91,7 +95,7 @@ mod tests {
         assert!(over.is_some_and(|axis| axis.z > 0.4));
     }
 
-    /// A spline through axes, some of them at the end of travel, leaves it between them.
+    /// A spline through axes at the end of travel leaves it between them.
     #[test]
     fn a_curve_is_asked_for_all_of_it() {
         const TILT: f64 = 2.0;

@@ -1,4 +1,4 @@
-//! Short ways from pass to pass: off the face, over, and on again in one sweep.
+//! Hops: short links from pass to pass, off the face and on again in one sweep.
 
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::{angle_between, great_circle};
@@ -7,16 +7,17 @@ use nalgebra::Point3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
-/// What decides on hops. No `Default`: the caller knows stock and machine.
+/// Options of hops. There is no `Default`: the caller knows stock and machine.
 #[derive(Clone, Copy)]
 pub struct HopOptions<'a> {
-    /// Height of the tip above the ends of the passes half way over \[mm\]: more than the stock. Twice and four
-    /// times that is tried too.
+    /// Height of the tip above the ends of the passes in the middle of a hop \[mm\]: more than the
+    /// stock. Twice and four times the height are tried as well.
     pub height: f64,
-    /// What the tool keeps from the faces in the middle of a hop \[mm\], at least: what may be left on them.
+    /// Least distance from the faces in the middle of a hop \[mm\]: the material that may be left
+    /// on them.
     pub clear: f64,
-    /// Seconds the machine takes through poses, from rest to rest: about. A hop is taken where it is quicker
-    /// than three straight ways, up, over and down.
+    /// Returns about the seconds that the machine takes through poses, from rest to rest. A hop is
+    /// taken if it is quicker than three straight moves up, over and down.
     pub seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync),
 }
 
@@ -27,27 +28,30 @@ impl fmt::Debug for HopOptions<'_> {
     }
 }
 
-/// Heights tried, over the one asked for.
+/// Heights that are tried, over [`HopOptions::height`].
 const HEIGHTS: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// Steps over which the sweep is laid out: a spline through them is half an ellipse to a thousandth of its height.
+/// Steps of a hop. A spline through them is half an ellipse to a thousandth of its height.
 const STEPS: u32 = 16;
 
-/// Steps at either end on which the tool still leaves the face: there it is at less than half its height.
+/// Steps at either end on which the tool still leaves the face: there it is at less than half its
+/// height.
 const NEAR: usize = 3;
 
-/// A way from the end of one pass to the start of another.
+/// Hop from the end of one pass to the start of another.
 pub(crate) struct HopPath<'a> {
     pub(crate) from: &'a Station,
     pub(crate) to: &'a Station,
-    /// Where leads from these would come to, if there are any.
+    /// Ends of the leads that the hop would replace, if there are any.
     pub(crate) over: [Option<ToolPose>; 2],
     pub(crate) lever: f64,
 }
 
 impl HopPath<'_> {
-    /// Stations of the lowest sweep that is free and quicker than a link. `free`: whether the tool keeps a distance
-    /// from all faces during a span; into a face it may go by `gouge`.
+    /// Returns the stations of the lowest hop that is free and quicker than a link.
+    ///
+    /// `free` returns `true` if the tool keeps a distance from all faces during a span. Into a face
+    /// it may go by `gouge`.
     pub(crate) fn find(
         &self,
         hops: &HopOptions<'_>,
@@ -81,7 +85,8 @@ impl HopPath<'_> {
         })
     }
 
-    /// Half an ellipse, up along the tool axis; the axis turns on the great circle.
+    /// Returns the stations of half an ellipse, up along the tool axis; the axis turns on the great
+    /// circle.
     fn stations(&self, height: f64) -> Vec<Station> {
         let [from, to] = [self.from, self.to];
         let at = |step: u32| {

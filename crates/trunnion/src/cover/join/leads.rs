@@ -3,7 +3,8 @@
 use super::request::{LeadKind, LinkOptions, LinkRequest};
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::trims::guarded;
-use crate::cover::options::{FeedDirection, lever};
+use crate::cover::options::lever;
+use crate::cover::pattern::FeedDirection;
 use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::SIZES;

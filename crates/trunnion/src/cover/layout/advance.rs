@@ -1,4 +1,8 @@
-//! How far across a pass should count: not always as far as its narrowest place.
+//! Advance from one pass to the next: not always as far as the narrowest part of the strip.
+//!
+//! A pass finishes strips of different widths along its length. A wide advance needs fewer passes,
+//! but narrow parts then take passes of their own. The advance with the least cost per width is
+//! taken.
 
 use crate::cover::options::CoverOptions;
 use crate::cutter::Cutter;
@@ -7,17 +11,17 @@ use crate::positioning::ToleranceBand;
 /// Length of the run-outs of a pass, in radii: both together, half of what they may be at most.
 const RUN_OUTS: f64 = 1.0;
 
-/// What passes cost besides their length over the face, all as lengths \[mm\].
+/// Costs of passes besides their length over the face, all as lengths \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AdvanceCosts {
-    /// Leads and links of one pass, and its run-outs.
+    /// Leads and link of one pass, with its run-outs.
     pub(crate) pass: f64,
-    /// Width of a strip at a fixed lead, for places where wide ones fail.
+    /// Width of a strip at the fixed lead, for parts where wide strips fail.
     pub(crate) narrow: f64,
 }
 
 impl AdvanceCosts {
-    /// Costs of passes with `cutter`.
+    /// Returns the costs of passes with `cutter`.
     pub(crate) fn new(cutter: &Cutter, options: &CoverOptions) -> Self {
         Self {
             pass: options.link + RUN_OUTS * cutter.radius(),
@@ -26,7 +30,7 @@ impl AdvanceCosts {
     }
 }
 
-/// Width of a strip of a ball as wide as the cutter, on a plane \[mm\].
+/// Returns the width of a strip of a ball as wide as the cutter, on a plane \[mm\].
 ///
 /// A ball of radius `R` rises by `w^2 / 8R` over half a strip of width `w`.
 pub(crate) fn ball_strip_width(cutter: &Cutter, options: &CoverOptions) -> f64 {
@@ -34,7 +38,7 @@ pub(crate) fn ball_strip_width(cutter: &Cutter, options: &CoverOptions) -> f64 {
     (8.0 * cutter.radius() * (upper - lower)).sqrt()
 }
 
-/// A part of a pass.
+/// Part of a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PassPart {
     /// Length along \[mm\].
@@ -43,24 +47,28 @@ pub(crate) struct PassPart {
     pub(crate) width: f64,
 }
 
-/// Passes over a narrow part that are thought of beforehand.
+/// Largest number of passes over a narrow part that are estimated beforehand.
 const PASSES: u32 = 4;
 
-/// Widths to go on by that are worth trying.
+/// Number of advances that are tried in full.
 const CHOICES: usize = 3;
 
-/// Widths less than this share apart are not worth trying both.
+/// Least difference of two advances worth trying both, as a share.
 const APART: f64 = 0.1;
 
-/// The width to go on by \[mm\]: least cost per width, where runs of parts that are narrower are finished by
-/// passes of their own. One of those of the parts, or what one of them comes to in a few passes. 0 where no part has any.
+/// Returns the advance with the least cost per width \[mm\], where runs of narrower parts are
+/// finished by passes of their own; 0 where no part has any width.
+///
+/// Candidates are the widths of the parts, and those of a few passes over one of them.
 pub(crate) fn advance(parts: &[PassPart], costs: &AdvanceCosts) -> f64 {
     let rate = |width: f64| rate(parts, width, costs);
+    // Of equal rates the wider advance.
     let better = |a: &f64, b: &f64| rate(*a).total_cmp(&rate(*b)).then(b.total_cmp(a));
     widths(parts).min_by(better).unwrap_or(0.0)
 }
 
-/// Widths to go on by that promise most, the best first; among them that of the narrowest part.
+/// Returns the most promising advances, the best first; the width of the narrowest part is among
+/// them.
 pub(crate) fn advances(parts: &[PassPart], costs: &AdvanceCosts) -> Vec<f64> {
     let mut choices = vec![advance(parts, costs)];
     let narrowest = parts.iter().map(|part| part.width).fold(f64::INFINITY, f64::min);
@@ -78,7 +86,7 @@ pub(crate) fn advances(parts: &[PassPart], costs: &AdvanceCosts) -> Vec<f64> {
     choices
 }
 
-/// Widths of the parts, and of a few passes over them, up to the widest.
+/// Returns the widths of the parts, and of a few passes over them, up to the widest.
 fn widths(parts: &[PassPart]) -> impl Iterator<Item = f64> {
     let most = parts.iter().map(|part| part.width).fold(0.0, f64::max);
     let several = |part: &PassPart| {
@@ -88,18 +96,18 @@ fn widths(parts: &[PassPart]) -> impl Iterator<Item = f64> {
     parts.iter().flat_map(several).filter(move |width| *width > 0.0 && *width <= most)
 }
 
-/// What is cut per width gained \[mm/mm\].
+/// Returns the length that is cut per width gained \[mm/mm\].
 fn rate(parts: &[PassPart], width: f64, costs: &AdvanceCosts) -> f64 {
     price(parts, width, costs) / width
 }
 
-/// What is cut to go on by a width \[mm\].
+/// Returns the length that is cut to go on by a width \[mm\].
 pub(crate) fn price(parts: &[PassPart], width: f64, costs: &AdvanceCosts) -> f64 {
     let length: f64 = parts.iter().map(|part| part.length).sum();
     length + costs.pass + again(parts, width, costs)
 }
 
-/// Ranges of indices of neighbouring parts narrower than `width`.
+/// Returns the index ranges of neighbouring parts narrower than `width`.
 pub(crate) fn narrower(parts: &[PassPart], width: f64) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for (index, _) in parts.iter().enumerate().filter(|(_, part)| part.width < width) {
@@ -111,11 +119,12 @@ pub(crate) fn narrower(parts: &[PassPart], width: f64) -> Vec<[usize; 2]> {
     runs
 }
 
-/// What the passes over the narrower runs cost.
+/// Returns the cost of the passes over the narrower runs.
 fn again(parts: &[PassPart], width: f64, costs: &AdvanceCosts) -> f64 {
     let of = |[first, last]: [usize; 2]| {
         let run = || parts.iter().take(last + 1).skip(first);
         let least = run().map(|part| part.width).fold(f64::INFINITY, f64::min);
+        // The narrowest part of a run decides how many passes the run takes.
         let passes = ((width - least) / least.max(costs.narrow)).ceil();
         passes * (run().map(|part| part.length).sum::<f64>() + costs.pass)
     };
@@ -133,7 +142,8 @@ mod tests {
             [(10.0, rim), (80.0, 12.0), (10.0, 11.0)]
                 .map(|(length, width)| PassPart { length, width })
         };
-        // Going on by 12: 120, and 5 times 30 and once 30 more; by 11 saves the last; by 2: 120.
+        // An advance of 12 costs 120, five times 30, and once 30 more; of 11 it saves the last; of
+        // 2 it costs 120.
         assert!((advance(&parts(2.0), &costs) - 11.0).abs() < 1e-12);
         // A rim nearly as wide is not worth a pass.
         assert!((advance(&parts(10.5), &costs) - 10.5).abs() < 1e-12);

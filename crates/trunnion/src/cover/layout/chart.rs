@@ -1,27 +1,29 @@
-//! Where passes run: an invertible map from places across and along them to the parameters of the face.
+//! Chart of a face: an invertible map from points across and along the passes to the parameters of
+//! the face.
 //!
-//! Passes lie at constant `across`. Along u or v the map is an exchange of parameters; otherwise
-//! passes bend: about a straight frame in the plane of the parameters, `uv = o + x ex + y ey`, a pass is
-//! the graph `x = across + s(across, y)` with a bicubic spline `s`, smooth and monotone in `across`.
+//! Passes lie at constant `across`. Along u or v the map exchanges the parameters. Otherwise passes
+//! bend: about a straight frame in the plane of the parameters, `uv = o + x ex + y ey`, a pass is
+//! the graph `x = across + s(across, y)` with a bicubic spline `s`, smooth and monotone in
+//! `across`.
 
 use crate::cover::layout::region::ChartPoint;
-use crate::cover::options::FeedDirection;
+use crate::cover::pattern::FeedDirection;
 use crate::cover::report::PassLayout;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Least slope of `x` by `across`, and its largest: neighbouring passes come no nearer, and go no
+/// Least and largest slope of `x` by `across`. Neighbouring passes come no nearer, and go no
 /// farther apart, than these shares of their mean distance.
 pub(crate) const SLOPES: [f64; 2] = [0.2, 5.0];
 
-/// Steps of the inverse: each halves the bracket at least, Newton's own square the error.
+/// Steps of the inverse: each halves the bracket at least; a Newton step squares the error.
 const STEPS: u32 = 60;
 
-/// A map from local parameters to those of the face.
+/// Map from local parameters to those of the face.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Chart {
     shape: ChartShape,
-    /// Whether across and along have changed places.
+    /// `true` if across and along have changed places.
     crossed: bool,
 }
 
@@ -35,14 +37,14 @@ enum ChartShape {
 /// Passes as graphs over a straight frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BentChart {
-    /// Place of `x = y = 0`, in u and v.
+    /// Point `x = y = 0`, in u and v.
     pub(crate) origin: [f64; 2],
-    /// A step by x, and one by y, in u and v.
+    /// Steps of u and v by one x, and by one y.
     pub(crate) axes: [[f64; 2]; 2],
     pub(crate) bend: ChartSpline,
 }
 
-/// A bicubic spline over evenly spaced knots; beyond its ranges it goes on straight.
+/// Bicubic spline over evenly spaced knots; beyond its ranges it goes on straight.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ChartSpline {
     /// Ranges of across and along.
@@ -52,12 +54,12 @@ pub(crate) struct ChartSpline {
 }
 
 impl Chart {
-    /// Lines of constant u or v.
+    /// Returns the chart of lines of constant u or v.
     pub(crate) fn straight(along: FeedDirection) -> Self {
         Self { shape: ChartShape::Straight, crossed: along == FeedDirection::U }
     }
 
-    /// Which way passes run on it.
+    /// Returns the layout of passes on the chart.
     pub(crate) fn layout(&self) -> PassLayout {
         match (&self.shape, self.crossed) {
             (ChartShape::Straight, true) => PassLayout::U,
@@ -70,17 +72,17 @@ impl Chart {
         Self { shape: ChartShape::Bent(Arc::new(bent)), crossed: false }
     }
 
-    /// Across becomes along, and along across.
+    /// Returns the chart with across and along exchanged.
     pub(crate) fn crossed(&self) -> Self {
         Self { shape: self.shape.clone(), crossed: !self.crossed }
     }
 
-    /// Whether local parameters are those of the face, in some order.
+    /// Returns `true` if local parameters are those of the face, in some order.
     pub(crate) fn is_straight(&self) -> bool {
         self.shape == ChartShape::Straight
     }
 
-    /// Parameters `[u, v]` of a place across and along the passes.
+    /// Returns the parameters `[u, v]` of a point across and along the passes.
     pub(crate) fn uv(&self, local: ChartPoint) -> [f64; 2] {
         let local = self.exchange(local);
         match &self.shape {
@@ -89,7 +91,7 @@ impl Chart {
         }
     }
 
-    /// The inverse of [`Chart::uv`].
+    /// Inverts [`Chart::uv`].
     pub(crate) fn local(&self, uv: [f64; 2]) -> ChartPoint {
         match &self.shape {
             ChartShape::Straight => self.exchange(uv),
@@ -97,7 +99,7 @@ impl Chart {
         }
     }
 
-    /// Steps of u and v by a step across, and by one along.
+    /// Returns the steps of u and v by one across, and by one along.
     pub(crate) fn steps(&self, local: ChartPoint) -> [[f64; 2]; 2] {
         let steps = match &self.shape {
             ChartShape::Straight => [[1.0, 0.0], [0.0, 1.0]],
@@ -106,11 +108,11 @@ impl Chart {
         self.exchange(steps)
     }
 
-    /// Whether from across to along is the turn from u to v, and not the other one.
+    /// Returns `true` if the turn from across to along is the turn from u to v.
     pub(crate) fn right_handed(&self) -> bool {
         let same = match &self.shape {
             ChartShape::Straight => true,
-            // Steps of x by across are positive.
+            // The step of x by across is positive, so the axes of the frame decide.
             ChartShape::Bent(bent) => determinant(bent.axes) > 0.0,
         };
         same != self.crossed
@@ -138,10 +140,11 @@ impl BentChart {
         [ex.map(|e| e * (1.0 + by_across)), [0, 1].map(|k| ey[k] + by_along * ex[k])]
     }
 
-    /// Place in the straight frame.
+    /// Returns the point in the straight frame.
     pub(crate) fn frame(&self, uv: [f64; 2]) -> [f64; 2] {
         let from = [0, 1].map(|k| uv[k] - self.origin[k]);
         let [ex, ey] = self.axes;
+        // Cramer's rule for uv - o = x ex + y ey.
         let whole = determinant(self.axes);
         [determinant([from, ey]) / whole, determinant([ex, from]) / whole]
     }
@@ -153,7 +156,7 @@ impl BentChart {
 }
 
 impl ChartSpline {
-    /// No bend, with `intervals` across and along.
+    /// Creates a spline without bend, with `intervals` across and along.
     pub(crate) fn flat(ranges: [[f64; 2]; 2], intervals: [usize; 2]) -> Self {
         let coefficients = DMatrix::zeros(intervals[0] + 3, intervals[1] + 3);
         Self { ranges, coefficients }
@@ -164,12 +167,13 @@ impl ChartSpline {
         [rows.saturating_sub(3).max(1), columns.saturating_sub(3).max(1)]
     }
 
-    /// Length of an interval.
+    /// Returns the length of an interval.
     fn pitch(&self, k: usize) -> f64 {
         (self.ranges[k][1] - self.ranges[k][0]) / self.intervals()[k] as f64
     }
 
-    /// First coefficient, weights of four, those of the derivative, and how far the place lies outside.
+    /// Returns the first coefficient, four weights, those of the derivative, and the distance of
+    /// the point outside the range.
     pub(crate) fn basis(&self, k: usize, at: f64) -> (usize, [f64; 4], [f64; 4], f64) {
         let [low, high] = self.ranges[k];
         let inside = at.clamp(low, high);
@@ -180,6 +184,7 @@ impl ChartSpline {
         let first = (t as usize).min(last);
         let t = t - first as f64;
         let s = 1.0 - t;
+        // Uniform cubic B-spline basis on the interval, and its derivative by t.
         let weights = [
             s * s * s / 6.0,
             (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0,
@@ -195,7 +200,7 @@ impl ChartSpline {
         (first, weights, rates.map(|rate| rate / self.pitch(k)), at - inside)
     }
 
-    /// Value and derivatives by across and along.
+    /// Returns the value and its derivatives by across and along.
     fn at(&self, [across, along]: ChartPoint) -> [f64; 3] {
         let (i, a, da, beyond) = self.basis(0, across);
         let (j, b, db, past) = self.basis(1, along);
@@ -209,7 +214,8 @@ impl ChartSpline {
                 mixed += c * da[m] * db[n];
             }
         }
-        // Straight on, and the same by either way round at the corners.
+        // Beyond the ranges the spline goes on straight; the mixed term makes both ways round a
+        // corner agree.
         [
             value + by_across * beyond + by_along * past + mixed * beyond * past,
             by_across + mixed * past,
@@ -217,8 +223,10 @@ impl ChartSpline {
         ]
     }
 
-    /// Whether `x = across + s` grows by [`SLOPES`] everywhere within the ranges: the derivative of a
-    /// spline lies in the hull of the differences of its coefficients.
+    /// Returns `true` if the slope of `x = across + s` is within [`SLOPES`] everywhere in the
+    /// ranges.
+    ///
+    /// The derivative of a spline lies in the hull of the differences of its coefficients.
     pub(crate) fn is_monotone(&self) -> bool {
         let pitch = self.pitch(0);
         let (rows, columns) = self.coefficients.shape();
@@ -229,18 +237,20 @@ impl ChartSpline {
         (0..columns).all(|j| (0..rows - 1).all(|i| within(slope(i, j))))
     }
 
-    /// The place across at which a pass comes through `x` at `along`: Newton's method, held in a bracket.
+    /// Returns the parameter across at which a pass comes through `x` at `along`, by Newton's
+    /// method within a bracket.
     fn across(&self, x: f64, along: f64) -> f64 {
         let excess = |across: f64| {
             let [value, slope, _] = self.at([across, along]);
             (across + value - x, 1.0 + slope)
         };
         let start = excess(x).0;
-        // The slope is at least the least one.
+        // The slope is at least SLOPES[0], so the root lies within this distance.
         let far = x - start / SLOPES[0];
         let (mut low, mut high) = (x.min(far), x.max(far));
         let mut at = x - start;
         for _ in 0..STEPS {
+            // A Newton step that leaves the bracket is replaced by bisection.
             if !(at > low && at < high) {
                 at = 0.5 * (low + high);
             }
@@ -315,7 +325,7 @@ mod tests {
         for j in 0..4 {
             bend.coefficients[(3, j)] = -0.9;
         }
-        // From one row of knots, 1 mm apart, to the next x does not grow but by 0.1.
+        // From one row of knots to the next, 1 mm apart, x grows by 0.1 only.
         assert!(!bend.is_monotone());
     }
 }

@@ -1,64 +1,66 @@
-//! Which way passes should run.
+//! Choice of the pass layout: the charts on which passes are placed in earnest.
 //!
-//! A chart is judged by laying passes on paper: their widths come from a table ([`StripWidthTable`]), each brings
-//! the face on by what costs least (`split`), and what all of them cost is added up. For
-//! [`FeedDirection::Curvature`] passes are bent to the directions of least curvature in the least-squares
-//! sense; for [`FeedDirection::Adaptive`] bends are searched that cost least on paper, and the best of these are
-//! placed in earnest, beside lines of constant u and v.
+//! A chart is judged by an estimate. The widths of its passes come from a table
+//! ([`StripWidthTable`]), each pass advances by the least cost ([`advance`]), and the costs of all
+//! passes are added up. For [`FeedDirection::Curvature`] passes are bent to the directions of least
+//! curvature in the least-squares sense. For [`FeedDirection::Adaptive`] the bends with the least
+//! estimated cost are searched, and the best of these are placed beside lines of constant u and v.
 
 use crate::cover::layout::advance::{self, AdvanceCosts, PassPart};
 use crate::cover::layout::chart::{BentChart, Chart, ChartSpline};
 use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::widths::{self, StripWidthTable, TableFill};
-use crate::cover::options::{CoverOptions, FeedDirection, PlacementMethod};
+use crate::cover::options::CoverOptions;
+use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Frames that passes are graphs over, over half a turn: none leans from its own by more than half the way
-/// to the next.
+/// Number of straight frames over half a turn. No pass leans from its own frame by more than half
+/// the angle to the next.
 const FRAMES: u32 = 4;
 
-/// Intervals of the spline across and along. More follow what no tool can: passes a few cutters apart are alike.
+/// Intervals of the spline across and along. With more intervals the passes follow details that no
+/// tool can: passes a few cutters apart are alike.
 const INTERVALS: [usize; 2] = [2, 3];
 
-/// Rounds of a fit: the directions are taken where the passes of the round before lie.
+/// Rounds of a fit. Each takes the directions where the passes of the round before lie.
 const ROUNDS: u32 = 4;
 
-/// Largest lean of a pass from its frame that is fitted.
+/// Largest slope of a pass against its frame that is fitted.
 const LEAN: f64 = 1.5;
 
-/// Samples each way for a fit, along a pass on paper, and passes on paper at most.
+/// Samples each way for a fit, and along an estimated pass; largest number of estimated passes.
 const SAMPLES: u32 = 24;
 const PASSES: u32 = 500;
 
-/// Weight of a bend's second differences in a fit, and how often it is multiplied by ten until passes do not
-/// cross.
+/// Weight of the second differences of a bend in a fit, and number of times that it is multiplied
+/// by ten until passes do not cross.
 const STIFF: f64 = 1e-3;
 const STIFFER: u32 = 8;
 
-/// Weight of the coefficients themselves, over that of second differences: far less, and enough to settle what
-/// neither these nor slopes along tell.
+/// Weight of the coefficients themselves, over that of the second differences. It is small, and
+/// settles the coefficients that neither second differences nor slopes along determine.
 const GROUND: f64 = 1e-3;
 
-/// Steps of a search, as shares of the face's extent.
+/// Steps of the search, as shares of the face's extent.
 const STEPS: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
 
-/// Bends searched on paper, and ways placed in earnest.
+/// Number of bends that are searched, and of charts that are placed in earnest.
 const SEARCHED: usize = 3;
 const PLACED: usize = 4;
 
-/// What may cost this much more on paper than the best may still turn out better.
+/// Largest estimated cost over the least one at which a chart may still turn out best.
 const HOPE: f64 = 1.5;
 
-/// Forms that passes are bent by: powers of the place across and along. Those without the second would only
-/// count passes differently.
+/// Forms by which passes are bent: powers of the coordinates across and along. Those without the
+/// second would only renumber the passes.
 const FORMS: [[i32; 2]; 8] = [[0, 1], [0, 2], [1, 1], [0, 3], [1, 2], [2, 1], [1, 3], [2, 2]];
 
-/// Charts to place passes on, the most promising first, and the work it took to find them.
+/// Chooses the charts to place passes on, the most promising first.
 pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) -> ChosenLayouts {
     if let FeedDirection::U | FeedDirection::V = options.feed_direction {
         return ChosenLayouts { charts: vec![Chart::straight(options.feed_direction)], work: 0 };
@@ -85,30 +87,31 @@ pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) 
 /// Charts of a face, the most promising first.
 pub(crate) struct ChosenLayouts {
     pub(crate) charts: Vec<Chart>,
-    /// Work that the choice took.
+    /// Work of the choice.
     pub(crate) work: u64,
 }
 
-/// Bent passes, with their cost by estimate.
+/// Bent passes with their estimated cost.
 #[derive(Clone)]
 struct PricedBend {
     price: f64,
     bent: BentChart,
 }
 
-/// A face to be judged.
+/// Face whose layouts are compared.
 struct LayoutChooser<'a> {
     face: &'a FaceIndex,
     cutter: &'a Cutter,
     bounds: [[f64; 2]; 2],
-    /// Length of a step by u, and by v, on average \[mm\].
+    /// Mean length of a step by u, and by v \[mm\].
     rates: [f64; 2],
     costs: AdvanceCosts,
     widths: Option<StripWidthTable>,
 }
 
 impl<'a> LayoutChooser<'a> {
-    /// `None` for a face that closes on itself: passes bent in a plane do not close.
+    /// Prepares the comparison; `None` for a face that closes on itself, since passes bent in a
+    /// plane do not close.
     fn new(
         face: &'a FaceIndex,
         cutter: &'a Cutter,
@@ -139,7 +142,7 @@ impl<'a> LayoutChooser<'a> {
         [jet.su, jet.sv]
     }
 
-    /// Places over the box of the face.
+    /// Returns points spread over the box of the face.
     fn samples(&self) -> impl Iterator<Item = [f64; 2]> + use<'_> {
         let at = |k: usize, i: u32| {
             let [low, high] = self.bounds[k];
@@ -148,7 +151,7 @@ impl<'a> LayoutChooser<'a> {
         (0..SAMPLES).flat_map(move |i| (0..SAMPLES).map(move |j| [at(0, i), at(1, j)]))
     }
 
-    /// A straight frame turned by a share of half a turn, in mm.
+    /// Returns the straight frame with this index, turned by a share of half a turn, in mm.
     fn frame(&self, index: u32) -> BentChart {
         let (sin, cos) = (PI * f64::from(index) / f64::from(FRAMES)).sin_cos();
         let [by_u, by_v] = self.rates;
@@ -169,7 +172,7 @@ impl<'a> LayoutChooser<'a> {
         bent
     }
 
-    /// Passes along the directions of least curvature.
+    /// Returns the passes along the directions of least curvature.
     fn curvature(&self) -> Vec<Chart> {
         let fits: Vec<(f64, BentChart)> =
             (0..FRAMES).into_par_iter().map(|i| self.fit(self.frame(i))).collect();
@@ -177,7 +180,8 @@ impl<'a> LayoutChooser<'a> {
         best.map(|(_, bent)| Chart::bent(bent)).into_iter().collect()
     }
 
-    /// Step of least curvature towards the cutter, and by how much it differs from the most \[1/mm\].
+    /// Returns the step of least curvature towards the cutter, and the difference of the principal
+    /// curvatures \[1/mm\].
     fn least_bent(&self, [u, v]: [f64; 2]) -> Option<([f64; 2], f64)> {
         let face = self.face.face();
         let jet = face.surface.jet2(u, v);
@@ -187,8 +191,8 @@ impl<'a> LayoutChooser<'a> {
         Some((step, curvature.max - curvature.min))
     }
 
-    /// The frame's passes bent to the directions of least curvature, and what they miss them by: a mean
-    /// square of sines, weighed by how much the curvature differs by direction.
+    /// Bends the passes of a frame to the directions of least curvature. Returns them with their
+    /// error: a mean square of sines, weighed by the difference of the principal curvatures.
     fn fit(&self, mut bent: BentChart) -> (f64, BentChart) {
         for _ in 0..ROUNDS {
             let mut stiff = STIFF;
@@ -207,6 +211,7 @@ impl<'a> LayoutChooser<'a> {
             let Some(([du, dv], weight)) = self.least_bent(uv) else { continue };
             let [su, sv] = self.tangents(uv);
             let [_, [pu, pv]] = chart.steps(chart.local(uv));
+            // Angle between the direction of least curvature and the pass, on the face.
             let (wanted, pass) = (su * du + sv * dv, su * pu + sv * pv);
             let sine = wanted.cross(&pass).norm() / (wanted.norm() * pass.norm());
             if sine.is_finite() {
@@ -217,7 +222,7 @@ impl<'a> LayoutChooser<'a> {
         (if weights > 0.0 { sum / weights } else { 0.0 }, bent)
     }
 
-    /// Least squares for the slopes of passes where they lie now.
+    /// Solves the least-squares problem for the slopes of the passes where they lie now.
     fn fitted(&self, bent: &BentChart, stiff: f64) -> ChartSpline {
         let chart = Chart::bent(bent.clone());
         let shape = bent.bend.coefficients.shape();
@@ -227,6 +232,7 @@ impl<'a> LayoutChooser<'a> {
         let mut total = 0.0;
         for uv in self.samples() {
             let Some((step, weight)) = self.least_bent(uv) else { continue };
+            // Wanted slope dx / dy of the pass in the frame; steep ones are left to other frames.
             let [dx, dy] = bent.frame([0, 1].map(|k| bent.origin[k] + step[k]));
             if dy.abs() * LEAN < dx.abs() || weight.is_nan() {
                 continue;
@@ -234,11 +240,13 @@ impl<'a> LayoutChooser<'a> {
             let local = chart.local(uv);
             let (i, a, ..) = bent.bend.basis(0, local[0]);
             let (j, _, rates, _) = bent.bend.basis(1, local[1]);
+            // Derivative of s by y as a linear form in the 16 coefficients of this cell.
             let row: Vec<(usize, f64)> = (0..4)
                 .flat_map(|m| (0..4).map(move |n| (m, n)))
                 .map(|(m, n)| (index(i + m, j + n), a[m] * rates[n]))
                 .collect();
             for (p, x) in &row {
+                // Normal equations of the weighted squares (form - dx / dy)^2.
                 right[*p] += weight * x * dx / dy;
                 for (q, y) in &row {
                     normal[(*p, *q)] += weight * x * y;
@@ -258,8 +266,8 @@ impl<'a> LayoutChooser<'a> {
         bend
     }
 
-    /// Adds squares of second differences, and a little of the coefficients themselves, which slopes along do
-    /// not tell.
+    /// Adds squares of second differences, and a little of the coefficients themselves, which
+    /// slopes along do not determine.
     fn stiffen(&self, normal: &mut DMatrix<f64>, [rows, columns]: [usize; 2], weight: f64) {
         let size = 2.0 * self.cutter.radius();
         let weight = weight / (size * size);
@@ -286,7 +294,8 @@ impl<'a> LayoutChooser<'a> {
         }
     }
 
-    /// The best ways found on paper: straight ones, oblique ones, those along the curvature, and bends.
+    /// Returns the best charts by estimate: straight ones, oblique ones, those along the curvature,
+    /// and bends.
     fn adaptive(&self) -> Vec<Chart> {
         let frames: Vec<BentChart> = (0..FRAMES).map(|i| self.frame(i)).collect();
         let fits: Vec<BentChart> =
@@ -311,23 +320,23 @@ impl<'a> LayoutChooser<'a> {
             .chain([FeedDirection::V, FeedDirection::U].map(Chart::straight))
             .map(|chart| (self.price(&chart), chart))
             .collect();
-        // A stable sort.
+        // A stable sort keeps the order of equals.
         charts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let least = charts.first().map_or(0.0, |chart| chart.0);
         charts.retain(|chart| chart.0 <= least * HOPE);
-        // Where all strips are alike, paper tells it all.
+        // Where all strips are alike, the estimate is exact.
         charts.truncate(if self.widths.is_some() { PLACED } else { 1 });
         charts.into_iter().map(|(_, chart)| chart).collect()
     }
 
-    /// The bend that costs least on paper.
+    /// Returns the bend with the least estimated cost.
     fn best(&self, bents: Vec<BentChart>) -> Option<Chart> {
         let charts = bents.into_par_iter().map(Chart::bent);
         let priced: Vec<(f64, Chart)> = charts.map(|chart| (self.price(&chart), chart)).collect();
         priced.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, chart)| chart)
     }
 
-    /// Bends a chart by a few smooth forms, as long as that saves something on paper.
+    /// Bends a chart by a few smooth forms, as long as that lowers the estimated cost.
     fn search(&self, start: PricedBend) -> BentChart {
         let PricedBend { mut price, mut bent } = start;
         let extents = bent.bend.ranges.map(|[low, high]| high - low);
@@ -351,7 +360,7 @@ impl<'a> LayoutChooser<'a> {
         bent
     }
 
-    /// What passes on a chart cost on paper \[mm\].
+    /// Estimates the cost of passes on a chart \[mm\].
     fn price(&self, chart: &Chart) -> f64 {
         let bounds = self.extent(chart);
         let [first, last] = bounds[0];
@@ -361,10 +370,10 @@ impl<'a> LayoutChooser<'a> {
             let (parts, rate) = self.parts(chart, across, bounds[1]);
             let advance = advance::advance(&parts, &self.costs);
             if parts.is_empty() || advance <= 0.0 {
-                // No face here: on by a hundredth.
+                // No face here: go on by a hundredth.
                 across += 0.01 * (last - first);
             } else {
-                // A pass is a pass, however little is left for it.
+                // A pass costs its full length, however little is left for it.
                 price += advance::price(&parts, advance, &self.costs);
                 across += advance / rate;
             }
@@ -375,7 +384,7 @@ impl<'a> LayoutChooser<'a> {
         f64::INFINITY
     }
 
-    /// Local box of the face.
+    /// Returns the local box of the face.
     fn extent(&self, chart: &Chart) -> [[f64; 2]; 2] {
         let [u, v] = self.bounds;
         let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
@@ -392,7 +401,8 @@ impl<'a> LayoutChooser<'a> {
         bounds
     }
 
-    /// A pass on paper, where it lies on the face, and the length of a step across.
+    /// Returns the parts of an estimated pass that lie on the face, and the length of a step
+    /// across.
     fn parts(&self, chart: &Chart, across: f64, [low, high]: [f64; 2]) -> (Vec<PassPart>, f64) {
         let mut parts = Vec::new();
         let mut rates = 0.0;
@@ -425,7 +435,7 @@ impl<'a> LayoutChooser<'a> {
     }
 }
 
-/// Adds a form: powers of the place across and along, each from -1 to 1.
+/// Adds a form: powers of the coordinates across and along, each from -1 to 1.
 fn shift(coefficients: &mut DMatrix<f64>, [m, n]: [i32; 2], by: f64) {
     let (rows, columns) = coefficients.shape();
     let place = |k: usize, count: usize| 2.0 * k as f64 / (count - 1).max(1) as f64 - 1.0;

@@ -1,4 +1,4 @@
-//! Where passes run: the chart of a face, the choice of the feed direction, and the advance from pass to pass.
+//! Pass layout: the chart of a face, the choice of the feed direction, and the advance from pass to pass.
 
 pub(super) mod advance;
 pub(super) mod chart;

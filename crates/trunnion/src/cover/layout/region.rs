@@ -1,12 +1,12 @@
-//! The part of a parameter rectangle inside the trim loops, seen across and along the passes.
+//! Region of a parameter rectangle inside the trim loops, seen across and along the passes.
 
 use std::sync::Arc;
 
-/// Local parameters of a pass: `[across, along]`. Passes follow `along`; the next one lies further
+/// Local parameters of a pass, `[across, along]`. Passes follow `along`; the next pass lies farther
 /// `across`.
 pub(crate) type ChartPoint = [f64; 2];
 
-/// What of a region is left out: whether a place is, and the edges of it.
+/// Area that is excluded from a region: a test for points, and its edges.
 #[derive(Clone)]
 struct ExcludedArea {
     holds: Arc<dyn Fn(ChartPoint) -> bool + Send + Sync>,
@@ -29,45 +29,47 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         Self { bounds, loops, inside, out: None }
     }
 
-    /// The same without what `holds` says, whose edges are given.
+    /// Excludes the points for which `holds` is true; `edges` bound them.
     pub(crate) fn without(
         mut self,
         holds: impl Fn(ChartPoint) -> bool + Send + Sync + 'static,
         edges: Vec<[ChartPoint; 2]>,
     ) -> Self {
-        // There and back: a closed polyline.
+        // There and back makes a closed polyline of an edge.
         let edges = edges.into_iter().map(|edge| edge.to_vec()).collect();
         self.out = Some(ExcludedArea { holds: Arc::new(holds), edges });
         self
     }
 
-    /// All of it, with what was left out.
+    /// Returns the region with the excluded area.
     pub(crate) fn complete(&self) -> TrimmedRegion<&Inside> {
         TrimmedRegion { out: None, ..self.within(self.bounds) }
     }
 
-    /// The part of it within other bounds.
+    /// Returns the part of the region within other bounds.
     pub(crate) fn within(&self, bounds: [[f64; 2]; 2]) -> TrimmedRegion<&Inside> {
         let (loops, out) = (self.loops.clone(), self.out.clone());
         TrimmedRegion { bounds, loops, inside: &self.inside, out }
     }
 
-    /// Whether a place lies in the region.
+    /// Returns `true` if a point lies in the region.
     pub(crate) fn holds(&self, place: ChartPoint) -> bool {
         (self.inside)(place) && self.out.as_ref().is_none_or(|out| !(out.holds)(place))
     }
 
-    /// Closed polylines between what is in the region and what is not.
+    /// Returns the closed polylines between the region and the rest.
     fn polylines(&self) -> impl Iterator<Item = &Vec<ChartPoint>> {
         self.loops.iter().chain(self.out.iter().flat_map(|out| out.edges.iter()))
     }
 
-    /// Stretches of `across` inside the region on the line `along` = const; empty outside the bounds.
+    /// Returns the intervals of `across` inside the region on the line `along` = const; none
+    /// outside the bounds.
     pub(crate) fn row(&self, along: f64) -> Vec<[f64; 2]> {
         let [[first, last], [low, high]] = self.bounds;
         if !(low..=high).contains(&along) {
             return Vec::new();
         }
+        // The crossings with the polylines cut the line into pieces; the middle of each decides.
         let mut cuts = vec![first, last];
         cuts.extend(self.crossings(along).map(|cut| cut.clamp(first, last)));
         cuts.sort_by(f64::total_cmp);
@@ -94,7 +96,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
             .map(move |(a, b)| a[0] + (b[0] - a[0]) * (along - a[1]) / (b[1] - a[1]))
     }
 
-    /// Edges of the trim loops that meet a box.
+    /// Returns the edges of the trim loops that meet a box.
     pub(crate) fn edges(&self, range: [[f64; 2]; 2]) -> Vec<[ChartPoint; 2]> {
         let pairs = self.polylines().flat_map(|points| {
             let next = points.iter().cycle().skip(1);
@@ -103,12 +105,13 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         pairs.map(|(a, b)| [*a, *b]).filter(|edge| meets(*edge, range)).collect()
     }
 
-    /// Corners of the trim loops within `[low, high]` along.
+    /// Returns the corners of the trim loops within `[low, high]` along.
     fn corners(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = &ChartPoint> {
         self.polylines().flatten().filter(move |p| (low..=high).contains(&p[1]))
     }
 
-    /// Range along that holds the region between two places across; `None` where there is none of it.
+    /// Returns the range along that holds the region between two values of across; `None` if there
+    /// is none of it.
     pub(crate) fn range_along(&self, across: [f64; 2]) -> Option<[f64; 2]> {
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
@@ -130,15 +133,17 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         (slab[0] < slab[1]).then_some(slab)
     }
 
-    /// `slab` cut to the bounds along; `None` where nothing is left.
+    /// Cuts `slab` to the bounds along; `None` where nothing remains.
     fn clip(&self, slab: [f64; 2]) -> Option<[f64; 2]> {
         let [low, high] = self.bounds[1];
         let slab = [slab[0].max(low), slab[1].min(high)];
         (slab[0] <= slab[1]).then_some(slab)
     }
 
-    /// Whether any of the region lies in the box `across` x `along`. Exact for the polylines: the
-    /// region meets the box on one of its two lines, or has a corner inside.
+    /// Returns `true` if any of the region lies in the box `across` x `along`.
+    ///
+    /// Exact for the polylines: the region meets the box on one of its two lines, or has a corner
+    /// inside.
     pub(crate) fn touches(&self, across: [f64; 2], along: [f64; 2]) -> bool {
         let Some(slab) = self.clip(along) else { return false };
         slab.iter()
@@ -147,7 +152,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
             || self.corners(slab).any(|p| (across[0]..=across[1]).contains(&p[0]))
     }
 
-    /// Whether any of the region lies on the line `across` = const.
+    /// Returns `true` if any of the region lies on the line `across` = const.
     fn meets_line(&self, across: f64) -> bool {
         let [low, high] = self.bounds[1];
         let edges = self.polylines().flat_map(|points| {
@@ -165,14 +170,15 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         parts.any(|pair| self.holds([across, 0.5 * (pair[0] + pair[1])]))
     }
 
-    /// The first place across, from `from` on, that has some of the region behind it; `None` where there is no more.
+    /// Returns the first value across, from `from` on, that has some of the region behind it;
+    /// `None` if there is none.
     pub(crate) fn next_from(&self, from: f64) -> Option<f64> {
         let [_, last] = self.bounds[0];
         let mut corners: Vec<f64> = self.corners(self.bounds[1]).map(|p| p[0]).collect();
         corners.retain(|across| *across > from && *across < last);
         corners.push(last);
         corners.sort_by(f64::total_cmp);
-        // Between two neighbouring corners all lines meet the region or none does.
+        // Between two neighbouring corners either all lines meet the region or none does.
         let mut here = from;
         for next in corners {
             if next > here && self.meets_line(0.5 * (here + next)) {
@@ -183,7 +189,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         None
     }
 
-    /// The first `across`, from `from` on, where the slab holds some of the region.
+    /// Returns the first `across`, from `from` on, at which the slab holds some of the region.
     pub(crate) fn first_from(&self, from: f64, slab: [f64; 2]) -> Option<f64> {
         let slab = self.clip(slab)?;
         let rows = slab
@@ -196,7 +202,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     }
 }
 
-/// Whether a segment meets a box: the stretches of it between the box's pairs of lines overlap.
+/// Returns `true` if a segment meets a box: its parts between the two pairs of lines overlap.
 pub(crate) fn meets([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for k in 0..2 {
@@ -240,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_corner_between_the_lines_is_found() {
-        // A square standing on its corner; the box holds only its left corner.
+        // A square on its corner; the box holds only its left corner.
         let inside = |[x, y]: ChartPoint| (x - 5.0).abs() + (y - 5.0).abs() < 2.0;
         let square = vec![[3.0, 5.0], [5.0, 3.0], [7.0, 5.0], [5.0, 7.0]];
         let region = TrimmedRegion::new([[0.0, 9.0], [0.0, 9.0]], vec![square], inside);
@@ -250,7 +256,7 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_a_hole_with_an_end() {
-        // A unit square without its right two thirds but for the last tenth.
+        // The unit square without 0.3 to 0.9.
         let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_: ChartPoint| true);
         let edge = |x: f64| [[x, 0.0], [x, 1.0]];
         let region = region.without(|[x, _]| x > 0.3 && x < 0.9, vec![edge(0.3), edge(0.9)]);

@@ -1,4 +1,4 @@
-//! The end-point track of a pass: a line of its chart with its arc length, run out at both ends.
+//! End-point track of a pass: a line of its chart with its arc length, run out at both ends.
 
 use crate::cover::layout::chart::Chart;
 use crate::surface::FaceIndex;
@@ -7,20 +7,20 @@ use crate::surface::FaceIndex;
 const INTERVALS: u32 = 256;
 const EXTENSION_INTERVALS: u32 = 16;
 
-/// Arc length over the parameter along a line `across` = const.
+/// Arc length over the parameter along, on a line `across` = const.
 #[derive(Debug, Clone)]
 pub(crate) struct EndPointTrack {
     /// Increasing parameters.
     along: Vec<f64>,
     /// Arc length \[mm\] from the border of the face; negative before it.
-    way: Vec<f64>,
+    arc: Vec<f64>,
     /// Arc length over the face itself \[mm\].
     length: f64,
 }
 
 impl EndPointTrack {
-    /// The line over `range`, carried on by `extension` \[mm\] on the continued surface. An end where
-    /// the line stands still (a collapsed edge) is not carried on.
+    /// Tabulates the line over `range`, carried on by `extension` \[mm\] on the continued surface.
+    /// An end where the line stands still (a collapsed edge) is not carried on.
     pub(crate) fn new(
         face: &FaceIndex,
         chart: &Chart,
@@ -35,12 +35,12 @@ impl EndPointTrack {
             (jet.su * du + jet.sv * dv).norm()
         };
         let width = (end - start) / f64::from(INTERVALS);
-        let mut track = Self { along: vec![start], way: vec![0.0], length: 0.0 };
+        let mut track = Self { along: vec![start], arc: vec![0.0], length: 0.0 };
         for i in 1..=INTERVALS {
             let to = if i == INTERVALS { end } else { start + width * f64::from(i) };
             track.walk(to, &speed);
         }
-        track.length = track.way.last().copied().unwrap_or(0.0);
+        track.length = track.arc.last().copied().unwrap_or(0.0);
         track.extend(extension, &speed);
         track.turn_round();
         track.extend(extension, &speed);
@@ -48,21 +48,22 @@ impl EndPointTrack {
         track
     }
 
-    /// Adds one interval: Simpson's rule.
+    /// Adds one interval by Simpson's rule.
     fn walk(&mut self, to: f64, speed: &impl Fn(f64) -> f64) {
-        let (Some(&from), Some(&way)) = (self.along.last(), self.way.last()) else { return };
+        let (Some(&from), Some(&arc)) = (self.along.last(), self.arc.last()) else { return };
         let mean = (speed(from) + 4.0 * speed(0.5 * (from + to)) + speed(to)) / 6.0;
         self.along.push(to);
-        self.way.push(way + (to - from) * mean);
+        self.arc.push(arc + (to - from) * mean);
     }
 
-    /// Carries the line on in steps of a share of the extension at the speed of the border.
+    /// Carries the line on in steps of a share of the extension, at the speed of the border.
     fn extend(&mut self, extension: f64, speed: &impl Fn(f64) -> f64) {
         let Some(&[before, last]) = self.along.last_chunk() else { return };
         let rate = speed(last);
-        // A border that is crossed 1000 times more slowly than the face on average is collapsed.
+        // A border that is crossed 1000 times more slowly than the face on average is a collapsed
+        // edge.
         let span = (self.along[0] - last).abs() * 1e3;
-        let length = self.way.last().map_or(0.0, |way| (way - self.way[0]).abs());
+        let length = self.arc.last().map_or(0.0, |arc| (arc - self.arc[0]).abs());
         if rate * span < length {
             return;
         }
@@ -74,32 +75,32 @@ impl EndPointTrack {
 
     fn turn_round(&mut self) {
         self.along.reverse();
-        self.way.reverse();
+        self.arc.reverse();
     }
 
-    /// First and last arc length.
+    /// Returns the first and last arc length.
     pub(crate) fn range(&self) -> [f64; 2] {
-        match (self.way.first(), self.way.last()) {
+        match (self.arc.first(), self.arc.last()) {
             (Some(&first), Some(&last)) => [first, last],
             _ => [0.0, 0.0],
         }
     }
 
-    /// Arc lengths between which the track lies over the face.
+    /// Returns the arc lengths between which the track lies over the face.
     pub(crate) fn face(&self) -> [f64; 2] {
         [0.0, self.length]
     }
 
-    /// Whether `way` lies over the face and not on its continuation.
-    pub(crate) fn over_face(&self, way: f64) -> bool {
-        (0.0..=self.length).contains(&way)
+    /// Returns `true` if `arc` lies over the face and not on its continuation.
+    pub(crate) fn over_face(&self, arc: f64) -> bool {
+        (0.0..=self.length).contains(&arc)
     }
 
-    /// Parameter along at arc length `way`.
-    pub(crate) fn at(&self, way: f64) -> f64 {
-        let after = self.way.partition_point(|&w| w <= way).clamp(1, self.way.len() - 1);
-        let (w, a) = (&self.way[after - 1..=after], &self.along[after - 1..=after]);
-        let share = if w[1] > w[0] { (way - w[0]) / (w[1] - w[0]) } else { 0.0 };
+    /// Returns the parameter along at arc length `arc`.
+    pub(crate) fn at(&self, arc: f64) -> f64 {
+        let after = self.arc.partition_point(|&w| w <= arc).clamp(1, self.arc.len() - 1);
+        let (w, a) = (&self.arc[after - 1..=after], &self.along[after - 1..=after]);
+        let share = if w[1] > w[0] { (arc - w[0]) / (w[1] - w[0]) } else { 0.0 };
         a[0] + share * (a[1] - a[0])
     }
 }

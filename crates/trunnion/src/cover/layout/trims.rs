@@ -1,22 +1,24 @@
-//! The trimmed region of a face in the coordinates of a chart.
+//! Trimmed region of a face in the coordinates of a chart.
 
 use super::chart::Chart;
 use super::region::{ChartPoint, TrimmedRegion};
 use crate::surface::FaceIndex;
 
-/// Trim loops are followed to this share of the face's extent in u and in v. Passes run on the cutter's
-/// radius beyond, and their strips begin at a border and end beyond it.
+/// Tolerance of trim loops as a share of the face's extent in u and in v. Passes run on by the
+/// cutter's radius beyond the loops, and their strips begin at a border and end beyond it.
 const LOOP_SHARE: f64 = 1e-4;
 
-/// The same of faces that are not cut: well below a micrometre of faces of some hundred millimetres.
+/// The same for faces that are not cut: well below a micrometre on faces of some hundred
+/// millimetres.
 const GUARDED_SHARE: f64 = 1e-7;
 
-/// Edges of trim loops on passes that bend, as a share of the face's extent: straight over such a part, a
-/// bend leaves an arc by less than [`LOOP_SHARE`].
+/// Longest edge of a trim loop on bent passes, as a share of the face's extent. Over such an edge a
+/// bend leaves its chord by less than [`LOOP_SHARE`].
 const BENT_SHARE: f64 = 1.0 / 256.0;
 
-/// The trimmed region of a face that is not cut, on lines of constant parameters. What is beyond its edges is free,
-/// and a tool that cuts the next face comes as near to them as it does to that.
+/// Returns the trimmed region of a face that is not cut, on lines of constant parameters. Beyond
+/// its edges the tool is free; a tool that cuts the next face comes as near to these edges as it
+/// does to that face.
 pub(crate) fn guarded<'a>(
     face: &'a FaceIndex,
     chart: &Chart,
@@ -24,8 +26,8 @@ pub(crate) fn guarded<'a>(
     region_within(face, chart, GUARDED_SHARE)
 }
 
-/// The trimmed region in local parameters; loops on periodic surfaces also a period further on
-/// either side, so that every line across the face meets them.
+/// Returns the trimmed region in local parameters. Loops on periodic surfaces are repeated a period
+/// to either side, so that every line across the face meets them.
 pub(crate) fn region<'a>(
     face: &'a FaceIndex,
     chart: &Chart,
@@ -33,7 +35,8 @@ pub(crate) fn region<'a>(
     region_within(face, chart, LOOP_SHARE)
 }
 
-/// Loops on periodic surfaces count a period further on either side as well, where passes may run on there.
+/// Returns the shifts of the loops on a periodic surface: a period to either side as well, since
+/// passes may run on there.
 pub(crate) fn shifts(period: Option<f64>, chart: &Chart) -> Vec<f64> {
     match period {
         Some(period) if chart.is_straight() => vec![-period, 0.0, period],
@@ -83,7 +86,7 @@ fn region_within<'a>(
     })
 }
 
-/// A closed polyline with edges no longer than `most` by u and v.
+/// Divides a closed polyline into edges no longer than `most` by u and v.
 fn finer(points: &[[f64; 2]], most: [f64; 2]) -> Vec<[f64; 2]> {
     let mut fine = Vec::new();
     for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {

@@ -1,4 +1,4 @@
-//! How wide strips are over a face, by place and direction: a table to choose passes by.
+//! Table of strip widths over a face, by point and feed direction; layouts are chosen by it.
 
 use crate::cover::layout::effort::{SearchOutcome, WorkCounter};
 use crate::cover::options::CoverOptions;
@@ -9,19 +9,19 @@ use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Places each way.
+/// Points each way.
 const PLACES: u32 = 13;
 
-/// Directions of the feed over half a turn.
+/// Feed directions over half a turn.
 const DIRECTIONS: u32 = 12;
 
-/// How far inside the face the outermost places lie, as a share of its extent.
+/// Distance of the outermost points from the border of the face, as a share of its extent.
 const INSET: f64 = 0.005;
 
-/// Widths of strips at evenly spaced places and directions of the feed.
+/// Strip widths at evenly spaced points and feed directions.
 pub(crate) struct StripWidthTable {
     bounds: [[f64; 2]; 2],
-    /// By place (v fastest), then by direction \[mm\].
+    /// By point (v fastest), then by direction \[mm\].
     widths: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct TableFill<'a> {
     pub(crate) work: &'a WorkCounter,
 }
 
-/// A place of the table.
+/// Returns a point of the table.
 fn place(bounds: [[f64; 2]; 2], index: u32) -> [f64; 2] {
     let [i, j] = [index / PLACES, index % PLACES];
     let share = |i: u32| (f64::from(i) / f64::from(PLACES - 1)).clamp(INSET, 1.0 - INSET);
@@ -40,8 +40,10 @@ fn place(bounds: [[f64; 2]; 2], index: u32) -> [f64; 2] {
     [at(0, i), at(1, j)]
 }
 
-/// Step of u and v along a direction in the tangent plane, told by its angle from `S_u` towards `S_v`.
+/// Returns the step of u and v along a direction in the tangent plane, given by its angle from
+/// `S_u` towards `S_v`.
 fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
+    // Orthonormal frame of the tangent plane: S_u, and the part of S_v square to it.
     let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
     let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
     let (sin, cos) = angle.sin_cos();
@@ -49,20 +51,20 @@ fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
     Some([(cos - dv * sv.dot(&first)) / su.norm(), dv])
 }
 
-/// Angle of a direction in the tangent plane, as [`step`] has it.
+/// Returns the angle of a direction in the tangent plane, from `S_u` towards `S_v`.
 fn angle([su, sv]: [Vector3<f64>; 2], way: &Vector3<f64>) -> Option<f64> {
     let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
     let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
     Some(way.dot(&second).atan2(way.dot(&first)))
 }
 
-/// Step of u and v along a direction in the tangent plane.
+/// Returns the step of u and v along a direction in the tangent plane.
 pub(crate) fn along(tangents: [Vector3<f64>; 2], way: &Vector3<f64>) -> Option<[f64; 2]> {
     step(tangents, angle(tangents, way)?)
 }
 
 impl StripWidthTable {
-    /// Strips all over the face; what has none, or lies off the face, is as wide as `narrow` \[mm\].
+    /// Fills the table. A point off the face or without a wide strip gets `fill.narrow`.
     pub(crate) fn new(
         face: &FaceIndex,
         cutter: &Cutter,
@@ -113,8 +115,8 @@ impl StripWidthTable {
         Self { bounds, widths }
     }
 
-    /// Width \[mm\] of the strip of a pass at a place, along `way`: between the places and directions of
-    /// the table.
+    /// Returns the strip width \[mm\] of a pass through a point along `way`, interpolated in the
+    /// table.
     pub(crate) fn width(
         &self,
         uv: [f64; 2],
@@ -132,13 +134,14 @@ impl StripWidthTable {
             let index = (i * PLACES + j) * DIRECTIONS + k % DIRECTIONS;
             self.widths.get(index as usize).copied().unwrap_or(0.0)
         };
+        // Linear in the direction, then bilinear in the point.
         let by = |i: u32, j: u32| at(i, j, k) * (1.0 - s) + at(i, j, k + 1) * s;
         let along = |i: u32| by(i, j) * (1.0 - b) + by(i, j + 1) * b;
         Some(along(i) * (1.0 - a) + along(i + 1) * a)
     }
 }
 
-/// Interval of a place between `0` and `count`, and where in it.
+/// Returns the interval of a value between `0` and `count`, and the position in it.
 fn cell(at: f64, count: u32) -> (u32, f64) {
     // Within 0..=count.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]

@@ -1,7 +1,8 @@
-//! Locations of a lane that keep near to each other, so that the curve through them fits.
+//! Axis smoothing: locations of a candidate pass that stay near to each other, so that the curve
+//! through them fits.
 
 use crate::cover::layout::advance::{self, PassPart};
-use crate::cover::options::PlacementMethod;
+use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::candidate::{
     CandidatePass, LocationLimits, LocationResult, LocationStart, PlacedStation, ReachFn,
 };
@@ -10,21 +11,22 @@ use crate::positioning::{AxisCone, CutterLocation, ToolInclination};
 use nalgebra::{Unit, UnitVector3};
 use rayon::prelude::*;
 
-/// Stations in a row that are solved one from the other; rows are independent, so that their
-/// results do not depend on the number of threads.
+/// Stations in a row that are solved one from the other. Rows are independent, so results do not
+/// depend on the number of threads.
 const ROW: usize = 8;
 
-/// Width of a neighbour's strip, over a station's own, from which on its location is worth trying.
+/// Least width of a neighbour's strip, over a station's own, at which its location is worth trying.
 const LEARN: f64 = 1.02;
 
-/// How often the worst station is looked for again after neighbours were held to each other.
+/// Rounds of choosing the worst station after neighbours were held to each other.
 const ROUNDS: usize = 3;
 
-/// Shares of the allowed turn that are tried: the less a location differs from its neighbours, the
+/// Shares of the allowed turn that are tried. The less a location differs from its neighbours, the
 /// better the curve between them fits.
 const SHARES: [f64; 3] = [0.125, 0.5, 1.0];
 
-/// A little more than half: of the difference of two neighbours, for what lies between them.
+/// Share of the difference of two neighbours that a location between them may use: a little more
+/// than half.
 const HALF: f64 = 0.55;
 
 /// Station beside a location, and the largest turn from it \[rad\].
@@ -34,19 +36,19 @@ struct Neighbour<'a> {
     limit: f64,
 }
 
-/// What a location has to reach.
+/// Parameter across that a location has to reach.
 struct ReachGoal<'a> {
     reach: ReachFn<'a>,
     least: f64,
 }
 
 impl CandidatePass<'_> {
-    /// Locations at `arcs`, held to each other.
+    /// Places stations at `arcs`, held to each other.
     ///
-    /// The pass is to reach as far across as is worth the passes that finish the rest
-    /// ([`advance::advance`]). The station that just reaches that keeps its optimum. The others follow from
-    /// it outwards on both sides: width beyond that reach is of no use, so each stays as near to its
-    /// neighbour as it can while it reaches as far.
+    /// The pass is to reach as far across as is worth the passes that finish the remainder
+    /// ([`advance::advance`]). The station that just reaches that keeps its optimum. The others
+    /// follow from it outwards on both sides: width beyond that reach is of no use, so each stays
+    /// as near to its neighbour as it can while it reaches as far.
     pub(crate) fn held_stations(&self, arcs: &[f64], reach: ReachFn<'_>) -> Vec<LocationResult> {
         let free = self.free_places(arcs, self.options.lean);
         if self.method == PlacementMethod::Inclined {
@@ -63,6 +65,8 @@ impl CandidatePass<'_> {
             });
             reaches.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
         };
+        // Grow from the worst station outwards; if another one is worse then, start again from
+        // that.
         let Some((mut seed, mut goal)) = worst(&free) else { return free };
         if !counts.get(seed).is_some_and(|counts| *counts) {
             return free;
@@ -82,7 +86,7 @@ impl CandidatePass<'_> {
         best.map_or(free, |(_, held)| held)
     }
 
-    /// How far across the pass is to reach.
+    /// Returns the parameter across that the pass is to reach.
     fn wanted(&self, arcs: &[f64], places: &[LocationResult], reach: ReachFn<'_>) -> f64 {
         let per = self.rate_across();
         let [_, last] = self.across_range;
@@ -97,11 +101,11 @@ impl CandidatePass<'_> {
             .map(|(_, place)| PassPart { length: self.options.spacing[1], width: width(place) })
             .collect();
         let wanted = advance::advance(&over, &self.costs());
-        // A little less, so that rounding does not exclude the place itself.
+        // A little less, so that rounding does not exclude the station itself.
         self.across + wanted * (1.0 - 1e-9) / per
     }
 
-    /// Locations at `arcs`, each for itself.
+    /// Places stations at `arcs`, each without regard to the others.
     pub(crate) fn free_places(&self, arcs: &[f64], lean: ToolInclination) -> Vec<LocationResult> {
         let limits = self.free();
         arcs.par_chunks(ROW)
@@ -121,9 +125,9 @@ impl CandidatePass<'_> {
             .collect()
     }
 
-    /// Offers every station the location of its neighbours as a start, once along the track and once
-    /// back, and keeps the wider result: wide strips lie in small valleys that a search from
-    /// scratch may miss.
+    /// Offers every station the location of its neighbours as initial guess, once along the track
+    /// and once back, and keeps the wider result. Wide strips lie in small valleys that a search
+    /// from scratch may miss.
     fn teach(&self, arcs: &[f64], places: &[LocationResult]) -> Vec<LocationResult> {
         let learn = |indices: &mut dyn Iterator<Item = usize>| {
             let mut learnt = vec![None; arcs.len()];
@@ -160,7 +164,8 @@ impl CandidatePass<'_> {
             let mut before = Some(start.clone());
             let mut places = Vec::new();
             for index in indices {
-                // Beyond a gap the tool is lifted: nothing there need be near what was before.
+                // Beyond a gap the tool is lifted, so nothing there need be near the stations
+                // before.
                 let place = match &before {
                     Some(before) => {
                         let limit = self.turn(before.arc, arcs[index]);
@@ -188,10 +193,12 @@ impl CandidatePass<'_> {
         back
     }
 
-    /// The location nearest to its neighbours that reaches the goal; if none does, the one that
-    /// reaches farthest. If none is near at all there is no location: the pass then ends with a
-    /// run-out, or is placed otherwise; a jump would gouge on its arc. `free` is the place without
-    /// neighbours, where it was tried: what has no location then has none near anything.
+    /// Returns the location nearest to its neighbours that reaches the goal; if none does, the one
+    /// that reaches farthest.
+    ///
+    /// If none is near at all, there is no location: the pass then ends with a run-out, or is
+    /// placed otherwise, since a jump would gouge on its way. `free` is the location without
+    /// neighbours, if it was tried; a station without any has none near its neighbours either.
     fn near(
         &self,
         arc: f64,
@@ -226,14 +233,15 @@ impl CandidatePass<'_> {
         best.map(|(_, found)| found).ok_or_else(|| self.apart(arc))
     }
 
-    /// A location at `arc` with a neighbour on one side, as close to its optimum as that allows.
+    /// Places a station at `arc` beside one neighbour, as close to its optimum as the neighbour
+    /// allows.
     pub(crate) fn beside(&self, arc: f64, neighbour: &PlacedStation) -> LocationResult {
         let limits =
             self.limits(&[Neighbour { station: neighbour, limit: self.turn(neighbour.arc, arc) }]);
         self.place(arc, &limits, LocationStart::from(neighbour))
     }
 
-    /// A location between two others that reaches about as far, for a finer pass.
+    /// Places a station between two others that reaches about as far, for a finer pass.
     pub(crate) fn between(
         &self,
         a: &PlacedStation,
@@ -243,7 +251,7 @@ impl CandidatePass<'_> {
         let arc = 0.5 * (a.arc + b.arc);
         let turn = angle_between(&a.station.pose.axis, &b.station.pose.axis);
         let offset = (a.location.offset_direction - b.location.offset_direction).abs();
-        // Divided by the least share, so that even then the ranges of both neighbours meet.
+        // Divided by the least share, so that the ranges of both neighbours meet even then.
         let limit = self
             .turn(a.arc, arc)
             .max(self.turn(arc, b.arc))
@@ -255,8 +263,8 @@ impl CandidatePass<'_> {
     }
 
     fn held(&self, arc: f64, limits: &LocationLimits, warm: &PlacedStation) -> LocationResult {
-        // At the fixed lean a location between two on the lane is on it as well, or else it is looked for without
-        // neighbours.
+        // At the fixed inclination a location between two on the track is on it as well; otherwise
+        // it is searched without neighbours.
         if self.method == PlacementMethod::Inclined && warm.across >= self.across {
             return self.place_on_track(arc, limits, LocationStart::from(warm));
         }
@@ -288,7 +296,8 @@ impl CandidatePass<'_> {
     }
 }
 
-/// Whether neighbours differ by at most `limit` \[rad\], both in axis and in offset direction.
+/// Returns `true` if neighbours differ by at most `limit` \[rad\], both in axis and in offset
+/// direction.
 fn steady(a: &PlacedStation, b: &PlacedStation, limit: f64) -> bool {
     let offset = (a.location.offset_direction - b.location.offset_direction).abs();
     offset <= limit && angle_between(&a.station.pose.axis, &b.station.pose.axis) <= limit
@@ -298,7 +307,7 @@ fn reach_at(places: &[LocationResult], index: usize, reach: ReachFn<'_>) -> f64 
     places.get(index).and_then(|p| p.as_ref().ok()).map_or(f64::INFINITY, reach)
 }
 
-/// The location with the wider strip; the first if they are equal.
+/// Returns the location with the wider strip; the first if they are equal.
 fn wider(a: Option<PlacedStation>, b: Option<PlacedStation>) -> Option<PlacedStation> {
     match (a, b) {
         (Some(a), Some(b)) if b.location.strip_width > a.location.strip_width => Some(b),

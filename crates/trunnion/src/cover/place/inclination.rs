@@ -1,28 +1,30 @@
-//! Which way the tool leans along a lane where it cannot lean as asked: to one side here, to another there.
+//! Choice of other inclinations along a candidate pass, where the tool cannot take the one that was
+//! asked for.
 //!
-//! Every lean keeps to the face's normal and the feed, so that a stretch of one lean turns as the face does. Where no
-//! lean serves a whole lane, the tool is lifted between stretches of different leans: as few as possible.
+//! Every inclination is relative to the face's normal and the feed, so that the tool turns as the
+//! face does. Where no inclination serves a whole pass, the tool is lifted between segments of
+//! different inclinations, as few as possible.
 
 use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
 use crate::positioning::{ActiveConstraint, PositioningError, ToolInclination};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Stations of a lane on which all leans are tried, about.
+/// Approximate number of stations at which all inclinations are tried.
 const TRIED: usize = 16;
 
-/// Leans that are tried on all stations at most.
+/// Largest number of inclinations that are tried at all stations.
 const CHOSEN: usize = 5;
 
-/// Angles from the normal that are tried, and directions: of a ball all round, of other cutters on either side of
-/// the feed \[rad\].
+/// Angles from the normal that are tried, and directions \[rad\]: all round for a ball, on either
+/// side of the feed for other cutters.
 const BALL_ANGLES: [f64; 5] = [0.2, 0.45, 0.7, 1.0, 1.3];
 const BALL_DIRECTIONS: u32 = 8;
 const ANGLES: [f64; 5] = [0.0, 0.01, 0.09, 0.25, 0.5];
 const DIRECTIONS: [f64; 5] = [0.0, 0.8, -0.8, 1.4, -1.4];
 
-/// What a lean that is not the one asked for costs a station, per radian of difference; what a place before the
-/// lane costs; what it costs to lift the tool; what it costs a station to be left out.
+/// Costs by which inclinations are chosen: per radian of difference from the one asked for; of a
+/// station before the track; of lifting the tool; of leaving a station out.
 const DIFFERENT: f64 = 0.1;
 const BACK: f64 = 1.0;
 const LIFT: f64 = 10.0;
@@ -35,7 +37,7 @@ struct InclinedRow {
 }
 
 impl CandidatePass<'_> {
-    /// Leans to be tried, without the one asked for.
+    /// Returns the inclinations to try, without the one asked for.
     fn leans(&self) -> Vec<ToolInclination> {
         if self.cutter.major() > 0.0 {
             let upright = |lean: &ToolInclination| lean.angle <= 0.0 && lean.towards != Some(0.0);
@@ -54,7 +56,7 @@ impl CandidatePass<'_> {
         BALL_ANGLES.into_iter().flat_map(of).collect()
     }
 
-    /// Whether another lean may do better at a place.
+    /// Returns `true` if another inclination may do better at a station.
     fn may_lean(&self, arc: f64, place: &LocationResult) -> bool {
         let whole = |place: &LocationResult| place.as_ref().is_ok_and(|p| p.across >= self.across);
         let ahead = 0.5 * self.costs().narrow / self.rate_across();
@@ -63,7 +65,8 @@ impl CandidatePass<'_> {
             && [0.0, ahead].iter().all(|by| self.corner_fits([self.across + by, along]).is_ok())
     }
 
-    /// The places of a lane by lean, where `wanted` stations have none, or none as far across, that leans as asked.
+    /// Places the stations by inclination, for `wanted` stations that have no location at the
+    /// inclination asked for, or none on the track.
     pub(crate) fn inclined_stations(
         &self,
         arcs: &[f64],
@@ -91,8 +94,9 @@ impl CandidatePass<'_> {
             .collect()
     }
 
-    /// Places of one lean; before the lane only where it leans badly as asked, next to where it serves: on from there as
-    /// far as there are any.
+    /// Places stations at one inclination. They lie before the track only where the inclination
+    /// asked for fails, and only next to stations that are served: on from there as far as
+    /// locations are found.
     fn leaning(&self, arcs: &[f64], lean: ToolInclination, bad: &[usize]) -> Vec<LocationResult> {
         let mut places: Vec<LocationResult> =
             arcs.par_iter().map(|arc| self.here(*arc, lean)).collect();
@@ -110,7 +114,8 @@ impl CandidatePass<'_> {
         places
     }
 
-    /// Leans of which, together, some serve as many stations as any do: one after the other, that which serves most.
+    /// Chooses inclinations greedily: one after the other, the one that serves most of the stations
+    /// that are still open.
     fn chosen(&self, arcs: &[f64], bad: &[usize]) -> Vec<ToolInclination> {
         let step = bad.len().div_ceil(TRIED);
         let tried: Vec<f64> = bad.iter().step_by(step).map(|&i| arcs[i]).collect();
@@ -134,7 +139,8 @@ impl CandidatePass<'_> {
         chosen
     }
 
-    /// Which lean is taken at each station, `None` for none: the cheapest way through.
+    /// Returns the inclination for each station, `None` for none: the cheapest path through all of
+    /// them, by dynamic programming.
     fn best(&self, all: &[InclinedRow], wanted: &[bool]) -> Vec<Option<usize>> {
         let none = all.len();
         let cost = |which: usize, i: usize| {
@@ -148,6 +154,8 @@ impl CandidatePass<'_> {
                 Ok(_) => different,
             }
         };
+        // Least cost up to each station, by the inclination there; `before` remembers the best
+        // predecessor.
         let mut sums: Vec<f64> = (0..=none).map(|which| cost(which, 0)).collect();
         let mut before: Vec<Vec<usize>> = Vec::new();
         for i in 1..wanted.len() {
@@ -175,7 +183,7 @@ impl CandidatePass<'_> {
     }
 }
 
-/// Angle between two leans, about \[rad\].
+/// Returns the approximate angle between two inclinations \[rad\].
 fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
     let place = |lean: ToolInclination| {
         let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
@@ -185,7 +193,8 @@ fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
     (x - z).hypot(y - w)
 }
 
-/// The places where a lean is taken, with one more at either end, so that nothing is left between two leans.
+/// Keeps the stations where an inclination is taken, and one more at either end, so that nothing
+/// stays uncut between two inclinations.
 fn taken(
     places: Vec<LocationResult>,
     which: usize,
@@ -200,7 +209,7 @@ fn taken(
     places.into_iter().enumerate().map(keep).collect()
 }
 
-/// Why a place is not taken that could be.
+/// Returns the error of a station that is placed at another inclination.
 fn other_lean(placed: &PlacedStation) -> PositioningError {
     PositioningError::NoStrip {
         uv: placed.location.end,

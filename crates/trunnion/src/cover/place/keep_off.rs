@@ -6,7 +6,7 @@ use super::candidate::{
 use super::tool_fit::ContactPoint;
 use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
-use crate::cover::options::PlacementMethod;
+use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
 use crate::cutter::ConvexSolid;
 use crate::positioning::{CutterLocation, PositioningError, ToolInclination};

@@ -5,7 +5,7 @@ use super::candidate::{
 };
 use super::tool_fit::{self, ContactPoint};
 use crate::cover::layout::effort::SearchOutcome;
-use crate::cover::options::PlacementMethod;
+use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::KeepOff;
 use crate::positioning::{
     ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination, widest_strip,

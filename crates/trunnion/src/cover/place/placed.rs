@@ -2,7 +2,8 @@
 
 use crate::cover::cost::PassCost;
 use crate::cover::layout::chart::Chart;
-use crate::cover::options::{CoverOptions, CutPattern};
+use crate::cover::options::CoverOptions;
+use crate::cover::pattern::CutPattern;
 use crate::cover::place::trim::PassSegment;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cover::report::{CoverReport, Covering};

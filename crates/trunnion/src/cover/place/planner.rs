@@ -13,7 +13,7 @@
 use crate::cover::error::CoverError;
 use crate::cover::layout::advance;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
-use crate::cover::options::{CutPattern, PlacementMethod};
+use crate::cover::pattern::{CutPattern, PlacementMethod};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::place::trial::{RefusedPlace, TrialPass};

@@ -22,7 +22,7 @@ impl Heading {
     }
 }
 
-/// A rigid motion of the cutter along the circle of curvature of a track, from one of its places.
+/// Rigid motion of the cutter along the circle of curvature of a track, from one of its points.
 struct ArcMotion {
     from: Point3<f64>,
     feed: UnitVector3<f64>,
@@ -32,7 +32,7 @@ struct ArcMotion {
 }
 
 impl ArcMotion {
-    /// Along the track at `place`, towards growing parameters or back.
+    /// Prepares the motion along the track from `place`.
     fn new(candidate: &CandidatePass<'_>, place: &PlacedStation, heading: Heading) -> Option<Self> {
         let chart = candidate.chart;
         let face = candidate.face.face();
@@ -47,12 +47,12 @@ impl ArcMotion {
         Some(Self { from: jet.s, feed, normal, curvature })
     }
 
-    /// A station moved by `arc` \[mm\]: turned by the angle of the arc, and along its chord.
+    /// Moves a station by `length` \[mm\]: turned by the angle of the arc, and along its chord.
     fn carry(&self, station: &Station, length: f64) -> Station {
         let half = 0.5 * self.curvature * length;
         let axis = Unit::new_normalize(self.feed.cross(&self.normal));
         let turn = Rotation3::from_axis_angle(&axis, 2.0 * half);
-        // Chord 2 sin(half) / curvature; the quotient loses nothing above the smallest numbers.
+        // Chord 2 sin(half) / curvature; the quotient loses no digits above the smallest numbers.
         let chord =
             if half.abs() > f64::MIN_POSITIVE { length * half.sin() / half } else { length };
         let direction: Vector3<f64> = self.feed.scale(half.cos()) + self.normal.scale(half.sin());
@@ -66,8 +66,10 @@ impl ArcMotion {
 }
 
 /// Carries the pass on from its end `last` to arc length `target`, in steps of half the largest
-/// spacing, as long as it does not gouge: the cutter keeps its attitude to the circle of curvature at the
-/// end, so that it neither sinks nor lifts as long as the face bends evenly.
+/// spacing, as long as it does not gouge.
+///
+/// The cutter keeps its attitude to the circle of curvature at the end, so it neither sinks nor
+/// lifts as long as the face bends evenly.
 pub(crate) fn run_out(
     candidate: &CandidatePass<'_>,
     between: &SpanCheck<'_>,
@@ -88,7 +90,7 @@ pub(crate) fn run_out(
             return added;
         };
         let arc = last.arc + heading.sign() * length;
-        // Over the face the pass has to leave a strip, beside it only not to gouge.
+        // Over the face the pass has to leave a strip; beside it only not to gouge.
         let useless =
             candidate.track.over_face(arc) && strip.far.is_none_or(|f| f[0] <= candidate.across);
         let barred = candidate.keep_off.check(&station.pose, foot.uv).is_err();

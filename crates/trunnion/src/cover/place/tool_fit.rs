@@ -1,4 +1,4 @@
-//! What fits at a place of a face: the largest ball, and the cutter.
+//! Largest ball that fits at a point of a face, and the reason why the cutter does not fit.
 
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
@@ -9,21 +9,21 @@ use crate::types::{ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
-/// Largest balls that are told apart, in radii of the cutter.
+/// Radius above which balls are not distinguished, in radii of the cutter.
 const LARGEST: f64 = 20.0;
 
-/// Steps of the shrinking ball: each at least halves what the ball goes in too deep where it touches a flat face, and
-/// squares it where it touches at an angle.
+/// Steps of the shrinking ball. Each at least halves the depth of the ball where it touches a flat
+/// face, and squares it where it touches at an angle.
 const STEPS: u32 = 60;
 
-/// Directions and angles of lean in which the tool is tried at a place.
+/// Directions and angles of inclination at which the tool is tried at a point.
 const DIRECTIONS: u32 = 12;
 const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
 
-/// Largest lean of cutters that are not balls.
+/// Largest inclination of cutters that are not balls \[rad\].
 const MOST: f64 = 0.6;
 
-/// A place of a face with its normal on the cutter's side.
+/// Point of a face with its normal on the cutter's side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPoint {
     pub(crate) point: Point3<f64>,
@@ -37,12 +37,12 @@ impl ContactPoint {
     }
 }
 
-/// Radius of the largest ball that touches a face at a place and goes into none of the faces by more than
-/// `precision` \[mm\]; infinite where one of [`LARGEST`] cutter radii fits.
+/// Returns the radius of the largest ball that touches a face at a point and goes into no face by
+/// more than `precision` \[mm\]; infinite where a ball of [`LARGEST`] cutter radii fits.
 ///
-/// A ball that holds another place `q` of a face shrinks to the one through both, `|q - p|² / (2 n.(q - p))`: no larger one
-/// that touches at `p` is free of `q`. So the radius is never too small, and too large by no more than lets it go in by the
-/// precision.
+/// A ball that holds another point `q` of a face shrinks to the one through both, `|q - p|² / (2
+/// n.(q - p))`: no larger one that touches at `p` is free of `q`. So the radius is never too small,
+/// and too large by no more than lets the ball go in by the precision.
 pub(crate) fn largest_ball(
     part_faces: &PartFaces<'_>,
     contact: &ContactPoint,
@@ -65,7 +65,7 @@ pub(crate) fn largest_ball(
         let apart = near.point - contact.point;
         let rise = contact.normal.dot(&apart);
         let smaller = apart.norm_squared() / (2.0 * rise);
-        // Rounding at the place itself.
+        // Rounding at the point itself.
         if !(rise > 0.0 && smaller < radius) {
             break;
         }
@@ -74,7 +74,7 @@ pub(crate) fn largest_ball(
     if free { f64::INFINITY } else { radius }
 }
 
-/// Why the tool does not finish a place.
+/// Returns the reason why the tool does not finish a point.
 pub(crate) fn reason(
     keep_off: &KeepOff<'_>,
     contact: &ContactPoint,
@@ -85,6 +85,7 @@ pub(crate) fn reason(
     // All faces count, the nearest one most.
     let query = NearestQuery { within, precision: keep_off.precision, enough: f64::NEG_INFINITY };
     let minor = cutter.minor();
+    // Step 1: the corner alone. If it does not fit, no inclination helps.
     let corner = contact.point + contact.normal.scale(minor + least);
     let pose = ToolPose { tip: corner, axis: contact.normal };
     if let Some(near) = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query) {
@@ -94,6 +95,7 @@ pub(crate) fn reason(
             UncutReason::Neighbour(part_faces.number(near.face))
         };
     }
+    // Step 2: the whole tool at many inclinations.
     let (mut barred, mut far) = (None, false);
     for pose in poses(contact, corner, cutter) {
         let hit = keep_off.tool.solids().find_map(|solid| {
@@ -112,13 +114,13 @@ pub(crate) fn reason(
     barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(part_faces.number(face)))
 }
 
-/// Whether the machine gets to a place with any lean.
+/// Returns `true` if the machine reaches a point at any inclination.
 pub(crate) fn reached(cost: &dyn PassCost, contact: &ContactPoint, cutter: &Cutter) -> bool {
     let corner = contact.point + contact.normal.scale(cutter.minor());
     poses(contact, corner, cutter).any(|pose| cost.reaches(&pose))
 }
 
-/// Poses whose corner touches at a place, leaning more and more, all round.
+/// Returns poses whose corner touches at a point, inclined more and more, all round.
 fn poses(
     contact: &ContactPoint,
     corner: Point3<f64>,
@@ -138,8 +140,8 @@ fn poses(
     })
 }
 
-/// The pose that leans by `angle` towards `ahead`, a unit vector square to the normal, and whose corner, in front of
-/// the cutter's centre, is a ball keep_off `corner`.
+/// Returns the pose inclined by `angle` towards `ahead`, a unit vector square to the normal, whose
+/// corner in front of the cutter's centre is a ball around `corner`.
 pub(crate) fn pose(
     corner: Point3<f64>,
     normal: &UnitVector3<f64>,

@@ -1,7 +1,9 @@
-//! From the places of a lane to the stretches that are cut: trimmed, run out, and fine enough.
+//! From the stations of a candidate pass to the segments that are cut: trimmed, run out, and fine
+//! enough.
 
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
-use crate::cover::options::{PlacementMethod, lever};
+use crate::cover::options::lever;
+use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
 use crate::cover::place::run_out::run_out;
 use crate::cover::prove::clearance::ClearanceProof;
@@ -12,39 +14,39 @@ use crate::positioning::{PositioningError, ToleranceBand};
 use crate::types::Station;
 use rayon::prelude::*;
 
-/// First length of the stretches in which a span is looked at, as a share of the cutter's radius.
+/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
 const SLAB: f64 = 1.0 / 8.0;
 
-/// How often a stretch is cut and laid anew.
+/// Largest number of times that a segment is cut and laid anew.
 const CUTS: u32 = 4;
 
-/// Locations at the end of a row from which a run-out is tried.
+/// Stations at the end of a row from which a run-out is tried.
 const BASES: usize = 4;
 
-/// Stations of one uninterrupted pass, and what the curve between them leaves.
+/// Stations of one uninterrupted pass, and the results for the curve between them.
 #[derive(Debug, Clone)]
 pub(crate) struct PassSegment {
     pub(crate) placed: Vec<PlacedStation>,
     /// One per span.
     pub(crate) checks: Vec<SpanResult>,
-    /// Whether it could not be run out in full at its start, at its end.
+    /// `true` if it could not be run out in full at its start, at its end.
     pub(crate) shortened: [bool; 2],
 }
 
-/// The middle of a span on the curve that will be laid through the stations.
+/// Result for a span of the curve that will be laid through the stations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SpanResult {
-    /// How far the error is below the widened band \[mm\]; 0 or less is good.
+    /// Depth of the error below the widened band \[mm\]; 0 or less is good.
     pub(crate) gouge: f64,
-    /// Whether gap to the pass before, width and gouge are as they should be.
+    /// `true` if the gap to the pass before, the width and the gouge are within the band.
     pub(crate) good: bool,
 }
 
-/// A place of a lane.
+/// Station of a candidate pass, or the reason why there is none.
 struct TrackSample {
     arc: f64,
     place: LocationResult,
-    /// Whether there is something to cut.
+    /// `true` if the strip has something to cut.
     touched: bool,
 }
 
@@ -55,7 +57,7 @@ impl TrackSample {
     }
 }
 
-/// Place where no cutter location was found, and why.
+/// Point where no cutter location was found, with the reason.
 #[derive(Debug, Clone)]
 pub(crate) struct RefusedStation {
     /// Arc length along the track \[mm\].
@@ -63,19 +65,20 @@ pub(crate) struct RefusedStation {
     pub(crate) error: PositioningError,
 }
 
-/// A lane with the region it has to cover.
+/// Candidate pass with the region that it has to cover.
 pub(crate) struct PassTrimmer<'a, Inside> {
     pub(crate) candidate: &'a CandidatePass<'a>,
     pub(crate) region: &'a TrimmedRegion<Inside>,
-    /// What the curve has to keep from the face between stations.
+    /// Proof that the curve keeps off the face between stations.
     pub(crate) clearance: ClearanceProof<'a>,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
-    /// The lane's stretches in order of the track, and a place in the region without a cutter location.
+    /// Returns the segments of the pass in order of the track, and a point in the region without a
+    /// cutter location.
     ///
-    /// A stretch ends where there is no location, where the curve would go too deep however fine its
-    /// stations are, and where the tool would turn too fast: there the tool is lifted.
+    /// A segment ends where there is no location, where the curve would go too deep however fine
+    /// its stations are, and where the tool would turn too fast: there the tool is lifted.
     pub(crate) fn segments(&self) -> (Vec<PassSegment>, Option<RefusedStation>) {
         let extension = self.candidate.extension();
         let arcs = self.arcs(extension);
@@ -94,7 +97,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         (segments, refused)
     }
 
-    /// Makes stretches of all places with locations that have something to cut.
+    /// Makes segments of all stations with locations that have something to cut.
     fn laid(&self, samples: &[TrackSample], extension: f64, segments: &mut Vec<PassSegment>) {
         for [first, last] in kept(samples, extension) {
             let samples = &samples[first..=last];
@@ -106,7 +109,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         }
     }
 
-    /// Makes stretches of a run of places with locations; at the ends of `spots` it is run out.
+    /// Makes segments of a run of stations with locations; at the ends of `samples` it is run out.
     fn run(&self, samples: &[TrackSample], run: [usize; 2], segments: &mut Vec<PassSegment>) {
         let [first, last] = self.without_surplus(samples, run);
         let mut placed: Vec<PlacedStation> =
@@ -128,8 +131,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         self.keep(placed, shortened, CUTS, segments);
     }
 
-    /// A run without those places at its ends that lie farther out than one whose strip is off the region
-    /// already.
+    /// Drops the stations at the ends of a run that lie farther out than one whose strip is off the
+    /// region already.
     fn without_surplus(&self, samples: &[TrackSample], [first, last]: [usize; 2]) -> [usize; 2] {
         let [low, high] = self.region.bounds[1];
         let chart = self.candidate.chart;
@@ -150,7 +153,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         [first, last]
     }
 
-    /// Stretches of the stations between bad spans: these are cut out, and what remains is laid anew.
+    /// Makes segments of the stations between bad spans: these are cut out, and the rest is laid
+    /// anew.
     fn keep(
         &self,
         placed: Vec<PlacedStation>,
@@ -181,8 +185,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         }
     }
 
-    /// Stretches with a further station in every span over the ranges along; `None` where all spans
-    /// there are as short as they may be.
+    /// Returns segments with a further station in every span over the ranges along; `None` where
+    /// all spans there are as short as they may be.
     pub(crate) fn denser(
         &self,
         segments: &[PassSegment],
@@ -213,13 +217,13 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         turn > self.candidate.turn(a.arc, b.arc)
     }
 
-    /// How far across a location finishes the region on its own line.
+    /// Returns the parameter across to which a location finishes the region on its own line.
     fn reach(&self, placed: &PlacedStation) -> f64 {
         let [across, along] = placed.far(self.candidate.chart);
         self.region.first_from(across, [along, along]).unwrap_or(f64::INFINITY)
     }
 
-    /// Evenly spaced places along the track.
+    /// Returns evenly spaced points along the track.
     fn arcs(&self, extension: f64) -> Vec<f64> {
         let ([start, end], [first, last]) =
             (self.candidate.track.range(), self.candidate.track.face());
@@ -231,7 +235,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         (0..=count).map(|i| start + (end - start) * f64::from(i) / f64::from(count)).collect()
     }
 
-    /// Notes for each place whether its strip meets the region between its neighbours.
+    /// Tests for each station if its strip meets the region between its neighbours.
     fn samples(&self, arcs: &[f64], places: Vec<LocationResult>) -> Vec<TrackSample> {
         let (candidate, chart) = (self.candidate, self.candidate.chart);
         let along = |index: usize| candidate.track.at(arcs[index]);
@@ -248,8 +252,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         places.into_iter().enumerate().map(sample).collect()
     }
 
-    /// Carries a row on past its last location: as near as locations are found to `bad`, where there
-    /// is none, then by a run-out to `target`. Whether it ends short of it.
+    /// Carries a row on past its last location: as near as locations are found to `bad`, where
+    /// there is none, then by a run-out to `target`. Returns `true` if it ends short of the target.
     fn finish_end(&self, placed: &mut Vec<PlacedStation>, bad: f64, target: Option<f64>) -> bool {
         let Some(last) = placed.last() else { return true };
         let end = self.towards(last, bad);
@@ -262,7 +266,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         })
     }
 
-    /// The location nearest to `bad`, where there is none, to within the least spacing.
+    /// Finds the location nearest to `bad`, where there is none, to within the least spacing.
     fn towards(&self, good: &PlacedStation, bad: f64) -> PlacedStation {
         let (mut good, mut bad) = (good.clone(), bad);
         while (bad - good.arc).abs() > self.candidate.options.spacing[0] {
@@ -275,8 +279,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         good
     }
 
-    /// Carries a row on to `target` from its last location, or from one before it where the last, at
-    /// the edge of what is possible, cannot be carried on as far. How far it came.
+    /// Carries a row on to `target` from its last location, or from one before it if the last, at
+    /// the edge of what is possible, cannot be carried on as far. Returns the arc length that it
+    /// reaches.
     fn run_out(&self, placed: &mut Vec<PlacedStation>, target: f64) -> f64 {
         let between = self.checker();
         let to_go = |arc: f64| (target - arc).abs();
@@ -300,7 +305,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         placed.last().map_or(f64::NEG_INFINITY, |p| p.arc)
     }
 
-    /// The band as the curve between stations has to keep it.
+    /// Returns the check with the band that the curve between stations has to keep.
     fn checker(&self) -> SpanCheck<'_> {
         let candidate = self.candidate;
         let share = candidate.options.path_share;
@@ -309,14 +314,15 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         SpanCheck { face: candidate.face, cutter: candidate.cutter, chart: candidate.chart, band }
     }
 
-    /// The curve through stations.
+    /// Returns the curve through stations.
     fn sweep(&self, placed: &[PlacedStation]) -> PassSweep {
         let stations: Vec<Station> = placed.iter().map(|p| p.station).collect();
         PassSweep::through(&stations, lever(self.candidate.cutter))
     }
 
-    /// Halves spans until the curve through the stations keeps the widened band on each, or the spacing is the
-    /// least allowed. Gouges, which cost more to find, are looked for once nothing else asks for stations.
+    /// Halves spans until the curve through the stations keeps the widened band on each, or the
+    /// spacing is the least allowed. Gouges, which cost more to find, are searched once nothing
+    /// else needs stations.
     fn refine(&self, mut placed: Vec<PlacedStation>) -> (Vec<PlacedStation>, Vec<SpanResult>) {
         loop {
             let sweep = self.sweep(&placed);
@@ -345,13 +351,13 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         }
     }
 
-    /// Whether a span is long enough for a further station.
+    /// Returns `true` if a span is long enough for a further station.
     fn divisible(&self, span: &[PlacedStation]) -> bool {
         let length = span.last().map_or(0.0, |b| b.arc) - span.first().map_or(0.0, |a| a.arc);
         length >= 2.0 * self.candidate.options.spacing[0]
     }
 
-    /// Puts a station into each of the spans given that is long enough; `None` where none is.
+    /// Puts a station into each of the given spans that is long enough; `None` where none is.
     fn split(&self, placed: &[PlacedStation], mut spans: Vec<usize>) -> Option<Vec<PlacedStation>> {
         spans.retain(|&i| self.divisible(&placed[i..=i + 1]));
         let reach = |placed: &PlacedStation| self.reach(placed);
@@ -374,7 +380,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         Some(finer)
     }
 
-    /// How far the curve goes below the widened band on a span \[mm\]; 0 or less if it does not.
+    /// Returns the depth of the curve below the widened band on a span \[mm\]; 0 or less if it
+    /// keeps the band.
     fn gouge(&self, sweep: &PassSweep, span: usize) -> f64 {
         let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
         // Small and positive.
@@ -386,8 +393,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         self.clearance.target - self.clearance.precision - least
     }
 
-    /// Whether the pose between two stations cuts, to the widened band, what lies halfway between what they cut: the
-    /// track, where the pass before ended, the contact, and the end of the strip.
+    /// Returns `true` if the pose between two stations cuts, to the widened band, the points
+    /// halfway between those that the stations cut: on the track, where the pass before ended, at
+    /// the contact, and at the end of the strip.
     fn covers(&self, sweep: &PassSweep, [a, b]: [&PlacedStation; 2], span: usize) -> bool {
         let [low, high] = self.region.bounds[1];
         // Beyond the border there is nothing to cover.
@@ -411,7 +419,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
     }
 }
 
-/// Ranges of neighbouring places that have locations, two at least.
+/// Returns the ranges of neighbouring stations that have locations, two at least.
 fn runs(samples: &[TrackSample]) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for index in (0..samples.len()).filter(|&index| samples[index].place.is_ok()) {
@@ -424,7 +432,8 @@ fn runs(samples: &[TrackSample]) -> Vec<[usize; 2]> {
     runs
 }
 
-/// Ranges of places whose strips have something to cut, run out by `distance` \[mm\] at both ends.
+/// Returns the ranges of stations whose strips have something to cut, run out by `distance` \[mm\]
+/// at both ends.
 fn kept(samples: &[TrackSample], distance: f64) -> Vec<[usize; 2]> {
     let mut kept: Vec<[usize; 2]> = Vec::new();
     for sample in samples.iter().filter(|sample| sample.touched) {

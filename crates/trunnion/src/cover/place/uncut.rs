@@ -1,4 +1,5 @@
-//! What passes leave: connected parts of the face, how much stands on them, and why.
+//! Uncut material: connected regions that the passes leave, with height, reason and the largest
+//! ball that fits.
 
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::place::context::FaceContext;
@@ -12,19 +13,21 @@ use crate::types::{UncutReason, UncutRegion};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// Size of the cells at the edges of what is left, as a share of a narrow strip.
+/// Size of the cells at the edges of the uncut area, as a share of a narrow strip.
 const CELL: f64 = 1.0 / 16.0;
 
-/// Size of the cells of a closer look, where a cell is finished at its middle, as a share of the least spacing.
+/// Size of the cells of a closer search, where a cell is finished at its middle, as a share of the
+/// least spacing.
 const FINEST: f64 = 0.125;
 
-/// Places of one part at which is looked how much stands there and what fits, about.
+/// Approximate number of points of one region at which height and fit are evaluated.
 const LOOKS: usize = 48;
 
-/// Places a way across a cell at the face's edge, by which its area is told; parts a way of a range on a bent chart.
+/// Points each way in a cell at the face's edge, by which its area is measured; parts each way of a
+/// range on a bent chart.
 const PARTS: u32 = 4;
 
-/// To what share of the path's tolerance a ball keeps off the faces.
+/// Precision with which a ball keeps off the faces, as a share of the path share.
 const PRECISION: f64 = 0.05;
 
 /// Kind of the map between local parameters and those of the face.
@@ -36,8 +39,8 @@ enum MapKind {
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
-    /// What is unfinished in the end of what was missed, the largest part first: passes further on may have swept
-    /// over it.
+    /// Returns the material that is unfinished in the end, of the ranges that were missed, the
+    /// largest region first. Later passes may have swept over some of them.
     pub(crate) fn rest(&self, state: &PlacedPasses) -> Vec<UncutRegion> {
         let boxes: Vec<ParameterBox> =
             state.missed.iter().map(|uv| self.local_range(*uv)).collect();
@@ -58,19 +61,19 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         rest
     }
 
-    /// To what the area of what is left is told \[mm²\]: cells on its rim count in full, and the rim of each part
-    /// is about as long as that of its box.
+    /// Returns the resolution of the uncut area \[mm²\]. Cells on its rim count in full, and the
+    /// rim of each region is about as long as that of its box.
     pub(crate) fn resolved(&self, rest: &[UncutRegion]) -> f64 {
         let rim = |[low, high]: &[Point3<f64>; 2]| 2.0 * (high - low).sum();
         CELL * self.narrow() * rest.iter().map(|part| rim(&part.bounds)).sum::<f64>()
     }
 
-    /// Ranges of u and v that hold a range across and along.
+    /// Returns the ranges of u and v that hold a range across and along.
     pub(crate) fn uv_range(&self, range: ParameterBox) -> ParameterBox {
         image(range, self.map_kind(), &|local| self.chart.uv(local))
     }
 
-    /// Ranges across and along that hold a range of u and v.
+    /// Returns the ranges across and along that hold a range of u and v.
     pub(crate) fn local_range(&self, range: ParameterBox) -> ParameterBox {
         image(range, self.map_kind(), &|uv| self.chart.local(uv))
     }
@@ -79,7 +82,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         if self.chart.is_straight() { MapKind::Exchange } else { MapKind::Bent }
     }
 
-    /// One connected part.
+    /// Measures one connected region.
     fn part(
         &self,
         region: &TrimmedRegion<&Inside>,
@@ -121,7 +124,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         })
     }
 
-    /// Places of some cells, spread over them.
+    /// Evaluates points of some cells, spread over them.
     fn looks(
         &self,
         region: &TrimmedRegion<&Inside>,
@@ -131,7 +134,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         let middle = |range: &ParameterBox| range.map(|[low, high]| 0.5 * (low + high));
         let held = |range: &&ParameterBox| region.holds(middle(range));
         let inside: Vec<&ParameterBox> = cells.iter().filter(held).collect();
-        // Where no middle of a cell is inside, the first is as good as any.
+        // Where no middle of a cell is inside, the first serves.
         let places = if inside.is_empty() {
             vec![middle(cells.first().unwrap_or(&[[0.0; 2]; 2]))]
         } else {
@@ -159,14 +162,15 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
     }
 }
 
-/// A place, what stands there, and the largest ball that fits.
+/// Point of the uncut material, its height there, and the largest ball that fits.
 struct LookedAt {
     place: ChartPoint,
     depth: f64,
     ball: f64,
 }
 
-/// About [`LOOKS`] of some cells, as many from each stretch of the list as it has of their area by parameters.
+/// Chooses about [`LOOKS`] cells, from each part of the list in proportion to its area by
+/// parameters.
 fn spread<'a>(cells: &[&'a ParameterBox]) -> Vec<&'a ParameterBox> {
     let area = |range: &ParameterBox| range.iter().map(|[low, high]| high - low).product::<f64>();
     let step = cells.iter().map(|range| area(range)).sum::<f64>() / LOOKS as f64;
@@ -182,7 +186,7 @@ fn spread<'a>(cells: &[&'a ParameterBox]) -> Vec<&'a ParameterBox> {
     chosen
 }
 
-/// Share of a cell that lies inside the region.
+/// Returns the share of a cell that lies inside the region.
 fn inside<Inside: Fn(ChartPoint) -> bool>(
     region: &TrimmedRegion<Inside>,
     range: ParameterBox,
@@ -199,8 +203,8 @@ fn inside<Inside: Fn(ChartPoint) -> bool>(
     held as f64 / f64::from(all)
 }
 
-/// The box around the image of a range: by its corners where the map exchanges parameters at most, else by parts
-/// of it, each with what it bows.
+/// Returns the box around the image of a range: by its corners where the map exchanges parameters
+/// at most, otherwise by parts of it, each with its bow.
 fn image(range: ParameterBox, kind: MapKind, map: &dyn Fn([f64; 2]) -> [f64; 2]) -> ParameterBox {
     if kind == MapKind::Exchange {
         let [[a, b], [c, d]] = range;

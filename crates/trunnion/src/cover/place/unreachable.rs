@@ -1,4 +1,4 @@
-//! What of a face the machine does not get to, however the tool leans: no passes are placed there.
+//! Cells of a face that the machine reaches at no inclination. No passes are placed there.
 
 use crate::cover::cost::PassCost;
 use crate::cover::layout::chart::Chart;
@@ -11,10 +11,10 @@ use crate::surface::FaceIndex;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Cells a way of the grid in which that is told.
+/// Cells each way of the grid.
 const CELLS: usize = 64;
 
-/// Cells of a face's box none of which the machine gets to.
+/// Cells of a face's box that the machine does not reach.
 #[derive(Debug, Clone)]
 pub(crate) struct UnreachableCells {
     bounds: [[f64; 2]; 2],
@@ -25,9 +25,11 @@ pub(crate) struct UnreachableCells {
 }
 
 impl UnreachableCells {
-    /// Cells with no reach at their corners and those of their neighbours; `None` where there are none. A pose that leans
-    /// a little more than any tool would counts, so that a cell left out has nothing in it that a pass could finish but
-    /// for slivers far smaller than a cell.
+    /// Finds the cells without reach at all their corners; `None` where there are none.
+    ///
+    /// A pose that is inclined a little more than any tool would be counts as reached. So a cell
+    /// that is left out holds nothing that a pass could finish, but for slivers far smaller than a
+    /// cell.
     pub(crate) fn of(face: &FaceIndex, cutter: &Cutter, cost: &dyn PassCost) -> Option<Self> {
         let (bounds, periods) = (face.face().bounds(), face.face().surface.periods());
         let line = |k: usize, i: usize| edge(bounds[k], i as f64 / CELLS as f64);
@@ -48,7 +50,7 @@ impl UnreachableCells {
         cells.contains(&true).then_some(Self { bounds, periods, cells })
     }
 
-    /// Whether a place lies in such a cell.
+    /// Returns `true` if a point lies in such a cell.
     pub(crate) fn holds(&self, uv: [f64; 2]) -> bool {
         let index = |k: usize| {
             let [low, high] = self.bounds[k];
@@ -74,7 +76,7 @@ impl UnreachableCells {
         edge(self.bounds[k], i as f64 / CELLS as f64)
     }
 
-    /// Ranges of u and v that together are all of it.
+    /// Returns ranges of u and v that together make up all cells.
     pub(crate) fn ranges(&self) -> Vec<[[f64; 2]; 2]> {
         let mut ranges = Vec::new();
         for i in 0..CELLS {
@@ -86,7 +88,7 @@ impl UnreachableCells {
         ranges
     }
 
-    /// Its edges with the rest of the face, as local places.
+    /// Returns the edges between these cells and the others, in local parameters.
     pub(crate) fn edges(&self, chart: &Chart, shift: [f64; 2]) -> Vec<[ChartPoint; 2]> {
         let mut edges = Vec::new();
         for k in 0..2 {
@@ -106,7 +108,7 @@ impl UnreachableCells {
     }
 }
 
-/// The same without what the machine does not get to.
+/// Returns the trimmed region without the cells that the machine does not reach.
 pub(crate) fn within_reach<'a>(
     face: &'a FaceIndex,
     chart: &Chart,
@@ -122,7 +124,7 @@ pub(crate) fn within_reach<'a>(
     region.without(move |local| beyond.holds(chart.uv(local)), edges)
 }
 
-/// Runs of cells for which something holds, each from its first to behind its last.
+/// Returns the runs of cells for which something holds, each from its first to behind its last.
 fn runs(holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for j in (0..CELLS).filter(|j| holds(*j)) {

@@ -1,4 +1,9 @@
-//! How deep a moving tool goes into a face, bounded over all its places and all the time.
+//! Clearance of a moving tool from a face, bounded over all points of the face and all times of the
+//! motion.
+//!
+//! Branch and bound in space and time: a tree of balls over the face, then cells, each against a
+//! slab of time. The distance from the tool's convex bodies is bounded from below by planes, and
+//! the motion by its first order and a remainder.
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
@@ -9,24 +14,25 @@ use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Halvings of a cell or a stretch of time, together, before its bound is taken as it is: from millimetres
-/// to nanometres in all three.
+/// Halvings of a cell and a time slab, together, before the bound is taken as it is: from
+/// millimetres to nanometres in all three directions.
 const DEPTH: u32 = 60;
 
-/// A face and a tool.
+/// Face and tool whose clearance is proven.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ClearanceProof<'a> {
     pub(crate) face: &'a FaceIndex,
     pub(crate) chart: &'a Chart,
     pub(crate) tree: &'a FaceTree,
     pub(crate) tool: &'a ToolBody,
-    /// What the tool has to keep from the face \[mm\].
+    /// Clearance that the tool has to keep from the face \[mm\].
     pub(crate) target: f64,
-    /// Below the target by this much counts as kept \[mm\]: what touches it cannot be told from it.
+    /// Amount below the target that still counts as kept \[mm\]: at this precision a touch looks
+    /// like a breach.
     pub(crate) precision: f64,
 }
 
-/// A stretch of one span's time.
+/// Part of the time of one span.
 #[derive(Debug, Clone, Copy)]
 struct TimeSlab {
     span: usize,
@@ -37,36 +43,38 @@ struct TimeSlab {
     halves: Option<[usize; 2]>,
 }
 
-/// A cell and, once they are needed, its halves by either parameter.
+/// Cell with, once they are needed, its halves by either parameter.
 #[derive(Debug, Clone, Copy)]
 struct CellPart {
     cell: FaceCell,
-    /// Which cell of the sheet it is a part of, and how much of it the face has.
+    /// Index of the cell of the tree that it is part of, and the share of it that the face has.
     of: usize,
     share: CellShare,
     sags: [f64; 2],
     halves: [Option<[usize; 2]>; 2],
 }
 
-/// The least distance known so far.
+/// Least distance known so far.
 struct ClearanceSearch<'a> {
     clearing: &'a ClearanceProof<'a>,
     sweep: &'a PassSweep,
     solid: &'a ConvexSolid,
-    /// Halves are kept: the same cells and times are met again and again.
+    /// Halves are kept, since the same cells and times are met again and again.
     slabs: Vec<TimeSlab>,
     tiles: Vec<CellPart>,
-    /// Tile of a cell of the sheet.
+    /// Part for a cell of the tree.
     known: HashMap<usize, usize>,
     /// Least distance found anywhere \[mm\].
     found: f64,
-    /// What no distance is below \[mm\]; at most the target.
+    /// Lower bound of all distances \[mm\]; at most the target.
     bound: f64,
 }
 
 impl ClearanceProof<'_> {
-    /// What the tool keeps from the face at least during a span, looked at in `slabs`: the target, less
-    /// the precision, or more if it keeps that; otherwise some distance that is less.
+    /// Returns a lower bound of the clearance during a span, which is divided into `slabs`.
+    ///
+    /// It is the target less the precision, or more, if the tool keeps that; otherwise some
+    /// distance that is less.
     pub(crate) fn least(&self, sweep: &PassSweep, span: usize, slabs: u32) -> f64 {
         let mut least = self.target;
         for solid in self.tool.solids() {
@@ -78,7 +86,7 @@ impl ClearanceProof<'_> {
         least
     }
 
-    /// What one body of the tool keeps; `None` where there is no pose.
+    /// Searches the clearance of one body of the tool; `None` where there is no pose.
     fn search<'a>(
         &'a self,
         solid: &'a ConvexSolid,
@@ -105,7 +113,7 @@ impl ClearanceProof<'_> {
         Some(search)
     }
 
-    /// Part of a cell of the sheet, by what is known of the part it is a half of.
+    /// Makes part of a cell of the tree, given the share of the part that it is a half of.
     fn tile(&self, cell: FaceCell, of: usize, before: CellShare) -> CellPart {
         let holds = |local: ChartPoint| {
             let [u, v] = self.chart.uv(local);
@@ -137,15 +145,15 @@ impl TimeSlab {
         0.5 * (self.to - self.from)
     }
 
-    /// Velocity of a fixed place seen from the tool, in the workpiece's directions.
+    /// Returns the velocity of a fixed point seen from the tool, in the workpiece's directions.
     fn seen(&self, from_tip: &Vector3<f64>) -> Vector3<f64> {
         -self.middle.velocity - self.middle.turn.cross(from_tip)
     }
 }
 
 impl ClearanceSearch<'_> {
-    /// Nothing at or above this matters any more. A touch at the target itself is not followed below the
-    /// precision, and after a certain breach nothing matters.
+    /// Returns the distance from which on nothing matters any more. A touch at the target itself is
+    /// not followed below the precision, and after a certain breach nothing matters.
     fn enough(&self) -> f64 {
         let ClearanceProof { target, precision, .. } = *self.clearing;
         if self.found < target - precision {
@@ -162,8 +170,8 @@ impl ClearanceSearch<'_> {
         }
     }
 
-    /// The distance lies above the tangent plane at the centre and above every plane that the solid
-    /// touches from below, over the ball and the slab.
+    /// Bounds the distance over a ball of the tree and a slab: it lies above the tangent plane at
+    /// the centre, and above every plane that the solid touches from below.
     fn node(&mut self, index: usize, time: usize, depth: u32) {
         let node = self.clearing.tree.nodes[index];
         let slab = self.slabs[time];
@@ -171,6 +179,8 @@ impl ClearanceSearch<'_> {
         let from_tip = node.centre - pose.tip;
         let half = slab.half();
         let seen = slab.seen(&from_tip);
+        // Motion of the ball over half the slab: first order at its centre, rotation over its
+        // radius, and the remainder of second order.
         let rest = slab.middle.turn.norm() * node.radius * half
             + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
         let motion = |gap: &SignedDistance| gap.gradient.dot(&seen).abs() * half + rest;
@@ -186,6 +196,7 @@ impl ClearanceSearch<'_> {
             return;
         }
         let motion = motion(&gap);
+        // Divide the larger of both: time if the motion exceeds the ball, else space.
         if motion > node.radius && depth < DEPTH {
             for time in self.later(time) {
                 self.node(index, time, depth + 1);
@@ -205,13 +216,13 @@ impl ClearanceSearch<'_> {
         }
     }
 
-    /// Twice the remainder of the first-order motion over a slab.
+    /// Returns twice the remainder of the first-order motion over a slab.
     fn rest(&self, slab: &TimeSlab, distance: f64) -> f64 {
         let (bend, half) = (self.sweep.bend(slab.span), slab.half());
         bend.seen(distance, slab.middle.velocity.norm() + bend.tip * half) * half * half
     }
 
-    /// Halves of a slab; none, and no bound, where there is no pose.
+    /// Returns the halves of a slab; none, and no bound, where there is no pose.
     fn later(&mut self, time: usize) -> Vec<usize> {
         let slab = self.slabs[time];
         if let Some(halves) = slab.halves {
@@ -252,9 +263,11 @@ impl ClearanceSearch<'_> {
         [first, first + 1]
     }
 
-    /// The distance lies above the tangent plane at the middle and above the planes along the cell
-    /// that the solid touches from below; over the cell and the slab a plane is least at a corner,
-    /// but for the bows of the cell and of the motion.
+    /// Bounds the distance over a cell and a slab.
+    ///
+    /// It lies above the tangent plane at the middle, and above the planes along the cell that the
+    /// solid touches from below. A plane is least at a corner, but for the bows of the cell and of
+    /// the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
         let (slab, CellPart { cell, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
         let (sags, share) = (*sags, *share);
@@ -267,7 +280,7 @@ impl ClearanceSearch<'_> {
         let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
         let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
         let gap = self.solid.gap(&centre, pose);
-        // What the tangent plane lacks tells where to go on; the others only end the search sooner.
+        // The tangent plane decides where to divide; the other planes only end the search sooner.
         let tangent = over(&slab, &centre, &corners, gap);
         let mut least = tangent.least;
         for normal in cell.normal().into_iter().flat_map(|n| [n, -n]) {
@@ -286,6 +299,7 @@ impl ClearanceSearch<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
+        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope.
         let [a, b] = [0, 1].map(|k| sags[k] + slopes[k]);
         if tangent.moving + rest >= a.max(b) {
             for time in self.later(time) {
@@ -299,7 +313,7 @@ impl ClearanceSearch<'_> {
     }
 }
 
-/// A plane below the distance, over the corners of a cell and the first-order motion of a slab.
+/// Plane below the distance, over the corners of a cell and the first-order motion of a slab.
 struct PlaneBound {
     /// Least value \[mm\].
     least: f64,
@@ -328,13 +342,13 @@ fn over(
 mod tests {
     use super::*;
     use crate::cover::layout::region::TrimmedRegion;
-    use crate::cover::options::FeedDirection;
+    use crate::cover::pattern::FeedDirection;
     use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::surface::{Face, NurbsSurface, Surface};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::Unit;
 
-    /// A plate, 20 x 20 mm, with a ridge of 0.5 mm at x = 10.
+    /// Returns a plate of 20 x 20 mm with a ridge of 0.5 mm at x = 10.
     fn plate() -> FaceIndex {
         let points = [[0.0, 0.0], [10.0, 1.0], [20.0, 0.0]]
             .map(|[x, z]| [0.0, 20.0].map(|y| Point3::new(x, y, z)).to_vec())
@@ -350,8 +364,8 @@ mod tests {
         ToolBody::new(&Cutter::new(spec).unwrap())
     }
 
-    /// What a tool keeps at least that passes over the plate along x, its tip at height `z`, leaning by `lean`
-    /// about x.
+    /// Returns the clearance of a tool that passes over the plate along x, its tip at height `z`,
+    /// inclined by `lean` about x.
     fn least(tool: &ToolBody, z: f64, lean: f64, target: f64) -> f64 {
         let (face, chart) = (plate(), Chart::straight(FeedDirection::V));
         let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
@@ -378,21 +392,21 @@ mod tests {
         let tool = tool(Vec::new());
         assert!(least(&tool, 0.6, 0.0, 0.099) >= 0.099 - 1e-4);
         assert!(least(&tool, 0.6, 0.0, 0.101) < 0.101 - 1e-4);
-        // Below the ridge the tool gouges, whatever it keeps at its stations.
+        // Below the ridge the tool gouges, even though its stations are clear.
         assert!(least(&tool, 0.4, 0.0, -0.09) < -0.09 - 1e-4);
     }
 
     #[test]
     fn a_shank_that_leans_onto_the_face_is_found() {
-        // Leaning 80 degrees at height 3, the cutting end is 1.4 mm above the plate's middle, and the
+        // At 80 degrees and height 3 the cutting end is 1.4 mm above the plate's middle, and the
         // shank of 4 mm from height 8 on is below its surface.
         let lean = 80_f64.to_radians();
         assert!(least(&tool(Vec::new()), 4.0, lean, 0.1) >= 0.1 - 1e-4);
         assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
     }
 
-    /// Trims of real parts have corners with hardly anything between their edges: no middle of a cell is ever on the face
-    /// there. The tool goes over one, and that is seen before cells are as small as rounding.
+    /// Trims of real parts have corners with hardly anything between their edges: no middle of a
+    /// cell is ever on the face there. The breach is found before cells are as small as rounding.
     #[test]
     fn a_spike_of_the_trims_is_looked_at_no_closer_than_asked() {
         let (face, chart, tool) = (plate(), Chart::straight(FeedDirection::V), tool(Vec::new()));

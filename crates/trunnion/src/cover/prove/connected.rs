@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Ranges across and along of a cell.
 pub(crate) type ParameterBox = [[f64; 2]; 2];
 
-/// The box around some ranges.
+/// Returns the box around some boxes.
 pub(crate) fn hull(ranges: &[ParameterBox]) -> ParameterBox {
     let mut hull = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for range in ranges {
@@ -17,7 +17,9 @@ pub(crate) fn hull(ranges: &[ParameterBox]) -> ParameterBox {
     hull
 }
 
-/// Cells by connected parts, those that touch at an edge or a corner being connected.
+/// Groups cells into connected parts; cells that touch at an edge or a corner are connected.
+///
+/// A sweep along the first parameter with union-find.
 pub(crate) fn parts(cells: &[ParameterBox]) -> Vec<Vec<ParameterBox>> {
     let mut order: Vec<usize> = (0..cells.len()).collect();
     order.sort_by(|&i, &j| cells[i][0][0].total_cmp(&cells[j][0][0]).then(i.cmp(&j)));
@@ -43,11 +45,11 @@ pub(crate) fn parts(cells: &[ParameterBox]) -> Vec<Vec<ParameterBox>> {
     parts.into_iter().map(|(_, cells)| cells).collect()
 }
 
-/// The cells that a line of constant first parameter meets while it moves on. Those of like height, within a factor of
-/// two, are ordered by where they begin: only a few of each kind can touch a cell.
+/// Cells that the sweep line of constant first parameter meets. Cells of like height, within a
+/// factor of two, are ordered by their lower end: only a few of each kind can touch a cell.
 #[derive(Default)]
 struct CellFront {
-    /// By the exponent of their height: the largest height, and where they begin with their indices.
+    /// By the exponent of their height: the largest height, and the lower ends with their indices.
     kinds: BTreeMap<u64, (f64, BTreeSet<(TotalOrder, usize)>)>,
 }
 
@@ -60,12 +62,12 @@ impl CellFront {
         kind.1.insert((TotalOrder(low), i));
     }
 
-    /// Tells of each cell that touches cell `i`, which begins no earlier than any before it; those that end before it are
-    /// dropped.
-    fn touching(&mut self, cells: &[ParameterBox], i: usize, mut tell: impl FnMut(usize)) {
+    /// Calls `found` for each cell that touches cell `i`, which begins no earlier than any before
+    /// it. Cells that end before it are dropped.
+    fn touching(&mut self, cells: &[ParameterBox], i: usize, mut found: impl FnMut(usize)) {
         let [[start, _], [low, high]] = cells[i];
         for (most, kind) in self.kinds.values_mut() {
-            // A sum is rounded: what begins a little lower is looked at as well.
+            // A sum is rounded, so cells that begin a little lower are tried as well.
             let first = low - *most * (1.0 + f64::EPSILON) - low.abs() * f64::EPSILON;
             let near = (TotalOrder(first), 0)..=(TotalOrder(high), usize::MAX);
             let mut ended = Vec::new();
@@ -74,7 +76,7 @@ impl CellFront {
                 if cells[j][0][1] < start {
                     ended.push((begin, j));
                 } else if cells[j][1][1] >= low {
-                    tell(j);
+                    found(j);
                 }
             }
             for one in ended {
@@ -84,7 +86,7 @@ impl CellFront {
     }
 }
 
-/// A number by its total order.
+/// Number in total order.
 #[derive(Clone, Copy)]
 struct TotalOrder(f64);
 

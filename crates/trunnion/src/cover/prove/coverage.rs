@@ -1,9 +1,10 @@
-//! What passes leave, proven over all of the face and not only at points.
+//! Coverage: proves which cells of a face the passes finish, over all of the face and not only at
+//! points.
 //!
-//! A place is finished when the point above it, as high as the excess allowed, was inside the
-//! cutter. The cutter is convex: a cell is finished when its corners are inside it, by more than
-//! the cell bows. Every corner may have its own time, as long as the tool between those times
-//! bows little as well. Nothing here knows of strips or closest points, so that a slip there cannot hide.
+//! A point is finished if the point above it, as high as the excess allowed, was inside the cutter.
+//! The cutter is convex, so a cell is finished if its corners are inside by more than the cell
+//! bows. Every corner may have its own time, as long as the tool between those times bows little as
+//! well. Nothing here uses strips or closest points, so a mistake there cannot hide.
 
 use crate::cover::layout::advance::PassPart;
 use crate::cover::layout::chart::Chart;
@@ -22,37 +23,37 @@ use std::sync::Arc;
 /// Width of the columns that are searched independently, in least spacings.
 const COLUMN: f64 = 20.0;
 
-/// Columns at most.
+/// Largest number of columns.
 const COLUMNS: f64 = 400.0;
 
-/// What a pass may finish across, in widths of the cutter.
+/// Width that a pass may finish, in widths of the cutter.
 const WINDOW: f64 = 1.0;
 
-/// Tiles a way that are looked at independently.
+/// Tiles each way that are searched independently.
 const TILES: u32 = 8;
 
-/// Size of open cells that no tool comes near, in sizes of those at the edges of what is open: on them their area is told
-/// as well.
+/// Size of open cells that no tool comes near, over that of cells at the edges of the open area.
+/// Their area is exact all the same.
 const LARGEST: f64 = 16.0;
 
-/// Poses that are not sorted out any further.
+/// Number of poses below which a cell is not compared with each of them again.
 const FEW: usize = 8;
 
-/// Passings of the cutter over a place that are looked at, the nearest ones.
+/// Number of passes of the cutter over a point that are tried, the closest ones.
 const PASSINGS: usize = 3;
 
-/// How far a column of the face is finished.
+/// Column of the face, and how far across it is finished.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PassColumn {
-    /// Its range along.
+    /// Range along.
     pub(crate) along: [f64; 2],
-    /// The place across up to which it is.
+    /// Parameter across to which it is finished.
     pub(crate) finished: f64,
     /// Length along and width finished \[mm\].
     pub(crate) part: PassPart,
 }
 
-/// A time and the distance of a place from the cutter.
+/// Time of a closest approach, and the distance of the point from the cutter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ClosestPass {
     u: f64,
@@ -65,7 +66,7 @@ struct TimedCorner {
     corner: Point3<f64>,
 }
 
-/// A face and what has swept over it.
+/// Face with the sweeps of the passes over it.
 pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) face: &'a FaceIndex,
     pub(crate) chart: &'a Chart,
@@ -81,18 +82,20 @@ pub(crate) struct CoverageProof<'a, Inside> {
 /// Poses, as indices of sweep and pose.
 type PoseIndices = Arc<[[usize; 2]]>;
 
-/// A cell that waits to be looked at; the one that begins first comes first.
+/// Cell that waits to be proven; the queue returns the one that begins first.
 struct WaitingCell {
     cell: Box<FaceCell>,
-    /// Whether no edge of the region crosses it.
+    /// `true` if no edge of the region crosses it.
     whole: bool,
     /// Poses that come near.
     near: PoseIndices,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
-    /// Columns across, from `from` to `end`, in order along. Widths are told as if everywhere a step across were
-    /// `rate` \[mm\] long: on a fan the same step finishes little at the tip and much at the rim.
+    /// Returns columns across, from `from` to `end`, in order along.
+    ///
+    /// Widths are measured as if a step across were `rate` \[mm\] long everywhere: on a fan the
+    /// same step finishes little at the tip and much at the rim.
     pub(crate) fn columns(&self, [from, end]: [f64; 2], rate: f64) -> Vec<PassColumn> {
         let range = self.region.bounds[1];
         let at = self.at();
@@ -102,7 +105,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             .take_while(|i| *i < count)
             .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
             .collect();
-        // No pass cuts farther across than it is wide: what it may finish is looked at first.
+        // No pass cuts farther across than it is wide, so this window is searched first.
         let window = [from, end.min(from + WINDOW * self.end.width() / rate)];
         let mut near = Vec::with_capacity(edges.len());
         self.share(window, &edges, &self.poses(), &mut near);
@@ -119,8 +122,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         edges.into_par_iter().zip(near).map(column).collect()
     }
 
-    /// Cells of some boxes that are not finished: of the first size \[mm\], larger where no tool comes near.
-    /// A cell whose middle is finished is looked at down to the second size.
+    /// Returns the cells of some boxes that are not finished: of the first size \[mm\], larger
+    /// where no tool comes near. A cell whose middle is finished is divided down to the second
+    /// size.
     pub(crate) fn open(&self, boxes: &[[[f64; 2]; 2]], sizes: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
         let counts = [0, 1].map(|k| {
             let low = boxes.iter().map(|range| range[k][0]).fold(f64::INFINITY, f64::min);
@@ -171,7 +175,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 continue;
             }
             let least = a.max(b);
-            // No tool comes near: nothing smaller tells more.
+            // Where no tool comes near, smaller cells bring nothing.
             let inside = || mine.iter().any(|other| holds(other, &cell.range));
             if whole && near.is_empty() && least <= LARGEST * size && inside() {
                 open.push(cell.range);
@@ -189,12 +193,12 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         open
     }
 
-    /// Whether a place was inside the cutter near some poses.
+    /// Returns `true` if a point was inside the cutter near some poses.
     fn cuts(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> bool {
         self.nearest(place, near) <= 0.0
     }
 
-    /// Least distance of a place from the cutter, near some poses \[mm\].
+    /// Returns the least distance of a point from the cutter, near some poses \[mm\].
     fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
         let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
         let of = |poses: &[[usize; 2]]| {
@@ -207,18 +211,18 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         near.chunk_by(same).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Least distance of any place from the cutter \[mm\].
+    /// Returns the least distance of a point from the cutter during all sweeps \[mm\].
     pub(crate) fn height(&self, place: &Point3<f64>) -> f64 {
         self.nearest(place, &self.poses())
     }
 
-    /// All poses of all sweeps.
+    /// Returns all poses of all sweeps.
     fn poses(&self) -> PoseIndices {
         let poses = |(i, sweep): (usize, &&PassSweep)| (0..sweep.poses.len()).map(move |j| [i, j]);
         self.sweeps.iter().enumerate().flat_map(poses).collect()
     }
 
-    /// Of some poses, those near each of some neighbouring columns.
+    /// Distributes poses to neighbouring columns that they come near.
     fn share(
         &self,
         across: [f64; 2],
@@ -237,7 +241,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         self.share(across, high, &near, to);
     }
 
-    /// The least `across` of a cell in a column that is not proven finished by some poses.
+    /// Returns the least `across` of a cell in a column that some poses are not proven to finish.
     fn first_open(
         &self,
         across: [f64; 2],
@@ -271,7 +275,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         None
     }
 
-    /// Of some poses, those between which and the next a place of the cell may be inside the cutter.
+    /// Returns those poses between which and the next a point of the cell may be inside the cutter.
     fn near(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> PoseIndices {
         let (centre, radius) = (cell.centre(), cell.radius());
         let close = |place: &&[usize; 2]| {
@@ -282,7 +286,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         poses.iter().filter(close).copied().collect()
     }
 
-    /// The face, raised by the excess allowed.
+    /// Returns the face, raised by the excess allowed.
     fn at(&self) -> impl Fn(ChartPoint) -> Point3<f64> {
         let (face, chart, limit) = (self.face.face(), self.chart, self.limit);
         move |local| {
@@ -301,7 +305,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         near.chunk_by(same).rev().any(|poses| self.inside(cell, poses).unwrap_or(false))
     }
 
-    /// Whether the cell was inside the cutter near some poses of one sweep; `None` where there is no pose.
+    /// Returns `true` if the cell was inside the cutter near some poses of one sweep; `None` where
+    /// there is no pose.
     fn inside(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> Option<bool> {
         let sweep = self.sweeps[poses.first()?[0]];
         for start in self.passings(&cell.centre(), sweep, poses).into_iter().flatten() {
@@ -312,8 +317,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         Some(false)
     }
 
-    /// The times at which a place comes nearest, of those of some poses: the cutter passes over it with
-    /// the front of its ring and with the rear, and either may be the one that cuts.
+    /// Returns the times, among those of some poses, at which a point comes closest. The cutter
+    /// passes over it with the front of its ring and with the rear, and either may be the one that
+    /// cuts.
     fn passings(
         &self,
         place: &Point3<f64>,
@@ -346,13 +352,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         found.map(|known| known.map(|passing| passing.u))
     }
 
-    /// Whether the cell was inside the cutter about the time `start`.
+    /// Returns `true` if the cell was inside the cutter about the time `start`.
     fn inside_about(&self, cell: &FaceCell, sweep: &PassSweep, start: f64) -> Option<bool> {
         let centre = cell.centre();
         let (u, here) = deepest(sweep, &self.end, &centre, start)?;
         if self.end.distance(&centre, &here.pose) > 0.0 {
             return Some(false);
         }
+        // Guess for each corner: the time at which the cutter has moved on by its offset.
         let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
         let [low, high] = sweep.curve.range();
         let mut ends = Vec::with_capacity(4);
@@ -360,6 +367,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             let guess = (u + (corner - centre).dot(&pace)).clamp(low, high);
             ends.push(TimedCorner { u: guess, corner });
         }
+        // First with guessed times; only if that fails, with the deepest time of each corner.
         if self.holds(cell, sweep, &ends)? {
             return Some(true);
         }
@@ -369,7 +377,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         self.holds(cell, sweep, &ends)
     }
 
-    /// Whether all corners, at their times, are inside the cutter by more than anything bows.
+    /// Returns `true` if all corners, at their times, are inside the cutter by more than anything
+    /// bows.
     fn holds(&self, cell: &FaceCell, sweep: &PassSweep, ends: &[TimedCorner]) -> Option<bool> {
         let mut seen = Vec::with_capacity(4);
         let mut highest = f64::NEG_INFINITY;
@@ -386,6 +395,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             times().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(u), b.max(u)));
         let bend = sweep.bend_between(first, last);
         let far = seen.iter().map(|(_, q)| q.norm()).fold(0.0, f64::max);
+        // Between two corners with times t0 and t1 the image deviates from the chord by its sag,
+        // the second-order motion of the tip, and the turn over the distance, each over 8.
         let bow = |k: usize| {
             let pairs = if k == 0 { [(0, 2), (1, 3)] } else { [(0, 1), (2, 3)] };
             let sag = cell.sag(k);
@@ -417,7 +428,7 @@ impl PartialOrd for WaitingCell {
 }
 
 impl Ord for WaitingCell {
-    /// A heap pops the greatest: that which begins first, and of those the first along.
+    /// Orders the heap: the cell that begins first is greatest, and of those the first along.
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |w: &Self| [w.cell.range[0][0], w.cell.range[1][0]];
         let ([a0, a1], [b0, b1]) = (key(self), key(other));

@@ -1,20 +1,20 @@
-//! When a place is deepest in a moving cutter.
+//! Time at which a point is deepest in a moving cutter.
 
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
 use crate::cutter::ConvexSolid;
 use nalgebra::Point3;
 
-/// Looks at most, after the first two: mostly three suffice.
+/// Largest number of evaluations after the first two; mostly three suffice.
 const LOOKS: u32 = 8;
 
-/// Share to which a rate falls on one side where the distance bows there.
+/// Share to which a rate falls on one side if the distance has a bow there.
 const BOWED: f64 = 0.75;
 
-/// How much deeper the place may still be at another time, as a share of the cutter's width, if the distance falls and
-/// rises convexly: a cutter that swings to and fro bends it the other way by a little.
+/// Depth that may be missed at another time, as a share of the cutter's width, if the distance
+/// falls and rises convexly. A cutter that swings to and fro bends it the other way by a little.
 const PRECISION: f64 = 1e-8;
 
-/// A time, the distance of a place from the cutter, its rate, and where the cutter is.
+/// Distance of the point from the cutter at one time, its rate, and the pose of the cutter.
 #[derive(Clone, Copy)]
 struct TimeSample {
     u: f64,
@@ -24,22 +24,24 @@ struct TimeSample {
 }
 
 impl TimeSample {
-    /// Where the tangents of two looks meet, and how high.
+    /// Returns the time and height at which the tangents of two samples meet.
     fn meet(&self, other: &Self) -> (f64, f64) {
         let lines = [self, other].map(|look| look.distance - look.rate * look.u);
         let u = (lines[1] - lines[0]) / (self.rate - other.rate);
         (u, lines[0] + self.rate * u)
     }
 
-    /// Where a rate that changes evenly is zero.
+    /// Returns the time at which a rate that changes evenly is zero.
     fn level(&self, other: &Self) -> f64 {
         (self.u * other.rate - other.u * self.rate) / (other.rate - self.rate)
     }
 }
 
-/// The time, near `start`, at which a place is deepest in the cutter: as the cutter passes, the distance falls and rises
-/// again, with a bow where its rounding passes and with a kink where a sharp edge does. A small rounding is both: seen
-/// from afar a kink, and near a bow.
+/// Finds the time, near `start`, at which a point is deepest in the cutter.
+///
+/// As the cutter passes, the distance falls and rises again, with a bow where its rounding passes
+/// and with a kink where a sharp edge does. A small rounding is both: a kink from afar, and a bow
+/// nearby.
 pub(crate) fn deepest(
     sweep: &PassSweep,
     end: &ConvexSolid,
@@ -57,7 +59,7 @@ pub(crate) fn deepest(
     };
     let enough = PRECISION * end.width();
     let mut a = look(start)?;
-    // For a torus of radius r the distance bends like v^2 / r.
+    // Guess: for a torus of radius r the distance bends like v^2 / r.
     let bend = a.here.velocity.norm_squared() / end.bending_radius();
     let mut stride = end.bending_radius();
     let step = (-a.rate / bend.max(f64::MIN_POSITIVE)).clamp(-stride, stride);
@@ -66,6 +68,8 @@ pub(crate) fn deepest(
     let mut bowed = true;
     for _ in 0..LOOKS {
         let between = a.rate * b.rate < 0.0;
+        // Between the samples: the root of the rate for a bow, the meeting of the tangents for a
+        // kink. Outside: on downhill, with a growing stride.
         let u = if between {
             let (meet, floor) = a.meet(&b);
             if best.distance - floor <= enough {
@@ -82,11 +86,11 @@ pub(crate) fn deepest(
         if now.distance < best.distance {
             best = now;
         }
-        // Nowhere else to go: an end of the curve, or the bottom.
+        // An end of the curve or the bottom is reached.
         if [a.u, b.u].contains(&now.u) {
             break;
         }
-        // Keeps one place on either side.
+        // Keep one sample on either side of the minimum.
         if between {
             let side = if now.rate * a.rate > 0.0 { &mut a } else { &mut b };
             bowed = now.rate.abs() < BOWED * side.rate.abs();
@@ -106,7 +110,7 @@ mod tests {
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::{UnitVector3, Vector3};
 
-    /// A pass along x that leans into the feed, waves and turns.
+    /// Returns a pass along x that leans into the feed, waves and turns.
     fn sweep(lever: f64, lead: f64) -> PassSweep {
         let station = |i: u32| {
             let x = f64::from(i);
@@ -119,7 +123,8 @@ mod tests {
         PassSweep::of(PoseCurve::through(&stations, lever), lever)
     }
 
-    /// Of all roundings: from none through a hundredth of a millimetre to a ball. (The cutter turns on its way, and what bows down in time is not followed to the last.)
+    /// All roundings, from none through a hundredth of a millimetre to a ball. The cutter turns on
+    /// its way, so a downward bow in time is not followed to the last.
     #[test]
     fn no_other_time_nearby_is_deeper() {
         let sizes =

@@ -1,4 +1,4 @@
-//! A face as cells that are halved as finely as a proof needs.
+//! Tree over a face: cells that are halved as finely as a proof needs, and flat balls around them.
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Cells of the coarsest subdivision, each way, at least and at most.
+/// Least and largest number of cells each way in the coarsest subdivision.
 const COUNT: [f64; 2] = [8.0, 192.0];
 
-/// A rectangle of local parameters with its image at 3 x 3 places, first index across.
+/// Rectangle of local parameters with its image at 3 x 3 points, first index across.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FaceCell {
     pub(crate) range: [[f64; 2]; 2],
@@ -32,41 +32,43 @@ impl FaceCell {
         self.points[1][1]
     }
 
-    /// Lower-lower, lower-upper, upper-lower, upper-upper.
+    /// Returns the corners: lower-lower, lower-upper, upper-lower, upper-upper.
     pub(crate) fn corners(&self) -> [Point3<f64>; 4] {
         let p = &self.points;
         [p[0][0], p[0][2], p[2][0], p[2][2]]
     }
 
-    /// Row `i` of three points by parameter `k`.
+    /// Returns row `i` of three points by parameter `k`.
     fn line(&self, k: usize, i: usize) -> [Point3<f64>; 3] {
         if k == 0 { [0, 1, 2].map(|j| self.points[j][i]) } else { self.points[i] }
     }
 
-    /// Unit normal of the corners' diagonals, either side; none of a cell without area.
+    /// Returns the unit normal of the corners' diagonals, of either sign; none for a cell without
+    /// area.
     pub(crate) fn normal(&self) -> Option<Vector3<f64>> {
         let [a, b, c, d] = self.corners();
         (d - a).cross(&(c - b)).try_normalize(0.0)
     }
 
-    /// From the middle of one edge to that of the opposite one, by parameter `k`.
+    /// Returns the vector from the middle of one edge to that of the opposite one, by parameter
+    /// `k`.
     pub(crate) fn across_edges(&self, k: usize) -> Vector3<f64> {
         let line = self.line(k, 1);
         line[2] - line[0]
     }
 
-    /// Extent by parameter `k` \[mm\].
+    /// Returns the extent by parameter `k` \[mm\].
     pub(crate) fn extent(&self, k: usize) -> f64 {
         let line = self.line(k, 1);
         (line[1] - line[0]).norm() + (line[2] - line[1]).norm()
     }
 
-    /// What the image deviates from the hull of its corners at most, by parameter `k` \[mm\].
+    /// Bounds the deviation of the image from the hull of its corners, by parameter `k` \[mm\].
     ///
     /// A bilinear patch through the corners is in their hull; the image is off it by at most
-    /// `|S_kk| h^2 / 8` for either parameter. The second difference of three places `h / 2` apart is a mean of
-    /// `S_kk h^2 / 4`: taken whole, it allows a second derivative of twice the largest mean on the
-    /// cell's three lines.
+    /// `|S_kk| h^2 / 8` for either parameter. The second difference of three points `h / 2` apart
+    /// is a mean of `S_kk h^2 / 4`. Taken whole, it allows a second derivative of twice the largest
+    /// mean on the cell's three lines.
     pub(crate) fn sag(&self, k: usize) -> f64 {
         let bow = |i: usize| {
             let [a, b, c] = self.line(k, i);
@@ -75,22 +77,25 @@ impl FaceCell {
         bow(0).max(bow(1)).max(bow(2))
     }
 
-    /// Area, of half the parallelogram of its diagonals \[mm²\].
+    /// Returns the area: half the parallelogram of the diagonals \[mm²\].
     pub(crate) fn area(&self) -> f64 {
         let [a, b, c, d] = self.corners();
         0.5 * (d - a).cross(&(c - b)).norm()
     }
 
-    /// Radius of the ball about the centre that holds the image.
+    /// Returns the radius of the ball about the centre that holds the image.
     pub(crate) fn radius(&self) -> f64 {
         let centre = self.centre();
         let far = self.corners().iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
         far + self.sag(0) + self.sag(1)
     }
 
-    /// How far from the centre a place that the face has is at most \[mm\]; `None` if it has none. Where an edge of its
-    /// trims runs through a cell without its middle, that is all that is known: without it a cell at a corner of the
-    /// trims, that the tool goes into, would be halved until rounding ends it.
+    /// Bounds the distance from the centre to some point of the face in the cell \[mm\]; `None` if
+    /// there is no such point.
+    ///
+    /// If an edge of the trims runs through a cell without its middle, nothing more is known.
+    /// Without this bound a cell at a corner of the trims, that the tool goes into, would be halved
+    /// until rounding ends it.
     pub(crate) fn some_within(&self, share: CellShare) -> Option<f64> {
         match share {
             CellShare::Whole | CellShare::Cut(true) => Some(0.0),
@@ -99,7 +104,7 @@ impl FaceCell {
         }
     }
 
-    /// Halves by parameter `k`.
+    /// Halves the cell by parameter `k`.
     pub(crate) fn halves(&self, k: usize, at: &impl Fn(ChartPoint) -> Point3<f64>) -> [Self; 2] {
         let [low, high] = self.range[k];
         let middle = 0.5 * (low + high);
@@ -124,8 +129,8 @@ impl FaceCell {
     }
 }
 
-/// A ball round part of the face, cut flat: all of it lies within `height` of the plane through the centre
-/// square to `normal`.
+/// Ball round part of the face, cut flat: the part lies within `height` of the plane through the
+/// centre square to `normal`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TreeNode {
     pub(crate) centre: Point3<f64>,
@@ -142,13 +147,13 @@ impl TreeNode {
         let high = |p: &Point3<f64>| normal.dot(&(p - centre)).abs();
         let height = cell.corners().iter().map(high).fold(0.0, f64::max);
         let (radius, below) = (cell.radius(), TreeBranch::Leaf(index));
-        // Without a normal the ball is all there is.
+        // Without a normal only the ball is known.
         let flat = height + cell.sag(0) + cell.sag(1);
         let height = if normal.norm_squared() > 0.0 { flat } else { radius };
         Self { centre, radius, normal, height, below }
     }
 
-    /// The ball round two balls.
+    /// Returns the ball round two balls.
     fn around([a, b]: [&Self; 2], below: TreeBranch) -> Self {
         let apart = (b.centre - a.centre).norm();
         let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
@@ -162,7 +167,7 @@ impl TreeNode {
         Self { centre, radius, normal, height: high(a).max(high(b)), below }
     }
 
-    /// How far the part reaches from the centre along `direction`, of unit length, either way.
+    /// Bounds the reach of the part from the centre along `direction`, of unit length, either way.
     pub(crate) fn along(&self, direction: &Vector3<f64>) -> f64 {
         let lean = self.normal.dot(direction);
         let across = (direction - self.normal * lean).norm();
@@ -176,17 +181,18 @@ pub(crate) enum TreeBranch {
     Leaf(usize),
 }
 
-/// Places of a cell, as shares of it, at which its edges are tried.
+/// Points of a cell, as shares of it, at which its edges are tested.
 const PROBES: [[f64; 2]; 4] = [[0.07, 0.11], [0.91, 0.06], [0.08, 0.93], [0.94, 0.92]];
 
-/// The end of a share of a range. The last is the range's own, to the bit: places on it are then in one of the parts.
+/// Returns a point of a range by its share. The last is the range's own end, to the bit, so that
+/// points on it belong to one of the parts.
 pub(crate) fn edge([low, high]: [f64; 2], share: f64) -> f64 {
     if share < 1.0 { low + (high - low) * share } else { high }
 }
 
-/// Whether the way between two places crosses an odd number of edges.
+/// Returns `true` if the segment between two points crosses an odd number of edges.
 fn crossed(edges: &[[ChartPoint; 2]], from: ChartPoint, to: ChartPoint) -> bool {
-    // Each vertex is on one side for both of its edges.
+    // A vertex has the same side for both of its edges, so no crossing counts twice.
     let left = |[a, b]: [ChartPoint; 2], p: ChartPoint| {
         (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0
     };
@@ -197,12 +203,13 @@ fn crossed(edges: &[[ChartPoint; 2]], from: ChartPoint, to: ChartPoint) -> bool 
     edges.iter().filter(crosses).count() % 2 == 1
 }
 
-/// Whether the middle of a cell is on the face, once that is known; who finds it first does not matter.
+/// Known side of the middle of a cell: on the face or off it. Any thread may find it first, with
+/// the same result.
 #[derive(Debug, Clone, Default)]
 struct InsideMark(Arc<AtomicU8>);
 
 impl InsideMark {
-    /// What is known, or else is found now; `None` where edges do not tell.
+    /// Returns the known side, or finds it now; `None` where the edges do not separate the face.
     fn get_or(&self, find: impl FnOnce() -> Option<bool>) -> Option<bool> {
         match self.0.load(Ordering::Relaxed) {
             0 => {
@@ -216,11 +223,11 @@ impl InsideMark {
     }
 }
 
-/// How much of a cell a trimmed face has.
+/// Share of a cell that a trimmed face has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum CellShare {
     Whole,
-    /// Some, and whether its middle.
+    /// Some of it; `true` if that includes the middle.
     Cut(bool),
     None,
 }
@@ -229,25 +236,24 @@ pub(crate) enum CellShare {
 #[derive(Debug, Clone, Copy)]
 struct CellIndex {
     cell: usize,
-    /// Place across and along, in steps of the bounds.
+    /// Point across and along, in steps of the bounds.
     place: [usize; 2],
 }
 
-/// The cells that hold some of the face, in a tree of balls.
+/// Tree of balls over the cells that hold some of the face.
 #[derive(Debug, Clone)]
 pub(crate) struct FaceTree {
     pub(crate) cells: Vec<FaceCell>,
     /// Edges of the face's trims that cross a cell; no entry where cells count whole.
     edges: Vec<Vec<[ChartPoint; 2]>>,
-    /// Whether a place of each such cell is on the face, found when it is first asked for; `None` where the edges do
-    /// not tell the two sides of the face apart.
+    /// Sides of the middles of these cells, found when they are first needed.
     marks: Vec<InsideMark>,
-    /// The root is the last one.
+    /// Nodes of the tree; the last one is the root.
     pub(crate) nodes: Vec<TreeNode>,
 }
 
 impl FaceTree {
-    /// Cells of about `size` \[mm\].
+    /// Divides a region into cells of about `size` \[mm\].
     pub(crate) fn new<Inside: Fn(ChartPoint) -> bool + Sync>(
         face: &FaceIndex,
         chart: &Chart,
@@ -294,7 +300,8 @@ impl FaceTree {
         tree
     }
 
-    /// Cells of about the coarse size inside the region, and of the fine size \[mm\] where its edges cross them.
+    /// Divides a region into cells of about the coarse size inside it, and of the fine size \[mm\]
+    /// where its edges cross them.
     pub(crate) fn adaptive<Inside: Fn(ChartPoint) -> bool + Sync>(
         face: &FaceIndex,
         chart: &Chart,
@@ -338,7 +345,7 @@ impl FaceTree {
         tree
     }
 
-    /// How much of a part of a cell the face has.
+    /// Returns the share of part of a cell that the face has.
     pub(crate) fn share(
         &self,
         index: usize,
@@ -360,8 +367,11 @@ impl FaceTree {
         if holds { CellShare::Whole } else { CellShare::None }
     }
 
-    /// A place of a cell, and whether it is on the face: others are as many crossings of edges away. Trusted where
-    /// places near all corners of the cell agree; loops that run round a closed face do not part it.
+    /// Returns the middle of a cell, and `true` if it is on the face. Any other point is as many
+    /// crossings of edges away.
+    ///
+    /// This is trusted where points near all corners of the cell agree; loops that run round a
+    /// closed face do not separate it.
     fn mark(
         &self,
         index: usize,
@@ -384,12 +394,12 @@ impl FaceTree {
         found.map(|inside| (from, inside))
     }
 
-    /// Area of the cells \[mm²\].
+    /// Returns the area of the cells \[mm²\].
     pub(crate) fn area(&self) -> f64 {
         self.cells.iter().map(FaceCell::area).sum()
     }
 
-    /// Adds the tree over some cells; its root.
+    /// Adds the tree over some cells, and returns its root.
     fn build(&mut self, indices: &mut [CellIndex]) -> usize {
         let node = if let [CellIndex { cell, .. }] = *indices {
             TreeNode::of(&self.cells[cell], cell)
@@ -398,6 +408,7 @@ impl FaceTree {
                 let places = || indices.iter().map(|one| one.place[k]);
                 places().max().unwrap_or(0) - places().min().unwrap_or(0)
             };
+            // Split at the median of the longer side.
             let k = usize::from(span(1) > span(0));
             let half = indices.len() / 2;
             indices.select_nth_unstable_by_key(half, |one| (one.place[k], one.cell));
@@ -410,7 +421,7 @@ impl FaceTree {
     }
 }
 
-/// A place of a rectangle in steps of a millionth of it.
+/// Returns a point of a rectangle in steps of a millionth of it.
 fn place(local: ChartPoint, bounds: [[f64; 2]; 2]) -> [usize; 2] {
     const STEPS: f64 = 1e6;
     [0, 1].map(|k| {

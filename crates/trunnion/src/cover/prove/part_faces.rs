@@ -1,9 +1,10 @@
-//! What of a part may not be cut while one face is: every other face, and how near a tool comes to them.
+//! Faces of a part that the tool keeps off while one of them is cut, and the distance of a tool
+//! from them.
 
 use crate::cover::cost::PassCost;
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::trims;
-use crate::cover::options::FeedDirection;
+use crate::cover::pattern::FeedDirection;
 use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::face_tree::{CellShare, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
@@ -15,42 +16,43 @@ use crate::types::ToolPose;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Size of cells inside a face and at its trims, as shares of the cutter's radius. Those at its trims are halved
-/// further where it matters what of them the face has.
+/// Sizes of cells inside a face and at its trims, as shares of the cutter's radius. Cells at the
+/// trims are halved further where it matters which part of them the face has.
 pub(crate) const SIZES: [f64; 2] = [1.0, 1.0 / 16.0];
 
 /// Halvings of a cell before its bound is taken as it is: from millimetres to nanometres both ways.
 const DEPTH: u32 = 40;
 
-/// Cosine of the angle between two faces at which one goes on smoothly from the other, as far as raising a tool tells:
-/// eight degrees.
+/// Cosine of the largest angle between two faces that continue each other smoothly, so that the
+/// tool may be raised: eight degrees.
 const BELOW: f64 = 0.99;
 
-/// Faces of a part, ready to be kept clear of.
+/// Faces of a part as trees, for distance queries.
 pub(crate) struct PartFaces<'a> {
-    /// Of all sheets.
+    /// Chart of all trees.
     chart: Chart,
     faces: Vec<(&'a FaceIndex, FaceTree)>,
 }
 
-/// The place of a face that comes nearest to a solid.
+/// Point of a face that comes nearest to a solid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NearestPoint {
     /// Signed distance from the solid \[mm\].
     pub(crate) distance: f64,
-    /// Which face, as an index.
+    /// Index of the face.
     pub(crate) face: usize,
     pub(crate) point: Point3<f64>,
 }
 
-/// How nearness is looked for.
+/// Limits of a distance query.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NearestQuery {
-    /// Places farther off than this do not count \[mm\].
+    /// Points farther off than this do not count \[mm\].
     pub(crate) within: f64,
-    /// Places nearer by less than this than the nearest known are not looked for \[mm\].
+    /// Precision: points are not searched that are nearer than the known one by less than this
+    /// \[mm\].
     pub(crate) precision: f64,
-    /// The first place nearer than this is enough \[mm\].
+    /// The search ends at the first point nearer than this \[mm\].
     pub(crate) enough: f64,
 }
 
@@ -67,12 +69,12 @@ impl<'a> PartFaces<'a> {
         Self { chart, faces }
     }
 
-    /// Number of a face.
+    /// Returns the number of a face.
     pub(crate) fn number(&self, face: usize) -> usize {
         self.faces.get(face).map_or(0, |(face, _)| face.face().number)
     }
 
-    /// The place of all faces, without one of them, that comes nearest to a solid.
+    /// Finds the point of all faces but one that comes nearest to a solid.
     pub(crate) fn nearest(
         &self,
         solid: &ConvexSolid,
@@ -94,7 +96,7 @@ impl<'a> PartFaces<'a> {
     }
 }
 
-/// One face, one solid.
+/// Search over one face for one solid.
 struct NearestSearch<'a> {
     face: &'a FaceIndex,
     tree: &'a FaceTree,
@@ -105,12 +107,13 @@ struct NearestSearch<'a> {
 }
 
 impl NearestSearch<'_> {
-    /// Places at or beyond this do not matter.
+    /// Returns the distance from which on points do not matter.
     fn limit(&self, found: Option<&NearestPoint>) -> f64 {
         found.map_or(self.query.within, |near| near.distance - self.query.precision)
     }
 
-    /// The distance is convex: over a ball it lies above the tangent plane at its centre.
+    /// Searches the tree. The distance is convex: over a ball it lies above the tangent plane at
+    /// its centre.
     fn run(&self, found: &mut Option<NearestPoint>) {
         let mut waiting: Vec<usize> = self.tree.nodes.len().checked_sub(1).into_iter().collect();
         while let Some(index) = waiting.pop() {
@@ -126,7 +129,7 @@ impl NearestSearch<'_> {
                         self.solid.distance(&node.centre, self.pose) - node.radius
                     };
                     let [a, b] = halves;
-                    // The nearer half is looked at first.
+                    // The nearer half is popped first.
                     waiting.extend(if near(&a) < near(&b) { [b, a] } else { [a, b] });
                 }
                 TreeBranch::Leaf(cell) => self.cell(cell, found),
@@ -137,8 +140,8 @@ impl NearestSearch<'_> {
         }
     }
 
-    /// Over a cell the distance lies above its tangent plane at the middle, which is least at a corner, but for
-    /// the bows of the cell.
+    /// Searches a cell. Over it the distance lies above the tangent plane at the middle, which is
+    /// least at a corner, but for the bows of the cell.
     fn cell(&self, index: usize, found: &mut Option<NearestPoint>) {
         let at = |[u, v]: [f64; 2]| self.face.face().point(u, v);
         let holds = |[u, v]: [f64; 2]| self.face.face().contains(u, v);
@@ -178,21 +181,26 @@ impl NearestSearch<'_> {
     }
 }
 
-/// All faces but the one that is cut, the tool that has to keep off them, and the machine that has to get there.
+/// Check of cutter locations: all faces but the one that is cut, the tool that keeps off them, and
+/// the reach of the machine.
 #[derive(Clone, Copy)]
 pub(crate) struct KeepOff<'a> {
     pub(crate) cost: &'a dyn PassCost,
     pub(crate) part_faces: &'a PartFaces<'a>,
-    /// The face that is cut.
+    /// Index of the face that is cut.
     pub(crate) own: usize,
     pub(crate) tool: &'a ToolBody,
-    /// What the tool keeps from every place \[mm\], to this precision \[mm\].
+    /// Distance that the tool keeps from every point \[mm\], to this precision \[mm\].
     pub(crate) least: f64,
     pub(crate) precision: f64,
 }
 
 impl KeepOff<'_> {
-    /// Whether the machine gets to a pose, and it keeps off all other faces.
+    /// Checks that the machine reaches a pose, and that the tool keeps off all other faces.
+    ///
+    /// # Errors
+    ///
+    /// `OutOfReach` or `Neighbour`, at parameters `uv` of the face that is cut.
     pub(crate) fn check(&self, pose: &ToolPose, uv: [f64; 2]) -> Result<(), PositioningError> {
         if !self.cost.reaches(pose) {
             return Err(PositioningError::OutOfReach { uv });
@@ -208,7 +216,8 @@ impl KeepOff<'_> {
         Ok(())
     }
 
-    /// Whether the place of another face that a pose goes into lies right below the tool, seen along `normal`.
+    /// Returns `true` if the point of another face that a pose goes into lies right below the tool,
+    /// seen along `normal`.
     pub(crate) fn is_right_below(&self, pose: &ToolPose, normal: &Vector3<f64>) -> bool {
         let within = self.least - self.precision;
         let query = NearestQuery { within, precision: self.precision, enough: within };
@@ -219,14 +228,14 @@ impl KeepOff<'_> {
         self.tool.solids().find_map(below).unwrap_or(false)
     }
 
-    /// Whether a pose goes into any face, that which is cut among them.
+    /// Returns `true` if a pose goes into any face, including the one that is cut.
     pub(crate) fn hits_any(&self, pose: &ToolPose) -> bool {
         let within = self.least - self.precision;
         let query = NearestQuery { within, precision: self.precision, enough: within };
         self.tool.solids().any(|solid| self.part_faces.nearest(solid, pose, None, query).is_some())
     }
 
-    /// As [`ClearanceProof::least`], for every other face: what the tool keeps from them at least during a span.
+    /// Returns the least of [`ClearanceProof::least`] over every other face.
     pub(crate) fn clearance(&self, sweep: &PassSweep, span: usize, slabs: u32, target: f64) -> f64 {
         let mut least = target;
         for (index, (face, tree)) in self.part_faces.faces.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The strip that an interpolated pose leaves: what happens between two stations.
+//! Strip that an interpolated pose leaves, between two stations.
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
@@ -9,19 +9,20 @@ use crate::types::ToolPose;
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
-/// Points of the centre circle that are tested; between them minima are taken from parabolas.
+/// Points of the centre circle that are evaluated; between them minima are taken from parabolas.
 const POINTS: u32 = 96;
 
-/// Steps of regula falsi for the place where the strip ends: each gains about two digits on the
-/// smooth, nearly straight error curve within one of [`POINTS`] intervals.
+/// Steps of regula falsi for the end of the strip. Each gains about two digits on the smooth,
+/// nearly straight error curve within one of [`POINTS`] intervals.
 const STEPS: u32 = 3;
 
-/// Rings and spokes at which the flat underside is tried, and steps down from the lowest of them.
+/// Rings and spokes at which the flat underside is evaluated, and steps of descent from the lowest
+/// of them.
 const RINGS: u32 = 2;
 const SPOKES: u32 = 8;
 const DESCENTS: u32 = 2;
 
-/// A point of the flat underside, raised to the plane of the centre circle.
+/// Point of the flat underside, raised to the plane of the centre circle.
 struct UndersidePoint {
     point: Point3<f64>,
     error: f64,
@@ -30,18 +31,18 @@ struct UndersidePoint {
     uv: [f64; 2],
 }
 
-/// What an interpolated pose leaves.
+/// Strip of an interpolated pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SpanStrip {
-    /// Place farthest across that is finished; `None` where the error in the middle of the contact arc
-    /// is above the band already.
+    /// Point farthest across that is finished; `None` where the error in the middle of the contact
+    /// arc is above the band already.
     pub(crate) far: Option<ChartPoint>,
-    /// Least error of the circle and the flat underside inside it, over the face's own rectangle \[mm\]. Beside it the continued
-    /// surface may rise, but nothing is there to be cut.
+    /// Least error of the circle and of the flat underside inside it, over the face's own rectangle
+    /// \[mm\]. Beside the rectangle the continued surface may rise, but there is nothing to cut.
     pub(crate) least: f64,
 }
 
-/// One face, cutter and band to test poses against.
+/// Face, cutter and band that poses are checked against.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SpanCheck<'a> {
     pub(crate) face: &'a FaceIndex,
@@ -51,7 +52,7 @@ pub(crate) struct SpanCheck<'a> {
     pub(crate) band: ToleranceBand,
 }
 
-/// Error of one circle point, and its foot.
+/// Error at one point of the circle, and its foot.
 #[derive(Debug, Clone, Copy)]
 struct CircleSample {
     angle: f64,
@@ -59,7 +60,7 @@ struct CircleSample {
     uv: [f64; 2],
 }
 
-/// The centre circle of a pose, with angle 0 over the contact.
+/// Centre circle of a pose, with angle 0 over the contact.
 struct CentreCircle {
     centre: Point3<f64>,
     axes: [UnitVector3<f64>; 2],
@@ -71,7 +72,7 @@ impl CentreCircle {
         let centre = pose.tip + pose.axis.scale(cutter.minor());
         let out = contact - centre;
         let flat = out - pose.axis.scale(out.dot(&pose.axis));
-        // A contact right below the centre (a ball) has no direction: any will do.
+        // A contact right below the centre (a ball) has no direction: any one serves.
         let e = Unit::try_new(flat, f64::MIN_POSITIVE).unwrap_or_else(|| {
             Unit::new_normalize(pose.axis.cross(&Vector3::ith(pose.axis.iamin(), 1.0)))
         });
@@ -86,7 +87,7 @@ impl CentreCircle {
 }
 
 impl SpanCheck<'_> {
-    /// The strip of `pose`, whose contact is near `contact` with parameters near `guess`.
+    /// Returns the strip of `pose`, whose contact is near `contact` with parameters near `guess`.
     ///
     /// # Errors
     ///
@@ -110,8 +111,9 @@ impl SpanCheck<'_> {
         Ok(strip)
     }
 
-    /// Least error of the flat underside inside the circle: the lowest of a few rings, and from there
-    /// down its slope. Where the surface bulges up inside the circle this is lower than the circle.
+    /// Returns the least error of the flat underside inside the circle: the lowest point of a few
+    /// rings, and from there down its slope. Where the surface bulges up inside the circle, this is
+    /// lower than the circle.
     fn disc(
         &self,
         c: &CentreCircle,
@@ -135,6 +137,7 @@ impl SpanCheck<'_> {
             let Some(down) = Unit::try_new(-lowest.slope, f64::MIN_POSITIVE) else { break };
             let step = c.radius / f64::from(RINGS + 1);
             let next = self.under(c, axis, lowest.point + down.scale(step), lowest.uv)?;
+            // Root of the slope along the descent by the secant.
             let turned = next.slope.dot(&down) + slope;
             let way = if turned > 0.0 { step * slope / turned } else { step };
             let flat = lowest.point + down.scale(way) - c.centre;
@@ -147,7 +150,8 @@ impl SpanCheck<'_> {
         Ok(lowest.error)
     }
 
-    /// The underside at a point of the circle's plane; infinitely high where its foot is beside the face.
+    /// Evaluates the underside at a point of the circle's plane; infinitely high where its foot is
+    /// beside the face.
     fn under(
         &self,
         c: &CentreCircle,
@@ -180,7 +184,8 @@ impl SpanCheck<'_> {
         Ok(CircleSample { angle, error: foot.distance - self.cutter.minor(), uv: foot.uv })
     }
 
-    /// Half the circle from the middle of the contact arc, each foot the guess for the next.
+    /// Evaluates half the circle from the middle of the contact arc; each foot is the guess for the
+    /// next.
     fn half(
         &self,
         c: &CentreCircle,
@@ -197,13 +202,14 @@ impl SpanCheck<'_> {
         Ok(half)
     }
 
-    /// Least error over the rectangle of the face; at a dip, of the parabola through three samples.
+    /// Returns the least error over the rectangle of the face; at a dip, that of the parabola
+    /// through three samples.
     fn least(&self, c: &CentreCircle, half: &[CircleSample]) -> f64 {
         let domain = self.face.face().surface.domain();
         let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(domain[k][0], domain[k][1]));
         let over =
             |s: &CircleSample| (0..2).all(|k| (domain[k][0]..=domain[k][1]).contains(&s.uv[k]));
-        // Above a foot beside the face, the face is as far as its border, seen from any side.
+        // Above a foot beside the face, the face is as far as its border, seen from either side.
         let border = |s: &CircleSample| {
             let [u, v] = clamp(s.uv);
             (c.point(s.angle) - self.face.face().point(u, v)).norm() - self.cutter.minor()
@@ -214,8 +220,9 @@ impl SpanCheck<'_> {
         sampled.chain(dips).fold(f64::INFINITY, f64::min)
     }
 
-    /// Place farthest across on this half before the error exceeds the band; `None` if it does so at
-    /// the start already. Where the arc curls back the strip is widest before its end.
+    /// Returns the point farthest across on this half before the error exceeds the band; `None` if
+    /// it does so at the start already. Where the arc curls back, the strip is widest before its
+    /// end.
     fn far(
         &self,
         c: &CentreCircle,
@@ -231,7 +238,8 @@ impl SpanCheck<'_> {
         Ok(places.max_by(|a, b| a[0].total_cmp(&b[0])))
     }
 
-    /// The last place found before the error exceeds the band, between a place inside and one outside.
+    /// Returns the last point found before the error exceeds the band, between a point inside and
+    /// one outside.
     fn end(
         &self,
         c: &CentreCircle,
@@ -249,7 +257,8 @@ impl SpanCheck<'_> {
     }
 }
 
-/// Least value of the parabola through three evenly spaced values with a dip in the middle.
+/// Returns the least value of the parabola through three evenly spaced values with a dip in the
+/// middle.
 fn dip(a: f64, b: f64, c: f64) -> Option<f64> {
     let (slope, bend) = (0.5 * (c - a), a - 2.0 * b + c);
     (b <= a && b <= c && bend > 0.0).then(|| b - 0.5 * slope * slope / bend)

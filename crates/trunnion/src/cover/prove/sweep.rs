@@ -1,19 +1,19 @@
-//! The curve of a pass, with bounds of how it bends.
+//! Curve of a pass, with bounds on its bending.
 
 use crate::types::{PoseCurve, PoseSpan, Station, ToolPose};
 use nalgebra::{Point3, UnitVector3, Vector3, Vector6};
 
-/// Distance along the curve of the poses that searches start from, as a share of the lever.
+/// Distance along the curve between the poses from which searches start, as a share of the lever.
 const STEP: f64 = 0.0625;
 
-/// A curve of poses.
+/// Curve of poses with bounds.
 #[derive(Debug, Clone)]
 pub(crate) struct PassSweep {
     pub(crate) curve: PoseCurve,
-    /// Coefficients of tip and tool-axis vector of every span, as the curve has them.
+    /// Cubic coefficients of tip and tool-axis vector on every span, as in the curve.
     cubics: Vec<[Vector6<f64>; 4]>,
     bends: Vec<CurveBound>,
-    /// Movement over half a step between poses: of the tip, and per distance from it.
+    /// Movement over half a step between poses: of the tip, and per mm of distance from it.
     pace: [f64; 2],
     /// Poses to start searches from, with their parameters.
     pub(crate) poses: Vec<(f64, ToolPose)>,
@@ -26,7 +26,7 @@ pub(crate) struct CurveBound {
     pub(crate) tip: f64,
     /// Angular velocity of the tool without spin.
     pub(crate) turn: f64,
-    /// Its derivative.
+    /// Derivative of the angular velocity.
     pub(crate) twist: f64,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct SweepInstant {
 }
 
 impl CurveBound {
-    /// The larger of both, bound by bound.
+    /// Returns the larger of both, bound by bound.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             tip: self.tip.max(other.tip),
@@ -48,8 +48,8 @@ impl CurveBound {
         }
     }
 
-    /// Bound of a span: derivatives of a cubic are at most linear or quadratic, so values at the ends
-    /// bound them, the first with half the span times the second.
+    /// Bounds a span. Derivatives of a cubic are at most linear or quadratic, so their values at
+    /// the ends bound them, the first with half the span times the second.
     fn of(curve: &PoseCurve, span: usize) -> Self {
         let [start, end] = [curve.knots[span], curve.knots[span + 1]];
         let ends = [start, end].map(|u| curve.rates_in(span, u));
@@ -58,7 +58,8 @@ impl CurveBound {
         let (second, first) = (most(&|r| r.axis[2].norm()), most(&|r| r.axis[1].norm()));
         let half = 0.5 * (end - start);
         let first = first + half * second;
-        // The axis vector is unit at the ends: it is shorter in between by at most what it bows.
+        // The axis vector is of unit length at the ends; in between it is shorter by its bow at
+        // most.
         let least = (1.0 - 0.5 * half * half * second).max(0.5);
         let turn = first / least;
         // a = A / |A|: a'' = A'' / |A| and up to 3 (|A'| / |A|)^2.
@@ -66,9 +67,10 @@ impl CurveBound {
         Self { tip: most(&|r| r.tip[2].norm()), turn, twist }
     }
 
-    /// Bound of the second derivative of a place seen from the tool, `distance` from its tip, that
-    /// moves at `speed` in the workpiece: with the tool's frame it turns by `w`,
-    /// `y'' = p'' - tip'' - 2 w x q' - w' x q + w x (w x q)`, `q = p - tip`.
+    /// Bounds the second derivative of a point as seen from the tool.
+    ///
+    /// The point is `distance` from the tip and moves at `speed` in the workpiece. The tool's frame
+    /// turns by `w`: `y'' = p'' - tip'' - 2 w x q' - w' x q + w x (w x q)`, `q = p - tip`.
     pub(crate) fn seen(&self, distance: f64, speed: f64) -> f64 {
         self.tip + 2.0 * self.turn * speed + (self.twist + self.turn * self.turn) * distance
     }
@@ -107,7 +109,7 @@ impl PassSweep {
         Self { curve, cubics, bends, poses, pace: [speed * half, turn * half] }
     }
 
-    /// Bound of how far a place `distance` from the tip moves, seen from the tool, from a pose of
+    /// Bounds the movement of a point `distance` from the tip, seen from the tool, from a pose of
     /// [`PassSweep::poses`] to the middle between it and the next.
     pub(crate) fn stride(&self, distance: f64) -> f64 {
         self.pace[0] + self.pace[1] * distance
@@ -117,16 +119,17 @@ impl PassSweep {
         self.bends.get(span).copied().unwrap_or(CurveBound { tip: 0.0, turn: 0.0, twist: 0.0 })
     }
 
-    /// Bounds over all spans between two parameters.
+    /// Returns the bounds over all spans between two parameters.
     pub(crate) fn bend_between(&self, a: f64, b: f64) -> CurveBound {
         let [first, last] = [a.min(b), a.max(b)].map(|u| self.curve.span_at(u));
         (first..=last).map(|span| self.bend(span)).fold(self.bend(first), CurveBound::or)
     }
 
-    /// Pose and first derivatives, which searches ask for again and again.
+    /// Returns the pose and its first derivatives. Searches evaluate them often.
     pub(crate) fn instant(&self, span: usize, u: f64) -> Option<SweepInstant> {
         let [a, b, c, d] = self.cubics.get(span)?;
         let x = u - self.curve.knots.get(span)?;
+        // Horner's scheme for value and derivative of the cubic.
         let place = a + (b + (c + d * x) * x) * x;
         let rate = b + (c * 2.0 + d * (3.0 * x)) * x;
         let part = |of: &Vector6<f64>, first: usize| of.fixed_rows::<3>(first).into_owned();
