@@ -81,9 +81,9 @@ impl CoverOptions {
     ///
     /// ```
     /// use trunnion::cover::{CoverOptions, CutPattern, FinishTolerance};
-    /// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+    /// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     ///
-    /// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+    /// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
     /// let spec = CutterSpec { kind, major: 0.0, minor: 4.0, length: 60.0, construction, shank };
     /// let cutter = Cutter::new(spec).expect("a ball of radius 4 mm");
     ///
@@ -159,9 +159,9 @@ impl CoverOptions {
 /// # Example
 ///
 /// ```
-/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 ///
-/// let (kind, construction, shank) = (Kind::Bull, Construction::Solid, Vec::new());
+/// let (kind, construction, shank) = (CutterKind::Bull, CutterConstruction::Solid, Vec::new());
 /// let spec = CutterSpec { kind, major: 5.0, minor: 3.0, length: 60.0, construction, shank };
 /// let cutter = Cutter::new(spec).expect("a bull-nose cutter");
 /// assert_eq!(trunnion::cover::lever(&cutter), 8.0);

@@ -78,7 +78,7 @@ impl<'a> CoverRequest<'a> {
 /// ```
 /// use nalgebra::Point3;
 /// use trunnion::cover::{CoverOptions, CoverRequest, FeedDirection, FinishTolerance, PlacementMethod, cover};
-/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 /// use trunnion::types::Silent;
 ///
@@ -87,7 +87,7 @@ impl<'a> CoverRequest<'a> {
 /// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
 /// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new(), false)?)?];
 ///
-/// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+/// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
 /// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
 /// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
 /// let options = CoverOptions {

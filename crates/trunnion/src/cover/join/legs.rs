@@ -39,7 +39,7 @@ const UPRIGHT: f64 = 0.5;
 /// ```
 /// use nalgebra::{Point3, Vector3};
 /// use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs};
-/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 /// use trunnion::types::{Motion, Pass, Silent, Station, ToolPose};
 ///
@@ -48,7 +48,7 @@ const UPRIGHT: f64 = 0.5;
 /// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
 /// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new(), false)?)?];
 ///
-/// let (kind, construction, shank) = (Kind::Ball, Construction::Solid, Vec::new());
+/// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
 /// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
 /// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
 /// let station = |x: f64| {
