@@ -8,12 +8,13 @@ mod shop;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use shop::Layout;
-use trunnion::blocks::{BlockOptions, Control, ReduceOptions, blocks, reduce};
+use trunnion::blocks::{BlockInterpolation, BlockOptions, ReduceOptions, blocks, reduce};
 use trunnion::types::{
     AxisNode, AxisPath, AxisPiece, AxisVector, Block, Motion, Schedule, SchedulePiece, Silent,
 };
 
-const CONTROLS: [Control; 3] = [Control::Axes, Control::RotaryLinear, Control::GreatCircle];
+const CONTROLS: [BlockInterpolation; 3] =
+    [BlockInterpolation::Axes, BlockInterpolation::RotaryLinear, BlockInterpolation::GreatCircle];
 
 fn main() {
     divan::main();
@@ -44,7 +45,7 @@ fn path() -> (AxisPath, Schedule) {
     (AxisPath { pieces: vec![piece] }, Schedule { pieces: vec![rows] })
 }
 
-fn options(control: Control, tolerance: f64) -> BlockOptions {
+fn options(control: BlockInterpolation, tolerance: f64) -> BlockOptions {
     BlockOptions {
         control,
         tolerance,
@@ -58,14 +59,14 @@ fn options(control: Control, tolerance: f64) -> BlockOptions {
     }
 }
 
-fn broken(control: Control, tolerance: f64) -> Vec<Block> {
+fn broken(control: BlockInterpolation, tolerance: f64) -> Vec<Block> {
     let (path, schedule) = path();
     let kinematics = shop::kinematics(Layout::TableTable);
     blocks(&kinematics, &path, &schedule, &options(control, tolerance), &Silent).unwrap_or_default()
 }
 
 #[divan::bench(args = CONTROLS)]
-fn breaking(bencher: Bencher, control: Control) {
+fn breaking(bencher: Bencher, control: BlockInterpolation) {
     let (path, schedule) = path();
     let kinematics = shop::kinematics(Layout::TableTable);
     let count = broken(control, 0.005).len();
@@ -76,7 +77,7 @@ fn breaking(bencher: Bencher, control: Control) {
 
 /// Points per second of a program with some four times the blocks it needs.
 #[divan::bench(args = CONTROLS)]
-fn reducing(bencher: Bencher, control: Control) {
+fn reducing(bencher: Bencher, control: BlockInterpolation) {
     let kinematics = shop::kinematics(Layout::TableTable);
     let fine = broken(control, 0.005 / 16.0);
     let options = ReduceOptions { control, tolerance: 0.005, lever: 16.0, max_turn: 1.0 };

@@ -2,7 +2,7 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use trunnion::blocks::Control;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::write::{AxisWords, Dialect, Note, Style, Template, ToolNote};
@@ -26,7 +26,7 @@ fn moves() -> Vec<PostMove> {
             let [a, b] = [0.3 * (2.0 * t).sin(), 0.1 + 0.2 * (1.7 * t).cos()];
             let pose = ToolPose::new(tip, [a, b, 1.0])?;
             let pace = if k == 0 { PostPace::Rapid } else { PostPace::Feed(80.0) };
-            Some(PostMove { line: k, pose, q: None, pace, way: Control::GreatCircle })
+            Some(PostMove { line: k, pose, q: None, pace, way: BlockInterpolation::GreatCircle })
         })
         .collect()
 }

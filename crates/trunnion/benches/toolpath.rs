@@ -5,7 +5,7 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use trunnion::toolpath::{Reference, SmoothOptions, Smoother};
+use trunnion::toolpath::{PathSmoother, SmoothOptions, SmoothReference};
 use trunnion::types::{Station, ToolPose};
 
 const POINTS: u32 = 100_000;
@@ -18,7 +18,7 @@ fn options() -> SmoothOptions {
     SmoothOptions {
         tip: 0.005,
         axis: 2e-4,
-        reference: Reference::Chords,
+        reference: SmoothReference::Chords,
         lever: 10.0,
         corner: 0.35,
         step_ratio: 8.0,
@@ -71,7 +71,7 @@ fn smoothing(bencher: Bencher, kind: &str) {
 }
 
 fn run(stations: &[Station]) -> Option<trunnion::toolpath::SmoothReport> {
-    let mut smoother = Smoother::new(&options()).ok()?;
+    let mut smoother = PathSmoother::new(&options()).ok()?;
     for station in stations {
         smoother.push(station).ok()?;
         black_box(smoother.take());

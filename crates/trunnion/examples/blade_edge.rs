@@ -17,7 +17,7 @@ use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
 use trunnion::axes::{AxesOptions, FeedPoint, follow};
-use trunnion::blocks::{BlockOptions, Control, blocks};
+use trunnion::blocks::{BlockInterpolation, BlockOptions, blocks};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{
@@ -25,7 +25,7 @@ use trunnion::machine::{
     ProgramFormat, RetractPolicy, Setup, SingularPolicy,
 };
 use trunnion::math::angle::angle_between;
-use trunnion::toolpath::{Reference, Resolution, SmoothOptions, densify, smooth};
+use trunnion::toolpath::{PathResolution, SmoothOptions, SmoothReference, densify, smooth};
 use trunnion::types::{
     AxisVector, Motion, PieceGeometry, Silent, Station, ToolPath, ToolPiece, ToolPose,
 };
@@ -81,7 +81,7 @@ fn programs() -> Result<[Program; 3], Box<dyn Error>> {
     let kinematics = machine()?;
     let inverse = Inverse::new(&kinematics)?;
     let locations = cutter_locations();
-    let limit = Resolution { max_step: f64::INFINITY, max_turn: 0.08 };
+    let limit = PathResolution { max_step: f64::INFINITY, max_turn: 0.08 };
     let inserted = densify(&locations, limit)?;
     let program =
         |name, axes: Vec<AxisVector>| Program { name, cut: measure(&kinematics, &axes), axes };
@@ -187,7 +187,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
     let options = SmoothOptions {
         tip: 0.4 * TOLERANCE,
         axis: 0.1 * TOLERANCE / BALL,
-        reference: Reference::Curve,
+        reference: SmoothReference::Curve,
         lever: BALL,
         corner: 0.35,
         step_ratio: 8.0,
@@ -219,7 +219,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
     let feed = FeedOptions { time_tolerance: 1e-2, ..FeedOptions::fastest().with_feed(30.0) };
     let schedule = optimal(&path, &limits, &feed, &Silent)?.schedule;
     let options = BlockOptions {
-        control: Control::Axes,
+        control: BlockInterpolation::Axes,
         tolerance: 0.5 * TOLERANCE,
         link_tolerance: 0.5 * TOLERANCE,
         lever: BALL,

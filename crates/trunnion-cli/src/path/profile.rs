@@ -1,6 +1,6 @@
 //! Deviations along a path of any length in a fixed number of bins.
 
-use trunnion::toolpath::Deviated;
+use trunnion::toolpath::PathDeviation;
 
 /// Most bins; between half of it and all are in use, more than a drawing has columns.
 const MOST: usize = 4096;
@@ -8,7 +8,7 @@ const MOST: usize = 4096;
 /// Largest deviations by distance along a path.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Profile {
-    bins: Vec<Deviated>,
+    bins: Vec<PathDeviation>,
     /// Length of a bin \[mm\].
     width: f64,
     length: f64,
@@ -16,7 +16,7 @@ pub(crate) struct Profile {
 
 impl Profile {
     /// Takes in what was found from where the last ended to `end` \[mm\].
-    pub(crate) fn push(&mut self, end: f64, deviated: &Deviated) {
+    pub(crate) fn push(&mut self, end: f64, deviated: &PathDeviation) {
         if end.is_nan() || end <= self.length {
             return;
         }
@@ -30,7 +30,7 @@ impl Profile {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a bin")]
         let [first, last] = [self.length, end].map(|at| ((at / self.width) as usize).min(MOST - 1));
         if self.bins.len() <= last {
-            self.bins.resize(last + 1, Deviated::default());
+            self.bins.resize(last + 1, PathDeviation::default());
         }
         for bin in &mut self.bins[first..=last] {
             *bin = bin.worst(deviated);
@@ -47,7 +47,7 @@ impl Profile {
     pub(crate) fn columns(
         &self,
         count: usize,
-        of: impl Fn(&Deviated) -> [f64; 2],
+        of: impl Fn(&PathDeviation) -> [f64; 2],
     ) -> Vec<[f64; 2]> {
         let mut columns = vec![[0.0_f64; 2]; count];
         if self.bins.is_empty() || count == 0 {
@@ -66,8 +66,8 @@ impl Profile {
     }
 }
 
-fn worst(bins: &[Deviated]) -> Deviated {
-    bins.iter().fold(Deviated::default(), |worst, bin| worst.worst(bin))
+fn worst(bins: &[PathDeviation]) -> PathDeviation {
+    bins.iter().fold(PathDeviation::default(), |worst, bin| worst.worst(bin))
 }
 
 #[cfg(test)]
@@ -79,7 +79,7 @@ mod tests {
         let mut profile = Profile::default();
         for k in 1..=100_000_u32 {
             let tip = if k == 70_000 { 1.0 } else { 0.1 };
-            profile.push(0.3 * f64::from(k), &Deviated { tip, ..Deviated::default() });
+            profile.push(0.3 * f64::from(k), &PathDeviation { tip, ..PathDeviation::default() });
         }
         assert!(profile.bins.len() <= MOST && profile.bins.len() > MOST / 4);
         let columns = profile.columns(100, |of| [of.tip, 0.0]);

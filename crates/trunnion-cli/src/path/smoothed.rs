@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClWay};
 use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
-    Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother,
+    PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,
 };
 use trunnion::types::{Diagnostic, Station, ToolPose};
 
@@ -48,7 +48,7 @@ impl From<io::Error> for Stop {
 
 /// Moves with feed between two rapid ones, or between words of other kinds.
 struct Stretch {
-    smoother: Option<Smoother>,
+    smoother: Option<PathSmoother>,
     /// Feeds, each from a station on.
     feeds: VecDeque<(usize, f64)>,
     /// Remarks, each behind so many stations.
@@ -191,14 +191,14 @@ impl<W: Write> Rewriter<W> {
         let options = SmoothOptions {
             tip: self.tolerance[0][0],
             axis: self.tolerance[0][1],
-            reference: Reference::Chords,
+            reference: SmoothReference::Chords,
             lever: if radius > 0.0 { radius } else { USUAL_RADIUS },
             corner: CORNER,
             step_ratio: STEP_RATIO,
             largest_blend: LARGEST_BLEND,
             window: WINDOW_STATIONS,
         };
-        let mut smoother = Smoother::new(&options).map_err(|error| refused(&error, 0))?;
+        let mut smoother = PathSmoother::new(&options).map_err(|error| refused(&error, 0))?;
         smoother.push(&station(from)).map_err(|error| refused(&error, record.line))?;
         Ok(Stretch {
             smoother: Some(smoother),

@@ -7,22 +7,22 @@ use nalgebra::Vector3;
 
 /// Largest first and second derivatives of each axis over an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rates {
+pub(super) struct AxisRates {
     pub(super) first: AxisVector,
     pub(super) second: AxisVector,
 }
 
 /// Largest second derivatives of tip \[mm\] and tool axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bend {
+pub(super) struct PoseBend {
     pub(super) tip: f64,
     pub(super) axis: f64,
 }
 
 /// Distances of the tip from the two rotary axes, workpiece side first \[mm\].
-pub(crate) type Arms = [f64; 2];
+pub(crate) type RotaryArms = [f64; 2];
 
-impl Rates {
+impl AxisRates {
     /// Of a straight move by `travel` over an interval of length 1.
     pub(super) fn straight(travel: &AxisVector) -> Self {
         Self { first: travel.abs(), second: AxisVector::zeros() }
@@ -77,7 +77,7 @@ fn stages(chain: &ChainGeometry, of: &AxisVector) -> [f64; 3] {
 }
 
 /// Distances of the tip from the rotary axes at `q`.
-pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> Arms {
+pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> RotaryArms {
     let [first, second] = &chain.rotary;
     let linear = Vector3::new(q[0], q[1], q[2]);
     let inner = chain.slides[2] * linear + (chain.tip - second.point);
@@ -86,13 +86,13 @@ pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> Arms {
     [middle.cross(&first.dir).norm(), inner.cross(&second.dir).norm()]
 }
 
-impl Bend {
+impl PoseBend {
     /// Of the forward map along axes with these rates over an interval of length 1, where both ends
     /// have at most these arms: in between an arm is longer by at most what half the interval adds.
     ///
     /// Twice differentiated, `R(q) v` is at most `|v''| + 2 |q'| |v'| + (q'² + |q''|) arm`.
-    pub(super) fn of(chain: &ChainGeometry, rates: &Rates, ends: Arms) -> Self {
-        let Rates { first, second } = rates;
+    pub(super) fn of(chain: &ChainGeometry, rates: &AxisRates, ends: RotaryArms) -> Self {
+        let AxisRates { first, second } = rates;
         let [speed, change] = [stages(chain, first), stages(chain, second)];
         let [w1, w2] = [first[FIRST_ROTARY], first[SECOND_ROTARY]];
         let [a1, a2] = [second[FIRST_ROTARY], second[SECOND_ROTARY]];
@@ -121,7 +121,7 @@ mod tests {
         let mut travel = AxisVector::zeros();
         travel[FIRST_ROTARY] = 0.1;
         let ends = arms(chain, &rest);
-        let bend = Bend::of(chain, &Rates::straight(&travel), ends);
+        let bend = PoseBend::of(chain, &AxisRates::straight(&travel), ends);
         assert!((bend.tip - 0.01 * ends[0]).abs() < 1e-12 && (bend.axis - 0.01).abs() < 1e-15);
     }
 
@@ -139,11 +139,11 @@ mod tests {
                 })
             };
             let quintic = Quintic::new(1.0, [row(0), row(1), row(2)], [row(3), row(4), row(5)]);
-            let rates = Rates::of(&quintic);
+            let rates = AxisRates::of(&quintic);
             let pose = |x: f64| kinematics.forward(&quintic.value(x));
             let ends = [0.0, 1.0].map(|x| arms(kinematics.chain(), &quintic.value(x)));
             let ends = [0, 1].map(|k: usize| ends[0][k].max(ends[1][k]));
-            let bound = Bend::of(kinematics.chain(), &rates, ends);
+            let bound = PoseBend::of(kinematics.chain(), &rates, ends);
             for k in 1..100 {
                 let [x, h] = [f64::from(k) / 100.0, 1e-3];
                 let [a, b, c] = [x - h, x, x + h].map(pose);

@@ -1,7 +1,6 @@
-//! What can be wrong with what blocks are made of.
+//! Errors of breaking a path into blocks.
 
-use super::BlockOptions;
-use crate::types::{AxisPath, Cancelled, Schedule};
+use crate::types::Cancelled;
 
 /// Why a path was not broken into blocks. Pieces count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -50,41 +49,4 @@ pub enum BlocksError {
     /// The caller asked for a stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-}
-
-pub(super) fn validate(
-    path: &AxisPath,
-    schedule: &Schedule,
-    options: &BlockOptions,
-) -> Result<(), BlocksError> {
-    let positive = [
-        ("tolerance", options.tolerance),
-        ("link_tolerance", options.link_tolerance),
-        ("max_step", options.max_step),
-        ("max_turn", options.max_turn),
-        ("max_axis_turn", options.max_axis_turn),
-        ("max_duration", options.max_duration),
-    ];
-    for (name, value) in positive {
-        if value.is_nan() || value <= 0.0 {
-            return Err(BlocksError::BadOption { name, value, must: "positive" });
-        }
-    }
-    for (name, value) in [("lever", options.lever), ("min_duration", options.min_duration)] {
-        if !(value >= 0.0 && value.is_finite()) {
-            return Err(BlocksError::BadOption { name, value, must: "finite and not negative" });
-        }
-    }
-    let counts = [path.pieces.len(), schedule.pieces.len()];
-    if counts[0] != counts[1] {
-        return Err(BlocksError::PieceCount { path: counts[0], schedule: counts[1] });
-    }
-    for (index, (piece, rows)) in path.pieces.iter().zip(&schedule.pieces).enumerate() {
-        let count = rows.s.len();
-        let equal = [rows.t.len(), rows.speed.len(), rows.acceleration.len()] == [count; 3];
-        if piece.nodes.len() < 2 || count < 2 || !equal {
-            return Err(BlocksError::BadPiece { piece: index });
-        }
-    }
-    Ok(())
 }

@@ -1,8 +1,9 @@
 //! Fewer blocks for a program that has more than its tolerance needs.
 
-use super::bend::Bend;
-use super::deviation::{Course, Place, Trail, block_bend, moved};
-use super::{BlocksError, Control};
+use super::bend::PoseBend;
+use super::deviation::{BlockEnd, ControlledPath, PathPlace, PoseTrail, block_bend, moved};
+use super::error::BlocksError;
+use super::options::BlockInterpolation;
 use crate::machine::Kinematics;
 use crate::types::{Block, Progress, Stage};
 
@@ -10,7 +11,7 @@ use crate::types::{Block, Progress, Stage};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReduceOptions {
     /// How the control moves between block ends.
-    pub control: Control,
+    pub control: BlockInterpolation,
     /// Largest deviation from what the control did with all blocks \[mm\]: tip distance, plus angle of
     /// the tool axis times `lever`.
     pub tolerance: f64,
@@ -21,13 +22,13 @@ pub struct ReduceOptions {
 }
 
 /// A program as its control runs it; the parameter counts blocks.
-struct Program<'a> {
+struct BlockProgram<'a> {
     kinematics: &'a Kinematics,
-    control: Control,
+    control: BlockInterpolation,
     blocks: &'a [Block],
 }
 
-impl Program<'_> {
+impl BlockProgram<'_> {
     fn ends(&self, s: f64) -> Option<(usize, [&Block; 2])> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let block = (s.max(0.0) as usize).min(self.blocks.len().checked_sub(2)?);
@@ -35,26 +36,26 @@ impl Program<'_> {
     }
 }
 
-impl Trail for Program<'_> {
-    fn at(&self, s: f64) -> Place {
+impl PoseTrail for BlockProgram<'_> {
+    fn at(&self, s: f64) -> PathPlace {
         let Some((block, [from, to])) = self.ends(s) else {
             let only = &self.blocks[0];
-            return Place { s, q: only.q, pose: only.pose };
+            return PathPlace { s, q: only.q, pose: only.pose };
         };
         let share = s - block as f64;
-        let ends = [(&from.q, &from.pose), (&to.q, &to.pose)];
+        let ends = [from, to].map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         // Opposite tool axes: no great circle, and no block that would do for it either.
         let pose = moved(self.kinematics, self.control, ends, share).unwrap_or(from.pose);
-        Place { s, q: from.q.lerp(&to.q, share), pose }
+        PathPlace { s, q: from.q.lerp(&to.q, share), pose }
     }
 
-    fn bend(&self, [from, to]: [&Place; 2]) -> Bend {
+    fn bend(&self, [from, to]: [&PathPlace; 2]) -> PoseBend {
         let Some((_, ends)) = self.ends(0.5 * (from.s + to.s)) else {
-            return Bend { tip: 0.0, axis: 0.0 };
+            return PoseBend { tip: 0.0, axis: 0.0 };
         };
         let square = (to.s - from.s).powi(2);
         let whole = block_bend(self.kinematics, self.control, ends);
-        Bend { tip: whole.tip * square, axis: whole.axis * square }
+        PoseBend { tip: whole.tip * square, axis: whole.axis * square }
     }
 
     fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
@@ -80,8 +81,9 @@ pub fn reduce(
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, BlocksError> {
     validate(options)?;
-    let trail = Program { kinematics, control: options.control, blocks };
-    let course = Course { kinematics, control: options.control, trail, lever: options.lever };
+    let trail = BlockProgram { kinematics, control: options.control, blocks };
+    let course =
+        ControlledPath { kinematics, control: options.control, trail, lever: options.lever };
     let mut kept: Vec<Block> = blocks.first().copied().into_iter().collect();
     let mut from = 0;
     let mut guess = 1;
@@ -111,7 +113,7 @@ fn validate(options: &ReduceOptions) -> Result<(), BlocksError> {
 
 /// Last block that one from `from` may replace: doubled from a guess, then halved.
 fn longest(
-    course: &Course<'_, Program<'_>>,
+    course: &ControlledPath<'_, BlockProgram<'_>>,
     options: &ReduceOptions,
     from: usize,
     guess: usize,
@@ -139,7 +141,11 @@ fn longest(
     best
 }
 
-fn fits(course: &Course<'_, Program<'_>>, options: &ReduceOptions, ends: [usize; 2]) -> bool {
+fn fits(
+    course: &ControlledPath<'_, BlockProgram<'_>>,
+    options: &ReduceOptions,
+    ends: [usize; 2],
+) -> bool {
     let [from, to] = ends.map(|at| &course.trail.blocks[at]);
     let turn = (to.q - from.q).fixed_rows::<2>(3).amax();
     let [start, end] = ends.map(|at| course.at(at as f64));

@@ -1,8 +1,8 @@
 //! Longest blocks first.
 
-use super::BlockOptions;
-use super::deviation::{Course, Place};
-use super::smooth::Smooth;
+use super::deviation::{ControlledPath, PathPlace};
+use super::options::BlockOptions;
+use super::smooth_piece::SmoothPiece;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::types::{Motion, SchedulePiece};
@@ -19,7 +19,7 @@ const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
 const CLEAR: f64 = 0.1;
 
 /// A block that strays however short it is.
-pub(super) struct Fault {
+pub(super) struct ToleranceFault {
     pub(super) s: f64,
     pub(super) deviation: f64,
     pub(super) tolerance: f64,
@@ -27,10 +27,10 @@ pub(super) struct Fault {
 
 /// Path parameters of the block ends of a piece, the first being where it starts.
 pub(super) fn ends(
-    course: &Course<'_, Smooth<'_>>,
+    course: &ControlledPath<'_, SmoothPiece<'_>>,
     rows: &SchedulePiece,
     options: &BlockOptions,
-) -> Result<Vec<f64>, Fault> {
+) -> Result<Vec<f64>, ToleranceFault> {
     let (Some(first), Some(last)) =
         (course.trail.piece.nodes.first(), course.trail.piece.nodes.last())
     else {
@@ -38,7 +38,7 @@ pub(super) fn ends(
     };
     let mut from = course.at(first.s);
     let tips = [from.pose.tip, course.at(last.s).pose.tip];
-    let search = Search { course, rows, options, end: last.s, tips };
+    let search = EndSearch { course, rows, options, end: last.s, tips };
     let mut ends = vec![first.s];
     let mut guess = last.s - first.s;
     while from.s < last.s {
@@ -51,8 +51,8 @@ pub(super) fn ends(
     Ok(ends)
 }
 
-struct Search<'a> {
-    course: &'a Course<'a, Smooth<'a>>,
+struct EndSearch<'a> {
+    course: &'a ControlledPath<'a, SmoothPiece<'a>>,
     rows: &'a SchedulePiece,
     options: &'a BlockOptions,
     end: f64,
@@ -60,11 +60,11 @@ struct Search<'a> {
     tips: [Point3<f64>; 2],
 }
 
-impl Search<'_> {
+impl EndSearch<'_> {
     /// End of the longest allowed block from here: doubled or halved from a guess until both an
     /// allowed and a refused length are known, then halved between them.
-    fn longest(&self, from: &Place, guess: f64) -> Result<Place, Fault> {
-        let mut best: Option<Place> = None;
+    fn longest(&self, from: &PathPlace, guess: f64) -> Result<PathPlace, ToleranceFault> {
+        let mut best: Option<PathPlace> = None;
         let mut refused = f64::INFINITY;
         let mut length = guess;
         // Lengths below this share of s are lost in its rounding.
@@ -93,17 +93,17 @@ impl Search<'_> {
         Ok(best)
     }
 
-    fn allowed(&self, from: &Place, to: &Place) -> bool {
+    fn allowed(&self, from: &PathPlace, to: &PathPlace) -> bool {
         self.fine(from, to) && self.strays_little(from, to)
     }
 
-    fn strays_little(&self, from: &Place, to: &Place) -> bool {
+    fn strays_little(&self, from: &PathPlace, to: &PathPlace) -> bool {
         let tolerance = self.tolerance([from, to]);
         self.course.deviation(from, to, tolerance) <= tolerance
     }
 
     /// Whether step, turns and duration are allowed.
-    fn fine(&self, from: &Place, to: &Place) -> bool {
+    fn fine(&self, from: &PathPlace, to: &PathPlace) -> bool {
         if self.course.trail.piece.motion.is_free() {
             return true;
         }
@@ -120,7 +120,7 @@ impl Search<'_> {
             && duration <= self.options.max_duration
     }
 
-    fn tolerance(&self, block: [&Place; 2]) -> f64 {
+    fn tolerance(&self, block: [&PathPlace; 2]) -> f64 {
         let BlockOptions { tolerance, link_tolerance, .. } = *self.options;
         match self.course.trail.piece.motion {
             Motion::Link => link_tolerance,
@@ -130,7 +130,7 @@ impl Search<'_> {
     }
 
     /// Distance of the tip from where the piece starts and ends, at either end of a block, whatever is least \[mm\].
-    fn ends_away(&self, block: [&Place; 2]) -> f64 {
+    fn ends_away(&self, block: [&PathPlace; 2]) -> f64 {
         let distance = |tip: &Point3<f64>| {
             block.iter().map(|place| (place.pose.tip - tip).norm()).fold(f64::INFINITY, f64::min)
         };
@@ -161,8 +161,8 @@ impl Search<'_> {
         }
     }
 
-    fn fault(&self, from: &Place, to: &Place) -> Fault {
+    fn fault(&self, from: &PathPlace, to: &PathPlace) -> ToleranceFault {
         let deviation = self.course.deviation(from, to, f64::INFINITY);
-        Fault { s: from.s, deviation, tolerance: self.tolerance([from, to]) }
+        ToleranceFault { s: from.s, deviation, tolerance: self.tolerance([from, to]) }
     }
 }

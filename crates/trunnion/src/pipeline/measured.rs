@@ -5,7 +5,7 @@ use super::fixtures;
 use super::job::Job;
 use super::material::{MOST_COLLISIONS, Solids};
 use super::programs::Form;
-use crate::blocks::Control;
+use crate::blocks::BlockInterpolation;
 use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
 use crate::post::{MOST_FAULTS, control_of, reader_of};
@@ -41,7 +41,7 @@ pub(super) fn run(
     let options = read::ReadOptions::new(reader_of(form.dialect), axes, MOST_FAULTS);
     let failed = |faults| PipelineError::ReadBack { file: form.file, faults };
     let mut program = read::read(text, &options).map_err(failed)?;
-    if control_of(&job.kinematics, form.dialect) == Control::GreatCircle {
+    if control_of(&job.kinematics, form.dialect) == BlockInterpolation::GreatCircle {
         on_circles(&mut program);
     }
     let faces: Vec<Face> = job.faces.iter().map(|face| face.face().clone()).collect();

@@ -34,7 +34,7 @@ use crate::axes::{Followed, LeanBounds, SetupSearch};
 use crate::cover::Covering;
 use crate::feed::FeedPlan;
 use crate::files::summary::Summary;
-use crate::toolpath::{Deviated, SmoothReport, SmoothedPath};
+use crate::toolpath::{PathDeviation, SmoothReport, SmoothedPath};
 use crate::types::{Leg, Progress, ToolPath};
 
 /// Everything a run makes. Nothing is written anywhere.
@@ -47,7 +47,7 @@ pub struct Outcome {
     /// Curves through the cutter locations.
     pub tool_path: ToolPath,
     /// What smoothing them did, and along which length; empty unless the job asks for it.
-    pub smoothing: (SmoothReport, Vec<(f64, Deviated)>),
+    pub smoothing: (SmoothReport, Vec<(f64, PathDeviation)>),
     /// The machine's axes along them.
     pub followed: Followed,
     /// Speeds.

@@ -7,7 +7,7 @@ use super::measured::{self, Found};
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
 use crate::axes::Followed;
-use crate::blocks::{self, BlockOptions, Control};
+use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
 use crate::feed::FeedPlan;
 use crate::files::job as file;
@@ -154,7 +154,7 @@ pub(super) fn write(
     Ok(programs)
 }
 
-fn options(job: &Job, control: Control) -> BlockOptions {
+fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {
     BlockOptions {
         control,
         tolerance: (1.0 - 2.0 * QUINTIC_SHARE) * job.budget.shares.linearisation,

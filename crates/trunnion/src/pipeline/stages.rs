@@ -22,7 +22,7 @@ use crate::machine::{AxisKind, SingularPolicy};
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};
 use crate::surface::FaceIndex;
-use crate::toolpath::{self, Reference, SmoothOptions, SmoothedPath, ToolPathOptions};
+use crate::toolpath::{self, SmoothOptions, SmoothReference, SmoothedPath, ToolPathOptions};
 use crate::types::{AXES, AxisPath, Leg, Pass, PoseTolerance, Progress, ToolPath, ToolPose};
 use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::TAU;
@@ -185,14 +185,14 @@ pub(super) fn tool_path(
     let smoothing = SmoothOptions {
         tip,
         axis,
-        reference: Reference::Curve,
+        reference: SmoothReference::Curve,
         lever,
         corner: CORNER,
         step_ratio: STEP_RATIO,
         largest_blend: LARGEST_BLEND,
         window: WINDOW_STATIONS,
     };
-    Ok(toolpath::smoothed(legs, (&options, &smoothing), progress)?)
+    Ok(toolpath::smoothed(legs, &options, &smoothing, progress)?)
 }
 
 pub(super) fn axes(

@@ -1,6 +1,6 @@
 //! Dialects: the motion of their controls between blocks, and their readers.
 
-use crate::blocks::Control;
+use crate::blocks::BlockInterpolation;
 use crate::machine::{AxisInterpolation, Kinematics};
 use crate::nc::read;
 use crate::nc::write::Dialect;
@@ -8,15 +8,17 @@ use crate::nc::write::Dialect;
 /// Returns the motion between blocks of a dialect's control.
 ///
 /// The machine file decides where it names the same dialect.
-pub fn control_of(kinematics: &Kinematics, dialect: Dialect) -> Control {
+pub fn control_of(kinematics: &Kinematics, dialect: Dialect) -> BlockInterpolation {
     let machine = &kinematics.machine().dialect;
     let own = Dialect::from_name(&machine.name) == Some(dialect);
     match dialect {
-        Dialect::G93 => Control::Axes,
-        Dialect::Apt => Control::GreatCircle,
-        of if of.is_vector() => Control::GreatCircle,
-        _ if own && machine.interpolation == AxisInterpolation::GreatCircle => Control::GreatCircle,
-        _ => Control::RotaryLinear,
+        Dialect::G93 => BlockInterpolation::Axes,
+        Dialect::Apt => BlockInterpolation::GreatCircle,
+        of if of.is_vector() => BlockInterpolation::GreatCircle,
+        _ if own && machine.interpolation == AxisInterpolation::GreatCircle => {
+            BlockInterpolation::GreatCircle
+        }
+        _ => BlockInterpolation::RotaryLinear,
     }
 }
 

@@ -4,9 +4,11 @@ use super::constants::LEVER;
 use super::error::PostError;
 use super::options::{PostFilter, PostMove, PostPace, PostSource};
 use super::smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
-use crate::blocks::{Control, bend, moved};
+use crate::blocks::{BlockEnd, BlockInterpolation, bend, moved};
 use crate::math::angle::{angle_between, great_circle};
-use crate::toolpath::{Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan, Smoother};
+use crate::toolpath::{
+    PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,
+};
 use crate::types::{AxisVector, Station, ToolPose};
 use std::collections::VecDeque;
 
@@ -25,17 +27,17 @@ const SMOOTH_AXES: [f64; 3] = [0.5, 0.1, 0.02];
 const REDUCE: [f64; 3] = [0.5, 0.0, 0.05];
 
 impl PostFilter {
-    fn shares(self, control: Control) -> [f64; 3] {
+    fn shares(self, control: BlockInterpolation) -> [f64; 3] {
         match (self, control) {
             (Self::None, _) => [0.0; 3],
-            (Self::Smooth, Control::Axes) => SMOOTH_AXES,
+            (Self::Smooth, BlockInterpolation::Axes) => SMOOTH_AXES,
             (Self::Smooth, _) => SMOOTH,
             (Self::Reduce, _) => REDUCE,
         }
     }
 
     /// Returns the share of the tolerance that remains for the conversion to the machine.
-    pub(super) fn left(self, control: Control) -> f64 {
+    pub(super) fn left(self, control: BlockInterpolation) -> f64 {
         1.0 - self.shares(control).iter().sum::<f64>()
     }
 }
@@ -63,7 +65,7 @@ pub(super) struct MoveFilter {
 /// Moves with feed between two rapid moves, being smoothed.
 #[derive(Debug)]
 struct SmoothedRun {
-    smoother: Box<Smoother>,
+    smoother: Box<PathSmoother>,
     /// Feeds, each from a path length \[mm\] on.
     feeds: VecDeque<(f64, f64)>,
     last: PostMove,
@@ -111,7 +113,7 @@ impl MoveFilter {
     /// Creates a filter; `control` is that of the target.
     pub(super) fn new(
         kind: PostFilter,
-        control: Control,
+        control: BlockInterpolation,
         source: PostSource,
         tolerance: [f64; 2],
     ) -> Self {
@@ -205,13 +207,13 @@ impl MoveFilter {
         let plain = |pose: ToolPose| PostMove {
             pose,
             q: None,
-            way: Control::GreatCircle,
+            way: BlockInterpolation::GreatCircle,
             pace: PostPace::Feed(feed),
             ..*to
         };
         let ends = match (&self.source, from.q, to.q) {
             (PostSource::Program(kinematics), Some(a), Some(b))
-                if to.way != Control::GreatCircle =>
+                if to.way != BlockInterpolation::GreatCircle =>
             {
                 (kinematics, a, b)
             }
@@ -219,7 +221,7 @@ impl MoveFilter {
         };
         let (kinematics, a, b) = ends;
         let pair: [(&AxisVector, &ToolPose); 2] = [(&a, &from.pose), (&b, &to.pose)];
-        let [tip, axis] = bend(kinematics, to.way, pair);
+        let [tip, axis] = bend(kinematics, to.way, pair.map(BlockEnd::from));
         let turn = angle_between(&from.pose.axis, &to.pose.axis);
         let [.., share] = self.shares;
         let [most_tip, most_axis] = self.tolerance.map(|most| share * most);
@@ -230,7 +232,7 @@ impl MoveFilter {
         let mut chords = Vec::new();
         for part in 1..parts {
             let share = f64::from(part) / f64::from(parts);
-            let pose = moved(kinematics, to.way, pair, share);
+            let pose = moved(kinematics, to.way, pair.map(BlockEnd::from), share);
             chords.push(plain(pose.ok_or(PostError::Reversal { line: to.line })?));
         }
         chords.push(plain(to.pose));
@@ -267,7 +269,7 @@ impl MoveFilter {
         let options = SmoothOptions {
             tip,
             axis,
-            reference: Reference::Chords,
+            reference: SmoothReference::Chords,
             lever: LEVER,
             corner: CORNER,
             step_ratio: STEP_RATIO,
@@ -275,7 +277,7 @@ impl MoveFilter {
             window: WINDOW_STATIONS,
         };
         let at_line = |error: SmoothError| smoothing(&error, one.line);
-        let mut smoother = Smoother::new(&options).map_err(at_line)?;
+        let mut smoother = PathSmoother::new(&options).map_err(at_line)?;
         if let Some(start) = &self.start {
             smoother.push(&station(&start.pose)).map_err(at_line)?;
         }
@@ -425,11 +427,16 @@ mod tests {
     #[test]
     fn a_chord_runs_at_the_feed_of_its_own_moves() {
         let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
-        let last =
-            PostMove { line: 1, pose, q: None, pace: PostPace::Rapid, way: Control::GreatCircle };
+        let last = PostMove {
+            line: 1,
+            pose,
+            q: None,
+            pace: PostPace::Rapid,
+            way: BlockInterpolation::GreatCircle,
+        };
         let filter = MoveFilter::new(
             PostFilter::Smooth,
-            Control::GreatCircle,
+            BlockInterpolation::GreatCircle,
             PostSource::Locations,
             [0.01, 1e-3],
         );

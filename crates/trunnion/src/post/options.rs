@@ -1,6 +1,6 @@
 //! Inputs and options of posting.
 
-use crate::blocks::Control;
+use crate::blocks::BlockInterpolation;
 use crate::machine::Kinematics;
 use crate::nc::write::{Note, Template};
 use crate::types::{AxisVector, ToolPose};
@@ -36,8 +36,8 @@ pub struct PostMove {
     pub q: Option<AxisVector>,
     /// Programmed speed.
     pub pace: PostPace,
-    /// Motion of the tool during the move; for cutter locations [`Control::GreatCircle`].
-    pub way: Control,
+    /// Motion of the tool during the move; for cutter locations [`BlockInterpolation::GreatCircle`].
+    pub way: BlockInterpolation,
 }
 
 /// Treatment of the moves before they are posted.
@@ -71,7 +71,7 @@ pub enum PostMethod {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostOptions {
     /// Motion of the target control between blocks.
-    pub control: Control,
+    pub control: BlockInterpolation,
     /// Largest deviation of tip \[mm\] and tool axis \[rad\] from the input, everywhere; the rounding of words is extra.
     ///
     /// The path that is timed rounds corners within the same tolerance.

@@ -232,7 +232,7 @@ impl ReadBack {
                             ClMotion::Rapid => PostPace::Rapid,
                             ClMotion::Feed(feed) => PostPace::Feed(feed),
                         };
-                        let way = crate::blocks::Control::GreatCircle;
+                        let way = crate::blocks::BlockInterpolation::GreatCircle;
                         let (line, pose) = (found.line, found.pose);
                         self.moves.push(PostMove { line, pose, q: None, pace, way });
                     }

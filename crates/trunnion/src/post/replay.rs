@@ -4,7 +4,7 @@ mod tools;
 
 use super::error::{PostError, PostRemedy};
 use super::options::{PostMove, PostPace};
-use crate::blocks::Control;
+use crate::blocks::BlockInterpolation;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::math::jet::{Jet, Real};
@@ -247,7 +247,13 @@ impl ProgramMoves {
         if self.started && self.is_wanted() {
             let pose = self.inverse[0].kinematics().forward(&self.q);
             let (line, q) = (one.line, Some(self.q));
-            self.away.push(PostMove { line, pose, q, pace: PostPace::Rapid, way: Control::Axes });
+            self.away.push(PostMove {
+                line,
+                pose,
+                q,
+                pace: PostPace::Rapid,
+                way: BlockInterpolation::Axes,
+            });
         } else {
             self.left.moves += 1;
         }
@@ -267,9 +273,9 @@ impl ProgramMoves {
         }
         self.started = true;
         let way = match (tcp, one.turning) {
-            (false, _) => Control::Axes,
-            (true, Turning::Rotary) => Control::RotaryLinear,
-            (true, Turning::GreatCircle) => Control::GreatCircle,
+            (false, _) => BlockInterpolation::Axes,
+            (true, Turning::Rotary) => BlockInterpolation::RotaryLinear,
+            (true, Turning::GreatCircle) => BlockInterpolation::GreatCircle,
         };
         out.push(PostMove { line: one.line, pose, q: Some(self.q), pace, way });
     }

@@ -4,7 +4,7 @@ use super::axis_point::{AxesPose, AxisPoint, DividedMove, MachinePoint, PartEnd}
 use super::error::PostError;
 use super::options::{PostMove, PostOptions, PostPace, PostSource};
 use super::rotaries::{PlannedMove, RetractPhase};
-use crate::blocks::{Control, bend, moved};
+use crate::blocks::{BlockEnd, BlockInterpolation, bend, moved};
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY, TurnFormat};
 use crate::math::angle::great_circle;
@@ -34,7 +34,7 @@ const RAPID_TOLERANCE: f64 = 1.0;
 #[derive(Debug, Clone)]
 struct TargetMachine {
     inverse: Inverse,
-    control: Control,
+    control: BlockInterpolation,
 }
 
 /// Turns moves into points on the way of the axes.
@@ -55,7 +55,7 @@ pub(super) struct Subdivider {
 #[derive(Clone, Copy)]
 struct MoveGeometry<'a> {
     /// Machine and control of the input; `None`: tip straight, tool axis on a great circle.
-    run: Option<(&'a Kinematics, Control)>,
+    run: Option<(&'a Kinematics, BlockInterpolation)>,
     ends: [MachinePoint; 2],
 }
 
@@ -73,7 +73,7 @@ impl MoveGeometry<'_> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
             let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return moved(kinematics, control, ends, share);
+            return moved(kinematics, control, ends.map(BlockEnd::from), share);
         }
         let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
         let axis = great_circle(&from.pose.axis, &to.pose.axis, share)?;
@@ -85,7 +85,7 @@ impl MoveGeometry<'_> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
             let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return bend(kinematics, control, ends);
+            return bend(kinematics, control, ends.map(BlockEnd::from));
         }
         let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
         // The square of an angle up to a half turn is at most π²/4 times that of its chord.
@@ -154,7 +154,7 @@ impl Subdivider {
             PostPace::Seconds(seconds) => (seconds, 0.0),
         };
         let same = self.own && one.q.is_some() && one.way == self.target.control;
-        let bows = one.way == Control::Axes && !same;
+        let bows = one.way == BlockInterpolation::Axes && !same;
         let share = if bows { 0.5 } else { 1.0 };
         let mut target_move = DividedMove {
             line: one.line,
@@ -170,12 +170,14 @@ impl Subdivider {
         };
         // Step 3: a move that needs no division is run as it is.
         let turns = planned.phase == Some(RetractPhase::Turn);
-        if same || turns || (rapid && self.target.control != Control::Axes) {
+        if same || turns || (rapid && self.target.control != BlockInterpolation::Axes) {
             return self.run_directly([from, to], 1.0, &mut target_move);
         }
         let source = std::mem::replace(&mut self.source, PostSource::Locations);
         let run = match &source {
-            PostSource::Program(of) if one.way != Control::GreatCircle && one.q.is_some() => {
+            PostSource::Program(of)
+                if one.way != BlockInterpolation::GreatCircle && one.q.is_some() =>
+            {
                 Some((&**of, one.way))
             }
             _ => None,
@@ -194,8 +196,8 @@ impl Subdivider {
         let travel = to - from;
         let TargetMachine { inverse, control } = &self.target;
         let turns = travel.fixed_rows::<2>(FIRST_ROTARY).lp_norm(1) > LITTLE;
-        let middle = if turns && *control != Control::Axes {
-            let pose = moved(inverse.kinematics(), *control, pair, 0.5);
+        let middle = if turns && *control != BlockInterpolation::Axes {
+            let pose = moved(inverse.kinematics(), *control, pair.map(BlockEnd::from), 0.5);
             pose.and_then(|pose| inverse.near(&pose, &from.lerp(to, 0.5)).ok())
         } else {
             None
@@ -242,8 +244,8 @@ impl Subdivider {
         target_move: &mut DividedMove<'_>,
     ) -> Result<(), PostError> {
         let poses = match self.target.control {
-            Control::GreatCircle => Control::GreatCircle,
-            _ => Control::RotaryLinear,
+            BlockInterpolation::GreatCircle => BlockInterpolation::GreatCircle,
+            _ => BlockInterpolation::RotaryLinear,
         };
         let tolerance = if target_move.rapid {
             [RAPID_TOLERANCE, f64::INFINITY]
@@ -318,7 +320,9 @@ impl Subdivider {
             let pose = if part == parts { Some(to.pose) } else { geometry.at(share) };
             let pose = pose.ok_or(PostError::Reversal { line })?;
             let q = match geometry.run {
-                Some((_, Control::Axes)) if self.own => from.source.lerp(&to.source, share),
+                Some((_, BlockInterpolation::Axes)) if self.own => {
+                    from.source.lerp(&to.source, share)
+                }
                 Some(_) if self.own => self.slid(pair, share, line)?.q,
                 _ => self.axes(line, &pose, &near)?,
             };
@@ -334,13 +338,13 @@ impl Subdivider {
     fn deviation(
         &self,
         geometry: &MoveGeometry<'_>,
-        control: Control,
+        control: BlockInterpolation,
         portion: &Portion<'_>,
         enough: [f64; 2],
     ) -> [f64; 2] {
         let Portion { shares, ends } = *portion;
         let alike = match geometry.run {
-            None => control == Control::GreatCircle,
+            None => control == BlockInterpolation::GreatCircle,
             Some((_, run)) => self.own && run == control,
         };
         if alike {
@@ -349,8 +353,10 @@ impl Subdivider {
         let kinematics = self.target.inverse.kinematics();
         let pair = ends.map(|end| (&end.q, &end.pose));
         let width = shares[1] - shares[0];
-        let [path, run] =
-            [geometry.bend().map(|of| of * width * width), bend(kinematics, control, pair)];
+        let [path, run] = [
+            geometry.bend().map(|of| of * width * width),
+            bend(kinematics, control, pair.map(BlockEnd::from)),
+        ];
         // Between two samples the difference of both curves bends by at most an eighth of their second derivatives.
         let curved = [0, 1].map(|k: usize| 0.125 * (path[k] + run[k]));
         let mut samples = 1_u32;
@@ -359,7 +365,7 @@ impl Subdivider {
             for k in 1..samples {
                 let share = f64::from(k) / f64::from(samples);
                 let here = geometry.at(shares[0] + width * share);
-                let there = moved(kinematics, control, pair, share);
+                let there = moved(kinematics, control, pair.map(BlockEnd::from), share);
                 let (Some(here), Some(there)) = (here, there) else { return [f64::INFINITY; 2] };
                 off[0] = off[0].max((here.tip - there.tip).norm());
                 off[1] = off[1].max((*here.axis - *there.axis).norm());
@@ -388,10 +394,15 @@ impl Subdivider {
         let turns = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs();
         let mut blocks = (turns.amax() / self.most_turn).ceil().max(1.0);
         let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
-        if self.target.control == Control::Axes && !target_move.same {
+        if self.target.control == BlockInterpolation::Axes && !target_move.same {
             let tolerance =
                 if target_move.rapid { RAPID_TOLERANCE } else { target_move.tolerance[0] };
-            let bow = 0.125 * bend(self.target.inverse.kinematics(), Control::Axes, pair)[0];
+            let bow = 0.125
+                * bend(
+                    self.target.inverse.kinematics(),
+                    BlockInterpolation::Axes,
+                    pair.map(BlockEnd::from),
+                )[0];
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
             if !target_move.rapid {
@@ -407,7 +418,7 @@ impl Subdivider {
         }
         // Step 2: points inside each block, where the axes curve.
         let points = match self.target.control {
-            Control::Axes => 1.0,
+            BlockInterpolation::Axes => 1.0,
             _ => (turns.sum() / blocks / TURN).ceil().max(1.0),
         };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
@@ -438,14 +449,19 @@ impl Subdivider {
         let inverse = &self.target.inverse;
         let kinematics = inverse.kinematics();
         match self.target.control {
-            Control::GreatCircle => {
-                let pose = moved(kinematics, Control::GreatCircle, pair, share);
+            BlockInterpolation::GreatCircle => {
+                let pose = moved(
+                    kinematics,
+                    BlockInterpolation::GreatCircle,
+                    pair.map(BlockEnd::from),
+                    share,
+                );
                 let pose = pose.ok_or(PostError::Reversal { line: target_move.line })?;
                 let found = inverse.near(&pose, near);
                 let q = found.map_err(|error| PostError::reach(target_move.line, error))?;
                 Ok(MachinePoint { q, pose, source: q })
             }
-            Control::Axes if target_move.same => {
+            BlockInterpolation::Axes if target_move.same => {
                 let q = pair[0].0.lerp(pair[1].0, share);
                 Ok(MachinePoint { q, pose: kinematics.forward(&q), source: q })
             }

@@ -6,7 +6,7 @@ use nalgebra::UnitVector3;
 
 /// How finely a path is resolved. No `Default`: the caller knows the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Resolution {
+pub struct PathResolution {
     /// Largest distance between neighbouring tips \[mm\].
     pub max_step: f64,
     /// Largest angle between neighbouring tool axes \[rad\]: the practical knob of paper 003.
@@ -28,9 +28,9 @@ pub struct Resolution {
 /// Fig. 5 of `docs/sources.md#003`; its limit reads 0.08° but is 0.08 rad.
 pub fn densify(
     path: &[ToolPose],
-    resolution: Resolution,
+    resolution: PathResolution,
 ) -> Result<Vec<ToolPose>, InterpolationError> {
-    let Resolution { max_step, max_turn } = resolution;
+    let PathResolution { max_step, max_turn } = resolution;
     if !(max_step > 0.0 && max_turn > 0.0) {
         return Err(InterpolationError::BadResolution { max_step, max_turn });
     }
@@ -60,13 +60,13 @@ mod tests {
     fn parts_are_equal_and_ends_are_kept() {
         let path = [([0.0; 3], [0.0, 0.0, 1.0]), ([10.0, 0.0, 0.0], [0.0, 1.0, 1.0])]
             .map(|(tip, axis)| ToolPose::new(tip, axis).unwrap());
-        let fine = densify(&path, Resolution { max_step: 4.0, max_turn: 0.1 }).unwrap();
+        let fine = densify(&path, PathResolution { max_step: 4.0, max_turn: 0.1 }).unwrap();
         assert_eq!(fine.len(), 1 + 8); // 45° in steps of at most 0.1 rad
         assert_eq!([fine[0], fine[8]], path);
         assert!((fine[4].tip.x - 5.0).abs() < 1e-15);
-        let by_step = densify(&path, Resolution { max_step: 4.0, max_turn: 1.0 }).unwrap();
+        let by_step = densify(&path, PathResolution { max_step: 4.0, max_turn: 1.0 }).unwrap();
         assert_eq!(by_step.len(), 1 + 3);
-        let none = Resolution { max_step: 0.0, max_turn: 1.0 };
+        let none = PathResolution { max_step: 0.0, max_turn: 1.0 };
         assert!(matches!(densify(&path, none), Err(InterpolationError::BadResolution { .. })));
     }
 }

@@ -5,7 +5,7 @@ use crate::types::{Motion, PieceGeometry, PoseCurve, ToolPath};
 
 /// Distance of the curves from a polyline of tips and from great circles of tool axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Deviation {
+pub struct ChordDeviation {
     /// Largest distance of the tip from the chord between neighbouring stations \[mm\].
     pub tip: f64,
     /// Largest distance of the contact point from its chord \[mm\].
@@ -14,7 +14,7 @@ pub struct Deviation {
     pub axis: f64,
 }
 
-impl Deviation {
+impl ChordDeviation {
     fn worst(self, other: Self) -> Self {
         Self {
             tip: self.tip.max(other.tip),
@@ -27,7 +27,7 @@ impl Deviation {
 /// Bow of the cutting curves of `path`, at `samples` points inside each span.
 ///
 /// Sampled, not bounded: it tells how much a control that knows only the stations would differ.
-pub fn deviation(path: &ToolPath, samples: u32) -> Deviation {
+pub fn deviation(path: &ToolPath, samples: u32) -> ChordDeviation {
     path.pieces
         .iter()
         .filter(|piece| piece.motion == Motion::Cut)
@@ -36,15 +36,15 @@ pub fn deviation(path: &ToolPath, samples: u32) -> Deviation {
             PieceGeometry::Reorient { .. } => None,
         })
         .flat_map(|curve| (0..curve.spans.len()).map(move |span| of_span(curve, span, samples)))
-        .fold(Deviation::default(), Deviation::worst)
+        .fold(ChordDeviation::default(), ChordDeviation::worst)
 }
 
-fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> Deviation {
+fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> ChordDeviation {
     let Some(&[start, end]) = curve.knots.get(span..span + 2).and_then(<[f64]>::first_chunk) else {
-        return Deviation::default();
+        return ChordDeviation::default();
     };
     let [from, to] = [start, end].map(|u| curve.rates_in(span, u));
-    let mut worst = Deviation::default();
+    let mut worst = ChordDeviation::default();
     for sample in 1..=samples {
         let t = f64::from(sample) / f64::from(samples + 1);
         let here = curve.rates_in(span, start + t * (end - start));
@@ -56,7 +56,7 @@ fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> Deviation {
                 .map_or(f64::INFINITY, |straight| angle_between(&straight, &here.axis)),
             _ => f64::INFINITY,
         };
-        worst = worst.worst(Deviation {
+        worst = worst.worst(ChordDeviation {
             tip: off(&from.tip[0], &to.tip[0], here.tip[0]),
             contact: off(&from.contact[0], &to.contact[0], here.contact[0]),
             axis,

@@ -113,7 +113,7 @@ const REACH: usize = 2;
 
 /// As for splines of unit vectors in [`super::through`]: beyond a right angle the chord of two
 /// axes passes closer than cos(45°) to zero.
-const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
+pub(super) const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Local cubic curve of tip, tool-axis vector and contact through `stations`: passes through each,
 /// where the axis is unit, with one velocity there (C1). A station moves only the curve

@@ -11,7 +11,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use shop::Layout;
 use trunnion::axes::{AxesOptions, FeedPoint, follow};
-use trunnion::blocks::{BlockOptions, Control, ReduceOptions, blocks, reduce};
+use trunnion::blocks::{BlockInterpolation, BlockOptions, ReduceOptions, blocks, reduce};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::machine::Kinematics;
 use trunnion::math::angle::{angle_between, unwrap_near};
@@ -24,10 +24,11 @@ use waves::{Waves, any_waves};
 const TOLERANCE: f64 = 0.005;
 /// So that the tolerance is 0.005 mm at the tip, or 0.01 degrees of the tool axis, or parts of both.
 const LEVER: f64 = TOLERANCE / (0.01 * std::f64::consts::PI / 180.0);
-const CONTROLS: [Control; 3] = [Control::Axes, Control::RotaryLinear, Control::GreatCircle];
+const CONTROLS: [BlockInterpolation; 3] =
+    [BlockInterpolation::Axes, BlockInterpolation::RotaryLinear, BlockInterpolation::GreatCircle];
 const LAYOUTS: [Layout; 2] = [Layout::TableTable, Layout::HeadHead];
 
-fn options(control: Control) -> BlockOptions {
+fn options(control: BlockInterpolation) -> BlockOptions {
     BlockOptions {
         control,
         tolerance: TOLERANCE,
@@ -60,7 +61,7 @@ fn any_path(seed: usize) -> Waves {
 /// Where a control is at a share of a block, written down independently.
 fn control_pose(
     kinematics: &Kinematics,
-    control: Control,
+    control: BlockInterpolation,
     [from, to]: [&AxisVector; 2],
     share: f64,
 ) -> ToolPose {
@@ -68,9 +69,9 @@ fn control_pose(
     let [start, end] = [kinematics.forward(from), kinematics.forward(to)];
     let tip = start.tip + (end.tip - start.tip) * share;
     match control {
-        Control::Axes => mixed,
-        Control::RotaryLinear => ToolPose { tip, axis: mixed.axis },
-        Control::GreatCircle => {
+        BlockInterpolation::Axes => mixed,
+        BlockInterpolation::RotaryLinear => ToolPose { tip, axis: mixed.axis },
+        BlockInterpolation::GreatCircle => {
             let angle = start.axis.angle(&end.axis);
             if angle == 0.0 {
                 return ToolPose { tip, axis: start.axis };
@@ -85,7 +86,7 @@ fn control_pose(
 /// Distance of a pose from the curve of the control: a grid, then golden sections.
 fn distance(
     kinematics: &Kinematics,
-    control: Control,
+    control: BlockInterpolation,
     ends: [&AxisVector; 2],
     pose: &ToolPose,
 ) -> f64 {
@@ -105,7 +106,12 @@ fn distance(
 }
 
 /// Largest distance of 23 places of the path in `[from, to]` from the control's curve.
-fn strays(kinematics: &Kinematics, control: Control, path: &AxisPath, [from, to]: [f64; 2]) -> f64 {
+fn strays(
+    kinematics: &Kinematics,
+    control: BlockInterpolation,
+    path: &AxisPath,
+    [from, to]: [f64; 2],
+) -> f64 {
     let at = |s: f64| path.pieces[0].axes_at(s).unwrap()[0];
     let [start, end] = [at(from), at(to)];
     (1..24)
@@ -168,7 +174,7 @@ fn check_program(kinematics: &Kinematics, blocks: &[Block], path: &AxisPath, sch
 }
 
 /// Fewest equal parts of `s` that keep the tolerance.
-fn equal_parts(kinematics: &Kinematics, control: Control, path: &AxisPath) -> u32 {
+fn equal_parts(kinematics: &Kinematics, control: BlockInterpolation, path: &AxisPath) -> u32 {
     let [first, last] =
         [path.pieces[0].nodes.first(), path.pieces[0].nodes.last()].map(|node| node.unwrap().s);
     let good = |parts: u32| {
@@ -190,7 +196,9 @@ fn equal_parts(kinematics: &Kinematics, control: Control, path: &AxisPath) -> u3
 fn fewer_blocks_than_equal_parts() {
     let path = any_path(2).path(80);
     let schedule = planned(&path);
-    for (layout, control) in LAYOUTS.into_iter().zip([Control::Axes, Control::RotaryLinear]) {
+    for (layout, control) in
+        LAYOUTS.into_iter().zip([BlockInterpolation::Axes, BlockInterpolation::RotaryLinear])
+    {
         let kinematics = shop::kinematics(layout);
         let blocks = blocks(&kinematics, &path, &schedule, &options(control), &Silent).unwrap();
         let equal = equal_parts(&kinematics, control, &path) as usize;
@@ -207,7 +215,7 @@ fn knobs_limit_blocks_and_yield_in_order() {
         max_step: 0.5,
         max_turn: 0.01,
         max_duration: 0.02,
-        ..options(Control::RotaryLinear)
+        ..options(BlockInterpolation::RotaryLinear)
     };
     let all = blocks(&kinematics, &path, &schedule, &fine, &Silent).unwrap();
     for pair in all.windows(2) {
@@ -232,7 +240,8 @@ fn pieces_follow_one_another() {
     let schedule = planned(&path);
     let kinematics = shop::kinematics(Layout::HeadHead);
     let all =
-        blocks(&kinematics, &path, &schedule, &options(Control::GreatCircle), &Silent).unwrap();
+        blocks(&kinematics, &path, &schedule, &options(BlockInterpolation::GreatCircle), &Silent)
+            .unwrap();
     let total: f64 = all.iter().map(|block| block.duration).sum();
     assert!((total - schedule.duration()).abs() < 1e-9 * total);
     let lead = all.iter().rposition(|block| block.motion == Motion::LeadIn).unwrap();
@@ -332,7 +341,12 @@ fn an_over_fine_program_is_thinned_out_within_tolerance() {
     }
 }
 
-fn check_thinned(kinematics: &Kinematics, control: Control, fine: &[Block], kept: &[Block]) {
+fn check_thinned(
+    kinematics: &Kinematics,
+    control: BlockInterpolation,
+    fine: &[Block],
+    kept: &[Block],
+) {
     let mut at = 0;
     let mut worst = 0.0_f64;
     for pair in kept.windows(2) {

@@ -8,7 +8,7 @@ use crate::posted;
 
 use audited::check;
 use dice::Random;
-use trunnion::blocks::{Control, moved};
+use trunnion::blocks::{BlockInterpolation, moved};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Setup};
@@ -23,14 +23,18 @@ const SHARE: f64 = 1e-3;
 const SAMPLES: u32 = 4000;
 
 /// Largest velocities of a block, from parabolas through densely sampled axes; and of the linear axes together.
-fn sampled(kinematics: &Kinematics, control: Control, ends: [&Block; 2]) -> (AxisVector, f64) {
+fn sampled(
+    kinematics: &Kinematics,
+    control: BlockInterpolation,
+    ends: [&Block; 2],
+) -> (AxisVector, f64) {
     let inverse = Inverse::new(kinematics).unwrap();
     let [from, to] = ends;
     let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
     let mut places = vec![from.q];
     for k in 1..=SAMPLES {
         let share = f64::from(k) / f64::from(SAMPLES);
-        let pose = moved(kinematics, control, pair, share).unwrap();
+        let pose = moved(kinematics, control, pair.map(Into::into), share).unwrap();
         places.push(inverse.near(&pose, places.last().unwrap()).unwrap());
     }
     let per = f64::from(SAMPLES) / to.duration;
@@ -49,7 +53,7 @@ fn sampled(kinematics: &Kinematics, control: Control, ends: [&Block; 2]) -> (Axi
 /// A block from one place to another \[mm, rad\], and what is told of it, whose rotaries are told to within `rounding`.
 fn compare(
     kinematics: &Kinematics,
-    (dialect, language, control): (Dialect, read::Dialect, Control),
+    (dialect, language, control): (Dialect, read::Dialect, BlockInterpolation),
     [from, to]: [AxisVector; 2],
     (seconds, rounding): (f64, f64),
 ) {
@@ -97,7 +101,8 @@ fn the_largest_velocity_inside_a_block_is_told() {
             });
             let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };
             let to = from + AxisVector::from_fn(|axis, _| by(axis) * random.within(-1.0, 1.0));
-            let way = (Dialect::LinuxCnc, read::Dialect::LinuxCnc, Control::RotaryLinear);
+            let way =
+                (Dialect::LinuxCnc, read::Dialect::LinuxCnc, BlockInterpolation::RotaryLinear);
             compare(&kinematics, way, [from, to], (random.within(0.1, 10.0), 0.0));
         }
     }
@@ -117,7 +122,7 @@ fn so_it_is_between_vectors() {
         let from = home + AxisVector::from([10.0, 20.0, 30.0, random.within(-0.5, 0.5), near]);
         let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };
         let to = from + AxisVector::from_fn(|axis, _| by(axis) * random.within(0.0, 1.0));
-        let way = (Dialect::FanucVector, read::Dialect::Fanuc, Control::GreatCircle);
+        let way = (Dialect::FanucVector, read::Dialect::Fanuc, BlockInterpolation::GreatCircle);
         // Half of the last of seven decimals, three times; so near to the axis it turns C by more.
         let rounding = 0.5e-7 * 3_f64.sqrt() / f64::sin(near);
         compare(&kinematics, way, [from, to], (random.within(0.1, 10.0), rounding));

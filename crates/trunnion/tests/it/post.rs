@@ -6,7 +6,7 @@ use crate::dice;
 
 use dice::Random;
 use nalgebra::Vector3;
-use trunnion::blocks::{Control, moved};
+use trunnion::blocks::{BlockInterpolation, moved};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
@@ -38,7 +38,7 @@ fn note() -> Note<'static> {
     }
 }
 
-fn options(control: Control) -> PostOptions {
+fn options(control: BlockInterpolation) -> PostOptions {
     PostOptions {
         control,
         tolerance: TOLERANCE,
@@ -110,7 +110,7 @@ fn path(kinematics: &Kinematics, random: &mut Random, count: u32) -> Vec<PostMov
                 pose: kinematics.forward(&q),
                 q: None,
                 pace,
-                way: Control::GreatCircle,
+                way: BlockInterpolation::GreatCircle,
             }
         })
         .collect()
@@ -207,8 +207,12 @@ fn compare(kinematics: &Kinematics, dialect: Dialect, ran: &[Ran], moves: &[Post
             assert_eq!(to.pace == Pace::Rapid, rapid, "{name}: line {}", pair[1].line);
             for k in 0..=8 {
                 let share = f64::from(k) / 8.0;
-                let at =
-                    moved(kinematics, control, [(&from.q, &from.pose), (&to.q, &to.pose)], share);
+                let at = moved(
+                    kinematics,
+                    control,
+                    [from, to].map(|end| (&end.q, &end.pose).into()),
+                    share,
+                );
                 let [tip, axis] = off(&at.unwrap(), ends);
                 let limits = if rapid { [1.0, 1.0] } else { TOLERANCE };
                 assert!(
@@ -316,7 +320,7 @@ fn helix(count: u32) -> Vec<PostMove> {
             let tip = [60.0 * cos, 60.0 * sin, 100.0 - 0.05 * k];
             let pace = if line == 0 { PostPace::Rapid } else { PostPace::Feed(50.0) };
             let pose = ToolPose::new(tip, axis).unwrap();
-            PostMove { line: line + 1, pose, q: None, pace, way: Control::GreatCircle }
+            PostMove { line: line + 1, pose, q: None, pace, way: BlockInterpolation::GreatCircle }
         })
         .collect()
 }

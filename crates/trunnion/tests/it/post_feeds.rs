@@ -5,7 +5,7 @@
 use crate::posted;
 
 use nalgebra::Vector3;
-use trunnion::blocks::Control;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::AxisWords;
@@ -26,7 +26,7 @@ fn post(
     let setup = Setup::new(Vector3::new(0.0, 0.0, -500.0), [0.0; 3], 100.0);
     let kinematics = Kinematics::new(&machine, &setup);
     let options = PostOptions {
-        control: Control::RotaryLinear,
+        control: BlockInterpolation::RotaryLinear,
         tolerance: [0.01, 1e-3],
         max_feed: None,
         method,
@@ -42,7 +42,7 @@ fn post(
     for (line, &[x, y]) in (1..).zip(places) {
         let pace = if line == 1 { PostPace::Rapid } else { PostPace::Feed(feed) };
         let pose = ToolPose::new([x, y, 0.0], [0.0, 0.0, 1.0]).unwrap();
-        let one = PostMove { line, pose, q: None, pace, way: Control::GreatCircle };
+        let one = PostMove { line, pose, q: None, pace, way: BlockInterpolation::GreatCircle };
         poster
             .push(&mut text, &one, ProgramHead { note: &posted::NOTE, template: &template })
             .unwrap();

@@ -7,7 +7,7 @@ use crate::posted;
 
 use dice::Random;
 use nalgebra::Vector3;
-use trunnion::blocks::Control;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
@@ -36,7 +36,7 @@ fn moves(kinematics: &Kinematics, random: &mut Random) -> Vec<PostMove> {
     let mut add = |q: &AxisVector, pace: PostPace| {
         line += 1;
         let pose = kinematics.forward(q);
-        moves.push(PostMove { line, pose, q: None, pace, way: Control::GreatCircle });
+        moves.push(PostMove { line, pose, q: None, pace, way: BlockInterpolation::GreatCircle });
     };
     for _ in 0..3 {
         add(&q, PostPace::Rapid);

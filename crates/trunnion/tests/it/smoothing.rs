@@ -10,7 +10,9 @@ use proptest::prelude::*;
 use shop::Layout;
 use trunnion::inverse::Inverse;
 use trunnion::math::angle::{angle_between, great_circle};
-use trunnion::toolpath::{Reference, SmoothError, SmoothOptions, Smoothed, Smoother, smooth};
+use trunnion::toolpath::{
+    PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothedCurves, smooth,
+};
 use trunnion::types::{AxisVector, PoseCurve, Station, ToolPose};
 
 const TIP: f64 = 0.01;
@@ -20,7 +22,7 @@ fn options() -> SmoothOptions {
     SmoothOptions {
         tip: TIP,
         axis: AXIS,
-        reference: Reference::Chords,
+        reference: SmoothReference::Chords,
         lever: 10.0,
         corner: 0.35,
         step_ratio: 8.0,
@@ -118,7 +120,7 @@ fn check_c3(curve: &PoseCurve) {
     }
 }
 
-fn check(stations: &[Station]) -> Smoothed {
+fn check(stations: &[Station]) -> SmoothedCurves {
     let smoothed = smooth(stations, &options()).unwrap();
     let report = smoothed.report;
     assert!(report.deviated.tip_bound <= TIP * (1.0 + 1e-9), "{report:?}");
@@ -322,7 +324,7 @@ fn a_long_path_is_smoothed_in_a_window() {
         station([s, (0.3 * s).sin(), (0.11 * s).cos()], [0.2 * (0.2 * s).sin(), 0.1, 1.0])
     };
     let stations: Vec<_> = (0..6000).map(at).collect();
-    let mut smoother = Smoother::new(&options()).unwrap();
+    let mut smoother = PathSmoother::new(&options()).unwrap();
     let mut spans = Vec::new();
     for (k, station) in stations.iter().enumerate() {
         smoother.push(station).unwrap();

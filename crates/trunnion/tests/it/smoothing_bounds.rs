@@ -6,12 +6,14 @@ use crate::property;
 
 use proptest::prelude::*;
 use trunnion::math::angle::angle_between;
-use trunnion::toolpath::{Reference, SmoothError, SmoothOptions, Smoother, local_cubic, smooth};
+use trunnion::toolpath::{
+    PathSmoother, SmoothError, SmoothOptions, SmoothReference, local_cubic, smooth,
+};
 use trunnion::types::{PoseCoordinates, PoseCurve, Station, ToolPose};
 
 const LEVER: f64 = 10.0;
 
-fn options(tip: f64, axis: f64, reference: Reference) -> SmoothOptions {
+fn options(tip: f64, axis: f64, reference: SmoothReference) -> SmoothOptions {
     SmoothOptions {
         tip,
         axis,
@@ -79,7 +81,7 @@ fn exact(coefficients: &[PoseCoordinates; 6], row: usize, x: f64) -> Double {
 /// Largest distances of the spans from the polyline, of the polynomials and of their values as computed, over the
 /// bound of the span; and the largest bound.
 fn worst(stations: &[Station], options: &SmoothOptions) -> [f64; 2] {
-    let mut smoother = Smoother::new(options).unwrap();
+    let mut smoother = PathSmoother::new(options).unwrap();
     for station in stations {
         smoother.push(station).unwrap();
     }
@@ -136,7 +138,7 @@ proptest! {
             station(tip, [0.1, 0.2, 1.0])
         };
         let stations: Vec<_> = (0..count).map(at).collect();
-        let [share, bound] = worst(&stations, &options(1e-3, 1e-3, Reference::Chords));
+        let [share, bound] = worst(&stations, &options(1e-3, 1e-3, SmoothReference::Chords));
         prop_assert!(share <= 1.0, "{share} of the bound");
         prop_assert!(bound < 1e-5, "{bound} mm");
     }
@@ -157,7 +159,7 @@ proptest! {
             )
         };
         let stations: Vec<_> = (0..200).map(at).collect();
-        let options = options(tip, 0.1 * tip, Reference::Curve);
+        let options = options(tip, 0.1 * tip, SmoothReference::Curve);
         let smoothed = smooth(&stations, &options).unwrap();
         let pass = PoseCurve::through(&stations, LEVER);
         let report = smoothed.report;
@@ -194,7 +196,7 @@ fn the_local_cubic_is_not_the_pass() {
     });
     let apart = apart.fold(0.0, f64::max);
     assert!(apart > 2.0 * tolerance, "{apart} mm apart");
-    let smoothed = smooth(&stations, &options(tolerance, 1e-3, Reference::Curve)).unwrap();
+    let smoothed = smooth(&stations, &options(tolerance, 1e-3, SmoothReference::Curve)).unwrap();
     let off = smoothed.curves.iter().flat_map(|curve| {
         let [from, to] = curve.range();
         (0..4000).map(move |k| from + (to - from) * f64::from(k) / 4000.0).map(|u| {
@@ -210,7 +212,7 @@ fn the_local_cubic_is_not_the_pass() {
 fn a_pass_with_a_repeated_station_is_refused() {
     let a = station([0.0; 3], [0.0, 0.0, 1.0]);
     let b = station([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    let options = options(1e-3, 1e-3, Reference::Curve);
+    let options = options(1e-3, 1e-3, SmoothReference::Curve);
     assert_eq!(smooth(&[a, b, b], &options).unwrap_err(), SmoothError::Repeated(1));
     assert_eq!(smooth(&[a], &options).unwrap_err(), SmoothError::Stations(1));
 }

@@ -10,7 +10,7 @@ use crate::posted;
 use audited::check;
 use dice::Random;
 use nalgebra::Vector3;
-use trunnion::blocks::Control;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Axis, Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords};
@@ -62,7 +62,7 @@ fn moves(kinematics: &Kinematics, random: &mut Random, even: bool) -> Vec<PostMo
             }
             let pace = if k == 0 { PostPace::Rapid } else { PostPace::Feed(FEED) };
             let pose = kinematics.forward(&q);
-            PostMove { line: k + 1, pose, q: None, pace, way: Control::GreatCircle }
+            PostMove { line: k + 1, pose, q: None, pace, way: BlockInterpolation::GreatCircle }
         })
         .collect()
 }

@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 use trunnion::inverse::Inverse;
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{
-    GreatCircle, Resolution, ToolPathError, ToolPathOptions, densify, deviation, great_circle,
+    GreatCircle, PathResolution, ToolPathError, ToolPathOptions, densify, deviation, great_circle,
     local_cubic, through,
 };
 use trunnion::types::{
@@ -66,7 +66,7 @@ fn inserting_reproduces_the_listing_of_paper_003() {
         let ends = [from, to].map(|q| kinematics.forward(&q));
         let turn = angle_between(&ends[0].axis, &ends[1].axis).to_degrees();
         assert!((turn - case["angle_deg"].as_f64().unwrap()).abs() < 1e-9);
-        let limit = Resolution { max_step: f64::INFINITY, max_turn: 0.08 };
+        let limit = PathResolution { max_step: f64::INFINITY, max_turn: 0.08 };
         let fine = densify(&ends, limit).unwrap();
         assert_eq!(fine.len(), 3, "5 degrees are more than 0.08 rad, half of it is not");
         let middle = inverse.near(&fine[1], &from).unwrap();

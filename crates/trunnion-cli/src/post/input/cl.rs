@@ -5,7 +5,7 @@ use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::post::Head;
 use std::collections::VecDeque;
-use trunnion::blocks::Control;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
 use trunnion::post::{PostMove, PostPace};
 use trunnion::types::{Diagnostic, ToolPose};
@@ -58,7 +58,7 @@ impl<'a> Locations<'a> {
             }
         };
         let (line, pose) = (record.line, record.pose);
-        PostMove { line, pose, q: None, pace, way: Control::GreatCircle }
+        PostMove { line, pose, q: None, pace, way: BlockInterpolation::GreatCircle }
     }
 
     /// Reads a line; false at the end.

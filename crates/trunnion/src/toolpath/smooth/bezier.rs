@@ -6,13 +6,13 @@ use crate::types::PoseCoordinates;
 pub(super) const DEGREE: usize = 5;
 
 /// Control points of a quintic over its interval: the curve lies in their convex hull.
-pub(super) type Bezier = [PoseCoordinates; DEGREE + 1];
+pub(super) type QuinticBezier = [PoseCoordinates; DEGREE + 1];
 
 /// Weights of the Bernstein polynomials in the middle of the interval, times 32.
 const MIDDLE: [f64; DEGREE + 1] = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];
 
 /// The parts before and after the share `t` (de Casteljau's scheme: convex combinations only).
-pub(super) fn split(whole: &Bezier, t: f64) -> [Bezier; 2] {
+pub(super) fn split(whole: &QuinticBezier, t: f64) -> [QuinticBezier; 2] {
     let mut right = *whole;
     let mut left = *whole;
     for (step, point) in left.iter_mut().enumerate().skip(1) {
@@ -25,24 +25,24 @@ pub(super) fn split(whole: &Bezier, t: f64) -> [Bezier; 2] {
 }
 
 /// The part between two shares.
-pub(super) fn part(whole: &Bezier, [from, to]: [f64; 2]) -> Bezier {
+pub(super) fn part(whole: &QuinticBezier, [from, to]: [f64; 2]) -> QuinticBezier {
     let rest = if from > 0.0 { split(whole, from)[1] } else { *whole };
     if to < 1.0 { split(&rest, (to - from) / (1.0 - from))[0] } else { rest }
 }
 
 /// The same curve moved by `way`.
-pub(super) fn moved(curve: &Bezier, way: &PoseCoordinates) -> Bezier {
+pub(super) fn moved(curve: &QuinticBezier, way: &PoseCoordinates) -> QuinticBezier {
     curve.map(|point| point + way)
 }
 
 /// Value in the middle.
-pub(super) fn middle(whole: &Bezier) -> PoseCoordinates {
+pub(super) fn middle(whole: &QuinticBezier) -> PoseCoordinates {
     let sum = whole.iter().zip(MIDDLE).fold(PoseCoordinates::zeros(), |sum, (p, w)| sum + p * w);
     sum / 32.0
 }
 
 /// Coefficients of the powers of the distance from the start of an interval of `width`.
-pub(super) fn powers(whole: &Bezier, width: f64) -> Bezier {
+pub(super) fn powers(whole: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *whole;
     for step in 1..=DEGREE {
         for i in (step..=DEGREE).rev() {
@@ -59,7 +59,7 @@ pub(super) fn powers(whole: &Bezier, width: f64) -> Bezier {
 }
 
 /// Control points on `[0, width]` of a polynomial given by powers.
-pub(super) fn from_powers(powers: &Bezier, width: f64) -> Bezier {
+pub(super) fn from_powers(powers: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *powers;
     let mut scale = 1.0;
     for (k, point) in row.iter_mut().enumerate() {
@@ -76,7 +76,7 @@ pub(super) fn from_powers(powers: &Bezier, width: f64) -> Bezier {
 }
 
 /// A line in the same form.
-pub(super) fn line(from: &PoseCoordinates, to: &PoseCoordinates) -> Bezier {
+pub(super) fn line(from: &PoseCoordinates, to: &PoseCoordinates) -> QuinticBezier {
     let step = (to - from) / DEGREE as f64;
     let mut points = [*from; DEGREE + 1];
     for (k, point) in points.iter_mut().enumerate() {
@@ -90,7 +90,7 @@ pub(super) fn cubic(
     points: [&PoseCoordinates; 2],
     tangents: [&PoseCoordinates; 2],
     width: f64,
-) -> Bezier {
+) -> QuinticBezier {
     let third = width / 3.0;
     let inner = [points[0] + tangents[0] * third, points[1] - tangents[1] * third];
     let four = [*points[0], inner[0], inner[1], *points[1]];
@@ -112,11 +112,11 @@ pub(super) fn cubic(
 mod tests {
     use super::*;
 
-    fn wild() -> Bezier {
+    fn wild() -> QuinticBezier {
         std::array::from_fn(|k| PoseCoordinates::from_fn(|i, _| ((3 * k + i * i) as f64).sin()))
     }
 
-    fn at(powers: &Bezier, x: f64) -> PoseCoordinates {
+    fn at(powers: &QuinticBezier, x: f64) -> PoseCoordinates {
         powers.iter().rev().fold(PoseCoordinates::zeros(), |sum, c| sum * x + c)
     }
 

@@ -1,13 +1,14 @@
 //! How far a curve strays from the path it stands for, bounded by control points.
 
-use super::Deviated;
-use super::bezier::{Bezier, DEGREE, middle};
+use super::bezier::{DEGREE, QuinticBezier, from_powers, middle};
+use super::coordinates::{axis, contact, tip};
+use super::report::PathDeviation;
 use crate::types::PoseCoordinates;
 use nalgebra::Vector3;
 
 /// What the axis of a path does between two stations.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct AxisFrame {
     /// Unit vector in the middle of the turn.
     middle: Vector3<f64>,
     /// Least and largest component of the path's axis vector along it, and largest across.
@@ -17,19 +18,7 @@ pub(super) struct Frame {
     shift: f64,
 }
 
-pub(super) fn axis(row: &PoseCoordinates) -> Vector3<f64> {
-    Vector3::new(row[3], row[4], row[5])
-}
-
-pub(super) fn tip(row: &PoseCoordinates) -> Vector3<f64> {
-    Vector3::new(row[0], row[1], row[2])
-}
-
-fn contact(row: &PoseCoordinates) -> Vector3<f64> {
-    Vector3::new(row[6], row[7], row[8])
-}
-
-impl Frame {
+impl AxisFrame {
     /// Of a chord between two unit axes that stands for the great circle at the same share.
     ///
     /// With half the angle between them `h`, the chord at the share `(1 + s) / 2` is turned by
@@ -52,7 +41,7 @@ impl Frame {
     }
 
     /// Of a curve of axis vectors that is itself the path.
-    pub(super) fn curve(path: &Bezier) -> Self {
+    pub(super) fn curve(path: &QuinticBezier) -> Self {
         let sum = axis(&path[0]) + axis(&path[5]);
         let middle = sum / sum.norm();
         let mut frame =
@@ -103,7 +92,7 @@ impl Frame {
 /// A span over `n` steps of the path has been split `n` times at most, a part of a blend four times: together
 /// `(7301 + 61 n) u A`, rounded up for the terms of second order.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rounding {
+pub(super) struct RoundingBound {
     /// Largest control points \[mm, 1, mm\].
     size: [f64; 3],
     /// In units of the size.
@@ -116,9 +105,9 @@ const ROUNDED: [f64; 2] = [7400.0, 64.0];
 /// The angle from its tangents: twenty operations on numbers of the order of 1.
 const ANGLE: f64 = 16.0 * f64::EPSILON;
 
-impl Rounding {
+impl RoundingBound {
     /// Of a span over so many steps, given from `origin` on.
-    pub(super) fn new(curve: &Bezier, origin: &PoseCoordinates, splits: usize) -> Self {
+    pub(super) fn new(curve: &QuinticBezier, origin: &PoseCoordinates, splits: usize) -> Self {
         let far = |part: fn(&PoseCoordinates) -> Vector3<f64>| {
             let most = curve.iter().map(|point| part(point).norm_squared()).fold(0.0, f64::max);
             most.sqrt() + part(origin).norm()
@@ -143,10 +132,10 @@ const BENT: f64 = 1000.0 * 0.5 * f64::EPSILON;
 /// With `S` the sum of the sizes of its coefficients over the width, the Bernstein form has an error of `10 u S`
 /// (five sums, a quotient and four products each), its second differences `4 * 10 u S + 6 u S`, twenty times of
 /// that are below `1000 u S`.
-pub(super) fn bend(coefficients: &Bezier, width: f64) -> [f64; 2] {
+pub(super) fn bend(coefficients: &QuinticBezier, width: f64) -> [f64; 2] {
     let mut powers = *coefficients;
     powers[0] = PoseCoordinates::zeros();
-    let curve = super::bezier::from_powers(&powers, width);
+    let curve = from_powers(&powers, width);
     let [mut place, mut turn] = [0.0_f64; 2];
     for w in curve.windows(3) {
         let bend = (w[0] + w[2] - w[1] * 2.0) * 20.0;
@@ -167,12 +156,12 @@ pub(super) fn bend(coefficients: &Bezier, width: f64) -> [f64; 2] {
 /// The bounds hold everywhere in between: the difference lies in the convex hull of its control points. They hold
 /// for the polynomial as it is handed out and evaluated, in the numbers it is made of.
 pub(super) fn deviation(
-    curve: &Bezier,
-    path: &Bezier,
-    frame: &Frame,
-    rounding: &Rounding,
-) -> Deviated {
-    let difference: Bezier = std::array::from_fn(|k| curve[k] - path[k]);
+    curve: &QuinticBezier,
+    path: &QuinticBezier,
+    frame: &AxisFrame,
+    rounding: &RoundingBound,
+) -> PathDeviation {
+    let difference: QuinticBezier = std::array::from_fn(|k| curve[k] - path[k]);
     let [mut place, mut touch, mut across, mut along] = [0.0_f64; 4];
     for d in &difference {
         place = place.max(tip(d).norm_squared());
@@ -191,7 +180,7 @@ pub(super) fn deviation(
     let seen = |part: usize| off.iter().map(|of| of[part]).fold(0.0, f64::max).sqrt();
     let [place, touch, across] = [place, touch, across].map(f64::sqrt);
     let turned = rounding.of(1, across + along);
-    Deviated {
+    PathDeviation {
         tip: seen(0),
         tip_bound: place + rounding.of(0, place),
         axis: seen(1),

@@ -1,15 +1,17 @@
 //! Quintic B-splines through the stations between two corners.
 
-use super::band::Normal;
-use super::bezier::{Bezier, DEGREE, cubic, from_powers, line, moved, split};
-use super::bound::{Frame, Rounding, deviation};
-use super::knots::{Around, JET, from_start};
-use super::{Deviated, Limits, Reference};
+use super::bezier::{DEGREE, QuinticBezier, cubic, from_powers, line, moved, split};
+use super::bound::{AxisFrame, RoundingBound, deviation};
+use super::knots::{JET, SpanKnots, from_start};
+use super::normal_equations::NormalEquations;
+use super::options::{SmoothLimits, SmoothReference};
+use super::report::PathDeviation;
+use crate::toolpath::interpolation::tangent_at;
 use crate::types::PoseCoordinates;
 
 /// A station with its parameter.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct StationNode {
     pub(super) u: f64,
     pub(super) x: PoseCoordinates,
     /// Number of the station.
@@ -24,48 +26,57 @@ pub(super) struct Node {
 /// What a fit starts from.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
-pub(super) enum Start {
+pub(super) enum FitStart {
     /// A place; the direction is free.
     Place(PoseCoordinates),
     /// Value and three derivatives of the curve before.
     Jet([PoseCoordinates; 4]),
 }
 
+/// Condition at the last station of a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FitEnd {
+    /// The curve ends at the station exactly.
+    Fixed,
+    /// More stations follow: the curve only comes close.
+    Open,
+}
+
 /// Path between two stations.
 #[derive(Debug, Clone)]
-pub(super) struct Path {
+pub(super) struct PathSegment {
     pub(super) range: [f64; 2],
-    pub(super) curve: Bezier,
-    pub(super) frame: Frame,
+    pub(super) curve: QuinticBezier,
+    pub(super) frame: AxisFrame,
     pub(super) slack: [f64; 2],
 }
 
 /// One run of stations to fit.
-pub(super) struct Task<'a> {
+pub(super) struct FitTask<'a> {
     /// The stations; for tangents those around the run as well.
-    pub(super) nodes: &'a [Node],
+    pub(super) nodes: &'a [StationNode],
     /// Rates of the path at the stations, where they are given.
     pub(super) rates: &'a [PoseCoordinates],
     /// First and last of the run.
     pub(super) first: usize,
     pub(super) last: usize,
-    pub(super) start: Start,
-    /// Whether the last station is where the curve has to end.
-    pub(super) closed: bool,
-    pub(super) limits: Limits,
+    pub(super) start: FitStart,
+    /// Condition at the last station.
+    pub(super) end: FitEnd,
+    pub(super) limits: SmoothLimits,
     /// Intervals a span takes at first.
     pub(super) coarse: usize,
 }
 
 /// A fit that keeps the tolerances.
-pub(super) struct Fit {
+pub(super) struct SplineFit {
     /// Stations at which spans start and end.
     pub(super) breaks: Vec<usize>,
     /// From `origin` on: third derivatives of small spans far from zero keep their digits.
-    pub(super) curves: Vec<Bezier>,
+    pub(super) curves: Vec<QuinticBezier>,
     pub(super) origin: PoseCoordinates,
-    pub(super) deviated: Vec<Deviated>,
-    pub(super) paths: Vec<Path>,
+    pub(super) deviated: Vec<PathDeviation>,
+    pub(super) paths: Vec<PathSegment>,
 }
 
 /// Least intervals of a span: with one, stations would not determine the spline.
@@ -83,7 +94,7 @@ const WORTH: f64 = 3.0;
 const USABLE: f64 = 1.0 - 1.0 / 32.0;
 
 #[derive(Clone, Copy)]
-struct Part {
+struct SpanStations {
     from: usize,
     to: usize,
     /// Residual before it was halved.
@@ -91,14 +102,14 @@ struct Part {
 }
 
 /// What the check of one span found.
-struct Seen {
-    deviated: Deviated,
+struct SpanCheck {
+    deviated: PathDeviation,
     /// Root mean square of the residual at stations, in tolerances.
     residual: f64,
     kept: bool,
 }
 
-impl Task<'_> {
+impl FitTask<'_> {
     fn intervals(&self) -> usize {
         self.last - self.first
     }
@@ -108,9 +119,9 @@ impl Task<'_> {
     /// # Errors
     ///
     /// Stations that have to become corners, in order.
-    pub(super) fn fit(&self) -> Result<Fit, Vec<usize>> {
+    pub(super) fn fit(&self) -> Result<SplineFit, Vec<usize>> {
         let paths = self.paths();
-        if matches!(self.start, Start::Place(_)) && self.intervals() < DEGREE {
+        if matches!(self.start, FitStart::Place(_)) && self.intervals() < DEGREE {
             return self.polynomial(paths);
         }
         let mut parts = self.first_parts();
@@ -119,10 +130,10 @@ impl Task<'_> {
             let Some(points) = self.solve(&parts, &breaks) else {
                 return Err(vec![usize::midpoint(self.first, self.last)]);
             };
-            let curves: Vec<Bezier> = (0..parts.len())
-                .map(|span| Around::new(&breaks, span).bezier(&points[span..=span + DEGREE]))
+            let curves: Vec<QuinticBezier> = (0..parts.len())
+                .map(|span| SpanKnots::new(&breaks, span).bezier(&points[span..=span + DEGREE]))
                 .collect();
-            let seen: Vec<Seen> = parts
+            let seen: Vec<SpanCheck> = parts
                 .iter()
                 .zip(&curves)
                 .map(|(part, curve)| self.see(part, curve, &paths))
@@ -133,7 +144,7 @@ impl Task<'_> {
             } else if seen.iter().all(|seen| seen.kept) {
                 let breaks = std::iter::once(self.first).chain(parts.iter().map(|part| part.to));
                 let deviated = seen.iter().map(|seen| seen.deviated).collect();
-                return Ok(Fit {
+                return Ok(SplineFit {
                     breaks: breaks.collect(),
                     curves,
                     origin: self.origin(),
@@ -146,7 +157,7 @@ impl Task<'_> {
         }
     }
 
-    fn breaks(&self, parts: &[Part]) -> Vec<f64> {
+    fn breaks(&self, parts: &[SpanStations]) -> Vec<f64> {
         let ends = parts.iter().map(|part| self.nodes[part.to].u);
         std::iter::once(self.nodes[self.first].u).chain(ends).collect()
     }
@@ -155,34 +166,36 @@ impl Task<'_> {
     fn most(&self) -> usize {
         let intervals = self.intervals();
         match self.start {
-            Start::Place(_) => (intervals / LEAST).min(intervals - (DEGREE - 1)),
-            Start::Jet(_) => (intervals / LEAST).max(1),
+            FitStart::Place(_) => (intervals / LEAST).min(intervals - (DEGREE - 1)),
+            FitStart::Jet(_) => (intervals / LEAST).max(1),
         }
     }
 
-    fn first_parts(&self) -> Vec<Part> {
+    fn first_parts(&self) -> Vec<SpanStations> {
         let count = self.intervals().div_ceil(self.coarse).clamp(1, self.most());
         let at = |k: usize| self.first + k * self.intervals() / count;
-        let part = |k: usize| Part { from: at(k), to: at(k + 1), before: f64::INFINITY };
+        let part = |k: usize| SpanStations { from: at(k), to: at(k + 1), before: f64::INFINITY };
         (0..count).map(part).collect()
     }
 
-    fn paths(&self) -> Vec<Path> {
+    fn paths(&self) -> Vec<PathSegment> {
         (self.first..self.last)
             .map(|at| {
                 let [from, to] = [&self.nodes[at], &self.nodes[at + 1]];
                 let range = [from.u, to.u];
                 let (curve, frame) = match self.limits.reference {
-                    Reference::Chords => (line(&from.x, &to.x), Frame::chord(&from.x, &to.x)),
-                    Reference::Curve => {
+                    SmoothReference::Chords => {
+                        (line(&from.x, &to.x), AxisFrame::chord(&from.x, &to.x))
+                    }
+                    SmoothReference::Curve => {
                         let tangents = [at, at + 1].map(|at| self.tangent(at));
                         let width = range[1] - range[0];
                         let curve = cubic([&from.x, &to.x], [&tangents[0], &tangents[1]], width);
-                        (curve, Frame::curve(&curve))
+                        (curve, AxisFrame::curve(&curve))
                     }
                 };
                 let slack = [0, 1].map(|part: usize| from.slack[part].max(to.slack[part]));
-                Path { range, curve, frame, slack }
+                PathSegment { range, curve, frame, slack }
             })
             .collect()
     }
@@ -193,16 +206,11 @@ impl Task<'_> {
             return *rate;
         }
         let from = match self.start {
-            Start::Place(_) => self.first,
-            Start::Jet(_) => 0,
+            FitStart::Place(_) => self.first,
+            FitStart::Jet(_) => 0,
         };
-        let to = if self.closed { self.last } else { self.nodes.len() - 1 };
-        super::super::interpolation::tangent_at(
-            at,
-            [from, to],
-            |k| self.nodes[k].u,
-            |k| &self.nodes[k].x,
-        )
+        let to = if self.end == FitEnd::Fixed { self.last } else { self.nodes.len() - 1 };
+        tangent_at(at, [from, to], |k| self.nodes[k].u, |k| &self.nodes[k].x)
     }
 
     fn origin(&self) -> PoseCoordinates {
@@ -212,37 +220,37 @@ impl Task<'_> {
     /// Where the fit starts and what it looks for at a station, from the origin on.
     fn target(&self, at: usize) -> PoseCoordinates {
         match self.start {
-            Start::Place(place) if at == self.first => place - self.origin(),
+            FitStart::Place(place) if at == self.first => place - self.origin(),
             _ => self.nodes[at].x - self.origin(),
         }
     }
 
     /// Control points by least squares over the stations; those the ends prescribe are not moved.
-    fn solve(&self, parts: &[Part], breaks: &[f64]) -> Option<Vec<PoseCoordinates>> {
+    fn solve(&self, parts: &[SpanStations], breaks: &[f64]) -> Option<Vec<PoseCoordinates>> {
         let count = parts.len() + DEGREE;
         let mut points = vec![PoseCoordinates::zeros(); count];
         let fixed = match self.start {
-            Start::Place(_) => {
+            FitStart::Place(_) => {
                 points[0] = self.target(self.first);
                 1
             }
-            Start::Jet([place, first, second, third]) => {
+            FitStart::Jet([place, first, second, third]) => {
                 let jet = [place - self.origin(), first, second, third];
                 points[..JET].copy_from_slice(&from_start(breaks, &jet));
                 JET
             }
         };
-        let free_end = if self.closed {
+        let free_end = if self.end == FitEnd::Fixed {
             points[count - 1] = self.target(self.last);
             count - 1
         } else {
             count
         };
-        let mut normal = Normal::new(free_end - fixed);
+        let mut normal = NormalEquations::new(free_end - fixed);
         for (span, part) in parts.iter().enumerate() {
-            let around = Around::new(breaks, span);
+            let around = SpanKnots::new(breaks, span);
             let [low, high] = [fixed.max(span) - span, free_end.min(span + DEGREE + 1) - span];
-            let last = part.to + usize::from(!self.closed && span + 1 == parts.len());
+            let last = part.to + usize::from(self.end == FitEnd::Open && span + 1 == parts.len());
             for at in part.from.max(self.first + 1)..last {
                 let basis = around.basis(self.nodes[at].u);
                 let mut rest = self.target(at);
@@ -257,10 +265,10 @@ impl Task<'_> {
     }
 
     /// Measures one span interval by interval.
-    fn see(&self, part: &Part, curve: &Bezier, paths: &[Path]) -> Seen {
+    fn see(&self, part: &SpanStations, curve: &QuinticBezier, paths: &[PathSegment]) -> SpanCheck {
         let [start, end] = [self.nodes[part.from].u, self.nodes[part.to].u];
-        let mut seen = Seen { deviated: Deviated::default(), residual: 0.0, kept: true };
-        let rounding = Rounding::new(curve, &self.origin(), part.to - part.from);
+        let mut seen = SpanCheck { deviated: PathDeviation::default(), residual: 0.0, kept: true };
+        let rounding = RoundingBound::new(curve, &self.origin(), part.to - part.from);
         let (mut rest, mut from) = (moved(curve, &self.origin()), start);
         for at in part.from..part.to {
             let path = &paths[at - self.first];
@@ -281,7 +289,7 @@ impl Task<'_> {
         seen
     }
 
-    fn halved(&self, parts: &[Part], seen: &[Seen]) -> Vec<Part> {
+    fn halved(&self, parts: &[SpanStations], seen: &[SpanCheck]) -> Vec<SpanStations> {
         let mut room = self.most().saturating_sub(parts.len());
         let mut finer = Vec::with_capacity(2 * parts.len());
         for (part, seen) in parts.iter().zip(seen) {
@@ -291,8 +299,8 @@ impl Task<'_> {
                 room -= 1;
                 let middle = usize::midpoint(part.from, part.to);
                 let before = seen.residual;
-                finer.push(Part { from: part.from, to: middle, before });
-                finer.push(Part { from: middle, to: part.to, before });
+                finer.push(SpanStations { from: part.from, to: middle, before });
+                finer.push(SpanStations { from: middle, to: part.to, before });
             } else {
                 finer.push(*part);
             }
@@ -301,9 +309,9 @@ impl Task<'_> {
     }
 
     /// The station that stands out most in every group of spans that fail.
-    fn corners(&self, parts: &[Part], seen: &[Seen]) -> Vec<usize> {
+    fn corners(&self, parts: &[SpanStations], seen: &[SpanCheck]) -> Vec<usize> {
         let mut corners = Vec::new();
-        let failed: Vec<(&Part, bool)> =
+        let failed: Vec<(&SpanStations, bool)> =
             parts.iter().zip(seen).map(|(part, seen)| (part, !seen.kept)).collect();
         for group in failed.chunk_by(|a, b| a.1 == b.1).filter(|group| group[0].1) {
             let [from, to] = [group[0].0.from, group[group.len() - 1].0.to];
@@ -322,7 +330,7 @@ impl Task<'_> {
     }
 
     /// A run of few stations: the polynomial through them, of the least degree.
-    fn polynomial(&self, paths: Vec<Path>) -> Result<Fit, Vec<usize>> {
+    fn polynomial(&self, paths: Vec<PathSegment>) -> Result<SplineFit, Vec<usize>> {
         let [start, end] = [self.first, self.last].map(|at| self.nodes[at].u);
         let at = |k: usize| self.nodes[self.first + k].u - start;
         let count = self.intervals() + 1;
@@ -343,17 +351,17 @@ impl Task<'_> {
             powers[0] = table[k] - powers[0] * at(k);
         }
         let mut curve = from_powers(&powers, end - start);
-        if let (Reference::Curve, [path]) = (self.limits.reference, &paths[..]) {
+        if let (SmoothReference::Curve, [path]) = (self.limits.reference, &paths[..]) {
             // A cubic between two stations is a quintic, too.
             curve = moved(&path.curve, &-self.origin());
         }
-        let part = Part { from: self.first, to: self.last, before: f64::INFINITY };
+        let part = SpanStations { from: self.first, to: self.last, before: f64::INFINITY };
         let seen = self.see(&part, &curve, &paths);
         // Between two stations the curve is the path itself.
         if seen.kept || count == 2 {
             let breaks = vec![self.first, self.last];
             let (curves, deviated) = (vec![curve], vec![seen.deviated]);
-            return Ok(Fit { breaks, curves, origin: self.origin(), deviated, paths });
+            return Ok(SplineFit { breaks, curves, origin: self.origin(), deviated, paths });
         }
         Err(self.corners(&[part], &[seen]))
     }

@@ -1,6 +1,6 @@
 //! Clamped quintic B-splines over increasing breaks.
 
-use super::bezier::{Bezier, DEGREE};
+use super::bezier::{DEGREE, QuinticBezier};
 use crate::types::PoseCoordinates;
 
 /// Knot `index` of the clamped knot vector over `breaks`: its ends are repeated.
@@ -9,13 +9,13 @@ fn knot(breaks: &[f64], index: usize) -> f64 {
 }
 
 /// The twelve knots that matter on one span: five and its start, its end and five.
-pub(super) struct Around {
+pub(super) struct SpanKnots {
     knots: [f64; 2 * DEGREE + 2],
     /// `1 / (high - low)` of every step of the triangular scheme.
     shares: [f64; DEGREE * (DEGREE + 1) / 2],
 }
 
-impl Around {
+impl SpanKnots {
     pub(super) fn new(breaks: &[f64], span: usize) -> Self {
         let knots: [f64; 2 * DEGREE + 2] = std::array::from_fn(|k| knot(breaks, span + k));
         let mut shares = [0.0; DEGREE * (DEGREE + 1) / 2];
@@ -50,7 +50,7 @@ impl Around {
     }
 
     /// Bernstein form of the span from the six control points that matter on it.
-    pub(super) fn bezier(&self, points: &[PoseCoordinates]) -> Bezier {
+    pub(super) fn bezier(&self, points: &[PoseCoordinates]) -> QuinticBezier {
         let [a, b] = [self.knots[DEGREE], self.knots[DEGREE + 1]];
         let mut bezier = [PoseCoordinates::zeros(); DEGREE + 1];
         // Row `count` starts as the scheme with `b` applied `count` times; `a` does the rest.
@@ -68,7 +68,7 @@ impl Around {
     }
 
     /// Steps `done + 1 ..= to` of de Boor's scheme at `x`.
-    fn steps(&self, row: &mut Bezier, x: f64, done: usize, to: usize) {
+    fn steps(&self, row: &mut QuinticBezier, x: f64, done: usize, to: usize) {
         for step in done + 1..=to {
             for i in (step..=DEGREE).rev() {
                 let [low, high] = [self.knots[i], self.knots[DEGREE + 1 + i - step]];
@@ -131,7 +131,7 @@ mod tests {
         let vector = KnotVector::new(5, 9, full).unwrap();
         let expected = vector.bezier(&points);
         for span in 0..4 {
-            let around = Around::new(&BREAKS, span);
+            let around = SpanKnots::new(&BREAKS, span);
             let u = BREAKS[span] + 0.3 * (BREAKS[span + 1] - BREAKS[span]);
             let (_, rows) = vector.basis(u, 0);
             for (got, want) in around.basis(u).iter().zip(rows[0]) {
@@ -149,7 +149,7 @@ mod tests {
         let points = points(9);
         let jet = |span: usize, at_end: bool| {
             let width = BREAKS[span + 1] - BREAKS[span];
-            let bezier = Around::new(&BREAKS, span).bezier(&points[span..span + 6]);
+            let bezier = SpanKnots::new(&BREAKS, span).bezier(&points[span..span + 6]);
             let span = crate::types::PoseSpan { coefficients: powers(&bezier, width) };
             span.derivatives(if at_end { width } else { 0.0 })
         };

@@ -4,13 +4,13 @@ use super::bezier::DEGREE;
 use crate::types::PoseCoordinates;
 
 /// Symmetric positive definite band matrix with right-hand sides.
-pub(super) struct Normal {
+pub(super) struct NormalEquations {
     /// Diagonal, then the entries right of it.
     rows: Vec<[f64; DEGREE + 1]>,
     sums: Vec<PoseCoordinates>,
 }
 
-impl Normal {
+impl NormalEquations {
     pub(super) fn new(unknowns: usize) -> Self {
         let rows = vec![[0.0; DEGREE + 1]; unknowns];
         Self { rows, sums: vec![PoseCoordinates::zeros(); unknowns] }

@@ -1,23 +1,26 @@
 //! Finished stretches of a smoothed path, and the blends between them.
 
-use super::bezier::{Bezier, moved, part, powers};
-use super::bound::{Rounding, deviation, tip};
-use super::fit::{Fit, Node, Path};
-use super::knots::{Around, from_end, from_start};
-use super::{Deviated, Limits, SmoothSpan};
+use super::bezier::{QuinticBezier, moved, part, powers};
+use super::bound::{RoundingBound, deviation};
+use super::coordinates::tip;
+use super::fit::{PathSegment, SplineFit, StationNode};
+use super::knots::{SpanKnots, from_end, from_start};
+use super::options::SmoothLimits;
+use super::report::PathDeviation;
+use super::span::SmoothSpan;
 use crate::types::{PoseCoordinates, PoseSpan};
 
 /// Spans between two joins, with the path they stand for.
 #[derive(Debug, Clone)]
-pub(super) struct Chunk {
+pub(super) struct SpanRun {
     pub(super) spans: Vec<SmoothSpan>,
-    pub(super) paths: Vec<Path>,
+    pub(super) paths: Vec<PathSegment>,
     /// Length before blends were cut off.
     length: f64,
 }
 
 /// A curve over a corner.
-pub(super) struct Blend {
+pub(super) struct CornerBlend {
     pub(super) range: [f64; 2],
     pub(super) spans: Vec<SmoothSpan>,
 }
@@ -38,8 +41,9 @@ const HALVINGS: u32 = 8;
 /// A span from its control points, given from `origin` on.
 fn span(
     range: [f64; 2],
-    (curve, origin): (&Bezier, &PoseCoordinates),
-    deviated: Deviated,
+    curve: &QuinticBezier,
+    origin: &PoseCoordinates,
+    deviated: PathDeviation,
     station: usize,
 ) -> SmoothSpan {
     let mut coefficients = powers(curve, range[1] - range[0]);
@@ -47,18 +51,17 @@ fn span(
     SmoothSpan { range, span: PoseSpan { coefficients }, deviated, station, after_stop: false }
 }
 
-impl Chunk {
+impl SpanRun {
     /// Spans `from..to` of a fit to stations that `node` knows by the fit's numbers.
     pub(super) fn new<'a>(
-        fit: &Fit,
+        fit: &SplineFit,
         [from, to]: [usize; 2],
-        node: impl Fn(usize) -> &'a Node,
+        node: impl Fn(usize) -> &'a StationNode,
     ) -> Self {
         let spans: Vec<SmoothSpan> = (from..to)
             .map(|k| {
                 let [start, end] = [k, k + 1].map(|k| node(fit.breaks[k]));
-                let curve = (&fit.curves[k], &fit.origin);
-                span([start.u, end.u], curve, fit.deviated[k], start.index)
+                span([start.u, end.u], &fit.curves[k], &fit.origin, fit.deviated[k], start.index)
             })
             .collect();
         let first = fit.breaks[0];
@@ -107,7 +110,12 @@ impl Chunk {
 ///
 /// A clamped quintic B-spline of three spans has eight control points: what value and three
 /// derivatives at both ends determine.
-pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) -> Option<Blend> {
+pub(super) fn blend(
+    left: &SpanRun,
+    right: &SpanRun,
+    limits: &SmoothLimits,
+    largest: f64,
+) -> Option<CornerBlend> {
     let (before, after) = (left.spans.last()?, right.spans.first()?);
     let corner = before.range[1];
     let [arriving, leaving] = [before.at(corner)[1], after.at(corner)[1]];
@@ -132,17 +140,17 @@ pub(super) fn blend(left: &Chunk, right: &Chunk, limits: &Limits, largest: f64) 
         let spans: Option<Vec<SmoothSpan>> = over
             .iter()
             .map(|(range, curve)| {
-                let rounding = Rounding::new(curve, &origin, BLEND_SPLITS);
+                let rounding = RoundingBound::new(curve, &origin, BLEND_SPLITS);
                 let at = moved(curve, &origin);
-                let deviated = strays(*range, (&at, &rounding), [left, right]);
+                let deviated = strays(*range, &at, &rounding, [left, right]);
                 let station = before.station;
                 deviated
                     .within(limits, 1.0)
-                    .then(|| span(*range, (curve, &origin), deviated, station))
+                    .then(|| span(*range, curve, &origin, deviated, station))
             })
             .collect();
         if let Some(spans) = spans {
-            return Some(Blend { range, spans });
+            return Some(CornerBlend { range, spans });
         }
         half *= 0.5;
     }
@@ -153,24 +161,25 @@ fn over(
     [from, to]: [f64; 2],
     start: &[PoseCoordinates; 4],
     end: &[PoseCoordinates; 4],
-) -> Vec<([f64; 2], Bezier)> {
+) -> Vec<([f64; 2], QuinticBezier)> {
     let third = (to - from) / 3.0;
     let breaks = [from, from + third, to - third, to];
     let mut points = from_start(&breaks, start).to_vec();
     points.extend(from_end(&breaks, end).iter().rev());
     (0..3)
-        .map(|k| ([breaks[k], breaks[k + 1]], Around::new(&breaks, k).bezier(&points[k..k + 6])))
+        .map(|k| ([breaks[k], breaks[k + 1]], SpanKnots::new(&breaks, k).bezier(&points[k..k + 6])))
         .collect()
 }
 
 /// Deviation of a curve from the path on either side of a corner.
 fn strays(
     range: [f64; 2],
-    (curve, rounding): (&Bezier, &Rounding),
-    sides: [&Chunk; 2],
-) -> Deviated {
+    curve: &QuinticBezier,
+    rounding: &RoundingBound,
+    sides: [&SpanRun; 2],
+) -> PathDeviation {
     let width = range[1] - range[0];
-    let mut worst = Deviated::default();
+    let mut worst = PathDeviation::default();
     for side in sides {
         let first = side.paths.partition_point(|path| path.range[1] <= range[0]);
         for path in side.paths[first..].iter().take_while(|path| path.range[0] < range[1]) {

@@ -1,7 +1,7 @@
 //! A smooth piece of axis path, as blocks are made from it.
 
-use super::bend::{Bend, Rates, arms};
-use super::deviation::{Course, Place, Trail};
+use super::bend::{AxisRates, PoseBend, arms};
+use super::deviation::{ControlledPath, PathPlace, PoseTrail};
 use crate::machine::Kinematics;
 use crate::types::{AxisPiece, AxisVector, Block, SchedulePiece};
 
@@ -9,39 +9,39 @@ use crate::types::{AxisPiece, AxisVector, Block, SchedulePiece};
 const SAMPLES: [usize; 2] = [7, 63];
 
 /// One piece of path.
-pub(super) struct Smooth<'a> {
+pub(super) struct SmoothPiece<'a> {
     kinematics: &'a Kinematics,
     pub(super) piece: &'a AxisPiece,
     /// By interval between nodes.
-    rates: Vec<Rates>,
+    rates: Vec<AxisRates>,
 }
 
-impl<'a> Smooth<'a> {
+impl<'a> SmoothPiece<'a> {
     pub(super) fn new(kinematics: &'a Kinematics, piece: &'a AxisPiece) -> Self {
         let intervals = 0..piece.nodes.len().saturating_sub(1);
         let rates = intervals
             .filter_map(|interval| piece.quintic(interval))
-            .map(|(_, quintic)| Rates::of(&quintic))
+            .map(|(_, quintic)| AxisRates::of(&quintic))
             .collect();
         Self { kinematics, piece, rates }
     }
 }
 
-impl Trail for Smooth<'_> {
-    fn at(&self, s: f64) -> Place {
+impl PoseTrail for SmoothPiece<'_> {
+    fn at(&self, s: f64) -> PathPlace {
         let q = self.piece.position_at(s).unwrap_or_else(AxisVector::zeros);
-        Place { s, q, pose: self.kinematics.forward(&q) }
+        PathPlace { s, q, pose: self.kinematics.forward(&q) }
     }
 
-    fn bend(&self, [from, to]: [&Place; 2]) -> Bend {
+    fn bend(&self, [from, to]: [&PathPlace; 2]) -> PoseBend {
         let [first, last] = [from.s, to.s].map(|s| self.piece.interval_at(s));
-        let none = Rates { first: AxisVector::zeros(), second: AxisVector::zeros() };
+        let none = AxisRates { first: AxisVector::zeros(), second: AxisVector::zeros() };
         let touched = self.rates.get(first..=last).unwrap_or_default();
         let rates = touched.iter().fold(none, |most, rates| most.worst(rates));
         let chain = self.kinematics.chain();
         let both = [from, to].map(|end| arms(chain, &end.q));
         let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
-        Bend::of(chain, &rates.scaled(to.s - from.s), arms)
+        PoseBend::of(chain, &rates.scaled(to.s - from.s), arms)
     }
 
     fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
@@ -51,7 +51,7 @@ impl Trail for Smooth<'_> {
     }
 }
 
-impl Course<'_, Smooth<'_>> {
+impl ControlledPath<'_, SmoothPiece<'_>> {
     /// Blocks between ends in order of `s`, the first being where the piece starts.
     pub(super) fn blocks(&self, ends: &[f64], rows: &SchedulePiece) -> Vec<Block> {
         ends.windows(2)

@@ -1,16 +1,17 @@
 //! Stations in, spans out, with a window of stations in between.
 
-use super::bound::{axis, tip};
-use super::chunk::{Chunk, blend};
-use super::fit::{Fit, Node, Start, Task};
-use super::{Limits, Reference, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
+use super::coordinates::{axis, tip};
+use super::error::SmoothError;
+use super::fit::{FitEnd, FitStart, FitTask, SplineFit, StationNode};
+use super::options::{SmoothLimits, SmoothOptions, SmoothReference};
+use super::report::SmoothReport;
+use super::span::SmoothSpan;
+use super::span_run::{SpanRun, blend};
 use crate::math::angle::{angle_between, great_circle};
+use crate::toolpath::interpolation::LARGEST_TURN;
 use crate::types::{PoseCoordinates, Station, ToolPose};
 use nalgebra::Point3;
-use std::f64::consts::{FRAC_PI_2, PI};
-
-/// Beyond a right angle the chord of two axes passes closer than cos(45°) to zero.
-pub(super) const LARGEST_TURN: f64 = FRAC_PI_2;
+use std::f64::consts::PI;
 
 /// Great circles go as far: so near to opposite axes their last digit, 1e-16, turns the plane by 1e-13.
 const DEFINED: f64 = PI - 1e-3;
@@ -48,28 +49,35 @@ const HISTORY: usize = 2;
 
 /// How a chunk follows the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Join {
+enum RunJoin {
     Smooth,
     Corner,
 }
 
+/// Parameter and rate of the path at a station, as the caller gives them.
+#[derive(Debug, Clone, Copy)]
+struct GivenRate<'a> {
+    u: f64,
+    rate: &'a PoseCoordinates,
+}
+
 /// Smooths a path station by station: hands out spans as they are ready, and keeps one window.
 #[derive(Debug)]
-pub struct Smoother {
+pub struct PathSmoother {
     options: SmoothOptions,
-    limits: Limits,
+    limits: SmoothLimits,
     /// Stations of the window, with up to [`HISTORY`] before it.
-    nodes: Vec<Node>,
+    nodes: Vec<StationNode>,
     /// Rates of the path at them, where they are given.
     rates: Vec<PoseCoordinates>,
     /// Where the window starts.
     first: usize,
-    start: Start,
+    start: FitStart,
     /// What was laid beyond the window's start, up to a station.
-    prior: Option<(Chunk, usize)>,
+    prior: Option<(SpanRun, usize)>,
     /// The last chunk: its end may still be cut for a blend.
-    held: Option<Chunk>,
-    join: Join,
+    held: Option<SpanRun>,
+    join: RunJoin,
     ready: Vec<SmoothSpan>,
     stopped: bool,
     coarse: usize,
@@ -79,7 +87,7 @@ pub struct Smoother {
     report: SmoothReport,
 }
 
-impl Smoother {
+impl PathSmoother {
     /// Starts a path.
     ///
     /// # Errors
@@ -106,17 +114,18 @@ impl Smoother {
             let value = options.window as f64;
             return Err(SmoothError::BadOption { name: "window", value, must: "at least 64" });
         }
-        let limits = Limits { tip: options.tip, axis: options.axis, reference: options.reference };
+        let limits =
+            SmoothLimits { tip: options.tip, axis: options.axis, reference: options.reference };
         Ok(Self {
             options: *options,
             limits,
             nodes: Vec::with_capacity(2 * options.window),
             rates: Vec::new(),
             first: 0,
-            start: Start::Place(PoseCoordinates::zeros()),
+            start: FitStart::Place(PoseCoordinates::zeros()),
             prior: None,
             held: None,
-            join: Join::Corner,
+            join: RunJoin::Corner,
             ready: Vec::new(),
             stopped: false,
             coarse: COARSE[0],
@@ -135,15 +144,16 @@ impl Smoother {
         for place in self.between(station) {
             // Places on the way are no stations: they have the number of the last.
             self.report.stations -= 1;
-            self.take_in((&place, place.coordinates()), None)?;
+            self.take_in(&place, place.coordinates(), None)?;
         }
-        self.take_in((station, station.coordinates()), None)
+        self.take_in(station, station.coordinates(), None)
     }
 
     /// Places on the way to a station that the axis turns so far to that its vector, moved straight, would be
     /// out of step with the great circle by more than a part of the tolerance.
     fn between(&self, station: &Station) -> Vec<Station> {
-        let Some(last) = self.last.filter(|_| self.limits.reference == Reference::Chords) else {
+        let Some(last) = self.last.filter(|_| self.limits.reference == SmoothReference::Chords)
+        else {
             return Vec::new();
         };
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
@@ -167,7 +177,7 @@ impl Smoother {
 
     /// The next place of a curve that is cubic between such places, by its parameter `u`, which increases from 0,
     /// value and rate. The path is compared with that curve, if [`SmoothOptions::reference`] is
-    /// [`Reference::Curve`]. All places of a path are given so, or none; none is merged.
+    /// [`SmoothReference::Curve`]. All places of a path are given so, or none; none is merged.
     ///
     /// # Errors
     ///
@@ -185,24 +195,26 @@ impl Smoother {
             return Err(SmoothError::NotFinite(index));
         };
         let station = Station { pose, contact: Point3::new(x[6], x[7], x[8]) };
-        self.take_in((&station, *x), Some((u, rate)))
+        self.take_in(&station, *x, Some(GivenRate { u, rate }))
     }
 
+    /// Takes in a station: one more node of the window, or merged with the last one.
     fn take_in(
         &mut self,
-        (station, x): (&Station, PoseCoordinates),
-        along: Option<(f64, &PoseCoordinates)>,
+        station: &Station,
+        x: PoseCoordinates,
+        along: Option<GivenRate<'_>>,
     ) -> Result<(), SmoothError> {
         let index = self.report.stations;
         self.report.stations += 1;
         if !x.iter().all(|x| x.is_finite()) {
             return Err(SmoothError::NotFinite(index));
         }
-        let rate = along.map(|(_, rate)| rate);
+        let rate = along.map(|given| given.rate);
         let (Some(last), Some(end)) = (self.last, self.nodes.last_mut()) else {
-            self.start = Start::Place(x);
+            self.start = FitStart::Place(x);
             self.rates.extend(rate);
-            self.add(station, along.map_or(0.0, |(u, _)| u), x);
+            self.add(station, along.map_or(0.0, |given| given.u), x);
             return Ok(());
         };
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
@@ -216,7 +228,7 @@ impl Smoother {
         }
         let moved = (station.pose.tip - last.pose.tip).norm();
         let moved = moved.max((station.contact - last.contact).norm());
-        let u = along.map_or(end.u + last.advance(station, self.options.lever), |(u, _)| u);
+        let u = along.map_or(end.u + last.advance(station, self.options.lever), |given| given.u);
         let same = moved <= SAME * self.limits.tip && angle <= SAME * self.limits.axis;
         if rate.is_some() && u <= end.u {
             return Err(SmoothError::Repeated(index.saturating_sub(1)));
@@ -277,7 +289,7 @@ impl Smoother {
 
     fn add(&mut self, station: &Station, u: f64, x: PoseCoordinates) {
         let index = self.report.stations - 1;
-        self.nodes.push(Node { u, x, index, slack: [0.0; 2], height: 0.0, corner: false });
+        self.nodes.push(StationNode { u, x, index, slack: [0.0; 2], height: 0.0, corner: false });
         self.last = Some(*station);
         self.merged = None;
     }
@@ -296,7 +308,7 @@ impl Smoother {
         let [a, b] = [tip(&(here.x - before.x)), tip(&(after.x - here.x))];
         let bend = a.cross(&b).norm().atan2(a.dot(&b));
         let sharp = bend > self.options.corner && placed > 1.0;
-        let chords = self.limits.reference == Reference::Chords;
+        let chords = self.limits.reference == SmoothReference::Chords;
         // A short step at the start or between two long ones is a place written twice: only a second short one makes a corner of
         // where they begin, or end.
         let drops = |long: f64, short: f64| {
@@ -320,14 +332,14 @@ impl Smoother {
         Some(began)
     }
 
-    fn task(&self, last: usize, closed: bool) -> Task<'_> {
-        Task {
+    fn task(&self, last: usize, end: FitEnd) -> FitTask<'_> {
+        FitTask {
             nodes: &self.nodes,
             rates: &self.rates,
             first: self.first,
             last,
             start: self.start,
-            closed,
+            end,
             limits: self.limits,
             coarse: self.coarse,
         }
@@ -339,7 +351,7 @@ impl Smoother {
         while self.first < end {
             let corner = (self.first + 1..end).find(|&at| self.nodes[at].corner);
             let last = corner.unwrap_or(end);
-            match self.task(last, true).fit() {
+            match self.task(last, FitEnd::Fixed).fit() {
                 Ok(fit) => self.finished(&fit),
                 Err(corners) => self.give_way(&corners),
             }
@@ -351,7 +363,7 @@ impl Smoother {
     /// Lays a full window whose end is not known yet.
     fn open(&mut self) {
         let last = self.nodes.len() - 1;
-        match self.task(last, false).fit() {
+        match self.task(last, FitEnd::Open).fit() {
             Ok(fit) => self.carried(&fit, last),
             Err(corners) => {
                 let first = self.first;
@@ -368,12 +380,12 @@ impl Smoother {
     fn give_way(&mut self, corners: &[usize]) {
         let near = corners.first().is_some_and(|first| *first < self.first + GUARD);
         if near
-            && matches!(self.start, Start::Jet(_))
+            && matches!(self.start, FitStart::Jet(_))
             && let Some((chunk, end)) = self.prior.take()
         {
-            self.start = Start::Place(chunk.end()[0]);
+            self.start = FitStart::Place(chunk.end()[0]);
             self.hold(chunk);
-            self.join = Join::Corner;
+            self.join = RunJoin::Corner;
             self.first = end;
             return;
         }
@@ -383,28 +395,28 @@ impl Smoother {
     }
 
     /// A run up to a corner.
-    fn finished(&mut self, fit: &Fit) {
-        let chunk = Chunk::new(fit, [0, fit.curves.len()], |at| &self.nodes[at]);
+    fn finished(&mut self, fit: &SplineFit) {
+        let chunk = SpanRun::new(fit, [0, fit.curves.len()], |at| &self.nodes[at]);
         self.first = fit.breaks[fit.curves.len()];
-        self.start = Start::Place(chunk.end()[0]);
+        self.start = FitStart::Place(chunk.end()[0]);
         self.prior = None;
         self.hold(chunk);
-        self.join = Join::Corner;
+        self.join = RunJoin::Corner;
     }
 
     /// A window: its last spans are laid again with what follows.
-    fn carried(&mut self, fit: &Fit, last: usize) {
+    fn carried(&mut self, fit: &SplineFit, last: usize) {
         let count = fit.curves.len();
         let cut = count.saturating_sub(OVERLAP).max(count / 2).max(1);
-        let chunk = Chunk::new(fit, [0, cut], |at| &self.nodes[at]);
+        let chunk = SpanRun::new(fit, [0, cut], |at| &self.nodes[at]);
         let mean = (fit.breaks[cut] - fit.breaks[0]) / cut;
         self.coarse = (2 * mean).clamp(COARSE[0] / 2, COARSE[1]);
         self.first = fit.breaks[cut];
-        self.start = Start::Jet(chunk.end());
-        let rest = Chunk::new(fit, [cut, count], |at| &self.nodes[at]);
+        self.start = FitStart::Jet(chunk.end());
+        let rest = SpanRun::new(fit, [cut, count], |at| &self.nodes[at]);
         self.prior = Some((rest, last));
         self.hold(chunk);
-        self.join = Join::Smooth;
+        self.join = RunJoin::Smooth;
     }
 
     /// Drops stations that are no longer needed; how many.
@@ -420,12 +432,12 @@ impl Smoother {
     }
 
     /// Takes in a chunk, and hands out the one before, with what is laid over their corner.
-    fn hold(&mut self, mut chunk: Chunk) {
+    fn hold(&mut self, mut chunk: SpanRun) {
         let Some(mut before) = self.held.take() else {
             self.held = Some(chunk);
             return;
         };
-        if self.join == Join::Smooth {
+        if self.join == RunJoin::Smooth {
             self.emit(before.spans);
         } else if let Some(over) = blend(&before, &chunk, &self.limits, self.options.largest_blend)
         {

@@ -1,0 +1,43 @@
+//! One polynomial of a smoothed path.
+
+use super::bound;
+use super::coordinates::{axis, tip};
+use super::report::PathDeviation;
+use crate::types::{PoseSpan, ToolPose};
+
+/// One polynomial of a smoothed path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmoothSpan {
+    /// Where it starts and ends; spans follow one another without gaps.
+    pub range: [f64; 2],
+    /// The polynomial, over the distance from its start.
+    pub span: PoseSpan,
+    /// How far it strays.
+    pub deviated: PathDeviation,
+    /// Index of the last station before it, or at its start.
+    pub station: usize,
+    /// Whether the tool rests where the span starts: a corner that was not blended.
+    pub after_stop: bool,
+}
+
+impl SmoothSpan {
+    /// Into how many equal parts of the parameter the span has to be divided for straight moves and
+    /// great circles between their ends to keep within `tip` \[mm\] and `axis` \[rad\] of it: an eighth of
+    /// the largest second derivative, which lies in the convex hull of its Bernstein coefficients.
+    pub fn chords(&self, tip: f64, axis: f64) -> u32 {
+        let width = self.range[1] - self.range[0];
+        let [place, turn] = bound::bend(&self.span.coefficients, width);
+        // Axis vectors are unit to within the tolerance of the axis; chords of up to a right angle
+        // come no closer than cos 45 degrees to the centre.
+        let parts = (0.125 * (place / tip).max(std::f64::consts::SQRT_2 * turn / axis)).sqrt();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let parts = parts.ceil().clamp(1.0, f64::from(u16::MAX)) as u32;
+        parts
+    }
+
+    /// Tool pose at a share of the span; `None` where the axis vector vanishes.
+    pub fn pose(&self, share: f64) -> Option<ToolPose> {
+        let x = self.span.value(share * (self.range[1] - self.range[0]));
+        ToolPose::new(tip(&x).into(), axis(&x).into())
+    }
+}

@@ -1,0 +1,62 @@
+//! The path of a job with smoothed cuts.
+
+use super::error::ToolPathError;
+use super::options::ToolPathOptions;
+use super::smooth::{PathDeviation, SmoothOptions, SmoothReport, SmoothedCurves, smooth};
+use super::through::{check, joined, through};
+use crate::types::{Leg, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath, ToolPiece};
+
+/// A job's path with smoothed cuts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SmoothedPath {
+    /// The path; a cut has a piece between two stops.
+    pub path: ToolPath,
+    /// What smoothing did in all cuts.
+    pub report: SmoothReport,
+    /// Length of all cuts up to the end of each span \[mm\], and how far that span strays.
+    pub along: Vec<(f64, PathDeviation)>,
+}
+
+/// As [`through`], but cutting legs become the C3 path that [`smooth`] lays within tolerance of them.
+///
+/// # Errors
+///
+/// [`ToolPathError`].
+pub fn smoothed(
+    legs: &[Leg],
+    options: &ToolPathOptions,
+    smoothing: &SmoothOptions,
+    progress: &dyn Progress,
+) -> Result<SmoothedPath, ToolPathError> {
+    let mut all = SmoothedPath::default();
+    for (leg, of) in legs.iter().enumerate() {
+        progress.step(Stage::ToolPath, leg as u64, legs.len() as u64)?;
+        if leg > 0 {
+            joined(leg, &legs[leg - 1], of)?;
+        }
+        if of.motion == Motion::Cut {
+            check(leg, of)?;
+            let smoothed = smooth(&of.stations, smoothing);
+            all.take(smoothed.map_err(|error| ToolPathError::Smooth { leg, error })?);
+        } else {
+            let plain = through(std::slice::from_ref(of), options, &Silent);
+            all.path.pieces.extend(plain.map_err(|error| error.in_leg(leg))?.pieces);
+        }
+    }
+    progress.step(Stage::ToolPath, legs.len() as u64, legs.len() as u64)?;
+    Ok(all)
+}
+
+impl SmoothedPath {
+    /// One cut more.
+    fn take(&mut self, cut: SmoothedCurves) {
+        self.report.add(&cut.report);
+        for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {
+            let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range()[0];
+            self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
+            self.path
+                .pieces
+                .push(ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) });
+        }
+    }
+}
