@@ -33,7 +33,14 @@ impl BoundedPiece {
     }
 }
 
-/// A body over a piece of a move.
+/// Body over one piece on which it moves nearly straight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyPiece<'a> {
+    pub(crate) part: &'a MovingPart,
+    pub(crate) bounded: &'a BoundedPiece,
+}
+
+/// Body over a piece of a move.
 #[derive(Debug, Clone)]
 pub(crate) struct MovingPart {
     pub(crate) whole: BoundedPiece,
@@ -148,7 +155,9 @@ impl RayFrame {
     /// Whether a body may be deeper than `touch` \[mm\] in the material of a square of rays.
     pub(crate) fn meets(
         &self,
-        (tile, square, held): (&RayTile, RaySquare, &MaterialBins),
+        tile: &RayTile,
+        square: RaySquare,
+        held: &MaterialBins,
         part: &MovingPart,
         touch: f64,
     ) -> bool {

@@ -2,9 +2,9 @@
 
 use super::closest_approach::{BodyMotion, RayLine};
 use super::ray;
-use super::ray::Swept;
+use super::ray::SweptSpans;
 use crate::verify::stock::between_rays::CloseBox;
-use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart, RayFrame};
+use crate::verify::stock::broad_phase::{BodyPiece, BoundedPiece, MovingPart, RayFrame};
 use crate::verify::stock::carve::{Collision, CollisionKind};
 use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, RayTile, unit};
 use crate::verify::swept::bvh::BoundingBox;
@@ -24,7 +24,15 @@ pub(crate) struct ClipBatch<'a> {
     margin: f64,
 }
 
-/// What a batch tells of a tile.
+/// Body that may cut a ray, with the time at which it is probably nearest.
+#[derive(Clone, Copy)]
+pub(crate) struct CutRequest<'a> {
+    pub(crate) motion: BodyPiece<'a>,
+    /// Initial guess of the nearest time, see [`TimeGuess`](super::closest_approach::TimeGuess).
+    pub(crate) guess: f64,
+}
+
+/// Findings of a batch on one tile.
 #[derive(Debug, Default)]
 pub(crate) struct ClipFindings {
     /// What runs into material on its rays.
@@ -56,12 +64,11 @@ impl<'a> ClipBatch<'a> {
     }
 
     fn comes_close(&self, tile: &RayTile, part: &MovingPart) -> bool {
-        let whole = (tile, tile.whole(), &tile.held);
-        part.harm.is_some() && self.frame.meets(whole, part, -self.margin)
+        part.harm.is_some() && self.frame.meets(tile, tile.whole(), &tile.held, part, -self.margin)
     }
 
     fn meets(&self, tile: &RayTile, part: &MovingPart) -> bool {
-        self.frame.meets((tile, tile.whole(), &tile.held), part, self.touch)
+        self.frame.meets(tile, tile.whole(), &tile.held, part, self.touch)
     }
 
     /// Cuts a tile.
@@ -159,10 +166,12 @@ impl<'a> ClipBatch<'a> {
         let line = self.line(tile, index);
         let Some(spans) = tile.rays.get_mut(index) else { return false };
         let mut changed = false;
-        for stretch in part.straight.iter() {
-            changed |= self.cut_spans((part, stretch, 0.0), &line, spans, &mut |cut| {
+        for bounded in part.straight.iter() {
+            let motion = BodyPiece { part, bounded };
+            let request = CutRequest { motion, guess: 0.0 };
+            changed |= self.cut_spans(&request, &line, spans, &mut |cut| {
                 if let Some(kind) = part.harm {
-                    self.hit((part, stretch, kind), &line, cut, hits);
+                    self.hit(motion, kind, &line, cut, hits);
                 }
             });
         }
@@ -172,14 +181,14 @@ impl<'a> ClipBatch<'a> {
     /// Cuts the spans of a ray by a body over a stretch; `guess`: when it is nearest. Whether anything was cut.
     pub(crate) fn cut_spans(
         &self,
-        (part, stretch, guess): (&MovingPart, &BoundedPiece, f64),
+        request: &CutRequest<'_>,
         line: &RayLine,
         spans: &mut RaySpans,
-        tell: &mut dyn FnMut([f64; 2]),
+        note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let mut changed = false;
         for at in (0..spans.len()).rev() {
-            changed |= self.cut_span((part, stretch, guess), line, (spans, at), tell);
+            changed |= self.cut_span(request, line, spans, at, note);
         }
         changed
     }
@@ -187,17 +196,19 @@ impl<'a> ClipBatch<'a> {
     /// Cuts one of a ray's spans; see [`ClipBatch::cut_spans`].
     pub(crate) fn cut_span(
         &self,
-        (part, stretch, guess): (&MovingPart, &BoundedPiece, f64),
+        request: &CutRequest<'_>,
         line: &RayLine,
-        (spans, at): (&mut RaySpans, usize),
-        tell: &mut dyn FnMut([f64; 2]),
+        spans: &mut RaySpans,
+        at: usize,
+        note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
-        let met = |span| self.meeting(part, stretch, line, span);
+        let CutRequest { motion, guess } = *request;
+        let met = |span| self.meeting(motion.part, motion.bounded, line, span);
         let Some(span) = spans.get(at).and_then(met) else { return false };
-        let Swept { first, more } = self.moving(part, stretch).swept(line, span, guess);
+        let SweptSpans { first, more } = self.moving(motion).swept(line, span, guess);
         let mut changed = false;
         for cut in first.into_iter().chain(more) {
-            tell(cut);
+            note(cut);
             spans.take(cut);
             changed = true;
         }
@@ -264,26 +275,23 @@ impl<'a> ClipBatch<'a> {
         Some([low, high])
     }
 
-    pub(crate) fn moving<'b>(
-        &self,
-        part: &MovingPart,
-        stretch: &'b BoundedPiece,
-    ) -> BodyMotion<'b> {
-        BodyMotion::new(stretch, part.body, self.tolerance)
+    pub(crate) fn moving<'b>(&self, motion: BodyPiece<'b>) -> BodyMotion<'b> {
+        BodyMotion::new(motion.bounded, motion.part.body, self.tolerance)
     }
 
     /// Notes what a cut tells, if it is the deepest of its kind on its line.
     fn hit(
         &self,
-        (part, stretch, kind): (&MovingPart, &BoundedPiece, CollisionKind),
+        motion: BodyPiece<'_>,
+        kind: CollisionKind,
         line: &RayLine,
         cut: [f64; 2],
         hits: &mut Vec<Collision>,
     ) {
-        let number = stretch.piece.line;
+        let number = motion.bounded.piece.line;
         let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
         let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
-        let Some(depth) = self.moving(part, stretch).depth(line, cut, known) else { return };
+        let Some(depth) = self.moving(motion).depth(line, cut, known) else { return };
         let point = line.at(0.5 * (cut[0] + cut[1]));
         let found = Collision { kind, line: number, depth, point };
         match same {

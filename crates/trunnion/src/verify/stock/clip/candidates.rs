@@ -4,7 +4,7 @@
 //! distance of a body tell; one that held it off a span holds it off what is left of that span, so that most
 //! bodies are looked at once.
 
-use super::batch::ClipBatch;
+use super::batch::{ClipBatch, CutRequest};
 use super::closest_approach::RayLine;
 use super::front::BodyPlane;
 use super::tile::PieceChain;
@@ -37,8 +37,14 @@ struct RayCandidate {
     open: bool,
 }
 
-/// Cuts of a ray, each with the number of the stretch that made it, in their order.
-pub(crate) type RayCuts = Vec<(usize, [f64; 2])>;
+/// Cut of a ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RayCut {
+    /// Number of the piece that made it.
+    pub(crate) number: usize,
+    /// Interval of the ray.
+    pub(crate) span: [f64; 2],
+}
 
 impl ClipBatch<'_> {
     /// Cuts a ray by bodies, deepest first. Returns the cuts, and planes below the distance of all of the bodies
@@ -49,21 +55,22 @@ impl ClipBatch<'_> {
         spans: &mut RaySpans,
         chain: &PieceChain<'_>,
         parts: &[usize],
-    ) -> (Vec<BodyPlane>, RayCuts) {
+    ) -> (Vec<BodyPlane>, Vec<RayCut>) {
         let rival =
             |&part: &usize| RayCandidate { part, last: None, height: f64::INFINITY, open: true };
         let all = parts.iter().map(rival).collect();
         let planes = Vec::with_capacity(2 * parts.len());
         let beside = self.beside(line);
         let mut rivals = RayCandidates { work: self, chain, line: *line, beside, all, planes };
-        let mut cuts = RayCuts::new();
+        let mut cuts = Vec::new();
         while spans.len() > 0 {
             rivals.look(spans);
             let Some(part) = rivals.deepest() else { break };
             for number in chain.of(part) {
-                let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
-                self.cut_spans((part, stretch, 0.0), line, spans, &mut |cut| {
-                    cuts.push((number, cut));
+                let Some(&motion) = chain.pieces.get(number) else { continue };
+                let request = CutRequest { motion, guess: 0.0 };
+                self.cut_spans(&request, line, spans, &mut |span| {
+                    cuts.push(RayCut { number, span });
                 });
             }
         }
@@ -73,12 +80,13 @@ impl ClipBatch<'_> {
     /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
     fn plane(
         &self,
-        (number, part): (usize, &MovingPart),
+        number: usize,
+        part: &MovingPart,
         line: &RayLine,
         [low, high]: [f64; 2],
     ) -> BodyPlane {
         let along = self.frame.along;
-        let plane = |s: f64| BodyPlane::new((number, part), along, &line.at(s));
+        let plane = |s: f64| BodyPlane::new(number, part, along, &line.at(s));
         let [least, most] = part.extent(along);
         let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
         let mut upper = plane(high);
@@ -119,7 +127,7 @@ impl RayCandidates<'_> {
     fn lay(&mut self, index: usize, span: [f64; 2]) -> Option<f64> {
         let rival = self.all.get_mut(index)?;
         let body = self.chain.parts.get(rival.part)?;
-        let plane = self.work.plane((rival.part, body), &self.line, span);
+        let plane = self.work.plane(rival.part, body, &self.line, span);
         let before = rival.last.replace(self.planes.len());
         self.planes.push((plane, before));
         Some(plane.height)

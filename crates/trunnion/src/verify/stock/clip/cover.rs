@@ -5,16 +5,15 @@
 //! the next, are tried on the rays around it. A convex body that holds both ends of an interval holds all of it.
 
 use super::batch::ClipBatch;
-use super::candidates::RayCuts;
+use super::candidates::RayCut;
 use super::closest_approach::RayLine;
 use super::tile::PieceChain;
-use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
+use crate::verify::stock::broad_phase::BodyPiece;
 use crate::verify::stock::dexel::RaySpans;
 
 /// An instant, and what it is to take off a ray.
 pub(crate) struct CoverLink<'a> {
-    part: &'a MovingPart,
-    stretch: &'a BoundedPiece,
+    motion: BodyPiece<'a>,
     /// All of the ray that the body holds.
     holds: [f64; 2],
 }
@@ -27,19 +26,19 @@ impl ClipBatch<'_> {
     pub(crate) fn links<'a>(
         &self,
         line: &RayLine,
-        cuts: &RayCuts,
+        cuts: &[RayCut],
         chain: &PieceChain<'a>,
     ) -> Vec<CoverLink<'a>> {
-        let link = |&(number, [low, high]): &(usize, [f64; 2])| {
-            let &(part, stretch) = chain.stretches.get(number)?;
-            let moving = self.moving(part, stretch);
-            let [from, to] = part.extent(self.frame.along);
+        let link = |&RayCut { number, span: [low, high] }: &RayCut| {
+            let &motion = chain.pieces.get(number)?;
+            let moving = self.moving(motion);
+            let [from, to] = motion.part.extent(self.frame.along);
             let middle = 0.5 * (low + high);
             let holds = [
                 moving.through(line, [from, middle], 0.0)?.0,
                 moving.through(line, [to, middle], 0.0)?.0,
             ];
-            Some(CoverLink { part, stretch, holds })
+            Some(CoverLink { motion, holds })
         };
         let mut links: Vec<CoverLink<'a>> = cuts.iter().filter_map(link).collect();
         links.sort_by(|a, b| a.holds[0].total_cmp(&b.holds[0]));
@@ -86,8 +85,8 @@ impl CoverLink<'_> {
 
     /// Whether the body holds an interval at its instant.
     fn takes(&self, line: &RayLine, ends: [f64; 2]) -> bool {
-        let Self { part, stretch, .. } = self;
-        let middle = stretch.piece.middle();
+        let BodyPiece { part, bounded } = self.motion;
+        let middle = bounded.piece.middle();
         ends.iter().all(|&s| part.body.holds(&middle.stand, &line.at(s)))
     }
 }

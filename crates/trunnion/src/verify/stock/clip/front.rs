@@ -40,11 +40,7 @@ pub(crate) struct FrontLayer([FrontSheet; 2]);
 
 impl BodyPlane {
     /// Of a body and its number, from a place.
-    pub(crate) fn new(
-        (number, part): (usize, &MovingPart),
-        along: usize,
-        at: &Point3<f64>,
-    ) -> Self {
+    pub(crate) fn new(number: usize, part: &MovingPart, along: usize, at: &Point3<f64>) -> Self {
         let [a, b] = across(along);
         let tent = part.whole.support_planes(part.body, at);
         let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
@@ -158,17 +154,12 @@ impl ClipBatch<'_> {
     /// The layers of a square: first spans of all rays, second ones, and so on.
     pub(crate) fn layers(&self, tile: &RayTile, square: RaySquare) -> Vec<FrontLayer> {
         let most = square.rays().filter_map(|ray| tile.rays.get(ray)).map(RaySpans::len);
-        let layer = |number| FrontLayer([0, 1].map(|end| self.sheet(tile, square, (number, end))));
+        let layer = |number| FrontLayer([0, 1].map(|end| self.sheet(tile, square, number, end)));
         (0..most.max().unwrap_or(0)).map(layer).collect()
     }
 
     /// Through an end of a span of the corners of a square, if they have it.
-    fn sheet(
-        &self,
-        tile: &RayTile,
-        square: RaySquare,
-        (number, end): (usize, usize),
-    ) -> FrontSheet {
+    fn sheet(&self, tile: &RayTile, square: RaySquare, number: usize, end: usize) -> FrontSheet {
         let place = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
         let [low, high] = self.frame.sides(tile, square);
         let half = [0, 1].map(|k: usize| 0.5 * (high[k] - low[k]));

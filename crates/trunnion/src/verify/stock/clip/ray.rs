@@ -32,15 +32,22 @@ const PLACES: i32 = 8;
 
 /// What a body sweeps of a ray: one interval nearly always.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Swept {
+pub(crate) struct SweptSpans {
     pub(crate) first: Option<[f64; 2]>,
     pub(crate) more: Vec<[f64; 2]>,
 }
 
-impl Swept {
+impl SweptSpans {
     fn push(&mut self, cut: [f64; 2]) {
         if self.first.is_none() { self.first = Some(cut) } else { self.more.push(cut) }
     }
+}
+
+/// End of an interval of a ray, with the time at which the body is there.
+#[derive(Clone, Copy)]
+struct TimedEnd {
+    s: f64,
+    u: f64,
 }
 
 impl BodyMotion<'_> {
@@ -54,15 +61,15 @@ impl BodyMotion<'_> {
 
     /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance. `guess`: when it
     /// may be nearest to the upper end.
-    pub(crate) fn swept(&self, line: &RayLine, span: [f64; 2], guess: f64) -> Swept {
-        let mut found = Swept::default();
+    pub(crate) fn swept(&self, line: &RayLine, span: [f64; 2], guess: f64) -> SweptSpans {
+        let mut found = SweptSpans::default();
         self.sweep(line, span, guess, &mut found);
         found
     }
 
-    fn sweep(&self, line: &RayLine, span: [f64; 2], guess: f64, found: &mut Swept) {
+    fn sweep(&self, line: &RayLine, span: [f64; 2], guess: f64, found: &mut SweptSpans) {
         let Some(cut) = self.hull(line, span, TimeGuess::at(guess)) else { return };
-        let [low, high] = cut.map(|end| end.0);
+        let [low, high] = cut.map(|end| end.s);
         if self.has_no_gap(line, cut) {
             found.push([low, high]);
             return;
@@ -79,11 +86,11 @@ impl BodyMotion<'_> {
     }
 
     /// Whether a point between both ends is in the body at both their times.
-    fn has_no_gap(&self, line: &RayLine, [low, high]: [(f64, f64); 2]) -> bool {
-        let same = (low.1 - high.1).abs() <= f64::EPSILON;
+    fn has_no_gap(&self, line: &RayLine, [low, high]: [TimedEnd; 2]) -> bool {
+        let same = (low.u - high.u).abs() <= f64::EPSILON;
         let holds =
-            |s: f64| [low.1, high.1].iter().all(|&u| self.tangent(line, s, u).distance <= 0.0);
-        same || holds(0.5 * (low.0 + high.0)) || holds(high.0) || holds(low.0)
+            |s: f64| [low.u, high.u].iter().all(|&u| self.tangent(line, s, u).distance <= 0.0);
+        same || holds(0.5 * (low.s + high.s)) || holds(high.s) || holds(low.s)
     }
 
     /// Lowest and highest end of what is swept of a span, each with its time.
@@ -92,12 +99,12 @@ impl BodyMotion<'_> {
         line: &RayLine,
         [low, high]: [f64; 2],
         guess: TimeGuess,
-    ) -> Option<[(f64, f64); 2]> {
+    ) -> Option<[TimedEnd; 2]> {
         let touch = -TOUCH * self.tolerance;
         let length = high - low;
         let top = self.nearest(line, high, guess);
         if top.distance <= touch {
-            return Some([self.other_end(line, [high, low], &top), (high, top.u)]);
+            return Some([self.other_end(line, [high, low], &top), TimedEnd { s: high, u: top.u }]);
         }
         // Below it gets no nearer than this.
         if top.bound - (top.slope + self.shear).max(0.0) * length > touch {
@@ -105,27 +112,27 @@ impl BodyMotion<'_> {
         }
         let bottom = self.nearest(line, low, top.guess());
         if bottom.distance <= touch {
-            return Some([(low, bottom.u), self.other_end(line, [low, high], &bottom)]);
+            return Some([
+                TimedEnd { s: low, u: bottom.u },
+                self.other_end(line, [low, high], &bottom),
+            ]);
         }
-        let time = |(s, here): (f64, NearestInstant)| (s, here.u);
+        let time = |(s, here): (f64, NearestInstant)| TimedEnd { s, u: here.u };
         let from = self.enter(line, [low, high], bottom).map(time)?;
         let to = self.enter(line, [high, low], top).map(time)?;
-        (from.0 < to.0 && self.deepest(line, [from.0, to.0], touch) <= touch).then_some([from, to])
+        let cuts = from.s < to.s && self.deepest(line, [from.s, to.s], touch) <= touch;
+        cuts.then_some([from, to])
     }
 
     /// From `inside` towards `end`: where the body ends, and when.
-    fn other_end(
-        &self,
-        line: &RayLine,
-        [inside, end]: [f64; 2],
-        at: &NearestInstant,
-    ) -> (f64, f64) {
+    fn other_end(&self, line: &RayLine, [inside, end]: [f64; 2], at: &NearestInstant) -> TimedEnd {
         let out = self.beyond([inside, end], at).unwrap_or(end);
         let here = self.nearest(line, out, at.guess());
         if here.bound <= CLOSE * self.tolerance {
-            return (out, here.u);
+            return TimedEnd { s: out, u: here.u };
         }
-        self.enter(line, [out, inside], here).map_or((inside, at.u), |(s, here)| (s, here.u))
+        let end = self.enter(line, [out, inside], here);
+        end.map_or(TimedEnd { s: inside, u: at.u }, |(s, here)| TimedEnd { s, u: here.u })
     }
 
     /// Where the plane from `inside` leads out before `end`.
@@ -301,7 +308,7 @@ mod tests {
                 let moving = BodyMotion::new(piece, body, TOLERANCE);
                 for at in (0..left.len()).rev() {
                     let span = left.get(at).unwrap();
-                    let Swept { first, more } = moving.swept(&line, span, 0.0);
+                    let SweptSpans { first, more } = moving.swept(&line, span, 0.0);
                     for cut in first.into_iter().chain(more) {
                         prop_assert!(span[0] <= cut[0] && cut[0] < cut[1] && cut[1] <= span[1]);
                         left.take(cut);
@@ -349,7 +356,7 @@ mod tests {
             let mut least = f64::INFINITY;
             for stretch in pieces(ends) {
                 let part = MovingPart::new(&stretch, [stretch].into(), body, None);
-                let plane = |s: f64| BodyPlane::new((0, &part), 0, &(from + Vector3::x() * s));
+                let plane = |s: f64| BodyPlane::new(0, &part, 0, &(from + Vector3::x() * s));
                 let [one, other] = [plane(a.min(b)), plane(a.max(b))];
                 let over = |plane: &BodyPlane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
                 let meet = one.meet(&other).map_or(f64::NEG_INFINITY, |meet| over(&meet));

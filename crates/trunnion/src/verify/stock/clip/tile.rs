@@ -6,13 +6,13 @@
 //! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
 //! do not hold off is tried as on any ray.
 
-use super::batch::ClipBatch;
-use super::candidates::RayCuts;
+use super::batch::{ClipBatch, CutRequest};
+use super::candidates::RayCut;
 use super::closest_approach::{NearestInstant, RayLine, TimeGuess};
 use super::cover::cover;
 use super::front::{BodyPlane, FrontLayer};
 use super::trace::{ExpectedSurface, FollowedCut, SurfaceTrace};
-use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
+use crate::verify::stock::broad_phase::{BodyPiece, BoundedPiece, MovingPart};
 use crate::verify::stock::dexel::{RaySpans, RaySquare, RayTile};
 use nalgebra::Point3;
 
@@ -24,24 +24,24 @@ pub(crate) struct PieceChain<'a> {
     pub(crate) parts: &'a [&'a MovingPart],
     /// By body: the number of its first stretch.
     first: Vec<usize>,
-    pub(crate) stretches: Vec<(&'a MovingPart, &'a BoundedPiece)>,
+    pub(crate) pieces: Vec<BodyPiece<'a>>,
 }
 
 impl<'a> PieceChain<'a> {
     fn new(parts: &'a [&'a MovingPart]) -> Self {
         let mut first = Vec::with_capacity(parts.len());
-        let mut stretches = Vec::with_capacity(2 * parts.len());
+        let mut pieces = Vec::with_capacity(2 * parts.len());
         for part in parts {
-            first.push(stretches.len());
-            stretches.extend(part.straight.iter().map(|stretch| (*part, stretch)));
+            first.push(pieces.len());
+            pieces.extend(part.straight.iter().map(|bounded| BodyPiece { part, bounded }));
         }
-        Self { parts, first, stretches }
+        Self { parts, first, pieces }
     }
 
     /// The numbers of a body's stretches.
     pub(crate) fn of(&self, part: usize) -> std::ops::Range<usize> {
         let first = self.first.get(part).copied().unwrap_or(0);
-        first..self.first.get(part + 1).copied().unwrap_or(self.stretches.len())
+        first..self.first.get(part + 1).copied().unwrap_or(self.pieces.len())
     }
 }
 
@@ -60,7 +60,20 @@ impl RayEnd {
     }
 }
 
-/// Where a ray was followed to, by the number of what followed it.
+/// Ray with the ends that were followed on it.
+struct FollowedRay<'a> {
+    line: &'a RayLine,
+    ends: FollowedEnds,
+}
+
+/// Piece during which the tool is nearest to the expected surface.
+struct FoundPiece {
+    number: usize,
+    expected: ExpectedSurface,
+    near: NearestInstant,
+}
+
+/// Ends to which a ray was followed, by the number of the follower.
 type FollowedEnds = [Option<RayEnd>; 2];
 
 /// A point in a body, how deep, and when.
@@ -75,10 +88,10 @@ struct HeldPoint {
 }
 
 impl HeldPoint {
-    fn new(at: Point3<f64>, depth: f64, (number, stretch): (usize, &BoundedPiece), u: f64) -> Self {
-        let far = (at - stretch.piece.middle().stand.tip).norm();
-        let point_speed = stretch.piece.point_speed(far + depth.max(0.0));
-        Self { at, depth: depth - stretch.bend, number, u, point_speed }
+    fn new(at: Point3<f64>, depth: f64, number: usize, bounded: &BoundedPiece, u: f64) -> Self {
+        let far = (at - bounded.piece.middle().stand.tip).norm();
+        let point_speed = bounded.piece.point_speed(far + depth.max(0.0));
+        Self { at, depth: depth - bounded.bend, number, u, point_speed }
     }
 
     /// Whether another point a little earlier or later is in the body as well, however both moved meanwhile.
@@ -90,6 +103,8 @@ impl HeldPoint {
 
 /// What is followed from ray to ray.
 struct SurfaceFollower {
+    /// Index of the ends that it records.
+    which: usize,
     trace: SurfaceTrace,
     /// The ray of the trace, and when it is decided.
     ray: [usize; 2],
@@ -118,14 +133,14 @@ impl ClipBatch<'_> {
             }
             if !followers.is_empty() {
                 let whole = tile.whole();
-                for (which, follower) in followers.into_iter().enumerate() {
-                    self.walk(tile, whole, (&chain, follower), (which, &mut ends));
+                for follower in followers {
+                    self.walk(tile, whole, &chain, follower, &mut ends);
                 }
                 break;
             }
         }
         for square in tile.squares(SIDE) {
-            self.square(tile, square, (&chain, &planes), &mut ends);
+            self.square(tile, square, &chain, &planes, &mut ends);
         }
     }
 
@@ -134,7 +149,8 @@ impl ClipBatch<'_> {
         &self,
         tile: &mut RayTile,
         square: RaySquare,
-        (chain, planes): (&PieceChain<'_>, &[BodyPlane]),
+        chain: &PieceChain<'_>,
+        planes: &[BodyPlane],
         ends: &mut [FollowedEnds],
     ) {
         let off = |planes: &[BodyPlane], layer: &FrontLayer| {
@@ -152,8 +168,8 @@ impl ClipBatch<'_> {
         if near.is_empty() {
             near = planes.iter().filter(|plane| close.contains(&plane.part)).copied().collect();
         }
-        for (which, follower) in followers.into_iter().enumerate() {
-            self.walk(tile, square, (chain, follower), (which, ends));
+        for follower in followers {
+            self.walk(tile, square, chain, follower, ends);
         }
         for index in square.rays().filter(|_| !links.is_empty()) {
             let line = self.line(tile, index);
@@ -170,7 +186,8 @@ impl ClipBatch<'_> {
             let Some(spans) = tile.rays.get_mut(index) else { continue };
             let ends = ends.get(index).copied().unwrap_or_default();
             for planes in &near {
-                self.try_on(chain, planes, ends, (&line, spans));
+                let ray = FollowedRay { line: &line, ends };
+                self.try_on(chain, planes, &ray, spans);
             }
         }
     }
@@ -183,22 +200,22 @@ impl ClipBatch<'_> {
         ray: usize,
         chain: &PieceChain<'_>,
         parts: &[usize],
-    ) -> (Vec<BodyPlane>, Vec<SurfaceFollower>, RayCuts) {
+    ) -> (Vec<BodyPlane>, Vec<SurfaceFollower>, Vec<RayCut>) {
         let (line, place) = (self.line(tile, ray), tile.place(ray));
         let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
         let (planes, cuts) = self.decide(&line, spans, chain, parts);
         let last = |end: f64| {
-            let made =
-                |(_, cut): &&(usize, [f64; 2])| cut.iter().any(|s| s.total_cmp(&end).is_eq());
-            cuts.iter().rev().find(made).map(|(number, _)| (*number, end))
+            let made = |cut: &&RayCut| cut.span.iter().any(|s| s.total_cmp(&end).is_eq());
+            cuts.iter().rev().find(made).map(|cut| (cut.number, end))
         };
         let ends: Vec<(usize, f64)> = spans.iter().flatten().filter_map(last).collect();
         let follower = |(number, s): (usize, f64)| {
-            let &(part, stretch) = chain.stretches.get(number)?;
-            let near = self.moving(part, stretch).nearest(&line, s, TimeGuess::at(0.0));
+            let &motion = chain.pieces.get(number)?;
+            let near = self.moving(motion).nearest(&line, s, TimeGuess::at(0.0));
             let (trace, time) =
                 (SurfaceTrace::new(&line, s, &near), 2.0 * number as f64 + near.least);
             Some(SurfaceFollower {
+                which: 0,
                 trace,
                 ray: place,
                 time,
@@ -209,7 +226,11 @@ impl ClipBatch<'_> {
                 held: None,
             })
         };
-        (planes, ends.into_iter().filter_map(follower).collect(), cuts)
+        let mut followers: Vec<SurfaceFollower> = ends.into_iter().filter_map(follower).collect();
+        for (which, follower) in followers.iter_mut().enumerate() {
+            follower.which = which;
+        }
+        (planes, followers, cuts)
     }
 
     /// Cuts rays to and fro by what decides them, as far as it can be followed.
@@ -217,14 +238,15 @@ impl ClipBatch<'_> {
         &self,
         tile: &mut RayTile,
         square: RaySquare,
-        (chain, mut follower): (&PieceChain<'_>, SurfaceFollower),
-        (which, ends): (usize, &mut [FollowedEnds]),
+        chain: &PieceChain<'_>,
+        mut follower: SurfaceFollower,
+        ends: &mut [FollowedEnds],
     ) {
         for index in square.to_and_fro() {
             let (line, place) = (self.line(tile, index), tile.place(index));
             let Some(spans) = tile.rays.get_mut(index) else { continue };
-            let end = self.step(chain, &mut follower, place, (&line, spans));
-            let known = ends.get_mut(index).and_then(|ends| ends.get_mut(which));
+            let end = self.step(chain, &mut follower, place, &line, spans);
+            let known = ends.get_mut(index).and_then(|ends| ends.get_mut(follower.which));
             if let (Some(_), Some(known)) = (end, known) {
                 *known = end;
             }
@@ -237,7 +259,8 @@ impl ClipBatch<'_> {
         chain: &PieceChain<'_>,
         follower: &mut SurfaceFollower,
         ray: [usize; 2],
-        (line, spans): (&RayLine, &mut RaySpans),
+        line: &RayLine,
+        spans: &mut RaySpans,
     ) -> Option<RayEnd> {
         let plain = follower.trace.on(line)?;
         let by = [0, 1].map(|k: usize| ray[k].cast_signed() - follower.ray[k].cast_signed());
@@ -253,12 +276,12 @@ impl ClipBatch<'_> {
         let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
         let time = follower.time + (follower.later[axis] + trend) * way;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let number = (0.5 * time).round().clamp(0.0, chain.stretches.len() as f64 - 1.0) as usize;
+        let number = (0.5 * time).round().clamp(0.0, chain.pieces.len() as f64 - 1.0) as usize;
         let u = time - 2.0 * number as f64;
         let expected = ExpectedSurface { s, guess: TimeGuess { u, ..plain.guess }, ..plain };
-        let (number, here) = self.seek(chain, number, line, &expected)?;
-        let (s, near) =
-            self.end((chain, number), &mut follower.held, (line, spans), (&expected, here))?;
+        let found = self.seek(chain, number, line, &expected)?;
+        let number = found.number;
+        let (s, near) = self.end(chain, &found, &mut follower.held, line, spans)?;
         let time = 2.0 * number as f64 + near.least;
         if f64::abs(way) > 0.0 {
             follower.off[axis] = s - plain.s;
@@ -280,17 +303,17 @@ impl ClipBatch<'_> {
         mut number: usize,
         line: &RayLine,
         expected: &ExpectedSurface,
-    ) -> Option<(usize, NearestInstant)> {
+    ) -> Option<FoundPiece> {
         let mut guess = expected.guess;
         let mut way = 0.0;
         loop {
-            let &(part, stretch) = chain.stretches.get(number)?;
-            let here = self.moving(part, stretch).nearest(line, expected.s, guess);
+            let &motion = chain.pieces.get(number)?;
+            let here = self.moving(motion).nearest(line, expected.s, guess);
             let ends = here.u.abs() >= 1.0 && way * here.u >= 0.0;
             let next = if here.u > 0.0 { number.checked_add(1) } else { number.checked_sub(1) };
-            match next.filter(|next| ends && *next < chain.stretches.len()) {
+            match next.filter(|next| ends && *next < chain.pieces.len()) {
                 Some(next) => (number, guess.u, way) = (next, -here.u, here.u),
-                None => return Some((number, here)),
+                None => return Some(FoundPiece { number, expected: *expected, near: here }),
             }
         }
     }
@@ -298,96 +321,105 @@ impl ClipBatch<'_> {
     /// Takes off a ray what one stretch sweeps up to where its surface is expected.
     fn end(
         &self,
-        (chain, number): (&PieceChain<'_>, usize),
+        chain: &PieceChain<'_>,
+        found: &FoundPiece,
         held: &mut Option<HeldPoint>,
-        (line, spans): (&RayLine, &mut RaySpans),
-        (expected, here): (&ExpectedSurface, NearestInstant),
+        line: &RayLine,
+        spans: &mut RaySpans,
     ) -> Option<(f64, NearestInstant)> {
-        let &(part, stretch) = chain.stretches.get(number)?;
+        let FoundPiece { number, expected, near: here } = found;
+        let (number, here) = (*number, *here);
+        let &motion = chain.pieces.get(number)?;
         let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
         let at = line.at(span[usize::from(expected.way < 0.0)]);
         let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
-        let moving = self.moving(part, stretch);
-        let followed = moving.follow(line, span, (expected, is_held), here)?;
+        let moving = self.moving(motion);
+        let followed = moving.follow(line, span, expected, is_held, here)?;
         let FollowedCut { cut, s, near, depth } = followed;
         if let Some(depth) = depth {
-            *held = Some(HeldPoint::new(at, depth, (number, stretch), near.u));
+            *held = Some(HeldPoint::new(at, depth, number, motion.bounded, near.u));
         }
         spans.take(cut);
         Some((s, near))
     }
 
-    /// Cuts a ray by a body unless its planes hold it off; `ends`: where it was followed to.
+    /// Cuts a ray by a body unless the planes of the body keep it off.
     fn try_on(
         &self,
         chain: &PieceChain<'_>,
         planes: &[BodyPlane],
-        ends: FollowedEnds,
-        (line, spans): (&RayLine, &mut RaySpans),
+        ray: &FollowedRay<'_>,
+        spans: &mut RaySpans,
     ) {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
-        let beside = self.beside(line);
+        let beside = self.beside(ray.line);
         let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
         for at in (0..spans.len()).rev() {
             if !spans.get(at).is_none_or(off) {
-                self.cut_by_all((chain, which), ends, line, (spans, at));
+                self.cut_by_all(chain, which, ray, spans, at);
             }
         }
     }
 
-    /// Cuts a span by all stretches of a body.
+    /// Cuts a span by all pieces of a body.
     fn cut_by_all(
         &self,
-        (chain, which): (&PieceChain<'_>, usize),
-        ends: FollowedEnds,
-        line: &RayLine,
-        (spans, at): (&mut RaySpans, usize),
+        chain: &PieceChain<'_>,
+        which: usize,
+        ray: &FollowedRay<'_>,
+        spans: &mut RaySpans,
+        at: usize,
     ) {
         let above = spans.len() - at - 1;
-        let stretches = chain.of(which);
-        // No stretch meets what the whole does not meet.
-        let mut met = stretches.len() == 1;
-        for number in stretches {
-            let Some(&(part, stretch)) = chain.stretches.get(number) else { continue };
+        let pieces = chain.of(which);
+        // No piece meets what the whole motion does not meet.
+        let mut met = pieces.len() == 1;
+        for number in pieces {
+            let Some(&motion) = chain.pieces.get(number) else { continue };
             for at in (at..spans.len() - above).rev() {
                 let Some(span) = spans.get(at) else { continue };
-                if self.passes((part, stretch), (ends, number), line, span) {
+                if self.passes(motion, number, ray, span) {
                     continue;
                 }
-                met = met || self.meeting(part, &part.whole, line, span).is_some();
+                let part = motion.part;
+                met = met || self.meeting(part, &part.whole, ray.line, span).is_some();
                 if !met {
                     return;
                 }
-                let end = ends.iter().flatten().next();
+                let end = ray.ends.iter().flatten().next();
                 let guess = end.map_or(0.0, |end| end.seen_from(number));
-                self.cut_span((part, stretch, guess), line, (spans, at), &mut |_| ());
+                self.cut_span(&CutRequest { motion, guess }, ray.line, spans, at, &mut |_| ());
             }
         }
     }
 
-    /// Whether a stretch keeps off a span for certain, as its nearest instant at an end that was followed tells: what
-    /// is nearest when the ray is decided, or just before or after, may be so for longer.
+    /// Tests if a piece certainly keeps off a span, from its nearest instant at a followed end. The piece that is nearest
+    /// when the ray is decided, or just before or after, may stay so for longer.
     fn passes(
         &self,
-        (part, stretch): (&MovingPart, &BoundedPiece),
-        (ends, number): (FollowedEnds, usize),
-        line: &RayLine,
+        motion: BodyPiece<'_>,
+        number: usize,
+        ray: &FollowedRay<'_>,
         span: [f64; 2],
     ) -> bool {
         let followed = |end: &&RayEnd| span.iter().any(|s| s.total_cmp(&end.s).is_eq());
-        let Some(end) = ends.iter().flatten().find(followed) else { return false };
+        let Some(end) = ray.ends.iter().flatten().find(followed) else { return false };
+        // The piece that was followed ends exactly here.
         if end.number == number {
             return true;
         }
-        let moving = self.moving(part, stretch);
+        // For any other, the plane at an end of the span must rise along the span.
+        let moving = self.moving(motion);
         let guess = TimeGuess::at(end.seen_from(number));
-        let holds = |(s, way): (f64, f64)| {
-            let near = moving.nearest(line, s, guess);
+        let holds = |s: f64, way: f64| {
+            let near = moving.nearest(ray.line, s, guess);
             near.bound > -self.touch && near.slope * way >= moving.shear
         };
-        let [low, high] = [(span[0], 1.0), (span[1], -1.0)];
-        let [first, other] = if end.s > span[0] { [high, low] } else { [low, high] };
-        holds(first) || holds(other)
+        if end.s > span[0] {
+            holds(span[1], -1.0) || holds(span[0], 1.0)
+        } else {
+            holds(span[0], 1.0) || holds(span[1], -1.0)
+        }
     }
 }
 

@@ -57,7 +57,8 @@ impl BodyMotion<'_> {
         &self,
         line: &RayLine,
         span: [f64; 2],
-        (expected, held): (&ExpectedSurface, impl Fn(f64) -> bool),
+        expected: &ExpectedSurface,
+        held: impl Fn(f64) -> bool,
         here: NearestInstant,
     ) -> Option<FollowedCut> {
         let &ExpectedSurface { s, way, .. } = expected;
