@@ -1,22 +1,23 @@
-//! A box from which planes cut corners off.
+//! Convex polytope: a box clipped by planes.
 
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::mesh::kept;
 use nalgebra::{Point3, Vector3};
 
-/// A convex polytope by its faces, each a polygon in order.
+/// Convex polytope by its faces, each an ordered polygon.
 #[derive(Debug, Clone)]
 pub(crate) struct Polytope {
     faces: Vec<Vec<Point3<f64>>>,
 }
 
-/// Corners of a box, bit by axis, face by face.
+/// Corners of a box, one bit per axis, face by face.
 const FACES: [[u8; 4]; 6] =
     [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-/// Corners of different faces that are no farther apart are one \[mm\].
+/// Distance up to which corners of different faces are the same \[mm\].
 const SAME: f64 = 1e-9;
 
 impl Polytope {
+    /// Returns the polytope of a box.
     pub(crate) fn cuboid(BoundingBox { low, high }: &BoundingBox) -> Self {
         let corner = |k: u8| {
             let end = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
@@ -29,7 +30,7 @@ impl Polytope {
         self.faces.is_empty()
     }
 
-    /// Keeps where `way x <= most`; a cut less deep than rounding takes nothing.
+    /// Clips to the half space `way x <= most`; a cut less deep than rounding removes nothing.
     pub(crate) fn keep(&mut self, way: &Vector3<f64>, most: f64) {
         let over = |p: &Point3<f64>| way.dot(&p.coords) - most;
         if self.faces.iter().flatten().all(|p| over(p) <= SAME) {
@@ -45,13 +46,13 @@ impl Polytope {
         }
     }
 
-    /// Its corners.
+    /// Returns its corners.
     pub(crate) fn corners(&self) -> Vec<Point3<f64>> {
         different(self.faces.iter().flatten())
     }
 }
 
-/// Points, each once.
+/// Returns each point once.
 fn different<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Point3<f64>> {
     let mut all: Vec<Point3<f64>> = Vec::new();
     for p in points {
@@ -62,7 +63,7 @@ fn different<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Point3<f6
     all
 }
 
-/// Points of a plane across `way`, around their middle.
+/// Sorts points of a plane across `way` around their middle.
 fn in_order(mut rim: Vec<Point3<f64>>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
     let middle = mean(&rim);
     let mut unit = Vector3::zeros();
@@ -73,7 +74,7 @@ fn in_order(mut rim: Vec<Point3<f64>>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
     rim
 }
 
-/// The mean of some points.
+/// Returns the mean of some points.
 pub(crate) fn mean(points: &[Point3<f64>]) -> Point3<f64> {
     let sum = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
     Point3::from(sum / points.len().max(1) as f64)

@@ -1,14 +1,14 @@
-//! How deep a body that must not touch material gets into it, between all places and times.
+//! Depth of a body that must not touch material, over all points and times: branch and bound.
 //!
-//! Material is what of the stock no body before held. In a box, what the body holds deeper than a given depth is
-//! behind planes at its surface, so with the faces of the uncut stock it is in a polytope. None of that is material
-//! if a body before it held all of the polytope: the distance from a convex body that moves straight is convex in
-//! place and time, but for how its frame turns, so what it holds at the corners, each at its own time, it holds in
-//! between. Boxes of which that is not known are parted.
+//! Material is what no earlier body held of the stock. In a box, the part of the body deeper than a given depth is behind
+//! support planes of the body. Together with the faces of the uncut stock they bound a polytope. None of it is material if
+//! one earlier body held all of it. Proof: the distance from a convex body that moves straight is convex in point and time,
+//! except for the turn of its frame. What the body holds at the corners, each at its own time, it holds in between.
+//! Undecided boxes are subdivided.
 //!
-//! Where a tool leaves what it cut, both surfaces are the same, and boxes along them would have to be small. There a
-//! place outside of the body before is in front of a plane at its surface; if that plane moves back, or on by less
-//! than the given depth, the place is not deeper in the body now.
+//! Where a tool leaves a surface it has just cut, both surfaces coincide, and boxes along them would have to be tiny. There
+//! a point outside the earlier body is in front of one of its support planes. If that plane recedes, or advances by less
+//! than the given depth, the point is no deeper in the body now.
 
 use super::EarlierBody;
 use super::polytope::{Polytope, mean};
@@ -23,46 +23,48 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-/// What is asked for.
+/// Scales of a search.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SearchScale {
-    /// How deep a body may be without being told \[mm\].
+    /// Depth up to which a body need not be reported \[mm\].
     pub(crate) least: f64,
-    /// To what the depth is found \[mm\].
+    /// Accuracy of the depth \[mm\].
     pub(crate) depth: f64,
-    /// How exactly times are found \[mm\].
+    /// Accuracy of times, as a distance \[mm\].
     pub(crate) tolerance: f64,
 }
 
-/// The deepest place that was found.
+/// Deepest point found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DeepestPoint {
     pub(crate) depth: f64,
     pub(crate) point: Point3<f64>,
 }
 
-/// What a search gave.
+/// Result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SearchOutcome {
     pub(crate) deepest: Option<DeepestPoint>,
-    /// It met its limit and found nothing: it may be as deep as this.
+    /// Depth that remains possible if the search met its limit and found nothing.
     pub(crate) open: Option<f64>,
 }
 
-/// Boxes looked at, at most, to find that something is in material, and how deep.
+/// Most boxes until something is found in material.
 const MOST_CELLS: u32 = 20_000;
+/// Most boxes to refine the depth of what was found.
 const REFINING: u32 = 1000;
-/// Bodies of which it is asked whether they held all of a box: those that held its middle the deepest.
+/// Most earlier bodies tested for holding all of a box: those that held its middle deepest.
 const ASKED: usize = 3;
-/// Of more bodies than this the last ones are asked first.
+/// Number of bodies above which the last ones are tested first.
 const MANY: usize = 64;
+/// Number of last bodies tested first.
 const LAST: usize = 8;
-/// What is thinner than this is of rounding alone \[mm\].
+/// Thickness below which a polytope is due to rounding alone \[mm\].
 const THIN: f64 = 1e-6;
-/// A box in which depths differ by less than this share of the least depth is parted no further.
+/// Size of a box, as a share of the least depth, below which it is not subdivided.
 const FINEST: f64 = 0.25;
 
-/// A box over a stretch of time, and how deep the body may be in it.
+/// Box over an interval of time, with a bound on the depth of the body in it.
 struct SearchCell<'a> {
     depth: f64,
     bounds: BoundingBox,
@@ -85,29 +87,29 @@ impl PartialOrd for SearchCell<'_> {
 }
 
 impl Ord for SearchCell<'_> {
-    /// The deepest is the greatest: a heap gives it first.
+    /// Orders by depth, so that a heap returns the deepest first.
     fn cmp(&self, other: &Self) -> Ordering {
         self.depth.total_cmp(&other.depth)
     }
 }
 
-/// A search under way.
+/// Search in progress.
 pub(crate) struct DepthSearch<'a> {
     shell: &'a ClosedMesh,
     passing: RelativeMotion<'a>,
     scale: SearchScale,
-    /// Where the same body ended last, and how much the bodies are off \[mm\].
+    /// Pose in which the same body ended last, with the error of the bodies \[mm\].
     last: Option<(BodyPose, f64)>,
     found: Option<DeepestPoint>,
     open: BinaryHeap<SearchCell<'a>>,
 }
 
-/// What the body holds of a box.
+/// Part of a box that the body may hold.
 struct HeldBox {
     corners: Vec<Point3<f64>>,
-    /// How deep at most.
+    /// Bound on its depth.
     depth: f64,
-    /// Time rather than place keeps that from being known better.
+    /// The bound is limited by the length of the interval of time rather than by the size of the box.
     in_time: bool,
 }
 
@@ -120,7 +122,7 @@ impl<'a> DepthSearch<'a> {
         Self { shell, passing, scale, last: None, found: None, open: BinaryHeap::new() }
     }
 
-    /// The deepest place in a box that none of the parts before held, if deeper than `known`.
+    /// Finds the deepest point in a box that no earlier body held, if it is deeper than `known`.
     pub(crate) fn run(
         mut self,
         bounds: &BoundingBox,
@@ -150,15 +152,18 @@ impl<'a> DepthSearch<'a> {
         SearchOutcome { deepest: self.found, open: None }
     }
 
-    /// What is no deeper than this is not looked for.
+    /// Returns the depth up to which nothing more is sought.
     fn goal(&self, least: f64) -> f64 {
         self.found.map_or(least, |found| found.depth + self.scale.depth.max(DEPTH * found.depth))
     }
 
+    /// Decides a box, or subdivides it in space or time.
     fn part(&mut self, cell: &SearchCell<'a>, goal: f64) {
+        // Step 1: drop the box if the body only leaves the surface that it cut before.
         if self.leaves(&cell.bounds, cell.time, goal) {
             return;
         }
+        // Step 2: bound the part of the stock that the body may hold deeper than the goal.
         let Some(held) = self.held(&cell.bounds, cell.time, goal) else { return };
         let bounds = around(&held.corners);
         if (bounds.high - bounds.low).min() < THIN {
@@ -167,7 +172,7 @@ impl<'a> DepthSearch<'a> {
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         let far = 0.5 * (bounds.high - bounds.low).norm();
         let most = |all: &[f64]| all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        // One of the last ones often held it all, which spares a look at the others.
+        // Step 3: drop the box if one earlier body held all of that part. One of the last bodies often did.
         let last = cell.before.iter().rev().take(LAST).filter(|_| cell.before.len() > MANY);
         if last.into_iter().any(|before| most(&self.outside(before, &held.corners)) <= 0.0) {
             return;
@@ -183,11 +188,13 @@ impl<'a> DepthSearch<'a> {
                 over = Some(outside);
             }
         }
+        // Step 4: test the middle exactly, which may raise the goal.
         let place = mean(&held.corners);
         self.try_at(&place, cell.time, &before);
         if far <= FINEST * self.scale.least {
             return;
         }
+        // Step 5: subdivide what limits the bound, time or space.
         let depth = held.depth.min(cell.depth);
         let [from, to] = cell.time;
         if held.in_time {
@@ -210,7 +217,7 @@ impl<'a> DepthSearch<'a> {
         }
     }
 
-    /// What of a box is in the stock as it was and may be deeper in the body than `goal` at some time.
+    /// Bounds the part of a box that is in the uncut stock and may be deeper in the body than `goal` at some time.
     fn held(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> Option<HeldBox> {
         let RelativeMotion { body, piece, .. } = self.passing;
         let middle = nalgebra::center(&bounds.low, &bounds.high);
@@ -250,8 +257,9 @@ impl<'a> DepthSearch<'a> {
         Some(HeldBox { corners, depth, in_time })
     }
 
-    /// Whether nothing of a box that the same body did not hold where it ended last is deeper in it now than `goal`: at no
-    /// place of its surface there, as seen from the box, has it moved on by more.
+    /// Tests if nothing in a box is deeper in the body than `goal` unless the body held it where it ended last.
+    ///
+    /// That holds if no point of the body's surface, as seen from the box, has advanced by more than the goal since.
     fn leaves(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> bool {
         let RelativeMotion { body, piece, sag } = self.passing;
         let (Some((was, off)), ConvexBody::Nose { top, .. }) = (self.last, body) else {
@@ -264,7 +272,7 @@ impl<'a> DepthSearch<'a> {
             return false;
         }
         let aside = from_tip - was.axis * height;
-        // Below its top it faces across its axis and back along it; across, no farther round than the box lies.
+        // Below its top the body faces across its axis and back along it; across, within the angle that the box subtends.
         let round = (half / aside.norm()).min(1.0).asin();
         time.into_iter().all(|u| {
             let now = piece.instant(u).stand;
@@ -278,7 +286,7 @@ impl<'a> DepthSearch<'a> {
         })
     }
 
-    /// Bodies before that come within `far` of a place, in order, and those that held it the deepest.
+    /// Returns the earlier bodies that come within `far` of a point, in order, and those that held it deepest.
     fn near(
         &self,
         before: &[&'a EarlierBody],
@@ -288,7 +296,7 @@ impl<'a> DepthSearch<'a> {
         let mut deepest: Vec<(f64, &'a EarlierBody)> = Vec::with_capacity(ASKED + 1);
         let mut close = |before: &&'a EarlierBody| {
             let EarlierBody { body, stretch, .. } = *before;
-            // In a short move the middle tells enough.
+            // In a short move the middle decides.
             let (mut distance, motion) = stretch.piece.at_middle(*body, place);
             if distance - motion > far {
                 return false;
@@ -309,7 +317,7 @@ impl<'a> DepthSearch<'a> {
         (near, deepest.into_iter().map(|(_, before)| before).collect())
     }
 
-    /// Distance of a point from a body at the nearest time, what it is at least at all times, and that time.
+    /// Returns the distance of a point from a body at the nearest time, its lower bound at all times, and that time.
     fn away(&self, before: &EarlierBody, point: &Point3<f64>) -> (f64, f64, f64) {
         let EarlierBody { body, stretch, .. } = before;
         let line = RayLine { from: *point, way: Vector3::z() };
@@ -318,7 +326,8 @@ impl<'a> DepthSearch<'a> {
         (near.distance, near.bound - 0.5 * stretch.bend, near.u)
     }
 
-    /// By how much corners are outside a body, each at its own time; if none is, then nothing in between is.
+    /// Returns the distances of corners outside a body, each at its own time. If none is positive, the body holds the whole
+    /// convex hull.
     fn outside(&self, before: &EarlierBody, corners: &[Point3<f64>]) -> Vec<f64> {
         let BoundingBox { low, high } = around(corners);
         let all: Vec<(f64, f64, f64)> = corners.iter().map(|p| self.away(before, p)).collect();
@@ -326,14 +335,14 @@ impl<'a> DepthSearch<'a> {
         let [first, last] = time
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], u| [low.min(u), high.max(u)]);
         let stretch = &before.stretch;
-        // What the frame turns, times what the corners are apart: a mean of products is off the product of the means
-        // by a quarter of both ranges. And what is convex only with the bend is off by half of it.
+        // Turn of the frame times extent of the corners: a mean of products differs from the product of the means by at
+        // most a quarter of both ranges. And the convexity by the bend costs half of the bend.
         let turned = 0.25 * stretch.piece.shear(last - first) * (high - low).norm();
         let loss = turned + 0.5 * stretch.bend;
         all.into_iter().map(|(distance, ..)| distance + loss).collect()
     }
 
-    /// Takes a place if it is material and deeper in the body than what was found.
+    /// Records a point if it is material and deeper in the body than what was found.
     fn try_at(&mut self, place: &Point3<f64>, time: [f64; 2], before: &[&EarlierBody]) {
         let RelativeMotion { body, piece, .. } = self.passing;
         let u = self.passing.nearest_time(place, time);
@@ -348,17 +357,17 @@ impl<'a> DepthSearch<'a> {
     }
 }
 
-/// Share of a depth to which it is found.
+/// Accuracy of a depth as a share of itself.
 const DEPTH: f64 = 0.05;
 
-/// The smallest box around points.
+/// Returns the smallest box around points.
 fn around(points: &[Point3<f64>]) -> BoundingBox {
     let join = |all: BoundingBox, p: &Point3<f64>| all.join(&BoundingBox { low: *p, high: *p });
     points.iter().fold(BoundingBox::empty(), join)
 }
 
-/// Across which axis to part a box: the longest of those where one half may be done with, by how far its corners are
-/// outside a body, or else the longest.
+/// Chooses the axis across which a box is halved: the longest of those where one half may then be dropped, by the
+/// distances of its corners outside a body, or else the longest.
 fn across(bounds: &BoundingBox, corners: &[Point3<f64>], over: Option<&[f64]>) -> usize {
     let size = bounds.high - bounds.low;
     let useful = |axis: usize| {

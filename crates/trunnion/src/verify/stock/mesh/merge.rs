@@ -1,38 +1,37 @@
-//! Few triangles for the many quads of a net: where the surface does not change from cube to cube, they are joined
-//! to blocks.
+//! Merges the quads of a surface net where the surface does not change from cube to cube.
 //!
-//! A block is a rectangle of quads that is flat, or a strip one quad wide that keeps its section, as along an edge.
-//! Of the vertices on its border those are kept that are a corner of any block, the others lie straight between
-//! two that are kept, for all blocks they belong to: two blocks always share the same edges, and what was closed
-//! stays so.
+//! A block is a flat rectangle of quads, or a strip one quad wide with a constant section, as along an edge. On its border
+//! only those vertices are kept that are a corner of some block. The others are on straight lines between two kept ones,
+//! for all blocks they belong to. Two blocks therefore always share the same edges, and a closed net stays closed.
 
 use crate::types::Mesh;
 use crate::verify::stock::clip::ray::CLOSE;
 use crate::verify::stock::dexel::across;
 use nalgebra::{Point3, Vector3};
 
-/// What rounding leaves of a vertex's place \[mm, per mm of the largest coordinate\]: it is the mean of up to twelve
-/// ends of rays, each with some hundred operations on the way, of 2⁻⁵³ each.
+/// Rounding error of a vertex \[mm per mm of the largest coordinate\]. A vertex is the mean of up to twelve ends of rays,
+/// each after some hundred operations with an error of 2⁻⁵³.
 const ROUNDING: f64 = 1e-13;
 
-/// Four vertices around an edge of the lattice that is crossed. Ordered plane by plane, row by row.
+/// Four vertices around a crossed lattice edge. The order is plane by plane, row by row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct NetQuad {
     /// Axis of the edge.
     pub(crate) along: usize,
-    /// Whether outside is up that axis.
+    /// The outside is up that axis.
     pub(crate) up: bool,
     /// Number of the edge's first node on the axis.
     pub(crate) level: i64,
-    /// Numbers on the two axes across, in cyclic order.
+    /// Numbers on the two axes across it, in cyclic order.
     pub(crate) at: [i64; 2],
-    /// Vertices counter-clockwise seen from up the axis, from that with the lowest numbers; the second is one
+    /// Vertices counter-clockwise as seen from up the axis, starting at the lowest numbers; the second one is a step
     /// further on the first axis across.
     pub(crate) corners: [u32; 4],
 }
 
-/// The surface that the quads make of the vertices, in few triangles. `cell`: sides of a cube; `tolerance`: with
-/// which rays were cut \[mm\].
+/// Triangulates the surface of the quads with few triangles.
+///
+/// `cell` holds the sides of a cube, `tolerance` is that of the ray ends \[mm\].
 pub(crate) fn mesh(
     mut quads: Vec<NetQuad>,
     places: Vec<Point3<f64>>,
@@ -41,7 +40,7 @@ pub(crate) fn mesh(
 ) -> Mesh {
     quads.sort_unstable();
     let largest = places.iter().fold(0.0, |most, place| place.coords.amax().max(most));
-    // Rays that meet the same plane end so far apart, both of them off it on the same side.
+    // Two rays that meet the same plane may end this far apart, both off it to the same side.
     let flat = CLOSE * tolerance + ROUNDING * largest;
     let net = QuadNet { quads, places, cell: Vector3::from(cell), flat };
     let blocks = net.blocks();
@@ -55,14 +54,14 @@ pub(crate) fn mesh(
     only_used(&net.places, triangles)
 }
 
-/// Quads `0..size` on both axes across from the first.
+/// Block of quads: `0..size` on both axes across, from the first quad.
 struct QuadBlock {
     first: NetQuad,
     size: [i64; 2],
 }
 
 impl QuadBlock {
-    /// Quads along a side, counter-clockwise: side `k` begins at corner `k`.
+    /// Returns the quads along a side, counter-clockwise: side `k` begins at corner `k`.
     fn side(&self, side: usize) -> impl Iterator<Item = [i64; 2]> {
         let [[a, b], [m, n]] = [self.first.at, self.size];
         let count = if side.is_multiple_of(2) { m } else { n };
@@ -75,17 +74,18 @@ impl QuadBlock {
     }
 }
 
+/// Net of quads with the allowance for flatness.
 struct QuadNet {
-    /// In order.
+    /// Quads in order.
     quads: Vec<NetQuad>,
     places: Vec<Point3<f64>>,
     cell: Vector3<f64>,
-    /// How far vertices may be off the flat \[mm\].
+    /// Largest distance of vertices from flat \[mm\].
     flat: f64,
 }
 
 impl QuadNet {
-    /// Blocks that hold every quad once.
+    /// Partitions the quads into blocks.
     fn blocks(&self) -> Vec<QuadBlock> {
         let mut free = vec![true; self.quads.len()];
         let mut blocks = Vec::new();
@@ -103,7 +103,7 @@ impl QuadNet {
         blocks
     }
 
-    /// Size of the block that begins at a quad: as long a row as may be, and as many of them; or a column.
+    /// Returns the size of the block that begins at a quad: the longest row and as many rows as fit, or else a column.
     fn grown(&self, number: usize, free: &[bool]) -> [i64; 2] {
         let Some(quad) = self.quads.get(number) else { return [1, 1] };
         let [p, q, _, s] = self.offsets(quad);
@@ -126,14 +126,14 @@ impl QuadNet {
         [signed(column.max(1)), 1]
     }
 
-    /// Number of the quad that is so many further in the same plane.
+    /// Returns the number of the quad at an offset in the same plane.
     fn number(&self, quad: &NetQuad, [a, b]: [i64; 2]) -> Option<usize> {
         let key = |quad: &NetQuad| (quad.along, quad.up, quad.level, quad.at);
         let at = [quad.at[0] + a, quad.at[1] + b];
         self.quads.binary_search_by_key(&key(&NetQuad { at, ..*quad }), key).ok()
     }
 
-    /// Where a quad's vertices lie in their cubes.
+    /// Returns the positions of a quad's vertices inside their cubes.
     fn offsets(&self, quad: &NetQuad) -> [Vector3<f64>; 4] {
         let [a, b] = across(quad.along);
         let mut cube = Vector3::zeros();
@@ -153,23 +153,24 @@ impl QuadNet {
         quad.and_then(|quad| quad.corners.get(corner)).copied()
     }
 
-    /// The corner at which a side begins.
+    /// Returns the corner at which a side begins.
     fn corner(&self, block: &QuadBlock, side: usize) -> Option<u32> {
         block.side(side).next().and_then(|at| self.vertex(block, at, side))
     }
 
-    /// Vertices kept on a block's border, counter-clockwise from its first corner, with their numbers across.
-    fn border(&self, block: &QuadBlock, kept: &[bool]) -> Vec<(u32, [i64; 2])> {
+    /// Returns the vertices kept on a block's border, counter-clockwise from its first corner.
+    fn border(&self, block: &QuadBlock, kept: &[bool]) -> Vec<BorderVertex> {
         let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
         let sides = corners.iter().enumerate().flat_map(|(side, [da, db])| {
             block.side(side).filter_map(move |[a, b]| {
-                self.vertex(block, [a, b], side).map(|vertex| (vertex, [a + da, b + db]))
+                let vertex = self.vertex(block, [a, b], side)?;
+                Some(BorderVertex { vertex, at: [a + da, b + db] })
             })
         });
-        sides.filter(|(vertex, _)| kept.get(*vertex as usize) == Some(&true)).collect()
+        sides.filter(|border| kept.get(border.vertex as usize) == Some(&true)).collect()
     }
 
-    /// Triangles of a block: a fan around a vertex in its middle, or from one side of a strip to the other.
+    /// Triangulates a block: a fan around a vertex in its middle, or a strip between its two long sides.
     fn fill(&self, block: &QuadBlock, kept: &[bool], triangles: &mut Vec<[u32; 3]>) {
         let border = self.border(block, kept);
         let [m, n] = block.size;
@@ -183,30 +184,38 @@ impl QuadNet {
     }
 }
 
-fn fan(centre: u32, border: &[(u32, [i64; 2])]) -> Vec<[u32; 3]> {
+/// Returns a fan of triangles around a centre.
+fn fan(centre: u32, border: &[BorderVertex]) -> Vec<[u32; 3]> {
     let next = border.iter().cycle().skip(1);
-    border.iter().zip(next).map(|((from, _), (to, _))| [centre, *from, *to]).collect()
+    border.iter().zip(next).map(|(from, to)| [centre, from.vertex, to.vertex]).collect()
 }
 
-/// Triangles between the two long sides of a strip that runs along one of the axes across: always to the nearer
-/// of the next vertices.
-fn strip(mut border: Vec<(u32, [i64; 2])>, axis: usize) -> Vec<[u32; 3]> {
-    // So that the first and the last vertex are those of the end with the lowest numbers.
+/// Vertex kept on the border of a block, with its numbers on the axes across.
+#[derive(Clone, Copy)]
+struct BorderVertex {
+    vertex: u32,
+    at: [i64; 2],
+}
+
+/// Triangulates a strip along one of the axes across, always towards the nearer of the next two vertices.
+fn strip(mut border: Vec<BorderVertex>, axis: usize) -> Vec<[u32; 3]> {
+    // The first and the last vertex are then those of the end with the lowest numbers.
     border.rotate_left(axis);
     let mut triangles = Vec::new();
     let mut rest = border.as_slice();
-    while let [(low, _), (next, to), .., (high, _)] = *rest
-        && let [.., (before, from), _] = *rest
+    while let [low, next, .., high] = *rest
+        && let [.., before, _] = *rest
     {
-        let lower = to.get(axis) < from.get(axis);
-        triangles.push(if lower { [low, next, high] } else { [low, before, high] });
+        let lower = next.at.get(axis) < before.at.get(axis);
+        let third = if lower { next } else { before };
+        triangles.push([low.vertex, third.vertex, high.vertex]);
         let last = rest.len() - 1;
         rest = if lower { rest.get(1..) } else { rest.get(..last) }.unwrap_or_default();
     }
     triangles
 }
 
-/// A mesh of those vertices that triangles use, in their order.
+/// Returns a mesh of the vertices that triangles use, in their order.
 fn only_used(places: &[Point3<f64>], mut triangles: Vec<[u32; 3]>) -> Mesh {
     let mut used = vec![false; places.len()];
     triangles.iter().flatten().for_each(|&vertex| mark(&mut used, vertex));

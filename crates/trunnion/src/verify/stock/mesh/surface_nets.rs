@@ -1,7 +1,8 @@
-//! The surface of what is left: one vertex for each cube of the lattice through which it runs, in the
-//! mean of the places where rays cross the cube's edges (surface nets), a quad for each edge that is crossed.
-//! Whether a node is inside is told by the rays along z alone, so that the surface is closed whatever the
-//! others say.
+//! Surface of the remaining material by surface nets.
+//!
+//! Each lattice cube that the surface crosses has one vertex, at the mean of the points where rays cross the cube's edges.
+//! Each crossed edge has one quad. The rays along z alone decide if a node is inside, so the surface is closed even if the
+//! other rays disagree.
 
 use super::merge::{self, NetQuad, signed};
 use crate::types::Mesh;
@@ -10,18 +11,34 @@ use crate::verify::stock::material::Stock;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
-/// Node by x, y, z; those one outside the lattice count as well.
+/// Node by x, y and z; nodes one step outside the lattice count as well.
 type GridNode = [i64; 3];
 
 impl Stock {
-    /// A closed surface around the material, which was cut with a `tolerance` \[mm\]. Two triangles for each cell,
-    /// but few where it is a plane across an axis, or the same along one, to a twentieth of the tolerance.
+    /// Returns a closed surface around the material, which was cut with a `tolerance` \[mm\].
+    ///
+    /// There are two triangles per cell. Where the surface is a plane across an axis, or constant along one, to a twentieth
+    /// of the tolerance, cells are merged.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trunnion::verify::{Solid, Stock};
+    ///
+    /// let [low, high] = [Point3::origin(), Point3::new(2.0, 2.0, 2.0)];
+    /// let stock = Stock::new(&Solid::Box { low, high }, 0.5, 1000)?;
+    /// let mesh = stock.mesh(0.01);
+    /// let highest = mesh.vertices.iter().map(|p| p.z).fold(0.0, f64::max);
+    /// assert!((highest - 2.0).abs() < 0.5);
+    /// # Ok::<(), trunnion::verify::VerifyError>(())
+    /// ```
     pub fn mesh(&self, tolerance: f64) -> Mesh {
         let (quads, places) = self.net();
         merge::mesh(quads, places, self.lattice.cell, tolerance)
     }
 
-    /// The quads of the surface, and its vertices.
+    /// Returns the quads of the surface and its vertices.
     pub(crate) fn net(&self) -> (Vec<NetQuad>, Vec<Point3<f64>>) {
         let [nx, ny, _] = self.lattice.size.map(signed);
         let mut net = SurfaceNet::default();
@@ -29,8 +46,8 @@ impl Stock {
             for j in 0..=ny {
                 let here = self.inside(i, j);
                 self.ends([i, j], &here, &mut net);
-                self.sides(0, [i, j], (&self.inside(i - 1, j), &here), &mut net);
-                self.sides(1, [i, j], (&self.inside(i, j - 1), &here), &mut net);
+                self.sides(0, [i, j], [&self.inside(i - 1, j), &here], &mut net);
+                self.sides(1, [i, j], [&self.inside(i, j - 1), &here], &mut net);
             }
         }
         let SurfaceNet { sums, quads, .. } = net;
@@ -38,7 +55,7 @@ impl Stock {
         (quads, places.collect())
     }
 
-    /// Ranges of nodes along z that are inside, first and last, on the ray `[i, j]`; none beside the lattice.
+    /// Returns the ranges of nodes, first and last, that are inside on the ray `[i, j]` along z; none beside the lattice.
     fn inside(&self, i: i64, j: i64) -> Vec<[i64; 2]> {
         let [Ok(i), Ok(j)] = [i, j].map(usize::try_from) else { return Vec::new() };
         if i >= self.lattice.size[0] || j >= self.lattice.size[1] {
@@ -55,24 +72,26 @@ impl Stock {
         spans.map(range).filter(|[first, last]| first <= last).collect()
     }
 
-    /// Edges along z that are crossed on a ray.
+    /// Adds the edges along z that are crossed on a ray.
     fn ends(&self, [i, j]: [i64; 2], inside: &[[i64; 2]], net: &mut SurfaceNet) {
         for &[first, last] in inside {
-            for (from, up) in [([i, j, first - 1], false), ([i, j, last], true)] {
-                net.edge((2, &from), self.crossing(2, &from), up);
+            for (from, outside) in
+                [([i, j, first - 1], Outside::Below), ([i, j, last], Outside::Above)]
+            {
+                net.edge(2, &from, self.crossing(2, &from), outside);
             }
         }
     }
 
-    /// Edges along x or y between two rays along z, inside on one of them only.
+    /// Adds the edges along x or y between two rays along z that are inside on one of them only.
     fn sides(
         &self,
         along: usize,
         [i, j]: [i64; 2],
-        (before, here): (&[[i64; 2]], &[[i64; 2]]),
+        [before, here]: [&[[i64; 2]]; 2],
         net: &mut SurfaceNet,
     ) {
-        // Where either of them begins or ends; between two such places nothing changes.
+        // Nothing changes between two neighbouring ends of either ray.
         let mut ends: Vec<i64> =
             before.iter().chain(here).flat_map(|&[first, last]| [first, last + 1]).collect();
         ends.sort_unstable();
@@ -85,14 +104,16 @@ impl Stock {
                 continue;
             }
             for k in from..to {
+                let outside = if was { Outside::Above } else { Outside::Below };
                 let mut node = [i, j, k];
                 node[along] -= 1;
-                net.edge((along, &node), self.crossing(along, &node), was);
+                net.edge(along, &node, self.crossing(along, &node), outside);
             }
         }
     }
 
-    /// Where the surface crosses the edge that begins at a node: where the ray along it does, or in its middle.
+    /// Returns the point where the surface crosses the edge that begins at a node: where the ray along the edge ends, or else
+    /// the middle of the edge.
     fn crossing(&self, along: usize, from: &GridNode) -> Vector3<f64> {
         let at =
             |axis: usize| self.lattice.origin[axis] + self.lattice.cell[axis] * from[axis] as f64;
@@ -108,7 +129,13 @@ impl Stock {
     }
 }
 
-/// Vertices by cube, named after its lowest node.
+/// Side of a crossed edge on which the outside is, along its axis.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outside {
+    Above,
+    Below,
+}
+/// Vertices by cube, each cube named after its lowest node.
 #[derive(Default)]
 struct SurfaceNet {
     numbers: HashMap<GridNode, u32>,
@@ -117,9 +144,8 @@ struct SurfaceNet {
 }
 
 impl SurfaceNet {
-    /// An edge that is crossed: the four cubes around it are joined, their outside up the axis if the edge's
-    /// first node is inside.
-    fn edge(&mut self, (along, from): (usize, &GridNode), place: Vector3<f64>, up: bool) {
+    /// Joins the four cubes around a crossed edge by a quad.
+    fn edge(&mut self, along: usize, from: &GridNode, place: Vector3<f64>, outside: Outside) {
         let [a, b] = across(along);
         let mut corner = |da: i64, db: i64| {
             let mut cube = *from;
@@ -137,6 +163,7 @@ impl SurfaceNet {
             number
         };
         let corners = [corner(1, 1), corner(0, 1), corner(0, 0), corner(1, 0)];
+        let up = outside == Outside::Above;
         self.quads.push(NetQuad { along, up, level: from[along], at: [from[a], from[b]], corners });
     }
 }
