@@ -1,6 +1,6 @@
 //! Bodies in motion by the tiles that they may come near.
 
-use super::carve::CollisionKind;
+use super::collision::CollisionKind;
 use super::dexel::{
     DexelGrid, HeightBins, MaterialBins, RayFamily, RaySquare, RayTile, TILE, across,
 };

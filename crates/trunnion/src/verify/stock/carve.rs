@@ -3,63 +3,22 @@
 use super::super::ledger::{Ledger, Lines};
 use super::super::run::Run;
 use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
-use super::between_rays;
-use super::between_rays::{BoxFinding, CloseBox};
+use super::between_rays::boxes::{self, CloseBox};
+use super::between_rays::inspect::{self, BoxFinding};
 use super::broad_phase;
 use super::broad_phase::MovingPart;
 use super::build::solid::Solid;
 use super::clip::batch;
 use super::clip::batch::{ClipBatch, ClipFindings};
+use super::collision::{Collision, CollisionKind};
 use super::material::Stock;
 use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
 use crate::verify::swept::mesh::ClosedMesh;
-use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
-
-/// What went wrong between tool and material.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum CollisionKind {
-    /// The cutting part is in the stock at rapid speed.
-    Rapid,
-    /// Shank or holder run into the stock.
-    Holder,
-    /// Any part of the tool runs into a fixture.
-    Fixture,
-}
-
-/// One line of a program that runs into something.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Collision {
-    /// Into what, with what.
-    pub kind: CollisionKind,
-    /// Line of the program.
-    pub line: u32,
-    /// How deep it is in the tool, at least; in stock, where that is more than rays are apart, on the rays \[mm\].
-    pub depth: f64,
-    /// The deepest place, or the middle of the deepest ray \[mm\].
-    pub point: Point3<f64>,
-}
-
-impl fmt::Display for Collision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, line, depth, point: p } = self;
-        let what = match kind {
-            CollisionKind::Rapid => "cuts at rapid speed",
-            CollisionKind::Holder => "shank or holder run into the stock",
-            CollisionKind::Fixture => "runs into a fixture",
-        };
-        write!(
-            f,
-            "line {line}: {what}, {depth:.4} mm deep at X {:.3} Y {:.3} Z {:.3}",
-            p.x, p.y, p.z
-        )
-    }
-}
 
 /// What a program does to the stock.
 #[derive(Debug, Clone, PartialEq)]
@@ -239,12 +198,12 @@ impl<'a> StockCutter<'a> {
         }
         if self.shell.is_none() {
             let solid = self.uncut.as_ref();
-            self.shell = solid
-                .and_then(|solid| ClosedMesh::new(solid.triangles(PRISM * between_rays::LEAST)));
+            self.shell =
+                solid.and_then(|solid| ClosedMesh::new(solid.triangles(PRISM * inspect::LEAST)));
         }
         let Some(shell) = &self.shell else { return Ok(()) };
         for BoxFinding { line, kind, known, hit, open } in
-            between_rays::look((run, &self.tools), shell, close, progress)?
+            inspect::look(run, &self.tools, shell, close, progress)?
         {
             if let Some(hit) = hit {
                 let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
@@ -278,7 +237,7 @@ impl<'a> StockCutter<'a> {
         }
         // What is deeper than rays are apart, they show as well.
         let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
-        for mut close in between_rays::merge(close) {
+        for mut close in boxes::merge(close) {
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
             if close.known < cell {
                 self.close.push(close);
@@ -313,7 +272,7 @@ mod tests {
     use crate::verify::stock::broad_phase::RayFrame;
     use crate::verify::stock::clip::closest_approach::RayLine;
     use crate::verify::stock::dexel::unit;
-    use nalgebra::{Rotation3, Unit, Vector3};
+    use nalgebra::{Point3, Rotation3, Unit, Vector3};
     use proptest::prelude::*;
 
     const TOLERANCE: f64 = 1e-3;

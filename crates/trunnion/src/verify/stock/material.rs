@@ -1,9 +1,8 @@
 //! Stock: three families of parallel rays, each with the intervals of material that remain on it.
 
-use super::build::solid::{self, Solid};
+use super::build::solid::Solid;
 use super::dexel;
 use super::dexel::{DexelGrid, RayFamily};
-use crate::verify::VerifyError;
 use std::sync::Arc;
 
 /// Material.
@@ -20,16 +19,6 @@ const TOLERANCE_SHARE: f64 = 0.05;
 const CELL_SHARE: f64 = 0.01;
 
 impl Stock {
-    /// Material of a solid, rays at most `cell` \[mm\] apart: they part its box evenly.
-    ///
-    /// # Errors
-    ///
-    /// [`VerifyError::Option`] for a cell that is no length, [`VerifyError::Stock`] for a solid without
-    /// volume, a mesh that is not closed, or more than `most_rays` rays.
-    pub fn new(solid: &Solid, cell: f64, most_rays: usize) -> Result<Self, VerifyError> {
-        solid::stock(solid, cell, most_rays)
-    }
-
     /// Distance of the rays by x, y and z \[mm\].
     pub fn cell(&self) -> [f64; 3] {
         self.lattice.cell

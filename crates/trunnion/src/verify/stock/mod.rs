@@ -9,13 +9,13 @@ pub(crate) mod broad_phase;
 pub(crate) mod build;
 pub(crate) mod carve;
 pub(crate) mod clip;
+pub(crate) mod collision;
 pub(crate) mod dexel;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod moving_tools;
 
 pub use build::solid::Solid;
-pub use carve::{
-    Collision, CollisionKind, StockOptions, StockReport, UndecidedCollision, simulate, simulate_cl,
-};
+pub use carve::{StockOptions, StockReport, UndecidedCollision, simulate, simulate_cl};
+pub use collision::{Collision, CollisionKind};
 pub use material::Stock;

@@ -1,8 +1,8 @@
 //! Tools over moves, body by body, as stock is cut by them.
 
 use super::broad_phase::{BoundedPiece, MovingPart};
-use super::carve::CollisionKind;
 use super::clip::ray;
+use super::collision::CollisionKind;
 use crate::cutter::Cutter;
 use crate::verify::VerifyError;
 use crate::verify::replay::{Mover, Segment};

@@ -10,7 +10,7 @@
 //! a point outside the earlier body is in front of one of its support planes. If that plane recedes, or advances by less
 //! than the given depth, the point is no deeper in the body now.
 
-use super::EarlierBody;
+use super::boxes::EarlierBody;
 use super::polytope::{Polytope, mean};
 use crate::verify::stock::clip::closest_approach::{BodyMotion, RayLine, TimeGuess};
 use crate::verify::swept::bvh::BoundingBox;

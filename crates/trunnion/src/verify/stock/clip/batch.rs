@@ -3,9 +3,9 @@
 use super::closest_approach::{BodyMotion, RayLine};
 use super::ray;
 use super::ray::SweptSpans;
-use crate::verify::stock::between_rays::CloseBox;
+use crate::verify::stock::between_rays::boxes::CloseBox;
 use crate::verify::stock::broad_phase::{BodyPiece, BoundedPiece, MovingPart, RayFrame};
-use crate::verify::stock::carve::{Collision, CollisionKind};
+use crate::verify::stock::collision::{Collision, CollisionKind};
 use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, RayTile, unit};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::quadratic::SupportPlanes;

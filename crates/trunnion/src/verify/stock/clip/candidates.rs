@@ -5,9 +5,9 @@
 //! bodies are looked at once.
 
 use super::batch::{ClipBatch, CutRequest};
+use super::chain::PieceChain;
 use super::closest_approach::RayLine;
 use super::front::BodyPlane;
-use super::tile::PieceChain;
 use crate::verify::stock::broad_phase::MovingPart;
 use crate::verify::stock::dexel::RaySpans;
 

@@ -6,8 +6,8 @@
 
 use super::batch::ClipBatch;
 use super::candidates::RayCut;
+use super::chain::PieceChain;
 use super::closest_approach::RayLine;
-use super::tile::PieceChain;
 use crate::verify::stock::broad_phase::BodyPiece;
 use crate::verify::stock::dexel::RaySpans;
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod candidates;
+pub(crate) mod chain;
 pub(crate) mod closest_approach;
 pub(crate) mod cover;
 pub(crate) mod front;

@@ -8,6 +8,7 @@
 
 use super::batch::{ClipBatch, CutRequest};
 use super::candidates::RayCut;
+use super::chain::PieceChain;
 use super::closest_approach::{NearestInstant, RayLine, TimeGuess};
 use super::cover::cover;
 use super::front::{BodyPlane, FrontLayer};
@@ -18,32 +19,6 @@ use nalgebra::Point3;
 
 /// Rays along the side of a square.
 const SIDE: usize = 8;
-
-/// All stretches of some bodies, one after the other: stretch `k` lasts from `2 k - 1` to `2 k + 1`.
-pub(crate) struct PieceChain<'a> {
-    pub(crate) parts: &'a [&'a MovingPart],
-    /// By body: the number of its first stretch.
-    first: Vec<usize>,
-    pub(crate) pieces: Vec<BodyPiece<'a>>,
-}
-
-impl<'a> PieceChain<'a> {
-    fn new(parts: &'a [&'a MovingPart]) -> Self {
-        let mut first = Vec::with_capacity(parts.len());
-        let mut pieces = Vec::with_capacity(2 * parts.len());
-        for part in parts {
-            first.push(pieces.len());
-            pieces.extend(part.straight.iter().map(|bounded| BodyPiece { part, bounded }));
-        }
-        Self { parts, first, pieces }
-    }
-
-    /// The numbers of a body's stretches.
-    pub(crate) fn of(&self, part: usize) -> std::ops::Range<usize> {
-        let first = self.first.get(part).copied().unwrap_or(0);
-        first..self.first.get(part + 1).copied().unwrap_or(self.pieces.len())
-    }
-}
 
 /// Where a ray ends, by which stretch and when.
 #[derive(Clone, Copy)]

@@ -1,0 +1,61 @@
+//! Boxes in which a body comes close to material, and the bodies before it.
+
+use crate::verify::stock::broad_phase::BoundedPiece;
+use crate::verify::stock::collision::CollisionKind;
+use crate::verify::swept::bvh::BoundingBox;
+use crate::verify::swept::tool::ConvexBody;
+
+/// What a box may gain in volume if it takes in another one.
+const GAIN: f64 = 1.1;
+
+/// A box in which a body comes close to material.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CloseBox {
+    /// Number of the body's part, and of the first part of its move.
+    pub(crate) part: usize,
+    pub(crate) first: usize,
+    pub(crate) bounds: BoundingBox,
+    pub(crate) line: u32,
+    pub(crate) kind: CollisionKind,
+    /// How deep it can be in anything \[mm\].
+    pub(crate) most: f64,
+    /// How deep rays tell that it runs into material on this line, in this batch \[mm\].
+    pub(crate) known: f64,
+}
+
+/// A body over a stretch, before or after others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EarlierBody {
+    pub(super) number: usize,
+    pub(super) harm: Option<CollisionKind>,
+    pub(super) body: ConvexBody,
+    pub(super) stretch: BoundedPiece,
+}
+
+/// Boxes of the same part that are one, or nearly.
+pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
+    all.sort_by_key(|close| close.part);
+    let mut merged: Vec<CloseBox> = Vec::new();
+    for next in all {
+        let same = merged.iter_mut().rev().take_while(|close| close.part == next.part);
+        let volume = |b: &BoundingBox| (b.high - b.low).product();
+        let fits = |close: &&mut CloseBox| {
+            let joined = close.bounds.join(&next.bounds);
+            volume(&joined) <= GAIN * (volume(&close.bounds) + volume(&next.bounds))
+        };
+        match same.into_iter().find(fits) {
+            Some(close) => close.bounds = close.bounds.join(&next.bounds),
+            None => merged.push(next),
+        }
+    }
+    merged
+}
+
+/// Both halves of some boxes, by where they are.
+pub(super) fn halves(mut close: Vec<CloseBox>) -> [Vec<CloseBox>; 2] {
+    let all = close.iter().fold(BoundingBox::empty(), |all, close| all.join(&close.bounds));
+    let axis = (all.high - all.low).imax();
+    close.sort_by(|a, b| a.bounds.low[axis].total_cmp(&b.bounds.low[axis]));
+    let upper = close.split_off(close.len() / 2);
+    [close, upper]
+}

@@ -1,0 +1,149 @@
+//! Inspects boxes between the rays by running the program again.
+
+use super::boxes::{CloseBox, EarlierBody, halves};
+use super::search::{DepthSearch, SearchOutcome, SearchScale};
+use crate::types::{Progress, Stage};
+use crate::verify::VerifyError;
+use crate::verify::run::Run;
+use crate::verify::stock::broad_phase::MovingPart;
+use crate::verify::stock::collision::{Collision, CollisionKind};
+use crate::verify::stock::moving_tools::MovingTools;
+use crate::verify::swept::bvh::{BoxTree, ContentId, TreeItem};
+use crate::verify::swept::mesh::ClosedMesh;
+use crate::verify::swept::quadratic::MotionPiece;
+use crate::verify::swept::relative::RelativeMotion;
+use crate::verify::swept::tool::ConvexBody;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// What a look at such a box gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BoxFinding {
+    pub(crate) line: u32,
+    pub(crate) kind: CollisionKind,
+    /// Whether the rays had told it.
+    pub(crate) known: bool,
+    pub(crate) hit: Option<Collision>,
+    /// The search met its limit: it may be as deep as this \[mm\].
+    pub(crate) open: Option<f64>,
+}
+
+/// How deep a body may be in material between rays without being told \[mm\].
+pub(crate) const LEAST: f64 = 0.002;
+/// Shares of that: to what depths are found, and how exactly times are.
+const DEPTH: f64 = 0.25;
+const TIME: f64 = 0.1;
+/// Stretches held at a time, so that memory does not grow with the program.
+const MOST_BEFORE: usize = 200_000;
+/// How often a program is run again for one call; what is left then is not decided.
+const MOST_RUNS: u32 = 64;
+/// Boxes between two chances to cancel.
+const BATCH: usize = 256;
+
+/// What a second run of the program gave: what comes to boxes, in order, and the bodies that boxes are about.
+struct SecondRun {
+    before: Vec<EarlierBody>,
+    suspects: BTreeMap<usize, (ConvexBody, MotionPiece)>,
+    tree: BoxTree,
+}
+
+/// Looks at boxes.
+pub(crate) fn look(
+    run: &Run<'_>,
+    tools: &MovingTools,
+    shell: &ClosedMesh,
+    close: Vec<CloseBox>,
+    progress: &dyn Progress,
+) -> Result<Vec<BoxFinding>, VerifyError> {
+    let (total, mut found, mut done) = (close.len(), Vec::new(), 0);
+    let (mut waiting, mut runs) = (vec![close], 0);
+    while let Some(close) = waiting.pop() {
+        runs += 1;
+        let again = again(run, tools, &close)?;
+        if again.is_none() && close.len() > 1 && runs < MOST_RUNS {
+            waiting.extend(halves(close));
+            continue;
+        }
+        for some in close.chunks(BATCH) {
+            let of = |close: &CloseBox| graze(tools, shell, close, again.as_ref());
+            found.par_extend(some.par_iter().filter_map(of));
+            done += some.len();
+            progress.step(Stage::Verify, done as u64, total as u64)?;
+        }
+    }
+    Ok(found)
+}
+
+/// Runs the program to the last of some boxes' bodies; `None` if too much comes to the boxes.
+fn again(
+    run: &Run<'_>,
+    tools: &MovingTools,
+    close: &[CloseBox],
+) -> Result<Option<SecondRun>, VerifyError> {
+    let last = close.iter().map(|close| close.part).max().unwrap_or(0);
+    let item = |(index, close): (u32, &CloseBox)| TreeItem {
+        bounds: close.bounds,
+        content: ContentId::item(index),
+    };
+    let boxes = BoxTree::new((0..).zip(close).map(item).collect());
+    let mut suspects: BTreeMap<usize, Option<(ConvexBody, MotionPiece)>> =
+        close.iter().map(|close| (close.part, None)).collect();
+    let (mut before, mut items, mut parts, mut number) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    for segment in run.segments() {
+        parts.clear();
+        tools.parts(&run.mover, &segment?, number, &mut parts)?;
+        number += parts.len();
+        for MovingPart { number, body, harm, straight, bounds, whole, .. } in &parts {
+            if let Some(suspect) = suspects.get_mut(number) {
+                *suspect = Some((*body, whole.piece));
+            }
+            for stretch in straight.iter().filter(|_| boxes.meets(bounds)) {
+                items.push(TreeItem { bounds: *bounds, content: ContentId::item(index(&before)) });
+                let (number, body, harm, stretch) = (*number, *body, *harm, *stretch);
+                before.push(EarlierBody { number, harm, body, stretch });
+            }
+        }
+        if before.len() > MOST_BEFORE {
+            return Ok(None);
+        }
+        if number > last {
+            break;
+        }
+    }
+    let suspects = suspects.into_iter().filter_map(|(number, found)| Some((number, found?)));
+    Ok(Some(SecondRun { before, suspects: suspects.collect(), tree: BoxTree::new(items) }))
+}
+
+/// The number that the next one will have.
+fn index(before: &[EarlierBody]) -> u32 {
+    u32::try_from(before.len()).unwrap_or(u32::MAX)
+}
+
+/// What there is to tell of a box.
+fn graze(
+    tools: &MovingTools,
+    shell: &ClosedMesh,
+    close: &CloseBox,
+    again: Option<&SecondRun>,
+) -> Option<BoxFinding> {
+    let &CloseBox { line, kind, known, .. } = close;
+    let Some(SecondRun { before, suspects, tree }) = again else {
+        let open = Some(close.most).filter(|_| known <= 0.0);
+        return Some(BoxFinding { line, kind, known: known > 0.0, hit: None, open });
+    };
+    let (body, piece) = suspects.get(&close.part)?;
+    let passing = RelativeMotion { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
+    let mut near = Vec::new();
+    tree.near(&close.bounds, &mut near);
+    let before = near.iter().filter_map(|id| before.get(id.item as usize));
+    // What it ran through itself on the way, the move has not made good.
+    let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
+    let before = before.filter(|before| before.number < close.part && !own(before)).collect();
+    let least = LEAST.max(2.0 * tools.tolerance);
+    let scale = SearchScale { least, depth: DEPTH * least, tolerance: TIME * least };
+    let SearchOutcome { deepest, open } =
+        DepthSearch::new(shell, passing, scale).run(&close.bounds, before, known);
+    let hit = deepest.map(|found| Collision { kind, line, depth: found.depth, point: found.point });
+    let graze = BoxFinding { line, kind, known: known > 0.0, hit, open };
+    (hit.is_some() || open.is_some()).then_some(graze)
+}
