@@ -4,7 +4,9 @@ use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{run as jobs, text};
 use std::path::PathBuf;
-use trunnion::axes::{Assurance, AxesError, Judged, LeanBounds, Travelled, Verdict};
+use trunnion::axes::{
+    AxesError, EvaluatedSetup, PathTravel, SearchAssurance, SetupVerdict, TiltBounds,
+};
 use trunnion::files::setups::{
     LAYOUT, RotaryTravel, SetupAssurance, SetupBounds, SetupEntry, SetupSummary,
 };
@@ -59,9 +61,9 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
 }
 
-fn bounds(args: &Args, job: &Job) -> Result<LeanBounds, Failure> {
-    let usual = LeanBounds::usual(&job.kinematics);
-    let bounds = LeanBounds {
+fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
+    let usual = TiltBounds::usual(&job.kinematics);
+    let bounds = TiltBounds {
         tilt: args.tilt.unwrap_or(usual.tilt),
         towards: args.towards.unwrap_or(usual.towards),
         turn: args.turn.unwrap_or(usual.turn),
@@ -73,11 +75,11 @@ fn bounds(args: &Args, job: &Job) -> Result<LeanBounds, Failure> {
 }
 
 /// What `--json` says.
-fn answer(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: Vec<String>) -> SetupSummary {
+fn answer(job: &Job, bounds: &TiltBounds, found: &Rotated, warnings: Vec<String>) -> SetupSummary {
     let machine = job.kinematics.machine();
     let search = &found.search;
     let degrees = |range: [f64; 2]| range.map(|angle| told(angle.to_degrees()));
-    let Assurance { bound, except, looked, planned } = search.assurance;
+    let SearchAssurance { bound, except, looked, planned } = search.assurance;
     SetupSummary {
         schema: LAYOUT.to_owned(),
         job: job.file.name.clone(),
@@ -99,13 +101,13 @@ fn answer(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: Vec<String>
         },
         clearance: job.file.setup.clearance,
         looked: search.looked,
-        leaning: search.leaning,
+        leaning: search.beyond_tilt,
         others: search.others.iter().map(|judged| entry(judged, machine, None)).collect(),
         warnings,
     }
 }
 
-fn entry(judged: &Judged, machine: &Machine, seconds: Option<f64>) -> SetupEntry {
+fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> SetupEntry {
     let fits = judged.verdict.fits();
     let names = machine.axes.iter().skip(FIRST_ROTARY).map(|axis| axis.name.clone());
     SetupEntry {
@@ -137,7 +139,7 @@ fn shown(found: &Rotated) -> bool {
 
 /// What is known of all rotations within the bounds, for people.
 fn assured(found: &Rotated) -> String {
-    let Assurance { bound, except, .. } = found.search.assurance;
+    let SearchAssurance { bound, except, .. } = found.search.assurance;
     let apart = if except > 0.0 {
         format!(
             ", but for rotations nearer than {:.2} deg to one that was planned in vain",
@@ -171,29 +173,29 @@ fn assured(found: &Rotated) -> String {
 }
 
 /// In degrees as it is written: without what the way over radians adds.
-fn rotation(judged: &Judged) -> [f64; 3] {
+fn rotation(judged: &EvaluatedSetup) -> [f64; 3] {
     judged.angles.map(|angle| (angle.to_degrees() * 1e6).round() / 1e6 + 0.0)
 }
 
-fn why_not(judged: &Judged, machine: &Machine) -> Option<String> {
+fn why_not(judged: &EvaluatedSetup, machine: &Machine) -> Option<String> {
     let [.., second] = &machine.axes;
     match &judged.verdict {
-        Verdict::Fits(_) => None,
-        Verdict::Leans(by) => Some(format!(
+        SetupVerdict::Fits(_) => None,
+        SetupVerdict::BeyondTilt(by) => Some(format!(
             "the tool leans {:.2} deg beyond what the travel of {} allows",
             by.to_degrees(),
             second.name
         )),
-        Verdict::Short { by, axes } => {
+        SetupVerdict::Short { by, axes } => {
             let axes = axes.join(" and ");
             Some(format!("travel of {axes} is {by:.1} mm short, wherever the origin is"))
         }
-        Verdict::Fails(error) => Some(error.to_string()),
+        SetupVerdict::Fails(error) => Some(error.to_string()),
     }
 }
 
 /// For people.
-fn words(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: &[String]) -> String {
+fn words(job: &Job, bounds: &TiltBounds, found: &Rotated, warnings: &[String]) -> String {
     let search = &found.search;
     let machine = job.kinematics.machine();
     let mut lines = vec![headline(job, found)];
@@ -210,7 +212,7 @@ fn words(job: &Job, bounds: &LeanBounds, found: &Rotated, warnings: &[String]) -
         "looked at {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
          beyond its travel",
         search.looked,
-        search.leaning,
+        search.beyond_tilt,
         machine.axes.last().map_or("", |axis| axis.name.as_str())
     ));
     lines.push(assured(found));
@@ -246,7 +248,7 @@ fn headline(job: &Job, found: &Rotated) -> String {
 }
 
 /// The lines for the job file.
-fn paste(job: &Job, best: &Judged) -> [String; 4] {
+fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
     let list = |values: [f64; 3]| {
         let [x, y, z] = values.map(|value| format!("{value}"));
         format!("[{x}, {y}, {z}]")
@@ -269,7 +271,7 @@ fn told(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-fn compare(machine: &Machine, found: &Rotated, best: &Judged) -> Vec<String> {
+fn compare(machine: &Machine, found: &Rotated, best: &EvaluatedSetup) -> Vec<String> {
     let before = &found.search.before;
     let line = |name: &str, unit: &str, [now, then]: [Option<f64>; 2], decimals: usize| {
         let figure = |value: Option<f64>| {
@@ -278,10 +280,10 @@ fn compare(machine: &Machine, found: &Rotated, best: &Judged) -> Vec<String> {
         };
         format!("  {name:<22}{:>14}{:>14}", figure(now), figure(then))
     };
-    let both = |figure: fn(&Travelled) -> f64| {
+    let both = |figure: fn(&PathTravel) -> f64| {
         [before, best].map(|judged| judged.verdict.fits().map(figure))
     };
-    let degrees = |judged: &Judged| Some(judged.least.to_degrees());
+    let degrees = |judged: &EvaluatedSetup| Some(judged.least.to_degrees());
     let [.., first, second] = &machine.axes;
     let mut lines = vec![
         format!("  {:<22}{:>14}{:>14}", "", "now", "then"),
@@ -308,7 +310,7 @@ fn span([low, high]: [f64; 2]) -> String {
     if low < high { format!("{low}..{high}") } else { format!("{low}") }
 }
 
-fn row(judged: &Judged, machine: &Machine) -> String {
+fn row(judged: &EvaluatedSetup, machine: &Machine) -> String {
     let [x, y, z] = rotation(judged);
     let least = judged.least.to_degrees();
     let what = why_not(judged, machine).unwrap_or_else(|| {

@@ -1,19 +1,21 @@
 //! Out of the part, rotaries round, and back to the same place.
 
-use super::march::{Bounds, Marched, Marcher};
-use super::travel::Travel;
-use super::{AxesError, RetractOptions};
+use super::axis_bounds::AxisBounds;
+use super::error::AxesError;
+use super::follower::{AxisTrack, PathFollower};
+use super::options::RetractOptions;
+use super::travel::TravelLimits;
 use crate::machine::{FIRST_ROTARY, RetractFrame};
 use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, Motion, ToolPose};
 use nalgebra::{Point3, Vector3};
 
 /// A retract as a sequence of motions.
-pub(super) type Legs = Vec<(Motion, Marched)>;
+pub(super) type RetractLegs = Vec<(Motion, AxisTrack)>;
 
 /// One motion of a retract.
 #[derive(Debug, Clone, Copy)]
-enum Step {
+enum RetractStep {
     /// The tip straight, the rotaries at rest.
     Straight([Point3<f64>; 2], [f64; 2]),
     /// The tip at rest, the rotaries from one position to another.
@@ -28,13 +30,13 @@ const LEAST_CLIMB: f64 = 0.1;
 
 /// Retracts at a place of a path.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Retractor<'a> {
-    pub(super) marcher: &'a Marcher<'a>,
-    pub(super) travel: Travel<'a>,
+pub(super) struct RetractPlanner<'a> {
+    pub(super) follower: &'a PathFollower<'a>,
+    pub(super) travel: TravelLimits<'a>,
     pub(super) options: &'a RetractOptions,
 }
 
-impl Retractor<'_> {
+impl RetractPlanner<'_> {
     /// From the rotaries `from` at `pose` to the rotaries `to` at the same pose: up along the tool
     /// axis, away as the machine file says, rotaries round, and all the way back.
     pub(super) fn legs(
@@ -42,11 +44,11 @@ impl Retractor<'_> {
         piece: usize,
         pose: &ToolPose,
         rotaries: [[f64; 2]; 2],
-    ) -> Result<Legs, AxesError> {
+    ) -> Result<RetractLegs, AxesError> {
         let steps = self.steps(piece, pose, rotaries)?;
-        let legs = steps.into_iter().map(|(motion, step)| Ok((motion, self.marched(piece, step)?)));
-        let mut legs = legs.collect::<Result<Legs, AxesError>>()?;
-        legs.retain(|(_, marched)| !marched.nodes.is_empty());
+        let legs = steps.into_iter().map(|(motion, step)| Ok((motion, self.track(piece, step)?)));
+        let mut legs = legs.collect::<Result<RetractLegs, AxesError>>()?;
+        legs.retain(|(_, track)| !track.nodes.is_empty());
         Ok(legs)
     }
 
@@ -56,14 +58,14 @@ impl Retractor<'_> {
         piece: usize,
         pose: &ToolPose,
         rotaries: [[f64; 2]; 2],
-    ) -> Result<Vec<(Motion, Step)>, AxesError> {
+    ) -> Result<Vec<(Motion, RetractStep)>, AxesError> {
         let refused = |why: &'static str| AxesError::NoRetract { piece, tip: pose.tip, why };
         let climb = pose.axis.dot(&self.options.up);
         if climb < LEAST_CLIMB {
             return Err(refused("the tool axis leads to the side, not up from the part"));
         }
         let height = self.options.plane - pose.tip.coords.dot(&self.options.up);
-        let retract = &self.marcher.inverse.kinematics().machine().retract;
+        let retract = &self.follower.inverse.kinematics().machine().retract;
         let own = if retract.frame == RetractFrame::Tool { retract.to } else { 0.0 };
         let length = (height / climb).max(self.options.least).max(own);
         let near = self.options.approach.min(length);
@@ -71,16 +73,16 @@ impl Retractor<'_> {
         let [out, back] = rotaries;
         let [from, to] = [self.at(piece, tips[2], out)?, self.at(piece, tips[2], back)?];
         // Where nothing leads farther away, the tip stays above the part while the tool turns.
-        let turned = || vec![Step::Turn(tips[2], [out, back])];
+        let turned = || vec![RetractStep::Turn(tips[2], [out, back])];
         let over = self.over(from, to).unwrap_or_else(turned);
         let mut steps = vec![
-            (Motion::LeadOut, Step::Straight([tips[0], tips[1]], out)),
-            (Motion::Link, Step::Straight([tips[1], tips[2]], out)),
+            (Motion::LeadOut, RetractStep::Straight([tips[0], tips[1]], out)),
+            (Motion::Link, RetractStep::Straight([tips[1], tips[2]], out)),
         ];
         steps.extend(over.into_iter().map(|step| (Motion::Link, step)));
-        steps.push((Motion::Link, Step::Straight([tips[2], tips[1]], back)));
-        steps.push((Motion::LeadIn, Step::Straight([tips[1], tips[0]], back)));
-        let mut bounds = Bounds::NONE;
+        steps.push((Motion::Link, RetractStep::Straight([tips[2], tips[1]], back)));
+        steps.push((Motion::LeadIn, RetractStep::Straight([tips[1], tips[0]], back)));
+        let mut bounds = AxisBounds::NONE;
         for (_, step) in &steps {
             self.include(piece, *step, &mut bounds)?;
         }
@@ -91,7 +93,7 @@ impl Retractor<'_> {
         }
     }
 
-    /// Whether there is a way, or why not: as [`Retractor::legs`] without the nodes.
+    /// Whether there is a way, or why not: as [`RetractPlanner::legs`] without the nodes.
     pub(super) fn check(
         &self,
         piece: usize,
@@ -101,27 +103,32 @@ impl Retractor<'_> {
         self.steps(piece, pose, rotaries).map(|_| ())
     }
 
-    fn marched(&self, piece: usize, step: Step) -> Result<Marched, AxesError> {
+    fn track(&self, piece: usize, step: RetractStep) -> Result<AxisTrack, AxesError> {
         let link = match step {
-            Step::Straight(tips, turns) => self.marcher.link(tips, [turns, turns]),
-            Step::Turn(tip, turns) => self.marcher.link([tip; 2], turns),
-            Step::Proportional([from, to]) => Ok(Marched::proportional(&from, &to)),
+            RetractStep::Straight(tips, turns) => self.follower.link(tips, [turns, turns]),
+            RetractStep::Turn(tip, turns) => self.follower.link([tip; 2], turns),
+            RetractStep::Proportional([from, to]) => Ok(AxisTrack::proportional(&from, &to)),
         };
         link.map_err(|trouble| trouble.of(piece))
     }
 
     /// How far the axes go: with the rotaries at rest, and in proportion, no farther than at the ends.
-    fn include(&self, piece: usize, step: Step, bounds: &mut Bounds) -> Result<(), AxesError> {
+    fn include(
+        &self,
+        piece: usize,
+        step: RetractStep,
+        bounds: &mut AxisBounds,
+    ) -> Result<(), AxesError> {
         match step {
-            Step::Straight(tips, turns) => {
+            RetractStep::Straight(tips, turns) => {
                 for tip in tips {
                     bounds.include(&self.at(piece, tip, turns)?);
                 }
             }
-            Step::Turn(..) => {
-                self.marched(piece, step)?.bounds().for_each(|part| bounds.merge(&part));
+            RetractStep::Turn(..) => {
+                self.track(piece, step)?.bounds().for_each(|part| bounds.merge(&part));
             }
-            Step::Proportional(ends) => ends.iter().for_each(|q| bounds.include(q)),
+            RetractStep::Proportional(ends) => ends.iter().for_each(|q| bounds.include(q)),
         }
         Ok(())
     }
@@ -135,7 +142,7 @@ impl Retractor<'_> {
     ) -> Result<AxisVector, AxesError> {
         let still = Vector3::zeros();
         let tip = [tip.coords, still, still, still];
-        match self.marcher.inverse.with_rotaries(&tip, rotaries.map(Jet::constant)) {
+        match self.follower.inverse.with_rotaries(&tip, rotaries.map(Jet::constant)) {
             Ok([q, ..]) => Ok(q),
             Err(source) => Err(AxesError::Inverse { piece, u: 0.0, source }),
         }
@@ -143,8 +150,8 @@ impl Retractor<'_> {
 
     /// From one position above the part to another, the retracting axis away in between; `None` if
     /// there is no such axis, or it would come nearer to the part.
-    fn over(&self, from: AxisVector, to: AxisVector) -> Option<Vec<Step>> {
-        let machine = self.marcher.inverse.kinematics().machine();
+    fn over(&self, from: AxisVector, to: AxisVector) -> Option<Vec<RetractStep>> {
+        let machine = self.follower.inverse.kinematics().machine();
         let retract = &machine.retract;
         let axis = machine.index_of(&retract.axis).filter(|axis| *axis < FIRST_ROTARY)?;
         if retract.frame == RetractFrame::Tool {
@@ -154,12 +161,12 @@ impl Retractor<'_> {
         let mut middle = (from + to) * 0.5;
         middle[axis] = up[axis];
         let stops = if retract.first { vec![from, up, down, to] } else { vec![from, middle, to] };
-        Some(stops.windows(2).map(|pair| Step::Proportional([pair[0], pair[1]])).collect())
+        Some(stops.windows(2).map(|pair| RetractStep::Proportional([pair[0], pair[1]])).collect())
     }
 
     /// A linear axis at its retracted position; `None` if that is nearer to the part.
     fn away(&self, q: AxisVector, axis: usize) -> Option<AxisVector> {
-        let kinematics = self.marcher.inverse.kinematics();
+        let kinematics = self.follower.inverse.kinematics();
         let machine = kinematics.machine();
         let [low, high] = machine.axes.get(axis)?.limits;
         let margin = self.options.margin.min(0.5 * (high - low));

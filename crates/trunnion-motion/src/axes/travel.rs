@@ -1,34 +1,31 @@
 //! Ends of travel: which whole turns fit, and what is beyond.
 
-use super::march::Bounds;
-use super::strand::{Strand, Stretch};
-use super::{AxesError, AxesOptions};
-use crate::machine::{Axis, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
+use super::axis_bounds::AxisBounds;
+use super::branch_run::{BranchRun, PathSegment};
+use super::error::AxesError;
+use super::options::AxesOptions;
+use crate::machine::{Axis, FIRST_ROTARY, PreferredSign, SECOND_ROTARY, TRAVEL_ROUNDING};
 use crate::math::angle::{unwrap_near, wrap};
 use crate::types::AXES;
 use std::f64::consts::TAU;
 use std::iter::successors;
 
-/// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a
-/// step; what is beyond travel by less than this \[mm or rad\] is on its end.
-pub(super) const TRAVEL_ROUNDING: f64 = 1e-9;
-
 /// The ends of travel of a machine.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Travel<'a> {
+pub(super) struct TravelLimits<'a> {
     pub(super) axes: &'a [Axis; AXES],
 }
 
 /// An axis beyond its travel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Beyond {
+pub(super) struct TravelExcess {
     pub(super) axis: usize,
     pub(super) value: f64,
     pub(super) limit: f64,
     pub(super) excess: f64,
 }
 
-impl Travel<'_> {
+impl TravelLimits<'_> {
     fn limits(self, axis: usize) -> [f64; 2] {
         self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
     }
@@ -51,7 +48,7 @@ impl Travel<'_> {
     }
 
     /// Whether the linear axes stay inside travel.
-    pub(super) fn slides_inside(self, bounds: &Bounds) -> bool {
+    pub(super) fn slides_inside(self, bounds: &AxisBounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
             let [least, most] = axis.limits;
             *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
@@ -59,14 +56,14 @@ impl Travel<'_> {
     }
 
     /// Turns of both rotaries that keep all axes inside.
-    pub(super) fn turns(self, bounds: &Bounds) -> impl Iterator<Item = [f64; 2]> + use<> {
+    pub(super) fn turns(self, bounds: &AxisBounds) -> impl Iterator<Item = [f64; 2]> + use<> {
         let windows = self.slides_inside(bounds).then(|| self.windows(bounds));
         windows.into_iter().flat_map(|[first, second]| {
             each(first).flat_map(move |first| each(second).map(move |second| [first, second]))
         })
     }
 
-    fn windows(self, bounds: &Bounds) -> [[f64; 2]; 2] {
+    fn windows(self, bounds: &AxisBounds) -> [[f64; 2]; 2] {
         let [.., first, second] = bounds.0;
         [self.window(FIRST_ROTARY, first), self.window(SECOND_ROTARY, second)]
     }
@@ -80,14 +77,14 @@ impl Travel<'_> {
     }
 
     /// How many rotaries stand on the side they do not prefer.
-    pub(super) fn disliked(self, at: [f64; 2]) -> usize {
+    pub(super) fn unpreferred(self, at: [f64; 2]) -> usize {
         let rotaries = self.axes.iter().skip(FIRST_ROTARY).zip(at);
         rotaries.filter(|(axis, value)| wrong_side(axis, *value)).count()
     }
 
     /// Least rotary moves from one part of a path to another, anywhere on both \[rad\].
-    pub(super) fn least_moved(self, [from, to]: [(&Bounds, [f64; 2]); 2]) -> [f64; 2] {
-        let ends = |(bounds, turns): (&Bounds, [f64; 2]), axis: usize| {
+    pub(super) fn least_moved(self, [from, to]: [(&AxisBounds, [f64; 2]); 2]) -> [f64; 2] {
+        let ends = |(bounds, turns): (&AxisBounds, [f64; 2]), axis: usize| {
             let [.., first, second] = bounds.0;
             [first, second][axis].map(|end| end + TAU * turns[axis])
         };
@@ -98,7 +95,7 @@ impl Travel<'_> {
     }
 
     /// How many rotaries stand on the side they do not prefer on all of a part of a path.
-    pub(super) fn disliked_all_over(self, bounds: &Bounds, turns: [f64; 2]) -> usize {
+    pub(super) fn unpreferred_all_over(self, bounds: &AxisBounds, turns: [f64; 2]) -> usize {
         let [.., first, second] = bounds.0;
         let end = |end: usize| [first[end] + TAU * turns[0], second[end] + TAU * turns[1]];
         let [low, high] = [end(0), end(1)];
@@ -113,22 +110,22 @@ impl Travel<'_> {
     }
 
     /// The axis farthest beyond its travel.
-    pub(super) fn worst(self, bounds: &Bounds, offset: [f64; 2]) -> Option<Beyond> {
+    pub(super) fn worst(self, bounds: &AxisBounds, offset: [f64; 2]) -> Option<TravelExcess> {
         let all = bounds.0.iter().enumerate().map(|(axis, [from, to])| {
             let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
             let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
             let [low, high] = self.limits(axis);
             if low - from > to - high {
-                Beyond { axis, value: from, limit: low, excess: low - from }
+                TravelExcess { axis, value: from, limit: low, excess: low - from }
             } else {
-                Beyond { axis, value: to, limit: high, excess: to - high }
+                TravelExcess { axis, value: to, limit: high, excess: to - high }
             }
         });
         all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// The whole turns that leave the rotaries least outside \[rad\].
-    fn least_turns(self, bounds: &Bounds) -> [f64; 2] {
+    fn least_turns(self, bounds: &AxisBounds) -> [f64; 2] {
         [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
             let [low, high] = self.limits(axis);
             let middle = bounds.0.get(axis).map_or(0.0, |[from, to]| 0.5 * (from + to));
@@ -136,13 +133,13 @@ impl Travel<'_> {
         })
     }
 
-    /// The way out of travel that is least bad: of all strands the one whose worst place is best.
+    /// The way out of travel that is least bad: of all branches the one whose worst place is best.
     /// Where the path may be broken, each cell has its own turns.
-    pub(super) fn outside(self, stretch: &Stretch, options: &AxesOptions) -> AxesError {
+    pub(super) fn outside(self, segment: &PathSegment, options: &AxesOptions) -> AxesError {
         let whole = options.retract.is_none();
-        let worst_of = |strand: &Strand| {
-            let all = strand.all_cells(options);
-            let mut bounds = Bounds::NONE;
+        let worst_of = |branch: &BranchRun| {
+            let all = branch.all_cells(options);
+            let mut bounds = AxisBounds::NONE;
             for cell in &all {
                 bounds.merge(&cell.bounds);
             }
@@ -151,17 +148,21 @@ impl Travel<'_> {
                 Some((index, self.worst(&cell.bounds, offset)?))
             });
             let (cell, beyond) = cells.max_by(|a, b| a.1.excess.total_cmp(&b.1.excess))?;
-            Some((strand.place(cell).unwrap_or((stretch.piece, 0, 0.0)), beyond))
+            Some((branch.place(cell).unwrap_or((segment.piece, 0, 0.0)), beyond))
         };
-        let all = stretch.strands.iter().filter_map(worst_of);
+        let all = segment.branches.iter().filter_map(worst_of);
         let least = all.min_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
         let (place, beyond) = least.unwrap_or_default();
         self.fault(place, &beyond)
     }
 
     /// As an error at piece, node and parameter.
-    pub(super) fn fault(self, (piece, node, u): (usize, usize, f64), beyond: &Beyond) -> AxesError {
-        let Beyond { axis, value, limit, excess } = *beyond;
+    pub(super) fn fault(
+        self,
+        (piece, node, u): (usize, usize, f64),
+        beyond: &TravelExcess,
+    ) -> AxesError {
+        let TravelExcess { axis, value, limit, excess } = *beyond;
         let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
         let rotary = axis >= FIRST_ROTARY;
         let remedy = if rotary {

@@ -12,6 +12,11 @@ pub const FIRST_ROTARY: usize = 3;
 /// Index of the tool-side rotary axis in an [`AxisVector`].
 pub const SECOND_ROTARY: usize = 4;
 
+/// Positions beyond an end of travel by less than this \[mm or rad\] count as on it.
+///
+/// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a step.
+pub const TRAVEL_ROUNDING: f64 = 1e-9;
+
 /// One axis of a checked machine; see [`AxisSpec`] for the meaning of each entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {

@@ -16,7 +16,7 @@ use every_choice::{
 };
 use nalgebra::{Rotation3, UnitVector3};
 use std::f64::consts::{PI, TAU};
-use trunnion::axes::{AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, follow};
+use trunnion::axes::{AxesError, AxesOptions, FeedPoint, FollowedPath, RetractOptions, follow};
 use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::{angle_between, wrap};
@@ -73,7 +73,7 @@ fn machines(random: &mut Random) -> [Kinematics; 2] {
 }
 
 /// What the search found is what is best of all, or that there is nothing.
-fn compare(found: Result<&Followed, &AxesError>, best: Option<f64>, told: &str) {
+fn compare(found: Result<&FollowedPath, &AxesError>, best: Option<f64>, told: &str) {
     match (found, best) {
         (Ok(followed), Some(best)) => {
             let cost = followed.rotary_travel;
@@ -87,7 +87,7 @@ fn compare(found: Result<&Followed, &AxesError>, best: Option<f64>, told: &str) 
 }
 
 /// Stops no axis leaves its travel at, and no derivative is lost.
-fn assert_inside(machine: &Kinematics, followed: &Followed) {
+fn assert_inside(machine: &Kinematics, followed: &FollowedPath) {
     for node in followed.path.pieces.iter().flat_map(|piece| &piece.nodes) {
         let beyond = machine.machine().out_of_travel(&node.q[0]);
         assert!(beyond.is_none_or(|beyond| beyond.excess < 1e-8));
@@ -216,7 +216,7 @@ impl Tally {
     }
 
     /// One more, that must be whole and inside travel if it runs.
-    fn add(&mut self, machine: &Kinematics, path: &ToolPath, found: Option<&Followed>) {
+    fn add(&mut self, machine: &Kinematics, path: &ToolPath, found: Option<&FollowedPath>) {
         let Some(followed) = found else {
             self.refused += 1;
             return;
@@ -321,7 +321,7 @@ fn loose_tolerances_are_used_and_nothing_is_lost_by_them() {
 
 /// Largest angle between the tool axes of the axis path and of the tool path, at 40 points between
 /// nodes \[rad\].
-fn farthest_off(machine: &Kinematics, path: &ToolPath, followed: &Followed) -> f64 {
+fn farthest_off(machine: &Kinematics, path: &ToolPath, followed: &FollowedPath) -> f64 {
     let mut worst = 0.0_f64;
     for (index, piece) in followed.path.pieces.iter().enumerate() {
         if followed.retracts.iter().any(|retract| retract.pieces.contains(&index)) {

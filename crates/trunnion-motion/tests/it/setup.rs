@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::ops::ControlFlow;
 use trunnion::axes::{
-    Assurance, AxesError, AxesOptions, FeedPoint, Lean, LeanBounds, SetupOptions, SetupSearch,
-    Verdict, follow, setup,
+    AxesError, AxesOptions, FeedPoint, SearchAssurance, SetupOptions, SetupSearch, SetupVerdict,
+    TiltBounds, WorkpieceTilt, follow, setup,
 };
 use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
@@ -36,7 +36,7 @@ const OPTIONS: AxesOptions = AxesOptions {
     singular: None,
 };
 
-fn search(bounds: LeanBounds) -> SetupOptions {
+fn search(bounds: TiltBounds) -> SetupOptions {
     SetupOptions {
         bounds,
         grid: 8.0 * DEGREE,
@@ -151,9 +151,9 @@ fn least(kinematics: &Kinematics, poses: &[ToolPose]) -> Option<f64> {
 fn brute_force(
     spec: &MachineSpec,
     path: &ToolPath,
-    bounds: &LeanBounds,
+    bounds: &TiltBounds,
     step: f64,
-) -> Vec<(f64, Lean)> {
+) -> Vec<(f64, WorkpieceTilt)> {
     let poses = poses(path, 40);
     let machine = Machine::new(spec.clone()).unwrap();
     let places = |[low, high]: [f64; 2]| {
@@ -165,7 +165,7 @@ fn brute_force(
     for tilt in places(bounds.tilt) {
         for towards in places(bounds.towards) {
             for turn in places(bounds.turn) {
-                let lean = Lean { tilt, towards, turn };
+                let lean = WorkpieceTilt { tilt, towards, turn };
                 let rotation = lean.rotation();
                 let setup = Setup { origin: Vector3::zeros(), rotation, tool_length: 0.0 };
                 let least = least(&Kinematics::new(&machine, &setup), &poses);
@@ -179,10 +179,14 @@ fn brute_force(
 
 /// The least angle of the first that the axes can really follow: a rotary with ends may run out on the
 /// way, and branches may not be changed inside a cut, which angles alone do not tell.
-fn first_followed(spec: &MachineSpec, path: &ToolPath, found: &[(f64, Lean)]) -> Option<f64> {
+fn first_followed(
+    spec: &MachineSpec,
+    path: &ToolPath,
+    found: &[(f64, WorkpieceTilt)],
+) -> Option<f64> {
     let machine = Machine::new(spec.clone()).unwrap();
     let poses = poses(path, 400);
-    let followed = |(_, lean): &(f64, Lean)| {
+    let followed = |(_, lean): &(f64, WorkpieceTilt)| {
         let rotation = lean.rotation();
         let setup = Setup { origin: Vector3::zeros(), rotation, tool_length: 0.0 };
         let kinematics = Kinematics::new(&machine, &setup);
@@ -226,13 +230,13 @@ impl Case {
         let path = path(V3::new(self.lean[0], self.lean[1], 1.0), self.half, self.wind, 80.0);
         let turn = if self.which == 0 || self.which == 3 { [0.2; 2] } else { [-0.5, 0.5] };
         let (tilt, towards) = ([0.0, self.tilt], [self.towards, self.towards + self.wide]);
-        let bounds = LeanBounds { tilt, towards, turn };
+        let bounds = TiltBounds { tilt, towards, turn };
         let kinematics = on(spec.clone(), [0.0; 3]);
         let search = search(bounds);
         let found = find(&kinematics, &path, &search).unwrap();
         let angles = brute_force(&spec, &path, &bounds, 3.0 * DEGREE);
         let brute = first_followed(&spec, &path, &angles);
-        let Assurance { bound, except, .. } = found.assurance;
+        let SearchAssurance { bound, except, .. } = found.assurance;
         let deg = |least: Option<f64>| least.map(f64::to_degrees);
         let Some((best, followed)) = &found.best else {
             // That there is none is not always shown.
@@ -302,8 +306,8 @@ fn what_a_grid_gets_wrong_is_found() {
     assert_eq!(lower.check(), Ok(()));
 }
 
-fn wide() -> LeanBounds {
-    LeanBounds { tilt: [0.0, FRAC_PI_4], towards: [-PI, PI], turn: [0.0; 2] }
+fn wide() -> TiltBounds {
+    TiltBounds { tilt: [0.0, FRAC_PI_4], towards: [-PI, PI], turn: [0.0; 2] }
 }
 
 /// A cone of 10 degrees, upright on the pole, can be tilted 45 degrees off: 35 are left.
@@ -315,7 +319,7 @@ fn a_cone_on_the_pole_is_tilted_as_far_as_it_may_be() {
     let (best, _) = found.best.unwrap();
     assert!((found.before.least - 10.0 * DEGREE).abs() < 1e-3);
     assert!((best.least - 35.0 * DEGREE).abs() < 0.1 * DEGREE, "{}", best.least / DEGREE);
-    let travel = |verdict: &Verdict| verdict.fits().unwrap().rotary[0];
+    let travel = |verdict: &SetupVerdict| verdict.fits().unwrap().rotary[0];
     assert!(travel(&best.verdict) < 0.5 * travel(&found.before.verdict));
     assert_eq!(best.setup.origin, V3::zeros(), "there is no need to move it");
     assert!(found.others.iter().all(|other| other.least <= best.least + 1e-9));
@@ -326,7 +330,7 @@ fn a_cone_on_the_pole_is_tilted_as_far_as_it_may_be() {
 fn a_search_does_not_depend_on_threads() {
     let kinematics = on(machine(2, 1.2), [0.0, 0.0, 0.3]);
     let path = path(V3::new(0.2, 0.1, 1.0), 0.2, 0.8, 50.0);
-    let bounds = LeanBounds { turn: [-0.3, 0.3], ..wide() };
+    let bounds = TiltBounds { turn: [-0.3, 0.3], ..wide() };
     let on_threads = |count: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
         pool.install(|| find(&kinematics, &path, &search(bounds)).unwrap())
@@ -356,7 +360,7 @@ fn linear_travel_decides_with_the_origin() {
     }
     let found = find(&with(30.0), &cone, &search(wide())).unwrap();
     assert!(found.best.is_none());
-    let Verdict::Short { by, axes } = &found.others[0].verdict else { panic!("{found:?}") };
+    let SetupVerdict::Short { by, axes } = &found.others[0].verdict else { panic!("{found:?}") };
     assert!(*by > 10.0 && !axes.is_empty(), "{by} {axes:?}");
     assert!(found.others.iter().all(|other| other.verdict.fits().is_none()));
 }
@@ -368,8 +372,8 @@ fn what_leans_too_far_is_told() {
     spec.axes[4].limits = Some([-0.1, 0.1]);
     let cone = path(V3::new(1.0, 0.0, 1.0), 0.3, 1.0, 50.0);
     let found = find(&on(spec, [0.0; 3]), &cone, &search(wide())).unwrap();
-    assert!(found.best.is_none() && found.looked == found.leaning);
-    let Verdict::Leans(by) = found.others[0].verdict else { panic!("{found:?}") };
+    assert!(found.best.is_none() && found.looked == found.beyond_tilt);
+    let SetupVerdict::BeyondTilt(by) = found.others[0].verdict else { panic!("{found:?}") };
     // Tilted back by 45 degrees the cone of 0.3 rad is 0.2 too wide.
     assert!((by - 0.2).abs() < 0.07, "{by}");
 }
@@ -379,7 +383,7 @@ fn what_leans_too_far_is_told() {
 fn fixed_bounds_are_kept_and_the_best_is_not_left() {
     let kinematics = on(machine(0, 1.0), [0.0, FRAC_PI_4, 0.0]);
     let cone = path(V3::z(), 0.2, 1.0, 80.0);
-    let one = LeanBounds { tilt: [0.3; 2], towards: [FRAC_PI_2; 2], turn: [0.0; 2] };
+    let one = TiltBounds { tilt: [0.3; 2], towards: [FRAC_PI_2; 2], turn: [0.0; 2] };
     let (best, _) = find(&kinematics, &cone, &search(one)).unwrap().best.unwrap();
     assert!((best.lean.tilt - 0.3).abs() < 0.01 * DEGREE);
     assert!((best.angles[0] + 0.3).abs() < 0.01 * DEGREE && best.angles[1].abs() < 1e-12);
@@ -401,7 +405,7 @@ impl Progress for Stop {
 fn nonsense_is_refused_and_a_stop_obeyed() {
     let kinematics = on(machine(0, 1.0), [0.0; 3]);
     let cone = path(V3::z(), 0.2, 1.0, 80.0);
-    let bad = LeanBounds { tilt: [0.5, 0.2], ..wide() };
+    let bad = TiltBounds { tilt: [0.5, 0.2], ..wide() };
     let error = find(&kinematics, &cone, &search(bad)).unwrap_err();
     assert!(error.to_string().starts_with("tilt from 28.648 to 11.459 deg"), "{error}");
     let bad = SetupOptions { grid: 0.0, ..search(wide()) };

@@ -30,7 +30,7 @@ pub use programs::Program;
 pub use reach::{OutOfReach, reach};
 pub use stages::{SETUP_SHOWN, SETUP_WITHIN, motion_limits};
 
-use crate::axes::{Followed, LeanBounds, SetupSearch};
+use crate::axes::{FollowedPath, SetupSearch, TiltBounds};
 use crate::cover::Covering;
 use crate::feed::FeedPlan;
 use crate::files::summary::Summary;
@@ -49,7 +49,7 @@ pub struct Outcome {
     /// What smoothing them did, and along which length; empty unless the job asks for it.
     pub smoothing: (SmoothReport, Vec<(f64, PathDeviation)>),
     /// The machine's axes along them.
-    pub followed: Followed,
+    pub followed: FollowedPath,
     /// Speeds.
     pub plan: FeedPlan,
     /// Programs as text, each with what its own check found.
@@ -143,7 +143,7 @@ pub struct Rotated {
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn setup(
     job: &Job,
-    bounds: &LeanBounds,
+    bounds: &TiltBounds,
     progress: &dyn Progress,
 ) -> Result<Rotated, PipelineError> {
     let covering = covered(job, progress)?;
@@ -151,7 +151,7 @@ pub fn setup(
     let tool_path = stages::tool_path(job, &legs, progress)?.path;
     let search = stages::search(job, &tool_path, bounds, progress)?;
     let best = search.best.as_ref().map(|(_, followed)| followed);
-    let seconds = |followed: Option<&Followed>| {
+    let seconds = |followed: Option<&FollowedPath>| {
         let plan = followed.map(|followed| stages::feed(job, &followed.path, progress));
         plan.map(|plan| plan.map(|plan| plan.schedule.duration())).transpose()
     };

@@ -6,7 +6,7 @@ use super::material::Solids;
 use super::measured::{self, Found};
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
-use crate::axes::Followed;
+use crate::axes::FollowedPath;
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
 use crate::feed::FeedPlan;
@@ -95,7 +95,7 @@ fn form(dialect: file::Dialect) -> Form {
 /// The machine's motion, planned.
 #[derive(Clone, Copy)]
 pub(super) struct Moved<'a> {
-    pub(super) followed: &'a Followed,
+    pub(super) followed: &'a FollowedPath,
     pub(super) plan: &'a FeedPlan,
     pub(super) retracts: &'a [RetractSummary],
     pub(super) singular: Option<SingularSummary>,

@@ -1,7 +1,7 @@
 //! Where the tool had to leave the part to unwind, in words and numbers.
 
 use super::job::Job;
-use crate::axes::{Followed, Retracted};
+use crate::axes::{FollowedPath, RetractMove};
 use crate::files::summary::RetractSummary;
 use crate::machine::FIRST_ROTARY;
 use crate::types::Schedule;
@@ -9,13 +9,13 @@ use crate::types::Schedule;
 /// One entry for each retract, in order.
 pub(super) fn summaries(
     job: &Job,
-    followed: &Followed,
+    followed: &FollowedPath,
     schedule: &Schedule,
 ) -> Vec<RetractSummary> {
     followed.retracts.iter().map(|retract| summary(job, retract, schedule)).collect()
 }
 
-fn summary(job: &Job, retract: &Retracted, schedule: &Schedule) -> RetractSummary {
+fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSummary {
     let pieces = schedule.pieces.get(retract.pieces.clone()).unwrap_or_default();
     let ends = [
         pieces.first().and_then(|rows| rows.t.first()),

@@ -6,8 +6,8 @@ use super::job::Job;
 use super::pace::Pace;
 use super::programs::LINK_TOLERANCE;
 use crate::axes::{
-    self, AxesOptions, FeedPoint, Followed, LeanBounds, RetractOptions, SetupOptions, SetupSearch,
-    SingularOptions,
+    self, AxesOptions, FeedPoint, FollowedPath, RetractOptions, SetupOptions, SetupSearch,
+    SingularOptions, TiltBounds,
 };
 use crate::cover::{
     self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
@@ -199,7 +199,7 @@ pub(super) fn axes(
     job: &Job,
     path: &ToolPath,
     progress: &dyn Progress,
-) -> Result<Followed, PipelineError> {
+) -> Result<FollowedPath, PipelineError> {
     Ok(axes::follow(&job.kinematics, path, &axes_options(job), progress)?)
 }
 
@@ -229,7 +229,7 @@ const SETUP_MOST: [usize; 2] = [400_000, 500];
 pub(super) fn search(
     job: &Job,
     path: &ToolPath,
-    bounds: &LeanBounds,
+    bounds: &TiltBounds,
     progress: &dyn Progress,
 ) -> Result<SetupSearch, PipelineError> {
     let [grid, tolerance, alike] = SETUP_ANGLES;
@@ -250,7 +250,7 @@ pub(super) fn search(
 pub(super) fn singular_gain(
     job: &Job,
     path: &ToolPath,
-    (followed, plan): (&Followed, &FeedPlan),
+    (followed, plan): (&FollowedPath, &FeedPlan),
     progress: &dyn Progress,
 ) -> Result<Option<SingularSummary>, PipelineError> {
     let passages = &followed.passages;

@@ -16,7 +16,8 @@ use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 use trunnion::axes::{
-    AxesError, AxesOptions, FeedPoint, Followed, RetractOptions, SingularOptions, follow, origins,
+    AxesError, AxesOptions, FeedPoint, FollowedPath, RetractOptions, SingularOptions, follow,
+    origins,
 };
 use trunnion::feed::{FeedOptions, Limits, jerk, optimal};
 use trunnion::inverse::{Inverse, InverseError};
@@ -74,7 +75,7 @@ fn travel(pieces: &[AxisPiece]) -> [f64; 2] {
 }
 
 /// Worst distance of the axis path from the tool path, at 23 points between any two nodes.
-fn recheck(kinematics: &Kinematics, path: &ToolPath, followed: &Followed) -> [f64; 2] {
+fn recheck(kinematics: &Kinematics, path: &ToolPath, followed: &FollowedPath) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for piece in &followed.path.pieces {
         let PieceGeometry::Curve(curve) = &path.pieces[piece.source].geometry else { continue };
@@ -92,7 +93,7 @@ fn recheck(kinematics: &Kinematics, path: &ToolPath, followed: &Followed) -> [f6
 }
 
 /// Pieces meet, and derivatives at nodes are those of the quintics.
-fn assert_continuous(followed: &Followed) {
+fn assert_continuous(followed: &FollowedPath) {
     for pair in followed.path.pieces.windows(2) {
         let [end, start] = [pair[0].nodes.last().unwrap(), pair[1].nodes.first().unwrap()];
         let gap = (end.q[0] - start.q[0]).amax();
@@ -107,7 +108,7 @@ fn assert_continuous(followed: &Followed) {
     }
 }
 
-fn run(kinematics: &Kinematics, path: &ToolPath) -> Followed {
+fn run(kinematics: &Kinematics, path: &ToolPath) -> FollowedPath {
     let followed = follow(kinematics, path, &OPTIONS, &Silent).unwrap();
     assert_continuous(&followed);
     let [tip, axis] = recheck(kinematics, path, &followed);
@@ -731,7 +732,7 @@ fn swing(
     machine: &Kinematics,
     path: &ToolPath,
     singular: Option<SingularOptions>,
-) -> (f64, f64, Followed) {
+) -> (f64, f64, FollowedPath) {
     let options = AxesOptions { singular, ..OPTIONS };
     let followed = follow(machine, path, &options, &Silent).unwrap();
     assert_continuous(&followed);

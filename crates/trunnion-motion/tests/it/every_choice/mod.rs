@@ -5,7 +5,7 @@
 
 use crate::chains::{V3, curve, pose};
 use std::f64::consts::TAU;
-use trunnion::axes::Followed;
+use trunnion::axes::FollowedPath;
 use trunnion::inverse::{Inverse, Solutions};
 use trunnion::machine::Kinematics;
 use trunnion::math::angle::wrap;
@@ -200,7 +200,7 @@ pub(crate) fn every_interval(
 }
 
 /// Every pose of the tool path is run, in order; where the tool leaves, it comes back to the place.
-pub(crate) fn assert_complete(path: &ToolPath, followed: &Followed) {
+pub(crate) fn assert_complete(path: &ToolPath, followed: &FollowedPath) {
     for (source, tool) in path.pieces.iter().enumerate() {
         let PieceGeometry::Curve(curve) = &tool.geometry else { continue };
         let [start, end] = curve.range();

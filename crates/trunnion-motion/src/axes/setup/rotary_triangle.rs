@@ -9,21 +9,21 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rotations about one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ball {
+pub(super) struct RotationBall {
     /// Largest angle of a rotation between them \[rad\].
     pub(super) radius: f64,
     /// By how much an angle between tool and workpiece-side rotary changes \[rad\].
     pub(super) drift: f64,
 }
 
-impl Ball {
+impl RotationBall {
     /// One rotation alone.
     pub(super) const POINT: Self = Self { radius: 0.0, drift: 0.0 };
 }
 
 /// Tool axes of a path in order, a stretch between two links each, neighbours about `step` apart.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Trail {
+pub(super) struct AxisTrail {
     pub(super) step: f64,
     pub(super) stretches: Vec<Vec<Vector3<f64>>>,
 }
@@ -31,7 +31,7 @@ pub(super) struct Trail {
 /// The spherical triangle of the two rotaries and the tool, as [`crate::inverse`] has it, in the
 /// machine's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Turning {
+pub(super) struct RotaryTriangle {
     /// Towards the tool-side rotary, across, along the workpiece-side rotary.
     frame: [Vector3<f64>; 3],
     /// `cos a1`, `cos a2`, `sin a1`, `sin a2`.
@@ -42,7 +42,7 @@ pub(super) struct Turning {
 }
 
 /// An interval \[rad\].
-type Span = [f64; 2];
+type AngleRange = [f64; 2];
 
 /// Cosine of angles that are right angles but for rounding.
 const SQUARE: f64 = 1e-9;
@@ -50,7 +50,7 @@ const SQUARE: f64 = 1e-9;
 /// What arc cosines lose next to 1 \[rad\].
 const ROUNDING: f64 = 1e-7;
 
-impl Turning {
+impl RotaryTriangle {
     pub(super) fn new(inverse: &Inverse) -> Self {
         let axes = &inverse.kinematics().machine().axes;
         let [w1, w2] =
@@ -77,14 +77,19 @@ impl Turning {
     /// How far the rotaries would have to go beyond their travel \[rad\], branch and turns of each
     /// stretch the best, for every rotation of a ball; 0 where one of them may do with less, or where
     /// nothing can be said because a stretch comes too near the singular directions.
-    pub(super) fn beyond(&self, trail: &Trail, rotation: &Rotation3<f64>, ball: Ball) -> f64 {
+    pub(super) fn beyond(
+        &self,
+        trail: &AxisTrail,
+        rotation: &Rotation3<f64>,
+        ball: RotationBall,
+    ) -> f64 {
         let mut most: f64 = 0.0;
         let rows = self.rows(rotation);
         for stretch in &trail.stretches {
             let Some(branches) = self.ranges(stretch, &rows, (ball, trail.step)) else {
                 continue;
             };
-            let worse = |ranges: [Span; 2]| {
+            let worse = |ranges: [AngleRange; 2]| {
                 let [first, second] = self.limits;
                 beyond(ranges[0], first).max(beyond(ranges[1], second))
             };
@@ -99,8 +104,8 @@ impl Turning {
         &self,
         stretch: &[Vector3<f64>],
         rows: &[Vector3<f64>; 3],
-        (ball, step): (Ball, f64),
-    ) -> Option<[[Span; 2]; 2]> {
+        (ball, step): (RotationBall, f64),
+    ) -> Option<[[AngleRange; 2]; 2]> {
         let mut ranges = [[[f64::NEG_INFINITY, f64::INFINITY]; 2]; 2];
         let mut last: Option<f64> = None;
         let clear = ball.radius + 2.0 * step;
@@ -110,7 +115,7 @@ impl Turning {
         }
         let turned = if self.endless_first() { &[] } else { stretch };
         for axis in turned {
-            let place = Place::of(rows, axis, clear)?;
+            let place = AxisDirection::of(rows, axis, clear)?;
             let azimuth = last.map_or(place.azimuth, |last| unwrap_near(place.azimuth, last));
             last = Some(azimuth);
             let (slack, b1) = (place.slack(ball), self.b1(place.around(ball)));
@@ -132,14 +137,14 @@ impl Turning {
     /// for [`Self::beyond`].
     pub(super) fn slack(
         &self,
-        trail: &Trail,
+        trail: &AxisTrail,
         rotation: &Rotation3<f64>,
-        ball: Ball,
+        ball: RotationBall,
     ) -> Option<[f64; 2]> {
         let rows = self.rows(rotation);
         let mut most = [0.0_f64; 2];
         for axis in trail.stretches.iter().flatten() {
-            let place = Place::of(&rows, axis, ball.radius + 2.0 * trail.step)?;
+            let place = AxisDirection::of(&rows, axis, ball.radius + 2.0 * trail.step)?;
             let around = place.around(ball);
             let [b1, b2] = [self.b1(around), self.b2(around)].map(|[low, high]| high - low);
             most = [most[0].max(place.slack(ball) + b1), most[1].max(b2)];
@@ -159,7 +164,7 @@ impl Turning {
     }
 
     /// Angle of the triangle at the workpiece-side rotary, over an interval of polar angles.
-    fn b1(&self, around: Span) -> Span {
+    fn b1(&self, around: AngleRange) -> AngleRange {
         if self.cos.iter().all(|cos| cos.abs() < SQUARE) {
             return [FRAC_PI_2; 2];
         }
@@ -182,7 +187,7 @@ impl Turning {
     }
 
     /// The same at the tool-side rotary, where it grows with the polar angle.
-    fn b2(&self, around: Span) -> Span {
+    fn b2(&self, around: AngleRange) -> AngleRange {
         let [m, v] = self.cos;
         around.map(|polar| {
             ((polar.cos() - m * v) / (self.sin[0] * self.sin[1])).clamp(-1.0, 1.0).acos()
@@ -192,13 +197,13 @@ impl Turning {
 
 /// Where a tool axis stands about the workpiece-side rotary.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct AxisDirection {
     azimuth: f64,
     polar: f64,
     sine: f64,
 }
 
-impl Place {
+impl AxisDirection {
     /// `None` next to the singular directions, where the azimuth says nothing.
     fn of(rows: &[Vector3<f64>; 3], axis: &Vector3<f64>, clear: f64) -> Option<Self> {
         let [x, y, z] = rows.map(|row| row.dot(axis));
@@ -208,17 +213,17 @@ impl Place {
     }
 
     /// What a ball of rotations changes its azimuth by: a turn by at most the radius sees the direction inside a cone that clears the pole.
-    fn slack(&self, ball: Ball) -> f64 {
+    fn slack(&self, ball: RotationBall) -> f64 {
         (ball.radius.sin() / self.sine).clamp(0.0, 1.0).asin()
     }
 
-    fn around(&self, ball: Ball) -> Span {
+    fn around(&self, ball: RotationBall) -> AngleRange {
         [self.polar - ball.drift, self.polar + ball.drift]
     }
 }
 
 /// Least and largest angle from a direction.
-fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> Span {
+fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
     let along = stretch.iter().map(|axis| from.dot(axis));
     let [low, high] =
         along.fold([1.0_f64, -1.0_f64], |[low, high], along| [low.min(along), high.max(along)]);
@@ -226,13 +231,13 @@ fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> Span {
 }
 
 /// `value - sign * range`.
-fn minus(value: f64, sign: f64, [low, high]: Span) -> Span {
+fn minus(value: f64, sign: f64, [low, high]: AngleRange) -> AngleRange {
     let [a, b] = [value - sign * low, value - sign * high];
     [a.min(b), a.max(b)]
 }
 
 /// How far positions up to `far` and down to `near` are beyond an axis' travel at the best whole turn.
-fn beyond([far, near]: Span, [low, high]: [f64; 2]) -> f64 {
+fn beyond([far, near]: AngleRange, [low, high]: [f64; 2]) -> f64 {
     if !(low.is_finite() && high.is_finite()) {
         return 0.0;
     }
@@ -296,12 +301,12 @@ mod tests {
             let machine = limited(if square { samples::ac_trunnion() } else { nutating() });
             let setup = Setup::new(Vector3::zeros(), [0.0; 3], 0.0);
             let inverse = Inverse::new(&Kinematics::new(&machine, &setup)).unwrap();
-            let turning = Turning::new(&inverse);
+            let turning = RotaryTriangle::new(&inverse);
             let axis = unit(axis);
             let centre = Rotation3::from_euler_angles(turn[0], turn[1], turn[2]);
             let near = Rotation3::from_axis_angle(&unit(by), radius) * centre;
-            let ball = Ball { radius, drift: radius };
-            for (rotation, ball) in [(centre, Ball::POINT), (near, ball)] {
+            let ball = RotationBall { radius, drift: radius };
+            for (rotation, ball) in [(centre, RotationBall::POINT), (near, ball)] {
                 let stretch = [axis.into_inner()];
                 let rows = turning.rows(&centre);
                 let (Some(ranges), Some(both)) =
@@ -312,7 +317,7 @@ mod tests {
                         // Of one axis the farthest is the nearest: far is the low end of where it may be.
                         let q = unwrap_near(q, 0.5 * (far + near));
                         prop_assert!(far - 1e-6 <= q && q <= near + 1e-6, "{far} {q} {near}");
-                        prop_assert!(ball != Ball::POINT || near - far < 1e-6);
+                        prop_assert!(ball != RotationBall::POINT || near - far < 1e-6);
                     }
                 }
             }

@@ -1,11 +1,10 @@
 //! Boxes of rotations, halved until none is left that could hold a better one.
 
-use super::Assurance;
-use super::cell::Cell;
-use super::climb::Candidate;
-use super::judge::{Planned, Task};
-use super::turning::Ball;
-use super::{Judged, Verdict};
+use super::evaluation::{PlannedSetups, SetupTask};
+use super::local_search::SetupCandidate;
+use super::result::{EvaluatedSetup, SearchAssurance, SetupVerdict};
+use super::rotary_triangle::RotationBall;
+use super::rotation_cell::RotationCell;
 use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY};
 use crate::types::{AxisVector, Cancelled, PieceGeometry, Progress, Stage};
 use nalgebra::{Matrix3, Point3};
@@ -25,20 +24,20 @@ const ROUNDING: f64 = 1e-7;
 
 /// A cell that may hold a better rotation.
 #[derive(Debug, Clone, Copy)]
-struct Open {
-    cell: Cell,
+struct OpenCell {
+    cell: RotationCell,
     /// Its rotations differ by this from the centre, and the workpiece-side rotary seen from the
     /// workpiece by so much.
-    ball: Ball,
+    ball: RotationBall,
     /// No rotation of the cell has a larger least angle.
     bound: f64,
 }
 
 /// What became of a cell.
 #[derive(Debug, Default)]
-struct Halved {
-    planned: Vec<Judged>,
-    open: Vec<Open>,
+struct HalvedCell {
+    planned: Vec<EvaluatedSetup>,
+    open: Vec<OpenCell>,
     /// Largest bound of parts that cannot be better by enough.
     floor: f64,
     /// Radius, if the centre was planned in vain and nothing more is known of the cell.
@@ -48,7 +47,7 @@ struct Halved {
 
 /// How far things are, for what a change of rotation moves the linear axes by \[mm\].
 #[derive(Debug, Clone, Copy)]
-struct Levers {
+struct TravelLevers {
     /// Of the linear axes by the tip.
     stiffness: f64,
     /// From the rotary axes to the tip, as far as travel allows.
@@ -57,26 +56,26 @@ struct Levers {
     path: f64,
 }
 
-pub(super) struct Proof<'a> {
-    task: &'a Task<'a>,
-    levers: Levers,
-    queue: Queue,
-    sum: Assurance,
+pub(super) struct OptimalityProof<'a> {
+    task: &'a SetupTask<'a>,
+    levers: TravelLevers,
+    queue: CellQueue,
+    sum: SearchAssurance,
 }
 
-impl<'a> Proof<'a> {
-    pub(super) fn new(task: &'a Task<'a>) -> Self {
-        let sum = Assurance { bound: None, except: 0.0, looked: 0, planned: 0 };
-        Self { task, levers: Levers::of(task), queue: Queue::default(), sum }
+impl<'a> OptimalityProof<'a> {
+    pub(super) fn new(task: &'a SetupTask<'a>) -> Self {
+        let sum = SearchAssurance { bound: None, except: 0.0, looked: 0, planned: 0 };
+        Self { task, levers: TravelLevers::of(task), queue: CellQueue::default(), sum }
     }
 
-    pub(super) fn run(mut self, planned: &mut Planned) -> Result<Assurance, Cancelled> {
+    pub(super) fn run(mut self, planned: &mut PlannedSetups) -> Result<SearchAssurance, Cancelled> {
         let search = self.task.search;
         let mut best = planned.least();
         self.queue.by_bound = best.is_some();
         let mut floor: f64 = 0.0;
-        let mut whole = Halved::default();
-        self.look(Cell::whole(&search.bounds), (PI, f64::NEG_INFINITY), &mut whole);
+        let mut whole = HalvedCell::default();
+        self.look(RotationCell::whole(&search.bounds), (PI, f64::NEG_INFINITY), &mut whole);
         self.queue.add(whole.open);
         let progress: &dyn Progress = &self.task.progress;
         loop {
@@ -89,7 +88,7 @@ impl<'a> Proof<'a> {
             if batch.is_empty() {
                 break;
             }
-            let halved: Result<Vec<Halved>, Cancelled> = batch
+            let halved: Result<Vec<HalvedCell>, Cancelled> = batch
                 .par_iter()
                 .enumerate()
                 .map(|(place, open)| self.halve(open, best, place == 0))
@@ -121,8 +120,8 @@ impl<'a> Proof<'a> {
     }
 
     /// A cell that may hold a better rotation than `target`, or its bound.
-    fn look(&self, cell: Cell, (above, target): (f64, f64), into: &mut Halved) {
-        let Task { sight, views, .. } = self.task;
+    fn look(&self, cell: RotationCell, (above, target): (f64, f64), into: &mut HalvedCell) {
+        let SetupTask { sight, views, .. } = self.task;
         into.looked += 1;
         let radius = cell.radius();
         let drift = cell.moves(&sight.first).iter().sum::<f64>().min(radius);
@@ -136,17 +135,22 @@ impl<'a> Proof<'a> {
             into.floor = into.floor.max(bound);
             return;
         }
-        let ball = Ball { radius, drift };
+        let ball = RotationBall { radius, drift };
         let view = views.within(radius);
         if sight.turns(view, &rotation, ball) > 0.0 {
             return;
         }
-        into.open.push(Open { cell, ball, bound });
+        into.open.push(OpenCell { cell, ball, bound });
     }
 
-    fn halve(&self, open: &Open, best: Option<f64>, first: bool) -> Result<Halved, Cancelled> {
+    fn halve(
+        &self,
+        open: &OpenCell,
+        best: Option<f64>,
+        first: bool,
+    ) -> Result<HalvedCell, Cancelled> {
         let search = self.task.search;
-        let mut halved = Halved::default();
+        let mut halved = HalvedCell::default();
         let fine = self.task.sight.look(self.task.views.finest(), &open.cell.centre.rotation());
         let bound = open.bound.min(fine.least + open.ball.drift + ROUNDING);
         let target = self.target(best);
@@ -157,7 +161,8 @@ impl<'a> Proof<'a> {
         let better = best.is_none_or(|best| fine.least > best + 0.5 * search.within);
         let mut in_vain = false;
         if better && fine.fits() {
-            halved.planned = self.plan(&Candidate { lean: open.cell.centre, seen: fine }, first)?;
+            halved.planned =
+                self.plan(&SetupCandidate { lean: open.cell.centre, seen: fine }, first)?;
             let last = halved.planned.last();
             in_vain = last.is_some_and(|one| one.verdict.fits().is_none());
             if last.is_some_and(|one| self.too_short(open, &one.verdict)) {
@@ -181,31 +186,31 @@ impl<'a> Proof<'a> {
     }
 
     /// The centre of a cell, or the best near it; what is planned last tells of the cell.
-    fn plan(&self, centre: &Candidate, first: bool) -> Result<Vec<Judged>, Cancelled> {
+    fn plan(&self, centre: &SetupCandidate, first: bool) -> Result<Vec<EvaluatedSetup>, Cancelled> {
         if first {
             self.task.improve(&self.task.climb(centre))
         } else {
-            Ok(vec![self.task.judge(&centre.lean)?])
+            Ok(vec![self.task.evaluate(&centre.lean)?])
         }
     }
 
     /// Whether linear travel is too short for every rotation of a cell, rotaries as they were planned
     /// for its centre: a smaller rotation moves the linear axes by less than what is missing.
-    fn too_short(&self, open: &Open, verdict: &Verdict) -> bool {
-        let Verdict::Short { by, .. } = verdict else { return false };
-        let Ball { radius, .. } = open.ball;
+    fn too_short(&self, open: &OpenCell, verdict: &SetupVerdict) -> bool {
+        let SetupVerdict::Short { by, .. } = verdict else { return false };
+        let RotationBall { radius, .. } = open.ball;
         let rotation = open.cell.centre.rotation();
         let trail = self.task.views.within(radius).trail();
         let slack = self.task.sight.turning.slack(trail, &rotation, open.ball);
-        let Levers { stiffness, rotaries, path } = self.levers;
+        let TravelLevers { stiffness, rotaries, path } = self.levers;
         slack.is_some_and(|[first, second]| {
             *by > stiffness * (first * rotaries[0] + second * rotaries[1] + radius * path)
         })
     }
 }
 
-impl Levers {
-    fn of(task: &Task<'_>) -> Self {
+impl TravelLevers {
+    fn of(task: &SetupTask<'_>) -> Self {
         let machine = task.kinematics.machine();
         let setup = task.kinematics.setup();
         let axes = &machine.axes;
@@ -251,25 +256,25 @@ fn stiffness(kinematics: &Kinematics) -> f64 {
 
 /// Cells still to be halved.
 #[derive(Debug, Default)]
-struct Queue {
-    heap: BinaryHeap<Entry>,
+struct CellQueue {
+    heap: BinaryHeap<QueueEntry>,
     added: usize,
     /// Largest bound first; else largest cells first, so that a rotation that fits is found soon.
     by_bound: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Entry {
+struct QueueEntry {
     key: f64,
     order: usize,
-    open: Open,
+    open: OpenCell,
 }
 
-impl Queue {
-    fn add(&mut self, open: Vec<Open>) {
+impl CellQueue {
+    fn add(&mut self, open: Vec<OpenCell>) {
         for open in open {
             let key = if self.by_bound { open.bound } else { open.ball.radius };
-            self.heap.push(Entry { key, order: self.added, open });
+            self.heap.push(QueueEntry { key, order: self.added, open });
             self.added += 1;
         }
     }
@@ -278,13 +283,13 @@ impl Queue {
         if !self.by_bound {
             self.by_bound = true;
             let entries = std::mem::take(&mut self.heap);
-            let by_bound = |entry: Entry| Entry { key: entry.open.bound, ..entry };
+            let by_bound = |entry: QueueEntry| QueueEntry { key: entry.open.bound, ..entry };
             self.heap = entries.into_iter().map(by_bound).collect();
         }
     }
 
     /// Some of the first that may be better than `target`.
-    fn take(&mut self, target: f64) -> Vec<Open> {
+    fn take(&mut self, target: f64) -> Vec<OpenCell> {
         let mut taken = Vec::new();
         while taken.len() < BATCH && self.heap.peek().is_some_and(|entry| entry.open.bound > target)
         {
@@ -299,21 +304,21 @@ impl Queue {
     }
 }
 
-impl PartialEq for Entry {
+impl PartialEq for QueueEntry {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Entry {}
+impl Eq for QueueEntry {}
 
-impl PartialOrd for Entry {
+impl PartialOrd for QueueEntry {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Entry {
+impl Ord for QueueEntry {
     /// Of equal ones the first.
     fn cmp(&self, other: &Self) -> Ordering {
         self.key.total_cmp(&other.key).then(other.order.cmp(&self.order))

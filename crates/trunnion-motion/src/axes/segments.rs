@@ -1,9 +1,11 @@
 //! Stretches between links, and the ways the machine can run each.
 
-use super::course::Along;
-use super::march::{Marched, Marcher};
-use super::strand::{self, Stretch};
-use super::{AxesError, AxesOptions};
+use super::branch_run::{self, PathSegment};
+use super::candidate::{CandidateRun, CurveRun, rotaries};
+use super::error::AxesError;
+use super::follower::PathFollower;
+use super::options::AxesOptions;
+use super::path_motion::CurveMotion;
 use crate::inverse::{InverseError, Solutions};
 use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
@@ -18,7 +20,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What lies between two links.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Stop {
+pub(super) enum SegmentShape {
     /// Curves that meet.
     Curves(Range<usize>),
     /// Only a pose, where two links meet or the path starts or ends with one.
@@ -30,46 +32,21 @@ pub(super) enum Stop {
     },
 }
 
-/// A link between two stops.
+/// A link between two shapes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Link {
+pub(super) struct LinkMove {
     pub(super) piece: usize,
     pub(super) motion: Motion,
     pub(super) tips: [Point3<f64>; 2],
 }
 
-/// One way to run a stop: a branch, followed by continuity.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Candidate {
-    /// Index of the tool-path piece it starts with.
-    pub(super) piece: usize,
-    /// Its curves in order; none for a point.
-    pub(super) runs: Vec<Run>,
-    /// Axes at a point.
-    pub(super) stand: Option<AxisVector>,
-    /// Rotaries at both ends \[rad\].
-    pub(super) start: [f64; 2],
-    pub(super) end: [f64; 2],
-}
-
-/// One curve, followed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Run {
-    /// Index of the tool-path piece.
-    pub(super) piece: usize,
-    pub(super) motion: Motion,
-    pub(super) marched: Marched,
-    /// Whether the rotaries jump before it: only a retract can do that.
-    pub(super) torn: bool,
-}
-
-/// Stops and the links between them: one link fewer than stops.
+/// Stops and the links between them: one link fewer than shapes.
 pub(super) fn split(
     path: &ToolPath,
     options: &AxesOptions,
-) -> Result<(Vec<Stop>, Vec<Link>), AxesError> {
+) -> Result<(Vec<SegmentShape>, Vec<LinkMove>), AxesError> {
     meet(path, options)?;
-    let mut stops = Vec::new();
+    let mut shapes = Vec::new();
     let mut links = Vec::new();
     let mut curves: Option<Range<usize>> = None;
     for (piece, tool) in path.pieces.iter().enumerate() {
@@ -78,17 +55,21 @@ pub(super) fn split(
                 curves = Some(curves.map_or(piece..piece + 1, |range| range.start..piece + 1));
             }
             PieceGeometry::Reorient { from, to } => {
-                stops.push(curves.take().map_or(Stop::Point { piece, pose: *from }, Stop::Curves));
-                links.push(Link { piece, motion: tool.motion, tips: [from.tip, to.tip] });
+                shapes.push(
+                    curves
+                        .take()
+                        .map_or(SegmentShape::Point { piece, pose: *from }, SegmentShape::Curves),
+                );
+                links.push(LinkMove { piece, motion: tool.motion, tips: [from.tip, to.tip] });
                 let last = piece + 1 == path.pieces.len();
                 if last {
-                    stops.push(Stop::Point { piece, pose: *to });
+                    shapes.push(SegmentShape::Point { piece, pose: *to });
                 }
             }
         }
     }
-    stops.extend(curves.map(Stop::Curves));
-    Ok((stops, links))
+    shapes.extend(curves.map(SegmentShape::Curves));
+    Ok((shapes, links))
 }
 
 /// Pieces end where the next one starts, within tolerance.
@@ -118,62 +99,63 @@ fn ends(geometry: &PieceGeometry) -> Option<[ToolPose; 2]> {
     }
 }
 
-/// All ways to run each stop, travel not yet looked at.
+/// All ways to run each shape, travel not yet looked at.
 pub(super) fn candidates(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
-    stops: &[Stop],
+    shapes: &[SegmentShape],
     progress: &dyn Progress,
-) -> Result<Vec<Stretch>, AxesError> {
+) -> Result<Vec<PathSegment>, AxesError> {
     let done = AtomicU64::new(0);
-    let total = stops.len() as u64;
+    let total = shapes.len() as u64;
     let report = || -> Result<(), Cancelled> {
         progress.step(Stage::Axes, done.fetch_add(1, Ordering::Relaxed), total)
     };
-    let mut all: Vec<Option<Vec<Candidate>>> = stops
+    let mut all: Vec<Option<Vec<CandidateRun>>> = shapes
         .par_iter()
-        .map(|stop| {
+        .map(|shape| {
             report()?;
-            determined(marcher, path, stop)
+            determined(follower, path, shape)
         })
         .collect::<Result<_, AxesError>>()?;
-    // Where the tool stays in the singular direction the first rotary may stand anywhere; what
+    // Where the tool stays in the singular direction the first rotary may point_axes anywhere; what
     // can save travel is where the neighbours have it, or home.
     for index in 0..all.len() {
         if all.get(index).is_some_and(Option::is_none) {
-            let values = held_values(marcher, &all, index);
+            let values = held_values(follower, &all, index);
             let found =
-                stops.get(index).map(|stop| held(marcher, path, stop, &values)).transpose()?;
+                shapes.get(index).map(|shape| held(follower, path, shape, &values)).transpose()?;
             if let Some(slot) = all.get_mut(index) {
                 *slot = found;
             }
         }
     }
-    let cut =
-        |found: Option<Vec<Candidate>>| strand::stretch(found.unwrap_or_default(), marcher.options);
+    let cut = |found: Option<Vec<CandidateRun>>| {
+        branch_run::segment(found.unwrap_or_default(), follower.options)
+    };
     Ok(all.into_par_iter().map(cut).collect())
 }
 
-/// Both branches of a stop; `None` if it lies in the singular direction altogether.
+/// Both branches of a shape; `None` if it lies in the singular direction altogether.
 fn determined(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
-    stop: &Stop,
-) -> Result<Option<Vec<Candidate>>, AxesError> {
-    let starts = match stop {
-        Stop::Point { piece, pose } => point_starts(marcher, *piece, pose)?,
-        Stop::Curves(range) => curve_starts(marcher, path, range.clone())?,
+    shape: &SegmentShape,
+) -> Result<Option<Vec<CandidateRun>>, AxesError> {
+    let starts = match shape {
+        SegmentShape::Point { piece, pose } => point_starts(follower, *piece, pose)?,
+        SegmentShape::Curves(range) => curve_starts(follower, path, range.clone())?,
     };
-    starts.map(|starts| run_all(marcher, path, stop, &starts)).transpose()
+    starts.map(|starts| run_all(follower, path, shape, &starts)).transpose()
 }
 
-/// A stop in the singular direction, with the first rotary at given values.
+/// A shape in the singular direction, with the first rotary at given values.
 fn held(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
-    stop: &Stop,
+    shape: &SegmentShape,
     values: &[f64],
-) -> Result<Vec<Candidate>, AxesError> {
+) -> Result<Vec<CandidateRun>, AxesError> {
     let mut start = AxisVector::zeros();
     let starts: Vec<AxisVector> = values
         .iter()
@@ -182,21 +164,21 @@ fn held(
             start
         })
         .collect();
-    run_all(marcher, path, stop, &starts)
+    run_all(follower, path, shape, &starts)
 }
 
 /// Every start that can be followed; the first error if none can.
 fn run_all(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
-    stop: &Stop,
+    shape: &SegmentShape,
     starts: &[AxisVector],
-) -> Result<Vec<Candidate>, AxesError> {
-    let all = match stop {
-        Stop::Point { piece, pose } => {
-            starts.iter().map(|start| stand(marcher, *piece, pose, start)).collect()
+) -> Result<Vec<CandidateRun>, AxesError> {
+    let all = match shape {
+        SegmentShape::Point { piece, pose } => {
+            starts.iter().map(|start| run_point(follower, *piece, pose, start)).collect()
         }
-        Stop::Curves(range) => run_curves(marcher, path, range.clone(), starts),
+        SegmentShape::Curves(range) => run_curves(follower, path, range.clone(), starts),
     };
     let mut found = Vec::new();
     let mut fault = None;
@@ -212,10 +194,14 @@ fn run_all(
     }
 }
 
-/// Where the free rotary may stand: as at the nearest determined stops on both sides, and home and
+/// Where the free rotary may point_axes: as at the nearest determined shapes on both sides, and home and
 /// quarter turns from it.
-fn held_values(marcher: &Marcher<'_>, all: &[Option<Vec<Candidate>>], index: usize) -> Vec<f64> {
-    let home = marcher.inverse.kinematics().machine().home()[FIRST_ROTARY];
+fn held_values(
+    follower: &PathFollower<'_>,
+    all: &[Option<Vec<CandidateRun>>],
+    index: usize,
+) -> Vec<f64> {
+    let home = follower.inverse.kinematics().machine().home()[FIRST_ROTARY];
     let before = all.iter().take(index).rev().flatten().next().into_iter().flatten();
     let after = all.iter().skip(index + 1).flatten().next().into_iter().flatten();
     let mut values: Vec<f64> =
@@ -231,29 +217,29 @@ fn held_values(marcher: &Marcher<'_>, all: &[Option<Vec<Candidate>>], index: usi
 
 /// Rotaries of both branches at a pose; `None` in the singular direction.
 fn point_starts(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     piece: usize,
     pose: &ToolPose,
 ) -> Result<Option<Vec<AxisVector>>, AxesError> {
-    if marcher.inverse.second_at_pole(&pose.axis, marcher.pole()).is_some() {
+    if follower.inverse.second_at_pole(&pose.axis, follower.pole()).is_some() {
         return Ok(None);
     }
-    match marcher.inverse.solutions(pose) {
+    match follower.inverse.solutions(pose) {
         Ok(Solutions::Regular(both)) => Ok(Some(both.to_vec())),
         Ok(Solutions::Singular(_)) => Ok(None),
         Err(source) => Err(AxesError::Inverse { piece, u: 0.0, source }),
     }
 }
 
-/// Rotaries of both branches at the first point of a stretch where the tool is not held in the
+/// Rotaries of both branches at the first point of a segment where the tool is not held in the
 /// singular direction; `None` if there is none.
 fn curve_starts(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
     range: Range<usize>,
 ) -> Result<Option<Vec<AxisVector>>, AxesError> {
     for (piece, curve) in curves(path, range) {
-        let along = marcher.along(curve);
+        let along = follower.along(curve);
         for (span, &u) in curve.knots.iter().enumerate().take(curve.spans.len()) {
             match both_at(&along, span, u) {
                 Ok(starts) => return Ok(Some(starts)),
@@ -265,7 +251,7 @@ fn curve_starts(
     Ok(None)
 }
 
-fn both_at(along: &Along<'_>, span: usize, u: f64) -> Result<Vec<AxisVector>, InverseError> {
+fn both_at(along: &CurveMotion<'_>, span: usize, u: f64) -> Result<Vec<AxisVector>, InverseError> {
     let rates = along.curve.rates_in(span, u);
     Ok(along.both(&rates)?.map(|way| way.q[0]).to_vec())
 }
@@ -279,45 +265,55 @@ fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, 
 }
 
 /// A single pose with the rotaries nearest to `near`.
-fn stand(
-    marcher: &Marcher<'_>,
+fn run_point(
+    follower: &PathFollower<'_>,
     piece: usize,
     pose: &ToolPose,
     near: &AxisVector,
-) -> Result<Candidate, AxesError> {
-    let q = marcher.inverse.near(pose, near).map_err(|source| AxesError::Inverse {
+) -> Result<CandidateRun, AxesError> {
+    let q = follower.inverse.near(pose, near).map_err(|source| AxesError::Inverse {
         piece,
         u: 0.0,
         source,
     })?;
-    let rotaries = strand::rotaries(&q);
-    Ok(Candidate { piece, runs: Vec::new(), stand: Some(q), start: rotaries, end: rotaries })
+    let rotaries = rotaries(&q);
+    Ok(CandidateRun {
+        piece,
+        runs: Vec::new(),
+        point_axes: Some(q),
+        start: rotaries,
+        end: rotaries,
+    })
 }
 
-/// A stretch from each start, curve by curve.
+/// A segment from each start, curve by curve.
 fn run_curves(
-    marcher: &Marcher<'_>,
+    follower: &PathFollower<'_>,
     path: &ToolPath,
     range: Range<usize>,
     starts: &[AxisVector],
-) -> Vec<Result<Candidate, AxesError>> {
-    let nothing = || Candidate {
+) -> Vec<Result<CandidateRun, AxesError>> {
+    let nothing = || CandidateRun {
         piece: range.start,
         runs: Vec::new(),
-        stand: None,
+        point_axes: None,
         start: [0.0; 2],
         end: [0.0; 2],
     };
-    let mut all: Vec<Result<(AxisVector, Candidate), AxesError>> =
+    let mut all: Vec<Result<(AxisVector, CandidateRun), AxesError>> =
         starts.iter().map(|start| Ok((*start, nothing()))).collect();
     for (piece, curve) in curves(path, range.clone()) {
         let motion = path.pieces.get(piece).map_or(Motion::Cut, |tool| tool.motion);
         let near: Vec<AxisVector> = all.iter().flatten().map(|(near, _)| *near).collect();
         let on = all.iter_mut().filter(|slot| slot.is_ok());
-        for (slot, marched) in on.zip(marcher.curve(curve, &near)) {
+        for (slot, track) in on.zip(follower.curve(curve, &near)) {
             let Ok((near, candidate)) = slot else { continue };
-            let longer = marched.map_err(|trouble| trouble.of(piece)).and_then(|marched| {
-                candidate.extend(Run { piece, motion, marched, torn: false }, near, marcher.options)
+            let longer = track.map_err(|trouble| trouble.of(piece)).and_then(|track| {
+                candidate.extend(
+                    CurveRun { piece, motion, track, jumps: false },
+                    near,
+                    follower.options,
+                )
             });
             if let Err(error) = longer {
                 *slot = Err(error);
@@ -325,33 +321,4 @@ fn run_curves(
         }
     }
     all.into_iter().map(|slot| slot.map(|(_, candidate)| candidate)).collect()
-}
-
-impl Candidate {
-    /// One more curve, which starts where the axes are `near`, and ends where that then is.
-    fn extend(
-        &mut self,
-        mut run: Run,
-        near: &mut AxisVector,
-        options: &AxesOptions,
-    ) -> Result<(), AxesError> {
-        let (Some(first), Some(last)) = (run.marched.nodes.first(), run.marched.nodes.last())
-        else {
-            return Ok(());
-        };
-        let [from, to] = [first, last].map(|node| strand::rotaries(&node.q[0]));
-        *near = last.q[0];
-        if self.runs.is_empty() {
-            (self.piece, self.start, self.end) = (run.piece, from, from);
-        }
-        let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
-        run.torn = turn > options.axis_tolerance;
-        if run.torn && options.retract.is_none() {
-            let piece = run.piece;
-            return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });
-        }
-        self.end = to;
-        self.runs.push(run);
-        Ok(())
-    }
 }

@@ -1,6 +1,6 @@
 //! How near a path comes to the singular directions, for many rotations of the workpiece.
 
-use super::turning::{Ball, Trail, Turning};
+use super::rotary_triangle::{AxisTrail, RotaryTriangle, RotationBall};
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::math::angle::angle_between;
@@ -14,7 +14,7 @@ const MOST_SAMPLES: f64 = 1e3;
 
 /// What the machine can do with a tool direction, whatever the setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sight {
+pub(super) struct AngleCheck {
     /// Direction of the workpiece-side rotary, machine frame.
     pub(super) first: Vector3<f64>,
     /// Angles from it that the travel of the tool-side rotary allows \[rad\].
@@ -22,7 +22,7 @@ pub(super) struct Sight {
     /// Whether the tool can stand along it, and against it.
     poles: [bool; 2],
     /// How the rotaries turn.
-    pub(super) turning: Turning,
+    pub(super) turning: RotaryTriangle,
     /// Whether a stretch must be run without a retract, so that the ends of travel of the rotaries say
     /// which rotations fit.
     whole: bool,
@@ -30,7 +30,7 @@ pub(super) struct Sight {
 
 /// A path as one rotation shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct AngleResult {
     /// Least angle between tool axis and singular directions \[rad\].
     pub(super) least: f64,
     /// How far the tool would have to lean beyond the travel of the tool-side rotary \[rad\]; 0 if
@@ -41,7 +41,7 @@ pub(super) struct Seen {
     pub(super) turns: f64,
 }
 
-impl Seen {
+impl AngleResult {
     /// Whether the rotaries stay inside travel, as far as angles tell.
     pub(super) fn fits(&self) -> bool {
         self.leans <= 0.0 && self.turns <= 0.0
@@ -56,79 +56,79 @@ impl Seen {
 
 /// A path as the search looks at it: some of its tool axes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct View {
+pub(super) struct AxisSamples {
     /// Neighbours of both are about this far apart \[rad\].
     step: f64,
     /// In no order, one of those nearer together.
     axes: Vec<Vector3<f64>>,
     /// In order.
-    trail: Trail,
+    trail: AxisTrail,
 }
 
 /// The same path, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Views(Vec<View>);
+pub(super) struct SampleLevels(Vec<AxisSamples>);
 
-impl Views {
+impl SampleLevels {
     /// From one step to another, each a quarter of the one before.
     pub(super) fn new(path: &ToolPath, coarse: f64, fine: f64) -> Self {
         let mut views = Vec::new();
         let mut step = coarse;
         while step > fine {
-            views.push(View::new(path, step));
+            views.push(AxisSamples::new(path, step));
             step *= 0.25;
         }
-        views.push(View::new(path, fine));
+        views.push(AxisSamples::new(path, fine));
         Self(views)
     }
 
     /// Fine enough to tell rotations apart that differ by `radius`.
-    pub(super) fn within(&self, radius: f64) -> &View {
+    pub(super) fn within(&self, radius: f64) -> &AxisSamples {
         let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
         fine.unwrap_or_else(|| self.finest())
     }
 
     /// The finest.
-    pub(super) fn finest(&self) -> &View {
-        const NONE: &View = &View {
+    pub(super) fn finest(&self) -> &AxisSamples {
+        const NONE: &AxisSamples = &AxisSamples {
             step: 0.0,
             axes: Vec::new(),
-            trail: Trail { step: 0.0, stretches: Vec::new() },
+            trail: AxisTrail { step: 0.0, stretches: Vec::new() },
         };
         self.0.last().unwrap_or(NONE)
     }
 }
 
-impl View {
+impl AxisSamples {
     fn new(path: &ToolPath, step: f64) -> Self {
         Self { step, axes: axes(path, step), trail: trail(path, step) }
     }
 
-    pub(super) fn trail(&self) -> &Trail {
+    pub(super) fn trail(&self) -> &AxisTrail {
         &self.trail
     }
 }
 
-impl Sight {
+impl AngleCheck {
     /// `whole`: a stretch between two links is run without a retract.
     pub(super) fn new(inverse: &Inverse, whole: bool) -> Self {
         let machine: &Machine = inverse.kinematics().machine();
         let first = machine.axes.get(FIRST_ROTARY).map_or(Vector3::z(), |axis| *axis.dir);
         let [low, high] = inverse.reach();
-        let turning = Turning::new(inverse);
+        let turning = RotaryTriangle::new(inverse);
         let whole = whole && turning.ends();
         Self { first, band: machine.tilt_range(), poles: [low <= 0.0, high >= PI], turning, whole }
     }
 
     /// The path, the workpiece rotated by `machine_from_workpiece`. The angles are good to 1e-8 rad,
     /// what an arc cosine keeps next to 1.
-    pub(super) fn look(&self, view: &View, rotation: &Rotation3<f64>) -> Seen {
+    pub(super) fn look(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
         let seen = self.glance(view, rotation);
-        Seen { turns: self.turns(view, rotation, Ball::POINT), ..seen }
+        AngleResult { turns: self.turns(view, rotation, RotationBall::POINT), ..seen }
     }
 
     /// The same without what the rotaries do on the way, which takes longer to see.
-    pub(super) fn glance(&self, view: &View, rotation: &Rotation3<f64>) -> Seen {
+    pub(super) fn glance(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
         let first = rotation.inverse() * self.first;
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for axis in &view.axes {
@@ -141,7 +141,7 @@ impl Sight {
             .into_iter()
             .filter_map(|(reached, angle)| reached.then_some(angle));
         let [low, high] = self.band;
-        Seen {
+        AngleResult {
             least: least.fold(PI, f64::min),
             leans: (low - nearest).max(farthest - high).max(0.0),
             turns: 0.0,
@@ -150,7 +150,12 @@ impl Sight {
 
     /// How far rotaries would have to turn beyond their travel on the way, for every rotation of a
     /// ball \[rad\].
-    pub(super) fn turns(&self, view: &View, rotation: &Rotation3<f64>, ball: Ball) -> f64 {
+    pub(super) fn turns(
+        &self,
+        view: &AxisSamples,
+        rotation: &Rotation3<f64>,
+        ball: RotationBall,
+    ) -> f64 {
         if self.whole { self.turning.beyond(&view.trail, rotation, ball) } else { 0.0 }
     }
 }
@@ -173,7 +178,7 @@ fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
 }
 
 /// Tool axes in order, cut at links.
-fn trail(path: &ToolPath, step: f64) -> Trail {
+fn trail(path: &ToolPath, step: f64) -> AxisTrail {
     let mut stretches: Vec<Vec<Vector3<f64>>> = Vec::new();
     let mut open = false;
     for (index, piece) in path.pieces.iter().enumerate() {
@@ -202,7 +207,7 @@ fn trail(path: &ToolPath, step: f64) -> Trail {
             }
         }
     }
-    Trail { step, stretches }
+    AxisTrail { step, stretches }
 }
 
 fn samples(curve: &PoseCurve, step: f64) -> impl Iterator<Item = UnitVector3<f64>> + use<'_> {

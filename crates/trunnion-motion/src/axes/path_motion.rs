@@ -1,6 +1,6 @@
-//! What the axes have to follow: a curve, or a link between two stretches.
+//! What the axes have to follow: a curve, or a link between two segments.
 
-use super::FeedPoint;
+use super::options::FeedPoint;
 use crate::inverse::{Branch, Inverse, InverseError, Rates};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
@@ -8,9 +8,9 @@ use crate::math::jet::{Jet, Real};
 use crate::types::{AxisNode, AxisVector, PoseCurve, PoseRates, ToolPose};
 use nalgebra::{Point3, Vector3};
 
-/// Exact axes at a parameter, whole turns left open: what all ways along a course have in common.
+/// Exact axes at a parameter, whole turns left open: what all ways along a motion have in common.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Look {
+pub(super) struct Evaluation {
     pub(super) u: f64,
     /// Speed of the tip and of the feed point, per unit of the parameter.
     speeds: [f64; 2],
@@ -28,23 +28,23 @@ pub(super) struct Look {
 }
 
 /// Something with exact axes at every parameter.
-pub(super) trait Course {
+pub(super) trait PathMotion {
     /// Where derivatives may jump; nodes stand there.
     fn knots(&self) -> &[f64];
     /// Exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
-    fn look(
+    fn evaluate(
         &self,
         u: f64,
         span: usize,
         near: &AxisVector,
-        look: &mut Look,
+        evaluation: &mut Evaluation,
     ) -> Result<(), InverseError>;
     /// The pose at `u` in span `span`.
     fn pose(&self, u: f64, span: usize) -> Option<ToolPose>;
 }
 
-impl Look {
-    pub(super) fn nowhere() -> Self {
+impl Evaluation {
+    pub(super) fn unset() -> Self {
         let [u, speeds, across] = [f64::NAN, 0.0, 0.0];
         let (both, more) = (None, Vec::new());
         Self {
@@ -92,7 +92,7 @@ impl Look {
 
 /// A curve of tip and tool axis.
 #[derive(Debug)]
-pub(super) struct Along<'a> {
+pub(super) struct CurveMotion<'a> {
     pub(super) inverse: &'a Inverse,
     pub(super) curve: &'a PoseCurve,
     pub(super) feed_at: FeedPoint,
@@ -102,7 +102,7 @@ pub(super) struct Along<'a> {
 
 /// Tip straight, rotaries in proportion.
 #[derive(Debug)]
-pub(super) struct Across<'a> {
+pub(super) struct LinkMotion<'a> {
     pub(super) inverse: &'a Inverse,
     pub(super) tips: [Point3<f64>; 2],
     pub(super) rotaries: [[f64; 2]; 2],
@@ -110,7 +110,7 @@ pub(super) struct Across<'a> {
     pub(super) knots: [f64; 2],
 }
 
-impl Along<'_> {
+impl CurveMotion<'_> {
     /// Exact axes of both branches at a point that is not held.
     pub(super) fn both(&self, rates: &PoseRates) -> Result<[Rates; 2], InverseError> {
         let [start, end] = self.curve.range();
@@ -128,17 +128,17 @@ impl Along<'_> {
     }
 }
 
-impl Course for Along<'_> {
+impl PathMotion for CurveMotion<'_> {
     fn knots(&self) -> &[f64] {
         &self.curve.knots
     }
 
-    fn look(
+    fn evaluate(
         &self,
         u: f64,
         span: usize,
         near: &AxisVector,
-        look: &mut Look,
+        evaluation: &mut Evaluation,
     ) -> Result<(), InverseError> {
         let rates = self.curve.rates_in(span, u);
         let tip = rates.tip[1].norm();
@@ -146,21 +146,23 @@ impl Course for Along<'_> {
             FeedPoint::Tip => tip,
             FeedPoint::Contact => rates.contact[1].norm(),
         };
-        look.begin(u, [tip, feed]);
-        look.across = self.inverse.across(&rates.axis[0]);
+        evaluation.begin(u, [tip, feed]);
+        evaluation.across = self.inverse.across(&rates.axis[0]);
         match self.both(&rates) {
             Ok(both) => {
                 // Passing straight through is a choice; where it leaves the tolerance, what the pose
                 // says counts. (On the pole itself it says nothing.)
                 if both.iter().any(|way| way.lost > 0) {
                     let said = Branch::BOTH.map(|branch| self.inverse.jets(&rates, branch));
-                    look.more.extend(said.into_iter().flatten().map(|q| Rates { q, lost: 0 }));
+                    evaluation
+                        .more
+                        .extend(said.into_iter().flatten().map(|q| Rates { q, lost: 0 }));
                 }
-                look.both = Some(both);
+                evaluation.both = Some(both);
             }
             Err(InverseError::Singular { .. }) => {
-                look.more.push(self.held(&rates, near)?);
-                look.held = true;
+                evaluation.more.push(self.held(&rates, near)?);
+                evaluation.held = true;
             }
             Err(error) => return Err(error),
         }
@@ -172,7 +174,7 @@ impl Course for Along<'_> {
     }
 }
 
-impl Across<'_> {
+impl LinkMotion<'_> {
     fn length(&self) -> f64 {
         self.knots[1]
     }
@@ -186,20 +188,26 @@ impl Across<'_> {
     }
 }
 
-impl Course for Across<'_> {
+impl PathMotion for LinkMotion<'_> {
     fn knots(&self) -> &[f64] {
         &self.knots
     }
 
-    fn look(&self, u: f64, _: usize, _: &AxisVector, look: &mut Look) -> Result<(), InverseError> {
+    fn evaluate(
+        &self,
+        u: f64,
+        _: usize,
+        _: &AxisVector,
+        evaluation: &mut Evaluation,
+    ) -> Result<(), InverseError> {
         let [from, to] = self.tips;
         let slope = (to - from) / self.length();
         let tip = [from.coords + slope * u, slope, Vector3::zeros(), Vector3::zeros()];
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;
         let rate = slope.norm();
-        look.begin(u, [rate, rate]);
-        look.more.push(Rates { q, lost: 0 });
-        look.prescribed = true;
+        evaluation.begin(u, [rate, rate]);
+        evaluation.more.push(Rates { q, lost: 0 });
+        evaluation.prescribed = true;
         Ok(())
     }
 

@@ -1,9 +1,9 @@
 //! Good rotations fast: the best of a grid, and the best near them.
 
-use super::Judged;
-use super::judge::{Planned, Task};
-use super::lean::Lean;
-use super::sight::Seen;
+use super::angle_check::AngleResult;
+use super::evaluation::{PlannedSetups, SetupTask};
+use super::result::EvaluatedSetup;
+use super::workpiece_tilt::WorkpieceTilt;
 use crate::types::Cancelled;
 use nalgebra::Rotation3;
 use rayon::prelude::*;
@@ -16,36 +16,40 @@ const HALVINGS: u32 = 4;
 
 /// A rotation and how it shows the path.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    pub(super) lean: Lean,
-    pub(super) seen: Seen,
+pub(super) struct SetupCandidate {
+    pub(super) lean: WorkpieceTilt,
+    pub(super) seen: AngleResult,
 }
 
 /// A rotation, and the best near it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Climbed {
-    pub(super) from: Candidate,
-    pub(super) best: Candidate,
+pub(super) struct ImprovedCandidate {
+    pub(super) from: SetupCandidate,
+    pub(super) best: SetupCandidate,
 }
 
-impl Task<'_> {
-    pub(super) fn grid(&self, leans: Vec<Lean>) -> Vec<Candidate> {
+impl SetupTask<'_> {
+    pub(super) fn grid(&self, leans: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
         let view = self.views.within(self.search.grid);
-        let look = |lean: Lean| Candidate { lean, seen: self.sight.look(view, &lean.rotation()) };
+        let look = |lean: WorkpieceTilt| SetupCandidate {
+            lean,
+            seen: self.sight.look(view, &lean.rotation()),
+        };
         leans.into_par_iter().map(look).collect()
     }
 
     /// Plans the best of the grid; `inside` has the best first.
     pub(super) fn level(
         &self,
-        inside: &[Candidate],
-        planned: &mut Planned,
+        inside: &[SetupCandidate],
+        planned: &mut PlannedSetups,
     ) -> Result<(), Cancelled> {
         // A rotation of the grid is no farther than a step from the best near it.
         let floor = inside.first().map_or(0.0, |best| best.seen.least - self.search.grid);
         let (level, _) = inside.split_at(inside.partition_point(|one| one.seen.least >= floor));
         let seeds = spread(level, SEEDS);
-        let mut climbed: Vec<Climbed> = seeds.par_iter().map(|from| self.climb(from)).collect();
+        let mut climbed: Vec<ImprovedCandidate> =
+            seeds.par_iter().map(|from| self.climb(from)).collect();
         climbed.sort_by(|a, b| b.best.seen.least.total_cmp(&a.best.seen.least));
         let top = climbed.first().map_or(0.0, |one| one.best.seen.least);
         let alike = climbed.partition_point(|one| one.best.seen.least >= top - self.search.alike);
@@ -53,7 +57,7 @@ impl Task<'_> {
         // Those below tell what else there is.
         let mut tried = spread(top, self.search.batch);
         tried.extend(spread(below, self.search.batch));
-        let all: Result<Vec<Vec<Judged>>, Cancelled> =
+        let all: Result<Vec<Vec<EvaluatedSetup>>, Cancelled> =
             tried.par_iter().map(|one| self.improve(one)).collect();
         all?.into_iter().flatten().for_each(|one| planned.add(one));
         Ok(())
@@ -61,20 +65,23 @@ impl Task<'_> {
 
     /// The best rotation near one; where only that one fits, some way between. All that was planned,
     /// what fits last.
-    pub(super) fn improve(&self, climbed: &Climbed) -> Result<Vec<Judged>, Cancelled> {
+    pub(super) fn improve(
+        &self,
+        climbed: &ImprovedCandidate,
+    ) -> Result<Vec<EvaluatedSetup>, Cancelled> {
         let (from, to) = (climbed.from.lean, climbed.best.lean);
-        let best = self.judge(&to)?;
+        let best = self.evaluate(&to)?;
         if best.verdict.fits().is_some() || from == to {
             return Ok(vec![best]);
         }
-        let mut found = self.judge(&from)?;
+        let mut found = self.evaluate(&from)?;
         if found.verdict.fits().is_none() {
             return Ok(vec![best, found]);
         }
         let [mut low, mut high] = [0.0, 1.0];
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let between = self.judge(&from.part_way(&to, middle))?;
+            let between = self.evaluate(&from.part_way(&to, middle))?;
             if between.verdict.fits().is_some() {
                 (found, low) = (between, middle);
             } else {
@@ -86,26 +93,27 @@ impl Task<'_> {
 
     /// Where better rotations fell, what fits lies at the edge of what the travel allows: from there on
     /// to the best that fits near it, ever closer.
-    pub(super) fn polish(&self, planned: &mut Planned) -> Result<(), Cancelled> {
-        let by_least = |a: &&Judged, b: &&Judged| a.least.total_cmp(&b.least);
+    pub(super) fn polish(&self, planned: &mut PlannedSetups) -> Result<(), Cancelled> {
+        let by_least = |a: &&EvaluatedSetup, b: &&EvaluatedSetup| a.least.total_cmp(&b.least);
         let Some(mut best) = planned.fitting.iter().max_by(by_least).cloned() else {
             return Ok(());
         };
-        let enough = |one: &Judged| one.least <= best.least + self.search.alike;
+        let enough = |one: &EvaluatedSetup| one.least <= best.least + self.search.alike;
         if planned.others.iter().all(enough) {
             return Ok(());
         }
         let mut width = self.search.grid;
         while width > self.search.tolerance {
-            let promising = |lean: &Lean| {
+            let promising = |lean: &WorkpieceTilt| {
                 let seen = self.sight.look(self.views.finest(), &lean.rotation());
                 seen.fits() && seen.least > best.least + self.search.tolerance
             };
-            let near: Vec<Lean> =
+            let near: Vec<WorkpieceTilt> =
                 self.search.bounds.around(&best.lean, width).filter(promising).collect();
-            let judged: Result<Vec<Judged>, Cancelled> =
-                near.par_iter().map(|lean| self.judge(lean)).collect();
-            let fits = |one: &Judged| one.verdict.fits().is_some() && one.least > best.least;
+            let judged: Result<Vec<EvaluatedSetup>, Cancelled> =
+                near.par_iter().map(|lean| self.evaluate(lean)).collect();
+            let fits =
+                |one: &EvaluatedSetup| one.verdict.fits().is_some() && one.least > best.least;
             let found = judged?.into_iter().filter(fits).max_by(|a, b| a.least.total_cmp(&b.least));
             match found {
                 Some(better) => best = better,
@@ -117,9 +125,9 @@ impl Task<'_> {
     }
 
     /// The best rotation near one: the best of those around, ever closer.
-    pub(super) fn climb(&self, from: &Candidate) -> Climbed {
+    pub(super) fn climb(&self, from: &SetupCandidate) -> ImprovedCandidate {
         let finest = self.views.finest();
-        let from = Candidate { seen: self.sight.look(finest, &from.lean.rotation()), ..*from };
+        let from = SetupCandidate { seen: self.sight.look(finest, &from.lean.rotation()), ..*from };
         let mut best = from;
         let mut width = self.search.grid;
         while width > self.search.tolerance {
@@ -134,7 +142,7 @@ impl Task<'_> {
                 }
                 let seen = self.sight.look(view, &rotation);
                 if seen.before(&best.seen) {
-                    best = Candidate { lean, seen };
+                    best = SetupCandidate { lean, seen };
                 }
             }
             width *= 0.5;
@@ -145,37 +153,37 @@ impl Task<'_> {
         let seen = self.sight.look(finest, &lean.rotation());
         let as_good = seen.fits() && seen.least >= best.seen.least - self.search.tolerance;
         if as_good && self.search.bounds.holds(&lean) {
-            best = Candidate { lean, seen };
+            best = SetupCandidate { lean, seen };
         }
         // The path in more detail may show the start as the better.
         if from.seen.before(&best.seen) && !as_good {
             best = from;
         }
-        Climbed { from, best }
+        ImprovedCandidate { from, best }
     }
 }
 
 /// Something with a rotation.
-pub(super) trait Turned: Copy + Sync {
+pub(super) trait HasRotation: Copy + Sync {
     fn rotation(&self) -> Rotation3<f64>;
 }
 
-impl Turned for Candidate {
+impl HasRotation for SetupCandidate {
     fn rotation(&self) -> Rotation3<f64> {
         self.lean.rotation()
     }
 }
 
-impl Turned for Climbed {
+impl HasRotation for ImprovedCandidate {
     fn rotation(&self) -> Rotation3<f64> {
         self.best.lean.rotation()
     }
 }
 
 /// The first, and of the others those farthest from all taken before.
-pub(super) fn spread<T: Turned>(all: &[T], count: usize) -> Vec<T> {
+pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
     let mut far = vec![f64::INFINITY; all.len()];
-    let rotations: Vec<Rotation3<f64>> = all.iter().map(Turned::rotation).collect();
+    let rotations: Vec<Rotation3<f64>> = all.iter().map(HasRotation::rotation).collect();
     let mut taken = Vec::new();
     let mut next = all.first().map(|_| 0);
     while let Some(index) = next

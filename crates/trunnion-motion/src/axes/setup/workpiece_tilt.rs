@@ -1,7 +1,7 @@
 //! How a workpiece is clamped, as the one who clamps it sees it: how it is turned, how far it leans,
 //! and where to.
 
-use crate::axes::AxesError;
+use crate::axes::error::AxesError;
 use crate::math::angle::{unwrap_near, wrap};
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -13,7 +13,7 @@ const UPRIGHT: f64 = 1e-12;
 /// A rotation of the workpiece in the machine, all axes at zero:
 /// `Rz(towards) Ry(tilt) Rz(turn - towards)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lean {
+pub struct WorkpieceTilt {
     /// Angle between the workpiece's z and the machine's z \[rad\], in `[0, π]`.
     pub tilt: f64,
     /// Where to the workpiece's z leans, about the machine's z from x towards y \[rad\].
@@ -22,9 +22,9 @@ pub struct Lean {
     pub turn: f64,
 }
 
-/// Bounds `[low, high]` of a [`Lean`] \[rad\].
+/// AxisBounds `[low, high]` of a [`WorkpieceTilt`] \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LeanBounds {
+pub struct TiltBounds {
     /// Of the tilt; inside `[0, π]`.
     pub tilt: [f64; 2],
     /// Of its direction; a whole turn at most.
@@ -33,7 +33,7 @@ pub struct LeanBounds {
     pub turn: [f64; 2],
 }
 
-impl Lean {
+impl WorkpieceTilt {
     /// Of a rotation `machine_from_workpiece`.
     pub fn of(rotation: &Rotation3<f64>) -> Self {
         let z = rotation * Vector3::z();
@@ -73,7 +73,7 @@ impl Lean {
     }
 }
 
-impl LeanBounds {
+impl TiltBounds {
     pub(super) fn all(&self) -> [[f64; 2]; 3] {
         [self.tilt, self.towards, self.turn]
     }
@@ -100,7 +100,7 @@ impl LeanBounds {
     }
 
     /// Whether a rotation is inside.
-    pub(super) fn holds(&self, lean: &Lean) -> bool {
+    pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
         let turned = |value: f64, [low, high]: [f64; 2]| {
             let middle = 0.5 * (low + high);
             (unwrap_near(value, middle) - middle).abs() <= 0.5 * (high - low) + ROUNDING
@@ -113,21 +113,25 @@ impl LeanBounds {
     }
 
     /// Rotations no more than `step` \[rad\] apart in each angle, ends included.
-    pub(super) fn grid(&self, step: f64) -> Vec<Lean> {
+    pub(super) fn grid(&self, step: f64) -> Vec<WorkpieceTilt> {
         let [tilts, towards, turns] = self.all().map(|range| places(range, step));
         let mut grid = Vec::new();
         for &tilt in &tilts {
             // Without a tilt all directions are one.
             let directions = if tilt.sin() > UPRIGHT { towards.len() } else { 1 };
             for &towards in towards.iter().take(directions) {
-                grid.extend(turns.iter().map(|&turn| Lean { tilt, towards, turn }));
+                grid.extend(turns.iter().map(|&turn| WorkpieceTilt { tilt, towards, turn }));
             }
         }
         grid
     }
 
     /// Rotations about `lean` that differ from it by up to `width` in each angle, kept inside.
-    pub(super) fn around(&self, lean: &Lean, width: f64) -> impl Iterator<Item = Lean> + use<> {
+    pub(super) fn around(
+        &self,
+        lean: &WorkpieceTilt,
+        width: f64,
+    ) -> impl Iterator<Item = WorkpieceTilt> + use<> {
         const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
         let (ranges, centre) = (self.all(), lean.angles());
         let values = [0, 1, 2]
@@ -135,7 +139,7 @@ impl LeanBounds {
         let [tilts, towards, turns] = values;
         tilts.into_iter().flat_map(move |tilt| {
             towards.into_iter().flat_map(move |towards| {
-                turns.into_iter().map(move |turn| Lean { tilt, towards, turn })
+                turns.into_iter().map(move |turn| WorkpieceTilt { tilt, towards, turn })
             })
         })
     }
@@ -168,12 +172,12 @@ mod tests {
 
     #[test]
     fn a_lean_is_what_it_says() {
-        let lean = Lean { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
+        let lean = WorkpieceTilt { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
         // Leaning towards y is a turn about -x.
         let same = Rotation3::from_euler_angles(-0.3, 0.0, 0.0);
         assert!(lean.rotation().angle_to(&same) < 1e-15);
         let turned = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
-        let upright = Lean::of(&turned);
+        let upright = WorkpieceTilt::of(&turned);
         assert!(upright.tilt < 1e-15 && (upright.turn - 0.7).abs() < 1e-15);
     }
 
@@ -183,7 +187,7 @@ mod tests {
             for y in [-1.5, -0.2, 0.0, 1.0] {
                 for z in [-2.0, 0.0, 0.9] {
                     let rotation = Rotation3::from_euler_angles(x, y, z);
-                    let again = Lean::of(&rotation).rotation();
+                    let again = WorkpieceTilt::of(&rotation).rotation();
                     assert!((again.matrix() - rotation.matrix()).norm() < 1e-11, "{x} {y} {z}");
                 }
             }
@@ -192,19 +196,22 @@ mod tests {
 
     #[test]
     fn bounds_hold_their_grid_and_nothing_beyond() {
-        let bounds = LeanBounds { tilt: [0.1, 0.5], towards: [3.0, 3.5], turn: [-PI, PI] };
+        let bounds = TiltBounds { tilt: [0.1, 0.5], towards: [3.0, 3.5], turn: [-PI, PI] };
         bounds.check().unwrap();
         let grid = bounds.grid(0.1);
         assert_eq!(grid.len(), 5 * 6 * 64);
         for lean in &grid {
-            assert!(bounds.holds(lean) && bounds.holds(&Lean::of(&lean.rotation())), "{lean:?}");
+            assert!(
+                bounds.holds(lean) && bounds.holds(&WorkpieceTilt::of(&lean.rotation())),
+                "{lean:?}"
+            );
             assert!(bounds.around(lean, 0.3).all(|near| bounds.holds(&near)));
         }
-        assert!(!bounds.holds(&Lean { tilt: 0.6, towards: 3.2, turn: 0.0 }));
-        assert!(!bounds.holds(&Lean { tilt: 0.2, towards: 2.9, turn: 0.0 }));
+        assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.6, towards: 3.2, turn: 0.0 }));
+        assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.2, towards: 2.9, turn: 0.0 }));
         for bad in [[-0.1, 0.5], [0.5, 0.1], [0.0, 4.0], [f64::NAN, 1.0]] {
-            assert!(LeanBounds { tilt: bad, ..bounds }.check().is_err(), "{bad:?}");
+            assert!(TiltBounds { tilt: bad, ..bounds }.check().is_err(), "{bad:?}");
         }
-        assert!(LeanBounds { turn: [0.0, 7.0], ..bounds }.check().is_err());
+        assert!(TiltBounds { turn: [0.0, 7.0], ..bounds }.check().is_err());
     }
 }

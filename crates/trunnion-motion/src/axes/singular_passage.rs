@@ -1,6 +1,7 @@
 //! Cuts that pass close to a singular direction: through it, or farther away from it.
 
-use super::AxesOptions;
+use super::options::{AxesOptions, SingularOptions};
+use super::result::SingularPassage;
 use crate::inverse::Inverse;
 use crate::math::angle::wrap;
 use crate::types::{Motion, PieceGeometry, PoseCurve, PoseSpan, ToolPath};
@@ -16,35 +17,9 @@ const HALVINGS: u32 = 40;
 /// (nearly) a unit vector.
 const LENGTH_SHARE: f64 = 0.99;
 
-/// What may be done inside the singular cone. No `Default`: it costs tolerance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SingularOptions {
-    /// Half angle of the cone about the singular direction in which the tool axis may be moved \[rad\].
-    pub cone: f64,
-    /// Turn of the workpiece-side rotary inside the cone below which nothing is done \[rad\].
-    pub min_rotary: f64,
-    /// How far the tool axis may be turned \[rad\]; the tip stays.
-    pub tilt: f64,
-}
-
-/// A passage of the singular cone that was changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passage {
-    /// Index of the tool-path piece.
-    pub source: usize,
-    /// Parameter at the closest approach.
-    pub u: f64,
-    /// Least angle to the singular direction, before and after \[rad\].
-    pub distance: [f64; 2],
-    /// Turn of the workpiece-side rotary inside the cone, before and after \[rad\].
-    pub turn: [f64; 2],
-    /// Largest change of the tool axis \[rad\].
-    pub tilt: f64,
-}
-
 /// One way through the cone.
 #[derive(Debug, Clone, Copy)]
-struct Visit {
+struct ConeVisit {
     /// Parameters of entry, closest approach and exit.
     at: [f64; 3],
     /// Shortest axis vector seen.
@@ -61,7 +36,7 @@ pub(super) fn smooth(
     inverse: &Inverse,
     path: &ToolPath,
     options: &AxesOptions,
-) -> Option<(ToolPath, Vec<Passage>)> {
+) -> Option<(ToolPath, Vec<SingularPassage>)> {
     let singular = options.singular.as_ref()?;
     let mut path = path.clone();
     let mut passages = Vec::new();
@@ -98,7 +73,7 @@ fn distance(curve: &PoseCurve, pole: &UnitVector3<f64>, u: f64) -> f64 {
 }
 
 /// Ways from outside the cone through it and out again.
-fn visits(curve: &PoseCurve, pole: &UnitVector3<f64>, cone: f64) -> Vec<Visit> {
+fn visits(curve: &PoseCurve, pole: &UnitVector3<f64>, cone: f64) -> Vec<ConeVisit> {
     let mut places: Vec<f64> = Vec::new();
     for pair in curve.knots.windows(2) {
         let part = |i: u32| pair[0] + (pair[1] - pair[0]) * f64::from(i) / f64::from(SAMPLES);
@@ -127,7 +102,7 @@ fn visit(
     curve: &PoseCurve,
     pole: &UnitVector3<f64>,
     (before, inside, after): (f64, &[f64], f64),
-) -> Visit {
+) -> ConeVisit {
     let from = |u: f64| distance(curve, pole, u);
     let nearest = inside
         .iter()
@@ -143,17 +118,17 @@ fn visit(
     }
     let all = inside.iter().chain([&before, &after]);
     let length = all.map(|&u| axis(curve, u).norm()).fold(f64::INFINITY, f64::min);
-    Visit { at: [before, 0.5 * (low + high), after], length }
+    ConeVisit { at: [before, 0.5 * (low + high), after], length }
 }
 
 /// Changes one passage, if it turns the rotary by enough.
 fn pass(
     curve: &mut PoseCurve,
     pole: &UnitVector3<f64>,
-    (source, visit): (usize, Visit),
+    (source, visit): (usize, ConeVisit),
     options: &AxesOptions,
     singular: &SingularOptions,
-) -> Option<Passage> {
+) -> Option<SingularPassage> {
     let [before, u, after] = visit.at;
     let [entry, exit] = [before, after].map(|u| across(&axis(curve, u), pole));
     let turn = entry.cross(&exit).dot(pole).atan2(entry.dot(&exit));
@@ -171,7 +146,7 @@ fn pass(
     add(curve, &visit, &shift);
     let left = distance(curve, pole, u);
     let turned = if through { wrap(turn - std::f64::consts::PI) } else { turn };
-    Some(Passage {
+    Some(SingularPassage {
         source,
         u,
         distance: [closest, left],
@@ -181,7 +156,7 @@ fn pass(
 }
 
 /// Adds `shift` times a hat that rises from the entry to the closest approach and falls to the exit.
-fn add(curve: &mut PoseCurve, visit: &Visit, shift: &Vector3<f64>) {
+fn add(curve: &mut PoseCurve, visit: &ConeVisit, shift: &Vector3<f64>) {
     let [before, top, after] = visit.at;
     for u in visit.at {
         split(curve, u);

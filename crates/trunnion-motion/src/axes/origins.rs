@@ -1,10 +1,12 @@
 //! Where the workpiece origin may be: the linear axes are affine in it.
 
-use super::march::Marcher;
-use super::plan;
-use super::stops::Link;
-use super::strand::Stretch;
-use super::{AxesError, Followed, assemble};
+use super::assemble::assemble;
+use super::branch_plan;
+use super::branch_run::PathSegment;
+use super::error::AxesError;
+use super::follower::PathFollower;
+use super::result::FollowedPath;
+use super::segments::LinkMove;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
 use crate::types::AxisVector;
@@ -20,7 +22,7 @@ const MOST_CONSTRAINTS: usize = 40;
 
 /// Workpiece origins that keep the linear axes of a path inside travel, the rotation as it is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Origins {
+pub struct OriginRanges {
     /// Lowest and highest x, y, z of the origin \[mm\], the other two as they are; `None`: no value of
     /// this one alone helps.
     pub along: [Option<[f64; 2]>; 3],
@@ -34,22 +36,22 @@ pub struct Origins {
 
 /// `row · shift <= most`: an end of travel at one node, for a shift of the origin.
 #[derive(Debug, Clone, Copy)]
-struct End {
+struct TravelEnd {
     row: Vector3<f64>,
     most: f64,
     axis: usize,
 }
 
 /// `row · (shift, room) <= most`, and the axis whose end it is.
-type Constraint = (Vector4<f64>, f64, Option<usize>);
+type OriginConstraint = (Vector4<f64>, f64, Option<usize>);
 
-/// Origins for axes along a path that were found without regard to the ends of the linear axes.
+/// OriginRanges for axes along a path that were found without regard to the ends of the linear axes.
 ///
 /// With the rotaries as they are, a shift `d` of the origin moves the slides by `J⁻¹ R⁻¹ d`, `J` being
 /// the derivative of the tip by the slides and `R` the rotation of the setup: each end of travel at
 /// each node is a half-space of origins. Retracts are left out: they go where the machine says.
 /// `None` if the path has no nodes, or the slides lie in one plane.
-pub fn origins(kinematics: &Kinematics, followed: &Followed) -> Option<Origins> {
+pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<OriginRanges> {
     let ends = ends(kinematics, followed)?;
     let origin = kinematics.setup().origin;
     let along = [0, 1, 2].map(|axis| {
@@ -62,10 +64,10 @@ pub fn origins(kinematics: &Kinematics, followed: &Followed) -> Option<Origins> 
         tight.iter().filter_map(|&axis| axes.get(axis)).map(|axis| axis.name.clone()).collect();
     names.sort();
     names.dedup();
-    Some(Origins { along, best: origin + shift, room, tight: names })
+    Some(OriginRanges { along, best: origin + shift, room, tight: names })
 }
 
-fn ends(kinematics: &Kinematics, followed: &Followed) -> Option<Vec<End>> {
+fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEnd>> {
     let turn = kinematics.setup().rotation.inverse();
     let axes = &kinematics.machine().axes;
     let mut ends = Vec::new();
@@ -81,7 +83,7 @@ fn ends(kinematics: &Kinematics, followed: &Followed) -> Option<Vec<End>> {
                 let [low, high] = axes.get(axis)?.limits;
                 let both = [(row, high - ROOM - q[axis]), (-row, q[axis] - low - ROOM)];
                 let real = both.into_iter().filter(|(_, most)| most.is_finite());
-                ends.extend(real.map(|(row, most)| End { row, most, axis }));
+                ends.extend(real.map(|(row, most)| TravelEnd { row, most, axis }));
             }
         }
     }
@@ -104,7 +106,7 @@ fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>
 }
 
 /// Shifts along one direction of the machine.
-fn interval(ends: &[End], axis: usize) -> [f64; 2] {
+fn interval(ends: &[TravelEnd], axis: usize) -> [f64; 2] {
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
     for end in ends {
         let slope = end.row[axis];
@@ -122,10 +124,10 @@ fn interval(ends: &[End], axis: usize) -> [f64; 2] {
 /// The shift with the most room, that room, and the axes that limit it: the largest `m` with
 /// `row · d + m <= most` for all ends. A linear program in four unknowns, solved on few of its
 /// constraints, to which the one broken by most is added until none is broken.
-fn roomiest(ends: &[End]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
+fn roomiest(ends: &[TravelEnd]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
     // Far enough for any machine, so that the first small program has a corner.
     let far = ends.iter().fold(1.0_f64, |far, end| far.max(end.most.abs())) * 8.0;
-    let mut some: Vec<Constraint> = Vec::new();
+    let mut some: Vec<OriginConstraint> = Vec::new();
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
             let mut row = Vector4::zeros();
@@ -137,7 +139,7 @@ fn roomiest(ends: &[End]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
     loop {
         let (best, corner) = corner(&some)?;
         let shift: Vector3<f64> = best.fixed_rows::<3>(0).into();
-        let room = |end: &End| end.most - end.row.dot(&shift);
+        let room = |end: &TravelEnd| end.most - end.row.dot(&shift);
         let worst = ends.iter().min_by(|a, b| room(a).total_cmp(&room(b)))?;
         // Sums of a dozen products of lengths up to `far`.
         if room(worst) >= best.w - 64.0 * f64::EPSILON * far || some.len() >= MOST_CONSTRAINTS {
@@ -151,7 +153,7 @@ fn roomiest(ends: &[End]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
 
 /// The highest corner of a small program, by trying all, and the constraints that hold it down: those
 /// with a price above zero. None of a highest corner's prices is negative.
-fn corner(some: &[Constraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
+fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     let count = some.len();
     let picks = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).flat_map(|[a, b]| {
         (b + 1..count).flat_map(move |c| (c + 1..count).map(move |d| [a, b, c, d]))
@@ -173,7 +175,7 @@ fn corner(some: &[Constraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
 }
 
 /// Where four constraints meet, and what the height there gains by loosening each.
-fn crossing(some: &[Constraint], pick: [usize; 4]) -> Option<(Vector4<f64>, Vector4<f64>)> {
+fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>, Vector4<f64>)> {
     let mut rows = Matrix4::zeros();
     let mut most = Vector4::zeros();
     for (place, at) in pick.into_iter().enumerate() {
@@ -187,14 +189,14 @@ fn crossing(some: &[Constraint], pick: [usize; 4]) -> Option<(Vector4<f64>, Vect
 }
 
 /// Whether a corner keeps all constraints, to rounding.
-fn keeps(some: &[Constraint], x: &Vector4<f64>) -> bool {
+fn keeps(some: &[OriginConstraint], x: &Vector4<f64>) -> bool {
     let size = 1.0 + x.amax();
     some.iter()
         .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
 }
 
 /// Where a path that was found without regard to the ends of the linear axes can stand.
-pub(super) enum Place {
+pub(super) enum OriginFit {
     /// With this origin: the one it has if that will do, else moved along one direction by as little
     /// as can be, else where there is most room.
     Fits(Vector3<f64>),
@@ -203,14 +205,14 @@ pub(super) enum Place {
 }
 
 /// Where a path can stand; `None` as [`origins`].
-pub(super) fn place(kinematics: &Kinematics, followed: &Followed) -> Option<Place> {
+pub(super) fn place(kinematics: &Kinematics, followed: &FollowedPath) -> Option<OriginFit> {
     let now = kinematics.setup().origin;
     if ends(kinematics, followed)?.iter().all(|end| end.most >= 0.0) {
-        return Some(Place::Fits(now));
+        return Some(OriginFit::Fits(now));
     }
-    let Origins { along, best, room, tight } = origins(kinematics, followed)?;
+    let OriginRanges { along, best, room, tight } = origins(kinematics, followed)?;
     if room < 0.0 {
-        return Some(Place::Short { by: -room, axes: tight });
+        return Some(OriginFit::Short { by: -room, axes: tight });
     }
     let moves = along.iter().enumerate().filter_map(|(axis, range)| {
         let [low, high] = (*range)?;
@@ -222,36 +224,40 @@ pub(super) fn place(kinematics: &Kinematics, followed: &Followed) -> Option<Plac
         origin[axis] = value;
         origin
     });
-    Some(Place::Fits(moved.unwrap_or(best)))
+    Some(OriginFit::Fits(moved.unwrap_or(best)))
 }
 
 /// Puts into an error of travel which origin would fit.
 pub(super) fn explain(
     error: AxesError,
-    marcher: &Marcher<'_>,
-    stretches: &[Stretch],
-    links: &[Link],
+    follower: &PathFollower<'_>,
+    segments: &[PathSegment],
+    links: &[LinkMove],
 ) -> AxesError {
     let AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy } =
         error
     else {
         return error;
     };
-    let kinematics = marcher.inverse.kinematics();
-    let found = (!rotary).then(|| free(marcher, stretches, links)).flatten();
+    let kinematics = follower.inverse.kinematics();
+    let found = (!rotary).then(|| free(follower, segments, links)).flatten();
     let told = found.and_then(|followed| origins(kinematics, &followed));
     let remedy = told.map_or(remedy, |origins| advice(kinematics, &origins));
     AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy }
 }
 
 /// The path on the same machine without ends of the linear axes.
-fn free(marcher: &Marcher<'_>, stretches: &[Stretch], links: &[Link]) -> Option<Followed> {
-    let kinematics = marcher.inverse.kinematics();
+fn free(
+    follower: &PathFollower<'_>,
+    segments: &[PathSegment],
+    links: &[LinkMove],
+) -> Option<FollowedPath> {
+    let kinematics = follower.inverse.kinematics();
     let machine = endless(kinematics.machine());
     let inverse = Inverse::new(&Kinematics::new(&machine, kinematics.setup())).ok()?;
-    let marcher = Marcher { inverse: &inverse, options: marcher.options };
-    let chosen = plan::choose(&marcher, stretches, links).ok()?;
-    Some(assemble(chosen, links, stretches.to_vec()))
+    let follower = PathFollower { inverse: &inverse, options: follower.options };
+    let chosen = branch_plan::plan_branches(&follower, segments, links).ok()?;
+    Some(assemble(chosen, links, segments.to_vec()))
 }
 
 pub(super) fn endless(machine: &Machine) -> Machine {
@@ -263,7 +269,7 @@ pub(super) fn endless(machine: &Machine) -> Machine {
 }
 
 /// What to write into the job file.
-fn advice(kinematics: &Kinematics, origins: &Origins) -> String {
+fn advice(kinematics: &Kinematics, origins: &OriginRanges) -> String {
     let now = kinematics.setup().origin;
     let [x, y, z] = now.into();
     let is = format!("[setup] origin = [{x:.1}, {y:.1}, {z:.1}] does not fit");
@@ -300,8 +306,8 @@ fn advice(kinematics: &Kinematics, origins: &Origins) -> String {
 mod tests {
     use super::*;
 
-    fn end(row: [f64; 3], most: f64) -> End {
-        End { row: Vector3::from(row), most, axis: 0 }
+    fn end(row: [f64; 3], most: f64) -> TravelEnd {
+        TravelEnd { row: Vector3::from(row), most, axis: 0 }
     }
 
     #[test]

@@ -1,21 +1,21 @@
 //! Boxes of rotations, and how far they reach.
 
-use super::lean::{Lean, LeanBounds};
+use super::workpiece_tilt::{TiltBounds, WorkpieceTilt};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Rotations about one: each angle up to so much more or less.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Cell {
-    pub(super) centre: Lean,
+pub(super) struct RotationCell {
+    pub(super) centre: WorkpieceTilt,
     half: [f64; 3],
 }
 
-impl Cell {
+impl RotationCell {
     /// All within bounds.
-    pub(super) fn whole(bounds: &LeanBounds) -> Self {
+    pub(super) fn whole(bounds: &TiltBounds) -> Self {
         let ranges = bounds.all();
-        let centre = Lean::from_angles(ranges.map(|[low, high]| 0.5 * (low + high)));
+        let centre = WorkpieceTilt::from_angles(ranges.map(|[low, high]| 0.5 * (low + high)));
         Self { centre, half: ranges.map(|[low, high]| 0.5 * (high - low)) }
     }
 
@@ -72,7 +72,7 @@ impl Cell {
         [-1.0, 1.0].map(|side| {
             let mut angles = self.centre.angles();
             angles[most] += side * half[most];
-            Self { centre: Lean::from_angles(angles), half }
+            Self { centre: WorkpieceTilt::from_angles(angles), half }
         })
     }
 }
@@ -104,13 +104,13 @@ mod tests {
                 let low = a.min(b);
                 [low, low + (a - b).abs() * scale]
             };
-            let bounds = LeanBounds { tilt: range(tilt), towards: range(towards), turn: range(turn) };
-            let cell = Cell::whole(&bounds);
+            let bounds = TiltBounds { tilt: range(tilt), towards: range(towards), turn: range(turn) };
+            let cell = RotationCell::whole(&bounds);
             let mut angles = cell.centre.angles();
             for ((angle, half), place) in angles.iter_mut().zip(cell.half).zip(place) {
                 *angle += place * half;
             }
-            let [centre, other] = [cell.centre, Lean::from_angles(angles)].map(|lean| lean.rotation());
+            let [centre, other] = [cell.centre, WorkpieceTilt::from_angles(angles)].map(|lean| lean.rotation());
             prop_assert!(centre.angle_to(&other) <= cell.radius() + 1e-7);
             let direction = UnitVector3::new_normalize(Vector3::from(direction));
             let seen = |rotation: &nalgebra::Rotation3<f64>| rotation.inverse() * direction;

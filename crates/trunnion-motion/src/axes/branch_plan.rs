@@ -1,0 +1,506 @@
+//! Branch, whole turns and retracts for the whole path, by dynamic programming.
+
+use super::branch_run::{BranchRun, CellBlock, PathSegment, RunCell, SwitchPoint};
+use super::error::AxesError;
+use super::follower::{AxisTrack, PathFollower};
+use super::retract::{RetractLegs, RetractPlanner};
+use super::segments::LinkMove;
+use super::travel::TravelLimits;
+use crate::inverse::TRAVEL_TIE;
+use crate::machine::FIRST_ROTARY;
+use crate::math::angle::unwrap_near;
+use crate::types::ToolPose;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// What was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct BranchPlan {
+    /// In order; at least one for each segment.
+    pub(super) parts: Vec<PlannedRun>,
+    /// Weighted rotary travel and the prices of retracts \[rad\].
+    pub(super) cost: f64,
+}
+
+/// Cells of one branch, run without a break.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PlannedRun {
+    /// How it is come to.
+    pub(super) entry: RunEntry,
+    pub(super) segment: usize,
+    pub(super) branch: usize,
+    pub(super) cells: Range<usize>,
+    /// Added to the rotaries \[rad\].
+    pub(super) offset: [f64; 2],
+}
+
+/// How the tool comes to a part of the path.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum RunEntry {
+    /// The path starts.
+    Start,
+    /// Over the link before.
+    Link(AxisTrack),
+    /// Out of the part and back to the same place.
+    Retract { switch: SwitchPoint, pose: ToolPose, rotaries: [[f64; 2]; 2], legs: RetractLegs },
+}
+
+/// A branch with whole turns, and the cheapest entry to where the tool is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BranchState {
+    branch: usize,
+    turns: [f64; 2],
+    rank: PathRank,
+    record: Option<usize>,
+}
+
+/// Where a state was entered, and from which.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EntryRecord {
+    segment: usize,
+    cell: usize,
+    branch: usize,
+    turns: [f64; 2],
+    back: Option<usize>,
+}
+
+/// Cost first; where it is equal, fewer axes on the side they do not prefer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PathRank {
+    cost: f64,
+    unpreferred: usize,
+}
+
+impl PathRank {
+    const NEVER: Self = Self { cost: f64::INFINITY, unpreferred: 0 };
+
+    fn before(self, other: Self) -> bool {
+        self.cost < other.cost - TRAVEL_TIE
+            || (self.cost <= other.cost + TRAVEL_TIE && self.unpreferred < other.unpreferred)
+    }
+}
+
+/// The cheapest choice for the whole path.
+pub(super) fn plan_branches(
+    follower: &PathFollower<'_>,
+    segments: &[PathSegment],
+    links: &[LinkMove],
+) -> Result<BranchPlan, AxesError> {
+    let travel = TravelLimits { axes: &follower.inverse.kinematics().machine().axes };
+    let retractor = follower.options.retract.as_ref();
+    let retractor = retractor.map(|options| RetractPlanner { follower, travel, options });
+    let mut planner = BranchPlanner { follower, travel, retractor, records: Vec::new() };
+    let mut states: Vec<BranchState> = Vec::new();
+    for (index, segment) in segments.iter().enumerate() {
+        let mut entries = planner.entries(segment)?;
+        let before = index.checked_sub(1).and_then(|before| segments.get(before));
+        match (before, index.checked_sub(1).and_then(|link| links.get(link))) {
+            (Some(from), Some(link)) => {
+                planner.join(link, (from, &states), (segment, &mut entries))?;
+            }
+            _ => planner.begin(segment, &mut entries),
+        }
+        planner.enter(index, 0, &mut entries);
+        states = planner.run(index, segment, entries)?;
+    }
+    let best = cheapest(&states);
+    let cost = best.map_or(0.0, |state| state.rank.cost);
+    let parts = planner.trace(segments, links, best.and_then(|state| state.record))?;
+    Ok(BranchPlan { parts, cost })
+}
+
+struct BranchPlanner<'a> {
+    follower: &'a PathFollower<'a>,
+    travel: TravelLimits<'a>,
+    retractor: Option<RetractPlanner<'a>>,
+    records: Vec<EntryRecord>,
+}
+
+impl BranchPlanner<'_> {
+    /// Every branch at every turn that keeps its first cell inside travel (the whole of it, where
+    /// it cannot be left).
+    fn entries(&self, segment: &PathSegment) -> Result<Vec<BranchState>, AxesError> {
+        let first = segment.cells(0..1, self.follower.options);
+        let states: Vec<BranchState> = self
+            .fitting(&first, 0)
+            .map(|(branch, turns)| BranchState {
+                branch,
+                turns,
+                rank: PathRank::NEVER,
+                record: None,
+            })
+            .collect();
+        if states.is_empty() { Err(self.outside(segment)) } else { Ok(states) }
+    }
+
+    /// Strands and turns inside travel on a cell, of the cells of each branch.
+    fn fitting(
+        &self,
+        cells: &[Vec<RunCell>],
+        cell: usize,
+    ) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let travel = self.travel;
+        cells.iter().enumerate().flat_map(move |(branch, cells)| {
+            let bounds = cells.get(cell).map(|cell| cell.bounds);
+            let turns = bounds.into_iter().flat_map(move |bounds| travel.turns(&bounds));
+            turns.map(move |turns| (branch, turns))
+        })
+    }
+
+    fn outside(&self, segment: &PathSegment) -> AxesError {
+        self.travel.outside(segment, self.follower.options)
+    }
+
+    /// The first segment, from where the rotaries stand before the path.
+    fn begin(&self, segment: &PathSegment, states: &mut [BranchState]) {
+        let start = &self.follower.options.start;
+        let from = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];
+        for state in states {
+            let Some(branch) = segment.branches.get(state.branch) else { continue };
+            let to = turned(branch.start(), state.turns);
+            let cost = self.price(self.travel.moved(from, to));
+            state.rank = PathRank { cost, unpreferred: self.travel.unpreferred(to) };
+        }
+    }
+
+    /// The next segment, over a link.
+    fn join(
+        &self,
+        link: &LinkMove,
+        (from, before): (&PathSegment, &[BranchState]),
+        (segment, states): (&PathSegment, &mut Vec<BranchState>),
+    ) -> Result<(), AxesError> {
+        let mut fault = None;
+        for state in states.iter_mut() {
+            let Some(branch) = segment.branches.get(state.branch) else { continue };
+            let to = turned(branch.start(), state.turns);
+            for origin in before {
+                let Some(last) = from.branches.get(origin.branch) else { continue };
+                let end = turned(last.end, origin.turns);
+                let moved = self.travel.moved(end, to);
+                let rank = self.further(origin.rank, self.price(moved), to);
+                if !rank.before(state.rank) {
+                    continue;
+                }
+                match self.link(link, [end, added(end, moved)]) {
+                    Ok(_) => (state.rank, state.record) = (rank, origin.record),
+                    Err(error) => fault = fault.or(Some(error)),
+                }
+            }
+        }
+        states.retain(|state| state.rank.cost.is_finite());
+        let nothing = || self.outside(segment);
+        if states.is_empty() { Err(fault.unwrap_or_else(nothing)) } else { Ok(()) }
+    }
+
+    fn further(&self, from: PathRank, price: f64, to: [f64; 2]) -> PathRank {
+        PathRank {
+            cost: from.cost + price,
+            unpreferred: from.unpreferred + self.travel.unpreferred(to),
+        }
+    }
+
+    /// Notes where states were entered.
+    fn enter(&mut self, segment: usize, cell: usize, states: &mut [BranchState]) {
+        for state in states {
+            let BranchState { branch, turns, record: back, .. } = *state;
+            self.records.push(EntryRecord { segment, cell, branch, turns, back });
+            state.record = Some(self.records.len() - 1);
+        }
+    }
+
+    /// CurveMotion a segment: states go on while they fit, others are come to by a retract where that is
+    /// cheaper. By the block where nothing of that happens, else cell by cell.
+    fn run(
+        &mut self,
+        index: usize,
+        segment: &PathSegment,
+        mut states: Vec<BranchState>,
+    ) -> Result<Vec<BranchState>, AxesError> {
+        for (block, cells) in segment.blocks().enumerate() {
+            if !self.goes_on(segment, block, &states) {
+                self.run_cells(index, segment, cells, &mut states)?;
+                continue;
+            }
+            for state in &mut states {
+                let of = segment.branches.get(state.branch).and_then(|of| of.blocks.get(block));
+                state.rank.cost += of.map_or(0.0, |of| of.travel);
+            }
+        }
+        Ok(states)
+    }
+
+    /// Whether it is certain that on a block no state has to be left, or is better come to anew.
+    fn goes_on(&self, segment: &PathSegment, block: usize, states: &[BranchState]) -> bool {
+        let mut known = 0;
+        for (index, branch) in segment.branches.iter().enumerate() {
+            let Some(of) = branch.blocks.get(block) else { return false };
+            let all = || self.travel.turns(&of.bounds);
+            // What is inside on any cell is inside on all of them, and is a state.
+            let on = |turns: [f64; 2]| {
+                states.iter().any(|state| state.branch == index && equal(state.turns, turns))
+            };
+            if of.jumps || all().count() != self.travel.turns(&of.least).count() || !all().all(on) {
+                return false;
+            }
+            known += all().count();
+        }
+        known == states.len() && self.none_anew(segment, block, states)
+    }
+
+    /// Whether it is certain that no state on a block is better come to by a retract.
+    fn none_anew(&self, segment: &PathSegment, block: usize, states: &[BranchState]) -> bool {
+        let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
+            return true;
+        };
+        let mut blocks = segment.branches.iter().filter_map(|branch| branch.blocks.get(block));
+        let inside = blocks.all(|block| block.inside);
+        let options = retractor.options;
+        let in_cut = options.price_in_cut;
+        let price = if inside { in_cut } else { in_cut.min(options.price) };
+        let of = |state: &BranchState| segment.branches.get(state.branch)?.blocks.get(block);
+        states.iter().all(|state| {
+            of(state).is_some_and(|to| {
+                let most = state.rank.cost + to.travel;
+                let from_none = |origin: &BranchState| {
+                    of(origin).is_some_and(|from| {
+                        !self.may_be_before([(origin, from), (state, to)], price)
+                    })
+                };
+                most <= best.rank.cost + price || states.iter().all(from_none)
+            })
+        })
+    }
+
+    /// Whether one state may lead to another anew on a block, at a place where that is cheaper, or as
+    /// cheap and preferred.
+    fn may_be_before(
+        &self,
+        [(from, on), (to, block)]: [(&BranchState, &CellBlock); 2],
+        price: f64,
+    ) -> bool {
+        let cost = from.rank.cost + price;
+        if from.branch == to.branch {
+            // Both come along the same entry, so that the difference stays what it is.
+            let moved = self.travel.moved(turned([0.0; 2], from.turns), turned([0.0; 2], to.turns));
+            let unpreferred = self.travel.unpreferred_all_over(&block.bounds, to.turns);
+            let rank = PathRank {
+                cost: cost + self.price(moved),
+                unpreferred: from.rank.unpreferred + unpreferred,
+            };
+            return rank.before(to.rank);
+        }
+        let moved = self.travel.least_moved([(&on.bounds, from.turns), (&block.bounds, to.turns)]);
+        cost + self.price(moved) <= to.rank.cost + block.travel + TRAVEL_TIE
+    }
+
+    /// The same, cell by cell.
+    fn run_cells(
+        &mut self,
+        index: usize,
+        segment: &PathSegment,
+        range: Range<usize>,
+        states: &mut Vec<BranchState>,
+    ) -> Result<(), AxesError> {
+        let cells = segment.cells(range.clone(), self.follower.options);
+        for (inside, cell) in range.enumerate() {
+            if let Some(switch) = segment.switch(cell) {
+                let mut fault = None;
+                let fitting: Vec<_> = self.fitting(&cells, inside).collect();
+                let mut broken =
+                    self.breaks(segment, (cell, &switch), (states, &fitting), &mut fault);
+                states.retain(|state| {
+                    let on = |(branch, turns): &(usize, [f64; 2])| {
+                        *branch == state.branch && equal(*turns, state.turns)
+                    };
+                    fitting.iter().any(on)
+                        && !segment.jumps_at(state.branch, cell)
+                        && !broken.iter().any(|other| other.same(state))
+                });
+                self.enter(index, cell, &mut broken);
+                states.append(&mut broken);
+                if states.is_empty() {
+                    return Err(fault.unwrap_or_else(|| self.outside(segment)));
+                }
+            }
+            for state in states.iter_mut() {
+                let cell = cells.get(state.branch).and_then(|cells| cells.get(inside));
+                state.rank.cost += cell.map_or(0.0, |cell| cell.travel);
+            }
+        }
+        Ok(())
+    }
+
+    /// States that are best come to by a retract at a switch.
+    fn breaks(
+        &self,
+        segment: &PathSegment,
+        (cell, switch): (usize, &SwitchPoint),
+        (states, fitting): (&[BranchState], &[(usize, [f64; 2])]),
+        fault: &mut Option<AxesError>,
+    ) -> Vec<BranchState> {
+        let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
+            return Vec::new();
+        };
+        let options = retractor.options;
+        let price = if switch.inside { options.price_in_cut } else { options.price };
+        let mut found = Vec::new();
+        for &(branch, turns) in fitting {
+            let Some(of) = segment.branches.get(branch) else { continue };
+            let goes_on = states
+                .iter()
+                .find(|state| state.branch == branch && equal(state.turns, turns))
+                .filter(|_| !of.jumps_at(cell));
+            let mut entered = BranchState {
+                branch,
+                turns,
+                rank: goes_on.map_or(PathRank::NEVER, |on| on.rank),
+                record: None,
+            };
+            if entered.rank.cost <= best.rank.cost + price {
+                continue;
+            }
+            let to = turned(of.start_of(cell), turns);
+            for origin in states {
+                let Some(last) = segment.branches.get(origin.branch) else { continue };
+                let from = turned(last.end_before(cell), origin.turns);
+                let moved = self.travel.moved(from, to);
+                let rank = self.further(origin.rank, price + self.price(moved), to);
+                if !rank.before(entered.rank) {
+                    continue;
+                }
+                let pose = self.pose(last, cell);
+                match retractor.check(switch.piece, &pose, [from, added(from, moved)]) {
+                    Ok(()) => (entered.rank, entered.record) = (rank, origin.record),
+                    Err(error) => *fault = fault.take().or(Some(error)),
+                }
+            }
+            if entered.record.is_some() {
+                found.push(entered);
+            }
+        }
+        found
+    }
+
+    /// The pose at the start of a cell.
+    fn pose(&self, branch: &BranchRun, cell: usize) -> ToolPose {
+        self.follower.inverse.kinematics().forward(&branch.axes_at(cell))
+    }
+
+    /// Weighted \[rad\].
+    fn price(&self, moved: [f64; 2]) -> f64 {
+        let [first, second] = self.follower.options.rotary_weights;
+        first * moved[0].abs() + second * moved[1].abs()
+    }
+
+    /// A link, if it stays inside travel.
+    fn link(&self, link: &LinkMove, rotaries: [[f64; 2]; 2]) -> Result<AxisTrack, AxesError> {
+        let track =
+            self.follower.link(link.tips, rotaries).map_err(|trouble| trouble.of(link.piece))?;
+        // The rotaries go straight between two positions inside travel.
+        for (node, bounds) in track.bounds().enumerate() {
+            if !self.travel.slides_inside(&bounds)
+                && let Some(worst) = self.travel.worst(&bounds, [0.0; 2])
+            {
+                let u = track.nodes.get(node).map_or(0.0, |node| node.s);
+                return Err(self.travel.fault((link.piece, node, u), &worst));
+            }
+        }
+        Ok(track)
+    }
+
+    /// Parts from first to last, with the ways to them.
+    fn trace(
+        &self,
+        segments: &[PathSegment],
+        links: &[LinkMove],
+        last: Option<usize>,
+    ) -> Result<Vec<PlannedRun>, AxesError> {
+        let mut records: Vec<EntryRecord> = Vec::new();
+        let mut at = last;
+        while let Some(record) = at.and_then(|at| self.records.get(at)) {
+            records.push(*record);
+            at = record.back;
+        }
+        records.reverse();
+        let start = &self.follower.options.start;
+        let mut end = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];
+        let mut parts: Vec<PlannedRun> = Vec::with_capacity(records.len());
+        for (index, record) in records.iter().enumerate() {
+            let Some(segment) = segments.get(record.segment) else { continue };
+            let Some(branch) = segment.branches.get(record.branch) else { continue };
+            let next = records.get(index + 1).filter(|next| next.segment == record.segment);
+            let cells = record.cell..next.map_or(segment.count(), |next| next.cell);
+            let own = branch.start_of(record.cell);
+            let begin = added(end, self.travel.moved(end, turned(own, record.turns)));
+            let link = record.segment.checked_sub(1).and_then(|link| links.get(link));
+            let entry = match (record.cell, link) {
+                (0, Some(link)) => RunEntry::Link(self.link(link, [end, begin])?),
+                (0, None) => RunEntry::Start,
+                (cell, _) => self.retract(segment, cell, branch, [end, begin])?,
+            };
+            // Whole turns exactly, so that parts and links meet to the last bit of rounding.
+            let offset = [0, 1].map(|axis| unwrap_near(own[axis], begin[axis]) - own[axis]);
+            end = added(branch.end_before(cells.end), offset);
+            let (segment, branch) = (record.segment, record.branch);
+            parts.push(PlannedRun { entry, segment, branch, cells, offset });
+        }
+        Ok(parts)
+    }
+
+    fn retract(
+        &self,
+        segment: &PathSegment,
+        cell: usize,
+        branch: &BranchRun,
+        rotaries: [[f64; 2]; 2],
+    ) -> Result<RunEntry, AxesError> {
+        let (Some(retractor), Some(at)) = (&self.retractor, segment.switch(cell)) else {
+            return Ok(RunEntry::Start);
+        };
+        let pose = self.pose(branch, cell);
+        let legs = retractor.legs(at.piece, &pose, rotaries)?;
+        Ok(RunEntry::Retract { switch: at, pose, rotaries, legs })
+    }
+}
+
+impl BranchState {
+    fn same(&self, other: &Self) -> bool {
+        self.branch == other.branch && equal(self.turns, other.turns)
+    }
+}
+
+/// Turns are whole numbers.
+fn equal(a: [f64; 2], b: [f64; 2]) -> bool {
+    a.map(f64::to_bits) == b.map(f64::to_bits)
+}
+
+/// Rotaries with whole turns added.
+fn turned(rotaries: [f64; 2], turns: [f64; 2]) -> [f64; 2] {
+    added(rotaries, turns.map(|turns| TAU * turns))
+}
+
+fn added([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
+    [a + c, b + d]
+}
+
+/// The first state that none is before.
+fn cheapest(states: &[BranchState]) -> Option<BranchState> {
+    states
+        .iter()
+        .copied()
+        .reduce(|best, state| if state.rank.before(best.rank) { state } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_costs_are_decided_by_preference() {
+        let a = PathRank { cost: 1.0, unpreferred: 1 };
+        let b = PathRank { cost: 1.0 + 1e-12, unpreferred: 0 };
+        assert!(b.before(a) && !a.before(b));
+        assert!(PathRank { cost: 0.5, unpreferred: 2 }.before(b));
+    }
+}

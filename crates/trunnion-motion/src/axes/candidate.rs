@@ -1,0 +1,65 @@
+//! Branches of the inverse followed over a segment, before travel is considered.
+
+use super::error::AxesError;
+use super::follower::AxisTrack;
+use super::options::AxesOptions;
+use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::types::{AxisVector, Motion};
+
+/// One way to run a shape: a branch, followed by continuity.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CandidateRun {
+    /// Index of the tool-path piece it starts with.
+    pub(super) piece: usize,
+    /// Its curves in order; none for a point.
+    pub(super) runs: Vec<CurveRun>,
+    /// Axes at a point.
+    pub(super) point_axes: Option<AxisVector>,
+    /// Rotaries at both ends \[rad\].
+    pub(super) start: [f64; 2],
+    pub(super) end: [f64; 2],
+}
+
+/// One curve, followed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct CurveRun {
+    /// Index of the tool-path piece.
+    pub(super) piece: usize,
+    pub(super) motion: Motion,
+    pub(super) track: AxisTrack,
+    /// Whether the rotaries jump before it: only a retract can do that.
+    pub(super) jumps: bool,
+}
+
+impl CandidateRun {
+    /// One more curve, which starts where the axes are `near`, and ends where that then is.
+    pub(super) fn extend(
+        &mut self,
+        mut run: CurveRun,
+        near: &mut AxisVector,
+        options: &AxesOptions,
+    ) -> Result<(), AxesError> {
+        let (Some(first), Some(last)) = (run.track.nodes.first(), run.track.nodes.last()) else {
+            return Ok(());
+        };
+        let [from, to] = [first, last].map(|node| rotaries(&node.q[0]));
+        *near = last.q[0];
+        if self.runs.is_empty() {
+            (self.piece, self.start, self.end) = (run.piece, from, from);
+        }
+        let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
+        run.jumps = turn > options.axis_tolerance;
+        if run.jumps && options.retract.is_none() {
+            let piece = run.piece;
+            return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });
+        }
+        self.end = to;
+        self.runs.push(run);
+        Ok(())
+    }
+}
+
+/// Returns the rotaries of an axis position \[rad\].
+pub(super) fn rotaries(q: &AxisVector) -> [f64; 2] {
+    [q[FIRST_ROTARY], q[SECOND_ROTARY]]
+}

@@ -1,0 +1,70 @@
+//! Options for following a tool path.
+
+use crate::types::AxisVector;
+use nalgebra::UnitVector3;
+
+/// Which point the programmed feed refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FeedPoint {
+    /// The tool tip.
+    Tip,
+    /// The cutter contact.
+    Contact,
+}
+
+/// How closely axes follow a tool path. No `Default`: the caller knows the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxesOptions {
+    /// Largest distance between the tip of the axis path and that of the tool path \[mm\].
+    pub tip_tolerance: f64,
+    /// Largest angle between the tool axes of both \[rad\]. A singular direction that is passed
+    /// within a tenth of it is passed straight through, if the tip stays within its tolerance.
+    pub axis_tolerance: f64,
+    /// Largest rotary move between two nodes \[rad\].
+    pub max_rotary_step: f64,
+    /// What `feed_rate` of the nodes refers to.
+    pub feed_at: FeedPoint,
+    /// Price of a radian of each rotary, workpiece side first; the whole path is made as cheap
+    /// as possible.
+    pub rotary_weights: [f64; 2],
+    /// Where the rotaries stand before the path; usually [`crate::machine::Machine::home`].
+    pub start: AxisVector,
+    /// How to leave the part where travel ends on a segment between two links; `None`: that is an
+    /// error.
+    pub retract: Option<RetractOptions>,
+    /// How far the tool axis may be moved where a cut passes a singular direction; `None`: not at all.
+    pub singular: Option<SingularOptions>,
+}
+
+/// How the tool leaves the part to unwind a rotary axis, and what that is worth. The way of the
+/// machine itself is [`crate::machine::RetractPolicy`]. No `Default`: the caller knows part and tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RetractOptions {
+    /// Way out of the part.
+    pub up: UnitVector3<f64>,
+    /// Height of the tip along `up` at which the tool may turn \[mm\]; reached along the tool axis.
+    pub plane: f64,
+    /// Least way along the tool axis \[mm\].
+    pub least: f64,
+    /// Of this way, what next to the part is run as a lead \[mm\]; infinite: all of it.
+    pub approach: f64,
+    /// Distance kept from the ends of travel of the retracting axis \[mm\]: what blocks of a link may
+    /// be off.
+    pub margin: f64,
+    /// Price of a retract between two pieces \[rad\], beside the rotary travel: much more than any
+    /// rotary travel it could save, so that there is one only where the path cannot go on.
+    pub price: f64,
+    /// The same inside a cut.
+    pub price_in_cut: f64,
+}
+
+/// What may be done inside the singular cone. No `Default`: it costs tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SingularOptions {
+    /// Half angle of the cone about the singular direction in which the tool axis may be moved \[rad\].
+    pub cone: f64,
+    /// Turn of the workpiece-side rotary inside the cone below which nothing is done \[rad\].
+    pub min_rotary: f64,
+    /// How far the tool axis may be turned \[rad\]; the tip stays.
+    pub tilt: f64,
+}

@@ -1,0 +1,71 @@
+//! An axis path, and a report of how it follows the tool path.
+
+use crate::types::{AxisPath, ToolPose};
+use std::ops::Range;
+
+/// Worst distance between axis path and tool path, at points between the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PathDeviation {
+    /// Tip \[mm\].
+    pub tip: f64,
+    /// Tool axis \[rad\].
+    pub axis: f64,
+}
+
+/// An axis path and how well it follows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowedPath {
+    /// The axes.
+    pub path: AxisPath,
+    /// The worst deviation found.
+    pub deviation: PathDeviation,
+    /// Weighted rotary travel of the whole path \[rad\] with the prices of retracts, the least of
+    /// all choices of branch, turn and place of retracts.
+    pub rotary_travel: f64,
+    /// Where the tool left the part to unwind, in order.
+    pub retracts: Vec<RetractMove>,
+    /// Where a singular direction is passed otherwise than the tool path says, within what
+    /// [`SingularOptions`] allow.
+    pub passages: Vec<SingularPassage>,
+}
+
+/// A retract that was needed: the tool leaves the part, the rotaries turn, and it comes back to the
+/// very place it left, so that nothing is left uncut.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RetractMove {
+    /// Index of the tool-path piece it interrupts, or that ends or starts there.
+    pub source: usize,
+    /// Parameter of that piece.
+    pub u: f64,
+    /// Whether the tool cuts before and after.
+    pub in_cut: bool,
+    /// Where the tool leaves and comes back.
+    pub pose: ToolPose,
+    /// Rotaries before and after \[rad\].
+    pub rotaries: [[f64; 2]; 2],
+    /// Its pieces in the axis path.
+    pub pieces: Range<usize>,
+}
+
+impl PathDeviation {
+    /// The worse of both, tip and axis apart.
+    #[must_use]
+    pub(crate) fn max(self, other: Self) -> Self {
+        Self { tip: self.tip.max(other.tip), axis: self.axis.max(other.axis) }
+    }
+}
+
+/// A passage of the singular cone that was changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SingularPassage {
+    /// Index of the tool-path piece.
+    pub source: usize,
+    /// Parameter at the closest approach.
+    pub u: f64,
+    /// Least angle to the singular direction, before and after \[rad\].
+    pub distance: [f64; 2],
+    /// Turn of the workpiece-side rotary inside the cone, before and after \[rad\].
+    pub turn: [f64; 2],
+    /// Largest change of the tool axis \[rad\].
+    pub tilt: f64,
+}

@@ -1,0 +1,119 @@
+//! Plans the axes for rotations of the workpiece, and picks among those that fit.
+
+use super::angle_check::{AngleCheck, SampleLevels};
+use super::options::SetupOptions;
+use super::progress::SearchProgress;
+use super::result::{EvaluatedSetup, PathTravel, SetupVerdict};
+use super::workpiece_tilt::WorkpieceTilt;
+use crate::axes::error::AxesError;
+use crate::axes::follow::follow;
+use crate::axes::options::AxesOptions;
+use crate::axes::origins::{self, OriginFit};
+use crate::axes::result::FollowedPath;
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup};
+use crate::types::{Cancelled, ToolPath};
+
+pub(super) struct SetupTask<'a> {
+    pub(super) kinematics: &'a Kinematics,
+    /// The machine without ends of its linear axes.
+    pub(super) endless: Machine,
+    pub(super) path: &'a ToolPath,
+    pub(super) options: &'a AxesOptions,
+    pub(super) search: &'a SetupOptions,
+    pub(super) sight: AngleCheck,
+    /// Tool axes of the path.
+    pub(super) views: SampleLevels,
+    pub(super) progress: SearchProgress<'a>,
+}
+
+/// What was planned.
+#[derive(Debug, Default)]
+pub(super) struct PlannedSetups {
+    /// What fits.
+    pub(super) fitting: Vec<EvaluatedSetup>,
+    /// What does not.
+    pub(super) others: Vec<EvaluatedSetup>,
+}
+
+impl PlannedSetups {
+    /// The largest least angle \[rad\].
+    pub(super) fn least(&self) -> Option<f64> {
+        self.fitting.iter().map(|one| one.least).reduce(f64::max)
+    }
+
+    pub(super) fn add(&mut self, one: EvaluatedSetup) {
+        if one.verdict.fits().is_some() { self.fitting.push(one) } else { self.others.push(one) }
+    }
+}
+
+impl SetupTask<'_> {
+    pub(super) fn followed(
+        &self,
+        on: &Kinematics,
+    ) -> Result<(SetupVerdict, Option<FollowedPath>), AxesError> {
+        match follow(on, self.path, self.options, &self.progress) {
+            Ok(followed) => Ok((SetupVerdict::Fits(travelled(&followed)), Some(followed))),
+            Err(AxesError::Cancelled(stop)) => Err(stop.into()),
+            Err(error) => Ok((SetupVerdict::Fails(error), None)),
+        }
+    }
+
+    /// The rotation as it would be written, and what the axes do with it.
+    pub(super) fn evaluate(&self, lean: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
+        let [_, digit] = self.search.digits;
+        let (x, y, z) = lean.rotation().euler_angles();
+        let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
+        let before = self.kinematics.setup();
+        let mut setup = Setup::new(before.origin, angles, before.tool_length);
+        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
+        let verdict = if seen.leans > 0.0 {
+            SetupVerdict::BeyondTilt(seen.leans)
+        } else {
+            self.verdict(&mut setup)?
+        };
+        Ok(EvaluatedSetup {
+            setup,
+            angles,
+            lean: WorkpieceTilt::of(&setup.rotation),
+            least: seen.least,
+            verdict,
+        })
+    }
+
+    fn verdict(&self, setup: &mut Setup) -> Result<SetupVerdict, Cancelled> {
+        let free = Kinematics::new(&self.endless, setup);
+        let followed = match follow(&free, self.path, self.options, &self.progress) {
+            Ok(followed) => followed,
+            Err(AxesError::Cancelled(stop)) => return Err(stop),
+            Err(error) => return Ok(SetupVerdict::Fails(error)),
+        };
+        let real = Kinematics::new(self.kinematics.machine(), setup);
+        Ok(match origins::place(&real, &followed) {
+            Some(OriginFit::Fits(origin)) => {
+                let [digit, _] = self.search.digits;
+                if origin != setup.origin {
+                    setup.origin = origin.map(|value| rounded(value, digit));
+                }
+                SetupVerdict::Fits(travelled(&followed))
+            }
+            Some(OriginFit::Short { by, axes }) => SetupVerdict::Short { by, axes },
+            None => SetupVerdict::Fits(travelled(&followed)),
+        })
+    }
+}
+
+fn travelled(followed: &FollowedPath) -> PathTravel {
+    let mut rotary = [0.0; 2];
+    for pair in followed.path.pieces.iter().flat_map(|piece| piece.nodes.windows(2)) {
+        let moved = pair[1].q[0] - pair[0].q[0];
+        rotary[0] += moved[FIRST_ROTARY].abs();
+        rotary[1] += moved[SECOND_ROTARY].abs();
+    }
+    let (weighted, retracts) = (followed.rotary_travel, followed.retracts.len());
+    PathTravel { rotary, weighted, retracts }
+}
+
+fn rounded(value: f64, digit: f64) -> f64 {
+    // + 0 turns -0 into 0.
+    (value / digit).round() * digit + 0.0
+}

@@ -1,0 +1,104 @@
+//! Results of the setup search.
+
+use super::workpiece_tilt::WorkpieceTilt;
+use crate::axes::error::AxesError;
+use crate::axes::result::FollowedPath;
+use crate::machine::Setup;
+
+/// A setup and what came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvaluatedSetup {
+    /// The setup. Its origin is the one asked for, unless the path only fits with another.
+    pub setup: Setup,
+    /// Its rotation about the fixed x, then y, then z \[rad\].
+    pub angles: [f64; 3],
+    /// The same as it is clamped.
+    pub lean: WorkpieceTilt,
+    /// Least angle between tool axis and singular directions \[rad\].
+    pub least: f64,
+    /// How the axes do.
+    pub verdict: SetupVerdict,
+}
+
+/// How the axes do with a setup.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SetupVerdict {
+    /// The path is inside travel.
+    Fits(PathTravel),
+    /// The tool-side rotary would have to go beyond its travel: by this much \[rad\].
+    BeyondTilt(f64),
+    /// Linear travel is too short, wherever the origin is.
+    Short {
+        /// By so much \[mm\].
+        by: f64,
+        /// These axes.
+        axes: Vec<String>,
+    },
+    /// There is no axis path.
+    Fails(AxesError),
+}
+
+/// Rotary travel of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathTravel {
+    /// Of each rotary, workpiece side first \[rad\].
+    pub rotary: [f64; 2],
+    /// Weighted, with the prices of retracts \[rad\].
+    pub weighted: f64,
+    /// Retracts to unwind.
+    pub retracts: usize,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetupSearch {
+    /// The setup of the job.
+    pub before: EvaluatedSetup,
+    /// Its axes, if it fits.
+    pub before_axes: Option<FollowedPath>,
+    /// The best setup and its axes; `None` if none fits. It may be the one before.
+    pub best: Option<(EvaluatedSetup, FollowedPath)>,
+    /// Others that were planned, best first.
+    pub others: Vec<EvaluatedSetup>,
+    /// Rotations looked at on the grid.
+    pub looked: usize,
+    /// Of these, how many need the tool-side rotary beyond its travel.
+    pub beyond_tilt: usize,
+    /// What is known of all others.
+    pub assurance: SearchAssurance,
+}
+
+/// What is known of all rotations within the bounds.
+///
+/// RotaryTriangle the workpiece by an angle changes the angle between tool axis and singular directions by
+/// that angle at most, and bounds how far the rotaries move; so one rotation tells of all about it. The
+/// bounds are halved until no part of them can hold a better rotation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchAssurance {
+    /// The least angle of none that fits is larger \[rad\]; `None`: none fits.
+    pub bound: Option<f64>,
+    /// This does not hold for rotations nearer than this \[rad\] to one that was planned in vain for
+    /// another reason than the ends of travel of the rotaries.
+    pub except: f64,
+    /// Rotations that were looked at.
+    pub looked: usize,
+    /// Rotations whose axes were planned.
+    pub planned: usize,
+}
+
+impl SetupVerdict {
+    /// The travel, if the path fits.
+    pub fn fits(&self) -> Option<&PathTravel> {
+        if let Self::Fits(travelled) = self { Some(travelled) } else { None }
+    }
+
+    /// The nearer to fitting, the less.
+    pub(super) fn trouble(&self) -> (u8, f64) {
+        match self {
+            Self::Fits(_) => (0, 0.0),
+            Self::Short { by, .. } => (1, *by),
+            Self::BeyondTilt(by) => (2, *by),
+            Self::Fails(_) => (3, 0.0),
+        }
+    }
+}

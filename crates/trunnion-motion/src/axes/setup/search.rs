@@ -1,0 +1,221 @@
+//! The setup search from start to end.
+
+use super::angle_check::{AngleCheck, SampleLevels};
+use super::evaluation::{PlannedSetups, SetupTask};
+use super::local_search::{SetupCandidate, spread};
+use super::optimality_proof::OptimalityProof;
+use super::options::SetupOptions;
+use super::progress::SearchProgress;
+use super::result::{EvaluatedSetup, SetupSearch, SetupVerdict};
+use super::workpiece_tilt::WorkpieceTilt;
+use crate::axes::error::{self, AxesError};
+use crate::axes::options::AxesOptions;
+use crate::axes::origins;
+use crate::axes::result::FollowedPath;
+use crate::inverse::Inverse;
+use crate::machine::{Kinematics, Setup};
+use crate::types::{Cancelled, Progress, ToolPath};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
+
+/// Searches the rotation of the workpiece that keeps a path farthest from the singular directions and
+/// inside travel, and an origin for it.
+///
+/// The least angle between tool axis and singular directions is looked at on a grid of rotations
+/// within bounds, the best are improved, and for those the axes are planned over the whole path as
+/// [`follow`](super::follow) does; where linear travel ends, the origin is moved as little as can be. Then boxes of
+/// rotations are halved until no rotation that fits can be better by more than
+/// [`SetupOptions::within`]; what is left open is told ([`SearchAssurance`]). Of rotations with (nearly) the
+/// same least angle that were planned the one with the least rotary travel wins. What is returned was
+/// followed with the very numbers of its setup, rounded to [`SetupOptions::digits`].
+///
+/// Least angles are those of tool axes no more than [`SetupOptions::tolerance`] apart.
+///
+/// `options` are those of [`follow`](super::follow) for the path.
+///
+/// # Errors
+///
+/// [`AxesError`]: options or bounds without sense, cancelled. That no setup fits is not an error.
+///
+/// # Source
+///
+/// The angle to the pole bounds the speed of the rotaries: `docs/sources.md#002`.
+pub fn setup(
+    kinematics: &Kinematics,
+    path: &ToolPath,
+    (options, search): (&AxesOptions, &SetupOptions),
+    progress: &dyn Progress,
+) -> Result<SetupSearch, AxesError> {
+    error::options(options)?;
+    check(search)?;
+    let inverse = Inverse::new(kinematics).map_err(|source| AxesError::Inverse {
+        piece: 0,
+        u: 0.0,
+        source,
+    })?;
+    let leans = search.bounds.grid(search.grid);
+    let total = leans.len() as u64;
+    let task = SetupTask {
+        kinematics,
+        endless: origins::endless(kinematics.machine()),
+        path,
+        options,
+        search,
+        sight: AngleCheck::new(&inverse, options.retract.is_none()),
+        views: SampleLevels::new(path, COARSE * search.grid, search.tolerance),
+        progress: SearchProgress { progress, done: AtomicU64::new(0), total },
+    };
+    task.run(leans)
+}
+
+/// Fineness of tool axes on the grid, as a share of its step: little beside what lies between two
+/// rotations of the grid.
+const COARSE: f64 = 0.1;
+
+fn check(search: &SetupOptions) -> Result<(), AxesError> {
+    search.bounds.check()?;
+    let [origin, rotation] = search.digits;
+    for (option, value) in [
+        ("setup.grid", search.grid),
+        ("setup.tolerance", search.tolerance),
+        ("setup.alike", search.alike),
+        ("setup.within", search.within),
+        ("setup.digits of the origin", origin),
+        ("setup.digits of the rotation", rotation),
+    ] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(AxesError::BadOption { option, value });
+        }
+    }
+    Ok(())
+}
+
+/// Setups beside the best that are told.
+const OTHERS: usize = 64;
+
+impl SetupTask<'_> {
+    pub(super) fn run(&self, leans: Vec<WorkpieceTilt>) -> Result<SetupSearch, AxesError> {
+        let (before, before_axes) = self.before()?;
+        let grid = self.grid(leans);
+        let looked = grid.len();
+        let beyond_tilt = grid.iter().filter(|one| one.seen.leans > 0.0).count();
+        let mut inside: Vec<SetupCandidate> =
+            grid.iter().filter(|one| one.seen.fits()).copied().collect();
+        inside.sort_by(|a, b| b.seen.least.total_cmp(&a.seen.least));
+        let mut planned = PlannedSetups::default();
+        if let (true, Some(least)) = (beyond_tilt == looked, least_leaning(&grid)) {
+            planned.others.push(self.without_axes(&least));
+        }
+        self.level(&inside, &mut planned)?;
+        if self.search.bounds.holds(&before.lean) && before.verdict.fits().is_some() {
+            planned.fitting.push(before.clone());
+        }
+        self.polish(&mut planned)?;
+        self.progress.done.store(self.progress.total, AtomicOrdering::Relaxed);
+        let first = planned.least();
+        let assurance = OptimalityProof::new(self).run(&mut planned)?;
+        self.alike(&inside, first, &mut planned)?;
+        let best = self.confirm(planned.fitting, &mut planned.others)?;
+        let mut others = planned.others;
+        others.sort_by(order);
+        others.dedup_by(|a, b| a.setup == b.setup);
+        if let Some((best, _)) = &best {
+            others.retain(|other| other.setup != best.setup);
+        }
+        others.truncate(OTHERS);
+        Ok(SetupSearch { before, before_axes, best, others, looked, beyond_tilt, assurance })
+    }
+
+    /// Where the best was only found after those of the grid had been planned: rotations of the grid
+    /// that are as good.
+    fn alike(
+        &self,
+        inside: &[SetupCandidate],
+        first: Option<f64>,
+        planned: &mut PlannedSetups,
+    ) -> Result<(), Cancelled> {
+        let Some(best) = planned.least() else { return Ok(()) };
+        if first.is_some_and(|first| first >= best - self.search.alike) {
+            return Ok(());
+        }
+        let as_good: Vec<SetupCandidate> = inside
+            .iter()
+            .filter(|one| (one.seen.least - best).abs() <= self.search.alike)
+            .copied()
+            .collect();
+        let some = spread(&as_good, self.search.batch);
+        let judged: Result<Vec<EvaluatedSetup>, Cancelled> =
+            some.par_iter().map(|one| self.evaluate(&one.lean)).collect();
+        judged?.into_iter().for_each(|one| planned.add(one));
+        Ok(())
+    }
+
+    /// The setup as it is, on the machine as it is.
+    fn before(&self) -> Result<(EvaluatedSetup, Option<FollowedPath>), AxesError> {
+        let setup = *self.kinematics.setup();
+        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
+        let (verdict, followed) = self.followed(self.kinematics)?;
+        let (x, y, z) = setup.rotation.euler_angles();
+        let lean = WorkpieceTilt::of(&setup.rotation);
+        Ok((
+            EvaluatedSetup { setup, angles: [x, y, z], lean, least: seen.least, verdict },
+            followed,
+        ))
+    }
+
+    fn without_axes(&self, candidate: &SetupCandidate) -> EvaluatedSetup {
+        let SetupCandidate { lean, seen } = *candidate;
+        let before = self.kinematics.setup();
+        let (x, y, z) = lean.rotation().euler_angles();
+        let setup = Setup::new(before.origin, [x, y, z], before.tool_length);
+        let verdict = SetupVerdict::BeyondTilt(seen.leans);
+        EvaluatedSetup { setup, angles: [x, y, z], lean, least: seen.least, verdict }
+    }
+
+    /// Of those that fit the best whose axes are found on the machine as it is.
+    fn confirm(
+        &self,
+        mut fitting: Vec<EvaluatedSetup>,
+        others: &mut Vec<EvaluatedSetup>,
+    ) -> Result<Option<(EvaluatedSetup, FollowedPath)>, AxesError> {
+        fitting.sort_by(|a, b| b.least.total_cmp(&a.least));
+        let top = fitting.first().map_or(0.0, |one| one.least);
+        let alike = fitting.partition_point(|one| one.least >= top - self.search.alike);
+        if let Some(first) = fitting.get_mut(..alike) {
+            first.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
+        }
+        let mut best = None;
+        for mut one in fitting {
+            if best.is_some() {
+                others.push(one);
+                continue;
+            }
+            let on = Kinematics::new(self.kinematics.machine(), &one.setup);
+            let (verdict, followed) = self.followed(&on)?;
+            one.verdict = verdict;
+            match followed {
+                Some(followed) => best = Some((one, followed)),
+                None => others.push(one),
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Best first: what fits by its least angle, what does not by what is missing.
+fn order(a: &EvaluatedSetup, b: &EvaluatedSetup) -> Ordering {
+    let ([class_a, class_b], [by_a, by_b]) = {
+        let (a, b) = (a.verdict.trouble(), b.verdict.trouble());
+        ([a.0, b.0], [a.1, b.1])
+    };
+    class_a.cmp(&class_b).then(by_a.total_cmp(&by_b)).then(b.least.total_cmp(&a.least))
+}
+
+fn weight(judged: &EvaluatedSetup) -> f64 {
+    judged.verdict.fits().map_or(f64::INFINITY, |travelled| travelled.weighted)
+}
+
+fn least_leaning(grid: &[SetupCandidate]) -> Option<SetupCandidate> {
+    grid.iter().min_by(|a, b| a.seen.leans.total_cmp(&b.seen.leans)).copied()
+}
