@@ -18,9 +18,31 @@ torture cases="20000" seed=`date +%s`:
     TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs::
     PROPTEST_RNG_SEED={{seed}} PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
+# Every fuzz target for so many seconds. Needs a nightly compiler and cargo-fuzz; failures stay in fuzz/artifacts.
+fuzz seconds="60":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    for target in $(cargo +nightly fuzz list); do
+        mkdir -p "fuzz/corpus/$target"
+        cargo +nightly fuzz run "$target" -- -max_total_time={{seconds}} -timeout=10 -rss_limit_mb=2048
+    done
+
 # Figures, side by side with their peers.
 bench:
     cargo bench --workspace
+
+# The book, to target/book. Needs mdbook.
+book:
+    mdbook build docs/book
+
+# Pictures of README and book: the drawings, and a real run. Needs Python, Chromium and ImageMagick.
+pictures:
+    python3 docs/book/draw.py
+    bash docs/pictures.sh
+
+# Accept the help texts, tables and pages as they are now; read the difference line by line.
+snapshots:
+    UPDATE_EXPECT=1 cargo test -p trunnion-cli
 
 # Rewrite the fixtures from their generators (needs Python; the STEP ones also build123d).
 fixtures:
