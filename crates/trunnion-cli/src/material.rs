@@ -130,7 +130,7 @@ fn lines(stock: &StockSummary) -> usize {
 pub(crate) fn left(outcome: &Outcome) -> Option<&verify::Stock> {
     let carved = outcome.programs.iter().filter_map(|program| program.carving.as_ref());
     // The first of equals, as the last is taken.
-    carved.rev().max_by_key(|(carving, _)| carving.count()).map(|(_, left)| left)
+    carved.rev().max_by_key(|stock| stock.report.count()).map(|stock| &stock.remaining)
 }
 
 /// Surface of stock that was cut for a part with a tolerance of `total` \[mm\].

@@ -18,7 +18,7 @@ use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{
-    self, ClInput, ClearanceOptions, Fixture, Input, Options, Promise, Solid, Stock,
+    self, BoundOptions, CheckInput, CheckOptions, ClearanceOptions, Fixture, Solid, Stock,
 };
 
 fn main() {
@@ -98,12 +98,12 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
     let (cutter, file) = (Cutter::new(spec).unwrap(), tilting(60));
     let [low, high] = [Point3::new(-50.0, -30.0, -20.0), Point3::new(50.0, 30.0, 0.0)];
     let block = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, &cutter);
     bencher
         .counter(divan::counter::ItemsCount::new(60usize))
         .with_inputs(|| block.clone())
         .bench_local_values(|mut stock| {
-            verify::simulate_cl(
+            verify::simulate(
                 &input,
                 &mut stock,
                 &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },
@@ -136,7 +136,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     };
     let file = ClFile { records: (0..=100_000).map(record).collect(), ..ClFile::default() };
     let cutter = Cutter::new(spec).unwrap();
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, &cutter);
     // The leaning holder reaches farther out than its radius: 33.9 mm, as measured.
     let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
     let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };
@@ -144,7 +144,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
     bencher
         .counter(divan::counter::ItemsCount::new(100_000usize))
-        .bench_local(|| verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap());
+        .bench_local(|| verify::clearance(&input, &fixtures, &watch, &Silent).unwrap());
 }
 
 #[divan::bench(args = [1.0, 0.2], sample_count = 1, sample_size = 1)]
@@ -156,23 +156,16 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
     let spec =
         CutterSpec { kind, major: MAJOR, minor: MINOR, length: 120.0, construction, shank: vec![] };
     let cutter = Cutter::new(spec).unwrap();
-    let input = Input {
-        program: &program,
-        believed: &kinematics,
-        real: &kinematics,
-        faces: std::slice::from_ref(&face),
-        cutter: &cutter,
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
-    let options = Options {
+    let input =
+        CheckInput::program(&program, &kinematics, &cutter).faces(std::slice::from_ref(&face));
+    let options = CheckOptions {
         grid,
         reach: 5.0,
         ray_tolerance: 1e-4,
         total: 0.2,
         gouge: 0.1,
         most_points: 10_000_000,
-        promise: Some(Promise { margin: [0.01; 2], excess: true }),
+        bounds: Some(BoundOptions { margin: [0.01; 2], excess: true }),
     };
     bencher.bench_local(|| verify::check(&input, &options, &Silent).unwrap());
 }

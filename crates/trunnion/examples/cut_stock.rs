@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use std::time::Instant;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::types::Silent;
-use trunnion::verify::{self, ClInput, Solid, Stock};
+use trunnion::verify::{self, CheckInput, Solid, Stock};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -30,9 +30,9 @@ fn main() -> Result<(), Failure> {
     let file = trunnion::nc::read::cl(&text, 1)?;
     let solid = Solid::Box { low: Point3::new(x, y, z), high: Point3::new(u, v, w) };
     let mut stock = Stock::new(&solid, cell, 100_000_000)?;
-    let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, &cutter);
     let start = Instant::now();
-    let cut = verify::simulate_cl(
+    let cut = verify::simulate(
         &input,
         &mut stock,
         &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },

@@ -21,6 +21,7 @@ use std::path::PathBuf;
 use subject::Subject;
 use told::Told;
 use trunnion::nc::read::Dialect;
+use trunnion::verify::InspectionReport;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -189,7 +190,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
 
 fn write(
     subject: &Subject,
-    found: &subject::Found,
+    found: &InspectionReport,
     told: &mut Told,
     folder: &std::path::Path,
 ) -> Result<Vec<PathBuf>, Failure> {
@@ -200,8 +201,8 @@ fn write(
     }
     outputs.text("report.html", &page::page(subject, found, told)?)?;
     outputs.add("deviation.vtp", |out| export::vtp(out, &found.report.maps))?;
-    if let Some((_, left)) = &found.stock {
-        let surface = material::surface(left, subject.options.total);
+    if let Some(stock) = &found.stock {
+        let surface = material::surface(&stock.remaining, subject.options.total);
         outputs.add("stock.stl", |out| material::write(out, &surface))?;
     }
     let summary = serde_json::to_string_pretty(told).map_err(anyhow::Error::from)?;

@@ -1,12 +1,12 @@
 //! The report of a check.
 
 use super::model::ModelTold;
-use super::subject::{Found, Subject};
+use super::subject::Subject;
 use super::told::{Fraction, Told};
 use crate::outcome::Failure;
 use crate::{material, places, report};
 use trunnion::cutter::Cutter;
-use trunnion::verify::{Sample, Track};
+use trunnion::verify::{InspectionReport, Sample, Track};
 use trunnion_report::{
     Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
 };
@@ -15,7 +15,11 @@ use trunnion_report::{
 const BINS: usize = 60;
 
 /// The page of a check.
-pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<String, Failure> {
+pub(super) fn page(
+    subject: &Subject,
+    found: &InspectionReport,
+    told: &Told,
+) -> Result<String, Failure> {
     let data = ReportData {
         job: subject.program.clone(),
         part: subject.part.clone(),
@@ -40,7 +44,10 @@ pub(super) fn page(subject: &Subject, found: &Found, told: &Told) -> Result<Stri
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
         check: check(subject, found, told),
-        stock: found.stock.as_ref().map(|(_, left)| material::drawn(left, subject.options.total)),
+        stock: found
+            .stock
+            .as_ref()
+            .map(|stock| material::drawn(&stock.remaining, subject.options.total)),
         fixtures: subject.fixtures.as_ref().map(material::held),
         smoothing: String::new(),
     };
@@ -115,7 +122,7 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
     numbers
 }
 
-fn surface(found: &Found) -> Surface {
+fn surface(found: &InspectionReport) -> Surface {
     let mut surface = Surface::default();
     for map in &found.report.maps {
         let drawn = |s: &Sample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
@@ -137,7 +144,7 @@ fn piece(track: &Track) -> PathPiece {
     }
 }
 
-fn check(subject: &Subject, found: &Found, told: &Told) -> Check {
+fn check(subject: &Subject, found: &InspectionReport, told: &Told) -> Check {
     let report = &found.report;
     let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
     let reach = 2.0 * subject.options.total;

@@ -14,18 +14,16 @@ use trunnion::nc::read::{
     AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions,
 };
 use trunnion::nc::write::work_offset;
-use trunnion::pipeline::{self, Fixtures, MOST_COLLISIONS};
+use trunnion::pipeline::{Fixtures, MOST_COLLISIONS};
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, ClInput, ClearanceReport, Finding, Input, Options, Promise, Report, Stock, StockOptions,
-    StockReport, Tables, Tool, Track, VerifyError, WorkOffset,
+    self, CheckInput, CheckOptions, DeviationTolerance, Inspection, InspectionReport, Stock, Tool,
+    Track, VerifyError, WorkOffset,
 };
 
 /// Distance between measured points where nothing is said \[mm\].
 pub(super) const GRID: f64 = 0.2;
-/// Grid on the faces that are not cut, over that on those that are.
-const OTHERS_GRID: f64 = 3.0;
 /// Longest stretch between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
@@ -49,24 +47,13 @@ pub(super) struct Subject {
     /// Tools by their numbers, where there are several.
     pub(super) tools: Vec<(u32, Cutter)>,
     offsets: Vec<WorkOffset>,
-    pub(super) options: Options,
+    pub(super) options: CheckOptions,
     /// Material and fixtures, where they were named.
     stock: Option<Stock>,
     pub(super) fixtures: Option<Fixtures>,
     /// How far the triangles of STEP solids may be off their faces.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
-}
-
-/// What was found.
-pub(super) struct Found {
-    pub(super) report: Report,
-    /// On faces that are not cut: points, and the deepest gouge \[mm\].
-    pub(super) others: (usize, f64),
-    /// What the tool did to the stock, and what is left of it.
-    pub(super) stock: Option<(StockReport, Stock)>,
-    /// How near it came to fixtures.
-    pub(super) clearance: Option<ClearanceReport>,
 }
 
 impl Subject {
@@ -91,7 +78,10 @@ impl Subject {
             Motion::Locations(_) => None,
         };
         let grid = args.grid.unwrap_or(setting.grid);
-        let options = Options::of_tolerance(setting.tolerance, grid);
+        let options = CheckOptions::of_tolerance(
+            DeviationTolerance { excess: setting.tolerance[0], gouge: setting.tolerance[1] },
+            grid,
+        );
         Ok(Self {
             motion,
             program: args.program.display().to_string(),
@@ -110,50 +100,17 @@ impl Subject {
         })
     }
 
-    /// Runs the program and measures what it leaves.
-    pub(super) fn check(&self, bars: &dyn Progress) -> Result<Found, Failure> {
-        self.right_side()?;
-        let mut report = self.measure(&self.faces, &self.options, bars)?;
-        let mut others = (0, 0.0);
-        if !self.others.is_empty() {
-            let grid = OTHERS_GRID * self.options.grid;
-            let promise = self.options.promise.map(|all| Promise { excess: false, ..all });
-            let options = Options { grid, promise, ..self.options };
-            let other = self.measure(&self.others, &options, bars)?;
-            let gouges = other.findings.into_iter().filter(|f| matches!(f, Finding::Gouge(_)));
-            report.findings.extend(gouges);
-            let depth = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
-            others = (other.deviation.points, depth);
-        }
-        let mut stock = self.carve(bars)?;
-        let clearance = self.clearance(bars)?;
-        if let (Some((carving, _)), Some(clearance)) = (&mut stock, &clearance) {
-            pipeline::add_hits(carving, clearance);
-        }
-        Ok(Found { report, others, stock, clearance })
-    }
-
-    /// Refuses faces that the tool cuts from behind: no height on them would mean anything.
-    fn right_side(&self) -> Result<(), Failure> {
-        let (faces, cutter) = (&self.faces[..], &self.cutter);
+    /// Runs the program and reports everything that is found.
+    pub(super) fn check(&self, bars: &dyn Progress) -> Result<InspectionReport, Failure> {
         let tools = self.table();
-        let found = match &self.motion {
-            Motion::Program(program, kinematics) => {
-                verify::behind(&self.input((program, kinematics), faces, &tools))
-            }
-            Motion::Locations(file) => {
-                let input = ClInput { file: &**file, faces, cutter, rest: &[], tools: &tools };
-                verify::behind_cl(&input, self.options.ray_tolerance)
-            }
-        };
-        match found.map_err(|error| self.failure(&error))? {
-            None => Ok(()),
-            Some([back, all]) => Err(Failure::input(format!(
-                "{}: the tool cuts the faces of {} from behind, at {back} of {all} places that were looked at\n  \
-                 help: turn the faces over with --flip, or leave it out; in a job, part.flip",
-                self.program, self.part
-            ))),
+        let mut inspection = Inspection::new(self.input(&tools), self.options).others(&self.others);
+        if let Some(stock) = &self.stock {
+            inspection = inspection.stock(stock, MOST_COLLISIONS);
         }
+        if let Some(fixtures) = &self.fixtures {
+            inspection = inspection.fixtures(fixtures.all(), fixtures.watch());
+        }
+        inspection.run(bars).map_err(|error| self.failure(&error))
     }
 
     /// The tools that the program tells apart.
@@ -161,100 +118,30 @@ impl Subject {
         self.tools.iter().map(|(number, cutter)| Tool { number: *number, cutter }).collect()
     }
 
-    /// Runs the program through stock.
-    fn carve(&self, bars: &dyn Progress) -> Result<Option<(StockReport, Stock)>, Failure> {
-        let Some(mut stock) = self.stock.clone() else { return Ok(None) };
-        let (faces, cutter) = (&self.faces[..], &self.cutter);
-        let tolerance = stock.tolerance(self.options.total);
-        let cutting = StockOptions { tolerance, worst: MOST_COLLISIONS };
-        let carving = match &self.motion {
+    fn input<'a>(&'a self, tools: &'a [Tool<'a>]) -> CheckInput<'a> {
+        let input = match &self.motion {
             Motion::Program(program, kinematics) => {
-                let tools = self.table();
-                let input = self.input((program, kinematics), faces, &tools);
-                verify::simulate(&input, &mut stock, &cutting, bars)
+                CheckInput::program(&**program, kinematics, &self.cutter)
             }
-            Motion::Locations(file) => {
-                let input =
-                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
-                verify::simulate_cl(&input, &mut stock, &cutting, bars)
-            }
+            Motion::Locations(file) => CheckInput::locations(&**file, &self.cutter),
         };
-        Ok(Some((carving.map_err(|error| self.failure(&error))?, stock)))
+        input.faces(&self.faces).tools(tools).offsets(&self.offsets)
     }
 
-    /// How near the program comes to fixtures.
-    fn clearance(&self, bars: &dyn Progress) -> Result<Option<ClearanceReport>, Failure> {
-        let Some(fixtures) = &self.fixtures else { return Ok(None) };
-        let (all, watch) = (fixtures.all(), fixtures.watch());
-        let (faces, cutter) = (&self.faces[..], &self.cutter);
-        let found = match &self.motion {
-            Motion::Program(program, kinematics) => {
-                let tools = self.table();
-                let input = self.input((program, kinematics), faces, &tools);
-                verify::clearance(&input, all, watch, bars)
-            }
-            Motion::Locations(file) => {
-                let input =
-                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
-                verify::clearance_cl(&input, all, watch, bars)
-            }
-        };
-        found.map(Some).map_err(|error| self.failure(&error))
-    }
-
-    fn measure(
-        &self,
-        faces: &[Face],
-        options: &Options,
-        bars: &dyn Progress,
-    ) -> Result<Report, Failure> {
-        let cutter = &self.cutter;
-        let found = match &self.motion {
-            Motion::Program(program, kinematics) => {
-                let tools = self.table();
-                let input = self.input((program, kinematics), faces, &tools);
-                verify::check(&input, options, bars)
-            }
-            Motion::Locations(file) => verify::check_cl(
-                &ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() },
-                options,
-                bars,
-            ),
-        };
-        found.map_err(|error| self.failure(&error))
-    }
-
-    fn input<'a>(
-        &'a self,
-        (program, kinematics): (&'a ProgramText, &'a Kinematics),
-        faces: &'a [Face],
-        tools: &'a [Tool<'a>],
-    ) -> Input<'a> {
-        let (believed, real, cutter) = (kinematics, kinematics, &self.cutter);
-        let tables = Tables { tools, offsets: &self.offsets };
-        Input { program, believed, real, faces, cutter, rest: &[], tables }
-    }
-
-    /// Where the tool goes.
+    /// Positions of the tool for the picture.
     pub(super) fn track(&self) -> Result<Vec<Track>, Failure> {
-        let (faces, cutter) = (&self.faces[..], &self.cutter);
-        let tracks = match &self.motion {
-            Motion::Program(program, kinematics) => {
-                let tools = self.table();
-                verify::track(&self.input((program, kinematics), faces, &tools), DRAWN_STEP)
-            }
-            Motion::Locations(file) => {
-                let input =
-                    ClInput { file: &**file, faces, cutter, rest: &[], tools: &self.table() };
-                verify::track_cl(&input, self.options.ray_tolerance, DRAWN_STEP)
-            }
-        };
-        tracks.map_err(|error| self.failure(&error))
+        let tools = self.table();
+        verify::track(&self.input(&tools), DRAWN_STEP).map_err(|error| self.failure(&error))
     }
 
     fn failure(&self, error: &VerifyError) -> Failure {
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
+            VerifyError::FromBehind { from_back, examined } => Failure::input(format!(
+                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places that were looked at\n  \
+                 help: turn the faces over with --flip, or leave it out; in a job, part.flip",
+                self.program, self.part
+            )),
             error => {
                 let program: Option<&dyn ProgramSource> = match &self.motion {
                     Motion::Program(program, _) => Some(&**program),

@@ -2,14 +2,14 @@
 
 use super::left_open::{ChangesTold, ChoicesTold};
 use super::model::ModelTold;
-use super::subject::{Found, Motion, Subject};
+use super::subject::{Motion, Subject};
 use crate::figure::plain;
 use crate::material;
 use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{AxisAudit, Brief, Extreme, Ratio, Singular};
+use trunnion::verify::{AxisAudit, Brief, Extreme, InspectionReport, Ratio, Singular};
 use trunnion_report::Number;
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
@@ -162,10 +162,10 @@ impl Fraction {
 }
 
 impl Told {
-    pub(super) fn new(subject: &Subject, found: &Found) -> Self {
+    pub(super) fn new(subject: &Subject, found: &InspectionReport) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
-        let carving = found.stock.as_ref().map(|(carving, _)| carving);
+        let carving = found.stock.as_ref().map(|stock| &stock.report);
         let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
@@ -198,7 +198,7 @@ impl Told {
             singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings,
-            stock: stock.map(|(carving, left)| pipeline::stock_summary(carving, left)),
+            stock: stock.map(|stock| pipeline::stock_summary(&stock.report, &stock.remaining)),
             chords: subject.chords.clone(),
             fixtures,
             failures,
@@ -277,7 +277,7 @@ impl Told {
     }
 }
 
-fn fixtures(subject: &Subject, found: &Found) -> Option<FixturesSummary> {
+fn fixtures(subject: &Subject, found: &InspectionReport) -> Option<FixturesSummary> {
     Some(subject.fixtures.as_ref()?.summary(found.clearance.as_ref()?))
 }
 
@@ -324,7 +324,7 @@ impl Heights {
 }
 
 /// Heights in numbers.
-fn heights(subject: &Subject, found: &Found) -> Heights {
+fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     let deviation = &found.report.deviation;
     let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
     Heights {
@@ -344,8 +344,8 @@ fn heights(subject: &Subject, found: &Found) -> Heights {
         unbounded_area: deviation.bounds.map_or(0.0, |bounds| bounds.open),
         lowest: deviation.lowest.as_ref().map(Place::of),
         highest: deviation.highest.as_ref().map(Place::of),
-        others: found.others.0,
-        others_gouge: found.others.1,
+        others: found.others.points,
+        others_gouge: found.others.deepest,
     }
 }
 

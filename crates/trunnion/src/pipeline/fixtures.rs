@@ -116,13 +116,6 @@ pub fn collisions(
     }
 }
 
-/// Adds what a program runs into of fixtures to what it runs into of stock.
-pub fn add_hits(carving: &mut StockReport, clearance: &ClearanceReport) {
-    carving.collisions.extend(clearance.near.iter().filter_map(FixtureApproach::collision));
-    carving.lines.extend(clearance.hits.map(|hits| (CollisionKind::Fixture, hits)));
-    carving.collisions.sort_by_key(|hit| (hit.line, hit.kind));
-}
-
 /// Lines that run into no fixture, but come too near: in words, the first of them.
 pub fn too_near(fixtures: &FixturesSummary) -> Vec<String> {
     let outside: Vec<_> = fixtures.near.iter().filter(|near| near.distance >= 0.0).collect();

@@ -175,7 +175,7 @@ pub fn collided(
 
 /// What a program runs into, and what fixtures it comes too near.
 pub(super) fn failures(program: &Program, solids: &Solids) -> Vec<String> {
-    let carving = program.carving.as_ref().map(|(carving, _)| carving);
+    let carving = program.carving.as_ref().map(|stock| &stock.report);
     let (kept, count) = fixtures::collisions(carving, program.clearance.as_ref());
     let summary = fixtures_summary(program, solids);
     let near = summary.iter().flat_map(fixtures::too_near);

@@ -21,7 +21,7 @@ mod turn_limit;
 
 pub use budget::{Budget, BudgetError, Shares};
 pub use error::PipelineError;
-pub use fixtures::{Fixtures, Held, add_hits, approach, collisions, nearest_fixture, too_near};
+pub use fixtures::{Fixtures, Held, approach, collisions, nearest_fixture, too_near};
 pub use job::{Job, JobError};
 pub use material::{
     MOST_COLLISIONS, MOST_RAYS, Solids, collided, solids, summary as stock_summary,

@@ -3,7 +3,7 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::material::Solids;
-use super::measured::{self, Found};
+use super::measured::{self, CheckedAgainst, WrittenProgram};
 use super::retracts;
 use super::stages::QUINTIC_SHARE;
 use crate::axes::FollowedPath;
@@ -21,7 +21,7 @@ use crate::nc::write::{
 use crate::post::{ReadBackError, WrittenText, control_of, read_back};
 use crate::surface::FaceIndex;
 use crate::types::{Block, Diagnostic, Leg, Motion, Progress, ToolPose, UncutRegion};
-use crate::verify::{self, ClearanceReport, Stock, StockReport};
+use crate::verify::{self, ClearanceReport, CutStock, OtherFaces};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Decimals of cutter locations \[mm\].
@@ -59,12 +59,11 @@ pub struct Program {
     pub check: Option<verify::Report>,
     /// Dialect of the program with the same blocks, whose check holds for this one, too.
     pub same_as: Option<&'static str>,
-    /// What it leaves on the faces that are not cut: points measured, and the deepest gouge \[mm\]. Its finding, if there is one,
-    /// is among those of the check.
-    pub others: (usize, f64),
+    /// Result on the faces that are not cut. Its finding, if there is one, is among those of the check.
+    pub others: OtherFaces,
     /// What it does to the stock of the job and what is left of it; `None` without stock, or where another program has
     /// the same blocks.
-    pub carving: Option<(StockReport, Stock)>,
+    pub carving: Option<CutStock>,
     /// How near it comes to the fixtures of the job; `None` without any, or where another program has the same blocks.
     pub clearance: Option<ClearanceReport>,
     /// Whether links, and whether cuts or their leads, come nearer to a fixture than asked for.
@@ -128,11 +127,17 @@ pub(super) fn write(
             other.check.as_ref().is_some_and(holds) && other.blocks == blocks
         };
         let same_as = programs.iter().find(measured).map(|other| other.dialect);
-        let found = match same_as {
-            Some(_) => Found::default(),
-            None => measured::run(job, (&form, &text, words), (rest, solids), progress)?,
+        let found = if same_as.is_none() {
+            let written = WrittenProgram { form: &form, text: &text, axes: words };
+            let against = CheckedAgainst { rest, solids };
+            Some(measured::run(job, &written, &against, progress)?)
+        } else {
+            None
         };
-        let Found { check, others, carving, clearance } = found;
+        let (check, others, carving, clearance) = match found {
+            Some(found) => (Some(found.report), found.others, found.stock, found.clearance),
+            None => (None, OtherFaces::default(), None, None),
+        };
         let too_near = too_near(clearance.as_ref(), &blocks, (&text, &ends));
         let Form { dialect, file } = form;
         let program = Program {

@@ -265,12 +265,12 @@ fn program(job: &Job, (program, solids): (&Program, &Solids)) -> ProgramSummary 
             points: check.deviation.points,
             rest: check.deviation.rest,
             uncut: check.deviation.uncut,
-            gouge: (-height(&check.deviation.lowest)).max(program.others.1),
+            gouge: (-height(&check.deviation.lowest)).max(program.others.deepest),
             excess: height(&check.deviation.highest).max(0.0),
             gouge_bound: check.deviation.bounds.map(|bounds| bounds.gouge),
             excess_bound: check.deviation.bounds.and_then(|bounds| bounds.excess),
             unbounded_area: check.deviation.bounds.map_or(0.0, |bounds| bounds.open),
-            others: program.others.0,
+            others: program.others.points,
             duration: check.audit.as_ref().map_or(0.0, |audit| audit.duration),
             velocity_ratio: worst(check, |axis| axis.velocity.worst),
             acceleration_ratio: check
@@ -278,7 +278,10 @@ fn program(job: &Job, (program, solids): (&Program, &Solids)) -> ProgramSummary 
                 .is_some()
                 .then(|| worst(check, |axis| axis.acceleration.worst)),
         }),
-        stock: program.carving.as_ref().map(|(carving, left)| material::summary(carving, left)),
+        stock: program
+            .carving
+            .as_ref()
+            .map(|stock| material::summary(&stock.report, &stock.remaining)),
         fixtures: material::fixtures_summary(program, solids),
     }
 }

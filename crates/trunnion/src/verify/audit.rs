@@ -2,14 +2,15 @@
 
 use super::blocks::Blocks;
 use super::control_model::Model;
+use super::error::VerifyError;
 use super::inner::Inner;
 use super::replay::{Block, Control, Course, Segment};
 use super::report::{Audit, AxisAudit, Overrun, Ratio};
 use super::run::Run;
 use super::tools::{Changes, Controls};
 use super::turns::Choices;
-use super::{Input, VerifyError};
 use crate::machine::{Axis, FIRST_ROTARY};
+use crate::nc::read::ProgramSource;
 use crate::types::{AXES, AxisVector};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
@@ -36,7 +37,7 @@ pub(super) struct Audited {
 pub(super) fn audit(
     controls: &Controls,
     run: &Run<'_>,
-    input: &Input<'_>,
+    program: &dyn ProgramSource,
 ) -> Result<Audited, VerifyError> {
     let control = controls.first();
     let mut replay = run.replay().ok_or(VerifyError::NoMotion)?;
@@ -64,7 +65,7 @@ pub(super) fn audit(
         if segment.duration <= 0.0 {
             continue;
         }
-        let stretch = stretch(control, segment, input)?;
+        let stretch = stretch(control, segment, program)?;
         let fastest = fastest(&inner, &stretch, &mut axes);
         blocks.take(control, segment, &fastest)?;
         model.chord(control, segment, &fastest);
@@ -78,7 +79,7 @@ pub(super) fn audit(
             continue;
         }
         let (joints, duration) = ([start, segment.joints[1]], segment.block.duration);
-        let stretch = self::stretch(control, &Segment { joints, duration, ..*segment }, input)?;
+        let stretch = self::stretch(control, &Segment { joints, duration, ..*segment }, program)?;
         between(&mut axes, before.as_ref(), Some(&stretch), &mut change);
         model.end(stretch.line, stretch.duration, [stretch.velocity, stretch.slack]);
         before = Some(stretch);
@@ -130,15 +131,15 @@ fn fastest(inner: &Inner, stretch: &Stretch, axes: &mut [AxisState<'_>; AXES]) -
 fn stretch(
     control: &Control,
     segment: &Segment,
-    input: &Input<'_>,
+    program: &dyn ProgramSource,
 ) -> Result<Stretch, VerifyError> {
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
-    let error = joint_rounding(control, segment, &rounded(input.program.rounding()))?;
+    let error = joint_rounding(control, segment, &rounded(program.rounding()))?;
     // F = 60 / duration in inverse time; a speed is run as it stands. What rounding does to a block goes through all of
     // its chords evenly.
     let block = segment.block;
-    let feed = if block.timed { input.program.feed_rounding() } else { 0.0 };
+    let feed = if block.timed { program.feed_rounding() } else { 0.0 };
     let feed = 2.0 * feed * block.duration / 60.0;
     let slack = error * (2.0 / block.duration) + velocity.abs() * feed.min(1.0);
     Ok(Stretch { line: segment.line, velocity, duration, block, slack })

@@ -1,11 +1,11 @@
 //! Programs and cutter locations as moves, from the start as often as it takes.
 
+use super::error::VerifyError;
 use super::known::Known;
 use super::replay::{Block, Control, Counted, Course, Mover, Segment, TipFrame, apply};
 use super::tools;
-use super::tools::{Changes, Controls, Offsets, Tables, WorkOffset};
+use super::tools::{Changes, Controls, Offsets, Tables, Tool, WorkOffset};
 use super::turns::{Choices, Turned};
-use super::{ClInput, VerifyError};
 use crate::nc::read::{
     Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
 };
@@ -34,7 +34,8 @@ impl<'a> Run<'a> {
     /// A program from the machine's home position; arcs in chords within `tolerance` \[mm\].
     pub(super) fn program(
         controls: &'a Controls,
-        (program, tables): (&'a dyn ProgramSource, &Tables<'_>),
+        program: &'a dyn ProgramSource,
+        tables: &Tables<'_>,
         tolerance: f64,
     ) -> Self {
         let offsets = Offsets::new(controls.first(), tables);
@@ -44,9 +45,13 @@ impl<'a> Run<'a> {
 
     /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
     /// time: nothing is known of a machine.
-    pub(super) fn locations(input: &ClInput<'a>, tolerance: f64) -> Result<Self, VerifyError> {
-        let places = tools::places(input.file, input.tools)?;
-        let source = Source::Locations(input.file, places);
+    pub(super) fn locations(
+        file: &'a dyn ClSource,
+        table: &[Tool<'_>],
+        tolerance: f64,
+    ) -> Result<Self, VerifyError> {
+        let places = tools::places(file, table)?;
+        let source = Source::Locations(file, places);
         Ok(Self { mover: Mover::Locations, source, tolerance })
     }
 

@@ -1,8 +1,10 @@
 //! Where the tool goes, for pictures.
 
+use super::error::VerifyError;
+use super::input::CheckInput;
+use super::options::CHORD_SHARE;
 use super::replay::{Course, Segment};
 use super::run::Run;
-use super::{CHORD_SHARE, ClInput, Input, VerifyError, controls};
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
 
@@ -28,24 +30,14 @@ const MOST_POSES: usize = 200_000;
 /// Share of the step by which positions are thinned out first.
 const FINEST: f64 = 0.125;
 
-/// Tool positions of a program, at most `step` \[mm\] apart; of some hundred thousand, every other or fewer.
+/// Returns the positions of the tool, at most `step` \[mm\] apart; of several hundred thousand, every other or fewer.
 ///
 /// # Errors
 ///
 /// [`VerifyError`].
-pub fn track(input: &Input<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
-    let controls = controls(input)?;
-    let program = (input.program, &input.tables);
-    tracks(&Run::program(&controls, program, CHORD_SHARE * step), step)
-}
-
-/// Tool positions of a CL file, at most `step` \[mm\] apart.
-///
-/// # Errors
-///
-/// [`VerifyError`].
-pub fn track_cl(input: &ClInput<'_>, tolerance: f64, step: f64) -> Result<Vec<Track>, VerifyError> {
-    tracks(&Run::locations(input, CHORD_SHARE * tolerance)?, step)
+pub fn track(input: &CheckInput<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
+    let controls = input.controls()?;
+    tracks(&input.run(controls.as_ref(), CHORD_SHARE * step)?, step)
 }
 
 fn tracks(run: &Run<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {

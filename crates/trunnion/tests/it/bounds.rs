@@ -10,7 +10,7 @@ use trunnion::surface::{
     TrimCurve, TrimLoop,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Deviation, Finding, Options, Promise};
+use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Deviation, Finding};
 
 const RADIUS: f64 = 4.0;
 
@@ -108,7 +108,7 @@ fn rows_of(face: &Face, deeper: f64, pose: fn(&Face, [f64; 2], [f64; 2]) -> Tool
     ClFile { records, ..ClFile::default() }
 }
 
-fn measure(face: &Face, file: &ClFile, grid: f64, promise: Option<Promise>) -> Deviation {
+fn measure(face: &Face, file: &ClFile, grid: f64, promise: Option<BoundOptions>) -> Deviation {
     measure_with(&cutter(CutterKind::Ball), (face, file), grid, promise)
 }
 
@@ -116,23 +116,23 @@ fn measure_with(
     cutter: &Cutter,
     (face, file): (&Face, &ClFile),
     grid: f64,
-    promise: Option<Promise>,
+    promise: Option<BoundOptions>,
 ) -> Deviation {
     let faces = std::slice::from_ref(face);
-    let input = ClInput { file, faces, cutter, rest: &[], tools: &[] };
-    let options = Options {
+    let input = CheckInput::locations(file, cutter).faces(faces);
+    let options = CheckOptions {
         grid,
         reach: 1.0,
         ray_tolerance: 1e-5,
         total: 0.05,
         gouge: 0.002,
         most_points: 1_000_000,
-        promise,
+        bounds: promise,
     };
-    verify::check_cl(&input, &options, &Silent).unwrap().deviation
+    verify::check(&input, &options, &Silent).unwrap().deviation
 }
 
-const PROMISE: Promise = Promise { margin: [1e-3; 2], excess: true };
+const PROMISE: BoundOptions = BoundOptions { margin: [1e-3; 2], excess: true };
 
 fn heights(deviation: &Deviation) -> [f64; 2] {
     [deviation.lowest.unwrap().height, deviation.highest.unwrap().height]
@@ -175,17 +175,17 @@ fn a_dent_between_the_points_is_found_or_bounded_within_the_tolerance() {
         let file = rows(&face, deeper);
         let (file, cutter) = (&file, &cutter(CutterKind::Ball));
         let faces = std::slice::from_ref(&face);
-        let input = ClInput { file, faces, cutter, rest: &[], tools: &[] };
-        let options = Options {
+        let input = CheckInput::locations(file, cutter).faces(faces);
+        let options = CheckOptions {
             grid: 0.9,
             reach: 1.0,
             ray_tolerance: exact,
             total: 0.05,
             gouge: 0.002,
             most_points: 1_000_000,
-            promise: Some(Promise { margin: [8e-3; 2], excess: true }),
+            bounds: Some(BoundOptions { margin: [8e-3; 2], excess: true }),
         };
-        let dented = verify::check_cl(&input, &options, &Silent).unwrap().deviation;
+        let dented = verify::check(&input, &options, &Silent).unwrap().deviation;
         let (gouge, bounds) = (-heights(&dented)[0], dented.bounds.unwrap());
         assert!(bounds.open <= 0.0, "{bounds:?}");
         // The bound may stay beyond by a twentieth of the margin, or twice what is measured inexactly.
@@ -263,9 +263,12 @@ fn a_small_gouge_counts_where_much_may_stand() {
     for (deeper, gouges) in [(0.0, 0), (0.004, 1)] {
         let file = rows(&face, deeper);
         let faces = std::slice::from_ref(&face);
-        let input = ClInput { file: &file, faces, cutter: &cutter, rest: &[], tools: &[] };
-        let options = Options::of_tolerance([0.9, 0.002], 0.9);
-        let report = verify::check_cl(&input, &options, &Silent).unwrap();
+        let input = CheckInput::locations(&file, &cutter).faces(faces);
+        let options = CheckOptions::of_tolerance(
+            trunnion::verify::DeviationTolerance { excess: 0.9, gouge: 0.002 },
+            0.9,
+        );
+        let report = verify::check(&input, &options, &Silent).unwrap();
         let found = report.findings.iter().filter(|f| matches!(f, Finding::Gouge(_)));
         assert_eq!(found.count(), gouges, "{:?}", report.findings);
     }

@@ -12,19 +12,19 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{CylinderSurface, Face, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::Silent;
-use trunnion::verify::{self, Finding, Input, Options, Report, Track, VerifyError};
+use trunnion::verify::{self, CheckInput, CheckOptions, Finding, Report, Track, VerifyError};
 
 /// Of the part, and of the tool \[mm\].
 const RADII: [f64; 2] = [30.0, 5.0];
 
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 1.0,
     reach: 1.0,
     ray_tolerance: 1e-4,
     total: 2e-3,
     gouge: 1e-3,
     most_points: 100_000,
-    promise: None,
+    bounds: None,
 };
 
 /// Lines of the program, which is right as it stands.
@@ -58,7 +58,7 @@ fn face() -> Face {
         .unwrap()
 }
 
-fn run<T>(text: &str, work: impl Fn(&Input<'_>) -> T) -> T {
+fn run<T>(text: &str, work: impl Fn(&CheckInput<'_>) -> T) -> T {
     let machine = shop::machine(Layout::TableTable);
     let words = AxisWords::of(&machine, false).unwrap();
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
@@ -70,15 +70,7 @@ fn run<T>(text: &str, work: impl Fn(&Input<'_>) -> T) -> T {
     let cutter = Cutter::new(spec).unwrap();
     let (believed, real) = (&kinematics, &kinematics);
     let faces = &[face()];
-    work(&Input {
-        program: &program,
-        believed,
-        real,
-        faces,
-        cutter: &cutter,
-        rest: &[],
-        tables: verify::Tables::NONE,
-    })
+    work(&CheckInput::program(&program, believed, &cutter).machine(real).faces(faces))
 }
 
 fn check(text: &str) -> Report {

@@ -13,17 +13,17 @@ use trunnion::nc::read::{self, Dialect, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, Extreme, Finding, Input, Options, Promise, Report};
+use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Extreme, Finding, Report};
 
 const RADIUS: f64 = 5.0;
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 0.5,
     reach: 4.0,
     ray_tolerance: 1e-4,
     total: 0.02,
     gouge: 0.002,
     most_points: 100_000,
-    promise: Some(Promise { margin: [1e-3; 2], excess: true }),
+    bounds: Some(BoundOptions { margin: [1e-3; 2], excess: true }),
 };
 
 /// A machine whose slides but Z are ten times as fast as Z.
@@ -70,7 +70,7 @@ impl Job {
         self.check_with(stops, &OPTIONS)
     }
 
-    fn check_with(&self, stops: &[(bool, [f64; 5])], options: &Options) -> Report {
+    fn check_with(&self, stops: &[(bool, [f64; 5])], options: &CheckOptions) -> Report {
         let words = AxisWords::of(self.kinematics.machine(), false).unwrap();
         let mut text = "G21 G90 G17 G54 G94 F3000\n".to_owned();
         for &(rapid, by) in stops {
@@ -86,7 +86,10 @@ impl Job {
         let program = read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
         let (believed, real, cutter) = (&self.kinematics, &self.kinematics, &self.cutter);
         let (faces, tables) = (std::slice::from_ref(&self.face), verify::Tables::NONE);
-        let input = Input { program: &program, believed, real, faces, cutter, rest: &[], tables };
+        let input = CheckInput::program(&program, believed, cutter)
+            .machine(real)
+            .faces(faces)
+            .tables(tables);
         verify::check(&input, options, &Silent).unwrap()
     }
 
@@ -188,7 +191,7 @@ fn a_face_that_a_rapid_finishes_is_told() {
         stops
     };
     // The face lies up to 0.05 mm lower, and rows 1 mm apart leave 0.025 mm more, those 2 mm apart 0.1 mm.
-    let options = Options { total: 0.12, ..OPTIONS };
+    let options = CheckOptions { total: 0.12, ..OPTIONS };
     let findings = |rapid: usize| job.check_with(&rows(rapid), &options).findings;
     assert_eq!(findings(usize::MAX), []);
     let found = findings(5);

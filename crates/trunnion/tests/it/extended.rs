@@ -11,7 +11,7 @@ use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Options};
+use trunnion::verify::{self, CheckInput, CheckOptions};
 
 /// What is promised of a height \[mm\].
 const CLOSE: f64 = 1e-4;
@@ -229,17 +229,17 @@ proptest! {
         };
         let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
         let faces = [plane()];
-        let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
-        let options = Options {
+        let input = CheckInput::locations(&file, &cutter).faces(&faces);
+        let options = CheckOptions {
             grid: 1.0,
             reach: 2.0,
             ray_tolerance: 0.5 * CLOSE,
             total: 0.1,
             gouge: 0.1,
             most_points: 10_000,
-            promise: None,
+            bounds: None,
         };
-        let report = verify::check_cl(&input, &options, &Silent).unwrap();
+        let report = verify::check(&input, &options, &Silent).unwrap();
         let moves: Vec<Move> = path.windows(2).map(|pair| Move::new([&pair[0], &pair[1]])).collect();
         for sample in report.maps[0].samples.iter().flatten() {
             let nearest = |s: f64| {

@@ -16,7 +16,7 @@ use trunnion::nc::read::{
 };
 use trunnion::types::{Mesh, Silent, ToolPose};
 use trunnion::verify::{
-    self, ClInput, ClearanceOptions, ClearanceReport, CollisionKind, Fixture, Input, Solid,
+    self, CheckInput, ClearanceOptions, ClearanceReport, CollisionKind, Fixture, Solid,
 };
 
 const TOLERANCE: f64 = 1e-3;
@@ -41,11 +41,11 @@ fn clearance(
     clearance: f64,
 ) -> ClearanceReport {
     let file = file(path);
-    let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, cutter);
     let fixture = |solid| Fixture::new(solid, 0.1 * TOLERANCE).unwrap();
     let fixtures: Vec<Fixture> = solids.iter().map(fixture).collect();
     let watch = ClearanceOptions { tolerance: TOLERANCE, clearance, worst: 100 };
-    verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap()
+    verify::clearance(&input, &fixtures, &watch, &Silent).unwrap()
 }
 
 /// From a segment of the half plane of the axis.
@@ -333,15 +333,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         let axes = AxisWords::of(&machine, false).unwrap();
         let options = ReadOptions::new(Dialect::LinuxCnc, axes, 5);
         let program = read::read("G21 G90 G94\nG0 Z-1\nG0 X40 Y10\nM2\n", &options).unwrap();
-        let input = Input {
-            program: &program,
-            believed: &kinematics,
-            real: &kinematics,
-            faces: &[],
-            cutter: &flat,
-            rest: &[],
-            tables: trunnion::verify::Tables::NONE,
-        };
+        let input = CheckInput::program(&program, &kinematics, &flat);
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];
         let fixture = Fixture::new(&Solid::Box { low, high }, 1e-4).unwrap();
@@ -356,13 +348,13 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
 fn what_triangles_may_be_off_is_added() {
     let flat = cutter(CutterKind::Flat, 4.0, 0.0, vec![]);
     let file = file(&[upright(0.0, 0.0, 0.0), upright(9.0, 0.0, 0.0)]);
-    let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, &flat);
     let [low, high] = [Point3::new(-9.0, -9.0, -9.0), Point3::new(20.0, 9.0, -0.02)];
     let solid = Solid::Box { low, high };
     let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
     for (allowance, lines) in [(0.01, 0), (0.03, 1)] {
         let fixture = Fixture::new(&solid, 1e-4).unwrap().grown(allowance);
-        let found = verify::clearance_cl(&input, &[fixture], &watch, &Silent).unwrap();
+        let found = verify::clearance(&input, &[fixture], &watch, &Silent).unwrap();
         assert!((found.least.unwrap().distance - (0.02 - allowance)).abs() < 1e-3);
         assert_eq!(found.near.len(), lines);
     }

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, ClInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
+use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
 const TOLERANCE: f64 = 5e-4;
 /// Depths are told to a twentieth, and to half a micrometre.
@@ -32,10 +32,10 @@ fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> StockRepor
         ClRecord { line, pose, motion, way: ClWay::Straight }
     };
     let file = ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() };
-    let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
+    let input = CheckInput::locations(&file, cutter);
     let mut stock = Stock::new(solid, cell, 10_000_000).unwrap();
     let cutting = StockOptions { tolerance: TOLERANCE, worst: 100 };
-    verify::simulate_cl(&input, &mut stock, &cutting, &Silent).unwrap()
+    verify::simulate(&input, &mut stock, &cutting, &Silent).unwrap()
 }
 
 fn block() -> Solid {

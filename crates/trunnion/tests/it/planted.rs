@@ -18,7 +18,7 @@ use trunnion::surface::{
     Face, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
 use trunnion::types::{Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Finding, Input, Options, Promise, Report};
+use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Finding, Report};
 
 const RADIUS: f64 = 5.0;
 /// Half of the patch's side.
@@ -28,14 +28,14 @@ const LIFT: f64 = 0.0006;
 const ROWS: u32 = 12;
 const STEPS: u32 = 16;
 
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 0.1,
     reach: 1.0,
     ray_tolerance: 2e-5,
     total: 0.012,
     gouge: 0.001,
     most_points: 1_000_000,
-    promise: Some(Promise { margin: [5e-4; 2], excess: true }),
+    bounds: Some(BoundOptions { margin: [5e-4; 2], excess: true }),
 };
 
 /// Rows with a ball over a patch, the tool swinging, and a holder.
@@ -122,15 +122,9 @@ impl Job {
     fn check_of(&self, text: &str, machine: &Machine, real: &Setup, face: &Face) -> Report {
         let program = parse(text, machine);
         let [believed, real] = [&self.setup, real].map(|setup| Kinematics::new(machine, setup));
-        let input = Input {
-            program: &program,
-            believed: &believed,
-            real: &real,
-            faces: std::slice::from_ref(face),
-            cutter: &self.cutter,
-            rest: &[],
-            tables: verify::Tables::NONE,
-        };
+        let input = CheckInput::program(&program, &believed, &self.cutter)
+            .machine(&real)
+            .faces(std::slice::from_ref(face));
         verify::check(&input, &OPTIONS, &Silent).unwrap()
     }
 
@@ -269,8 +263,8 @@ fn a_holder_grazing_by_five_micrometres() {
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
     let face =
         Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()], false).unwrap();
-    let promise = Some(Promise { margin: [5e-4; 2], excess: false });
-    let options = Options { grid: 1.0, promise, ..OPTIONS };
+    let bounds = Some(BoundOptions { margin: [5e-4; 2], excess: false });
+    let options = CheckOptions { grid: 1.0, bounds, ..OPTIONS };
     let check = |nearer: f64| {
         let record = |k: u32| {
             let x = if k == 7 { -nearer } else { 0.0 };
@@ -279,12 +273,8 @@ fn a_holder_grazing_by_five_micrometres() {
         };
         let file = ClFile { records: (1..12).map(record).collect(), ..ClFile::default() };
         let (faces, cutter) = (std::slice::from_ref(&face), &job.cutter);
-        verify::check_cl(
-            &ClInput { file: &file, faces, cutter, rest: &[], tools: &[] },
-            &options,
-            &Silent,
-        )
-        .unwrap()
+        verify::check(&CheckInput::locations(&file, cutter).faces(faces), &options, &Silent)
+            .unwrap()
     };
     // Only gouges count on a wall that is not cut.
     let gouges = |report: &Report| {

@@ -17,7 +17,7 @@ use trunnion::cutter::Cutter;
 use trunnion::surface::Face;
 use trunnion::types::Silent;
 use trunnion::verify::{
-    Input, Report, Solid, Stock, StockOptions, StockReport, check, check_cl, simulate, simulate_cl,
+    CheckInput, Report, Solid, Stock, StockOptions, StockReport, check, simulate,
 };
 
 fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
@@ -25,20 +25,12 @@ fn checked(way: &Way, cutter: &Cutter, face: &Face, grid: f64) -> Report {
     let faces = std::slice::from_ref(face);
     if way.mode == Mode::Circle {
         let file = way.file();
-        let input = trunnion::verify::ClInput { file: &file, faces, cutter, rest: &[], tools: &[] };
-        return check_cl(&input, &options, &Silent).unwrap();
+        let input = trunnion::verify::CheckInput::locations(&file, cutter).faces(faces);
+        return check(&input, &options, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
-    let input = Input {
-        program: &program,
-        believed,
-        real,
-        faces,
-        cutter,
-        rest: &[],
-        tables: trunnion::verify::Tables::NONE,
-    };
+    let input = CheckInput::program(&program, believed, cutter).machine(real).faces(faces);
     check(&input, &options, &Silent).unwrap()
 }
 
@@ -75,22 +67,12 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> StockReport {
     let tolerance = 1e-4;
     if way.mode == Mode::Circle {
         let file = way.file();
-        let input =
-            trunnion::verify::ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
-        return simulate_cl(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent)
-            .unwrap();
+        let input = trunnion::verify::CheckInput::locations(&file, cutter);
+        return simulate(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
-    let input = Input {
-        program: &program,
-        believed,
-        real,
-        faces: &[],
-        cutter,
-        rest: &[],
-        tables: trunnion::verify::Tables::NONE,
-    };
+    let input = CheckInput::program(&program, believed, cutter).machine(real);
     simulate(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent).unwrap()
 }
 

@@ -20,7 +20,7 @@ use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::nc::write::work_offset;
 use trunnion::surface::Face;
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, Input, Solid, Stock, StockOptions, Tables};
+use trunnion::verify::{self, CheckInput, Solid, Stock, StockOptions, Tables};
 
 /// What a program's words are, and how the tool turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -209,12 +209,22 @@ impl Run {
         text.push('\n');
     }
 
-    fn input<T>(&self, faces: &[Face], cutter: &Cutter, work: impl FnOnce(&Input<'_>) -> T) -> T {
+    fn input<T>(
+        &self,
+        faces: &[Face],
+        cutter: &Cutter,
+        work: impl FnOnce(&CheckInput<'_>) -> T,
+    ) -> T {
         let words = AxisWords::of(self.kinematics.machine(), false).unwrap();
         let dialect = if self.is_vector() { Dialect::Siemens } else { Dialect::LinuxCnc };
         let program = read::read(&self.text, &ReadOptions::new(dialect, words, 5)).unwrap();
         let (believed, real, tables) = (&self.kinematics, &self.kinematics, Tables::NONE);
-        work(&Input { program: &program, believed, real, faces, cutter, rest: &[], tables })
+        work(
+            &CheckInput::program(&program, believed, cutter)
+                .machine(real)
+                .faces(faces)
+                .tables(tables),
+        )
     }
 }
 

@@ -13,7 +13,7 @@ use trunnion::import::ImportError;
 use trunnion::import::step::StepReader;
 use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
 use trunnion::types::{Mesh, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, ClearanceOptions, Fixture, Solid, Stock};
+use trunnion::verify::{self, CheckInput, ClearanceOptions, Fixture, Solid, Stock};
 
 const READER: StepReader = StepReader { chord: 0.002, same: 0.01 };
 
@@ -149,9 +149,9 @@ fn a_solid_is_a_fixture() {
         };
         let records = (1..).zip([30.0, above]).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
-        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+        let input = CheckInput::locations(&file, &cutter);
         let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
-        let found = verify::clearance_cl(&input, &fixtures, &watch, &Silent).unwrap();
+        let found = verify::clearance(&input, &fixtures, &watch, &Silent).unwrap();
         assert!((found.least.unwrap().distance - above).abs() < 1e-3, "{found:?}");
         assert_eq!(found.near.len(), lines);
     }

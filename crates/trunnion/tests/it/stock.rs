@@ -13,9 +13,7 @@ use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{
-    self, ClInput, CollisionKind, Input, Solid, Stock, StockOptions, StockReport,
-};
+use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
 const CUTTING: StockOptions = StockOptions { tolerance: 1e-4, worst: 100 };
 
@@ -38,8 +36,8 @@ fn file(moves: &[(ToolPose, bool)]) -> ClFile {
 
 fn carve(moves: &[(ToolPose, bool)], cutter: &Cutter, stock: &mut Stock) -> StockReport {
     let file = file(moves);
-    let input = ClInput { file: &file, faces: &[], cutter, rest: &[], tools: &[] };
-    verify::simulate_cl(&input, stock, &CUTTING, &Silent).unwrap()
+    let input = CheckInput::locations(&file, cutter);
+    verify::simulate(&input, stock, &CUTTING, &Silent).unwrap()
 }
 
 fn block(cell: f64) -> Stock {
@@ -137,15 +135,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         let options = ReadOptions::new(Dialect::LinuxCnc, axes, 5);
         let text = "G21 G90 G94\nG0 Z-1\nG0 X40 Y10\nG1 Y12 F100\nM2\n";
         let program = read::read(text, &options).unwrap();
-        let input = Input {
-            program: &program,
-            believed: &kinematics,
-            real: &kinematics,
-            faces: &[],
-            cutter: &flat,
-            rest: &[],
-            tables: verify::Tables::NONE,
-        };
+        let input = CheckInput::program(&program, &kinematics, &flat);
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];
         let mut stock = Stock::new(&Solid::Box { low, high }, 0.1, 100_000).unwrap();
@@ -186,10 +176,9 @@ fn of_many_collisions_the_worst_are_kept_and_all_are_counted() {
         .collect();
     let run = |worst: usize| {
         let file = file(&moves);
-        let input = ClInput { file: &file, faces: &[], cutter: &flat, rest: &[], tools: &[] };
+        let input = CheckInput::locations(&file, &flat);
         let mut stock = block(0.5);
-        verify::simulate_cl(&input, &mut stock, &StockOptions { worst, ..CUTTING }, &Silent)
-            .unwrap()
+        verify::simulate(&input, &mut stock, &StockOptions { worst, ..CUTTING }, &Silent).unwrap()
     };
     let (all, some) = (run(1000), run(3));
     let mut deepest = all.collisions.clone();

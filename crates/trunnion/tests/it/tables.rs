@@ -11,19 +11,19 @@ use trunnion::nc::write::work_offset;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    self, ClInput, Finding, Input, Options, Report, Solid, Stock, Tables, Tool, VerifyError,
+    self, CheckInput, CheckOptions, Finding, Report, Solid, Stock, Tables, Tool, VerifyError,
     WorkOffset,
 };
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 1.0,
     reach: 3.0,
     ray_tolerance: 1e-5,
     total: 0.02,
     gouge: 0.002,
     most_points: 100_000,
-    promise: None,
+    bounds: None,
 };
 
 fn kinematics() -> Kinematics {
@@ -62,7 +62,8 @@ fn check(
     let words = AxisWords::of(kinematics.machine(), false).unwrap();
     let program = read::read(text, &ReadOptions::new(dialect, words, 5)).unwrap();
     let (believed, real) = (&kinematics, &kinematics);
-    let input = Input { program: &program, believed, real, faces, cutter, rest: &[], tables };
+    let input =
+        CheckInput::program(&program, believed, cutter).machine(real).faces(faces).tables(tables);
     verify::check(&input, &OPTIONS, &Silent)
 }
 
@@ -153,8 +154,8 @@ fn every_tool_of_a_cl_file_is_measured_where_it_is() {
     let faces = floor_and_wall();
     let check = |text: &str, tools: &[Tool<'_>]| {
         let file = ClText::new(text.to_owned(), 5).unwrap();
-        let input = ClInput { file: &file, faces: &faces, cutter: &one, rest: &[], tools };
-        verify::check_cl(&input, &OPTIONS, &Silent)
+        let input = CheckInput::locations(&file, &one).faces(&faces).tools(tools);
+        verify::check(&input, &OPTIONS, &Silent)
     };
     let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
     let report = check(&text, &tools).unwrap();
@@ -194,15 +195,7 @@ fn stock_is_cut_by_the_tool_in_the_spindle() {
             Solid::Box { low: Point3::new(-10.0, -10.0, -5.0), high: Point3::new(10.0, 10.0, 0.0) };
         let mut stock = Stock::new(&solid, 0.25, 1_000_000).unwrap();
         let (believed, real, tables) = (&kinematics, &kinematics, Tables { tools, offsets: &[] });
-        let input = Input {
-            program: &program,
-            believed,
-            real,
-            faces: &[],
-            cutter: &one,
-            rest: &[],
-            tables,
-        };
+        let input = CheckInput::program(&program, believed, &one).machine(real).tables(tables);
         verify::simulate(
             &input,
             &mut stock,

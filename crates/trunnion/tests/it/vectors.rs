@@ -12,18 +12,18 @@ use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Progr
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, ClInput, Input, Options, Report, VerifyError};
+use trunnion::verify::{self, CheckInput, CheckOptions, Report, VerifyError};
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
 const LENGTH: f64 = 100.0;
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 1.0,
     reach: 3.0,
     ray_tolerance: 1e-5,
     total: 0.02,
     gouge: 0.002,
     most_points: 100_000,
-    promise: None,
+    bounds: None,
 };
 
 /// The workpiece is turned about x, so that the table frame is not its own.
@@ -93,15 +93,7 @@ fn check(text: &str, dialect: Dialect) -> Result<Report, VerifyError> {
     let (program, kinematics) = (parse(text, dialect), kinematics());
     let (faces, cutter) = ([face()], cutter());
     let (believed, real) = (&kinematics, &kinematics);
-    let input = Input {
-        program: &program,
-        believed,
-        real,
-        faces: &faces,
-        cutter: &cutter,
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
+    let input = CheckInput::program(&program, believed, &cutter).machine(real).faces(&faces);
     verify::check(&input, &OPTIONS, &Silent)
 }
 
@@ -114,8 +106,8 @@ fn by_locations(poses: &[ToolPose]) -> Report {
     let records = (1..).zip(poses).map(record).collect();
     let file = ClFile { records, ..ClFile::default() };
     let (faces, cutter) = ([face()], cutter());
-    let input = ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
-    verify::check_cl(&input, &OPTIONS, &Silent).unwrap()
+    let input = CheckInput::locations(&file, &cutter).faces(&faces);
+    verify::check(&input, &OPTIONS, &Silent).unwrap()
 }
 
 /// Heights of both at every point; the rest of a program is clear of the part.
@@ -237,17 +229,12 @@ fn rotaries_are_those_of_the_inverse() {
             let program = read::read(&text, &ReadOptions::new(Dialect::Siemens, words, 5)).unwrap();
             let (faces, cutter) = ([face()], cutter());
             let (believed, real, tables) = (&kinematics, &kinematics, verify::Tables::NONE);
-            let input = Input {
-                program: &program,
-                believed,
-                real,
-                faces: &faces,
-                cutter: &cutter,
-                rest: &[],
-                tables,
-            };
+            let input = CheckInput::program(&program, believed, &cutter)
+                .machine(real)
+                .faces(&faces)
+                .tables(tables);
             let report =
-                verify::check(&input, &Options { grid: 20.0, ..OPTIONS }, &Silent).unwrap();
+                verify::check(&input, &CheckOptions { grid: 20.0, ..OPTIONS }, &Silent).unwrap();
             let taken = report.choices.places[0].taken;
             let off = (taken[0] - wanted[3]).abs().max((taken[1] - wanted[4]).abs());
             assert!(off < 1e-6, "{name}: {taken:?} {wanted:?}");

@@ -17,16 +17,16 @@ use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, Finding, Input, Options, Report};
+use trunnion::verify::{self, CheckInput, CheckOptions, Finding, Report};
 
-const OPTIONS: Options = Options {
+const OPTIONS: CheckOptions = CheckOptions {
     grid: 0.5,
     reach: 3.0,
     ray_tolerance: 1e-4,
     total: 0.02,
     gouge: 0.002,
     most_points: 1_000_000,
-    promise: None,
+    bounds: None,
 };
 
 fn cutter(kind: CutterKind, major: f64, minor: f64) -> Cutter {
@@ -152,11 +152,8 @@ proptest! {
         let face = patch(place, turn, 5.0, bulge);
         let (text, _) = program(&kinematics, &blocks, tcp);
         let program = parse(&text.replace("G53 G0 Z0.", ""), &machine);
-        let input = Input {
-            program: &program, believed: &kinematics, real: &kinematics,
-            faces: std::slice::from_ref(&face), cutter: &cutter,
-            rest: &[], tables: verify::Tables::NONE };
-        let options = Options { grid: 2.0, ..OPTIONS };
+        let input = CheckInput::program(&program, &kinematics, &cutter).faces(std::slice::from_ref(&face));
+        let options = CheckOptions { grid: 2.0, ..OPTIONS };
         let report = verify::check(&input, &options, &Silent).unwrap();
         prop_assert_eq!(report.deviation.unmeasured, 0);
         let samples = 60;
@@ -244,16 +241,10 @@ impl Job {
     fn check_with(&self, text: &str, machine: &Machine, real: &Setup) -> Report {
         let program = parse(text, machine);
         let [believed, real] = [&self.setup, real].map(|setup| Kinematics::new(machine, setup));
-        let input = Input {
-            program: &program,
-            believed: &believed,
-            real: &real,
-            faces: std::slice::from_ref(&self.face),
-            cutter: &self.cutter,
-            rest: &[],
-            tables: verify::Tables::NONE,
-        };
-        verify::check(&input, &Options { grid: 0.1, ..OPTIONS }, &Silent).unwrap()
+        let input = CheckInput::program(&program, &believed, &self.cutter)
+            .machine(&real)
+            .faces(std::slice::from_ref(&self.face));
+        verify::check(&input, &CheckOptions { grid: 0.1, ..OPTIONS }, &Silent).unwrap()
     }
 
     /// Number (from 1) and text of a cutting line in the middle of the program.
@@ -459,16 +450,9 @@ fn a_tool_behind_a_thin_wall_is_no_gouge_and_one_through_it_is() {
     let gouge_at = |z: f64| {
         let front = patch(Point3::new(0.0, 0.0, z), Rotation3::identity(), 6.0, [0.1, -0.1, 0.0]);
         let back = Face::new(2, front.surface, Vec::new(), true).unwrap();
-        let input = Input {
-            program: &program,
-            believed: &kinematics,
-            real: &kinematics,
-            faces: std::slice::from_ref(&back),
-            cutter: &job.cutter,
-            rest: &[],
-            tables: verify::Tables::NONE,
-        };
-        gouge(&verify::check(&input, &Options { grid: 0.2, ..OPTIONS }, &Silent).unwrap())
+        let input = CheckInput::program(&program, &kinematics, &job.cutter)
+            .faces(std::slice::from_ref(&back));
+        gouge(&verify::check(&input, &CheckOptions { grid: 0.2, ..OPTIONS }, &Silent).unwrap())
     };
     assert_eq!(gouge_at(-0.8), None);
     assert_eq!(gouge_at(-0.05), None);
@@ -495,16 +479,8 @@ fn the_same_report_from_steps_and_from_text() {
     let kinematics = Kinematics::new(&job.machine, &job.setup);
     let (believed, real) = (&kinematics, &kinematics);
     let (faces, cutter) = (std::slice::from_ref(&job.face), &job.cutter);
-    let input = Input {
-        program: &text,
-        believed,
-        real,
-        faces,
-        cutter,
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
-    let options = Options { grid: 0.1, ..OPTIONS };
+    let input = CheckInput::program(&text, believed, cutter).machine(real).faces(faces);
+    let options = CheckOptions { grid: 0.1, ..OPTIONS };
     assert_eq!(verify::check(&input, &options, &Silent).unwrap(), plain);
 }
 
@@ -521,15 +497,7 @@ fn a_stop_on_request_stops() {
     let kinematics = Kinematics::new(&job.machine, &job.setup);
     let faces = std::slice::from_ref(&job.face);
     let (believed, real, cutter) = (&kinematics, &kinematics, &job.cutter);
-    let input = Input {
-        program: &program,
-        believed,
-        real,
-        faces,
-        cutter,
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
+    let input = CheckInput::program(&program, believed, cutter).machine(real).faces(faces);
     let stopped = verify::check(&input, &OPTIONS, &Stop);
     assert!(matches!(stopped, Err(verify::VerifyError::Cancelled(_))));
 }

@@ -2,8 +2,8 @@
 
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
-use crate::cutter::Cutter;
 use crate::cutter::ConvexSolid;
+use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
 use crate::types::{ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};

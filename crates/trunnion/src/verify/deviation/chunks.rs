@@ -3,6 +3,8 @@
 
 use super::ray::{LowestEntry, MovingBody};
 use crate::cutter::Cutter;
+use crate::verify::error::VerifyError;
+use crate::verify::options::CheckOptions;
 use crate::verify::replay::Segment;
 use crate::verify::run::{Run, Segments};
 use crate::verify::swept::bvh::{BoundingBox, BoxTree, ContentId, TreeItem};
@@ -11,7 +13,6 @@ use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::rays::RayBundle;
 use crate::verify::swept::tool;
 use crate::verify::swept::tool::{ConvexBody, NormalRay};
-use crate::verify::{Options, VerifyError};
 use nalgebra::Point3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -27,7 +28,7 @@ const ERROR_SHARE: f64 = 0.1;
 #[derive(Clone, Copy)]
 pub(crate) struct MeasuredTools<'a> {
     pub(crate) cutters: &'a [&'a Cutter],
-    pub(crate) options: &'a Options,
+    pub(crate) options: &'a CheckOptions,
 }
 
 /// Kind of moves that are measured.
@@ -64,7 +65,7 @@ impl MeasureScope {
             of_tool.push(start..narrow(bodies.len()));
         }
         let (bodies, of_tool) = (bodies.into(), of_tool.into());
-        let Options { reach, ray_tolerance: tolerance, .. } = *tools.options;
+        let CheckOptions { reach, ray_tolerance: tolerance, .. } = *tools.options;
         Self { bodies, of_tool, reach, moves, tolerance }
     }
 

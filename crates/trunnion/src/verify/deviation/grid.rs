@@ -1,7 +1,8 @@
 //! Grids of nearly equidistant points over a face.
 
 use crate::surface::Face;
-use crate::verify::{Options, VerifyError};
+use crate::verify::error::VerifyError;
+use crate::verify::options::CheckOptions;
 
 /// Grid of parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +20,7 @@ const LINES: usize = 17;
 
 impl FaceGrid {
     /// Builds a grid whose neighbours are at most about `options.grid` apart, borders included.
-    pub(crate) fn over(face: &Face, options: &Options) -> Result<Self, VerifyError> {
+    pub(crate) fn over(face: &Face, options: &CheckOptions) -> Result<Self, VerifyError> {
         let bounds = face.bounds();
         let lengths = [0, 1].map(|k| lengths(face, bounds, k));
         let counts = lengths.each_ref().map(|l| {

@@ -10,9 +10,10 @@ use super::tool_length;
 use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
+use crate::verify::error::VerifyError;
+use crate::verify::options::{BoundOptions, CheckOptions};
 use crate::verify::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
 use crate::verify::run::Run;
-use crate::verify::{Options, Promise, VerifyError};
 use std::f64::consts::PI;
 
 /// Faces, cutters and declared rest material of a measurement.
@@ -31,7 +32,7 @@ const STEPS: f64 = 1000.0;
 pub(crate) fn measure(
     run: &Run<'_>,
     subject: &MeasureSubject<'_>,
-    options: &Options,
+    options: &CheckOptions,
     progress: &dyn Progress,
 ) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
     let tools = MeasuredTools { cutters: subject.cutters, options };
@@ -51,7 +52,7 @@ pub(crate) fn measure(
 /// Measurement of one motion: subject, options and progress.
 struct MeasureTask<'a> {
     subject: &'a MeasureSubject<'a>,
-    options: &'a Options,
+    options: &'a CheckOptions,
     progress: &'a dyn Progress,
 }
 
@@ -70,7 +71,7 @@ impl MeasureTask<'_> {
         deviation.sensitivity = sensitivity(subject.faces, &measured);
         deviation.higher = tool_length::length(subject.faces, &measured, options);
         // Step 3: bound the heights between them.
-        if let Some(promise) = &options.promise {
+        if let Some(promise) = &options.bounds {
             self.promised(chunks, &measured, promise, &mut deviation)?;
         }
         Ok((measured.into_iter().map(|measured| measured.map).collect(), deviation))
@@ -104,8 +105,8 @@ impl MeasureTask<'_> {
             .into_iter()
             .flatten()
             .min_by(|a, b| a.height.total_cmp(&b.height));
-        if let Some(promise) = options.promise.filter(|_| deviation.bounds.is_some()) {
-            let promise = Promise { excess: false, ..promise };
+        if let Some(promise) = options.bounds.filter(|_| deviation.bounds.is_some()) {
+            let promise = BoundOptions { excess: false, ..promise };
             self.promised(chunks, &measured, &promise, &mut other)?;
         }
         deviation.lowest = other.lowest;
@@ -132,7 +133,7 @@ impl MeasureTask<'_> {
         &self,
         chunks: &MotionChunks<'_>,
         measured: &[MeasuredMap],
-        promise: &Promise,
+        promise: &BoundOptions,
         deviation: &mut Deviation,
     ) -> Result<(), VerifyError> {
         let Self { subject, options, .. } = *self;
@@ -197,7 +198,7 @@ mod tests {
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::{Silent, ToolPose};
-    use crate::verify::{ClInput, Finding};
+    use crate::verify::{CheckInput, Finding};
     use nalgebra::{Point3, Rotation3, Vector3};
 
     fn face() -> Face {
@@ -242,18 +243,18 @@ mod tests {
         let shank = vec![];
         let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 20.0, construction, shank };
         let cutter = Cutter::new(spec).unwrap();
-        let promise = Some(Promise { margin: [1e-3; 2], excess: true });
-        let options = Options {
+        let promise = Some(BoundOptions { margin: [1e-3; 2], excess: true });
+        let options = CheckOptions {
             grid: 0.4,
             reach: 0.5,
             ray_tolerance: 1e-4,
             total: 0.05,
             gouge: 2e-3,
             most_points: 10_000,
-            promise,
+            bounds: promise,
         };
-        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
-        let run = Run::locations(&input, 1e-5).unwrap();
+        let input = CheckInput::locations(&file, &cutter);
+        let run = input.run(None, 1e-5).unwrap();
         let faces = std::slice::from_ref(&face);
         let subject = MeasureSubject { faces, cutters: &[&cutter], rest: &[] };
         let measure = |size: usize| {
@@ -263,7 +264,7 @@ mod tests {
             task.cuts(&chunks).unwrap()
         };
         let (maps, deviation) = measure(100_000);
-        let findings = crate::verify::left(&maps, &deviation, &options);
+        let findings = crate::verify::findings::broken_tolerances(&maps, &deviation, &options);
         assert!(matches!(findings[..], [Finding::Gouge(_)]), "{findings:?}");
         for size in [300, 431] {
             let (others, other) = measure(size);
@@ -278,7 +279,7 @@ mod tests {
                 "{a:?} {b:?}"
             );
             assert!(a.open == 0.0 && b.open == 0.0, "{a:?} {b:?}");
-            let found = crate::verify::left(&others, &other, &options);
+            let found = crate::verify::findings::broken_tolerances(&others, &other, &options);
             let [Finding::Gouge(a), Finding::Gouge(b)] = [&findings[0], &found[0]] else {
                 panic!("{found:?}")
             };

@@ -2,8 +2,10 @@
 
 use crate::cutter::Cutter;
 use crate::surface::Face;
+use crate::verify::error::VerifyError;
+use crate::verify::input::CheckInput;
 use crate::verify::swept::tool::{BodyPose, bodies};
-use crate::verify::{ClInput, Input, Tool, Track, VerifyError, track, track_cl};
+use crate::verify::track::{Track, track};
 use nalgebra::{Point3, Vector3};
 
 /// Points tested along either parameter of a face, and in all at most.
@@ -18,28 +20,25 @@ const OFF: f64 = 0.1;
 /// less than a tenth of `OFF` at the nearer one.
 const STEP: f64 = 0.25;
 
-/// Tests if the program cuts the faces from their backs: heights measured along the normals would then report that
-/// nothing is cut.
-///
-/// Returns the number of points that a tool reaches from behind only, and the number tested. Returns `None` if a tool
-/// reaches any point from the front, or only few points at all.
-///
-/// # Errors
-///
-/// [`VerifyError`].
-pub fn behind(input: &Input<'_>) -> Result<Option<[usize; 2]>, VerifyError> {
-    let scene = Scene::new(input.faces, input.cutter, input.tables.tools);
-    Ok(scene.votes(&track(input, STEP * scene.radius)?))
+/// Evidence that the tool comes to the faces from their backs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FacesFromBehind {
+    /// Points that the tool reaches from the back alone.
+    pub from_back: usize,
+    /// All points that were examined.
+    pub examined: usize,
 }
 
-/// Does the same for cutter locations, see [`behind`].
+/// Finds faces that the motion cuts from their backs, where measured heights would report that nothing is cut.
+///
+/// Returns `None` if a tool reaches any point from the front, or only few points at all.
 ///
 /// # Errors
 ///
 /// [`VerifyError`].
-pub fn behind_cl(input: &ClInput<'_>, tolerance: f64) -> Result<Option<[usize; 2]>, VerifyError> {
-    let scene = Scene::new(input.faces, input.cutter, input.tools);
-    Ok(scene.votes(&track_cl(input, tolerance, STEP * scene.radius)?))
+pub fn behind(input: &CheckInput<'_>) -> Result<Option<FacesFromBehind>, VerifyError> {
+    let scene = Scene::new(input.faces, input.cutters());
+    Ok(scene.votes(&track(input, STEP * scene.radius)?))
 }
 
 /// Pairs of points in front of and behind faces, with the tools that may reach them.
@@ -51,15 +50,14 @@ struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    fn new(faces: &[Face], only: &'a Cutter, tools: &[Tool<'a>]) -> Self {
-        let cutters = crate::verify::tools::cutters(only, tools);
+    fn new(faces: &[Face], cutters: Vec<&'a Cutter>) -> Self {
         let radius = cutters.iter().map(|cutter| cutter.radius()).fold(f64::INFINITY, f64::min);
         let pairs: Vec<_> = faces.iter().flat_map(|face| places(face, OFF * radius)).collect();
         let stride = pairs.len().div_ceil(MOST_PLACES).max(1);
         Self { pairs: pairs.into_iter().step_by(stride).collect(), cutters, radius }
     }
 
-    fn votes(&self, tracks: &[Track]) -> Option<[usize; 2]> {
+    fn votes(&self, tracks: &[Track]) -> Option<FacesFromBehind> {
         let bodies: Vec<_> = self.cutters.iter().map(|cutter| bodies(cutter)).collect();
         let reach: Vec<f64> =
             self.cutters.iter().map(|cutter| crate::verify::swept::tool::size(cutter)).collect();
@@ -81,7 +79,9 @@ impl<'a> Scene<'a> {
         }
         let count = |wanted: [bool; 2]| held.iter().filter(|held| **held == wanted).count();
         let [front, back] = [count([true, false]), count([false, true])];
-        (front == 0 && back > 0 && SHARE * back >= held.len()).then_some([back, held.len()])
+        let examined = held.len();
+        (front == 0 && back > 0 && SHARE * back >= examined)
+            .then_some(FacesFromBehind { from_back: back, examined })
     }
 }
 
@@ -136,13 +136,16 @@ mod tests {
             let cutter = Cutter::new(spec).unwrap();
             let found = |height: f64, flip: bool| {
                 let (file, faces) = (rows(height), [plate(flip)]);
-                let input =
-                    ClInput { file: &file, faces: &faces, cutter: &cutter, rest: &[], tools: &[] };
-                behind_cl(&input, 1e-3).unwrap()
+                let input = CheckInput::locations(&file, &cutter).faces(&faces);
+                behind(&input).unwrap()
             };
             for height in [-0.01, 0.0, 0.01] {
                 assert_eq!(found(height, false), None, "{kind:?} {height}");
-                assert_eq!(found(height, true), Some([25, 25]), "{kind:?} {height}");
+                assert_eq!(
+                    found(height, true),
+                    Some(FacesFromBehind { from_back: 25, examined: 25 }),
+                    "{kind:?} {height}"
+                );
             }
             // Far above, and far too deep: neither side is the wrong one.
             for height in [5.0, -5.0] {

@@ -2,7 +2,7 @@
 
 use super::map::MeasuredMap;
 use crate::surface::Face;
-use crate::verify::Options;
+use crate::verify::options::CheckOptions;
 use std::collections::BTreeMap;
 
 /// Least share of lines out of tolerance from which a wrong length is suspected.
@@ -15,7 +15,7 @@ const MOST: f64 = 0.5;
 pub(crate) fn length(
     faces: &[Face],
     measured: &[MeasuredMap],
-    options: &Options,
+    options: &CheckOptions,
 ) -> Option<[f64; 2]> {
     let [low, high] = [-options.gouge, options.total];
     let mut higher = [f64::NEG_INFINITY, f64::INFINITY];

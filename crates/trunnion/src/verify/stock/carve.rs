@@ -1,8 +1,10 @@
 //! Material under a moving tool.
 
+use super::super::error::VerifyError;
+use super::super::input::CheckInput;
 use super::super::ledger::{Ledger, Lines};
+use super::super::options::CHORD_SHARE;
 use super::super::run::Run;
-use super::super::{CHORD_SHARE, ClInput, Input, VerifyError, controls, tools};
 use super::between_rays::boxes::{self, CloseBox};
 use super::between_rays::inspect::{self, BoxFinding};
 use super::broad_phase;
@@ -77,31 +79,14 @@ const BATCH: usize = 256;
 ///
 /// [`VerifyError`].
 pub fn simulate(
-    input: &Input<'_>,
+    input: &CheckInput<'_>,
     stock: &mut Stock,
     cutting: &StockOptions,
     progress: &dyn Progress,
 ) -> Result<StockReport, VerifyError> {
-    let controls = controls(input)?;
-    let program = (input.program, &input.tables);
-    let run = Run::program(&controls, program, CHORD_SHARE * cutting.tolerance);
-    let cutters = tools::cutters(input.cutter, input.tables.tools);
-    StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
-}
-
-/// Runs cutter locations through stock; see [`simulate`].
-///
-/// # Errors
-///
-/// [`VerifyError`].
-pub fn simulate_cl(
-    input: &ClInput<'_>,
-    stock: &mut Stock,
-    cutting: &StockOptions,
-    progress: &dyn Progress,
-) -> Result<StockReport, VerifyError> {
-    let run = Run::locations(input, CHORD_SHARE * cutting.tolerance)?;
-    let cutters = tools::cutters(input.cutter, input.tools);
+    let controls = input.controls()?;
+    let run = input.run(controls.as_ref(), CHORD_SHARE * cutting.tolerance)?;
+    let cutters = input.cutters();
     StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
@@ -367,10 +352,10 @@ mod tests {
             let motion = ClMotion::Feed(10.0);
             let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClWay::Straight };
             let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
-            let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+            let input = CheckInput::locations(&file, &cutter);
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
-            simulate_cl(&input, &mut stock, &StockOptions { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
+            simulate(&input, &mut stock, &StockOptions { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
             for family in &stock.families {
                 let along = family.along;
                 for (index, tile) in family.tiles.iter().enumerate() {

@@ -16,6 +16,6 @@ pub(crate) mod mesh;
 pub(crate) mod moving_tools;
 
 pub use build::solid::Solid;
-pub use carve::{StockOptions, StockReport, UndecidedCollision, simulate, simulate_cl};
+pub use carve::{StockOptions, StockReport, UndecidedCollision, simulate};
 pub use collision::{Collision, CollisionKind};
 pub use material::Stock;

@@ -8,7 +8,7 @@ use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
-use trunnion::verify::{self, Input, Options, Report};
+use trunnion::verify::{self, CheckInput, CheckOptions, Report};
 
 /// A face that no tool comes near: only the axes are looked at.
 fn face() -> Face {
@@ -31,23 +31,16 @@ pub(crate) fn check(
     let (kind, construction) = (CutterKind::Ball, CutterConstruction::Solid);
     let length = kinematics.setup().tool_length;
     let spec = CutterSpec { kind, major: 0.0, minor: 3.0, length, construction, shank: vec![] };
-    let input = Input {
-        program: &program,
-        believed: kinematics,
-        real: kinematics,
-        faces: &[face()],
-        cutter: &Cutter::new(spec).unwrap(),
-        rest: &[],
-        tables: verify::Tables::NONE,
-    };
-    let options = Options {
+    let (cutter, faces) = (Cutter::new(spec).unwrap(), [face()]);
+    let input = CheckInput::program(&program, kinematics, &cutter).faces(&faces);
+    let options = CheckOptions {
         grid: 1.0,
         reach: 1.0,
         ray_tolerance: 1e-3,
         total: 0.1,
         gouge: 0.1,
         most_points: 1000,
-        promise: None,
+        bounds: None,
     };
     verify::check(&input, &options, &Silent).unwrap()
 }

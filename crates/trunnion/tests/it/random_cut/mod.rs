@@ -8,7 +8,7 @@ use super::many_poses::{self, Course};
 use nalgebra::{Rotation3, Vector3};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::surface::{Face, NurbsSurface, Surface};
-use trunnion::verify::{Options, Report};
+use trunnion::verify::{CheckOptions, Report};
 
 pub(crate) const RAY_TOLERANCE: f64 = 1e-5;
 pub(crate) const REACH: f64 = 2.0;
@@ -61,15 +61,15 @@ pub(crate) fn any_face(random: &mut Random, way: &dyn Course, cutter: &Cutter) -
 }
 
 /// How heights are looked for.
-pub(crate) fn options(grid: f64) -> Options {
-    Options {
+pub(crate) fn options(grid: f64) -> CheckOptions {
+    CheckOptions {
         grid,
         reach: REACH,
         ray_tolerance: RAY_TOLERANCE,
         total: 0.02,
         gouge: 0.002,
         most_points: 10_000,
-        promise: None,
+        bounds: None,
     }
 }
 

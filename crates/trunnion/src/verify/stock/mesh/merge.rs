@@ -252,7 +252,7 @@ mod tests {
     use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
     use crate::types::{Silent, ToolPose};
-    use crate::verify::{ClInput, Solid, Stock, StockOptions, simulate_cl};
+    use crate::verify::{CheckInput, Solid, Stock, StockOptions, simulate};
     use proptest::prelude::*;
     use std::collections::HashMap;
 
@@ -278,9 +278,9 @@ mod tests {
         };
         let records = (1..).zip(tips).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
-        let input = ClInput { file: &file, faces: &[], cutter: &cutter, rest: &[], tools: &[] };
+        let input = CheckInput::locations(&file, &cutter);
         let cutting = StockOptions { tolerance: TOLERANCE, worst: 1 };
-        simulate_cl(&input, &mut stock, &cutting, &Silent).unwrap();
+        simulate(&input, &mut stock, &cutting, &Silent).unwrap();
         stock
     }
 

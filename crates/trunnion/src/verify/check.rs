@@ -1,0 +1,55 @@
+//! Measures the faces that motion cuts, and audits the axes of a program.
+
+use super::audit::{self, Audited};
+use super::deviation::measure::{self, MeasureSubject};
+use super::error::VerifyError;
+use super::findings::{broken_limits, broken_tolerances};
+use super::input::CheckInput;
+use super::options::{CHORD_SHARE, CheckOptions};
+use super::report::{Finding, Report};
+use super::turns::Choices;
+use crate::types::Progress;
+
+/// Checks motion against the faces it cuts and, for a program, against the limits of the machine.
+///
+/// Heights are relative to the faces as given; smoothing by the control and the speed of rapids beyond their limit are not
+/// modelled. Rapids are checked for gouges with all axes together and with each axis at its own speed: a control does
+/// one or the other. A point that only a rapid finishes is [`Finding::Rapid`]. Where the program states a direction of the tool and
+/// not the rotaries, they turn as [`Choice`](super::turns::Choice) states. After a tool change nothing is measured until the
+/// program has stated X, Y and Z, see [`Changes`](super::tools::Changes). A broken limit is a finding, not an error.
+///
+/// # Errors
+///
+/// [`VerifyError`].
+///
+/// # Source
+///
+/// `docs/sources.md`, verification.
+pub fn check(
+    input: &CheckInput<'_>,
+    options: &CheckOptions,
+    progress: &dyn Progress,
+) -> Result<Report, VerifyError> {
+    options.validated()?;
+    let controls = input.controls()?;
+    let run = input.run(controls.as_ref(), CHORD_SHARE * options.ray_tolerance)?;
+    let audited = match (&controls, input.source()) {
+        (Some(controls), Some(program)) => Some(audit::audit(controls, &run, program)?),
+        _ => None,
+    };
+    let cutters = input.cutters();
+    let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
+    let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
+    let mut findings = broken_tolerances(&maps, &deviation, options);
+    let Some(Audited { audit, choices, changes }) = audited else {
+        let choices = Choices::default();
+        return Ok(Report { maps, deviation, audit: None, choices, changes: None, findings });
+    };
+    deviation.sensitivity.pivot = Some(measure::pivot(&audit));
+    findings.extend(broken_limits(&audit).into_iter().filter(|finding| {
+        // Between vectors the control plans its own speeds, on the axes it chose.
+        choices.vectors == 0 || matches!(finding, Finding::Travel { .. })
+    }));
+    let changes = Some(changes).filter(|changes| changes.count > 0 || changes.unmeasured > 0);
+    Ok(Report { maps, deviation, audit: Some(audit), choices, changes, findings })
+}

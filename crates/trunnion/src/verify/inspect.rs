@@ -1,0 +1,192 @@
+//! One check of a program: faces, other faces, axes, stock and fixtures, in one report.
+
+use super::check::check;
+use super::deviation::side::behind;
+use super::error::VerifyError;
+use super::fixture::{ClearanceOptions, ClearanceReport, Fixture, FixtureApproach, clearance};
+use super::input::CheckInput;
+use super::options::{BoundOptions, CheckOptions};
+use super::report::{Finding, Report};
+use super::stock::{CollisionKind, Stock, StockOptions, StockReport, simulate};
+use crate::surface::Face;
+use crate::types::Progress;
+
+/// Grid on the faces that are not cut, over that on those that are.
+const OTHERS_GRID: f64 = 3.0;
+
+/// Meaning of the feeds of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FeedMeaning {
+    /// Every block takes the time that its feed states: velocities and accelerations are judged.
+    #[default]
+    Timed,
+    /// Feeds are upper limits, and the control plans its own speeds: only the path is judged.
+    Cap,
+}
+
+/// A check of one program or CL file: what `trunnion check` and `trunnion run` both do.
+///
+/// The motion is measured against the faces it cuts and against all other faces of the part, the axes are audited, stock is
+/// cut, and the distance from fixtures is found. Set what is known; what is not set is not checked.
+///
+/// # Example
+///
+/// A ball of 4 mm leaves a plane at height 0 untouched but for one plunge of 0.05 mm:
+///
+/// ```
+/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::nc::read::ClText;
+/// use trunnion::surface::{Elementary, Face, Surface};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Inspection<'a> {
+    input: CheckInput<'a>,
+    options: CheckOptions,
+    others: &'a [Face],
+    feeds: FeedMeaning,
+    stock: Option<(&'a Stock, StockOptions)>,
+    fixtures: Option<(&'a [Fixture], &'a ClearanceOptions)>,
+}
+
+/// Everything that a check found.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct InspectionReport {
+    /// The faces that are cut, with the findings of all faces, and the audit of the axes.
+    pub report: Report,
+    /// The other faces of the part.
+    pub others: OtherFaces,
+    /// The stock after the last move.
+    pub stock: Option<CutStock>,
+    /// Distance from fixtures.
+    pub clearance: Option<ClearanceReport>,
+}
+
+/// Result on the faces that are not cut.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct OtherFaces {
+    /// Measured points.
+    pub points: usize,
+    /// Deepest gouge \[mm\]; 0 without one.
+    pub deepest: f64,
+    /// Guaranteed bound on the depth of gouges \[mm\], where one was proven.
+    pub gouge_bound: Option<f64>,
+}
+
+/// Stock that was cut.
+#[derive(Debug, Clone)]
+pub struct CutStock {
+    /// Volumes and collisions, those with fixtures among them.
+    pub report: StockReport,
+    /// The remaining material.
+    pub remaining: Stock,
+}
+
+impl<'a> Inspection<'a> {
+    /// Starts a check of motion against the faces of `input`.
+    pub fn new(input: CheckInput<'a>, options: CheckOptions) -> Self {
+        Self { input, options, others: &[], feeds: FeedMeaning::Timed, stock: None, fixtures: None }
+    }
+
+    /// Sets the other faces of the part, which must not be gouged.
+    #[must_use]
+    pub fn others(self, others: &'a [Face]) -> Self {
+        Self { others, ..self }
+    }
+
+    /// Sets the meaning of the feeds; [`FeedMeaning::Timed`] unless set.
+    #[must_use]
+    pub fn feeds(self, feeds: FeedMeaning) -> Self {
+        Self { feeds, ..self }
+    }
+
+    /// Sets the stock that is cut; of each kind of collision the `worst` lines are kept.
+    #[must_use]
+    pub fn stock(self, stock: &'a Stock, worst: usize) -> Self {
+        let tolerance = stock.tolerance(self.options.total);
+        Self { stock: Some((stock, StockOptions { tolerance, worst })), ..self }
+    }
+
+    /// Sets the fixtures that the tool must not touch.
+    #[must_use]
+    pub fn fixtures(self, fixtures: &'a [Fixture], options: &'a ClearanceOptions) -> Self {
+        Self { fixtures: Some((fixtures, options)), ..self }
+    }
+
+    /// Runs the motion and reports everything that is found.
+    ///
+    /// # Errors
+    ///
+    /// [`VerifyError`]; [`VerifyError::FromBehind`] for faces that the tool cuts from their backs.
+    pub fn run(&self, progress: &dyn Progress) -> Result<InspectionReport, VerifyError> {
+        // No height on faces that are cut from behind would mean anything.
+        if let Some(found) = behind(&self.input)? {
+            let (from_back, examined) = (found.from_back, found.examined);
+            return Err(VerifyError::FromBehind { from_back, examined });
+        }
+        let mut report = check(&self.input, &self.options, progress)?;
+        if self.feeds == FeedMeaning::Cap {
+            keep_path(&mut report);
+        }
+        let others = self.inspect_others(&mut report, progress)?;
+        let mut stock = self.cut_stock(progress)?;
+        let clearance = match self.fixtures {
+            Some((fixtures, options)) => Some(clearance(&self.input, fixtures, options, progress)?),
+            None => None,
+        };
+        if let (Some(stock), Some(clearance)) = (&mut stock, &clearance) {
+            add_contacts(&mut stock.report, clearance);
+        }
+        Ok(InspectionReport { report, others, stock, clearance })
+    }
+
+    /// Measures the faces that are not cut, on a coarser grid, and adds their gouges to the findings.
+    fn inspect_others(
+        &self,
+        report: &mut Report,
+        progress: &dyn Progress,
+    ) -> Result<OtherFaces, VerifyError> {
+        if self.others.is_empty() {
+            return Ok(OtherFaces::default());
+        }
+        let bounds = self.options.bounds.map(|bounds| BoundOptions { excess: false, ..bounds });
+        let options =
+            CheckOptions { grid: OTHERS_GRID * self.options.grid, bounds, ..self.options };
+        let input = self.input.faces(self.others).rest(&[]);
+        let other = check(&input, &options, progress)?;
+        let is_gouge = |finding: &Finding| matches!(finding, Finding::Gouge(_));
+        report.findings.extend(other.findings.into_iter().filter(is_gouge));
+        let deepest = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
+        let gouge_bound = other.deviation.bounds.map(|bounds| bounds.gouge);
+        Ok(OtherFaces { points: other.deviation.points, deepest, gouge_bound })
+    }
+
+    fn cut_stock(&self, progress: &dyn Progress) -> Result<Option<CutStock>, VerifyError> {
+        let Some((stock, options)) = &self.stock else { return Ok(None) };
+        let mut remaining = (*stock).clone();
+        let report = simulate(&self.input, &mut remaining, options, progress)?;
+        Ok(Some(CutStock { report, remaining }))
+    }
+}
+
+/// Keeps of a report what does not depend on the speeds that a control plans by itself.
+fn keep_path(report: &mut Report) {
+    report.audit = None;
+    // Where the program states vectors the control chooses the rotaries, too.
+    let vectors = report.choices.vectors > 0;
+    report.findings.retain(|finding| match finding {
+        Finding::Velocity { .. } | Finding::Acceleration { .. } => false,
+        Finding::Travel { .. } => !vectors,
+        _ => true,
+    });
+}
+
+/// Adds the contacts with fixtures to the collisions with stock.
+fn add_contacts(stock: &mut StockReport, clearance: &ClearanceReport) {
+    stock.collisions.extend(clearance.near.iter().filter_map(FixtureApproach::collision));
+    stock.lines.extend(clearance.hits.map(|hits| (CollisionKind::Fixture, hits)));
+    stock.collisions.sort_by_key(|hit| (hit.line, hit.kind));
+}
