@@ -19,7 +19,7 @@ pub struct SurfaceFrame {
 }
 
 impl SurfaceFrame {
-    /// From the z axis and a direction that, made orthogonal to z, is the x axis.
+    /// Creates the frame from the z axis and a direction that, made orthogonal to z, is the x axis.
     ///
     /// # Errors
     ///
@@ -74,7 +74,7 @@ impl SurfaceFrame {
 /// `origin + u x + v y`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneSurface {
-    /// Where it lies; its normal is z.
+    /// Frame of the plane; its normal is z.
     pub frame: SurfaceFrame,
 }
 
@@ -109,6 +109,8 @@ pub struct TorusSurface {
 }
 
 impl CylinderSurface {
+    /// Creates the cylinder about the z axis of `frame`.
+    ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless the radius is positive.
@@ -118,7 +120,7 @@ impl CylinderSurface {
 }
 
 impl ConeSurface {
-    /// `radius` at the origin of `frame`, half angle `angle` \[rad\].
+    /// Creates the cone with `radius` at the origin of `frame`, half angle `angle` \[rad\].
     ///
     /// # Errors
     ///
@@ -141,6 +143,8 @@ impl ConeSurface {
 }
 
 impl SphereSurface {
+    /// Creates the sphere about the origin of `frame`.
+    ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless the radius is positive.
@@ -150,6 +154,9 @@ impl SphereSurface {
 }
 
 impl TorusSurface {
+    /// Creates the torus about the z axis of `frame`: a circle of radius `minor` swept at the distance
+    /// `major`.
+    ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless both radii are positive.
@@ -167,7 +174,7 @@ fn positive(what: &'static str, value: f64) -> Result<f64, SurfaceError> {
     }
 }
 
-/// What the elementary surfaces have in common.
+/// Common interface of the elementary surfaces.
 pub(crate) trait ElementarySurface {
     fn domain(&self) -> [[f64; 2]; 2];
     fn periods(&self) -> [Option<f64>; 2];

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// How a spline goes on beyond one end of its range: at a distance `x` of the parameter it is
+/// Continuation of a spline beyond one end of its range: at a distance `x` of the parameter it is
 /// `S + x S' + x^2 / (2 (1 + rate |x|)) S''`, value and derivatives taken at the end.
 ///
 /// Value and first two derivatives are continuous. The Taylor polynomial (`rate` 0) turns back

@@ -10,7 +10,7 @@ use nalgebra::Vector4;
 /// Ranges of u and v.
 pub(super) type ParameterBox = [[f64; 2]; 2];
 
-type V4 = Vector4<f64>;
+type HomogeneousPoint = Vector4<f64>;
 
 /// Vectors within `radius` of `centre`, and within `height` of it along the normal.
 #[derive(Debug, Clone, Copy)]
@@ -24,10 +24,10 @@ struct DerivativeBall {
 pub(super) struct PatchCell {
     net: ControlNet,
     pub(super) bounds: ParameterBox,
-    /// Curvatures of mean derivatives, and what others may differ from them in the cell.
+    /// Curvatures of mean derivatives, and the largest deviation of others in the cell.
     range: [f64; 2],
     spread: f64,
-    /// What no normal curvature changes by faster \[1/mm^2\].
+    /// Upper bound on the rate of normal curvature \[1/mm^2\].
     rate: f64,
 }
 
@@ -49,7 +49,7 @@ impl PatchCell {
         Self { net, bounds, range, spread, rate }
     }
 
-    /// Halves across the direction in which the derivatives vary more.
+    /// Returns the halves across the direction in which the derivatives vary more.
     pub(super) fn halves(&self) -> [Self; 2] {
         let [by_u, by_v] = self.net.variation();
         let k = usize::from(by_v > by_u);
@@ -60,24 +60,24 @@ impl PatchCell {
         [Self::new(first, low), Self::new(second, high)]
     }
 
-    /// Box of its control points, and so of its points: low and high corner.
+    /// Returns the box of its control points, and so of its points: low and high corner.
     pub(super) fn hull(&self) -> [Vector3<f64>; 2] {
         let (low, high) = hull_box(&self.net.points);
         [low, high]
     }
 
-    /// What no normal curvature in the cell leaves; at most 0, at least 0.
+    /// Returns a range that no normal curvature in the cell leaves; at most 0, at least 0.
     pub(super) fn bound(&self) -> [f64; 2] {
         [self.range[0] - self.spread, self.range[1] + self.spread]
     }
 
-    /// The largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the covariant derivative of the
+    /// Returns the largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the covariant derivative of the
     /// second fundamental form \[1/mm^2\]. Infinite where weights differ.
     pub(super) fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// Curvatures in the middle, likewise.
+    /// Returns the curvatures in the middle, likewise.
     pub(super) fn attained(&self, surface: &NurbsSurface) -> [f64; 2] {
         let [u, v] = self.bounds.map(|[low, high]| 0.5 * (low + high));
         let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
@@ -90,7 +90,7 @@ impl ControlNet {
         self.points.len() / self.columns
     }
 
-    /// De Casteljau at `t` by parameter `k`.
+    /// Splits by de Casteljau at `t` by parameter `k`.
     fn split(&self, k: usize, t: f64) -> (Self, Self) {
         let (lines, count) =
             if k == 0 { (self.columns, self.rows()) } else { (self.rows(), self.columns) };
@@ -109,7 +109,7 @@ impl ControlNet {
         (low, high)
     }
 
-    /// Control net of the derivative by parameter `k`; empty for degree 0.
+    /// Returns the control net of the derivative by parameter `k`; empty for degree 0.
     fn differences(&self, k: usize) -> Self {
         let rows = self.rows();
         let (m, n) =
@@ -126,7 +126,7 @@ impl ControlNet {
         Self { points, columns: n.max(1) }
     }
 
-    /// How much first and second derivatives vary by parameters 0 and 1, relative to the first.
+    /// Returns the variation of first and second derivatives by parameters 0 and 1, relative to the first.
     fn variation(&self) -> [f64; 2] {
         let size = |net: &Self| net.points.iter().map(Vector4::norm).fold(0.0, f64::max);
         let (u, v) = (self.numerator(0), self.numerator(1));
@@ -148,13 +148,13 @@ impl ControlNet {
         [change(0), change(1)]
     }
 
-    /// Mean of all vectors of a derivative net; zero for an empty one.
+    /// Returns the mean of all vectors of a derivative net; zero for an empty one.
     fn middle(&self) -> Vector3<f64> {
         let count = self.points.len().max(1) as f64;
         self.points.iter().map(Vector4::xyz).sum::<Vector3<f64>>() / count
     }
 
-    /// Ball round all vectors of a derivative net, `normal` being the direction of its height.
+    /// Returns a ball round all vectors of a derivative net, `normal` being the direction of its height.
     fn ball(&self, normal: &Vector3<f64>) -> DerivativeBall {
         let centre = self.middle();
         let off = || self.points.iter().map(|p| p.xyz() - centre);
@@ -173,7 +173,7 @@ impl ControlNet {
         [0.5 * (least + most), 0.5 * (most - least)]
     }
 
-    /// Net of `A_k w - A w_k`: the numerator of `S_k`, of degree `2p` or `2p - 1`. Unlike `A_k`
+    /// Returns the net of `A_k w - A w_k`: the numerator of `S_k`, of degree `2p` or `2p - 1`. Unlike `A_k`
     /// and `w_k S` apart it does not depend on where the origin is.
     fn numerator(&self, k: usize) -> Self {
         let d = self.differences(k);
@@ -183,9 +183,13 @@ impl ControlNet {
         Self { points, columns: up.columns }
     }
 
-    /// Bernstein form of a product: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by
+    /// Returns the Bernstein form of a product: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by
     /// both parameters.
-    fn times(&self, other: &Self, product: impl Fn(&V4, &V4) -> V4) -> Self {
+    fn times(
+        &self,
+        other: &Self,
+        product: impl Fn(&HomogeneousPoint, &HomogeneousPoint) -> HomogeneousPoint,
+    ) -> Self {
         let (m, n) = ([self.rows(), self.columns], [other.rows(), other.columns]);
         let columns = m[1] + n[1] - 1;
         let rows = m[0] + n[0] - 1;
@@ -226,7 +230,7 @@ impl ControlNet {
         Some((range, spread, rate.unwrap_or(f64::INFINITY)))
     }
 
-    /// Balls round `S_uuu, S_uuv, S_uvv, S_vvv`; `None` where weights differ.
+    /// Returns balls round `S_uuu, S_uuv, S_uvv, S_vvv`; `None` where weights differ.
     fn thirds(&self, normal: &Vector3<f64>) -> Option<[DerivativeBall; 4]> {
         let mut weights = self.points.iter().map(|p| p.w);
         let weight = weights.next()?;
@@ -239,7 +243,7 @@ impl ControlNet {
         Some(all.map(|net| divide(net.ball(normal), normal, [weight; 2])))
     }
 
-    /// Balls round `S_u, S_v, S_uu, S_uv, S_vv`.
+    /// Returns balls round `S_u, S_v, S_uu, S_uv, S_vv`.
     ///
     /// With `N_k` the numerator of `S_k = N_k / w^2`: `S_kl = (N_k)_l / w^2 - 2 w_l S_k / w`.
     fn derivatives(&self) -> Option<[DerivativeBall; 5]> {
@@ -269,13 +273,13 @@ impl ControlNet {
 }
 
 impl DerivativeBall {
-    /// Largest length in the ball.
+    /// Returns the largest length in the ball.
     fn reach(&self) -> f64 {
         self.centre.norm() + self.radius
     }
 }
 
-/// Ball round `x / w` for `x` in `ball`, `w` in the range.
+/// Returns a ball round `x / w` for `x` in `ball`, `w` in the range.
 fn divide(ball: DerivativeBall, normal: &Vector3<f64>, [low, high]: [f64; 2]) -> DerivativeBall {
     let inverse = 0.5 * (low.recip() + high.recip());
     let spread = 0.5 * (low.recip() - high.recip());
@@ -302,9 +306,9 @@ struct TangentBounds {
     /// `|J+|` at the centres, and what it is at most anywhere.
     at_centre: f64,
     anywhere: f64,
-    /// What `J` changes by at most.
+    /// Upper bound on the change of `J`.
     change: f64,
-    /// Length of the normal's change at most.
+    /// Upper bound on the length of the normal's change.
     chord: f64,
 }
 

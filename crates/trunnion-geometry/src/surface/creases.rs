@@ -1,6 +1,5 @@
 //! Lines of a NURBS surface across which its curvature may jump.
 
-use super::curvatures::meets;
 use super::nurbs::NurbsSurface;
 use super::patches::hull_box;
 use nalgebra::Point3;
@@ -11,7 +10,7 @@ use nalgebra::Vector4;
 const HALVINGS: u32 = 3;
 
 /// Low and high corner.
-type Hull = [Vector3<f64>; 2];
+type HullBox = [Vector3<f64>; 2];
 
 /// Rims, and knot lines across which second derivatives are not continuous, in boxes.
 #[derive(Debug, Clone)]
@@ -21,8 +20,8 @@ pub(super) struct CreaseIndex {
 
 #[derive(Debug, Clone)]
 struct CreaseLine {
-    hull: Hull,
-    pieces: Vec<Hull>,
+    hull: HullBox,
+    pieces: Vec<HullBox>,
 }
 
 impl CreaseIndex {
@@ -44,9 +43,9 @@ impl CreaseIndex {
         Self { lines }
     }
 
-    /// Whether one of them may come closer to `p` than `radius`.
+    /// Returns `true` if a crease may come closer to `p` than `radius`.
     pub(super) fn any_near(&self, p: &Point3<f64>, radius: f64) -> bool {
-        let met = |hull: &Hull| meets(hull, p, radius);
+        let met = |hull: &HullBox| meets(hull, p, radius);
         self.lines.iter().any(|line| met(&line.hull) && line.pieces.iter().any(met))
     }
 }
@@ -80,7 +79,7 @@ impl CreaseLine {
 }
 
 /// Boxes of the control points of the pieces of a Bezier curve, halved `times` times.
-fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<Hull>) {
+fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<HullBox>) {
     if times == 0 {
         let (low, high) = hull_box(&high);
         pieces.push([low, high]);
@@ -96,4 +95,11 @@ fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<Hull>) {
     }
     split(low, times - 1, pieces);
     split(high, times - 1, pieces);
+}
+
+/// Returns `true` if a box comes closer to `p` than `radius`, or if a value is not a number.
+pub(super) fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
+    let gap = (low - p.coords).sup(&(p.coords - high)).sup(&Vector3::zeros());
+    let apart = gap.norm_squared() > radius * radius;
+    !apart
 }

@@ -1,4 +1,4 @@
-//! Where a closed polyline crosses itself.
+//! Self-crossings of a closed polyline.
 
 use std::cmp::Ordering;
 
@@ -44,7 +44,7 @@ fn extent<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
     bounds.map(|[low, high]| high - low)
 }
 
-/// Where two chords cross; `None` where they only touch.
+/// Returns the point in which two chords cross; `None` if they only touch.
 fn meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     let apart = |k: usize| a[k].max(b[k]) < c[k].min(d[k]) || c[k].max(d[k]) < a[k].min(b[k]);
     if apart(0) || apart(1) {

@@ -2,7 +2,7 @@
 
 use super::bounds::ParameterBox;
 use super::bounds::PatchCell;
-use super::creases::CreaseIndex;
+use super::creases::{CreaseIndex, meets};
 use super::nurbs::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -13,8 +13,8 @@ use std::collections::BinaryHeap;
 /// surface to begin with, then above the largest in the middle of the same piece.
 const CLOSE: f64 = 0.1;
 
-/// Where a piece is flatter than this share of the surface's largest curvature, that is what
-/// [`CLOSE`] counts from: nobody needs bounds of next to nothing.
+/// Share of the surface's largest curvature below which a piece counts as flat. [`CLOSE`] then counts
+/// from this share: nobody needs sharp bounds of next to nothing.
 const FLAT: f64 = 0.1;
 
 /// Pieces made for the whole surface, and for its parts, before bounds are left as they are.
@@ -31,7 +31,7 @@ pub(super) struct CurvatureTree {
     breaks: [Vec<f64>; 2],
     /// Box of each column of patches.
     columns: Vec<[Vector3<f64>; 2]>,
-    /// Where curvature may jump.
+    /// Creases, across which curvature may jump.
     creases: CreaseIndex,
 }
 
@@ -147,7 +147,7 @@ impl CurvatureTree {
         }
     }
 
-    /// What no normal curvature over `cell`, clipped to the domain, leaves.
+    /// Returns a range that no normal curvature over `cell`, clipped to the domain, leaves.
     pub(super) fn range(&self, cell: ParameterBox) -> [f64; 2] {
         let cell = [0, 1].map(|k| {
             let (low, high) = (self.breaks[k][0], self.breaks[k][self.breaks[k].len() - 1]);
@@ -164,7 +164,7 @@ impl CurvatureTree {
         range
     }
 
-    /// What no normal curvature of the surface within `radius` of `p` leaves.
+    /// Returns a range that no normal curvature of the surface within `radius` of `p` leaves.
     pub(super) fn near(&self, p: &Point3<f64>, radius: f64) -> [f64; 2] {
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
@@ -173,13 +173,13 @@ impl CurvatureTree {
             .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
     }
 
-    /// Whether curvature may jump, or the surface end, within `radius` of `p`.
+    /// Returns `true` if curvature may jump, or the surface end, within `radius` of `p`.
     pub(super) fn jumps_near(&self, p: &Point3<f64>, radius: f64) -> bool {
         self.creases.any_near(p, radius)
     }
 
-    /// What no normal curvature changes by faster \[1/mm^2\] on the surface within `radius` of `p`, but where it
-    /// jumps.
+    /// Returns an upper bound on the rate of normal curvature \[1/mm^2\] on the surface within `radius` of
+    /// `p`, except where it jumps.
     pub(super) fn rate_near(&self, p: &Point3<f64>, radius: f64) -> f64 {
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
@@ -247,13 +247,6 @@ impl CurvatureTree {
 fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
     let inner = &breaks[1..breaks.len() - 1];
     (inner.partition_point(|&b| b < low), inner.partition_point(|&b| b <= high) + 1)
-}
-
-/// Whether a box comes closer to `p` than `radius`; said of anything that is not a number, too.
-pub(super) fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
-    let gap = (low - p.coords).sup(&(p.coords - high)).sup(&Vector3::zeros());
-    let apart = gap.norm_squared() > radius * radius;
-    !apart
 }
 
 fn hull_of_all(nodes: &[CurvatureNode]) -> [Vector3<f64>; 2] {

@@ -29,7 +29,7 @@ pub enum SpaceCurve {
     },
     /// `origin + a cos t x + b sin t y`; a circle if both radii are equal.
     Ellipse {
-        /// Where it lies.
+        /// Frame of the ellipse.
         frame: SurfaceFrame,
         /// Half axes along x and y \[mm\].
         radii: [f64; 2],

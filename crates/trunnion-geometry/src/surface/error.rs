@@ -1,8 +1,8 @@
-//! What can be wrong with a surface or its trims, and why a closest point is not given.
+//! Errors of surfaces, trims and closest-point queries.
 
 use crate::math::bspline::KnotError;
 
-/// Why a surface, curve, trim loop or face is refused.
+/// Reason for which a surface, curve, trim loop or face is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
@@ -11,7 +11,7 @@ pub enum SurfaceError {
     Knots {
         /// `u`, `v`, or `curve`.
         direction: &'static str,
-        /// What is wrong.
+        /// Error of the knots.
         error: KnotError,
     },
     /// The rows of a net have different lengths, or weights and points differ in number.
@@ -45,7 +45,7 @@ pub enum SurfaceError {
     /// A radius is out of its range.
     #[error("{what} is {value} mm; it must be {need}")]
     Size {
-        /// Which size.
+        /// Name of the size.
         what: &'static str,
         /// Its value \[mm\].
         value: f64,
@@ -81,7 +81,7 @@ pub enum SurfaceError {
         next: usize,
         /// Distance in u,v.
         gap: f64,
-        /// Where the first ends.
+        /// End of the first.
         at: [f64; 2],
         /// Allowed distance in u,v.
         tolerance: f64,
@@ -89,16 +89,16 @@ pub enum SurfaceError {
     /// A trim loop encloses no area.
     #[error("the trim loop is degenerate: {reason}; remove it from the face")]
     DegenerateLoop {
-        /// What is missing.
+        /// Reason.
         reason: &'static str,
     },
-    /// A trim loop crosses itself: what lies inside is not said.
+    /// A trim loop crosses itself: its inside is ambiguous.
     #[error(
         "the trim loop crosses itself near u,v = ({:.6}, {:.6}); put its curves in order, or make a loop of each part",
         .at[0], .at[1]
     )]
     CrossedLoop {
-        /// Where, in u, v.
+        /// Point in u, v.
         at: [f64; 2],
     },
     /// The surface has no end in some direction and no trims bound it.
@@ -111,7 +111,7 @@ pub enum SurfaceError {
     },
 }
 
-/// Why no closest point is given.
+/// Reason for which there is no closest point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClosestError {
@@ -139,7 +139,7 @@ pub enum ClosestError {
         uv: [f64; 2],
         /// Its distance \[mm\].
         distance: f64,
-        /// What no point of the surface is closer than \[mm\].
+        /// Lower bound on the distance \[mm\].
         bound: f64,
     },
 }

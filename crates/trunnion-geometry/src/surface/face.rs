@@ -17,12 +17,12 @@ pub struct Face {
     pub surface: Surface,
     /// Trim loops; none = the whole domain. What an odd number of loops encloses is the face.
     pub loops: Vec<TrimLoop>,
-    /// Whether the cutter is on the `-n` side.
+    /// `true` if the cutter is on the `-n` side.
     pub flip: bool,
 }
 
 impl Face {
-    /// Puts a face together. On a periodic surface the loops are moved by whole periods so that
+    /// Creates a face. On a periodic surface the loops are moved by whole periods so that
     /// the largest is centred in the domain and the others lie around it.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl Face {
         Ok(face)
     }
 
-    /// Box in u, v of the trim loops, or the domain where there are none. By a periodic parameter
+    /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic parameter
     /// it may reach outside the domain but is never wider than the period.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let domain = self.surface.domain();
@@ -66,7 +66,7 @@ impl Face {
         })
     }
 
-    /// Whether `(u, v)` lies inside the trims; without trims, inside the domain. Points on a
+    /// Returns `true` if `(u, v)` lies inside the trims; without trims, inside the domain. Points on a
     /// trim curve itself may be either. Parameters of a periodic surface may be given on any turn.
     pub fn contains(&self, u: f64, v: f64) -> bool {
         let (domain, periods) = (self.surface.domain(), self.surface.periods());
@@ -82,19 +82,19 @@ impl Face {
         odd != (!round.is_empty() && inside_round(&round, [u, v], periods))
     }
 
-    /// Unit normal on the cutter's side; `None` where the surface has none.
+    /// Returns the unit normal on the cutter's side; `None` where the surface has none.
     pub fn normal(&self, u: f64, v: f64) -> Option<UnitVector3<f64>> {
         let jet = self.surface.jet2(u, v);
         let n = jet.normal_towards(self.inwards(u, v))?;
         Some(if self.flip { -n } else { n })
     }
 
-    /// Point at `(u, v)`.
+    /// Returns the point at `(u, v)`.
     pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
         self.surface.point(u, v)
     }
 
-    /// A step from `(u, v)` towards the middle of the face: where limits are taken.
+    /// Returns a step from `(u, v)` towards the middle of the face: where limits are taken.
     pub(crate) fn inwards(&self, u: f64, v: f64) -> [f64; 2] {
         let [bu, bv] = self.bounds();
         [0.5 * (bu[0] + bu[1]) - u, 0.5 * (bv[0] + bv[1]) - v]
@@ -104,7 +104,7 @@ impl Face {
 /// More copies of a point than this over a loop's box are no trim but a broken file.
 const TURNS: usize = 1000;
 
-/// The values of a parameter, `x` plus whole periods, within `[low, high]`.
+/// Returns the values of a parameter, `x` plus whole periods, within `[low, high]`.
 fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<Item = f64> {
     let first = period.map_or(x, |period| low + (x - low).rem_euclid(period));
     let count = if period.is_some() { TURNS } else { 1 };
@@ -114,7 +114,7 @@ fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<I
         .filter(move |x| *x >= low)
 }
 
-/// As [`copies`] for a loop that runs round the period, counted from its joint so that a point on
+/// Returns the values as [`copies`] does for a loop that runs round the period, counted from its joint so that a point on
 /// the joint's line has copies exactly at the loop's ends.
 fn round_copies(x: f64, trim: &TrimLoop, across: usize, period: f64) -> impl Iterator<Item = f64> {
     let ([low, high], joint) = (trim.bounds()[across], trim.joint()[across]);
@@ -127,7 +127,7 @@ fn round_copies(x: f64, trim: &TrimLoop, across: usize, period: f64) -> impl Ite
         .take_while(move |x| *x <= high)
 }
 
-/// Whether `point`, on some turn, lies inside a loop that does not run round the period.
+/// Returns `true` if `point`, on some turn, lies inside a loop that does not run round the period.
 fn inside_plain(trim: &TrimLoop, point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
     let [bu, bv] = trim.bounds();
     let points = copies(point[0], bu, periods[0])
@@ -135,9 +135,10 @@ fn inside_plain(trim: &TrimLoop, point: [f64; 2], periods: [Option<f64>; 2]) -> 
     points.map(|copy| trim.crossings(copy, 0)).sum::<u32>() % 2 == 1
 }
 
-/// Whether `point` lies inside loops that run round the period: parity of the crossings of a ray
-/// across them. What lies beyond all of them belongs to the face or not by the sense of the
-/// outermost loop (the face is on a loop's left), where that can be: where the surface is periodic
+/// Returns `true` if `point` lies inside loops that run round the period: parity of the crossings of a ray
+/// across them.
+///
+/// A point beyond all of them belongs to the face or not by the sense of the outermost loop (the face is on a loop's left), where that can be: where the surface is periodic
 /// that way too, or the turns do not cancel (a cap round a pole).
 fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
     let along = usize::from(loops.iter().any(|trim| trim.turns()[0] != 0));
@@ -164,8 +165,8 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
     (count % 2 == 1) != beyond(sense, along)
 }
 
-/// Whether the high end of parameter `along` is on the left of loops that make these turns by the other one:
-/// left of a loop towards +u is +v, left of one towards +v is -u.
+/// Returns `true` if the high end of parameter `along` is on the left of loops that make these turns by
+/// the other one: left of a loop towards +u is +v, left of one towards +v is -u.
 fn beyond(turns: i32, along: usize) -> bool {
     turns != 0 && (turns > 0) == (along == 1)
 }

@@ -30,7 +30,7 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// The elementary kinds, whose closest point is known in closed form.
+    /// Returns the elementary kinds, whose closest point is known in closed form.
     pub(super) fn elementary(&self) -> Option<&dyn ElementarySurface> {
         match self {
             Self::Plane(surface) => Some(surface),
@@ -42,7 +42,7 @@ impl Surface {
         }
     }
 
-    /// Ranges of u and v; infinite where the surface has no end.
+    /// Returns the ranges of u and v; infinite where the surface has no end.
     pub fn domain(&self) -> [[f64; 2]; 2] {
         match self {
             Self::Nurbs(surface) => surface.domain(),
@@ -52,7 +52,7 @@ impl Surface {
         }
     }
 
-    /// Periods by u and v; `None` where the surface does not close smoothly on itself.
+    /// Returns the periods by u and v; `None` where the surface does not close smoothly on itself.
     pub fn periods(&self) -> [Option<f64>; 2] {
         match self {
             Self::Nurbs(surface) => surface.periods(),
@@ -62,7 +62,7 @@ impl Surface {
         }
     }
 
-    /// Parameters beyond which there is nothing, by u and v; infinite where the surface goes on. A rim of a
+    /// Returns the parameters beyond which there is nothing, by u and v; infinite where the surface goes on. A rim of a
     /// spline surface that is a point has no continuation: it would turn over there.
     pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
         match self {
@@ -71,8 +71,8 @@ impl Surface {
         }
     }
 
-    /// Whether the surface has a normal that turns evenly everywhere: no parameter is an angle about
-    /// some place of it, and no rim is a point.
+    /// Returns `true` if the normal turns evenly everywhere: no parameter is an angle about a point of
+    /// the surface, and no rim is a point.
     pub fn is_regular(&self) -> bool {
         match self {
             Self::Nurbs(surface) => surface.ends().iter().flatten().all(|end| end.is_infinite()),
@@ -81,7 +81,7 @@ impl Surface {
         }
     }
 
-    /// Name of the kind, for tables and messages.
+    /// Returns the name of the kind, for tables and messages.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Nurbs(surface) if surface.is_rational() => "NURBS",
@@ -110,7 +110,7 @@ impl Surface {
         }
     }
 
-    /// Point at `(u, v)`.
+    /// Returns the point at `(u, v)`.
     ///
     /// Outside the domain, by a parameter that is not periodic, spline surfaces are continued with
     /// the point and first two derivatives of the nearest border point; so for all derivatives.
@@ -119,13 +119,13 @@ impl Surface {
         Point3::from(self.table::<0>(u, v)[0][0])
     }
 
-    /// Point and first derivatives.
+    /// Returns the point and first derivatives.
     #[inline]
     pub fn jet1(&self, u: f64, v: f64) -> SurfaceJet1 {
         SurfaceJet1::from_table(&self.table::<1>(u, v))
     }
 
-    /// Point and derivatives to order 2.
+    /// Returns the point and derivatives to order 2.
     #[inline]
     pub fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
         match self {
@@ -134,7 +134,7 @@ impl Surface {
         }
     }
 
-    /// Point and derivatives to order 3.
+    /// Returns the point and derivatives to order 3.
     #[inline]
     pub fn jet(&self, u: f64, v: f64) -> SurfaceJet {
         SurfaceJet::from_table(&self.table::<3>(u, v))

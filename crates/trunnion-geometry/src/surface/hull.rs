@@ -1,4 +1,4 @@
-//! Boxes round small pieces of a NURBS surface: which points it keeps away from.
+//! Boxes round small pieces of a NURBS surface: proof that the surface keeps away from a point.
 
 use super::nurbs::NurbsSurface;
 use super::patches::PatchPiece;
@@ -86,7 +86,7 @@ impl HullTree {
         index
     }
 
-    /// Whether the surface comes nearer than `limit` to a solid.
+    /// Decides if the surface comes nearer than `limit` to a solid.
     pub(super) fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         if self.nodes.is_empty() {
             SolidProximity::Undecided
@@ -113,7 +113,7 @@ impl HullTree {
             };
         }
         let [a, b] = node.halves;
-        // What comes nearer is mostly in the nearer half.
+        // Nearer points are mostly in the nearer half.
         let order = if least(&self.nodes[a]) <= least(&self.nodes[b]) { [a, b] } else { [b, a] };
         let mut found = SolidProximity::Clear;
         for half in order {
@@ -126,7 +126,7 @@ impl HullTree {
         found
     }
 
-    /// Whether all boxes are at least `radius` away from `p`: proof that the surface is.
+    /// Returns `true` if all boxes are at least `radius` away from `p`: proof that the surface is.
     pub(super) fn clear_of(&self, p: &Point3<f64>, radius: f64) -> bool {
         !self.nodes.is_empty() && radius.is_finite() && self.node_clear(0, p, radius)
     }

@@ -27,7 +27,7 @@ pub struct FaceIndex {
     hulls: Option<HullTree>,
 }
 
-/// How the closest point over the whole domain is found.
+/// Search for the closest point over the whole domain.
 #[derive(Debug, Clone)]
 enum ClosestSearch {
     /// Over the patches of the surface itself.
@@ -38,7 +38,7 @@ enum ClosestSearch {
     Closed,
 }
 
-/// Where bounds of curvature come from.
+/// Source of the bounds of curvature.
 #[derive(Debug, Clone)]
 enum CurvatureSource {
     /// Pieces of the surface itself.
@@ -124,6 +124,25 @@ impl FaceIndex {
     /// (`1e-10` of the size of surface and query). Spline surfaces are bounded by the boxes and
     /// the planes of support of their patches' control points.
     ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trunnion_geometry::surface::{Face, FaceIndex, NurbsSurface, Surface};
+    ///
+    /// // The plane z = 0 over a square of 40 mm.
+    /// let point = |x, y| Point3::new(x, y, 0.0);
+    /// let points =
+    ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
+    /// let knots = vec![0.0, 0.0, 1.0, 1.0];
+    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+    /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+    /// let foot = index.closest(&Point3::new(10.0, 20.0, 3.0))?;
+    /// assert!((foot.distance - 3.0).abs() < 1e-12);
+    /// assert!((foot.uv[0] - 0.25).abs() < 1e-9 && (foot.uv[1] - 0.5).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`ClosestError`]: a query that is not finite, no normal at the closest point, or too many
@@ -186,7 +205,7 @@ impl FaceIndex {
         }
     }
 
-    /// Whether the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex solid. Undecided on surfaces
+    /// Decides if the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex solid. Undecided on surfaces
     /// whose closest point is known in closed form.
     pub fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         let roughly = self.hulls.as_ref().map(|hulls| hulls.meets(gap, limit));
@@ -370,7 +389,7 @@ impl CurvatureSource {
     }
 }
 
-/// Middle and radius of a ball that holds all feet.
+/// Returns the middle and radius of a ball that holds all feet.
 fn ball_round<'a>(feet: impl Iterator<Item = &'a FootPoint> + Clone) -> (Point3<f64>, f64) {
     let empty = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
     let [low, high] = feet.clone().fold(empty, |[low, high], foot| {
@@ -381,7 +400,7 @@ fn ball_round<'a>(feet: impl Iterator<Item = &'a FootPoint> + Clone) -> (Point3<
     (middle, far)
 }
 
-/// Parameters moved by whole periods next to a guess.
+/// Moves parameters by whole periods next to a guess.
 fn on_turn(uv: [f64; 2], guess: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2] {
     [0, 1].map(|k| match periods[k] {
         Some(period) if guess[k].is_finite() => {
@@ -391,7 +410,7 @@ fn on_turn(uv: [f64; 2], guess: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2]
     })
 }
 
-/// The domain; where it is endless, the box of the trims.
+/// Returns the domain; where it is endless, the box of the trims.
 fn search_bounds(face: &Face) -> ParameterBox {
     let (domain, trims) = (face.surface.domain(), face.bounds());
     [0, 1].map(|k| if domain[k].iter().all(|x| x.is_finite()) { domain[k] } else { trims[k] })

@@ -188,7 +188,7 @@ impl SurfaceJet {
 }
 
 /// The cross product of two vectors carries an absolute error of about `2 eps |a| |b|` (each
-/// component is a difference of two rounded products): below this sine it says nothing.
+/// component is a difference of two rounded products): below this sine it is mere rounding.
 const PARALLEL: f64 = 4.0 * f64::EPSILON;
 
 fn unit_normal(su: &Vector3<f64>, sv: &Vector3<f64>) -> Option<UnitVector3<f64>> {

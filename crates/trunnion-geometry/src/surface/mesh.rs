@@ -28,9 +28,22 @@ pub struct FaceMesh {
 }
 
 impl Face {
-    /// Triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as the
+    /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as the
     /// sampled second derivatives ask, cut at the trims (marching squares). Trim details smaller
     /// than a cell may be lost; at most 512 cells a parameter.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use trunnion_geometry::surface::{Face, SphereSurface, Surface, SurfaceFrame};
+    ///
+    /// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+    /// let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
+    /// let mesh = Face::new(1, sphere, vec![], false)?.tessellate(0.1)?.mesh;
+    /// assert!(mesh.vertices.iter().all(|p| (p.coords.norm() - 10.0).abs() < 1e-9));
+    /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -56,7 +69,7 @@ struct FaceTessellation<'a> {
     out: FaceMesh,
 }
 
-/// Numbers of cells so that neither the bend of a cell's edges nor its twist exceed half of `chord`:
+/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed half of `chord`:
 /// a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal by
 /// `|S_uv| du dv / 4`.
 fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
@@ -109,7 +122,7 @@ impl<'a> FaceTessellation<'a> {
         self.out
     }
 
-    /// Parameters of a grid point.
+    /// Returns the parameters of a grid point.
     fn at(&self, i: u32, j: u32) -> [f64; 2] {
         let along = |k: usize, n: u32| {
             let [low, high] = self.bounds[k];
@@ -127,7 +140,7 @@ impl<'a> FaceTessellation<'a> {
         self.inside.get(at).copied().unwrap_or(false)
     }
 
-    /// The part of a cell inside the trims, counter-clockwise in u, v; two parts where opposite
+    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where opposite
     /// corners are inside and the middle is not.
     fn polygons(&mut self, i: u32, j: u32) -> Vec<Vec<u32>> {
         let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
@@ -165,7 +178,7 @@ impl<'a> FaceTessellation<'a> {
         self.vertex((i, j, 0), uv)
     }
 
-    /// Vertex where a trim crosses the edge between an inside and an outside grid point.
+    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid point.
     fn cut(&mut self, a: (u32, u32), b: (u32, u32)) -> u32 {
         let first = a.min(b);
         let key = (first.0, first.1, if a.0 == b.0 { 2 } else { 1 });
@@ -200,7 +213,7 @@ impl<'a> FaceTessellation<'a> {
         index
     }
 
-    /// Triangles of a convex polygon, turned round if the cutter is on the other side.
+    /// Adds the triangles of a convex polygon, turned round if the cutter is on the other side.
     fn fan(&mut self, polygon: &[u32]) {
         let [first, rest @ ..] = polygon else { return };
         for pair in rest.windows(2) {

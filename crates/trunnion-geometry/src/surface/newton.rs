@@ -19,7 +19,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// fold of the continuation, a search over the surface takes less than going on.
 const EVALUATIONS: u32 = 64;
 
-/// Parameters and derivatives of a local minimum of the distance from `p` on the continued
+/// Finds parameters and derivatives of a local minimum of the distance from `p` on the continued
 /// surface; `None` where the method does not settle at one, or ends at a rim that is a point: another
 /// way down from there may lead on.
 pub(crate) fn free(
@@ -34,7 +34,7 @@ pub(crate) fn free(
     (inside(0) && inside(1)).then_some(found)
 }
 
-/// As [`free`] over a rectangle of parameters; minima at its border count.
+/// Finds a minimum as [`free`] does over a rectangle of parameters; minima at its border count.
 pub(crate) fn minimise(
     at: impl Fn([f64; 2]) -> SurfaceJet2,
     p: &Point3<f64>,
@@ -45,6 +45,7 @@ pub(crate) fn minimise(
     let mut uv = clamp(guess);
     let mut jet = at(uv);
     let mut left = EVALUATIONS;
+    // Damped Newton steps, confined to the rectangle.
     for _ in 0..STEPS {
         let step = descent(&jet, p, uv, bounds)?;
         let length = (jet.su * step[0] + jet.sv * step[1]).norm();
@@ -85,7 +86,7 @@ fn advance(
     None
 }
 
-/// Newton step for half the squared distance, Gauss-Newton where its Hessian is not positive; a
+/// Returns the Newton step for half the squared distance, Gauss-Newton where its Hessian is not positive; a
 /// parameter held at its bound by the gradient stays. `None` on a degenerate tangent plane.
 fn descent(
     jet: &SurfaceJet2,
@@ -95,6 +96,7 @@ fn descent(
 ) -> Option<[f64; 2]> {
     let r = jet.s - p;
     let g = [r.dot(&jet.su), r.dot(&jet.sv)];
+    // A parameter that the gradient presses against its bound stays there.
     let held = [0, 1]
         .map(|k| (uv[k] <= bounds[k][0] && g[k] > 0.0) || (uv[k] >= bounds[k][1] && g[k] < 0.0));
     let first = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
@@ -107,7 +109,7 @@ fn descent(
     }
 }
 
-/// `-g / h` with the curvature term only where it leaves `h` positive; nothing along a rim that is a
+/// Returns `-g / h` with the curvature term only where it leaves `h` positive; nothing along a rim that is a
 /// point, where the pace is rounding beside that across it.
 fn single(g: f64, full: f64, [first, across]: [f64; 2]) -> Option<f64> {
     if first <= ROUNDING * across {

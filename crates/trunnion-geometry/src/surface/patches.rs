@@ -16,7 +16,7 @@ use std::collections::BinaryHeap;
 /// 40 times leaves relative errors of at most `40 p eps`, about 1e-13, in its control points.
 const EQUAL: f64 = 1e-10;
 
-/// Patches looked at before giving up; an ordinary query looks at tens.
+/// Patches examined before the search gives up; an ordinary query examines tens.
 const LOOKS: usize = 20_000;
 
 /// Pieces halved in the search for one near a solid.
@@ -96,7 +96,7 @@ impl PatchTree {
         index
     }
 
-    /// Parameters of the closest point over the domain.
+    /// Finds the parameters of the closest point over the domain.
     pub(crate) fn closest(
         &self,
         surface: &NurbsSurface,
@@ -106,7 +106,7 @@ impl PatchTree {
         self.search(surface, p, (best, 0.0)).map(|best| best.uv)
     }
 
-    /// Distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
+    /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
     pub(crate) fn nearer(
         &self,
         surface: &NurbsSurface,
@@ -119,13 +119,13 @@ impl PatchTree {
         Ok(Some(best.distance).filter(|distance| *distance < enough))
     }
 
-    /// Distances that differ by less count as equal \[mm\].
+    /// Returns the difference below which distances count as equal \[mm\].
     fn slack(&self, p: &Point3<f64>) -> f64 {
         let size = |root: &PatchNode| (root.high - root.low).norm() + root.high.norm();
         EQUAL * (self.nodes.first().map_or(0.0, size) + p.coords.norm())
     }
 
-    /// The closest point over the domain if it is nearer than `best`, or the first one nearer than `enough`.
+    /// Finds the closest point over the domain if it is nearer than `best`, or the first one nearer than `enough`.
     fn search(
         &self,
         surface: &NurbsSurface,
@@ -150,7 +150,7 @@ impl PatchTree {
         Err(ClosestError::Undecided { uv: best.uv, distance: best.distance, bound })
     }
 
-    /// Whether the surface comes nearer than `limit` to a convex solid.
+    /// Decides if the surface comes nearer than `limit` to a convex solid.
     ///
     /// The distance from it is convex: over the hull of a piece's control points it lies above its tangent plane at
     /// their middle.
@@ -238,7 +238,7 @@ fn split(
 }
 
 impl PatchPiece {
-    /// As [`PatchTree::meets`], for a piece; `looks` counts them.
+    /// Decides as [`PatchTree::meets`] does, for a piece; `looks` counts the pieces halved.
     fn meets(self, gap: SolidDistance<'_>, limit: f64, looks: &mut usize) -> SolidProximity {
         let mut waiting = vec![self];
         while let Some(piece) = waiting.pop() {
@@ -262,19 +262,19 @@ impl PatchPiece {
         SolidProximity::Clear
     }
 
-    /// Where the piece meets its control points.
+    /// Returns the four corners, in which the piece meets its control points.
     fn corners(&self) -> [Point3<f64>; 4] {
         let last = self.points.len() - 1;
         let side = self.columns - 1;
         [0, side, last - side, last].map(|i| Point3::from(self.points[i].xyz() / self.points[i].w))
     }
 
-    /// A whole patch of a surface of `degree` by v.
+    /// Makes a piece of a whole patch of a surface of `degree` by v.
     pub(super) fn of(patch: &BezierPatch<'_>, degree: usize) -> Self {
         Self { points: patch.points.to_vec(), columns: degree + 1, bounds: patch.bounds }
     }
 
-    /// Halves across the longer direction of the control net.
+    /// Returns the halves across the longer direction of the control net.
     pub(super) fn halves(&self) -> [Self; 2] {
         let rows = self.points.len() / self.columns;
         let last = self.points.len() - 1;
@@ -311,7 +311,7 @@ impl PatchPiece {
     }
 }
 
-/// What no point of the piece is closer than: the distance to the box of its control points, or to
+/// Returns a lower bound on the distance of the piece: the distance to the box of its control points, or to
 /// their plane of support across the direction to the net's middle, whichever is larger. The
 /// second is quadratically sharp where the surface faces `p`.
 fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
@@ -329,12 +329,12 @@ fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
     gap.max(support)
 }
 
-/// Distance from `p` to the box of a node.
+/// Returns the distance from `p` to the box of a node.
 fn box_distance(p: &Point3<f64>, node: &PatchNode) -> f64 {
     (node.low - p.coords).sup(&(p.coords - node.high)).sup(&Vector3::zeros()).norm()
 }
 
-/// Box of Cartesian control points.
+/// Returns the box of Cartesian control points.
 pub(super) fn hull_box(points: &[Vector4<f64>]) -> (Vector3<f64>, Vector3<f64>) {
     points.iter().map(|point| point.xyz() / point.w).fold(
         (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),

@@ -168,7 +168,7 @@ impl TrimLoop {
         Self { pieces, bounds, advance, turns }
     }
 
-    /// Why no inside can be told.
+    /// Returns the reason for which the loop has no inside.
     fn fault(&self, tolerance: f64) -> Option<SurfaceError> {
         let [width, height] = self.bounds.map(|[low, high]| high - low);
         let fine = [CHORDS * width, CHORDS * height];
@@ -188,13 +188,13 @@ impl TrimLoop {
         self.bounds
     }
 
-    /// How many periods further by u and v the loop ends than it starts: `[0, 0]` unless it runs
+    /// Returns the number of periods by u and v between start and end of the loop: `[0, 0]` unless it runs
     /// round a periodic surface.
     pub fn turns(&self) -> [i32; 2] {
         self.turns
     }
 
-    /// Where the loop closes, of its two ends on a periodic surface the lower.
+    /// Returns the point in which the loop closes; on a periodic surface, the lower of its two ends.
     pub(crate) fn joint(&self) -> [f64; 2] {
         let start = cartesian(&self.pieces[0][0]);
         let last = &self.pieces[self.pieces.len() - 1];
@@ -219,8 +219,8 @@ impl TrimLoop {
         self.bounds = bounds_of(&self.pieces);
     }
 
-    /// How often the ray from `point` in the direction of growing u (`along = 0`) or v (1)
-    /// crosses the loop.
+    /// Counts the crossings of the loop by the ray from `point` in the direction of growing u (`along = 0`) or
+    /// v (1).
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
         let (px, py) = (point[along], point[1 - along]);
         let count = |piece: &TrimPiece| {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What holds the widest strip back.
+/// Constraint that limits the width of a strip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ActiveConstraint {
     /// The cutter touches the lower end of the band inside the strip.

@@ -1,10 +1,10 @@
-//! Why there is no cutter location.
+//! Errors of positioning.
 
 use crate::cutter::{CutterError, CutterErrors};
 use crate::positioning::active::ActiveConstraint;
 use crate::surface::ClosestError;
 
-/// Why a cutter location is not given. Places are parameters `(u, v)` of the face.
+/// Reason for which there is no cutter location. Points are given by parameters `(u, v)` of the face.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PositioningError {
@@ -36,7 +36,7 @@ pub enum PositioningError {
     NoDirection {
         /// Feed `[du, dv]`.
         feed: [f64; 2],
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
     },
     /// The rear of the cutter was asked to cut, but it cannot.
@@ -56,7 +56,7 @@ pub enum PositioningError {
         .uv[0], .uv[1]
     )]
     NotCutting {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
         /// Distance of the contact from the tool axis \[mm\].
         radius: f64,
@@ -70,7 +70,7 @@ pub enum PositioningError {
         .uv[0], .uv[1]
     )]
     ConcaveRadius {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
         /// Smallest concave radius of curvature there \[mm\].
         concave: f64,
@@ -80,7 +80,7 @@ pub enum PositioningError {
     /// No strip wider than what every inclination gives.
     #[error("{}", no_strip(*.uv, *.smallest, *.excess, *.binding))]
     NoStrip {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
         /// `sqrt(8 R e)` \[mm\].
         smallest: f64,
@@ -96,9 +96,9 @@ pub enum PositioningError {
         .uv[0], .uv[1], remedy(*.binding)
     )]
     Gouges {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
-        /// How far below the band \[mm\].
+        /// Depth below the band \[mm\].
         depth: f64,
         /// The part of the cutter that does: `Touch`, `Rear` or `Disc`.
         binding: ActiveConstraint,
@@ -112,7 +112,7 @@ pub enum PositioningError {
         .uv[0], .uv[1], .range[0].to_degrees(), .range[1].to_degrees()
     )]
     NoPair {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
         /// Range of the offset direction \[rad\].
         range: [f64; 2],
@@ -125,21 +125,21 @@ pub enum PositioningError {
     /// An angle of the method is out of range.
     #[error("the {name} is {:.4} deg: must be {must}", .value.to_degrees())]
     Angle {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
         /// The value given \[rad\].
         value: f64,
-        /// What it has to be.
+        /// Condition it has to meet.
         must: &'static str,
     },
     /// A number of the nested search is out of range.
     #[error("nested search: {name} is {value}, must be {must}")]
     Parameter {
-        /// Which one.
+        /// Name of the value.
         name: &'static str,
         /// The value given; lengths in mm, angles in rad.
         value: f64,
-        /// What it has to be.
+        /// Condition it has to meet.
         must: &'static str,
     },
     /// No ball as large as the cutter can be made of its length and shank.
@@ -152,7 +152,7 @@ pub enum PositioningError {
         .uv[0], .uv[1]
     )]
     Body {
-        /// Place of the strip.
+        /// Parameters of the strip.
         uv: [f64; 2],
         /// Height above the tip \[mm\].
         height: f64,
@@ -166,7 +166,7 @@ pub enum PositioningError {
         .uv[0], .uv[1]
     )]
     OutOfReach {
-        /// Place of the strip.
+        /// Parameters of the strip.
         uv: [f64; 2],
     },
     /// The tool comes too close to another face of the part.
@@ -176,7 +176,7 @@ pub enum PositioningError {
         .uv[0], .uv[1]
     )]
     Neighbour {
-        /// Place of the strip.
+        /// Parameters of the strip.
         uv: [f64; 2],
         /// Number of the face.
         face: usize,
@@ -186,9 +186,9 @@ pub enum PositioningError {
     /// The surface gave no closest point.
     #[error("near (u, v) = ({:.6}, {:.6}): {error}", .uv[0], .uv[1])]
     Closest {
-        /// Place.
+        /// Parameters of the point.
         uv: [f64; 2],
-        /// Why not.
+        /// Reason.
         error: ClosestError,
     },
 }
@@ -211,7 +211,7 @@ fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: ActiveConstra
     )
 }
 
-/// What helps against a constraint.
+/// Returns the remedy against a constraint.
 fn remedy(binding: ActiveConstraint) -> &'static str {
     match binding {
         ActiveConstraint::Rear => {

@@ -30,19 +30,19 @@ pub struct CutterLocation {
     pub strip: StripSide,
     /// Angle of the arc between the end points \[rad\].
     pub arc: f64,
-    /// Where the error is least inside the strip, as angle on the circle from `P1` \[rad\].
+    /// Minima of the error inside the strip, as angles on the circle from `P1` \[rad\].
     pub contact_angles: Vec<f64>,
-    /// What holds the strip back.
+    /// Constraints that limit the strip.
     pub active: Vec<ActiveConstraint>,
     /// Largest error found on the strip \[mm\].
     pub front_max: f64,
-    /// What no error of the strip exceeds \[mm\].
+    /// Upper bound on the error of the strip \[mm\].
     pub front_max_bound: f64,
     /// Least error found on the strip \[mm\].
     pub front_min: f64,
     /// Least distance found from the rest of the circle and the disc to the surface \[mm\].
     pub rear_min: f64,
-    /// What that distance is at least, strip included \[mm\].
+    /// Lower bound on that distance, strip included \[mm\].
     pub rear_min_bound: f64,
     /// Closest-point queries spent.
     pub queries: u32,
@@ -56,21 +56,21 @@ pub struct CutterLocation {
     pub near: [f64; 2],
     /// Parameters of the strip's other end; `end` or beyond it.
     pub far: [f64; 2],
-    /// Where a neighbour looks for the extrema of its error.
+    /// Extrema of the error, where a neighbouring location starts to look for its own.
     pub(crate) marks: Vec<ExtremumMark>,
 }
 
-/// An extremum of the error round the circle, where a neighbour may look for it.
+/// An extremum of the error round the circle, kept as a guess for neighbouring locations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ExtremumMark {
     pub(crate) kind: ActiveConstraint,
     /// Share of half the arc between the end points; on the rear the angle itself \[rad\].
     pub(crate) place: f64,
-    /// Way of its foot from the first end point, in parameters.
+    /// Offset of its foot from the first end point, in parameters.
     pub(crate) out: [f64; 2],
 }
 
-/// What a method knows of its location besides the strip.
+/// Parts of a location that a method knows besides the strip.
 #[derive(Debug)]
 pub(crate) struct LocationParts {
     pub(crate) pose: ToolPose,

@@ -6,7 +6,7 @@ use crate::surface::FaceIndex;
 use nalgebra::UnitVector3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Where the signed error of the finished surface has to lie \[mm\]: positive is excess.
+/// Band of the signed error of the finished surface \[mm\]: positive is excess.
 ///
 /// On the strip the error stays in `[lower, upper]`; everything else of the cutter stays at least
 /// `lower` away from the surface.
@@ -46,7 +46,7 @@ pub enum StripSide {
 }
 
 impl StripSide {
-    /// +1 for right, -1 for left.
+    /// Returns +1 for right, -1 for left.
     pub fn sign(self) -> f64 {
         match self {
             Self::Right => 1.0,
@@ -54,7 +54,7 @@ impl StripSide {
         }
     }
 
-    /// The other side.
+    /// Returns the other side.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -64,7 +64,7 @@ impl StripSide {
     }
 }
 
-/// Where the contact arc lies from the cutter centre, along the feed.
+/// Side of the cutter centre, along the feed, on which the contact arc lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ContactSide {
     /// The front of the cutter cuts.
@@ -75,28 +75,40 @@ pub enum ContactSide {
     Either,
 }
 
-/// Keeps the tool axis close to a given direction, for instance that of the location before.
+/// Cone in which the tool axis has to lie, for instance around that of the location before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisCone {
-    /// The direction, from tip to spindle.
+    /// Axis of the cone, from tip to spindle.
     pub axis: UnitVector3<f64>,
-    /// Largest angle from it \[rad\], above 0.
+    /// Half angle of the cone \[rad\], above 0.
     pub max_turn: f64,
 }
 
-/// How the tool axis leans from the surface normal.
+/// Inclination of the tool axis from the surface normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolInclination {
     /// Angle between them \[rad\]; for cutters that are not balls at least this.
     pub angle: f64,
-    /// To which side: 0 is along the feed, a quarter turn on the strip's side \[rad\]. `None`: along the feed for a
-    /// ball, and as the offset range allows for other cutters.
+    /// Direction of the inclination \[rad\]: 0 along the feed, a quarter turn on the strip's side.
+    /// `None`: along the feed for a ball, and as the offset range allows for other cutters.
     pub towards: Option<f64>,
 }
 
 impl ToolInclination {
-    /// The tool axis leans by `lead` along the feed, and by `tilt` to the strip's side, both seen square to the
-    /// other \[rad\], below 90 degrees.
+    /// Creates the inclination by the lead angle along the feed and the tilt angle to the strip's side,
+    /// each seen square to the other \[rad\], below 90 degrees.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::positioning::ToolInclination;
+    ///
+    /// let ahead = ToolInclination::of(0.1, 0.0);
+    /// assert!((ahead.angle - 0.1).abs() < 1e-15 && ahead.towards == Some(0.0));
+    /// // Lead and tilt of 45 degrees: tan(angle) is the square root of 2.
+    /// let both = ToolInclination::of(45_f64.to_radians(), 45_f64.to_radians());
+    /// assert!((both.angle.tan() - 2_f64.sqrt()).abs() < 1e-12);
+    /// ```
     pub fn of(lead: f64, tilt: f64) -> Self {
         let [ahead, beside] = [lead.tan(), tilt.tan()];
         Self { angle: ahead.hypot(beside).atan(), towards: Some(beside.atan2(ahead)) }
@@ -110,7 +122,7 @@ pub struct LocationRequest<'a> {
     pub face: &'a FaceIndex,
     /// The cutter.
     pub cutter: &'a Cutter,
-    /// Where the error has to lie.
+    /// Band in which the error has to lie.
     pub band: ToleranceBand,
     /// Parameters `[u, v]` of the first end point `P1`, where the strip begins.
     pub at: [f64; 2],
@@ -122,7 +134,7 @@ pub struct LocationRequest<'a> {
     pub side: ContactSide,
     /// Range of the offset direction alpha, from the strip side towards the feed \[rad\].
     pub offset_range: [f64; 2],
-    /// Keeps the tool axis near a direction; `None` leaves it free.
+    /// Cone in which the tool axis has to lie; `None` leaves it free.
     pub axis_cone: Option<AxisCone>,
 }
 

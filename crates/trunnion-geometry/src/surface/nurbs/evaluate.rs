@@ -14,7 +14,7 @@ use nalgebra::Vector4;
 /// Homogeneous derivatives, first index by u.
 type ControlNet = [[Vector4<f64>; 4]; 4];
 
-/// Where the kernel works: basis functions by u and by v, and the patch.
+/// Workspace of the kernel: basis functions by u and by v, and the patch.
 struct EvaluationWorkspace<'a> {
     basis: [BasisTable; 2],
     block: &'a [Vector4<f64>],

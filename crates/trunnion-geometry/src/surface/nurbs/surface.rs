@@ -33,7 +33,7 @@ pub struct NurbsSurface {
     pub(super) patches: Vec<Vector4<f64>>,
     pub(super) rational: bool,
     pub(super) closed: [bool; 2],
-    /// Which rims are points: below and above the range, by u and v.
+    /// `true` for rims that are points: below and above the range, by u and v.
     pub(super) collapsed: [[bool; 2]; 2],
     /// Continuation below and above the range, by u and v.
     pub(super) beyond: [[SplineExtension; 2]; 2],
@@ -50,6 +50,24 @@ pub struct BezierPatch<'a> {
 
 impl NurbsSurface {
     /// Checks and converts a control net. `weights`, where given, has the shape of `points`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trunnion_geometry::surface::{NurbsSurface, Surface};
+    ///
+    /// // The plane z = 0 over a square of 40 mm.
+    /// let point = |x, y| Point3::new(x, y, 0.0);
+    /// let points =
+    ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
+    /// let knots = vec![0.0, 0.0, 1.0, 1.0];
+    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+    /// let surface = Surface::Nurbs(plane);
+    /// assert_eq!(surface.domain(), [[0.0, 1.0], [0.0, 1.0]]);
+    /// assert_eq!(surface.point(0.25, 0.5), Point3::new(10.0, 20.0, 0.0));
+    /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -115,7 +133,7 @@ impl NurbsSurface {
         self.weights.as_deref()
     }
 
-    /// Whether the weights differ.
+    /// Returns `true` if the weights differ.
     pub fn is_rational(&self) -> bool {
         self.rational
     }
@@ -220,7 +238,7 @@ impl NurbsSurface {
         })
     }
 
-    /// Whether the rim at an end of `direction` is a point: all of its control points are.
+    /// Returns `true` if the rim at an end of `direction` is a point: all of its control points are equal.
     fn is_point(&self, direction: usize, end: usize) -> bool {
         let at = |line: &[Point3<f64>]| if end == 0 { line.first() } else { line.last() }.copied();
         let rim: Vec<Point3<f64>> = if direction == 0 {
@@ -233,7 +251,7 @@ impl NurbsSurface {
         rim.first().is_some_and(|p| rim.iter().all(|q| (q - p).norm() <= SEAM * size))
     }
 
-    /// Whether the rims across `direction` meet with equal first derivatives.
+    /// Returns `true` if the rims across `direction` meet with equal first derivatives.
     fn closes(&self, direction: usize) -> bool {
         let [low, high] = self.knots[direction].range();
         let size = net_size(&self.patches);

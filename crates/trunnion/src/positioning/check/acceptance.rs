@@ -14,7 +14,7 @@ use crate::positioning::request::LocationRequest;
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::MeasuredStrip;
 
-/// The location a proposal makes, if it keeps the band, cuts where it touches, and the rest of the
+/// Returns the location that a proposal makes, if it keeps the band, cuts where it touches, and the rest of the
 /// tool is clear.
 pub(crate) fn accept_proposal(
     request: &LocationRequest,
@@ -26,7 +26,7 @@ pub(crate) fn accept_proposal(
     accept_measured(request, frame, (proposal, &strip), probe)
 }
 
-/// As [`accept_proposal`], the strip being known.
+/// Accepts a proposal whose strip is measured already.
 pub(crate) fn accept_measured(
     request: &LocationRequest,
     frame: &EndPointFrame,
@@ -70,7 +70,7 @@ pub(crate) fn accept_measured(
     Ok(CutterLocation::new(request, strip, found))
 }
 
-/// Nowhere does the cutter come as close as the upper end of the band.
+/// Error of a cutter that nowhere comes as close as the upper end of the band.
 fn never_in_band(request: &LocationRequest, strip: &MeasuredStrip) -> PositioningError {
     PositioningError::NoStrip {
         uv: request.at,

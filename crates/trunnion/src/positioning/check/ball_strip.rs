@@ -6,8 +6,10 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
 use nalgebra::{Point3, Vector3};
 
-/// Ends of the strip of a ball around `center`: the error of a surface point is the height along its normal at which it
-/// meets the sphere. The distance is smaller, at the strip's ends by the cosine of the angle to the contact's normal.
+/// Measures the strip of a ball around `center`.
+///
+/// The error of a surface point is the height along its normal at which it meets the sphere. The
+/// distance is smaller, at the strip's ends by the cosine of the angle to the contact's normal.
 pub(crate) fn ball_strip(
     setting: &CuttingContext,
     center: Point3<f64>,
@@ -45,8 +47,8 @@ struct BallSphere {
 }
 
 impl BallSphere {
-    /// The surface point where the surface leaves the sphere, raised by the upper end of the band, going from `touch`
-    /// along `way`.
+    /// Finds the point where the surface, raised by the upper end of the band, leaves the sphere, going
+    /// from `touch` along `way`.
     fn end(
         &self,
         touch: &DistanceReading,

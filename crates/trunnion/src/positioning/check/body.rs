@@ -88,7 +88,8 @@ struct BodyCheck<'a> {
 }
 
 impl BodyCheck<'_> {
-    /// Proof that all of the tool above `bottom` is clear, or that it is not; `false` where neither is found.
+    /// Proves that all of the tool above `bottom` is clear, or that it is not; `false` where neither
+    /// is proven.
     fn check_solids(&self, bottom: f64) -> Result<bool, PositioningError> {
         let CuttingContext { face, cutter, band } = self.setting;
         for solid in ConvexSolid::above(cutter, bottom) {
@@ -109,7 +110,7 @@ impl BodyCheck<'_> {
         Ok(true)
     }
 
-    /// Largest radius of the profile over a stretch of heights.
+    /// Returns the largest radius of the profile over a stretch of heights.
     fn widest(&self, [low, high]: [f64; 2]) -> f64 {
         let mut radius = 0.0_f64;
         for piece in self.setting.cutter.profile() {
@@ -121,7 +122,7 @@ impl BodyCheck<'_> {
         radius
     }
 
-    /// Radius of a sphere around `p` that keeps off the face, the largest one if it is not as
+    /// Returns the radius of a sphere around `p` that keeps off the face, the largest one if it is not as
     /// large as `needed`.
     fn free(
         &self,

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 /// Share of the band within which a condition counts as reached.
 pub(crate) const TOUCHING: f64 = 1e-3;
 
-/// The strip must lie under the part of the underside that cuts.
+/// Checks that the strip lies under the part of the underside that cuts.
 pub(crate) fn cuts_there(
     setting: &CuttingContext,
     pose: &ToolPose,

@@ -19,10 +19,10 @@ use std::ops::RangeInclusive;
 /// Share of the band within which a condition counts as reached: searches on a grid stop short.
 const REACHED: f64 = 0.02;
 
-/// Half the samples round the circle among which extrema are looked for.
+/// Half the number of samples round the circle between which extrema are sought.
 const HALF: u32 = 60;
 
-/// What is found on the circle and under the disc, whatever the method meant to do.
+/// Extrema and contacts found on the circle and under the disc, whatever the method intended.
 pub(crate) struct PoseFindings {
     /// Width in the plane of the end point or contact asked for \[mm\].
     pub(crate) width: f64,
@@ -32,10 +32,10 @@ pub(crate) struct PoseFindings {
     /// beginning where there is none \[rad\].
     pub(crate) contacts: Vec<f64>,
     pub(crate) active: Vec<ActiveConstraint>,
-    /// Least error of the strip's minima, which the look may step over where two extrema lie close
-    /// together \[mm\].
+    /// Least error of the strip's minima, which a measurement may step over where two extrema lie
+    /// close together \[mm\].
     pub(crate) least: f64,
-    /// Where the cutter touches: parameters and points of the surface.
+    /// Contacts of the cutter: parameters and points of the surface.
     pub(crate) touching: Vec<([f64; 2], Point3<f64>)>,
 }
 

@@ -9,12 +9,12 @@ use crate::positioning::strip::{CuttingContext, MeasuredStrip, StripQuery};
 use crate::types::ToolPose;
 use nalgebra::Point3;
 
-/// A pose that a method proposes, and how it describes it.
+/// A pose that a method proposes, with its description.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PoseProposal {
     pub(crate) pose: ToolPose,
     pub(crate) side: ContactSide,
-    /// About where the strip's middle lies.
+    /// Parameters and point near the middle of the strip.
     pub(crate) middle: ([f64; 2], Point3<f64>),
     /// `(w, alpha, theta)` of a pose through two end points.
     pub(crate) ends: Option<[f64; 3]>,
@@ -23,7 +23,7 @@ pub(crate) struct PoseProposal {
 }
 
 impl PoseProposal {
-    /// The pose through two end points.
+    /// Proposes the pose through two end points.
     pub(crate) fn through(
         request: &LocationRequest,
         side: ContactSide,
@@ -52,7 +52,7 @@ pub(crate) fn strip_query(
     StripQuery { feed: frame.a, strip: request.strip, contact, uv }
 }
 
-/// The independent look at a proposal.
+/// Measures the strip of a proposal independently.
 pub(crate) fn measure_proposal(
     request: &LocationRequest,
     frame: &EndPointFrame,
@@ -68,7 +68,8 @@ pub(crate) fn measure_proposal(
     Ok(strip)
 }
 
-/// How far the strip or the rest of the cutter comes below the band \[mm\]; 0 where nothing does.
+/// Returns the depth of the strip or the rest of the cutter below the band \[mm\]; 0 where nothing is
+/// below.
 pub(crate) fn gouge_depth(band: ToleranceBand, strip: &MeasuredStrip) -> f64 {
     (band.lower - strip.front_min.min(strip.rear_min)).max(0.0)
 }

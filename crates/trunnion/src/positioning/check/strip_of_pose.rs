@@ -9,7 +9,7 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip, StripQuery};
 use crate::types::ToolPose;
 
-/// Looks at the strip a pose leaves, without any of the assumptions it was made with.
+/// Measures the strip that a pose leaves, without any of the assumptions it was made with.
 ///
 /// The signed error (distance from the surface minus the corner radius) is sampled round the whole
 /// circle, extrema and ends of the strip are refined; between samples it is bounded through a range
@@ -17,7 +17,38 @@ use crate::types::ToolPose;
 /// The bounds hold for the foot that is followed round the circle; of the continuation beyond the
 /// face's domain they know the curvature at the samples only.
 ///
-/// A pose that gouges is not an error: `front_min` and `rear_min` say so.
+/// A pose that gouges is not an error: `front_min` and `rear_min` show it.
+///
+/// # Example
+///
+/// ```
+/// # use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+/// # let point = |x, y| nalgebra::Point3::new(x, y, 0.0);
+/// # let points = vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
+/// # let knots = vec![0.0, 0.0, 1.0, 1.0];
+/// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+/// use nalgebra::{Point3, Vector3};
+/// use trunnion::cutter::{Cutter, CutterSpec};
+/// use trunnion::positioning::{
+///     CuttingContext, StripQuery, StripSide, ToleranceBand, strip_of_pose,
+/// };
+/// use trunnion::types::ToolPose;
+///
+/// // A ball of radius 5 mm that touches the plane z = 0 in (20, 20).
+/// let cutter = Cutter::new(CutterSpec::ball(10.0))?;
+/// let band = ToleranceBand { lower: 0.0, upper: 0.01 };
+/// let contact = Point3::new(20.0, 20.0, 0.0);
+/// let strip = strip_of_pose(
+///     &CuttingContext { face: &face, cutter: &cutter, band },
+///     &ToolPose { tip: contact, axis: Vector3::z_axis() },
+///     &StripQuery { feed: Vector3::x(), strip: StripSide::Right, contact, uv: [0.5, 0.5] },
+/// )?;
+/// let expected = 2.0 * (2.0 * 5.0 * 0.01 - 0.01_f64.powi(2)).sqrt();
+/// assert!((strip.width - expected).abs() < 1e-6);
+/// assert!(strip.front_min.abs() < 1e-9); // it does not gouge
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

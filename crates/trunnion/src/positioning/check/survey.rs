@@ -30,13 +30,13 @@ pub(crate) struct CircleSurvey<'a> {
     pub(crate) v: Vector3<f64>,
     /// Half the arc between the end points it was made for \[rad\]; 0 where none are known.
     pub(crate) half_arc: f64,
-    /// What was read of the circle before, over `[-pi, pi]` in any order.
+    /// Samples read before, over `[-pi, pi]` in any order.
     pub(crate) seen: &'a [ErrorSample],
-    /// Whether gaps are looked into until no extremum can hide there, even where bounds take many points.
+    /// `true` to refine gaps until no extremum can hide there, even where bounds take many points.
     pub(crate) thorough: bool,
 }
 
-/// One side of the strip: its end, and what was seen on the way.
+/// One side of the strip: its end, and the samples up to it.
 struct StripSideEnd {
     end: ErrorSample,
     max: f64,
@@ -45,16 +45,18 @@ struct StripSideEnd {
 }
 
 impl CircleSurvey<'_> {
-    /// The strip around the circle angle 0, whose foot is near `guess`.
+    /// Measures the strip around the circle angle 0, whose foot is near `guess`.
     pub(crate) fn strip(
         &self,
         guess: [f64; 2],
         probe: &mut FaceProbe,
     ) -> Result<MeasuredStrip, PositioningError> {
+        // Samples round the circle, refined until the gaps can hide nothing.
         let points = self.sample(guess, probe)?;
         let gaps = self.gaps(&points);
         let (points, lowest) = self.dense(points, &gaps, probe)?;
         let start = self.start(&points);
+        // From the seed both ways to the ends of the strip.
         let upper = self.setting.band.upper;
         let Some(seed) = points.get(start).copied() else {
             return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess });
@@ -67,6 +69,7 @@ impl CircleSurvey<'_> {
                 || StripSideEnd { end: seed, max: seed.error, min: seed.error, inside: Vec::new() };
             (none(), none())
         };
+        // Everything outside the strip is the rear.
         let [low, high] = [near.end.psi, far.end.psi];
         let outside = points.iter().filter(|point| point.psi < low || point.psi > high);
         let rear_min = outside.map(ErrorSample::low).fold(f64::INFINITY, f64::min);
@@ -74,6 +77,7 @@ impl CircleSurvey<'_> {
         let mut inside: Vec<ErrorSample> = near.inside.iter().rev().copied().collect();
         inside.push(seed);
         inside.extend(&far.inside);
+        // The disc inside the circle, and bounds between the samples of the strip.
         let disc = self.disc(&seed, probe)?;
         let front_max = near.max.max(far.max);
         let highest = inside.windows(2).map(|pair| match pair {
@@ -96,7 +100,7 @@ impl CircleSurvey<'_> {
         })
     }
 
-    /// Samples over `[-pi, pi]`, both ends included, in order.
+    /// Returns samples over `[-pi, pi]`, both ends included, in order.
     fn sample(
         &self,
         guess: [f64; 2],
@@ -129,7 +133,7 @@ impl CircleSurvey<'_> {
         self.filled(points, probe)
     }
 
-    /// The points with more of them, evenly spaced, where they are far apart.
+    /// Adds evenly spaced samples where the points are far apart.
     fn filled(
         &self,
         points: Vec<ErrorSample>,
@@ -157,9 +161,9 @@ impl CircleSurvey<'_> {
         Ok(filled)
     }
 
-    /// The points with the local extrema between them, and more of them where their gaps could
-    /// hide anything: an error below the band by a share of it, or, on the strip, above. Also what
-    /// no error is below.
+    /// Adds the local extrema between the points, and more samples where gaps could hide anything: an
+    /// error below the band by a share of it, or, on the strip, above. Also returns a lower bound on
+    /// the error.
     fn dense(
         &self,
         mut points: Vec<ErrorSample>,
@@ -203,8 +207,8 @@ impl CircleSurvey<'_> {
         Ok((found, lowest))
     }
 
-    /// Whether errors between two points could matter: below the least one found, or above the band on
-    /// the strip, by a share of the band.
+    /// Returns `true` if errors between two points could matter: below the least one found, or above the
+    /// band on the strip, by a share of the band.
     fn hides(&self, [a, b]: [&ErrorSample; 2], known: &GapRange, least: f64) -> bool {
         let ToleranceBand { lower, upper } = self.setting.band;
         let ([low, high], slack) = (known.range, SHARE * (upper - lower));
@@ -212,7 +216,7 @@ impl CircleSurvey<'_> {
         low < least - slack || (strip && high > upper + slack)
     }
 
-    /// Whether an extremum that the ends' slopes say nothing of may lie outside the band.
+    /// Returns `true` if an extremum that the slopes of the ends do not reveal may lie outside the band.
     fn may_gouge(&self, [a, b]: [&ErrorSample; 2], known: &GapRange) -> bool {
         let (ToleranceBand { lower, upper }, [low, high]) = (self.setting.band, known.range);
         let strip = a.error <= upper && b.error <= upper;
@@ -236,7 +240,7 @@ impl CircleSurvey<'_> {
         Ok(())
     }
 
-    /// The point within the band nearest to the angle 0, on the half of the circle around it; the
+    /// Returns the point within the band nearest to the angle 0, on the half of the circle around it; the
     /// lowest there if none is.
     fn start(&self, points: &[ErrorSample]) -> usize {
         let upper = self.setting.band.upper;
@@ -283,7 +287,7 @@ impl CircleSurvey<'_> {
         })
     }
 
-    /// Where the error passes the upper end of the band between two samples.
+    /// Finds the point between two samples at which the error passes the upper end of the band.
     fn crossing(
         &self,
         mut inside: ErrorSample,
@@ -315,7 +319,7 @@ impl CircleSurvey<'_> {
         Ok(ErrorSample { error: end.error.min(upper), ..end })
     }
 
-    /// Least distance of the disc found, and what it is at least.
+    /// Returns the least distance of the disc found, and a lower bound on it.
     fn disc(
         &self,
         seed: &ErrorSample,
@@ -335,7 +339,7 @@ impl CircleSurvey<'_> {
         Ok([lowest.min(least), lowest.min(bound)])
     }
 
-    /// What bounds the error between the points.
+    /// Returns the bounds of the error between the points.
     fn gaps(&self, points: &[ErrorSample]) -> GapBounds {
         GapBounds {
             radius: self.circle.ring.radius,
@@ -345,7 +349,7 @@ impl CircleSurvey<'_> {
         }
     }
 
-    /// Bounds of the curvatures below the circle.
+    /// Bounds the curvatures below the circle.
     fn under(&self, points: &[ErrorSample]) -> CurvatureRange {
         let steps = points.windows(2).map(|pair| match pair {
             [a, b] => b.psi - a.psi,

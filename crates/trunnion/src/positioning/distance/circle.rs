@@ -24,7 +24,7 @@ pub(crate) struct ErrorSample {
     /// The part of its third derivative that does not come from a change of the surface's curvature
     /// \[mm/rad^3\].
     pub(crate) twist: f64,
-    /// Whether it stands for an extremum next to it that was followed.
+    /// `true` if the sample stands for an extremum next to it that was followed.
     pub(crate) followed: bool,
     pub(crate) reading: DistanceReading,
 }
@@ -53,37 +53,37 @@ const REFINEMENTS: u32 = 3;
 const LEVEL: f64 = 1e-4;
 
 impl ErrorSample {
-    /// Whether it is an extremum already.
+    /// Returns `true` if the sample is an extremum already.
     fn level(&self) -> bool {
         self.followed || (self.bend.abs() > 0.0 && self.slope.abs() <= LEVEL * self.bend.abs())
     }
 
-    /// Value of the parabola's extremum.
+    /// Returns the value at the extremum of the parabola through the sample.
     pub(crate) fn vertex(&self) -> f64 {
         let fall =
             if self.bend.abs() > 0.0 { 0.5 * self.slope * self.slope / self.bend } else { 0.0 };
         self.error - fall
     }
 
-    /// The error, or that of the minimum next to it.
+    /// Returns the error, or that of the minimum next to the sample.
     pub(crate) fn low(&self) -> f64 {
         if self.bend > 0.0 && self.level() { self.vertex() } else { self.error }
     }
 
-    /// The error, or that of the maximum next to it.
+    /// Returns the error, or that of the maximum next to the sample.
     pub(crate) fn high(&self) -> f64 {
         if self.bend < 0.0 && self.level() { self.vertex() } else { self.error }
     }
 
-    /// Whether the error falls with the angle just beside the sample: where it is level, on the
-    /// side `sign` of it.
+    /// Returns `true` if the error falls with the angle just beside the sample: where it is level, on
+    /// the side `sign` of it.
     fn falls(&self, sign: f64) -> bool {
         if self.level() { sign * self.bend < 0.0 } else { self.slope < 0.0 }
     }
 }
 
 impl ErrorCircle {
-    /// Error at `psi`, its foot sought near `guess`.
+    /// Reads the error at `psi`, its foot sought near `guess`.
     pub(crate) fn read(
         &self,
         psi: f64,
@@ -94,7 +94,7 @@ impl ErrorCircle {
         Ok(self.marked(psi, mark, &probe.read(&mark.0, guess)?))
     }
 
-    /// The sample that a reading at `psi` makes.
+    /// Makes a sample of a reading at `psi`.
     pub(crate) fn sample(&self, psi: f64, reading: &DistanceReading) -> ErrorSample {
         self.marked(psi, self.ring.mark(psi), reading)
     }
@@ -122,7 +122,7 @@ impl ErrorCircle {
         }
     }
 
-    /// As [`ErrorCircle::read`], starting from a sample nearby.
+    /// Reads the error as [`ErrorCircle::read`] does, starting from a sample nearby.
     pub(crate) fn read_from(
         &self,
         psi: f64,
@@ -134,7 +134,7 @@ impl ErrorCircle {
         Ok(self.marked(psi, mark, &reading))
     }
 
-    /// Samples at the angles given, in order, from a first one nearby.
+    /// Reads samples at the given angles, in order, from a first one nearby.
     pub(crate) fn walk(
         &self,
         angles: impl Iterator<Item = f64>,
@@ -150,7 +150,7 @@ impl ErrorCircle {
         Ok(samples)
     }
 
-    /// Samples over the front, `[-half, half]`: `count` intervals, closer
+    /// Reads samples over the front, `[-half, half]`: `count` intervals, closer
     /// together towards the ends (Chebyshev's abscissas).
     pub(crate) fn front(
         &self,
@@ -165,7 +165,7 @@ impl ErrorCircle {
         Ok(samples)
     }
 
-    /// Samples strictly between the second end point and, round the rear, the first:
+    /// Reads samples strictly between the second end point and, round the rear, the first:
     /// `count - 1` of them, closer together towards the ends, where a level end point hides a
     /// minimum next to it; `from` is the sample at the second end point.
     pub(crate) fn rear(
@@ -179,7 +179,7 @@ impl ErrorCircle {
         self.walk(angles, from, probe)
     }
 
-    /// Local extrema between neighbouring samples, refined by one reading each.
+    /// Finds the local extrema between neighbouring samples, refined by one reading each.
     pub(crate) fn extrema(
         &self,
         samples: &[ErrorSample],
@@ -200,7 +200,7 @@ impl ErrorCircle {
         Ok(found)
     }
 
-    /// The extremum between two samples that lie on different sides of it.
+    /// Finds the extremum between two samples that lie on different sides of it.
     fn between(
         &self,
         [a, b]: [&ErrorSample; 2],
@@ -210,6 +210,7 @@ impl ErrorCircle {
         let psi = level(a, b);
         let nearest = if psi - a.psi < b.psi - psi { a } else { b };
         let mut sample = self.read_from(psi, nearest, probe)?;
+        // Newton's steps on the slope, kept in the bracket.
         for _ in 0..REFINEMENTS {
             let psi = sample.psi - sample.slope / sample.bend;
             if (psi - sample.psi).abs() <= LEVEL || !(psi > a.psi && psi < b.psi) {
@@ -219,12 +220,13 @@ impl ErrorCircle {
         }
         // A bend of the wrong sign would carry the parabola's vertex away: keep the sample.
         let vertex = if (sample.bend < 0.0) == maximum { sample.vertex() } else { sample.error };
+        // The parabola may not move the value by more than the samples differ.
         let spread = (a.error - b.error).abs().max((a.error - sample.error).abs());
         let value = sample.error + (vertex - sample.error).clamp(-spread, spread);
         Ok(ErrorExtremum { sample, value, maximum })
     }
 
-    /// Samples over `[-pi, pi]`, evenly spaced, `2 half + 1` of them; the foot at the angle 0 is
+    /// Reads samples over `[-pi, pi]`, evenly spaced, `2 half + 1` of them; the foot at the angle 0 is
     /// sought near `guess`.
     pub(crate) fn all_round(
         &self,
@@ -243,7 +245,7 @@ impl ErrorCircle {
     }
 }
 
-/// Angle between two samples at which the slope vanishes: root of the cubic through slopes and
+/// Returns the angle between two samples at which the slope vanishes: the root of the cubic through slopes and
 /// bends, by bisection (the slopes differ in sign).
 fn level(a: &ErrorSample, b: &ErrorSample) -> f64 {
     let h = b.psi - a.psi;

@@ -8,7 +8,7 @@ use crate::positioning::strip::{CuttingContext, StripQuery};
 use crate::types::ToolPose;
 use nalgebra::{UnitVector3, Vector3};
 
-/// Circle of a pose and the direction across the feed, to the strip's side.
+/// Returns the circle of a pose and the direction across the feed, to the strip's side.
 pub(crate) fn circle_of_pose(
     setting: &CuttingContext,
     pose: &ToolPose,
@@ -34,7 +34,7 @@ pub(crate) fn circle_of_pose(
     Ok((CenterCircle { center, f: f.into_inner(), e2, radius }, v))
 }
 
-/// Error round the cutting circle: `[angle, error]` \[rad, mm\], evenly spaced over `[-pi, pi]`,
+/// Returns the error round the cutting circle: `[angle, error]` \[rad, mm\], evenly spaced over `[-pi, pi]`,
 /// `2 half + 1` of them. Angle 0 lies over `look.contact`, positive ones on the strip's side.
 ///
 /// # Errors

@@ -25,14 +25,14 @@ const STEPS: u32 = 20;
 /// Share of the radius from which a search starts that sets out towards a convex end point.
 const TOWARDS: f64 = 0.7;
 
-/// Squares looked at before the disc's bound is left as it is.
+/// Squares examined before the bound of the disc is left as it is.
 const SQUARES: u32 = 400;
 
 /// Two directions in the disc's plane.
 type PlaneBasis = [Vector3<f64>; 2];
 
 impl FlatDisc {
-    /// Reading of the centre, from one under the rim.
+    /// Reads the centre, from one under the rim.
     pub(crate) fn middle(
         &self,
         rim: &DistanceReading,
@@ -41,7 +41,7 @@ impl FlatDisc {
         probe.read(&self.center, rim.ahead_to(&self.center))
     }
 
-    /// Lowest point strictly inside the disc, if the distance has a minimum there that is found
+    /// Finds the lowest point strictly inside the disc, if the distance has a minimum there that is found
     /// from its centre, whose reading is given, or from near the end points `nearby`.
     pub(crate) fn lowest(
         &self,
@@ -73,7 +73,7 @@ impl FlatDisc {
         [one, self.axis.cross(&one)]
     }
 
-    /// Goes down from a point of the disc; `None` where that leads over the rim.
+    /// Descends from a point of the disc; `None` where that leads over the rim.
     fn descend(
         &self,
         (mut point, mut reading): (Point3<f64>, DistanceReading),
@@ -98,7 +98,7 @@ impl FlatDisc {
         Ok(None)
     }
 
-    /// Least distance found inside the disc, and what it is at least; both infinite where the
+    /// Returns the least distance found inside the disc, and a lower bound on it; both infinite where the
     /// distance is proved to have no minimum inside, so that the rim is nearest.
     ///
     /// `[low, high]` bounds the curvatures below the disc. In a square of half diagonal `h` around a
@@ -118,6 +118,7 @@ impl FlatDisc {
         if low >= 0.0 {
             return Ok([least, bound]);
         }
+        // Branch and bound over squares of the disc.
         let plane = self.plane();
         let side = 2.0 * self.radius;
         let mut squares = vec![(self.center, side, *centre)];
@@ -130,6 +131,7 @@ impl FlatDisc {
             }
             let n = reading.normal();
             let lean = n.dot(&plane[0]).hypot(n.dot(&plane[1]));
+            // Lower bound over the square: no curvature within pulls the distance lower.
             let falling = falling(high, reading.distance + half);
             let under = reading.distance - half * (lean + 0.5 * half * falling);
             if out < self.radius && under < enough {
@@ -153,7 +155,7 @@ impl FlatDisc {
     }
 }
 
-/// Largest fall of the distance per square \[1/mm\] where curvatures stay below `high` and
+/// Returns the largest fall of the distance per square \[1/mm\] where curvatures stay below `high` and
 /// distances below `distance`.
 fn falling(high: f64, distance: f64) -> f64 {
     let left = 1.0 - high * distance.max(0.0);
@@ -166,8 +168,8 @@ fn falling(high: f64, distance: f64) -> f64 {
     }
 }
 
-/// Newton's step to the minimum of the distance in the plane, and whether the distance is convex
-/// here; where it is not, a step down of half a radius, along the gradient.
+/// Returns Newton's step to the minimum of the distance in the plane, and `true` if the distance is
+/// convex here; where it is not, a step down of half a radius along the gradient.
 fn descent(
     reading: &DistanceReading,
     [one, two]: &PlaneBasis,

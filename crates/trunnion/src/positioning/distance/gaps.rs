@@ -1,4 +1,4 @@
-//! What the error cannot exceed between two points of the circle.
+//! Bounds on the error between two samples of the circle.
 
 use crate::positioning::distance::circle::ErrorSample;
 use crate::positioning::distance::probe::DistanceReading;
@@ -28,11 +28,11 @@ pub(crate) struct GapBounds {
     pub(crate) minor: f64,
     /// Tool axis.
     pub(crate) axis: UnitVector3<f64>,
-    /// What curvatures below the circle keep.
+    /// Range of the curvatures below the circle.
     pub(crate) under: CurvatureRange,
 }
 
-/// What the curvatures under the circle keep.
+/// Range of the normal curvatures under the circle, and of their rate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CurvatureRange {
     /// No normal curvature leaves this range \[1/mm\].
@@ -41,12 +41,13 @@ pub(crate) struct CurvatureRange {
     pub(crate) rate: f64,
 }
 
-/// What is known of a gap.
+/// Proven range of the error over a gap.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GapRange {
-    /// What the error does not fall below and does not exceed.
+    /// Lower and upper bound on the error \[mm\].
     pub(crate) range: [f64; 2],
-    /// Whether there is one extremum at most between the ends, which the signs of their slopes tell of.
+    /// `true` if there is at most one extremum between the ends, which the signs of their slopes
+    /// reveal.
     pub(crate) plain: bool,
 }
 
@@ -61,7 +62,7 @@ struct DerivativeBounds {
 }
 
 impl GapBounds {
-    /// What is known of the error between two points.
+    /// Returns the proven range of the error between two samples.
     pub(crate) fn known(&self, a: &ErrorSample, b: &ErrorSample) -> GapRange {
         let h = b.psi - a.psi;
         let Some(bounds) = self.bounds([a, b], h) else {
@@ -86,6 +87,7 @@ impl GapBounds {
     /// Bounds over a gap of `h` \[rad\]; `None` where there are none.
     fn bounds(&self, [a, b]: [&ErrorSample; 2], h: f64) -> Option<DerivativeBounds> {
         let radius = self.radius;
+        // Every point of the gap lies within half its arc of an end.
         let way = 0.5 * radius * h;
         let far = self.minor + a.error.max(b.error) + way;
         let near = self.minor + a.error.min(b.error) - way;
@@ -95,18 +97,20 @@ impl GapBounds {
         let lean = sine(a).max(sine(b)) + way * most;
         // Rate of n . a: the normal's turn across, at most half the spread of H, and E'.
         let rate = radius * (0.5 * radius * (high - low) + lean);
+        // E'' lies within half the growth of its plane part, plus the surface's part.
         let own = 0.5 * (a.plane_bend + b.plane_bend);
         let spread = (0.5 * h * rate).min(radius * lean + own.abs());
         let square = radius * radius;
         let second = [(own - spread) + square * low, (own + spread) + square * high];
+        // The unknown part of E''', and the rate of its known part.
         let turn = self.under.rate * pace * pace * pace + 3.0 * lean * most * most;
         let third = radius * square * turn;
         let fourth = radius * lean + square * most + 3.0 * (square * (high - low) + third);
         Some(DerivativeBounds { second, third, fourth })
     }
 
-    /// Range of the eigenvalues of `H`, 0 included, and how many times as fast as their points feet move
-    /// at most; `None` where there is no bound.
+    /// Returns the range of the eigenvalues of `H`, 0 included, and the largest ratio of the speed of a
+    /// foot to that of its point; `None` where there is no bound.
     fn second(&self, near: f64, far: f64) -> Option<([f64; 2], f64)> {
         let [least, most] = self.under.curvatures;
         let [least, most] = [least.min(0.0), most.max(0.0)];
@@ -125,8 +129,8 @@ struct HalfGap {
     sign: f64,
     /// Value, slope, bend and the known part of the third derivative at the end, going inwards.
     known: [f64; 4],
-    /// Summed up one to three times from the end, `third + fourth s` comes to no more than this constant
-    /// does: `third + fourth L / 2`, `third + fourth L / 3`, `third + fourth L / 4`.
+    /// Constants that, integrated one to three times from the end, bound the integrals of
+    /// `third + fourth s`: `third + fourth L / 2`, `third + fourth L / 3`, `third + fourth L / 4`.
     off: [f64; 3],
 }
 
@@ -138,12 +142,12 @@ impl HalfGap {
         Self { length, sign, known, off }
     }
 
-    /// Range of the error.
+    /// Returns the range of the error.
     fn range(&self) -> [f64; 2] {
         [-1.0, 1.0].map(|sign| sign * self.most(sign))
     }
 
-    /// What `sign E` does not exceed.
+    /// Returns an upper bound on `sign E`.
     fn most(&self, sign: f64) -> f64 {
         let [value, slope, bend, twist] = self.known.map(|x| sign * x);
         let twist = twist + self.off[2];
@@ -162,7 +166,8 @@ impl HalfGap {
         most
     }
 
-    /// Whether the error bends upwards all over, or downwards.
+    /// Returns `Some(true)` if the error bends upwards over the whole half, `Some(false)` if downwards,
+    /// `None` if neither is proven.
     fn bends_up(&self) -> Option<bool> {
         let [_, _, bend, twist] = self.known;
         let inner = bend + twist * self.length;
@@ -170,7 +175,8 @@ impl HalfGap {
         sign([bend.min(inner - off), bend.max(inner + off)])
     }
 
-    /// Whether the error rises all over with the angle, or falls.
+    /// Returns `Some(true)` if the error rises with the angle over the whole half, `Some(false)` if it
+    /// falls, `None` if neither is proven.
     fn rises(&self) -> Option<bool> {
         let [_, slope, bend, twist] = self.known;
         let most = |sign: f64| {
@@ -184,7 +190,7 @@ impl HalfGap {
     }
 }
 
-/// Whether a range is positive, or negative.
+/// Returns `Some(true)` for a positive range, `Some(false)` for a negative one.
 fn sign([low, high]: [f64; 2]) -> Option<bool> {
     if low > 0.0 {
         Some(true)
@@ -195,8 +201,10 @@ fn sign([low, high]: [f64; 2]) -> Option<bool> {
     }
 }
 
-/// What `sign * error` cannot exceed between two points: under both parabolas that start with
-/// value and slope of a point and bend upward by `bend` or, where that is negative, not at all.
+/// Returns an upper bound on `sign * error` between two points.
+///
+/// The error lies under both parabolas that start with value and slope of a point and bend upward
+/// by `bend` or, where that is negative, not at all.
 fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
     let h = b.psi - a.psi;
     let bend = bend.max(0.0);
@@ -210,6 +218,7 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
     if closing <= 0.0 {
         return ends;
     }
+    // The parabolas meet at s; the lower one bounds on either side.
     let s = ((eb - ea - sb * h + 0.5 * bend * h * h) / closing).clamp(0.0, h);
     let left = ea + s * (sa + 0.5 * bend * s);
     let t = h - s;
@@ -217,8 +226,8 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
     ends.max(left.min(right))
 }
 
-/// Curvatures under all points within `way` of those read, whose distances from the surface stay below
-/// `far`; infinite where there is no bound.
+/// Bounds the curvatures under all points within a step of those read; infinite where there is no
+/// bound.
 ///
 /// A foot moves at most `1 / (1 - k d)` times as fast as its point, `k` bounded over all there is
 /// within the reach of such feet: as it starts inside, it never leaves.

@@ -4,7 +4,7 @@ use crate::positioning::error::PositioningError;
 use crate::surface::{ClosestError, FaceIndex, FootPoint, SurfaceJet2};
 use nalgebra::{Point3, UnitVector3, Vector3};
 
-/// From a place this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
+/// From a point this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
 /// then off by `k' FOOT^3 / 6`, `k'` the rate of the curvature, 1e-9 mm for 1 / mm^2.
 const FOOT: f64 = 2e-3;
 
@@ -16,8 +16,10 @@ const TURN: f64 = 1e-3;
 pub(crate) struct FaceProbe<'a> {
     face: &'a FaceIndex,
     pub(crate) queries: u32,
-    /// Whether no parameter is an angle and no rim a point. Poles turn the normal round: there Newton's steps need the
-    /// distance itself as their guide, and guesses must not lead over them.
+    /// `true` if no parameter is an angle and no rim is a point.
+    ///
+    /// At a pole the normal turns round: there Newton's steps need the distance itself as their guide,
+    /// and guesses must not lead over the pole.
     poleless: bool,
 }
 
@@ -30,7 +32,7 @@ pub(crate) struct DistanceReading {
     forms: FundamentalForms,
     /// See [`FaceProbe`].
     poleless: bool,
-    /// How far the foot lies from where the surface was evaluated \[mm\].
+    /// Distance of the foot from the point where the surface was evaluated \[mm\].
     strayed: f64,
 }
 
@@ -52,7 +54,7 @@ impl<'a> FaceProbe<'a> {
         self.face
     }
 
-    /// Another one that goes on counting.
+    /// Returns another probe that goes on counting.
     pub(crate) fn again(&self) -> Self {
         Self { ..*self }
     }
@@ -73,8 +75,8 @@ impl<'a> FaceProbe<'a> {
         }
     }
 
-    /// As [`FaceProbe::read`] for a point a `step` from one that was read: right next to it the surface need
-    /// not be evaluated again.
+    /// Reads the distance of a point a `step` from one that was read. Right next to it the surface
+    /// need not be evaluated again.
     pub(crate) fn read_from(
         &mut self,
         p: &Point3<f64>,
@@ -91,8 +93,8 @@ impl<'a> FaceProbe<'a> {
         }
     }
 
-    /// Newton's steps to the foot, the last of them by Taylor's formula alone; `None` where they do
-    /// not lead straight to a minimum of the distance.
+    /// Takes Newton's steps to the foot, the last of them by Taylor's formula alone; `None` where they
+    /// do not lead straight to a minimum of the distance.
     fn glide(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<DistanceReading> {
         /// Each at least halves what is left: from 1 mm nine do, from usual guesses one or two.
         const STEPS: u32 = 9;
@@ -125,7 +127,7 @@ impl<'a> FaceProbe<'a> {
         None
     }
 
-    /// As [`FaceProbe::read`], the foot itself as exact as rounding allows.
+    /// Reads the distance of `p`, the foot itself as exact as rounding allows.
     pub(crate) fn foot(
         &mut self,
         p: &Point3<f64>,
@@ -139,8 +141,8 @@ impl<'a> FaceProbe<'a> {
         Ok(DistanceReading { poleless: self.poleless, ..DistanceReading::new(p, foot) })
     }
 
-    /// Unsigned distance of `p` from a place of the face that is nearer than `enough`, mostly the nearest one; at least
-    /// `enough` where none is. Trims are disregarded where they have to be.
+    /// Returns the unsigned distance of `p` from a point of the face nearer than `enough`, mostly the
+    /// nearest one; at least `enough` where there is none. Trims are disregarded where they have to be.
     pub(crate) fn nearest(
         &mut self,
         p: &Point3<f64>,
@@ -168,17 +170,17 @@ impl DistanceReading {
         Self { foot, distance, forms, poleless: true, strayed: 0.0 }
     }
 
-    /// The reading of the point at `distance` over the same foot.
+    /// Returns the reading of the point at `distance` over the same foot.
     pub(crate) fn lifted(&self, distance: f64) -> Self {
         Self { distance, foot: FootPoint { distance, ..self.foot }, ..*self }
     }
 
-    /// Outward unit normal, the gradient of the distance.
+    /// Returns the outward unit normal, the gradient of the distance.
     pub(crate) fn normal(&self) -> UnitVector3<f64> {
         self.foot.normal
     }
 
-    /// First-order change of the foot's parameters when the point moves by `step`:
+    /// Returns the first-order change of the foot's parameters when the point moves by `step`:
     /// `(I - d II) duv = [S_u, S_v] . step`.
     pub(crate) fn follow(&self, step: &Vector3<f64>) -> [f64; 2] {
         self.try_follow(step).unwrap_or([0.0, 0.0])
@@ -193,7 +195,7 @@ impl DistanceReading {
         self.forms.offset(self.distance)
     }
 
-    /// Guess for the foot of `p + step`: right to second order where there are no poles.
+    /// Returns a guess for the foot of `p + step`, right to second order where there are no poles.
     pub(crate) fn ahead(&self, step: &Vector3<f64>) -> [f64; 2] {
         let [u, v] = self.foot.uv;
         let first = self.follow(step);
@@ -213,13 +215,13 @@ impl DistanceReading {
         [u + du, v + dv]
     }
 
-    /// The same for a point, wherever the one read lies over its foot.
+    /// Returns the same guess for the foot of the point `p`.
     pub(crate) fn ahead_to(&self, p: &Point3<f64>) -> [f64; 2] {
         let from = self.foot.point + self.normal().scale(self.distance);
         self.ahead(&(p - from))
     }
 
-    /// The reading of a point whose foot is right next to this one.
+    /// Returns the reading of a point whose foot is right next to this one.
     fn beside(&self, p: &Point3<f64>) -> Option<Self> {
         if !self.poleless {
             return None;
@@ -238,23 +240,23 @@ impl DistanceReading {
         [self.foot.jet.su.dot(step), self.foot.jet.sv.dot(step)]
     }
 
-    /// Change of foot point and normal when the point moves by `step` (Weingarten).
+    /// Returns the change of foot point and normal when the point moves by `step` (Weingarten).
     pub(crate) fn foot_rate(&self, step: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         self.turned(self.follow(step))
     }
 
-    /// The same for a change of the foot's parameters.
+    /// Returns the change of foot point and normal for a change of the foot's parameters.
     fn turned(&self, [du, dv]: [f64; 2]) -> (Vector3<f64>, Vector3<f64>) {
         let jet = &self.foot.jet;
         (jet.su * du + jet.sv * dv, self.forms.turned(jet, [du, dv]))
     }
 
-    /// Second derivative of the distance along `step`: `-k/(1 - k d)` per principal direction.
+    /// Returns the second derivative of the distance along `step`: `-k/(1 - k d)` per principal direction.
     pub(crate) fn hessian(&self, step: &Vector3<f64>) -> f64 {
         self.hessians(step, step)[0]
     }
 
-    /// Second derivatives of the distance along `step`, and along it and `other`: as
+    /// Returns the second derivatives of the distance along `step`, and along it and `other`: as
     /// [`DistanceReading::hessian_between`], by the components along `S_u` and `S_v` alone.
     pub(crate) fn hessians(&self, step: &Vector3<f64>, other: &Vector3<f64>) -> [f64; 2] {
         let along = self.covector(step);
@@ -265,13 +267,13 @@ impl DistanceReading {
         [along, self.covector(other)].map(|[p, q]| -(p * a + q * b))
     }
 
-    /// Second derivative of the distance along two directions.
+    /// Returns the second derivative of the distance along two directions.
     pub(crate) fn hessian_between(&self, one: &Vector3<f64>, two: &Vector3<f64>) -> f64 {
         let (_, turned) = self.foot_rate(one);
         turned.dot(two)
     }
 
-    /// Normal curvature of the surface in the tangent direction nearest to `direction`, positive
+    /// Returns the normal curvature of the surface in the tangent direction nearest to `direction`, positive
     /// where concave; 0 for a normal direction.
     pub(crate) fn normal_curvature(&self, direction: &Vector3<f64>) -> f64 {
         let Some([a, b]) = solve(&self.forms.first, self.covector(direction)) else { return 0.0 };
@@ -280,7 +282,7 @@ impl DistanceReading {
         if length > 0.0 { form(self.forms.second) / length } else { 0.0 }
     }
 
-    /// Principal curvatures `[smaller, larger]`, positive where concave seen from the cutter.
+    /// Returns the principal curvatures `[smaller, larger]`, positive where concave seen from the cutter.
     pub(crate) fn curvatures(&self) -> [f64; 2] {
         let FundamentalForms { first: [e, f, g], second: [l, m, n] } = self.forms;
         let area = e * g - f * f;
@@ -309,7 +311,7 @@ impl FundamentalForms {
         [0, 1, 2].map(|k| self.first[k] - d * self.second[k])
     }
 
-    /// Change of the normal for a change of the foot's parameters.
+    /// Returns the change of the normal for a change of the foot's parameters.
     #[inline]
     fn turned(&self, jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> Vector3<f64> {
         let [l, m, n] = self.second;
@@ -318,8 +320,8 @@ impl FundamentalForms {
     }
 }
 
-/// Way from a place of the surface to that `[du, dv]` further, and the first derivatives there, from
-/// the derivatives here.
+/// Returns the vector from a surface point to that `[du, dv]` further, and the first derivatives
+/// there, from the derivatives here.
 #[inline]
 fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
     let (bent_u, bent_v) = (jet.suu * du + jet.suv * dv, jet.suv * du + jet.svv * dv);
@@ -327,8 +329,8 @@ fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>
     (out, [jet.su + bent_u, jet.sv + bent_v])
 }
 
-/// The reading at the place `way` further than one with these derivatives, next to the foot of `p` and
-/// `strayed` from the evaluation.
+/// Returns the reading at the parameters `way` further than those of these derivatives, next to the
+/// foot of `p` and `strayed` from the evaluation.
 #[inline]
 fn moved(
     p: &Point3<f64>,

@@ -15,19 +15,19 @@ pub(crate) struct CenterCircle {
 }
 
 impl CenterCircle {
-    /// Point of the circle at the angle `psi`.
+    /// Returns the point of the circle at the angle `psi`.
     pub(crate) fn at(&self, psi: f64) -> Point3<f64> {
         let (sin, cos) = psi.sin_cos();
         self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
     }
 
-    /// Angle of the point `lift` above a foot, which lies on the circle or near it.
+    /// Returns the angle of the point `lift` above a foot, which lies on the circle or near it.
     pub(crate) fn angle_over(&self, end: &DistanceReading, lift: f64) -> f64 {
         let out = end.foot.point + end.normal().scale(lift) - self.center;
         self.e2.dot(&out).atan2(self.f.dot(&out))
     }
 
-    /// The same with its derivative by `psi`.
+    /// Returns the point at the angle `psi` and its derivative.
     pub(crate) fn mark(&self, psi: f64) -> (Point3<f64>, Vector3<f64>) {
         let (sin, cos) = psi.sin_cos();
         let (sin, cos) = (self.radius * sin, self.radius * cos);

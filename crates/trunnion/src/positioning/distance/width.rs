@@ -3,7 +3,7 @@
 use crate::positioning::distance::probe::DistanceReading;
 use nalgebra::Vector3;
 
-/// Distance across the feed between two ends of a strip, in the tangent plane of the first: the
+/// Returns the distance across the feed between two ends of a strip, in the tangent plane of the first: the
 /// second counts where its normal passes through that plane, as `P3` does over `P2`.
 pub(crate) fn width_across(v: &Vector3<f64>, near: &DistanceReading, far: &DistanceReading) -> f64 {
     let up = near.normal();

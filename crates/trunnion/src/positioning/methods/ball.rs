@@ -14,7 +14,8 @@ use crate::types::ToolPose;
 use nalgebra::UnitVector3;
 
 /// CutterLocation of a ball whose strip begins at the end point: it touches at the lower end of the band
-/// where the end point lies at the upper end. The tool axis leans along the feed unless told otherwise.
+/// where the end point lies at the upper end. The tool axis
+/// is inclined along the feed unless a direction is given.
 pub(crate) fn ball_location(
     request: &LocationRequest,
     side: ContactSide,
@@ -60,7 +61,7 @@ pub(crate) fn ball_location(
     Ok(CutterLocation::new(request, &strip, found))
 }
 
-/// The contact from which the end point is at the upper end of the band.
+/// Finds the contact from which the end point is at the upper end of the band.
 fn touching(
     frame: &EndPointFrame,
     band: ToleranceBand,

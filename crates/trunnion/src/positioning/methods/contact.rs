@@ -15,7 +15,7 @@ use nalgebra::{UnitVector3, Vector3};
 
 /// Share of the band by which the contact stays above its lower end. Where the circle bends like the
 /// surface the error is flat, and falls a little beside the contact, by up to some 1e-5 of the band
-/// before a look between samples sees it.
+/// before a measurement between samples shows it.
 const CLEARANCE: f64 = 1e-4;
 
 /// Halvings of the lead's range where a lead gouges: to 1e-6 of it.
@@ -27,7 +27,8 @@ const SWIVELS: u32 = 9;
 /// Narrowings of the swivel: each to 0.618 of the range, 2 / (SWIVELS - 1) of it at first.
 const NARROWINGS: u32 = 14;
 
-/// Touches at `request.at` and leans by `lead` along the feed; gouging is refused.
+/// Places the cutter in contact at `request.at`, inclined by `lead` along the feed; gouging is
+/// refused.
 pub(crate) fn sturz(
     request: &LocationRequest,
     side: ContactSide,
@@ -40,7 +41,7 @@ pub(crate) fn sturz(
     Ok(location)
 }
 
-/// Touches at `request.at` and leans until the circle bends like the surface across the feed, and
+/// Places the cutter in contact at `request.at`, inclined until the circle bends like the surface across the feed, and
 /// farther where it gouges otherwise.
 pub(crate) fn curvature_matched(
     request: &LocationRequest,
@@ -57,7 +58,7 @@ pub(crate) fn curvature_matched(
     accept_measured(request, frame, (&proposal, &strip), &mut probe)
 }
 
-/// Touches at `request.at` with the swivel, at most `most` to either side, and the lead that give
+/// Places the cutter in contact at `request.at` with the swivel, at most `most` to either side, and the lead that give
 /// the widest strip.
 pub(crate) fn lead_and_swivel(
     request: &LocationRequest,
@@ -103,7 +104,7 @@ pub(crate) fn lead_and_swivel(
     accept_measured(request, &touch.frame, (&proposal, &strip), &mut probe)
 }
 
-/// Touches at `request.at` with the tool axis given, as on three axes.
+/// Places the cutter in contact at `request.at` with a given tool axis, as on three axes.
 pub(crate) fn fixed_axis(
     request: &LocationRequest,
     axis: UnitVector3<f64>,
@@ -133,7 +134,7 @@ struct ContactFrame<'a> {
     request: &'a LocationRequest<'a>,
     frame: EndPointFrame,
     side: ContactSide,
-    /// Of the circle above the contact \[mm\].
+    /// Height of the circle above the contact \[mm\].
     lift: f64,
 }
 
@@ -157,7 +158,7 @@ impl<'a> ContactFrame<'a> {
         PositioningError::ConcaveRadius { uv, concave, minor }
     }
 
-    /// Leaning by `lead` towards the feed, swivelled towards the strip.
+    /// Proposes the pose inclined by `lead` towards the feed, swivelled towards the strip.
     fn at(&self, lead: f64, swivel: f64) -> PoseProposal {
         let frame = &self.frame;
         let n = frame.first.normal();
@@ -169,7 +170,7 @@ impl<'a> ContactFrame<'a> {
         self.propose(&out, axis, lead)
     }
 
-    /// Touching with the corner on the side `out` of the axis.
+    /// Proposes the pose that touches with the corner on the side `out` of the axis.
     fn propose(&self, out: &Vector3<f64>, axis: UnitVector3<f64>, lead: f64) -> PoseProposal {
         let first = &self.frame.first;
         let contact = first.foot.point;
@@ -179,7 +180,7 @@ impl<'a> ContactFrame<'a> {
         PoseProposal { pose, side: self.side, middle, ends: None, lead }
     }
 
-    /// The least lead from `least` that does not gouge; the largest one where all do.
+    /// Finds the least lead from `least` that does not gouge; the largest one where all do.
     fn clear(
         &self,
         least: f64,

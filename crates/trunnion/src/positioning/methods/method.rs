@@ -1,4 +1,4 @@
-//! One way in to all methods of placing a cutter, so that they can be compared.
+//! All methods of placing a cutter behind one function, so that they can be compared.
 
 use crate::cutter::{Cutter, CutterKind, CutterSpec};
 use crate::positioning::error::PositioningError;
@@ -14,7 +14,7 @@ use nalgebra::UnitVector3;
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
-/// How a cutter is placed.
+/// A method of placing a cutter.
 ///
 /// With `EndPoint`, `Nested`, `MultiPoint`, `HermiteChebyshev` and `Ball` the strip begins at
 /// `request.at`; with the others the cutter touches there, and the strip lies around it.
@@ -32,12 +32,12 @@ pub enum PlacementMethod {
     HermiteChebyshev,
     /// One contact with the lead and the swivel of the widest strip.
     LeadSwivel {
-        /// Largest angle of the lean from the feed direction \[rad\].
+        /// Largest angle of the inclination from the feed direction \[rad\].
         swivel: f64,
     },
-    /// One contact, leaning until the circle bends like the surface, farther where that gouges.
+    /// One contact, inclined until the circle bends like the surface, farther where that gouges.
     CurvatureMatched,
-    /// One contact, leaning by a fixed angle along the feed (Sturz).
+    /// One contact, inclined by a fixed angle along the feed (Sturz).
     Sturz {
         /// Angle between normal and tool axis \[rad\].
         lead: f64,
@@ -55,7 +55,7 @@ pub enum PlacementMethod {
 }
 
 impl PlacementMethod {
-    /// The cutter that the method places: the one given, or for [`PlacementMethod::Ball`] a ball as large,
+    /// Returns the cutter that the method places: the given one, or for [`PlacementMethod::Ball`] a ball as large,
     /// shank and length as they are.
     ///
     /// # Errors
@@ -71,8 +71,10 @@ impl PlacementMethod {
     }
 }
 
-/// The location that a method gives, after the same look at the pose as for any other: nothing of it
-/// gouges, and it touches only where the cutter cuts.
+/// Places a cutter by a method.
+///
+/// Every method's pose passes the same check: nothing of it gouges, and it touches only where the
+/// cutter cuts.
 ///
 /// `offset_range` counts for the methods through two end points, `axis_cone` for
 /// [`PlacementMethod::EndPoint`] only.
@@ -120,7 +122,7 @@ pub fn place(
 }
 
 impl PlacementMethod {
-    /// What the method cannot work with.
+    /// Refuses cutters and angles that the method cannot work with.
     fn check(&self, request: &LocationRequest) -> Result<(), PositioningError> {
         let circle = matches!(self, Self::Nested(_) | Self::MultiPoint | Self::HermiteChebyshev);
         if circle && request.cutter.major() <= 0.0 {

@@ -15,7 +15,7 @@ use crate::positioning::solve::conditions::{AT_END, CHORD, offset_curvature};
 use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION, TorusPlacement};
 use std::f64::consts::PI;
 
-/// How finely the nested search looks. The paper leaves the numbers open.
+/// Resolution of the nested search. The paper leaves the numbers open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NestedGrid {
     /// Samples on the arc between the end points, these left out: `N`, odd in the paper.
@@ -76,7 +76,7 @@ const CORRECTIONS: u32 = 6;
 /// Part of what lies outside by which it is corrected: the next grid lies differently.
 const SPARE: f64 = 1.5;
 
-/// The widest strip by the nested search.
+/// Finds the widest strip by the nested search.
 pub(crate) fn nested_location(
     request: &LocationRequest,
     side: ContactSide,
@@ -126,7 +126,7 @@ struct NestedSearch<'a> {
 }
 
 impl NestedSearch<'_> {
-    /// Section 2.3: the best of the directions, then the interval between its neighbours. The printed
+    /// Section 2.3: searches the best of the directions, then the interval between its neighbours. The printed
     /// test narrows the interval of the offset.
     fn direction(
         &self,
@@ -156,7 +156,7 @@ impl NestedSearch<'_> {
         Ok(best)
     }
 
-    /// Section 2.2: the largest offset that keeps the band, between one that does and one that does
+    /// Section 2.2: finds the largest offset that keeps the band, between one that does and one that does
     /// not. Below `sqrt(8 R e)` none does; the printed halving would never end.
     fn offset(
         &self,
@@ -196,7 +196,7 @@ impl NestedSearch<'_> {
         Ok(Some(best))
     }
 
-    /// Section 2.1 and the conditions: the placement whose lowest sample of the front touches, if
+    /// Section 2.1 and the conditions: finds the placement whose lowest sample of the front touches, if
     /// no other one leaves the band and the rear stays above its lower end.
     fn fitting(
         &self,
@@ -244,7 +244,7 @@ impl NestedSearch<'_> {
         Ok(rear.iter().all(|sample| sample.error >= lower).then_some(placement))
     }
 
-    /// How far the error between the contacts rises above the band.
+    /// Returns the height by which the error between the contacts exceeds the band \[mm\].
     fn overshoot(
         &self,
         placement: &TorusPlacement,
@@ -263,7 +263,7 @@ impl NestedSearch<'_> {
         ErrorCircle { ring: placement.ring, minor: self.frame.minor }
     }
 
-    /// Samples of the front, ends left out.
+    /// Reads samples of the front, ends left out.
     fn front(
         &self,
         placement: &TorusPlacement,
@@ -279,7 +279,7 @@ impl NestedSearch<'_> {
         Ok(samples)
     }
 
-    /// Rotation at which the sample at a share of half the arc touches: `theta += p / L`, `L` its
+    /// Finds the rotation at which the sample at a share of half the arc touches: `theta += p / L`, `L` its
     /// distance from the chord, `R (cos(psi) - cos(half))`.
     fn turn(
         &self,
@@ -310,7 +310,7 @@ impl NestedSearch<'_> {
     }
 }
 
-/// Keeps the wider one.
+/// Keeps the wider placement.
 fn widen(best: &mut Option<TorusPlacement>, found: Option<&TorusPlacement>) {
     let width = |placement: &TorusPlacement| EndPointFrame::width(placement.x);
     if let Some(found) = found

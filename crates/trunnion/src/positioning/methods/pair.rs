@@ -40,7 +40,7 @@ const APART: f64 = 1e-4;
 /// Corrections of the errors aimed at the nodes. What is left falls with its square.
 const CORRECTIONS: u32 = 4;
 
-/// Where on the arc the errors are asked for.
+/// Points of the arc whose errors are prescribed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PairRule {
     /// At the minima and the maximum between them.
@@ -49,7 +49,7 @@ pub(crate) enum PairRule {
     Nodes,
 }
 
-/// The widest pair of contacts that the rule finds.
+/// Finds the widest pair of contacts by the rule.
 pub(crate) fn pair_location(
     request: &LocationRequest,
     side: ContactSide,
@@ -81,7 +81,7 @@ struct PairSearch<'a> {
     band: ToleranceBand,
 }
 
-/// A placement, how far its errors are off, and the derivatives of that by `(w, alpha, theta)`.
+/// A placement, the deviations of its errors from their targets, and their derivatives by `(w, alpha, theta)`.
 #[derive(Debug, Clone, Copy)]
 struct PairTrial {
     placement: TorusPlacement,
@@ -90,7 +90,7 @@ struct PairTrial {
 }
 
 impl PairSearch<'_> {
-    /// All solutions within the offset range, widest first.
+    /// Returns all solutions within the offset range, widest first.
     fn solutions(
         &self,
         rule: PairRule,
@@ -207,7 +207,7 @@ impl PairSearch<'_> {
         Ok(Some(PairTrial { placement, off, rates }))
     }
 
-    /// The errors at the nodes.
+    /// Reads the errors at the nodes.
     fn nodes(
         &self,
         placement: &TorusPlacement,
@@ -224,7 +224,7 @@ impl PairSearch<'_> {
         }))
     }
 
-    /// The highest maximum between two minima of the arc, and the lowest of those on either side.
+    /// Finds the highest maximum between two minima of the arc, and the lowest of those on either side.
     fn extrema(
         &self,
         placement: &TorusPlacement,
@@ -250,7 +250,7 @@ impl PairSearch<'_> {
         Ok(highest)
     }
 
-    /// Judges a solution. The extrema of Hermite-Chebyshev lie next to the nodes, and a little beyond
+    /// Accepts or refuses a solution. The extrema of Hermite-Chebyshev lie next to the nodes, and a little beyond
     /// the band: the errors aimed at are moved until they do not.
     fn settle(
         &self,

@@ -18,12 +18,12 @@ use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
 use crate::types::ToolPose;
 
-/// How often the dense look may send the search on. What is missing falls with its square, so a few
-/// times do where any number does.
+/// Times the dense measurement may restart the search. The remaining breach falls with its square, so
+/// if any number suffices, a few do.
 const NARROWINGS: usize = 4;
 
-/// Looks densely at the optimum; where that finds a breach between the samples, the search goes on
-/// with more of them, and then with the band narrowed from below by what was still missing.
+/// Measures the optimum densely. Where that finds a breach between the samples, the search goes on
+/// with more samples, and then with the band narrowed from below by the remaining breach.
 pub(crate) fn settle(
     request: &LocationRequest,
     side: ContactSide,
@@ -54,13 +54,13 @@ pub(crate) fn settle(
     Err(no_strip(request, Some(&optimum)))
 }
 
-/// Nothing closer than the lower end of the band.
+/// Returns `true` if nothing comes closer than the lower end of the band.
 fn is_clear(band: ToleranceBand, strip: &MeasuredStrip) -> bool {
     strip.front_min >= band.lower && strip.rear_min >= band.lower
 }
 
-/// Nothing closer than the lower end of the band, and the strip reaches the second end point:
-/// an error above the band on the way would have cut it short.
+/// Returns `true` if nothing comes closer than the lower end of the band and the strip reaches the
+/// second end point: an error above the band on the way would have cut it short.
 pub(crate) fn keeps(band: ToleranceBand, strip: &MeasuredStrip, optimum: &LocalOptimum) -> bool {
     /// Of the width: on a strongly curved surface the widths of strip and chord, seen from
     /// different tangent planes, differ a little.
@@ -81,7 +81,7 @@ pub(crate) fn no_strip(
     }
 }
 
-/// A dense look at the optimum.
+/// Measures the strip of the optimum densely.
 pub(crate) fn measure_optimum(
     (request, thorough): (&LocationRequest, bool),
     problem: &StripProblem,
@@ -106,7 +106,7 @@ pub(crate) fn measure_optimum(
     survey.strip([0.5 * (u1 + u2), 0.5 * (v1 + v2)], probe)
 }
 
-/// Describes the optimum; the rest of the tool is checked.
+/// Describes the optimum as a location, after checking the rest of the tool.
 pub(crate) fn finish(
     request: &LocationRequest,
     (side, problem): (ContactSide, &StripProblem),
@@ -137,7 +137,8 @@ pub(crate) fn finish(
     Ok(CutterLocation::new(request, strip, found))
 }
 
-/// So must whatever else touches: contacts within the strip, under the rear, under the disc.
+/// Checks that all other contacts lie where the cutter cuts: within the strip, under the rear, under
+/// the disc.
 fn touches_where_it_cuts(
     setting: &CuttingContext,
     pose: &ToolPose,
@@ -148,7 +149,7 @@ fn touches_where_it_cuts(
     within_cutting(setting, pose, touching.filter_map(|condition| condition.contact))
 }
 
-/// Contacts, as angles from the first end point, and the conditions that bind.
+/// Returns the contacts, as angles from the first end point, and the constraints that bind.
 fn binding(request: &LocationRequest, optimum: &LocalOptimum) -> (Vec<f64>, Vec<ActiveConstraint>) {
     let band = request.band.upper - request.band.lower;
     let half = optimum.state.placement.half_arc;

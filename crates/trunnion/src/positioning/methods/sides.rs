@@ -4,7 +4,7 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::location::CutterLocation;
 use crate::positioning::request::{ContactSide, LocationRequest};
 
-/// The wider one of the sides allowed.
+/// Searches on the allowed sides of the cutter and returns the wider location.
 pub(crate) fn on_sides(
     request: &LocationRequest,
     find: impl Fn(ContactSide) -> Result<CutterLocation, PositioningError>,

@@ -9,12 +9,53 @@ use crate::positioning::methods::widest_search::search_side;
 use crate::positioning::request::{LocationRequest, ToolInclination};
 use crate::positioning::solve::placement::MOST_ROTATION;
 
-/// The cutter location with the widest strip from `request.at` \[mm\].
+/// Finds the cutter location with the widest strip from `request.at`.
 ///
 /// `warm`, the location of a neighbour on the same side, starts the search there; without it, or
 /// where it leads nowhere, several offset directions are tried. The width is `w cos(alpha)`.
 ///
 /// Source: `docs/sources.md#004`, sections 1 and 2, with the errata named there.
+///
+/// # Example
+///
+/// A ball of radius 5 mm on a plane leaves a strip of `2 sqrt(2 r e - e^2)`.
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trunnion::cutter::{Cutter, CutterSpec};
+/// use trunnion::positioning::{
+///     ContactSide, LocationRequest, StripSide, ToleranceBand, widest_strip,
+/// };
+/// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+///
+/// // The plane z = 0 over a square of 40 mm.
+/// let point = |x, y| Point3::new(x, y, 0.0);
+/// let points =
+///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
+/// let knots = vec![0.0, 0.0, 1.0, 1.0];
+/// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+/// let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+///
+/// let cutter = Cutter::new(CutterSpec::ball(10.0))?;
+/// let location = widest_strip(
+///     &LocationRequest {
+///         face: &face,
+///         cutter: &cutter,
+///         band: ToleranceBand { lower: 0.0, upper: 0.01 },
+///         at: [0.5, 0.5],
+///         feed: [1.0, 0.0],
+///         strip: StripSide::Right,
+///         side: ContactSide::Ahead,
+///         offset_range: [-0.5, 0.5],
+///         axis_cone: None,
+///     },
+///     None,
+/// )?;
+/// let expected = 2.0 * (2.0 * 5.0 * 0.01 - 0.01_f64.powi(2)).sqrt();
+/// assert!((location.strip_width - expected).abs() < 1e-6);
+/// assert!(location.pose.tip.z.abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -34,11 +75,48 @@ pub fn widest_strip(
     })
 }
 
-/// The widest location whose rotation about the chord is at least `lead` \[rad\]: fixed
+/// Finds the widest location whose rotation about the chord is at least `lead` \[rad\]: a fixed
 /// inclination, more only where the rear would gouge. An offset range of `[0, 0]` keeps the chord
 /// across the feed.
 ///
-/// For places where no wide strip fits, and for ball cutters.
+/// For points where no wide strip fits, and for ball cutters.
+///
+/// # Example
+///
+/// On a plane, a circle of radius `R` inclined by the lead rises by `R sin(lead) (1 - cos(psi))` at
+/// the angle `psi` from its contact, which is the tolerance `e` at the ends of the strip.
+///
+/// ```
+/// # use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+/// # let point = |x, y| nalgebra::Point3::new(x, y, 0.0);
+/// # let points = vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
+/// # let knots = vec![0.0, 0.0, 1.0, 1.0];
+/// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+/// use trunnion::cutter::{Cutter, CutterSpec};
+/// use trunnion::positioning::{
+///     ContactSide, LocationRequest, StripSide, ToleranceBand, with_lead,
+/// };
+///
+/// # // `face` is a plane, 40 mm square.
+/// let cutter = Cutter::new(CutterSpec::bull(10.0, 2.0))?;
+/// let request = LocationRequest {
+///     face: &face,
+///     cutter: &cutter,
+///     band: ToleranceBand { lower: 0.0, upper: 0.02 },
+///     at: [0.5, 0.5],
+///     feed: [1.0, 0.0],
+///     strip: StripSide::Right,
+///     side: ContactSide::Ahead,
+///     offset_range: [0.0, 0.0],
+///     axis_cone: None,
+/// };
+/// let location = with_lead(&request, 0.1, None)?;
+/// let cos = 1.0 - 0.02 / (10.0 * location.rotation.sin());
+/// assert!((location.rotation - 0.1).abs() < 1e-3);
+/// assert!((location.strip_width - 2.0 * 10.0 * (1.0 - cos * cos).sqrt()).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -51,8 +129,10 @@ pub fn with_lead(
     with_inclination(request, ToolInclination { angle: lead, towards: None }, warm)
 }
 
-/// As [`with_lead`], leaning to a given side: for a ball any, for other cutters less than 90 degrees from the feed,
-/// which turns the chord by as much.
+/// Finds the widest location as [`with_lead`] does, inclined to a given side.
+///
+/// For a ball the side is free. For other cutters it lies less than 90 degrees from the feed and
+/// turns the chord by as much.
 ///
 /// # Errors
 ///
@@ -63,7 +143,7 @@ pub fn with_inclination(
     warm: Option<&CutterLocation>,
 ) -> Result<CutterLocation, PositioningError> {
     let turned = lean.towards.filter(|_| request.cutter.major() > 0.0);
-    // The chord lies square to the lean: alpha turns it from the strip side towards the feed.
+    // The chord lies square to the inclination: alpha turns it from the strip side towards the feed.
     let offset_range = turned.map_or(request.offset_range, |towards| [-towards, -towards]);
     let request = &LocationRequest { offset_range, ..*request };
     request.validate()?;

@@ -20,7 +20,7 @@ const NARROWED: f64 = 0.9;
 /// Share of the least strip below which a neighbour's lead has ended in nothing.
 const SLIVER: f64 = 0.25;
 
-/// Searches on one side of the cutter.
+/// Searches the widest strip on one side of the cutter.
 pub(crate) fn search_side(
     request: &LocationRequest,
     side: ContactSide,
@@ -72,21 +72,21 @@ impl WidestSearch<'_> {
         optimum.state.breach() <= self.margin
     }
 
-    /// Whether it is too far off to be followed up.
+    /// Returns `true` if the optimum breaks the band too much to be followed up.
     fn is_bad(&self, optimum: &LocalOptimum) -> bool {
         let ToleranceBand { lower, upper } = self.problem.band;
         optimum.state.breach() > BADLY * (upper - lower)
     }
 
-    /// Whether axis and offset direction are held so near to a direction that no place allowed is
-    /// farther from a neighbour's than starts are from each other.
+    /// Returns `true` if axis and offset direction are confined so closely that no allowed location is
+    /// farther from a neighbour's than initial guesses are from each other.
     fn is_held(&self) -> bool {
         let [low, high] = self.request.offset_range;
         let near = self.request.axis_cone.is_some_and(|near| near.max_turn <= START_SPACING);
         near && high - low <= 2.0 * START_SPACING
     }
 
-    /// The location that climbing from a neighbour's leads to; what ends elsewhere is `found`.
+    /// Climbs from a neighbour's location. An end that is not accepted at once is added to `found`.
     fn beside(
         &self,
         warm: &CutterLocation,
@@ -130,7 +130,7 @@ impl WidestSearch<'_> {
         Ok(None)
     }
 
-    /// The location at the end of a glide if bounds between its few readings prove it.
+    /// Returns the location at the end of a followed climb if bounds between its few readings prove it.
     fn proven(
         &self,
         warm: &CutterLocation,
@@ -152,7 +152,7 @@ impl WidestSearch<'_> {
         Ok(finish(self.request, described, &optimum, &strip, probe.again()).ok())
     }
 
-    /// Climbs from the one other start worth it next to a neighbour.
+    /// Climbs from the one other guess that is worth it next to a neighbour.
     fn from_inclined_start(
         &self,
         warm: &CutterLocation,
@@ -191,7 +191,7 @@ impl WidestSearch<'_> {
         Ok(())
     }
 
-    /// The best location that the ends of climbs lead to.
+    /// Returns the best location that the ends of climbs lead to.
     fn best(
         &self,
         found: Vec<LocalOptimum>,
@@ -226,8 +226,8 @@ impl WidestSearch<'_> {
     }
 }
 
-/// The most promising ones, best first: by their width, less a price for what they still break
-/// (few climbs end exactly in the band).
+/// Returns the most promising optima, best first: by their width, less a price for what they still
+/// break (few climbs end exactly in the band).
 fn worth(mut found: Vec<LocalOptimum>, band: ToleranceBand) -> impl Iterator<Item = LocalOptimum> {
     let value = |optimum: &LocalOptimum| {
         let width = EndPointFrame::width(optimum.state.placement.x);
@@ -245,5 +245,5 @@ const PRICE: f64 = 10.0;
 /// Climbs whose values differ by less than this share ended at the same place.
 const SAME: f64 = 1e-4;
 
-/// How many ends of climbs are followed up before the place is given up.
+/// Ends of climbs that are followed up before the search gives up.
 const PROMISING: usize = 3;

@@ -13,15 +13,15 @@ use nalgebra::Point3;
 /// The error curve of a location, ready to be drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorTrace {
-    /// What the legend calls it.
+    /// Name in the legend.
     pub name: String,
-    /// Round the circle from the side opposite to the strip and back, on the strip's side of its
+    /// Points round the circle from the side opposite to the strip and back, on the strip's side of its
     /// middle last; for a ball, across its strip and a little beyond.
     pub points: Vec<TracePoint>,
     /// Angles of the strip's beginning and end \[rad\].
     pub ends: [f64; 2],
-    /// Angle from which angles are told: that of the first end point, or of the strip's beginning where
-    /// the cutter touches at the place asked for \[rad\].
+    /// Angle from which angles are counted: that of the first end point, or of the strip's beginning
+    /// where the cutter touches at the requested point \[rad\].
     pub origin: f64,
     /// Angles of the contacts \[rad\].
     pub contacts: Vec<f64>,
@@ -32,15 +32,15 @@ pub struct ErrorTrace {
 /// One point of a [`ErrorTrace`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TracePoint {
-    /// On the circle, from about the strip's middle towards its far end \[rad\].
+    /// Angle on the circle, from about the strip's middle towards its far end \[rad\].
     pub angle: f64,
-    /// Distance of the foot from the place asked for, across the feed to the strip's side \[mm\].
+    /// Distance of the foot from the requested point, across the feed to the strip's side \[mm\].
     pub across: f64,
     /// Error \[mm\].
     pub error: f64,
 }
 
-/// Half the points of a trace: two a degree.
+/// Half the number of points of a trace: two a degree.
 const TRACE: u32 = 360;
 
 /// Traces the error of a location that was found for `request`, whose cutter it is
@@ -71,8 +71,8 @@ pub fn trace(
 }
 
 impl CutterLocation {
-    /// Whether the circle passes over the place asked for at the upper end of the band, as it does over
-    /// an end point; a contact lies a band lower.
+    /// Returns `true` if the circle passes over the requested point at the upper end of the band, as it
+    /// does over an end point; a contact lies a band lower.
     fn ends_at(&self, frame: &EndPointFrame) -> bool {
         let first = &frame.first;
         let over = first.foot.point + first.normal().scale(frame.lift) - self.center;
@@ -90,7 +90,7 @@ struct TraceBuilder<'a> {
     probe: FaceProbe<'a>,
 }
 
-/// Points of a trace, the angles of the strip's ends, and the one angles are told from.
+/// Points of a trace, the angles of the strip's ends, and the origin of angles.
 type TracedCurve = (Vec<TracePoint>, [f64; 2], f64);
 
 impl TraceBuilder<'_> {
@@ -124,7 +124,7 @@ impl TraceBuilder<'_> {
         Ok((samples.iter().map(point).collect(), ends, origin))
     }
 
-    /// The error of the surface points under the ball, across the strip and half as far again.
+    /// Traces the error of the surface points under the ball, across the strip and half as far again.
     fn ball(&mut self) -> Result<TracedCurve, PositioningError> {
         let radius = self.request.cutter.minor();
         let CutterLocation { center, contact, contact_uv, strip_width, .. } = self.location;

@@ -17,14 +17,14 @@ use crate::positioning::solve::optimum::LocalOptimum;
 /// Outer steps; warm starts take 3 to 6, cold ones 10 to 30.
 const STEPS: u32 = 80;
 
-/// A model that promises less than this share of the width has arrived.
+/// A climb whose model promises less than this share of the width has converged.
 pub(crate) const ARRIVED: f64 = 1e-7;
 
-/// The same for a first look at several starts.
+/// The same for rough climbs from several guesses.
 pub(crate) const ROUGHLY: f64 = 1e-3;
 
-/// Share of the band by which conditions are badly broken: no climb ends this far off in what it
-/// reaches.
+/// Share of the band by which conditions are badly broken: no climb that can reach the band ends this
+/// far off.
 pub(crate) const BADLY: f64 = 1e-2;
 
 /// Trust region in which a step may still hope to mend that, and the share of a breach that has to
@@ -51,7 +51,7 @@ impl StripProblem {
         self.ascend(state, start, arrived, probe).map(Some)
     }
 
-    /// Climbs from a state.
+    /// Climbs from a state to a local optimum.
     pub(crate) fn ascend(
         &self,
         mut state: ProblemState,
@@ -96,15 +96,15 @@ impl StripProblem {
         Ok(LocalOptimum { state, multipliers, at_range_end })
     }
 
-    /// Whether conditions stay broken as they are, however bold the step: to first order nothing
-    /// in reach keeps them.
+    /// Returns `true` if conditions stay broken however bold the step: to first order nothing in reach
+    /// keeps them.
     fn is_stuck(&self, state: &ProblemState, step: &TrustStep, trust: f64) -> bool {
         let broken = state.breach();
         let badly = broken > BADLY * (self.band.upper - self.band.lower);
         badly && trust >= BOLD && step.slack >= MENDED * broken
     }
 
-    /// The state a step leads to.
+    /// Evaluates the state that a step leads to.
     fn next(
         &self,
         x: [f64; 3],

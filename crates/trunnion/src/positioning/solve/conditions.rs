@@ -1,4 +1,4 @@
-//! What a cutter location has to keep, with derivatives by `x = (w, alpha, theta)`.
+//! Constraints of a cutter location, with derivatives by `x = (w, alpha, theta)`.
 
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSample};
@@ -30,7 +30,7 @@ pub(crate) const CHORD: f64 = 0.999;
 /// that distance.
 pub(crate) const AT_END: f64 = 0.9;
 
-/// `value >= 0` is kept, below it broken \[mm\].
+/// A condition on a cutter location: kept where `value >= 0`, else broken \[mm\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StripCondition {
     pub(crate) kind: ActiveConstraint,
@@ -40,7 +40,7 @@ pub(crate) struct StripCondition {
     pub(crate) psi: f64,
     /// The extremum it belongs to, if to one.
     pub(crate) sample: Option<ErrorSample>,
-    /// Where the cutter touches once the value is 0: parameters and point.
+    /// Contact of the cutter once the value is 0: parameters and point.
     pub(crate) contact: Option<([f64; 2], Point3<f64>)>,
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct StripProblem {
     pub(crate) swift: bool,
 }
 
-/// Where conditions and samples are collected.
+/// Lists in which conditions and samples are collected.
 type GatheredConditions<'a> = (&'a mut Vec<StripCondition>, &'a mut Vec<ErrorSample>);
 
 /// A placement and all its conditions.
@@ -70,12 +70,12 @@ pub(crate) struct ProblemState {
 }
 
 impl ProblemState {
-    /// How far the worst condition is broken \[mm\]; 0 where all hold.
+    /// Returns the breach of the worst condition \[mm\]; 0 where all hold.
     pub(crate) fn breach(&self) -> f64 {
         self.conditions.iter().fold(0.0, |worst, c| (-c.value).max(worst))
     }
 
-    /// The condition with the least value.
+    /// Returns the condition with the least value.
     pub(crate) fn tightest(&self) -> ActiveConstraint {
         self.conditions
             .iter()
@@ -85,7 +85,7 @@ impl ProblemState {
 }
 
 impl StripProblem {
-    /// By how much conditions may be broken \[mm\].
+    /// Returns the breach that conditions may have \[mm\].
     pub(crate) fn margin(&self) -> f64 {
         self.band.margin()
     }
@@ -148,7 +148,7 @@ impl StripProblem {
         }
     }
 
-    /// The error must not rise from an end point into the strip.
+    /// Returns the condition that the error must not rise from an end point into the strip.
     pub(crate) fn end_slope(
         &self,
         (placement, circle): (&TorusPlacement, &ErrorCircle),
@@ -196,7 +196,7 @@ impl StripProblem {
         Ok(())
     }
 
-    /// The condition of an extremum between the end points.
+    /// Returns the condition of an extremum between the end points.
     pub(crate) fn inside(
         &self,
         placement: &TorusPlacement,
@@ -218,7 +218,7 @@ impl StripProblem {
         StripCondition { kind, value, gradient, psi, sample: Some(sample), contact }
     }
 
-    /// The condition of a minimum of the rest of the circle.
+    /// Returns the condition of a minimum of the rest of the circle.
     pub(crate) fn outside(
         &self,
         placement: &TorusPlacement,
@@ -258,7 +258,7 @@ impl StripProblem {
         Ok(())
     }
 
-    /// The disc inside the circle, where the surface is convex below it.
+    /// Adds the condition of the disc inside the circle, where the surface is convex below it.
     pub(crate) fn disc(
         &self,
         placement: &TorusPlacement,
@@ -301,7 +301,7 @@ impl StripProblem {
     }
 }
 
-/// Normal curvature of the offset surface at distance `lift` in `direction`; `None` where the
+/// Returns the normal curvature of the offset surface at distance `lift` in `direction`; `None` where the
 /// offset surface has no such side (the cutter's corner is larger than the concave radius).
 pub(crate) fn offset_curvature(
     reading: &DistanceReading,

@@ -1,4 +1,4 @@
-//! The state of a step followed from the one before: every extremum from where it was.
+//! Evaluates a state by following every extremum from the state before.
 
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSample};
@@ -16,12 +16,14 @@ const STRAY: f64 = 2e-3;
 /// Newton steps to an extremum before it counts as lost.
 const STEPS: u32 = 5;
 
-/// Where an extremum is sought: what it is, angle, and parameters of the foot.
+/// An extremum to be found: its kind, angle, and parameters of the foot.
 type SoughtExtremum = (ActiveConstraint, f64, [f64; 2]);
 
 impl StripProblem {
-    /// The state at `x` by a quarter of the readings that sampling takes; `None` where an extremum
-    /// is lost on the way, or the cutter cannot be placed. New extrema go unnoticed.
+    /// Evaluates the state at `x` by a quarter of the readings that sampling takes.
+    ///
+    /// `None` where an extremum is lost on the way, or the cutter cannot be placed. New extrema go
+    /// unnoticed.
     pub(crate) fn followed(
         &self,
         x: [f64; 3],
@@ -40,7 +42,7 @@ impl StripProblem {
         self.gathered(&placement, extrema, probe)
     }
 
-    /// The same from the extrema of a neighbouring location.
+    /// Evaluates the state at `x` from the extrema of a neighbouring location.
     pub(crate) fn recalled(
         &self,
         x: [f64; 3],
@@ -84,7 +86,7 @@ impl StripProblem {
         Ok(Some(ProblemState { placement: *placement, conditions, samples: Vec::new() }))
     }
 
-    /// The circle's points over the end points, where the error is given.
+    /// Returns the circle's points over the end points, where the error is given.
     fn ends(&self, placement: &TorusPlacement) -> [ErrorSample; 2] {
         let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
         let end = |sign: f64, reading: &DistanceReading| {
@@ -93,7 +95,7 @@ impl StripProblem {
         [end(-1.0, &self.frame.first), end(1.0, &placement.second)]
     }
 
-    /// What was read round the circle of a state that was followed, over `[-pi, pi]`.
+    /// Returns the samples read round the circle of a state that was followed, over `[-pi, pi]`.
     pub(crate) fn seen(&self, state: &ProblemState) -> Vec<ErrorSample> {
         let mut samples = Vec::with_capacity(8);
         samples.extend(self.ends(&state.placement));
@@ -107,7 +109,7 @@ impl StripProblem {
     }
 }
 
-/// The extremum next to an angle.
+/// Follows the extremum next to an angle; `None` where it is lost.
 fn follow(
     (placement, circle): (&TorusPlacement, &ErrorCircle),
     (kind, psi, guess): SoughtExtremum,
@@ -134,7 +136,7 @@ fn follow(
     Ok(None)
 }
 
-/// The extrema of a state.
+/// Returns the extrema of a state as marks for neighbouring locations.
 pub(crate) fn extremum_marks(state: &ProblemState, at: [f64; 2]) -> Vec<ExtremumMark> {
     let mark = |(kind, sample): (ActiveConstraint, &ErrorSample)| {
         let half = if kind == ActiveConstraint::Rear { 1.0 } else { state.placement.half_arc };

@@ -1,11 +1,11 @@
-//! Where the search for the widest strip starts.
+//! Initial guesses of the search for the widest strip.
 
 use crate::positioning::location::CutterLocation;
 use crate::positioning::solve::conditions::{StripProblem, offset_curvature};
 use crate::positioning::solve::optimum::LocalOptimum;
 use std::f64::consts::FRAC_PI_2;
 
-/// Where to start, and in which box to stay.
+/// Initial guess of a climb, and the box it stays in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InitialGuess {
     /// `(w, alpha, theta)`.
@@ -23,7 +23,7 @@ pub(crate) struct InitialGuess {
 /// Largest distance between two starts of the offset direction \[rad\].
 pub(crate) const START_SPACING: f64 = 0.27;
 
-/// A neighbour's place within the ranges, with small steps.
+/// Returns a neighbour's location, clamped to the ranges, with small steps.
 pub(crate) fn warm_start(
     warm: &CutterLocation,
     [offset_range, rotation_range]: [[f64; 2]; 2],
@@ -39,8 +39,8 @@ pub(crate) fn warm_start(
     }
 }
 
-/// A start that leans as far as a neighbour held near to it may, over a short chord: where the rear
-/// or the disc would touch, that is the way out.
+/// Returns a guess inclined as far as the axis cone around a neighbour allows, over a short chord:
+/// where the rear or the disc would touch, that is the remedy.
 pub(crate) fn inclined_start(
     problem: &StripProblem,
     warm: &CutterLocation,
@@ -58,7 +58,7 @@ pub(crate) fn inclined_start(
     InitialGuess { x: [w, alpha, theta], trust: 1.0, scale, offset_range, rotation_range }
 }
 
-/// From where a rough climb ended.
+/// Returns the end of a rough climb as the guess of a fine one.
 pub(crate) fn restart_from(
     rough: &LocalOptimum,
     [offset_range, rotation_range]: [[f64; 2]; 2],
@@ -67,16 +67,16 @@ pub(crate) fn restart_from(
     InitialGuess { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
 }
 
-/// A bold step of `(w, alpha, theta)`: a third of what there is, but not less than a degree.
+/// Returns a bold step of `(w, alpha, theta)`: a third of what there is, but not less than a degree.
 fn scales(w: f64, theta: f64) -> [f64; 3] {
     [0.3 * w, 0.2, (0.3 * theta.abs()).max(0.017)]
 }
 
-/// How much more than the surface a start bends along the chord and rises along the feed, as sine
-/// of the rotation; the next one is tried where none of the starts found a strip.
+/// Excess bend of an initial guess over the surface along the chord, and its rise along the feed, as
+/// sines of the rotation. The next one is tried where none of the guesses found a strip.
 pub(crate) const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
 
-/// Starts spread over the offset range. Along the chord the circle, turned by theta, bends like
+/// Returns guesses spread over the offset range. Along the chord the circle, turned by theta, bends like
 /// `sin(theta) / R`, and so does the line from its front to its rear against the surface along
 /// the feed; a start bends clearly more than the surface does both ways, so that it fits at once.
 pub(crate) fn cold_starts(
@@ -107,7 +107,7 @@ pub(crate) fn cold_starts(
     starts
 }
 
-/// Evenly spaced values over `[low, high]`, at most `START_SPACING` apart, ends left out.
+/// Returns evenly spaced values over `[low, high]`, at most `START_SPACING` apart, ends left out.
 fn spread(low: f64, high: f64) -> impl Iterator<Item = f64> {
     let count = ((high - low) / START_SPACING).ceil().clamp(1.0, 100.0);
     (0..100)

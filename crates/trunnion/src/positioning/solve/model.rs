@@ -51,7 +51,7 @@ impl<'a> QuadraticModel<'a> {
         self.scaled([alpha.cos(), -w * alpha.sin(), 0.0])
     }
 
-    /// Best step of the model within the trust region; raises the price while a higher one
+    /// Returns the best step of the model within the trust region; raises the price while a higher one
     /// removes slack. Where the trust region is what keeps the conditions out of reach no price
     /// helps, and a needless one would drown the width.
     pub(crate) fn step(&mut self, state: &ProblemState, trust: f64) -> Option<TrustStep> {
@@ -77,7 +77,7 @@ impl<'a> QuadraticModel<'a> {
         Some(step)
     }
 
-    /// Best step of the model at the current price, the conditions worth `values`.
+    /// Returns the best step of the model at the current price, the conditions worth `values`.
     pub(crate) fn step_to(
         &self,
         state: &ProblemState,
@@ -129,7 +129,7 @@ impl<'a> QuadraticModel<'a> {
         })
     }
 
-    /// Trust region and ranges of the unknowns, as distances from `x` in scaled unknowns.
+    /// Returns the trust region and ranges of the unknowns, as distances from `x` in scaled unknowns.
     fn walls(&self, x: [f64; 3], trust: f64) -> [LinearConstraint; 6] {
         let [low, high] = self.start.offset_range;
         let [flat, steep] = self.start.rotation_range;
@@ -147,7 +147,7 @@ impl<'a> QuadraticModel<'a> {
         walls
     }
 
-    /// Damped BFGS update of the Lagrangian's curvature between two states that share the
+    /// Makes a damped BFGS update of the Lagrangian's curvature between two states that share the
     /// conditions that bind.
     pub(crate) fn learn(&mut self, [from, to]: [&ProblemState; 2], multipliers: &[f64]) {
         let mut turned =
@@ -180,8 +180,8 @@ impl<'a> QuadraticModel<'a> {
     }
 }
 
-/// What the conditions of `state` would have to be worth there for the linear model to meet
-/// `trial`, where the trial has the same condition.
+/// Returns the values that the conditions of `state` would need for the linear model to meet `trial`,
+/// where the trial has the same condition.
 pub(crate) fn curved_values(state: &ProblemState, trial: &ProblemState) -> Vec<f64> {
     let d = Vector3::from(trial.placement.x) - Vector3::from(state.placement.x);
     let value = |condition: &StripCondition| {
@@ -192,7 +192,7 @@ pub(crate) fn curved_values(state: &ProblemState, trial: &ProblemState) -> Vec<f
     state.conditions.iter().map(value).collect()
 }
 
-/// The condition of `state` of the same kind, nearest on the circle.
+/// Finds the condition of `state` of the same kind, nearest on the circle.
 fn twin<'a>(condition: &StripCondition, state: &'a ProblemState) -> Option<&'a StripCondition> {
     let alike = state.conditions.iter().filter(|other| other.kind == condition.kind);
     let apart = |other: &StripCondition| (other.psi - condition.psi).abs();

@@ -2,7 +2,7 @@
 
 use crate::positioning::solve::conditions::ProblemState;
 
-/// Where the search ended.
+/// The end of a climb.
 #[derive(Debug, Clone)]
 pub(crate) struct LocalOptimum {
     pub(crate) state: ProblemState,

@@ -15,7 +15,7 @@ use nalgebra::{Point3, UnitVector3, Vector3};
 /// nothing more, but its flank and holder come down to the part.
 pub(crate) const MOST_ROTATION: f64 = 0.6;
 
-/// What stays the same while a location is searched.
+/// Frame at the first end point, the same throughout a search.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EndPointFrame {
     /// Radius of the centre circle `R` \[mm\].
@@ -62,7 +62,7 @@ struct MotionRate {
 }
 
 impl EndPointFrame {
-    /// Frame at the first end point of `request`, for the side `Ahead` or `Behind`.
+    /// Creates the frame at the first end point of `request`, for the side `Ahead` or `Behind`.
     pub(crate) fn new(
         request: &LocationRequest,
         side: ContactSide,
@@ -89,12 +89,12 @@ impl EndPointFrame {
         })
     }
 
-    /// Tangent direction at angle `alpha` from `v` towards `a`.
+    /// Returns the tangent direction at angle `alpha` from `v` towards `a`.
     pub(crate) fn direction(&self, alpha: f64) -> Vector3<f64> {
         self.v * alpha.cos() + self.a * alpha.sin()
     }
 
-    /// Width across the feed of the chord.
+    /// Returns the width of the chord across the feed.
     pub(crate) fn width([w, alpha, _]: [f64; 3]) -> f64 {
         w * alpha.cos()
     }
@@ -147,7 +147,7 @@ impl EndPointFrame {
         Ok(Some(TorusPlacement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
     }
 
-    /// Motion of the tool when `P3` moves by `step`.
+    /// Returns the motion of the tool when `P3` moves by `step`.
     fn rate(
         &self,
         at: &TorusPlacement,
@@ -182,14 +182,14 @@ impl MotionRate {
 }
 
 impl TorusPlacement {
-    /// Derivatives by `x` of the distance of a point fixed in the tool (envelope theorem:
+    /// Returns the derivatives by `x` of the distance of a point fixed in the tool (envelope theorem:
     /// the foot's own motion does not count).
     pub(crate) fn gradient(&self, q: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 3] {
         self.rates
             .map(|rate| normal.dot(&rate.shift) + rate.spin.dot(&(q - rate.middle).cross(normal)))
     }
 
-    /// As [`TorusPlacement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
+    /// Returns [`TorusPlacement::gradient`] for the circle point at `psi = share * half_arc`, whose share of
     /// the arc is kept: at the end points the distance is constant.
     pub(crate) fn arc_gradient(&self, share: f64, sample: &ErrorSample) -> [f64; 3] {
         let mut gradient = self.gradient(&sample.at, &sample.reading.normal());
@@ -199,17 +199,17 @@ impl TorusPlacement {
         gradient
     }
 
-    /// Derivatives of half the chord.
+    /// Returns the derivatives of half the chord.
     pub(crate) fn chord_gradient(&self) -> [f64; 3] {
         self.rates.map(|rate| rate.half_chord)
     }
 
-    /// Derivatives of `axis . direction`.
+    /// Returns the derivatives of `axis . direction`.
     pub(crate) fn axis_gradient(&self, direction: &Vector3<f64>) -> [f64; 3] {
         self.rates.map(|rate| rate.spin.cross(&self.axis).dot(direction))
     }
 
-    /// Tip and axis; the circle's plane is `minor` above the tip.
+    /// Returns tip and axis; the circle's plane is `minor` above the tip.
     pub(crate) fn pose(&self, minor: f64) -> ToolPose {
         ToolPose { tip: self.ring.center - self.axis.scale(minor), axis: self.axis }
     }

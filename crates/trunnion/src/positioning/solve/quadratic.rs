@@ -98,7 +98,7 @@ fn most_violated(
     worst
 }
 
-/// Step of `x` along the constraint to be added, kept inside the active ones, and the rates at
+/// Returns the step of `x` along the constraint to be added, kept inside the active ones, and the rates at
 /// which their multipliers fall.
 fn directions(
     inverse: &Matrix4<f64>,
@@ -153,7 +153,7 @@ fn positive(mut a: [[f64; 4]; 4], mut b: [f64; 4], count: usize) -> Option<[f64;
     Some(b)
 }
 
-/// The active constraint whose multiplier reaches zero first, and after which step.
+/// Returns the active constraint whose multiplier reaches zero first, and after which step.
 fn shortest(active: &[(usize, f64)], r: &Vector4<f64>) -> (usize, f64) {
     let mut first = (0, f64::INFINITY);
     for (position, (&(_, multiplier), &rate)) in active.iter().zip(r.iter()).enumerate() {

@@ -10,9 +10,9 @@ use crate::positioning::solve::initial_guesses::InitialGuess;
 use crate::positioning::solve::optimum::LocalOptimum;
 
 impl StripProblem {
-    /// As [`StripProblem::climb`] from a neighbour's optimum, whose extrema are followed: the `marks` it
-    /// left, where they lead into the band, else those that sampling shows. What is new on the way goes
-    /// unnoticed.
+    /// Climbs as [`StripProblem::climb`] does from a neighbour's optimum, whose extrema are followed: the
+    /// `marks` it left, where they lead into the band, else those that sampling shows. Extrema that are
+    /// new on the way go unnoticed.
     pub(crate) fn glide(
         &self,
         (start, marks): (&InitialGuess, &[ExtremumMark]),
@@ -31,7 +31,8 @@ impl StripProblem {
         swift.climb(start, arrived, probe)
     }
 
-    /// The end of a glide where bounds can tell whether anything was overlooked, with what was read there.
+    /// Returns the end of a followed climb, with its samples, where bounds can prove that nothing was
+    /// overlooked.
     pub(crate) fn known(&self, optimum: &LocalOptimum, probe: &FaceProbe) -> Option<LocalOptimum> {
         let known = optimum.state.breach() <= self.margin() && self.is_known(&optimum.state, probe);
         known.then(|| {
@@ -41,8 +42,8 @@ impl StripProblem {
         })
     }
 
-    /// The end of a glide sampled all round, and whether that shows nothing worse than what was followed;
-    /// `None` where the cutter cannot be placed.
+    /// Samples the end of a followed climb all round. The second value is `true` if that shows nothing
+    /// worse than what was followed; `None` where the cutter cannot be placed.
     pub(crate) fn sampled(
         &self,
         LocalOptimum { state, multipliers, at_range_end }: LocalOptimum,
@@ -67,8 +68,8 @@ impl StripProblem {
         Ok(Some((LocalOptimum { state: last, multipliers: carried, at_range_end }, foreseen)))
     }
 
-    /// Whether the curvatures around a state change at a bounded rate, so that a few readings of the circle tell
-    /// as much as sampling it.
+    /// Returns `true` if the curvatures around a state change at a bounded rate, so that a few readings of
+    /// the circle prove as much as sampling it.
     fn is_known(&self, state: &ProblemState, probe: &FaceProbe) -> bool {
         let samples = state.conditions.iter().filter_map(|condition| condition.sample.as_ref());
         let ends = [&self.frame.first, &state.placement.second];
