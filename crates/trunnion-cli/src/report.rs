@@ -10,7 +10,7 @@ use trunnion::cutter::{Cutter, ProfilePiece};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
-use trunnion::pipeline::{self, Job, Outcome, Program};
+use trunnion::pipeline::{self, CheckedProgram, Job, Outcome};
 use trunnion::setpoint;
 use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
 use trunnion::verify::{self, Extreme, FaceMap};
@@ -59,7 +59,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
     Ok(trunnion_report::render(&data)?)
 }
 
-fn worst(program: &Program) -> f64 {
+fn worst(program: &CheckedProgram) -> f64 {
     let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height.abs());
     let of = |check: &verify::Report| {
         height(&check.deviation.lowest).max(height(&check.deviation.highest))
@@ -241,7 +241,7 @@ pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
     points
 }
 
-fn surface(program: &Program) -> Surface {
+fn surface(program: &CheckedProgram) -> Surface {
     let mut surface = Surface::default();
     for map in program.check.iter().flat_map(|check| &check.maps) {
         let points: Vec<_> = map
@@ -383,7 +383,7 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     ([feed, tip], !axes.motion.is_free())
 }
 
-fn check(job: &Job, (program, summary): (&Program, &Summary)) -> Check {
+fn check(job: &Job, (program, summary): (&CheckedProgram, &Summary)) -> Check {
     let Some(report) = &program.check else { return Check::default() };
     let deviation = &report.deviation;
     let heights = || {

@@ -11,7 +11,7 @@ use trunnion::files::setups::{
     LAYOUT, RotaryTravel, SetupAssurance, SetupBounds, SetupEntry, SetupSummary,
 };
 use trunnion::machine::{FIRST_ROTARY, Machine};
-use trunnion::pipeline::{self, Job, Rotated};
+use trunnion::pipeline::{self, Job, SetupResult};
 
 /// Other setups that are told.
 const OTHERS: usize = 12;
@@ -75,7 +75,12 @@ fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
 }
 
 /// What `--json` says.
-fn answer(job: &Job, bounds: &TiltBounds, found: &Rotated, warnings: Vec<String>) -> SetupSummary {
+fn answer(
+    job: &Job,
+    bounds: &TiltBounds,
+    found: &SetupResult,
+    warnings: Vec<String>,
+) -> SetupSummary {
     let machine = job.kinematics.machine();
     let search = &found.search;
     let degrees = |range: [f64; 2]| range.map(|angle| told(angle.to_degrees()));
@@ -129,7 +134,7 @@ fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> Se
 }
 
 /// Whether the search came to its end: nothing better is left, or nothing at all.
-fn shown(found: &Rotated) -> bool {
+fn shown(found: &SetupResult) -> bool {
     let bound = found.search.assurance.bound;
     match (&found.search.best, bound) {
         (Some((best, _)), Some(bound)) => bound <= best.least + pipeline::SETUP_SHOWN,
@@ -138,7 +143,7 @@ fn shown(found: &Rotated) -> bool {
 }
 
 /// What is known of all rotations within the bounds, for people.
-fn assured(found: &Rotated) -> String {
+fn assured(found: &SetupResult) -> String {
     let SearchAssurance { bound, except, .. } = found.search.assurance;
     let apart = if except > 0.0 {
         format!(
@@ -195,7 +200,7 @@ fn why_not(judged: &EvaluatedSetup, machine: &Machine) -> Option<String> {
 }
 
 /// For people.
-fn words(job: &Job, bounds: &TiltBounds, found: &Rotated, warnings: &[String]) -> String {
+fn words(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[String]) -> String {
     let search = &found.search;
     let machine = job.kinematics.machine();
     let mut lines = vec![headline(job, found)];
@@ -227,7 +232,7 @@ fn order(count: usize) -> String {
     if count > OTHERS { format!("the best {OTHERS} of {count}") } else { "best first".to_owned() }
 }
 
-fn headline(job: &Job, found: &Rotated) -> String {
+fn headline(job: &Job, found: &SetupResult) -> String {
     let search = &found.search;
     let name = &job.file.name;
     let Some((best, _)) = &search.best else {
@@ -271,7 +276,7 @@ fn told(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-fn compare(machine: &Machine, found: &Rotated, best: &EvaluatedSetup) -> Vec<String> {
+fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec<String> {
     let before = &found.search.before;
     let line = |name: &str, unit: &str, [now, then]: [Option<f64>; 2], decimals: usize| {
         let figure = |value: Option<f64>| {

@@ -169,7 +169,7 @@ impl Told {
         let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-        failures.extend(pipeline::collided((&collisions, count), fixtures.as_ref()));
+        failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
         let choices = ChoicesTold::of(&report.choices, subject);
         let changes = report.changes.map(ChangesTold::of);

@@ -1,10 +1,10 @@
-//! The tolerance budget: what each stage may spend, so that the part keeps the whole.
+//! Tolerance budget: the share of each stage, so that the part keeps the whole tolerance.
 
 use crate::files::summary::ToleranceSummary;
 
-/// What the stages after the strips may spend \[mm\].
+/// Shares of the stages after the strips \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shares {
+pub struct BudgetShares {
     /// Curves between stations against the exact cutter locations.
     pub path: f64,
     /// Blocks against the curves.
@@ -19,9 +19,21 @@ pub struct Shares {
     pub smoothing: f64,
 }
 
-impl Shares {
-    /// What is usual: small shares cost blocks, whose number grows with the square root of 1/share;
-    /// large ones cost strip width, which falls with the square root of what is left.
+impl BudgetShares {
+    /// Returns the usual shares of a total tolerance.
+    ///
+    /// Small shares cost blocks, whose number grows with the square root of 1/share. Large shares cost strip width,
+    /// which falls with the square root of the remaining band.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::pipeline::BudgetShares;
+    ///
+    /// // A twentieth of 0.02 mm for curves, blocks and control each, half of that for rounding.
+    /// let shares = BudgetShares::usual(0.02);
+    /// assert_eq!((shares.path, shares.rounding), (0.001, 0.0005));
+    /// ```
     pub fn usual(total: f64) -> Self {
         let twentieth = 0.05 * total;
         let rounding = 0.5 * twentieth;
@@ -56,11 +68,11 @@ pub struct Budget {
     pub lower: f64,
     /// Largest error of a strip.
     pub upper: f64,
-    /// What the other stages may spend.
-    pub shares: Shares,
+    /// Shares of the other stages.
+    pub shares: BudgetShares,
 }
 
-/// Why a tolerance cannot be split.
+/// Reason for refusing a tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BudgetError {
@@ -77,8 +89,8 @@ pub enum BudgetError {
         total: f64,
         /// Deepest gouge \[mm\].
         gouge: f64,
-        /// What the other stages ask for.
-        shares: Shares,
+        /// Shares of the other stages.
+        shares: BudgetShares,
     },
 }
 
@@ -88,10 +100,22 @@ impl Budget {
     /// # Errors
     ///
     /// [`BudgetError::NothingLeft`] unless the strips keep at least half of `total`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::pipeline::{Budget, BudgetShares};
+    ///
+    /// // The usual shares add up to 0.0035 mm, which the strips keep off both ends: 0.0035 - 0.002, 0.02 - 0.0035.
+    /// let budget = Budget::split(0.02, 0.002, BudgetShares::usual(0.02), None)?;
+    /// assert!((budget.lower - 0.0015).abs() < 1e-12);
+    /// assert!((budget.upper - 0.0165).abs() < 1e-12);
+    /// # Ok::<(), trunnion::pipeline::BudgetError>(())
+    /// ```
     pub fn split(
         total: f64,
         gouge: f64,
-        shares: Shares,
+        shares: BudgetShares,
         strip: Option<f64>,
     ) -> Result<Self, BudgetError> {
         let others = shares.sum();
@@ -106,7 +130,7 @@ impl Budget {
 }
 
 impl Budget {
-    /// As `summary.json` has it.
+    /// Returns the budget as in `summary.json`.
     pub fn summary(&self) -> ToleranceSummary {
         ToleranceSummary {
             total: self.total,
@@ -121,7 +145,7 @@ impl Budget {
         }
     }
 
-    /// Every part by name \[mm\], the whole first.
+    /// Returns every part by name \[mm\], the whole first.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let Self { total, gouge, lower, upper, shares } = *self;
         [
@@ -146,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_worst_of_all_shares_stays_inside_the_whole() {
-        let b = Budget::split(0.02, 0.002, Shares::usual(0.02), None).unwrap();
+        let b = Budget::split(0.02, 0.002, BudgetShares::usual(0.02), None).unwrap();
         let others = b.shares.sum();
         assert!((b.upper + others - 0.02).abs() < 1e-15);
         assert!((b.lower - others + 0.002).abs() < 1e-15);
@@ -155,14 +179,14 @@ mod tests {
 
     #[test]
     fn a_strip_share_narrows_the_band_from_above() {
-        let shares = Shares::usual(0.02);
+        let shares = BudgetShares::usual(0.02);
         let b = Budget::split(0.02, 0.002, shares, Some(0.004)).unwrap();
         assert!((b.upper - b.lower - 0.004).abs() < 1e-15);
     }
 
     #[test]
     fn shares_that_leave_no_band_are_refused() {
-        let shares = Shares { rounding: 0.0005, ..Shares::usual(0.002) };
+        let shares = BudgetShares { rounding: 0.0005, ..BudgetShares::usual(0.002) };
         let refused = Budget::split(0.002, 0.0, shares, None);
         assert!(matches!(refused, Err(BudgetError::NothingLeft { .. })), "{refused:?}");
     }

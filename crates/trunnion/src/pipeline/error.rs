@@ -1,6 +1,6 @@
-//! Why a chain stopped.
+//! Errors of the chain, by stage.
 
-use super::reach::OutOfReach;
+use super::out_of_reach::OutOfReach;
 use crate::axes::AxesError;
 use crate::blocks::BlocksError;
 use crate::cover::CoverError;
@@ -11,7 +11,7 @@ use crate::toolpath::ToolPathError;
 use crate::types::{Cancelled, Diagnostic, Diagnostics};
 use crate::verify::VerifyError;
 
-/// The stage that could not go on, and why.
+/// Failure of a stage, with its cause.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineError {
@@ -27,7 +27,7 @@ pub enum PipelineError {
     /// No pass cuts anything.
     #[error("no pass with this tool in this setup finishes anything of the faces:\n{}", why.join("\n"))]
     NothingCut {
-        /// What stays and why, part by part.
+        /// Uncut regions with their reasons.
         why: Vec<String>,
     },
     /// Passes over the faces.
@@ -78,27 +78,28 @@ pub enum PipelineError {
     Rounding {
         /// Program file.
         file: &'static str,
-        /// What rounding does \[mm\].
+        /// Effect of rounding \[mm\].
         rounding: f64,
-        /// What it may do \[mm\].
+        /// Share of the budget \[mm\].
         share: f64,
     },
-    /// A program that the reader does not understand: a mistake of the writer.
+    /// The reader does not understand a program: a defect of the writer.
     #[error("{file} cannot be read back: {}", first(faults))]
     ReadBack {
         /// Program file.
         file: &'static str,
-        /// What is wrong with it.
+        /// Diagnostics of the reader.
         faults: Diagnostics,
     },
-    /// A program that says something else than was meant: of the strings in the machine file, or a mistake of the writer.
+    /// A program means something else than was intended, because of strings in the machine file or a defect of the
+    /// writer.
     #[error("{file}, line {line}: {what}")]
     Differs {
         /// Program file.
         file: &'static str,
         /// Line of the program.
         line: u32,
-        /// What was read and what was meant.
+        /// Value read, and value intended.
         what: String,
     },
     /// The check of a program.
@@ -110,7 +111,7 @@ fn first(faults: &[Diagnostic]) -> String {
     faults.first().map(ToString::to_string).unwrap_or_default()
 }
 
-/// Cancellation is one error, whichever stage noticed it.
+/// Makes cancellation one error, whichever stage noticed it.
 macro_rules! stage_error {
     ($($error:ident => $variant:ident),*) => {$(
         impl From<$error> for PipelineError {

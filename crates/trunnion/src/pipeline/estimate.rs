@@ -1,22 +1,23 @@
-//! About how long the machine takes over a few poses, before anything is planned.
+//! Estimated time of the machine through a few poses, before anything is planned.
 
 use crate::inverse::{Inverse, Solutions};
 use crate::machine::{Axis, Kinematics};
 use crate::types::{AXES, AxisVector, ToolPose};
 
-/// A machine as seen from motions that are not planned yet.
-pub(super) struct Estimate {
+/// Estimator of motions that are not planned yet.
+pub(super) struct TravelEstimate {
     inverse: Inverse,
 }
 
-impl Estimate {
-    /// `None` for a setup that is no number.
+impl TravelEstimate {
+    /// Creates an estimator; `None` if the setup is not a number.
     pub(super) fn new(kinematics: &Kinematics) -> Option<Self> {
         Some(Self { inverse: Inverse::new(kinematics).ok()? })
     }
 
-    /// Least time through poses from rest to rest \[s\]: what the axis takes that has most to do, each for itself, on
-    /// the better branch. Infinite where a pose is out of reach.
+    /// Returns the least time through poses from rest to rest \[s\]; infinite if a pose is out of reach.
+    ///
+    /// It is the time of the slowest axis, each moving by itself, on the better branch.
     pub(super) fn seconds(&self, poses: &[ToolPose]) -> f64 {
         let Some((first, rest)) = poses.split_first() else { return 0.0 };
         let starts = match self.inverse.solutions(first) {
@@ -28,27 +29,31 @@ impl Estimate {
     }
 
     fn through(&self, start: &AxisVector, poses: &[ToolPose]) -> f64 {
-        let (mut here, mut ways) = (*start, [0.0; AXES]);
+        let (mut here, mut travels) = (*start, [0.0; AXES]);
         for pose in poses {
             let Ok(next) = self.inverse.near(pose, &here) else { return f64::INFINITY };
-            for (way, (to, from)) in ways.iter_mut().zip(next.iter().zip(&here)) {
-                *way += (to - from).abs();
+            for (travel, (to, from)) in travels.iter_mut().zip(next.iter().zip(&here)) {
+                *travel += (to - from).abs();
             }
             here = next;
         }
         let axes = &self.inverse.kinematics().machine().axes;
-        axes.iter().zip(ways).map(|(axis, way)| rest_to_rest(axis, way)).fold(0.0, f64::max)
+        axes.iter()
+            .zip(travels)
+            .map(|(axis, travel)| rest_to_rest(axis, travel))
+            .fold(0.0, f64::max)
     }
 }
 
-/// Least time of one axis over a way, from rest to rest \[s\]: at constant jerk, acceleration and speed in turn,
-/// as far as it comes to them.
-pub(super) fn rest_to_rest(axis: &Axis, way: f64) -> f64 {
+/// Returns the least time of one axis for a travel from rest to rest \[s\].
+///
+/// Jerk, acceleration and speed are constant in turn, as far as the axis reaches their limits.
+pub(super) fn rest_to_rest(axis: &Axis, travel: f64) -> f64 {
     let (v, a, j) = (axis.rapid, axis.acc, axis.jerk);
-    // Highest acceleration and speed that the way lets it reach.
-    let a = a.min((0.5 * way * j * j).cbrt()).min((v * j).sqrt());
-    let v = v.min(0.5 * ((a * a / j).powi(2) + 4.0 * a * way).sqrt() - 0.5 * a * a / j);
-    if way > 0.0 { way / v + v / a + a / j } else { 0.0 }
+    // Highest acceleration and speed that the axis reaches within the travel.
+    let a = a.min((0.5 * travel * j * j).cbrt()).min((v * j).sqrt());
+    let v = v.min(0.5 * ((a * a / j).powi(2) + 4.0 * a * travel).sqrt() - 0.5 * a * a / j);
+    if travel > 0.0 { travel / v + v / a + a / j } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -62,13 +67,13 @@ mod tests {
         let axis =
             |rapid: f64, acc: f64, jerk: f64| Axis { rapid, acc, jerk, ..machine.axes[0].clone() };
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b, "{a} {b}");
-        // Jerk alone: four equal phases, each of (way / 2 j)^(1/3).
+        // Jerk alone: four equal phases, each of (travel / 2 j)^(1/3).
         near(rest_to_rest(&axis(1e9, 1e9, 2000.0), 4.0), 4.0 * (4.0_f64 / 4000.0).cbrt());
         // Acceleration (all but) alone.
         near(rest_to_rest(&axis(1e9, 100.0, 1e20), 25.0), 1.0);
-        // Speed binds: way / v + v / a + a / j.
+        // Speed binds: travel / v + v / a + a / j.
         near(rest_to_rest(&axis(10.0, 100.0, 1000.0), 50.0), 5.0 + 0.1 + 0.1);
-        // Speed binds before acceleration is reached: way / v + 2 sqrt(v / j).
+        // Speed binds before acceleration is reached: travel / v + 2 sqrt(v / j).
         near(rest_to_rest(&axis(10.0, 1e6, 1000.0), 50.0), 5.0 + 2.0 * 0.1);
         near(1.0 + rest_to_rest(&axis(10.0, 100.0, 1000.0), 0.0), 1.0);
     }

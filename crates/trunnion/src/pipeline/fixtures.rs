@@ -1,48 +1,57 @@
-//! Fixtures of a job, and how near its programs come to them.
+//! Fixtures of a job, and the clearance of its programs from them.
 //!
 //! Programs are checked against fixtures; planning does not avoid them.
 
-use super::job::Job;
-use super::material::{MOST_COLLISIONS, lines, plain};
-use super::programs::Program;
-use crate::cover;
+use super::stock_solid::plain_solid;
 use crate::files::job;
-use crate::files::summary::{ApproachSummary, FixturesSummary};
+use crate::files::summary::{ApproachSummary, FixturesSummary, LinesSummary};
 use crate::verify::{
     ClearanceOptions, ClearanceReport, Collision, CollisionKind, DEPTH_SHARE, Fixture,
-    FixtureApproach, Solid, StockReport, VerifyError,
+    FixtureApproach, Lines, Solid, StockReport, VerifyError,
 };
 
-/// Share of the total tolerance within which distances from fixtures are found, and the largest such tolerance \[mm\].
+/// Tolerance of the distances from fixtures, as a share of the total tolerance.
 const SHARE: f64 = 0.05;
-const LARGEST: f64 = 1e-3;
-/// Share of it by which the triangles of a cylinder may be off.
-const CHORD_SHARE: f64 = 0.1;
-/// Lines too near a fixture that are told one by one.
-const TOLD: usize = 10;
 
-/// A solid that the tool must not touch.
+/// Largest tolerance of the distances from fixtures \[mm\].
+const LARGEST: f64 = 1e-3;
+
+/// Chord tolerance of a cylinder, as a share of the distance tolerance.
+const CHORD_SHARE: f64 = 0.1;
+
+/// Most lines too near a fixture that are listed one by one.
+const MOST_LISTED: usize = 10;
+
+/// Lines in collision of each kind that are kept: some hundreds of kilobytes.
+pub const MOST_COLLISIONS: usize = 1000;
+
+/// Solid that the tool must not touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// What findings call it.
+    /// Name in findings.
     pub name: String,
-    /// What it is; `None` for one in a file that was not read: [`Job::with_fixture`].
+    /// The solid; `None` if its file was not read: [`Job::with_fixture`](super::Job::with_fixture).
     pub solid: Option<Solid>,
-    /// By how much it may be larger than that \[mm\].
+    /// Upper bound on the real fixture beyond the solid \[mm\].
     pub allowance: f64,
+}
+
+/// Returns lines as the summary has them.
+pub(super) fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
+    LinesSummary { count, first, last }
 }
 
 impl Held {
     pub(super) fn of(fixture: &job::Fixture) -> Self {
         Self {
             name: fixture.name.clone(),
-            solid: plain(&fixture.solid),
+            solid: plain_solid(&fixture.solid),
             allowance: fixture.solid.chord().unwrap_or(0.0),
         }
     }
 }
 
-/// Fixtures with their names, and what is asked of the moves.
+/// Fixtures with their names, and the clearance that moves must keep.
 #[derive(Debug)]
 pub struct Fixtures {
     all: Vec<Fixture>,
@@ -51,14 +60,15 @@ pub struct Fixtures {
 }
 
 impl Fixtures {
-    /// None yet. `total` \[mm\]: tolerance of the part; lines nearer than `clearance` \[mm\] are told.
+    /// Creates an empty set. `total` \[mm\] is the tolerance of the part; lines nearer than `clearance` \[mm\] are
+    /// reported.
     pub fn new(total: f64, clearance: f64) -> Self {
         let tolerance = LARGEST.min(SHARE * total);
         let watch = ClearanceOptions { tolerance, clearance, worst: MOST_COLLISIONS };
         Self { all: Vec::new(), names: Vec::new(), watch }
     }
 
-    /// One more.
+    /// Adds a fixture.
     ///
     /// # Errors
     ///
@@ -72,17 +82,17 @@ impl Fixtures {
         Ok(())
     }
 
-    /// The fixtures.
+    /// Returns the fixtures.
     pub fn all(&self) -> &[Fixture] {
         &self.all
     }
 
-    /// What is asked of the moves.
+    /// Returns the clearance that moves must keep.
     pub fn watch(&self) -> &ClearanceOptions {
         &self.watch
     }
 
-    /// How near a program comes to them, in numbers.
+    /// Returns the summary of the clearance of a program.
     pub fn summary(&self, found: &ClearanceReport) -> FixturesSummary {
         FixturesSummary {
             tolerance: self.watch.tolerance,
@@ -101,7 +111,7 @@ impl Fixtures {
     }
 }
 
-/// What a program runs into, with how many lines there are: in stock, where there is any, and in fixtures.
+/// Returns the collisions of a program with stock and fixtures, and the number of all lines in collision.
 pub fn collisions(
     carving: Option<&StockReport>,
     clearance: Option<&ClearanceReport>,
@@ -116,22 +126,22 @@ pub fn collisions(
     }
 }
 
-/// Lines that run into no fixture, but come too near: in words, the first of them.
+/// Describes the first lines that come too near a fixture without touching it.
 pub fn too_near(fixtures: &FixturesSummary) -> Vec<String> {
     let outside: Vec<_> = fixtures.near.iter().filter(|near| near.distance >= 0.0).collect();
     let line = |near: &&ApproachSummary| {
         format!("{}, nearer than {} mm", approach(near), fixtures.clearance)
     };
-    let mut told: Vec<String> = outside.iter().take(TOLD).map(line).collect();
+    let mut reported: Vec<String> = outside.iter().take(MOST_LISTED).map(line).collect();
     let hits = fixtures.hits.map_or(0, |hits| hits.count);
     let count = fixtures.lines.map_or(0, |lines| lines.count.saturating_sub(hits));
-    if count > told.len() {
-        told.push(format!("and {} more lines too near a fixture", count - told.len()));
+    if count > reported.len() {
+        reported.push(format!("and {} more lines too near a fixture", count - reported.len()));
     }
-    told
+    reported
 }
 
-/// The least distance, its line, and how certain it is.
+/// Describes the least distance, its line, and its tolerance.
 pub fn nearest_fixture(fixtures: &FixturesSummary) -> String {
     fixtures.least.as_ref().map_or_else(String::new, |least| {
         let exact = if -DEPTH_SHARE * least.distance > fixtures.tolerance {
@@ -139,22 +149,24 @@ pub fn nearest_fixture(fixtures: &FixturesSummary) -> String {
         } else {
             format!("{} mm", fixtures.tolerance)
         };
-        format!("{}, line {}; to within {exact}", words(least), least.line)
+        format!("{}, line {}; to within {exact}", describe(least), least.line)
     })
 }
 
-/// How near a line comes to a fixture, in words.
+/// Describes the distance of a line from a fixture.
 pub fn approach(near: &ApproachSummary) -> String {
-    format!("line {}: {}", near.line, words(near))
+    format!("line {}: {}", near.line, describe(near))
 }
 
-fn words(ApproachSummary { fixture, distance, point: [x, y, z], .. }: &ApproachSummary) -> String {
+fn describe(
+    ApproachSummary { fixture, distance, point: [x, y, z], .. }: &ApproachSummary,
+) -> String {
     let side = if *distance < 0.0 { "deep in" } else { "from" };
     format!("{:.4} mm {side} {fixture} at X {x:.3} Y {y:.3} Z {z:.3}", distance.abs())
 }
 
-/// A collision in words, with the name of the fixture.
-pub(super) fn told(hit: &Collision, fixtures: Option<&FixturesSummary>) -> String {
+/// Describes a collision, with the name of the fixture.
+pub(super) fn describe_collision(hit: &Collision, fixtures: Option<&FixturesSummary>) -> String {
     let off = |near: &ApproachSummary| (near.distance + hit.depth).abs();
     let all = fixtures.iter().flat_map(|fixtures| &fixtures.near);
     let on_line = all.filter(|near| near.line == hit.line && near.distance < 0.0);
@@ -166,48 +178,6 @@ pub(super) fn told(hit: &Collision, fixtures: Option<&FixturesSummary>) -> Strin
         ),
         None => hit.to_string(),
     }
-}
-
-/// What to do where programs of the job come too near fixtures.
-pub(super) fn remedy(job: &Job, programs: &[Program]) -> Option<String> {
-    let [links, cuts] = [0, 1].map(|of| programs.iter().any(|program| program.too_near[of]));
-    let links = links.then(|| over(job));
-    let cuts = cuts.then(|| {
-        "cuts or their leads come too near: move the fixture or the part, or take a longer tool or a slimmer holder"
-            .to_owned()
-    });
-    let what: Vec<String> = [links, cuts].into_iter().flatten().collect();
-    (!what.is_empty()).then(|| format!("fixtures are checked, not avoided; {}", what.join("; ")))
-}
-
-/// How links get over fixtures.
-fn over(job: &Job) -> String {
-    let (up, file) = (job.up(), &job.file);
-    let clearance = file.setup.clearance;
-    let links = job.highest(&up) + clearance;
-    let tops = job.fixtures.iter().filter_map(|held| {
-        let bounds = held.solid.as_ref()?.bounds()?;
-        Some((cover::height(&[bounds], &up) + held.allowance, &held.name))
-    });
-    let tallest = tops.max_by(|a, b| a.0.total_cmp(&b.0));
-    let higher = tallest.map(|(top, name)| (top - links, name)).filter(|(above, _)| *above > 0.0);
-    if let Some((above, name)) = higher {
-        let least = clearance + above + file.fixture_clearance;
-        return format!(
-            "links come too near: {name} stands {above:.3} mm higher than they travel; setup.clearance, {clearance} mm now, \
-             above {least:.3} mm passes over it"
-        );
-    }
-    match file.strategy.links {
-        job::Links::Hop => {
-            "links come too near below the height at which they travel: strategy.links = \"retract\" keeps them up from pass \
-             to pass; where they come down to one, move the fixture or the part"
-        }
-        job::Links::Retract => {
-            "links come too near where they come down to a pass: move the fixture or the part"
-        }
-    }
-    .to_owned()
 }
 
 #[cfg(test)]
@@ -233,9 +203,9 @@ mod tests {
         summary.near = vec![near("vise", -0.5), near("clamp", -0.25), near("pin", 0.125)];
         let point = Point3::new(1.0, 2.0, 3.0);
         let hit = |kind| Collision { kind, line: 7, depth: 0.25, point };
-        let fixture = told(&hit(CollisionKind::Fixture), Some(&summary));
+        let fixture = describe_collision(&hit(CollisionKind::Fixture), Some(&summary));
         assert_eq!(fixture, "line 7: runs into clamp, 0.2500 mm deep at X 1.000 Y 2.000 Z 3.000");
-        let holder = told(&hit(CollisionKind::Holder), Some(&summary));
+        let holder = describe_collision(&hit(CollisionKind::Holder), Some(&summary));
         assert!(holder.starts_with("line 7: shank or holder run into the stock"), "{holder}");
         let near = too_near(&summary);
         assert_eq!(

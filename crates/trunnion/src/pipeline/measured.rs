@@ -1,9 +1,10 @@
-//! A program measured against the part: its text is read, and run as its control would run it.
+//! Check of a written program: its text is read, and run as its control would run it.
 
 use super::error::PipelineError;
+use super::fixtures::MOST_COLLISIONS;
 use super::job::Job;
-use super::material::{MOST_COLLISIONS, Solids};
-use super::programs::Form;
+use super::program_format::ProgramFormat;
+use super::solids::Solids;
 use crate::blocks::BlockInterpolation;
 use crate::nc::read::{self, AxisWords, Step, Turning};
 use crate::nc::write::Dialect;
@@ -14,7 +15,8 @@ use crate::verify::{
     CheckInput, CheckOptions, DeviationTolerance, FeedMeaning, Inspection, InspectionReport,
 };
 
-/// Every block has its time. Where F is a tip feed the control plans its own speeds, and only the way is measured.
+/// Returns true if every block has its time. Where F is a tip feed the control plans its own speeds, and only the
+/// geometry is checked.
 pub(super) fn is_timed(dialect: Dialect) -> bool {
     matches!(dialect, Dialect::LinuxCnc | Dialect::G93)
 }
@@ -52,21 +54,21 @@ pub(super) fn run(
     Ok(inspection.run(progress)?)
 }
 
-/// A program as it was written.
+/// Text of a program, as it was written.
 pub(super) struct WrittenProgram<'a> {
-    pub(super) form: &'a Form,
+    pub(super) form: &'a ProgramFormat,
     pub(super) text: &'a str,
     pub(super) axes: AxisWords,
 }
 
-/// What a program is checked against besides the faces of its job.
+/// References of the check besides the faces of the job.
 pub(super) struct CheckedAgainst<'a> {
     /// Regions that are known to be unfinished.
     pub(super) rest: &'a [UncutRegion],
     pub(super) solids: &'a Solids,
 }
 
-/// The control of a job turns the tool on great circles between rotary words, too.
+/// Makes the tool turn on great circles between rotary words, as the control of the job does.
 fn on_circles(program: &mut read::Program) {
     for step in &mut program.steps {
         if let Step::Move(one) = step {

@@ -1,120 +1,81 @@
-//! What of the faces the machine can reach, looked at before the passes are placed.
+//! Reach of the machine on the faces, checked before the passes are placed.
 //!
-//! Passes take minutes on a large face, and axes that cannot follow them are found out afterwards.
-//! What decides is known beforehand: a place whose normal the tool cannot come near, whatever its
-//! lean, cannot be cut in this setup.
+//! Placing passes takes minutes on a large face, and only afterwards do the axes fail to follow them. The decisive fact
+//! is known before: a point that no inclination of the tool reaches cannot be cut in this setup.
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::out_of_reach::{INCLINATIONS, OutOfReach};
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::ToolPose;
-use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use nalgebra::{Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Places of a face that are looked at, about.
-const PLACES: f64 = 400.0;
+/// Approximate number of samples of a face.
+const SAMPLES: f64 = 400.0;
 
-/// Angles between tool axis and normal that are tried \[deg\], and directions of each lean. The last is a little
-/// more than strips ever lean.
-const LEANS: [f64; 9] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0];
+/// Number of directions of each inclination.
 const DIRECTIONS: u32 = 24;
 
-/// Finer steps of leans \[deg\] and distance between neighbouring directions of a lean \[deg\], for places
-/// that seem out of reach: no direction is farther than [`COVERING`] from one that is tried.
+/// Finer steps of the inclination, and distance between neighbouring directions, for points that seem out of
+/// reach \[deg\].
 const FINE: [f64; 2] = [2.5, 3.5];
+
+/// Largest distance of any direction from one that is tried with [`FINE`] steps \[deg\].
 const COVERING: f64 = 2.2;
 
-/// By how much farther than the last of [`LEANS`] the tool is leaned then \[deg\]. Where there is a direction
-/// in reach, near it there are some more: directions in reach form a patch between the ends of two
-/// travels, and a disc of radius `c` fits into a corner of angle `a` within `c / sin(a / 2)` of its tip. So with the
-/// covering of the directions one of those tried is in reach, if corners are wider than 20 degrees.
+/// Inclination beyond the last of [`INCLINATIONS`] that is tried then \[deg\].
+///
+/// Directions in reach form a patch between the ends of two travels. A disc of radius `c` fits into a corner of angle
+/// `a` within `c / sin(a / 2)` of its tip. So one of the directions tried is in reach, if corners are wider than
+/// 20 degrees.
 const FARTHER: f64 = 15.0;
 
-/// What of a face is out of the machine's reach.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutOfReach {
-    /// Number of the face.
-    pub face: usize,
-    /// Share of its area, by samples.
-    pub share: f64,
-    /// The same for a tool that stands square to the face, as it nearly does in wide strips.
-    pub upright: f64,
-    /// Parameters `[u, v]` of the place that is farthest out.
-    pub uv: [f64; 2],
-    /// The place \[mm\], workpiece frame.
-    pub point: Point3<f64>,
-    /// Axis or axes that most of it is out of reach of, and their part of that.
-    pub axes: String,
-    /// What is wrong there with the lean that comes nearest.
-    pub error: InverseError,
-    /// What would help.
-    pub remedy: String,
-}
-
-impl std::error::Error for OutOfReach {}
-
-impl std::fmt::Display for OutOfReach {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { face, share, upright, uv: [u, v], point, axes, error, remedy } = self;
-        let [_, .., most] = LEANS;
-        write!(
-            f,
-            "face {face}: {:.1} % of it is out of reach in this setup, wherever the cutter leans by up to \
-             {most} deg ({:.1} % if it stands square to the face), because of {axes}; worst at (u, v) = ({u:.4}, {v:.4}), X {:.3} Y {:.3} Z {:.3}: {}; \
-             {remedy}",
-            100.0 * share,
-            100.0 * upright,
-            point.x,
-            point.y,
-            point.z,
-            why(error)
-        )
-    }
-}
-
-/// A place that is out of reach: by how much of what there is, by what, and why.
-struct Miss {
+/// FaceSample that is out of reach: by which share of the travel, of which axes, and the error.
+struct ReachMiss {
     sample: FaceSample,
     by: f64,
     axes: String,
     error: InverseError,
 }
 
-/// Looks whether the tool can stand on all places of the faces, at any lean that strips may have. Takes a
-/// fraction of a second; [`super::run`] begins with it.
+/// Checks that the tool reaches all points of the faces, at some inclination that strips may have.
 ///
-/// Only what is certain is refused: a face with a place on which the tool can stand at no lean, nor at leans some way
-/// beyond those, nor with a little more travel (`Margins`), nor at any lean beside it, as far as a strip is wide.
-/// Passes reach a little beyond the faces, and their leans are not any: what passes here may still leave travel.
+/// It takes a fraction of a second; [`run`](super::run) begins with it.
+///
+/// Only certain cases are refused: a face with a point that the tool reaches at no inclination, nor a little beyond
+/// those, nor with a little more travel (`ReachMargins`), nor at any inclination beside it, within the width of a strip.
+/// Passes extend a little beyond the faces, and their inclinations are restricted: a job that passes here may still
+/// leave travel.
 ///
 /// # Errors
 ///
-/// [`PipelineError::OutOfReach`] for the first face with places out of reach.
+/// [`PipelineError::OutOfReach`] for the first face with points out of reach.
 pub fn reach(job: &Job) -> Result<(), PipelineError> {
     // A setup without numbers is refused where the axes are solved.
     let Ok(inverse) = Inverse::new(&job.kinematics) else { return Ok(()) };
     for face in &job.faces {
         let samples = samples(face);
-        let stand = Stand { inverse: &inverse, cutter: &job.cutter };
-        let misses: Vec<Option<Miss>> =
-            samples.par_iter().map(|sample| stand.miss(sample)).collect();
+        let probe = ReachProbe { inverse: &inverse, cutter: &job.cutter };
+        let misses: Vec<Option<ReachMiss>> =
+            samples.par_iter().map(|sample| probe.miss(sample)).collect();
         let beside = near(&job.cutter, &samples);
         let certain = |(index, sample): (usize, &FaceSample)| {
             let around = |other: &FaceSample| (other.point - sample.point).norm() <= beside;
             let missed = |index: usize| misses.get(index).is_some_and(Option::is_some);
             missed(index)
                 && samples.iter().enumerate().all(|(i, other)| missed(i) || !around(other))
-                && stand.certain(sample, stand.margins(sample))
+                && probe.certain(sample, probe.margins(sample))
         };
         if !samples.par_iter().enumerate().any(certain) {
             continue;
         }
-        let missed: Vec<Miss> = misses.into_iter().flatten().collect();
+        let missed: Vec<ReachMiss> = misses.into_iter().flatten().collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
         let home = job.kinematics.machine().home();
         let upright = |sample: &&FaceSample| {
@@ -122,21 +83,21 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
             pose.is_some_and(|pose| inverse.continued(&pose, &home).is_err())
         };
         let shares = [share(missed.len()), share(samples.iter().filter(upright).count())];
-        if let Some(out) = told(face.face().number, shares, missed) {
+        if let Some(out) = report(face.face().number, shares, missed) {
             return Err(PipelineError::OutOfReach(Box::new(out)));
         }
     }
     Ok(())
 }
 
-/// Places about evenly spread over a face.
+/// Returns samples spread about evenly over a face.
 fn samples(face: &FaceIndex) -> Vec<FaceSample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
-    face.face().grid((area / PLACES).sqrt()).unwrap_or_default()
+    face.face().grid((area / SAMPLES).sqrt()).unwrap_or_default()
 }
 
-/// How far beside a place a strip that finishes it may touch: the cutter's diameter, and what lies between two samples.
+/// Returns the distance within which a strip may finish a sample: the cutter diameter, and two sample distances.
 fn near(cutter: &Cutter, samples: &[FaceSample]) -> f64 {
     let Some(first) = samples.first() else { return 0.0 };
     let away = samples.iter().map(|other| (other.point - first.point).norm());
@@ -144,13 +105,13 @@ fn near(cutter: &Cutter, samples: &[FaceSample]) -> f64 {
     2.0 * cutter.radius() + if spacing.is_finite() { 2.0 * spacing } else { 0.0 }
 }
 
-/// By how much a pose is out of reach, as a share of what there is, and because of what; `None` where it is not that.
+/// Returns the miss as a share of the travel, and the axes; `None` for other errors.
 fn measured(error: &InverseError) -> Option<(f64, String)> {
     match error {
         InverseError::OutOfTravel(out) => {
             Some((out.excess / (out.high - out.low), format!("axis {}", out.axis)))
         }
-        // More than any travel: no end of travel stands in the way, the axes do.
+        // More than any travel: the directions of the axes are the obstacle, not the ends of travel.
         InverseError::Unreachable { miss, first, second, .. } => {
             Some((TAU + miss, format!("the directions that {first} and {second} reach")))
         }
@@ -158,42 +119,43 @@ fn measured(error: &InverseError) -> Option<(f64, String)> {
     }
 }
 
-/// What a place that seems out of reach is given before it is refused.
+/// ReachMargins that a sample out of reach is granted before it is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Margins {
-    /// Farther lean \[deg\].
+struct ReachMargins {
+    /// Additional inclination \[deg\].
     lean: f64,
-    /// More travel of a linear axis, as a share of what it has.
+    /// Additional travel of a linear axis, as a share of its travel.
     travel: f64,
 }
 
-/// A machine with a cutter, to be stood on places.
-struct Stand<'a> {
+/// Machine with a cutter, tried at samples.
+struct ReachProbe<'a> {
     inverse: &'a Inverse,
     cutter: &'a Cutter,
 }
 
-impl Stand<'_> {
+impl ReachProbe<'_> {
     fn kinematics(&self) -> &Kinematics {
         self.inverse.kinematics()
     }
 
-    /// The sample, if the tool cannot stand there at any lean.
-    fn miss(&self, sample: &FaceSample) -> Option<Miss> {
+    /// Returns the nearest miss if the tool reaches the sample at no inclination.
+    fn miss(&self, sample: &FaceSample) -> Option<ReachMiss> {
         let home = self.kinematics().machine().home();
-        let mut nearest: Option<Miss> = None;
+        let mut nearest: Option<ReachMiss> = None;
         for pose in leans(self.cutter, sample, coarse()) {
             let Err(error) = self.inverse.continued(&pose, &home) else { return None };
             let (by, axes) = measured(&error)?;
             if nearest.as_ref().is_none_or(|known| by < known.by) {
-                nearest = Some(Miss { sample: *sample, by, axes, error });
+                nearest = Some(ReachMiss { sample: *sample, by, axes, error });
             }
         }
         nearest
     }
 
-    /// Directions between those tried, and contacts beside the place, move the axes by their levers.
-    fn margins(&self, sample: &FaceSample) -> Margins {
+    /// Returns margins for directions between those tried and contacts beside the sample, which move the axes by their
+    /// levers.
+    fn margins(&self, sample: &FaceSample) -> ReachMargins {
         let chain = self.kinematics().chain();
         let arm = |joint: &RotaryJoint| {
             (sample.point.coords - joint.point).norm() + (chain.tip - joint.point).norm()
@@ -202,14 +164,14 @@ impl Stand<'_> {
         let axes = self.kinematics().machine().axes.iter().take(FIRST_ROTARY);
         let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
         let more = 2.0 * self.cutter.radius() + levers * COVERING.to_radians();
-        Margins { lean: FARTHER, travel: more / least }
+        ReachMargins { lean: FARTHER, travel: more / least }
     }
 
-    /// Whether the tool can stand there at no direction that is tried, with the margins.
-    fn certain(&self, sample: &FaceSample, margins: Margins) -> bool {
+    /// Returns true if the tool reaches the sample at none of the finer directions, even with the margins.
+    fn certain(&self, sample: &FaceSample, margins: ReachMargins) -> bool {
         let home = self.kinematics().machine().home();
         let out = |pose: ToolPose| match self.inverse.continued(&pose, &home) {
-            // Least of all branches, each at the axis that is out by most, all as shares of travel.
+            // The excess is the least of all branches, each at its worst axis, as shares of travel.
             Err(InverseError::OutOfTravel(out)) if out.index < FIRST_ROTARY => {
                 out.excess > margins.travel * (out.high - out.low)
             }
@@ -220,18 +182,18 @@ impl Stand<'_> {
     }
 }
 
-/// Leans and directions \[rad\] that are tried first.
+/// Returns the inclinations and directions that are tried first \[rad\].
 fn coarse() -> impl Iterator<Item = [f64; 2]> {
     let directions = |lean: f64| (0..DIRECTIONS).map(move |k| (lean, k));
-    let all = LEANS.into_iter().flat_map(directions);
+    let all = INCLINATIONS.into_iter().flat_map(directions);
     all.map(|(lean, k)| [lean.to_radians(), TAU * f64::from(k) / f64::from(DIRECTIONS)])
 }
 
-/// The finer ones, up to `more` degrees farther.
+/// Returns the finer inclinations and directions, up to `more` degrees farther \[rad\].
 fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
     let [step, across] = FINE;
-    let [.., most] = LEANS;
-    // No tool stands on a face from behind.
+    let [.., most] = INCLINATIONS;
+    // No tool touches a face from behind.
     let end = (most + more).min(90.0);
     let leans =
         (0_u32..).map(move |k| step * f64::from(k)).take_while(move |lean| *lean < end + step);
@@ -242,7 +204,7 @@ fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// Poses of the cutter touching the face at a sample, by lean and direction.
+/// Returns poses of the cutter that touches the face at a sample, by inclination and direction.
 fn leans(
     cutter: &Cutter,
     sample: &FaceSample,
@@ -264,8 +226,8 @@ fn leans(
     })
 }
 
-/// The places that are out of reach in one sentence; `None` if there are none.
-fn told(face: usize, [share, upright]: [f64; 2], missed: Vec<Miss>) -> Option<OutOfReach> {
+/// Returns the report of the samples out of reach; `None` if there are none.
+fn report(face: usize, [share, upright]: [f64; 2], missed: Vec<ReachMiss>) -> Option<OutOfReach> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for miss in &missed {
         *counts.entry(miss.axes.clone()).or_default() += 1;
@@ -280,23 +242,11 @@ fn told(face: usize, [share, upright]: [f64; 2], missed: Vec<Miss>) -> Option<Ou
         axes
     };
     let remedy = remedy(&worst.error);
-    let Miss { sample: FaceSample { uv, point, .. }, error, .. } = worst;
+    let ReachMiss { sample: FaceSample { uv, point, .. }, error, .. } = worst;
     Some(OutOfReach { face, share, upright, uv, point, axes: part, error, remedy })
 }
 
-fn why(error: &InverseError) -> String {
-    let InverseError::OutOfTravel(out) = error else { return error.to_string() };
-    let (unit, factor) =
-        if out.index < FIRST_ROTARY { ("mm", 1.0) } else { ("deg", 1.0_f64.to_degrees()) };
-    let end = if out.value > out.high { out.high } else { out.low };
-    let [value, end, excess] = [out.value, end, out.excess].map(|number| number * factor);
-    format!(
-        "axis {} would have to go to {value:.3} {unit}, beyond its end of travel {end:.3} {unit} by {excess:.3} {unit} \
-         at best",
-        out.axis
-    )
-}
-
+/// Returns advice for an error.
 fn remedy(error: &InverseError) -> String {
     match error {
         InverseError::OutOfTravel(out) if out.index < FIRST_ROTARY => {
@@ -318,6 +268,7 @@ mod tests {
     use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::files::machine::built_in;
     use crate::machine::Setup;
+    use nalgebra::Point3;
 
     /// The nearest point of the tool's corner circle is the corner's radius above the sample, along the normal.
     #[test]
@@ -391,15 +342,15 @@ mod tests {
                 let setup = Setup::new(origin, rotation, cutter.length());
                 let kinematics = Kinematics::new(&machine, &setup);
                 let Ok(inverse) = Inverse::new(&kinematics) else { continue };
-                let stand = Stand { inverse: &inverse, cutter: &cutter };
+                let probe = ReachProbe { inverse: &inverse, cutter: &cutter };
                 let point = Point3::from(Vector3::from_fn(|_, _| 20.0 * roll()));
                 let at = |normal| FaceSample { uv: [0.0; 2], point, normal };
                 let [one, other] =
                     [0; 2].map(|_| Unit::new_normalize(Vector3::from_fn(|_, _| roll())));
-                let out = |normal| stand.miss(&at(normal)).is_some();
+                let out = |normal| probe.miss(&at(normal)).is_some();
                 if out(one) == out(other) {
                     certain +=
-                        usize::from(out(one) && stand.certain(&at(one), stand.margins(&at(one))));
+                        usize::from(out(one) && probe.certain(&at(one), probe.margins(&at(one))));
                     continue;
                 }
                 let (mut inside, mut outside) = if out(one) { (other, one) } else { (one, other) };
@@ -415,7 +366,7 @@ mod tests {
                 let reached = leans(&cutter, &sample, rim.into_iter())
                     .any(|pose| inverse.continued(&pose, &home).is_ok());
                 beyond += usize::from(reached);
-                let refused = stand.certain(&sample, stand.margins(&sample));
+                let refused = probe.certain(&sample, probe.margins(&sample));
                 assert!(!(reached && refused), "{name} {setup:?} {sample:?}");
             }
         }

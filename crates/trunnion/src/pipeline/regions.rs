@@ -1,34 +1,34 @@
 //! Regions of the faces in words and numbers: where wide strips did not fit, and what stays unfinished.
 
 use super::job::Job;
-use super::summary::{counted, reason};
+use super::wording::{counted, reason};
 use crate::cover::{Covering, PassFallback};
 use crate::files::summary::{RegionSummary, RestSummary};
 use crate::import::inspect::{AreaElement, elements};
 use crate::surface::{Face, FaceIndex};
 use crate::types::UncutRegion;
 
-/// Regions that are told at most, in words.
-const TOLD: usize = 5;
+/// Most regions that are listed in words.
+const MOST_LISTED: usize = 5;
 
-/// Ranges of u and v.
-type Range = [[f64; 2]; 2];
+/// Bounds of u and v.
+type ParameterBounds = [[f64; 2]; 2];
 
-/// What touches is one region.
-struct Joined {
+/// Region joined from parts that touch.
+struct JoinedRegion {
     face: usize,
-    parts: Vec<Range>,
+    parts: Vec<ParameterBounds>,
     why: String,
 }
 
-/// Where wide strips did not fit, the largest first.
+/// Returns the regions in which wide strips did not fit, the largest first.
 pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionSummary> {
-    let mut joined: Vec<Joined> = Vec::new();
+    let mut joined: Vec<JoinedRegion> = Vec::new();
     for PassFallback { face, uv, reason: why, .. } in &covering.report.fallbacks {
-        join(&mut joined, Joined { face: *face, parts: vec![*uv], why: reason(why) });
+        join(&mut joined, JoinedRegion { face: *face, parts: vec![*uv], why: reason(why) });
     }
     let all = covering.report.area.max(f64::MIN_POSITIVE);
-    let summary = |Joined { face, parts, why }: Joined| {
+    let summary = |JoinedRegion { face, parts, why }: JoinedRegion| {
         let of = faces.iter().find(|one| one.face().number == face);
         let area = of.map_or(0.0, |of| area(of.face(), &parts));
         RegionSummary { face, uv: hull(&parts), area, share: area / all, why }
@@ -38,10 +38,10 @@ pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionS
     regions
 }
 
-/// Area of a face in any of some ranges, which may overlap \[mm²\].
-fn area(face: &Face, parts: &[Range]) -> f64 {
+/// Returns the area of a face inside any of the bounds, which may overlap \[mm²\].
+fn area(face: &Face, parts: &[ParameterBounds]) -> f64 {
     let within = |element: &AreaElement| {
-        let holds = |part: &Range| {
+        let holds = |part: &ParameterBounds| {
             (0..2).all(|k| part[k][0] <= element.uv[k] && element.uv[k] <= part[k][1])
         };
         parts.iter().any(holds)
@@ -49,7 +49,7 @@ fn area(face: &Face, parts: &[Range]) -> f64 {
     elements(face).iter().filter(|one| within(one)).map(|one| one.area.norm()).sum()
 }
 
-fn hull(parts: &[Range]) -> Range {
+fn hull(parts: &[ParameterBounds]) -> ParameterBounds {
     [0, 1].map(|k| {
         let low = parts.iter().map(|part| part[k][0]).fold(f64::INFINITY, f64::min);
         let high = parts.iter().map(|part| part[k][1]).fold(f64::NEG_INFINITY, f64::max);
@@ -58,9 +58,11 @@ fn hull(parts: &[Range]) -> Range {
 }
 
 /// Joins a region to those it touches; the reason of the first stays.
-fn join(regions: &mut Vec<Joined>, mut new: Joined) {
-    let over = |a: &Range, b: &Range| (0..2).all(|k| a[k][0] <= b[k][1] && b[k][0] <= a[k][1]);
-    let touch = |a: &Joined, b: &Joined| {
+fn join(regions: &mut Vec<JoinedRegion>, mut new: JoinedRegion) {
+    let over = |a: &ParameterBounds, b: &ParameterBounds| {
+        (0..2).all(|k| a[k][0] <= b[k][1] && b[k][0] <= a[k][1])
+    };
+    let touch = |a: &JoinedRegion, b: &JoinedRegion| {
         a.face == b.face && a.parts.iter().any(|a| b.parts.iter().any(|b| over(a, b)))
     };
     while let Some(index) = regions.iter().position(|old| touch(old, &new)) {
@@ -71,7 +73,7 @@ fn join(regions: &mut Vec<Joined>, mut new: Joined) {
     regions.push(new);
 }
 
-/// What to know of regions at a fixed lean.
+/// Warns about regions that are finished at a fixed inclination.
 pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> {
     let regions = summaries(faces, covering);
     let first = regions.first()?;
@@ -79,7 +81,7 @@ pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> 
     let all = covering.report.area.max(f64::MIN_POSITIVE);
     let [[a, b], [c, d]] = first.uv;
     Some(format!(
-        "wide strips do not fit in {} ({area:.1} mm2, {:.1} % of the faces), finished at a fixed lean; the largest \
+        "wide strips do not fit in {} ({area:.1} mm2, {:.1} % of the faces), finished at a fixed inclination; the largest \
          is on face {} at u {a:.4}..{b:.4}, v {c:.4}..{d:.4}: {}",
         counted(regions.len(), "region"),
         100.0 * area / all,
@@ -88,7 +90,7 @@ pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> 
     ))
 }
 
-/// One part that stays unfinished.
+/// Returns the summary of an uncut region.
 pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
     RestSummary {
         face: rest.face,
@@ -103,29 +105,30 @@ pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
     }
 }
 
-/// What stays unfinished, one sentence a part; the smaller ones of many together.
+/// Reports the uncut regions, one sentence each; of many, the smaller ones together.
 pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
     let mut parts: Vec<&UncutRegion> = covering.report.rest.iter().collect();
     parts.sort_by(|a, b| b.area.total_cmp(&a.area));
     let all = covering.report.area.max(f64::MIN_POSITIVE);
-    let mut told: Vec<String> = parts.iter().take(TOLD).map(|rest| part(rest, all)).collect();
-    let others = parts.get(TOLD..).unwrap_or_default();
+    let mut lines: Vec<String> =
+        parts.iter().take(MOST_LISTED).map(|rest| part(rest, all)).collect();
+    let others = parts.get(MOST_LISTED..).unwrap_or_default();
     if !others.is_empty() {
         let area: f64 = others.iter().map(|rest| rest.area).sum();
-        told.push(format!(
+        lines.push(format!(
             "rest: {} of {area:.3} mm2 together",
             counted(others.len(), "smaller part")
         ));
     }
-    if job.cutter.minor() > 0.0 && !told.is_empty() {
-        told.push(format!(
+    if job.cutter.minor() > 0.0 && !lines.is_empty() {
+        lines.push(format!(
             "rest: the cutter, with a corner of {} mm, finishes {:.2} % of the faces; a smaller one in a further job, \
              or another setup, finishes more",
             job.cutter.minor(),
             100.0 * (1.0 - parts.iter().map(|rest| rest.area).sum::<f64>() / all).max(0.0)
         ));
     }
-    told
+    lines
 }
 
 fn part(rest: &UncutRegion, all: f64) -> String {
@@ -150,12 +153,12 @@ fn part(rest: &UncutRegion, all: f64) -> String {
     )
 }
 
-/// Faces that cannot be kept off.
+/// Warns about faces that the tool cannot be kept off.
 pub(super) fn unguarded(job: &Job) -> Vec<String> {
-    let told = |(face, error): &(usize, crate::surface::SurfaceError)| {
+    let lines = |(face, error): &(usize, crate::surface::SurfaceError)| {
         format!("face {face} cannot be worked with, so nothing keeps the tool off it: {error}")
     };
-    job.unguarded.iter().map(told).collect()
+    job.unguarded.iter().map(lines).collect()
 }
 
 #[cfg(test)]
@@ -167,7 +170,7 @@ mod tests {
 
     #[test]
     fn regions_that_touch_are_one() {
-        let region = |low: f64, face: usize| Joined {
+        let region = |low: f64, face: usize| JoinedRegion {
             face,
             parts: vec![[[low, low + 1.0], [0.0, 1.0]]],
             why: String::new(),

@@ -1,4 +1,4 @@
-//! Where the tool had to leave the part to unwind, in words and numbers.
+//! Retracts for unwinding, as numbers and in words.
 
 use super::job::Job;
 use crate::axes::{FollowedPath, RetractMove};
@@ -6,7 +6,7 @@ use crate::files::summary::RetractSummary;
 use crate::machine::FIRST_ROTARY;
 use crate::types::Schedule;
 
-/// One entry for each retract, in order.
+/// Returns one entry for each retract, in order.
 pub(super) fn summaries(
     job: &Job,
     followed: &FollowedPath,
@@ -51,7 +51,7 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
     }
 }
 
-/// As a line of a program or a setup sheet.
+/// Describes a retract in a line of a program or a setup sheet.
 pub(super) fn line(retract: &RetractSummary) -> String {
     let [x, y, z] = retract.tip;
     let place = if retract.in_cut { "in a pass" } else { "between two motions" };
@@ -61,7 +61,7 @@ pub(super) fn line(retract: &RetractSummary) -> String {
     )
 }
 
-/// What a user has to know of all retracts together.
+/// Warns about all retracts together.
 pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
     let first = retracts.first()?;
     let inside = retracts.iter().filter(|retract| retract.in_cut).count();

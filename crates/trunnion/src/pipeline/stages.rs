@@ -1,10 +1,10 @@
-//! One call a stage: options from the job and its budget.
+//! Stages of a run: one call each, with options from the job and its budget.
 
 use super::error::PipelineError;
-use super::estimate::{Estimate, rest_to_rest};
+use super::estimate::{TravelEstimate, rest_to_rest};
 use super::job::Job;
-use super::pace::Pace;
-use super::programs::LINK_TOLERANCE;
+use super::pass_cost::JobPassCost;
+use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::axes::{
     self, AxesOptions, FeedPoint, FollowedPath, RetractOptions, SetupOptions, SetupSearch,
     SingularOptions, TiltBounds,
@@ -27,9 +27,6 @@ use crate::types::{AXES, AxisPath, Leg, Pass, PoseTolerance, Progress, ToolPath,
 use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::TAU;
 
-/// Share of the linearisation that the quintic axis path takes from the blocks: tip and axis each.
-pub(super) const QUINTIC_SHARE: f64 = 0.1;
-
 /// Largest rotary move between two nodes of the axis path \[rad\].
 const MAX_ROTARY_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
@@ -38,7 +35,7 @@ const MAX_ROTARY_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// is no other place.
 const RETRACT_TURNS: f64 = 100.0;
 
-/// Time still to gain at which the planner stops inserting rows.
+/// Time still to gain at which the planner stops inserting rows \[s\].
 const TIME_TOLERANCE: f64 = 1e-3;
 
 /// Look-ahead of the classical planner: blocks and servo periods at least, as in paper 001.
@@ -58,6 +55,7 @@ pub(super) fn rows(job: &Job, plan: &FeedPlan) -> Result<(), PipelineError> {
     Err(PipelineError::Rows { duration, rows, most: ROWS, period: duration / ROWS })
 }
 
+/// Places the passes over the faces.
 pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
     cover_turning(job, job.file.strategy.max_axis_turn, progress)
 }
@@ -102,7 +100,7 @@ pub(super) fn cover_turning(
         lean,
         ..preset
     };
-    let cost = Pace::new(job, options.link);
+    let cost = JobPassCost::new(job, options.link);
     let request = CoverRequest {
         others: &job.others,
         cost: Some(&cost),
@@ -111,15 +109,17 @@ pub(super) fn cover_turning(
     Ok(cover::cover(&request, progress)?)
 }
 
-/// Whether the tool may hop: where stock may stand anywhere it goes over all of it.
+/// Returns true if the tool may hop; where stock may be anywhere, it links above all of it.
 fn hop(job: &Job) -> bool {
     job.file.strategy.links == file::Links::Hop && job.approach().is_finite()
 }
 
-/// About what lies between two passes, as the length cut in that time \[mm\]: a hop as high as the approach or as wide
-/// as the cutter, whatever takes longer, and about as much again for coming to speed and to rest on the pass (measured
-/// on passes of 60 mm: 0.6 s and 0.3 s); or, where there are none, leads up to the plane of the links from half
-/// the height of the part, and as far again along it as the turn of the tool takes, each from rest to rest.
+/// Estimates the time between two passes, as the length cut in that time \[mm\].
+///
+/// With hops it is a hop as high as the approach or as wide as the cutter, whichever takes longer, and about as much
+/// again for accelerating and braking on the pass (measured on passes of 60 mm: 0.6 s and 0.3 s). Without hops it is
+/// the leads up to the clearance plane from half the height of the part, and as far again along it as the turn of the
+/// tool takes, each from rest to rest.
 fn link_length(job: &Job) -> f64 {
     let (machine, up, approach) = (job.kinematics.machine(), job.up(), job.approach());
     let slowest =
@@ -133,6 +133,7 @@ fn link_length(job: &Job) -> f64 {
     2.0 * way + 3.0 * feed * slowest(way)
 }
 
+/// Adds leads and links to the passes.
 pub(super) fn legs(
     job: &Job,
     passes: &[Pass],
@@ -151,14 +152,14 @@ pub(super) fn legs(
         approach,
         gouge: job.budget.gouge,
     };
-    let estimate = Estimate::new(&job.kinematics);
+    let estimate = TravelEstimate::new(&job.kinematics);
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
     let hops = HopOptions { height: approach, clear: 0.5 * approach, seconds: &seconds };
     let hops = Some(hops).filter(|_| hop(job));
-    let pace = Pace::new(job, options.clearance);
+    let cost = JobPassCost::new(job, options.clearance);
     let reaches =
-        |axis: &UnitVector3<f64>| pace.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
+        |axis: &UnitVector3<f64>| cost.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
     let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
     let faces: Vec<FaceIndex> = job.faces.iter().chain(&job.others).cloned().collect();
     let request = LinkRequest {
@@ -169,6 +170,7 @@ pub(super) fn legs(
     Ok(cover::legs(&request, progress)?)
 }
 
+/// Fits curves through the cutter locations, smoothed if the job asks for it.
 pub(super) fn tool_path(
     job: &Job,
     legs: &[Leg],
@@ -195,6 +197,7 @@ pub(super) fn tool_path(
     Ok(toolpath::smoothed(legs, &options, &smoothing, progress)?)
 }
 
+/// Follows the curves with the axes of the machine.
 pub(super) fn axes(
     job: &Job,
     path: &ToolPath,
@@ -203,29 +206,29 @@ pub(super) fn axes(
     Ok(axes::follow(&job.kinematics, path, &axes_options(job), progress)?)
 }
 
-/// Least angle of the first look of a setup search, what its best are improved to, and what counts
-/// as alike \[rad\].
+/// Grid of a setup search, angle to which its best are refined, and angle within which two are alike \[rad\].
 const SETUP_ANGLES: [f64; 3] = [5.0 * DEGREE, 0.05 * DEGREE, 1.0 * DEGREE];
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Digits of a setup that is told: a tenth of a millimetre, a hundredth of a degree.
+/// Digits of a setup in reports: a tenth of a millimetre, a hundredth of a degree.
 const SETUP_DIGITS: [f64; 2] = [0.1, 0.01];
 
-/// Setups of about one least angle that are planned.
+/// Number of setups with about the same least angle that are planned.
 const SETUP_BATCH: usize = 8;
 
-/// No setup is to be better than the best by more than this \[rad\].
+/// Largest improvement that the search may miss \[rad\].
 pub const SETUP_WITHIN: f64 = 0.1 * DEGREE;
 
-/// A setup search came to its end if no rotation within the bounds is better than the best by more than this
-/// \[rad\]: what is looked for, with what is given up for less rotary travel.
+/// Improvement over the best setup below which a search is complete \[rad\].
+///
+/// It is the improvement that the search may miss, plus the angle given up for less rotary travel.
 pub const SETUP_SHOWN: f64 = SETUP_WITHIN + SETUP_ANGLES[2];
 
-/// Rotations looked at and planned to show that: some seconds.
+/// Most rotations examined and planned to prove that: some seconds.
 const SETUP_MOST: [usize; 2] = [400_000, 500];
 
-/// Searches a setup for a path within bounds.
+/// Searches the setup for a path within bounds.
 pub(super) fn search(
     job: &Job,
     path: &ToolPath,
@@ -246,11 +249,12 @@ pub(super) fn search(
     Ok(axes::setup(&job.kinematics, path, (&axes_options(job), &search), progress)?)
 }
 
-/// What moving the tool axis at singular directions saved: the same path is planned without.
+/// Returns the time saved by moving the tool axis at singular directions: the same path is planned without.
 pub(super) fn singular_gain(
     job: &Job,
     path: &ToolPath,
-    (followed, plan): (&FollowedPath, &FeedPlan),
+    followed: &FollowedPath,
+    plan: &FeedPlan,
     progress: &dyn Progress,
 ) -> Result<Option<SingularSummary>, PipelineError> {
     let passages = &followed.passages;
@@ -289,8 +293,9 @@ fn axes_options(job: &Job) -> AxesOptions {
     }
 }
 
-/// The machine's cone and smallest move; the tilt is what the job gives for it, up to what the
-/// machine allows, with the lever from the tip to the contact.
+/// Returns the options at singular directions: cone and smallest move of the machine, and the largest tilt.
+///
+/// The tilt is the share of the job, up to the tolerance of the machine, over the lever from tip to contact.
 fn singular(job: &Job) -> Option<SingularOptions> {
     let SingularPolicy { cone, min_rotary, tolerance } = job.kinematics.machine().singular;
     let share = job.budget.shares.singular.min(tolerance);
@@ -298,7 +303,7 @@ fn singular(job: &Job) -> Option<SingularOptions> {
     (share > 0.0).then_some(SingularOptions { cone, min_rotary, tilt })
 }
 
-/// Where travel ends on the path; the tool may turn where it may on links.
+/// Returns the options for retracts where travel ends; the tool turns at the height of links.
 fn retract(job: &Job) -> RetractOptions {
     let up = job.up();
     let radius = job.cutter.radius();
@@ -313,6 +318,7 @@ fn retract(job: &Job) -> RetractOptions {
     }
 }
 
+/// Plans the speeds.
 pub(super) fn feed(
     job: &Job,
     path: &AxisPath,
@@ -345,7 +351,9 @@ pub(super) fn feed(
     Ok(plan)
 }
 
-/// What the axes may do in a job's motion, and whose acceleration is that of the chord error asked for.
+/// Returns the limits of the axes for the motion of a job.
+///
+/// The flags mark the axes whose acceleration the requested chord error lowers.
 ///
 /// # Errors
 ///

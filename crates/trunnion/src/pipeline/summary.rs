@@ -1,13 +1,16 @@
 //! The numbers of a run, for people and scripts.
 
+use super::collisions;
 use super::error::PipelineError;
-use super::fixtures;
+use super::fixture_advice;
 use super::job::Job;
-use super::material::{self, Solids};
-use super::programs::{Moved, Program};
+use super::planned_motion::PlannedMotion;
+use super::program::CheckedProgram;
 use super::regions;
 use super::retracts;
-use crate::cover::{Covering, FallbackReason, GivenUp, PassLayout};
+use super::solids::Solids;
+use super::wording::counted;
+use crate::cover::{Covering, GivenUp, PassLayout};
 use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
@@ -15,19 +18,26 @@ use crate::files::summary::{
     SingularSummary, Summary, TurnLimitSummary,
 };
 use crate::machine::{Axis, AxisKind};
-use crate::positioning::PositioningError;
 use crate::setpoint;
 use crate::types::{AxisVector, Motion};
 
 /// Name and version of this library, as files name their maker.
 const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
 
-pub(super) fn of(
-    job: &Job,
-    (covering, turn_limit): (&Covering, Option<TurnLimitSummary>),
-    moved: &Moved<'_>,
-    (programs, solids): (&[Program], &Solids),
-) -> Result<Summary, PipelineError> {
+/// Results of all stages, to be summarised.
+#[derive(Clone, Copy)]
+pub(super) struct StageResults<'a> {
+    pub(super) covering: &'a Covering,
+    /// Cost of the limit on the turn of the tool axis, if it was computed.
+    pub(super) turn_limit: Option<TurnLimitSummary>,
+    pub(super) motion: &'a PlannedMotion<'a>,
+    pub(super) programs: &'a [CheckedProgram],
+    pub(super) solids: &'a Solids,
+}
+
+/// Returns the summary of a run.
+pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, PipelineError> {
+    let &StageResults { covering, turn_limit, motion: moved, programs, solids } = results;
     let failures: Vec<String> = programs
         .iter()
         .flat_map(|program| {
@@ -35,7 +45,7 @@ pub(super) fn of(
             let findings = program.check.iter().flat_map(|check| &check.findings);
             findings.map(move |finding| format!("{name}: {finding}"))
         })
-        .chain(programs.iter().flat_map(|program| material::failures(program, solids)))
+        .chain(programs.iter().flat_map(|program| collisions::failures(program, solids)))
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
         .collect();
@@ -50,19 +60,20 @@ pub(super) fn of(
             .chain(regions::unguarded(job))
             .chain(retracts::warning(moved.retracts))
             .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
-            .chain(fixtures::remedy(job, programs))
+            .chain(fixture_advice::remedy(job, programs))
             .collect(),
         tolerance: job.budget.summary(),
         cover: CoverSummary { turn_limit, ..cover(job, covering) },
         motion: motion(job, moved)?,
         chords: job.file.chords(),
-        programs: programs.iter().map(|one| program(job, (one, solids))).collect(),
+        programs: programs.iter().map(|one| program(job, one, solids)).collect(),
         files: Vec::new(),
     })
 }
 
-/// A share of the tolerance for singular directions narrows all strips: that is told where it saves less
-/// than the hundredth of a second that is shown.
+/// Warns if the tolerance share for singular directions saves less than the hundredth of a second that is shown.
+///
+/// That share narrows all strips.
 fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> {
     let what = match singular {
         None => "no cut passes a singular direction where moving the tool axis would help",
@@ -79,7 +90,7 @@ fn idle_share(share: f64, singular: Option<&SingularSummary>) -> Option<String> 
     })
 }
 
-/// What a user has to know although no tolerance is broken.
+/// Returns the warnings about the passes, although no tolerance is broken.
 fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     let report = &covering.report;
     let mut warnings = Vec::new();
@@ -116,24 +127,6 @@ fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     warnings
 }
 
-/// `1 place`, `2 places`.
-pub(super) fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-pub(super) fn reason(reason: &FallbackReason) -> String {
-    match reason {
-        FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
-            format!("no wide strip fits, held back by {binding}")
-        }
-        FallbackReason::NoStrip(error) => error.to_string(),
-        FallbackReason::Missed(lines) => {
-            format!("the widest strips would leave {lines} columns across the pass unfinished")
-        }
-        FallbackReason::Effort => "wide strips had taken the work that is allowed them".to_owned(),
-    }
-}
-
 fn cover(job: &Job, covering: &Covering) -> CoverSummary {
     let widths = || covering.passes.iter().flat_map(|pass| pass.widths.iter().copied());
     let count = widths().count().max(1) as f64;
@@ -156,7 +149,7 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
     }
 }
 
-/// Which way passes run on a face.
+/// Returns the direction of the passes on a face.
 fn along(face: usize, covering: &Covering) -> String {
     let of_face = covering.report.layouts.iter().find(|one| one.face == face);
     let name = match of_face.map(|one| one.layout) {
@@ -168,7 +161,7 @@ fn along(face: usize, covering: &Covering) -> String {
     name.to_owned()
 }
 
-/// What the classical planner breaks on the path; the others bound it.
+/// Reports the limits that the classical planner exceeds; the other planners keep them.
 fn broken(job: &Job, plan: &FeedPlan) -> Option<String> {
     let [velocity, acceleration] = [plan.ratios.velocity, plan.ratios.acceleration];
     let broken = job.file.motion.method == MotionMethod::Blocks && velocity.max(acceleration) > 1.0;
@@ -188,7 +181,7 @@ fn method(job: &Job) -> &'static str {
     }
 }
 
-fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> {
+fn motion(job: &Job, moved: &PlannedMotion<'_>) -> Result<MotionSummary, PipelineError> {
     let (path, plan) = (&moved.followed.path, moved.plan);
     let machine = job.kinematics.machine();
     let cutting = path
@@ -198,7 +191,7 @@ fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> 
         .filter(|(piece, _)| piece.motion == Motion::Cut)
         .map(|(_, rows)| rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0))
         .sum();
-    let mut peaks = Peaks::default();
+    let mut peaks = AxisPeaks::default();
     for setpoint in setpoint::sample(path, &plan.schedule, job.file.motion.servo_period)? {
         peaks.add(&setpoint.position, &setpoint.velocity, &setpoint.acceleration);
     }
@@ -218,13 +211,13 @@ fn motion(job: &Job, moved: &Moved<'_>) -> Result<MotionSummary, PipelineError> 
 
 /// Extremes of the axes over all setpoints.
 #[derive(Default)]
-struct Peaks {
+struct AxisPeaks {
     seen: Option<[AxisVector; 2]>,
     velocity: AxisVector,
     acceleration: AxisVector,
 }
 
-impl Peaks {
+impl AxisPeaks {
     fn add(&mut self, position: &AxisVector, velocity: &AxisVector, acceleration: &AxisVector) {
         let [low, high] = self.seen.unwrap_or([*position; 2]);
         self.seen = Some([low.inf(position), high.sup(position)]);
@@ -248,7 +241,8 @@ impl Peaks {
     }
 }
 
-fn program(job: &Job, (program, solids): (&Program, &Solids)) -> ProgramSummary {
+/// Returns the summary of a program and its check.
+fn program(job: &Job, program: &CheckedProgram, solids: &Solids) -> ProgramSummary {
     let height = |extreme: &Option<crate::verify::Extreme>| {
         extreme.as_ref().map_or(0.0, |extreme| extreme.height)
     };
@@ -281,8 +275,8 @@ fn program(job: &Job, (program, solids): (&Program, &Solids)) -> ProgramSummary 
         stock: program
             .carving
             .as_ref()
-            .map(|stock| material::summary(&stock.report, &stock.remaining)),
-        fixtures: material::fixtures_summary(program, solids),
+            .map(|stock| collisions::stock_summary(&stock.report, &stock.remaining)),
+        fixtures: collisions::fixtures_summary(program, solids),
     }
 }
 

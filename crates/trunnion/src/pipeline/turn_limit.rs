@@ -1,4 +1,4 @@
-//! What the limit of the turn of the tool axis costs.
+//! Cost of the limit on the turn of the tool axis.
 
 use super::error::PipelineError;
 use super::job::Job;
@@ -8,14 +8,15 @@ use crate::files::job::Method;
 use crate::files::summary::TurnLimitSummary;
 use crate::types::Progress;
 
-/// Turn of an axis that is free \[rad/mm\]: no passes come near it.
+/// Turn limit of a free axis \[rad/mm\]: no pass comes near it.
 const FREE: f64 = 10.0;
 
-/// Work of passes up to which the others are laid unasked: some seconds, if there are no other faces to keep off.
+/// Work of passes up to which the comparison runs unasked: some seconds, if there are no other faces to avoid.
 const LITTLE: u64 = 15_000;
 
-/// Covers the faces again with the axis free to turn, and compares. `None` where the tool is placed at a fixed lean, and
-/// where it was not asked for and takes long, or there is no limit to speak of.
+/// Covers the faces again with the axis free to turn, and compares both.
+///
+/// `None` at a fixed inclination, without an effective limit, and if it takes long and was not asked for.
 pub(super) fn cost(
     job: &Job,
     report: &CoverReport,

@@ -11,14 +11,14 @@ use crate::types::{AXES, AxisVector};
 /// Where rotaries move it does not look ahead, and passes a block of length L at no more than `sqrt(a L / 2)`,
 /// whatever comes next.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::post) struct ControlModel {
+pub(crate) struct ControlModel {
     velocity: AxisVector,
     acceleration: AxisVector,
 }
 
 impl ControlModel {
     /// Creates the model for the axes of a machine.
-    pub(in crate::post) fn new(machine: &Machine) -> Self {
+    pub(crate) fn new(machine: &Machine) -> Self {
         Self {
             velocity: machine.vector(|axis| axis.vel),
             acceleration: machine.vector(|axis| axis.acc),
@@ -26,7 +26,7 @@ impl ControlModel {
     }
 
     /// Returns the time of a block whose words change by `words` \[mm, rad\] and which is programmed to take `seconds`.
-    pub(in crate::post) fn seconds(&self, words: &AxisVector, seconds: f64) -> f64 {
+    pub(crate) fn seconds(&self, words: &AxisVector, seconds: f64) -> f64 {
         let tip = words.fixed_rows::<3>(0).norm();
         let turn = words.fixed_rows::<2>(FIRST_ROTARY).norm();
         let length = if tip > 0.0 { tip } else { turn };
@@ -48,7 +48,7 @@ impl ControlModel {
 }
 
 /// Returns the change of a dialect's words from one point to another \[mm, rad\].
-pub(in crate::post) fn word_travel(
+pub(crate) fn word_travel(
     kinematics: &Kinematics,
     dialect: Dialect,
     from: &AxesPose,
@@ -66,7 +66,7 @@ pub(in crate::post) fn word_travel(
 ///
 /// `LinuxCNC` is timed by its model; other controls look ahead and are timed by the limits of the axes.
 #[derive(Debug)]
-pub(in crate::post) struct ControlTiming<'a> {
+pub(crate) struct ControlTiming<'a> {
     kinematics: &'a Kinematics,
     dialect: Dialect,
     model: Option<ControlModel>,
@@ -78,21 +78,21 @@ pub(in crate::post) struct ControlTiming<'a> {
 
 impl<'a> ControlTiming<'a> {
     /// Creates the timing of a program that starts at `start`.
-    pub(in crate::post) fn new(kinematics: &'a Kinematics, style: &Style, start: AxesPose) -> Self {
+    pub(crate) fn new(kinematics: &'a Kinematics, style: &Style, start: AxesPose) -> Self {
         let model =
             Self::by_model(kinematics, style).then(|| ControlModel::new(kinematics.machine()));
         Self { kinematics, dialect: style.dialect, model, block: start, waiting: 0.0 }
     }
 
     /// Returns true if the program runs on `LinuxCNC`, by its dialect or by the machine file.
-    pub(in crate::post) fn by_model(kinematics: &Kinematics, style: &Style) -> bool {
+    pub(crate) fn by_model(kinematics: &Kinematics, style: &Style) -> bool {
         let own = Dialect::from_name(&kinematics.machine().dialect.name);
         let linuxcnc = Dialect::LinuxCnc;
         style.dialect == linuxcnc || (style.dialect == Dialect::G93 && own == Some(linuxcnc))
     }
 
     /// Returns the time with feed that a point adds \[s\].
-    pub(in crate::post) fn seconds(&mut self, one: &TimedPoint) -> f64 {
+    pub(crate) fn seconds(&mut self, one: &TimedPoint) -> f64 {
         let feed = one.point.least.is_some();
         let Some(model) = &self.model else { return if feed { one.seconds } else { 0.0 } };
         self.waiting += one.seconds;

@@ -8,18 +8,18 @@ use crate::types::AxisVector;
 /// Blocks count with their mean velocities; accelerations are the changes of these over the time between the middles
 /// of two blocks. The machine rests before and after.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::post) struct AxisLoad {
+pub(crate) struct AxisLoad {
     velocity: AxisVector,
     acceleration: AxisVector,
     /// Mean velocity and time of the block before.
     before: Option<(AxisVector, f64)>,
     /// Largest ratios of velocity and of acceleration; 1 is the limit.
-    pub(in crate::post) worst: [f64; 2],
+    pub(crate) worst: [f64; 2],
 }
 
 impl AxisLoad {
     /// Creates the load of a machine at rest.
-    pub(in crate::post) fn new(machine: &Machine) -> Self {
+    pub(crate) fn new(machine: &Machine) -> Self {
         Self {
             velocity: machine.vector(|axis| axis.vel),
             acceleration: machine.vector(|axis| axis.acc),
@@ -29,7 +29,7 @@ impl AxisLoad {
     }
 
     /// Adds a block that moves the axes by `travel` in a time.
-    pub(in crate::post) fn push(&mut self, travel: &AxisVector, seconds: f64) {
+    pub(crate) fn push(&mut self, travel: &AxisVector, seconds: f64) {
         let seconds = if seconds > 0.0 { seconds } else { self.least(travel) };
         if seconds <= 0.0 {
             return;
@@ -42,7 +42,7 @@ impl AxisLoad {
     }
 
     /// Adds a part of a block in which the axes reach the velocity `travel / seconds`.
-    pub(in crate::post) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
+    pub(crate) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
         if seconds > 0.0 {
             let velocity = travel / seconds;
             self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
@@ -50,7 +50,7 @@ impl AxisLoad {
     }
 
     /// Brings the axes to rest.
-    pub(in crate::post) fn rest(&mut self) {
+    pub(crate) fn rest(&mut self) {
         if let Some((velocity, seconds)) = self.before.take() {
             self.change(&velocity, 0.5 * seconds);
         }
@@ -63,7 +63,7 @@ impl AxisLoad {
     }
 
     /// Returns the least time for a travel by the velocities of the axes \[s\].
-    pub(in crate::post) fn least(&self, travel: &AxisVector) -> f64 {
+    pub(crate) fn least(&self, travel: &AxisVector) -> f64 {
         travel.component_div(&self.velocity).amax()
     }
 }

@@ -24,7 +24,7 @@ const PERIOD: f64 = 1e-3;
 
 /// Timer that runs block after block.
 #[derive(Debug)]
-pub(in crate::post) struct LookAheadTimer {
+pub(crate) struct LookAheadTimer {
     /// Limits of cuts, and of rapid moves.
     limits: [Limits<COORDINATES>; 2],
     tip: Option<f64>,
@@ -41,7 +41,7 @@ pub(in crate::post) struct LookAheadTimer {
 
 impl LookAheadTimer {
     /// Creates a timer for axes that rest at `at`.
-    pub(in crate::post) fn new(machine: &Machine, options: &PostOptions, at: AxisVector) -> Self {
+    pub(crate) fn new(machine: &Machine, options: &PostOptions, at: AxisVector) -> Self {
         let with = |of: AxisVector, last: f64| of.push(last);
         let limits = |velocity: AxisVector| Limits {
             velocity: with(velocity, 1.0),
@@ -70,7 +70,7 @@ impl LookAheadTimer {
     }
 
     /// Takes in a point, and appends the points whose time is known.
-    pub(in crate::post) fn push(
+    pub(crate) fn push(
         &mut self,
         point: &AxisPoint,
         out: &mut Vec<TimedPoint>,
@@ -96,7 +96,7 @@ impl LookAheadTimer {
     }
 
     /// Plans all waiting blocks, up to a stop.
-    pub(in crate::post) fn rest(&mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
+    pub(crate) fn rest(&mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         self.plan(self.waiting.len(), out)?;
         self.speed = 0.0;
         Ok(())

@@ -61,7 +61,7 @@ struct PendingInterval {
 
 /// Timer along a smooth path.
 #[derive(Debug)]
-pub(in crate::post) struct SmoothPathTimer {
+pub(crate) struct SmoothPathTimer {
     kinematics: Kinematics,
     planner: AnyStream,
     /// Velocities and accelerations of the axes.
@@ -84,7 +84,7 @@ pub(in crate::post) struct SmoothPathTimer {
 }
 
 impl SmoothPathTimer {
-    pub(in crate::post) fn new(
+    pub(crate) fn new(
         kinematics: &Kinematics,
         options: &PostOptions,
         at: AxisVector,
@@ -129,7 +129,7 @@ impl SmoothPathTimer {
     }
 
     /// Takes in a point, and appends the points whose time is known.
-    pub(in crate::post) fn push(
+    pub(crate) fn push(
         &mut self,
         point: &AxisPoint,
         out: &mut Vec<TimedPoint>,
@@ -174,7 +174,7 @@ impl SmoothPathTimer {
     }
 
     /// Ends the path, and appends all remaining points.
-    pub(in crate::post) fn finish(mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
+    pub(crate) fn finish(mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         self.end_piece(out)?;
         while let Some(step) = self.planner.next() {
             self.step(&step, out);

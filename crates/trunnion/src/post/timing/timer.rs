@@ -11,7 +11,7 @@ use crate::types::AxisVector;
 
 /// Timer of axis points, by the method of the options.
 #[derive(Debug)]
-pub(in crate::post) enum PointTimer {
+pub(crate) enum PointTimer {
     /// Times along a smooth path.
     Path(Box<SmoothPathTimer>),
     /// Times of a control that runs block after block.
@@ -22,7 +22,7 @@ pub(in crate::post) enum PointTimer {
 
 impl PointTimer {
     /// Creates a timer for axes that rest at `at`.
-    pub(in crate::post) fn new(
+    pub(crate) fn new(
         kinematics: &Kinematics,
         options: &PostOptions,
         at: AxisVector,
@@ -38,7 +38,7 @@ impl PointTimer {
     }
 
     /// Takes in a point, and appends the points whose time is known.
-    pub(in crate::post) fn push(
+    pub(crate) fn push(
         &mut self,
         point: &AxisPoint,
         out: &mut Vec<TimedPoint>,
@@ -54,7 +54,7 @@ impl PointTimer {
     }
 
     /// Ends the path, and appends all remaining points.
-    pub(in crate::post) fn finish(self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
+    pub(crate) fn finish(self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         match self {
             Self::Path(path) => path.finish(out),
             Self::Blocks(mut blocks) => blocks.rest(out),
@@ -65,7 +65,7 @@ impl PointTimer {
 
 /// Timer by the feeds of the input, whatever the axes can do; without a feed, by the velocities of the axes.
 #[derive(Debug)]
-pub(in crate::post) struct ProgrammedTimer {
+pub(crate) struct ProgrammedTimer {
     velocity: AxisVector,
     rapid: AxisVector,
     at: AxisVector,

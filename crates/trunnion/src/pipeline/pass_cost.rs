@@ -1,4 +1,4 @@
-//! What passes take on the machine, estimated from axis speeds alone.
+//! Time of passes on the machine, estimated from axis speeds alone.
 
 use super::estimate::rest_to_rest;
 use super::job::Job;
@@ -8,31 +8,31 @@ use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{AXES, AxisVector, Station, ToolPose};
 
-/// What poses keep from the ends of rotary travel \[rad\]: the curve between stations bows beyond them by less.
+/// Margin of poses from the ends of rotary travel \[rad\]: the curve between stations exceeds them by less.
 const MARGIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// The same at most, of a short travel.
+/// Largest margin, as a share of the travel.
 const SHARE: f64 = 0.01;
 
 /// Times of passes and links: feed and axis velocities, without accelerations along a pass.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(super) struct JobPassCost {
     /// `None` for a setup without numbers, which is refused where the axes are solved.
     inverse: Option<Inverse>,
-    /// The same with less rotary and without ends of linear travel.
+    /// Inverse with less rotary travel and without ends of linear travel.
     inside: Option<Inverse>,
     home: AxisVector,
-    /// mm/s, of the contact or the tip.
+    /// Feed of the contact or the tip \[mm/s\].
     feed: f64,
     at_contact: bool,
     tip: f64,
     velocity: AxisVector,
-    /// What a link takes besides its rotary travel \[s\].
+    /// Time of a link without its rotary travel \[s\].
     link: f64,
 }
 
-impl Pace {
-    /// `link` is the length cut while the tool goes up, over and down \[mm\].
+impl JobPassCost {
+    /// Creates the cost model of a job; `link` is the length cut while the tool goes up, over and down \[mm\].
     pub(super) fn new(job: &Job, link: f64) -> Self {
         let machine = job.kinematics.machine();
         let feed = job.file.cutting.feed;
@@ -48,12 +48,12 @@ impl Pace {
         }
     }
 
-    /// Axes at a station, near those before; `None` where the machine does not get there: that is told later.
+    /// Returns the axes at a station, near those before; `None` if it is out of reach, which is reported later.
     fn axes(&self, station: &Station, near: &AxisVector) -> Option<AxisVector> {
         self.inverse.as_ref()?.near(&station.pose, near).ok()
     }
 
-    /// Time between two stations of a pass, with the axes at both where they are known \[s\].
+    /// Returns the time between two stations of a pass, with the axes at both where they are known \[s\].
     fn step(&self, [a, b]: [&Station; 2], axes: [Option<AxisVector>; 2]) -> f64 {
         let contact = (b.contact - a.contact).norm();
         let tip = (b.pose.tip - a.pose.tip).norm();
@@ -64,8 +64,9 @@ impl Pace {
     }
 }
 
-/// The machine with the ends of its rotary travel drawn in, and none of its linear travel: what is too far for that is so
-/// whichever way the tool leans, and is told of the setup.
+/// Returns the machine with less rotary travel and unlimited linear travel.
+///
+/// A pose beyond linear travel is so at any inclination of the tool; it is reported for the setup.
 fn inset(kinematics: &Kinematics) -> Kinematics {
     let mut machine = kinematics.machine().clone();
     for axis in &mut machine.axes[..FIRST_ROTARY] {
@@ -79,7 +80,7 @@ fn inset(kinematics: &Kinematics) -> Kinematics {
     Kinematics::new(&machine, kinematics.setup())
 }
 
-impl PassCost for Pace {
+impl PassCost for JobPassCost {
     fn feed(&self) -> f64 {
         self.feed
     }
@@ -103,7 +104,7 @@ impl PassCost for Pace {
         self.inside.as_ref().is_none_or(|inverse| inverse.continued(pose, &self.home).is_ok())
     }
 
-    /// Rotaries turn from rest to rest while the tool goes over.
+    /// Returns the time of a link; the rotaries turn from rest to rest while the tool travels over.
     fn link(&self, from: &Station, to: &Station) -> f64 {
         let turn = self.axes(from, &self.home).and_then(|start| {
             let end = self.axes(to, &start)?;
@@ -111,7 +112,7 @@ impl PassCost for Pace {
             let time = |axis: usize| rest_to_rest(&axes[axis], (end[axis] - start[axis]).abs());
             Some((FIRST_ROTARY..AXES).map(time).fold(0.0, f64::max))
         });
-        // Of a link's three stretches the middle one, over, may take longer for the turn.
+        // Of the three parts of a link, the middle one may take longer because of the turn.
         let over = self.link / 3.0;
         self.link - over + turn.unwrap_or(0.0).max(over)
     }

@@ -1,0 +1,194 @@
+//! Assembly of a job from its file, the faces of its part, and its machine.
+
+use super::budget::{Budget, BudgetError, BudgetShares};
+use super::fixtures::Held;
+use super::job::{Job, JobError};
+use super::rounding::expected_rounding;
+use super::stock_solid::stock_solid;
+use crate::cover;
+use crate::cutter::{Cutter, CutterConstruction, CutterError, CutterKind, CutterSpec};
+use crate::files::job::{self, JobFile};
+use crate::machine::{Kinematics, Machine, Setup};
+use crate::surface::{Face, FaceIndex, SurfaceError};
+use crate::types::{Diagnostic, Diagnostics};
+
+impl Job {
+    /// Creates a job from its file, the faces of its part and its machine.
+    ///
+    /// # Errors
+    ///
+    /// All faults found, each at its line of the job file.
+    pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Diagnostics> {
+        let mut faults = Vec::new();
+        let cutter = Cutter::new(cutter_spec(&file.tool))
+            .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
+            .ok();
+        let (other_tools, mut tool_faults) = other_tools(&file);
+        let (others, unguarded) = others(&file.part, faces).unwrap_or_else(|error| {
+            faults.push(error);
+            Default::default()
+        });
+        let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
+        let kinematics = Kinematics::new(machine, &setup(&file));
+        let needed = expected_rounding(
+            &kinematics,
+            faces.as_deref().unwrap_or_default(),
+            &file.dialects,
+            cutter.as_ref().map_or(0.0, cover::lever),
+        );
+        let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
+        match (cutter, faces, budget) {
+            (Some(cutter), Some(faces), Some(budget)) if tool_faults.is_empty() => {
+                let all = faces.iter().chain(&others).map(FaceIndex::face);
+                let stock = file.stock.as_ref().and_then(|stock| stock_solid(stock, all));
+                let fixtures = file.fixtures.iter().map(Held::of).collect();
+                Ok(Self {
+                    file,
+                    faces,
+                    others,
+                    unguarded,
+                    stock,
+                    fixtures,
+                    cutter,
+                    other_tools,
+                    kinematics,
+                    budget,
+                })
+            }
+            _ => {
+                let place = |fault: JobError| file.places.fault(fault.key(), fault.to_string());
+                tool_faults.splice(0..0, faults.into_iter().map(place));
+                Err(tool_faults.into())
+            }
+        }
+    }
+}
+
+fn cutter_spec(tool: &job::Tool) -> CutterSpec {
+    CutterSpec {
+        kind: match tool.kind {
+            job::ToolKind::Flat => CutterKind::Flat,
+            job::ToolKind::Ball => CutterKind::Ball,
+            job::ToolKind::Bull => CutterKind::Bull,
+        },
+        major: tool.major,
+        minor: tool.minor,
+        length: tool.length,
+        construction: match tool.construction {
+            job::Construction::Solid => CutterConstruction::Solid,
+            job::Construction::Insert { inner_cutting_radius } => {
+                CutterConstruction::Insert { inner_cutting_radius }
+            }
+        },
+        shank: above_the_cutting_end(tool),
+    }
+}
+
+/// Returns the tools of other programs, and the errors in them.
+fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Diagnostic>) {
+    let (mut tools, mut faults) = (Vec::new(), Vec::new());
+    for (at, tool) in file.other_tools.iter().enumerate() {
+        let fault = |error: CutterError| {
+            file.places.fault(&format!("verify.tool.{at}"), JobError::from(error).to_string())
+        };
+        match Cutter::new(cutter_spec(tool)) {
+            Ok(cutter) => tools.push((tool.number, cutter)),
+            Err(errors) => faults.extend(errors.into_iter().map(fault)),
+        }
+    }
+    (tools, faults)
+}
+
+/// Returns shank and holder as one profile; the shank continues straight up to the holder.
+fn above_the_cutting_end(tool: &job::Tool) -> Vec<[f64; 2]> {
+    let radius = tool.shank.last().map_or(tool.major + tool.minor, |&[_, radius]| radius);
+    let joint = tool.holder.first().map(|&[height, _]| [height, radius]);
+    tool.shank.iter().copied().chain(joint).chain(tool.holder.iter().copied()).collect()
+}
+
+fn setup(file: &JobFile) -> Setup {
+    let job::Setup { origin, angles, .. } = file.setup;
+    Setup::new(origin, angles, file.tool.length)
+}
+
+fn numbers(wanted: &job::Faces, faces: &[Face]) -> Vec<usize> {
+    match wanted {
+        job::Faces::All => faces.iter().map(|face| face.number).collect(),
+        job::Faces::Numbers(numbers) => numbers.clone(),
+    }
+}
+
+/// Describes the numbers of the available faces.
+fn available(faces: &[Face]) -> String {
+    match (faces.first(), faces.last()) {
+        (Some(first), Some(last)) => format!("faces {} to {}", first.number, last.number),
+        _ => "none".to_owned(),
+    }
+}
+
+/// Faces that the tool cannot be kept off, by number.
+type UnguardedFaces = Vec<(usize, SurfaceError)>;
+
+/// Returns the faces that the tool must avoid, and those of them that cannot be worked with.
+fn others(part: &job::Part, faces: &[Face]) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
+    let cut = numbers(&part.faces, faces);
+    let (mut others, mut unguarded) = (Vec::new(), Vec::new());
+    for number in numbers(&part.avoid, faces) {
+        let Some(face) = faces.iter().find(|face| face.number == number) else {
+            let (available, key) = (available(faces), "part.avoid");
+            return Err(JobError::NoFace { number, available, key });
+        };
+        if !cut.contains(&number) {
+            match FaceIndex::new(face.clone()) {
+                Ok(index) => others.push(index),
+                Err(error) => unguarded.push((number, error)),
+            }
+        }
+    }
+    Ok((others, unguarded))
+}
+
+/// Returns the faces to cut, in the order of the job, with normals flipped if the job asks for it.
+fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+    let numbers = numbers(&part.faces, faces);
+    if numbers.is_empty() {
+        return Err(vec![JobError::EmptyPart]);
+    }
+    let mut errors = Vec::new();
+    let mut chosen = Vec::new();
+    for number in numbers {
+        let Some(face) = faces.iter().find(|face| face.number == number) else {
+            errors.push(JobError::NoFace {
+                number,
+                available: available(faces),
+                key: "part.faces",
+            });
+            continue;
+        };
+        let mut face = face.clone();
+        face.flip ^= part.flip;
+        match FaceIndex::new(face) {
+            Ok(index) => chosen.push(index),
+            Err(error) => errors.push(JobError::Face { number, error }),
+        }
+    }
+    if errors.is_empty() { Ok(chosen) } else { Err(errors) }
+}
+
+/// Reserve factor for rounding along the path over the estimate.
+const ROUNDING_RESERVE: f64 = 1.2;
+
+/// Splits the tolerance; `needed` is the estimated effect of rounding \[mm\].
+fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
+    let job::Tolerance { total, gouge, split } = file.tolerance;
+    let usual = BudgetShares::usual(total);
+    let shares = BudgetShares {
+        path: split.path.unwrap_or(usual.path),
+        linearisation: split.linearisation.unwrap_or(usual.linearisation),
+        rounding: split.rounding.unwrap_or(usual.rounding.max(ROUNDING_RESERVE * needed)),
+        control: split.control.unwrap_or(usual.control),
+        singular: split.singular.unwrap_or(usual.singular),
+        smoothing: split.smoothing.unwrap_or(usual.smoothing),
+    };
+    Budget::split(total, gouge, shares, split.strip)
+}

@@ -1,0 +1,65 @@
+//! Report of a face that is out of reach.
+
+use crate::inverse::InverseError;
+use crate::machine::FIRST_ROTARY;
+use nalgebra::Point3;
+
+/// Angles between tool axis and normal that are tried \[deg\]. The last is a little more than the largest inclination
+/// of strips.
+pub(super) const INCLINATIONS: [f64; 9] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0];
+
+/// Part of a face that is out of reach of the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutOfReach {
+    /// Number of the face.
+    pub face: usize,
+    /// Share of its area, by samples.
+    pub share: f64,
+    /// Share of its area for a tool that stands square to the face, as it nearly does in wide strips.
+    pub upright: f64,
+    /// Parameters `[u, v]` of the point that is farthest out.
+    pub uv: [f64; 2],
+    /// That point \[mm\], workpiece frame.
+    pub point: Point3<f64>,
+    /// Axis or axes that most of it is beyond, with their share of it.
+    pub axes: String,
+    /// Error at that point with the inclination that comes nearest.
+    pub error: InverseError,
+    /// Advice.
+    pub remedy: String,
+}
+
+impl std::error::Error for OutOfReach {}
+
+impl std::fmt::Display for OutOfReach {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { face, share, upright, uv: [u, v], point, axes, error, remedy } = self;
+        let [_, .., most] = INCLINATIONS;
+        write!(
+            f,
+            "face {face}: {:.1} % of it is out of reach in this setup, at any inclination of the cutter up to \
+             {most} deg ({:.1} % if it stands square to the face), because of {axes}; worst at (u, v) = ({u:.4}, {v:.4}), X {:.3} Y {:.3} Z {:.3}: {}; \
+             {remedy}",
+            100.0 * share,
+            100.0 * upright,
+            point.x,
+            point.y,
+            point.z,
+            why(error)
+        )
+    }
+}
+
+/// Describes the error of a pose.
+fn why(error: &InverseError) -> String {
+    let InverseError::OutOfTravel(out) = error else { return error.to_string() };
+    let (unit, factor) =
+        if out.index < FIRST_ROTARY { ("mm", 1.0) } else { ("deg", 1.0_f64.to_degrees()) };
+    let end = if out.value > out.high { out.high } else { out.low };
+    let [value, end, excess] = [out.value, end, out.excess].map(|number| number * factor);
+    format!(
+        "axis {} would have to go to {value:.3} {unit}, beyond its end of travel {end:.3} {unit} by {excess:.3} {unit} \
+         at best",
+        out.axis
+    )
+}

@@ -1,0 +1,36 @@
+//! A program of a job, with the results of its check.
+
+use crate::types::{Block, Diagnostic};
+use crate::verify::{self, ClearanceReport, CutStock, OtherFaces};
+
+/// Program as text, with the results of its check.
+#[derive(Debug)]
+pub struct CheckedProgram {
+    /// Name of the dialect.
+    pub dialect: &'static str,
+    /// File name.
+    pub file: &'static str,
+    /// Text of the program.
+    pub text: String,
+    /// Blocks that the text expresses.
+    pub blocks: Vec<Block>,
+    /// Upper bound on the cutter movement caused by rounding the words \[mm\].
+    pub rounding: f64,
+    /// First text that the reader does not understand, such as strings of the machine file.
+    ///
+    /// `None`: every block was read back from the text and found to mean what was intended.
+    pub unread: Option<Diagnostic>,
+    /// Result of replaying the text; `None` if another program has the same blocks.
+    pub check: Option<verify::Report>,
+    /// Dialect of the program with the same blocks, whose check holds for this one too.
+    pub same_as: Option<&'static str>,
+    /// Result on the faces that are not cut; its finding, if any, is among those of the check.
+    pub others: OtherFaces,
+    /// Removal of the stock of the job, and the stock that remains; `None` without stock, or if another program has
+    /// the same blocks.
+    pub carving: Option<CutStock>,
+    /// Clearance from the fixtures of the job; `None` without any, or if another program has the same blocks.
+    pub clearance: Option<ClearanceReport>,
+    /// True for links, and for cuts or their leads, that come nearer to a fixture than the required clearance.
+    pub too_near: [bool; 2],
+}

@@ -1,0 +1,55 @@
+//! Rounding of the words, estimated before there is a path.
+
+use super::program_format::format_of;
+use crate::files::job as file;
+use crate::import::inspect;
+use crate::inverse::Inverse;
+use crate::machine::Kinematics;
+use crate::nc::write::{self, AxisWords};
+use crate::surface::FaceIndex;
+use crate::types::ToolPose;
+use nalgebra::{Point3, Rotation3, Vector3};
+
+/// Tilts of the tool about the mean normal at which rounding is evaluated \[rad\].
+const TILTS: [f64; 3] = [-0.35, 0.0, 0.35];
+
+/// Estimates the cutter movement caused by rounding the words of the programs \[mm\].
+///
+/// It is the worst of tilted tools at the corners of the part; 0 if no such pose is within reach.
+pub(super) fn expected_rounding(
+    kinematics: &Kinematics,
+    faces: &[FaceIndex],
+    dialects: &[file::Dialect],
+    lever: f64,
+) -> f64 {
+    let (Ok(inverse), Ok(words)) =
+        (Inverse::new(kinematics), AxisWords::of(kinematics.machine(), false))
+    else {
+        return 0.0;
+    };
+    let home = kinematics.machine().home();
+    let of = |pose: ToolPose| {
+        let q = inverse.near(&pose, &home).ok()?;
+        let bound = |&dialect: &file::Dialect| {
+            write::rounding(kinematics, &q, &words, format_of(dialect).dialect.coordinates(), lever)
+        };
+        dialects.iter().map(bound).reduce(f64::max)
+    };
+    faces.iter().flat_map(poses).filter_map(of).fold(0.0, f64::max)
+}
+
+/// Returns tools at the corners of a face's box, tilted about its mean normal.
+fn poses(face: &FaceIndex) -> Vec<ToolPose> {
+    let summary = inspect::summary(face.face());
+    let normal = summary.normal.unwrap_or_else(Vector3::z_axis);
+    let [low, high] = summary.bounds;
+    let mut poses = Vec::new();
+    for corner in 0..8_u32 {
+        let pick = |axis: u32| if corner >> axis & 1 == 0 { low } else { high };
+        let tip = Point3::new(pick(0).x, pick(1).y, pick(2).z);
+        for [x, y] in TILTS.iter().flat_map(|&x| TILTS.map(|y| [x, y])) {
+            poses.push(ToolPose { tip, axis: Rotation3::from_euler_angles(x, y, 0.0) * normal });
+        }
+    }
+    poses
+}

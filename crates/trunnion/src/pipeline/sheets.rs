@@ -1,0 +1,76 @@
+//! Cutter locations, setup sheet, and the notes at the head of programs.
+
+use super::error::PipelineError;
+use super::job::Job;
+use super::planned_motion::PlannedMotion;
+use super::retracts;
+use crate::nc::write::{self, AxisWords, Note, Remark, ToolNote};
+use crate::types::{Block, Leg};
+
+/// Decimals of cutter locations \[mm\].
+const CL_DECIMALS: u8 = 6;
+
+/// Texts that do not depend on the dialect.
+pub(super) struct Sheets {
+    /// Cutter locations as APT/CL text.
+    pub(super) cl: String,
+    /// Setup sheet.
+    pub(super) setup: String,
+}
+
+/// Writes cutter locations and setup sheet.
+pub(super) fn sheets(
+    job: &Job,
+    legs: &[Leg],
+    moved: &PlannedMotion<'_>,
+) -> Result<Sheets, PipelineError> {
+    let shares = shares(job);
+    let remarks = remarks(moved, &[]);
+    let note = Note { remarks: &remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
+    let (mut cl, mut setup) = (String::new(), String::new());
+    write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
+    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
+    Ok(Sheets { cl, setup })
+}
+
+/// Writes the cutter locations alone.
+pub(super) fn cutter_locations(job: &Job, legs: &[Leg]) -> Result<String, PipelineError> {
+    let mut cl = String::new();
+    write::apt(&mut cl, legs, &note(job, &[], 0.0), CL_DECIMALS)?;
+    Ok(cl)
+}
+
+/// Returns a remark for each retract, before the first block of its first piece.
+pub(super) fn remarks(moved: &PlannedMotion<'_>, pieces: &[Vec<Block>]) -> Vec<Remark> {
+    let before = |piece: usize| pieces.iter().take(piece + 1).map(Vec::len).sum();
+    let all = moved.followed.retracts.iter().zip(moved.retracts);
+    all.map(|(retracted, summary)| Remark {
+        block: before(retracted.pieces.start),
+        text: retracts::line(summary),
+    })
+    .collect()
+}
+
+/// Returns the note at the head of a program.
+pub(super) fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], duration: f64) -> Note<'a> {
+    Note {
+        name: &job.file.name,
+        tool: ToolNote {
+            number: job.file.tool.number,
+            major: job.cutter.major(),
+            minor: job.cutter.minor(),
+        },
+        spindle: job.file.cutting.spindle_rpm(),
+        coolant: job.file.cutting.coolant,
+        feed: job.file.cutting.feed,
+        budget,
+        duration,
+        remarks: &[],
+    }
+}
+
+/// Returns the tolerance shares by name \[mm\].
+pub(super) fn shares(job: &Job) -> Vec<(String, f64)> {
+    job.budget.lines().map(|(name, value)| (name.to_owned(), value)).collect()
+}
