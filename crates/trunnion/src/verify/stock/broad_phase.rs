@@ -1,4 +1,4 @@
-//! Bodies in motion by the tiles that they may come near.
+//! Broad phase: finds the tiles that a moving body may come near.
 
 use super::collision::CollisionKind;
 use super::dexel::{
@@ -10,21 +10,21 @@ use crate::verify::swept::tool::ConvexBody;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 
-/// A piece of a move, and what bounds how it moves.
+/// Piece of a move, with a bound on its departure from straight motion.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoundedPiece {
     pub(crate) piece: MotionPiece,
-    /// How far the points a tool can hold are from moving straight in its frame \[mm\].
+    /// Largest departure of the tool's points from straight motion in its frame \[mm\].
     pub(crate) bend: f64,
 }
 
 impl BoundedPiece {
-    /// `reach` \[mm\]: how far points of the tool are from its tip.
+    /// Bounds a piece; `reach` is the distance of the tool's points from its tip \[mm\].
     pub(crate) fn new(piece: &MotionPiece, reach: f64) -> Self {
         Self { piece: *piece, bend: piece.bend(reach) }
     }
 
-    /// What holds the distance of a body up from a point.
+    /// Returns the planes below the distance of a body around a point.
     #[inline]
     pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
         let SupportPlanes { sides: [(one, a), (other, b)] } =
@@ -44,14 +44,14 @@ pub(crate) struct BodyPiece<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct MovingPart {
     pub(crate) whole: BoundedPiece,
-    /// The same, in parts over which it moves straight.
+    /// The same motion, in pieces that are nearly straight.
     pub(crate) straight: Arc<[BoundedPiece]>,
     pub(crate) body: ConvexBody,
-    /// What it is if it meets material; `None` for what is there to cut, at feed.
+    /// Collision if it meets material; `None` for the cutting part at feed.
     pub(crate) harm: Option<CollisionKind>,
-    /// A box around it, and around all that comes too close to what must not touch material.
+    /// Box around it, including the margin for bodies that must not touch material.
     pub(crate) bounds: BoundingBox,
-    /// Its number in the program, and that of the first part of its move.
+    /// Number of the first part of the same move, and of this part, in the program.
     pub(crate) number: usize,
     pub(crate) first: usize,
 }
@@ -68,7 +68,7 @@ impl MovingPart {
         Self { whole: *whole, straight, body, harm, bounds, number: 0, first: 0 }
     }
 
-    /// Gives it its number in the program, `first` being that of its move; what is within `margin` \[mm\] of what must not touch material is close.
+    /// Numbers the part within the program, and grows its box by `margin` \[mm\] if it must not touch material.
     pub(crate) fn number(&mut self, [first, number]: [usize; 2], margin: f64) {
         (self.first, self.number) = (first, number);
         if self.harm.is_some() {
@@ -76,13 +76,14 @@ impl MovingPart {
         }
     }
 
-    /// Lowest and highest place along an axis.
+    /// Returns its range along an axis.
     pub(crate) fn extent(&self, axis: usize) -> [f64; 2] {
         [self.bounds.low[axis], self.bounds.high[axis]]
     }
 
-    /// Whether the body keeps off a box by more than `least` \[mm\]. Every look is from the place of the
-    /// box to which the one before points.
+    /// Tests if the body keeps off a box by more than `least` \[mm\].
+    ///
+    /// Each plane is laid at the point of the box to which the gradient of the previous one leads.
     fn clears(&self, [low, high]: &[Point3<f64>; 2], least: f64) -> bool {
         let clamp = |p: Point3<f64>| p.sup(low).inf(high);
         let piece = &self.whole.piece;
@@ -115,10 +116,10 @@ impl MovingPart {
     }
 }
 
-/// Looks from a box at a body: two or three tell if it is far off.
+/// Most planes between a box and a body; two or three suffice if it is far away.
 const LOOKS: u32 = 10;
 
-/// Which of `parts` may come near each tile of a family, in their order.
+/// Lists the parts that may come near each tile of a family, in order.
 pub(crate) fn by_tile(
     parts: &[MovingPart],
     lattice: &DexelGrid,
@@ -143,7 +144,7 @@ pub(crate) fn by_tile(
     lists
 }
 
-/// Rays along one axis, for all tiles of a family.
+/// Geometry of the rays of one family.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayFrame {
     pub(crate) lattice: DexelGrid,
@@ -152,7 +153,7 @@ pub(crate) struct RayFrame {
 }
 
 impl RayFrame {
-    /// Whether a body may be deeper than `touch` \[mm\] in the material of a square of rays.
+    /// Tests if a body may be deeper than `touch` \[mm\] in the material of a square of rays.
     pub(crate) fn meets(
         &self,
         tile: &RayTile,
@@ -165,7 +166,7 @@ impl RayFrame {
         range.is_some_and(|range| !part.clears(&self.corners(tile, square, range), -touch))
     }
 
-    /// The box around the material of a square of rays between two places along them.
+    /// Returns the box around the material of a square of rays between two positions along them.
     pub(crate) fn corners(
         &self,
         tile: &RayTile,
@@ -182,7 +183,7 @@ impl RayFrame {
         corners
     }
 
-    /// The first and the last rays of a square, across.
+    /// Returns the coordinates across of the first and the last ray of a square.
     pub(crate) fn sides(&self, tile: &RayTile, square: RaySquare) -> [[f64; 2]; 2] {
         let [a, b] = across(self.along);
         let first = [0, 1].map(|k: usize| tile.first[k] + square.from[k]);
@@ -190,7 +191,7 @@ impl RayFrame {
         [first, last].map(|[i, j]| [self.lattice.at(a, i), self.lattice.at(b, j)])
     }
 
-    /// Where ray `index` of a tile runs.
+    /// Returns a point of ray `index` of a tile.
     pub(crate) fn ray(&self, tile: &RayTile, index: usize) -> Point3<f64> {
         let [i, j] = [index / tile.size[1].max(1), index % tile.size[1].max(1)];
         self.lattice.ray(self.along, [tile.first[0] + i, tile.first[1] + j])

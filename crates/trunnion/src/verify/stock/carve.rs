@@ -1,4 +1,4 @@
-//! Material under a moving tool.
+//! Simulates material removal, and finds collisions with stock.
 
 use super::super::error::VerifyError;
 use super::super::input::CheckInput;
@@ -22,58 +22,57 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What a program does to the stock.
+/// Result of running a program through stock.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StockReport {
-    /// Volume taken away \[mm³\].
+    /// Volume removed \[mm³\].
     pub removed: f64,
-    /// Volume left \[mm³\].
+    /// Volume remaining \[mm³\].
     pub left: f64,
-    /// Lines that run into something, in order, the worst of each kind; the deepest place on each. What a line has run
-    /// through is taken away, so that the next one is told only of what it runs into itself.
+    /// Colliding lines in order, the worst of each kind, with the deepest point of each. Material that one line has run
+    /// through is removed, so the next line reports only its own collisions.
     pub collisions: Vec<Collision>,
-    /// How many there are of each kind.
+    /// Number of lines of each kind.
     pub lines: Vec<(CollisionKind, Lines)>,
-    /// Where shank, holder or a rapid move may run into it between rays, as the search met its limit: the deepest.
+    /// Deepest undecided collision of shank, holder or rapid move between rays, if the search met its limit.
     pub undecided: Option<UndecidedCollision>,
 }
 
-/// Where it could not be decided whether something runs into material between rays.
+/// Possible collision between rays that could not be decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UndecidedCollision {
-    /// With what.
+    /// Kind of the collision.
     pub kind: CollisionKind,
     /// Line of the program.
     pub line: u32,
-    /// No deeper than this \[mm\].
+    /// Upper bound on its depth \[mm\].
     pub depth: f64,
 }
 
 impl StockReport {
-    /// Lines that run into something, each once for every kind.
+    /// Returns the number of colliding lines, each counted once per kind.
     pub fn count(&self) -> usize {
         self.lines.iter().map(|(_, lines)| lines.count).sum()
     }
 }
 
-/// How stock is cut.
+/// Accuracy and extent of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StockOptions {
-    /// Nothing farther than this from the swept tool is cut, nothing deeper than this within it is left on a ray
-    /// \[mm\].
+    /// Nothing farther than this outside the swept tool is removed, and nothing deeper than this inside it remains on a
+    /// ray \[mm\].
     pub tolerance: f64,
-    /// Lines that are told of each kind of collision: the worst.
+    /// Most lines reported of each kind of collision: the worst.
     pub worst: usize,
 }
 
-/// Moves worked off at a time: enough for threads to share and for one to spare others work, little to
-/// remember.
+/// Moves per batch: enough for threads to share, few enough to keep in memory.
 const BATCH: usize = 256;
 
-/// Runs a program through stock. Rapid moves are run both as all axes together and as each axis at its own speed.
+/// Runs a program through stock. Rapid moves run both with all axes together and with each axis at its own speed.
 ///
-/// Cutting moves are judged by the rays. Shank, holder and rapid moves are held against the stock between them, too,
-/// where they come within two of their distances of one; of stock that was cut before, nothing is known there.
+/// Cutting moves are judged on the rays. Shank, holder and rapid moves are also checked between the rays, within two ray
+/// spacings of a ray. Between the rays of stock that was cut before, nothing is known.
 ///
 /// # Errors
 ///
@@ -90,24 +89,23 @@ pub fn simulate(
     StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
 }
 
-/// A tool in stock.
+/// Stock being cut.
 struct StockCutter<'a> {
     stock: &'a mut Stock,
     tools: MovingTools,
     worst: usize,
     found: BTreeMap<CollisionKind, Ledger<Collision>>,
-    /// Where to look between rays, and what the stock was; `None` if that is not known.
+    /// Boxes to inspect between rays, and the original solid; `None` if it is unknown.
     close: Vec<CloseBox>,
     uncut: Option<Arc<Solid>>,
-    /// Its triangles once they are needed.
+    /// Its triangles, once needed.
     shell: Option<ClosedMesh>,
     undecided: Option<UndecidedCollision>,
 }
 
-/// Boxes in which bodies come close to material, before they are looked at.
+/// Most boxes collected before they are inspected.
 const MOST_CLOSE: usize = 50_000;
-/// How much larger than the stock, all around, the prism that stands for a cylinder may be, as a share of the
-/// least depth that is told between rays.
+/// Allowance of the prism that replaces a cylinder, as a share of the least depth reported between rays.
 const PRISM: f64 = 0.1;
 
 impl<'a> StockCutter<'a> {
@@ -171,7 +169,7 @@ impl<'a> StockCutter<'a> {
         })
     }
 
-    /// Looks at the boxes in which bodies come close to material.
+    /// Inspects the boxes in which bodies come close to material.
     fn look_between_rays(
         &mut self,
         run: &Run<'_>,
@@ -202,7 +200,7 @@ impl<'a> StockCutter<'a> {
         Ok(())
     }
 
-    /// Cuts the stock by a batch.
+    /// Clips the stock by a batch.
     fn cut(&mut self, parts: &[MovingPart]) {
         let lattice = self.stock.lattice;
         let (mut hits, mut close) = (Vec::new(), Vec::new());
@@ -220,7 +218,7 @@ impl<'a> StockCutter<'a> {
         if self.uncut.is_none() {
             return;
         }
-        // What is deeper than rays are apart, they show as well.
+        // Collisions deeper than the ray spacing show on the rays as well.
         let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
         for mut close in boxes::merge(close) {
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
@@ -230,7 +228,7 @@ impl<'a> StockCutter<'a> {
         }
     }
 
-    /// Takes in what a batch ran into: line by line, in the order of the program but for loops. Returns the deepest.
+    /// Records the collisions of a batch line by line; returns the deepest of each line and kind.
     fn note(&mut self, hits: Vec<Collision>) -> BTreeMap<(CollisionKind, u32), Collision> {
         let mut deepest: BTreeMap<(CollisionKind, u32), Collision> = BTreeMap::new();
         for hit in hits {

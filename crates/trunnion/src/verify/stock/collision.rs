@@ -3,27 +3,27 @@
 use nalgebra::Point3;
 use std::fmt;
 
-/// What went wrong between tool and material.
+/// Kind of a collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CollisionKind {
     /// The cutting part is in the stock at rapid speed.
     Rapid,
-    /// Shank or holder run into the stock.
+    /// Shank or holder are in the stock.
     Holder,
-    /// Any part of the tool runs into a fixture.
+    /// Any part of the tool is in a fixture.
     Fixture,
 }
 
-/// One line of a program that runs into something.
+/// Collision of one program line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collision {
-    /// Into what, with what.
+    /// Kind of the collision.
     pub kind: CollisionKind,
     /// Line of the program.
     pub line: u32,
-    /// How deep it is in the tool, at least; in stock, where that is more than rays are apart, on the rays \[mm\].
+    /// Least depth inside the tool \[mm\]. In stock, depths above the ray spacing are those on the rays.
     pub depth: f64,
-    /// The deepest place, or the middle of the deepest ray \[mm\].
+    /// Deepest point, or the middle of the deepest ray \[mm\].
     pub point: Point3<f64>,
 }
 

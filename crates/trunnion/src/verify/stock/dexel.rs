@@ -1,4 +1,4 @@
-//! Rays of material: three families, in tiles.
+//! Dexels: three families of parallel rays with intervals of material, in tiles.
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -6,24 +6,24 @@ use rayon::prelude::*;
 /// Rays along the side of a tile.
 pub(crate) const TILE: usize = 16;
 
-/// Material along a ray: intervals, ascending. Nearly every ray has one, which is kept in place.
+/// Material along a ray: ascending intervals. Nearly every ray has one, which is stored in place.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RaySpans {
-    /// Empty if it ends where it begins.
+    /// First interval; empty if it ends where it begins.
     first: [f64; 2],
     more: Vec<[f64; 2]>,
 }
 
 impl RaySpans {
-    /// No material.
+    /// Ray without material.
     pub(crate) const NONE: Self = Self { first: [0.0; 2], more: Vec::new() };
 
-    /// Number of intervals.
+    /// Returns the number of intervals.
     pub(crate) fn len(&self) -> usize {
         if self.first[0] < self.first[1] { 1 + self.more.len() } else { 0 }
     }
 
-    /// An interval.
+    /// Returns an interval.
     pub(crate) fn get(&self, index: usize) -> Option<[f64; 2]> {
         match index.checked_sub(1) {
             Some(more) => self.more.get(more).copied(),
@@ -31,19 +31,19 @@ impl RaySpans {
         }
     }
 
-    /// All intervals.
+    /// Iterates over all intervals.
     pub(crate) fn iter(&self) -> impl Iterator<Item = [f64; 2]> {
         let first = (self.first[0] < self.first[1]).then_some(self.first);
         first.into_iter().chain(self.more.iter().copied())
     }
 
-    /// Lowest and highest end.
+    /// Returns the lowest and the highest end.
     pub(crate) fn range(&self) -> Option<[f64; 2]> {
         let last = self.more.last().unwrap_or(&self.first);
         (self.first[0] < self.first[1]).then_some([self.first[0], last[1]])
     }
 
-    /// Adds an interval above all others; one without length is left out.
+    /// Adds an interval above all others; skips one without length.
     pub(crate) fn push(&mut self, span: [f64; 2]) {
         if span[0] >= span[1] {
             return;
@@ -51,7 +51,7 @@ impl RaySpans {
         if self.first[0] < self.first[1] { self.more.push(span) } else { self.first = span }
     }
 
-    /// Takes `low..high` out of all intervals.
+    /// Removes `low..high` from all intervals.
     pub(crate) fn take(&mut self, [low, high]: [f64; 2]) {
         for index in (0..self.len()).rev() {
             if self.get(index).is_some_and(|span| span[0] < high && low < span[1]) {
@@ -60,8 +60,8 @@ impl RaySpans {
         }
     }
 
-    /// Takes `low..high` out of an interval. What is left above it has number `index + 1` if something
-    /// is left below, otherwise `index`.
+    /// Removes `low..high` from one interval. The remainder above has number `index + 1` if something remains below, or
+    /// else `index`.
     pub(crate) fn cut(&mut self, index: usize, [low, high]: [f64; 2]) {
         let place = index.checked_sub(1);
         let Some(span) = place.map_or(Some(&mut self.first), |at| self.more.get_mut(at)) else {
@@ -84,31 +84,31 @@ impl RaySpans {
     }
 }
 
-/// One square of rays.
+/// Square tile of rays.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RayTile {
-    /// Number of the first ray by both parameters.
+    /// Numbers of the first ray in both directions.
     pub(crate) first: [usize; 2],
-    /// Rays by both parameters.
+    /// Number of rays in both directions.
     pub(crate) size: [usize; 2],
-    /// Ray after ray, the second parameter running fastest.
+    /// Rays, the second number running fastest.
     pub(crate) rays: Vec<RaySpans>,
-    /// Where material is on them.
+    /// Range of material on them.
     pub(crate) held: MaterialBins,
-    /// Its length \[mm\].
+    /// Length of material \[mm\].
     pub(crate) length: f64,
 }
 
-/// Where material is on some rays.
+/// Range of material on some rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MaterialBins {
-    /// Lowest and highest; empty if the first is above the second.
+    /// Lowest and highest material; empty if the first is above the second.
     range: [f64; 2],
-    /// Which of the bins that part the length of all rays hold some.
+    /// Bit mask of the bins along the rays that contain material.
     bins: u64,
 }
 
-/// Along a family, where its bins lie.
+/// Division of the length of a family's rays into bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct HeightBins {
     low: f64,
@@ -124,7 +124,7 @@ impl HeightBins {
         ((s - self.low) / self.size).clamp(0.0, BINS - 1.0) as u32
     }
 
-    /// The bins an interval meets.
+    /// Returns the mask of the bins that an interval meets.
     fn mask(self, [low, high]: [f64; 2]) -> u64 {
         let [first, last] = [self.number(low), self.number(high)];
         (u64::MAX << first) & (u64::MAX >> (63 - last))
@@ -132,10 +132,10 @@ impl HeightBins {
 }
 
 impl MaterialBins {
-    /// On no ray.
+    /// Returns the range of no ray.
     pub(crate) const NONE: Self = Self { range: [f64::INFINITY, f64::NEG_INFINITY], bins: 0 };
 
-    /// Takes in a ray.
+    /// Includes a ray.
     pub(crate) fn add(&mut self, spans: &RaySpans, bins: HeightBins) {
         let Some([low, high]) = spans.range() else { return };
         self.range = [self.range[0].min(low), self.range[1].max(high)];
@@ -144,7 +144,7 @@ impl MaterialBins {
         }
     }
 
-    /// Lowest and highest material, but for what lies in bins outside `low..high`.
+    /// Returns the lowest and the highest material, ignoring bins outside `low..high`.
     pub(crate) fn within(&self, bins: HeightBins, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
         if high < self.range[0] || low > self.range[1] {
             return None;
@@ -162,7 +162,7 @@ impl MaterialBins {
 }
 
 impl RayTile {
-    /// Finds anew where material is, and how much.
+    /// Updates range and length of the material.
     pub(crate) fn measure(&mut self, bins: HeightBins) {
         (self.held, self.length) = (MaterialBins::NONE, 0.0);
         for spans in &self.rays {
@@ -171,20 +171,20 @@ impl RayTile {
         }
     }
 
-    /// Row and column of a ray.
+    /// Returns row and column of a ray.
     pub(crate) fn place(&self, ray: usize) -> [usize; 2] {
         let columns = self.size[1].max(1);
         [ray / columns, ray % columns]
     }
 
-    /// Some rays: in the middle, and in the middle of each quarter.
+    /// Returns probing rays: in the middle, and in the middle of each quarter.
     pub(crate) fn places(&self) -> [usize; 5] {
         let [rows, columns] = self.size;
         let at = |[i, j]: [usize; 2]| rows * i / 4 * columns + columns * j / 4;
         [[2, 2], [1, 1], [1, 3], [3, 1], [3, 3]].map(at)
     }
 
-    /// Squares of rays within the tile, `side` along each side.
+    /// Divides the tile into squares of `side` rays.
     pub(crate) fn squares(&self, side: usize) -> impl Iterator<Item = RaySquare> + use<> {
         let [rows, columns] = self.size;
         (0..rows).step_by(side).flat_map(move |i| {
@@ -196,13 +196,13 @@ impl RayTile {
         })
     }
 
-    /// All its rays.
+    /// Returns the square of all rays.
     pub(crate) fn whole(&self) -> RaySquare {
         RaySquare { from: [0, 0], size: self.size, columns: self.size[1] }
     }
 }
 
-/// Some rays of a tile: the first by both parameters, how many, and how many the tile has in a row.
+/// Square of rays in a tile: first ray and count in both directions, and the row length of the tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RaySquare {
     pub(crate) from: [usize; 2],
@@ -211,19 +211,19 @@ pub(crate) struct RaySquare {
 }
 
 impl RaySquare {
-    /// Their numbers in the tile.
+    /// Iterates over the numbers of the rays in the tile.
     pub(crate) fn rays(self) -> impl Iterator<Item = usize> {
         self.rows().flatten()
     }
 
-    /// The same, a row at a time.
+    /// Iterates over the rays a row at a time.
     pub(crate) fn rows(self) -> impl Iterator<Item = std::ops::Range<usize>> {
         let Self { from, size, columns } = self;
         (from[0]..from[0] + size[0])
             .map(move |i| i * columns + from[1]..i * columns + from[1] + size[1])
     }
 
-    /// The same row by row, every other one backwards.
+    /// Iterates in zigzag: row by row, every other row backwards.
     pub(crate) fn to_and_fro(self) -> impl Iterator<Item = usize> {
         let Self { from, size, columns } = self;
         (0..size[0]).flat_map(move |i| {
@@ -232,7 +232,7 @@ impl RaySquare {
         })
     }
 
-    /// Those in the corners: both parameters low, the second high, the first high, both high.
+    /// Returns the corner rays: both low, second high, first high, both high.
     pub(crate) fn corners(self) -> [usize; 4] {
         let Self { from, size, columns } = self;
         let last = [0, 1].map(|k: usize| (from[k] + size[k]).saturating_sub(1));
@@ -240,48 +240,48 @@ impl RaySquare {
         [at(from[0], from[1]), at(from[0], last[1]), at(last[0], from[1]), at(last[0], last[1])]
     }
 
-    /// The one in the middle.
+    /// Returns the ray in the middle.
     pub(crate) fn middle(self) -> usize {
         let [i, j] = [0, 1].map(|k| self.from[k] + self.size[k] / 2);
         i * self.columns + j
     }
 }
 
-/// Parallel rays through the middles of a lattice's cubes.
+/// Family of parallel rays through the middles of the lattice cubes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RayFamily {
-    /// Along which axis.
+    /// Axis of the rays.
     pub(crate) along: usize,
-    /// Tiles, the second parameter running fastest.
+    /// Tiles, the second number running fastest.
     pub(crate) tiles: Vec<RayTile>,
     pub(crate) bins: HeightBins,
-    /// Tiles by both parameters.
+    /// Number of tiles in both directions.
     pub(crate) grid: [usize; 2],
 }
 
-/// A lattice of cubes, or nearly; rays run through their middles.
+/// Lattice of nearly cubic cells; rays run through their middles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DexelGrid {
-    /// Middle of the first cube.
+    /// Middle of the first cell.
     pub(crate) origin: Point3<f64>,
-    /// Sides of a cube \[mm\].
+    /// Sides of a cell \[mm\].
     pub(crate) cell: [f64; 3],
-    /// How many by x, y and z.
+    /// Number of cells along x, y and z.
     pub(crate) size: [usize; 3],
 }
 
-/// The axes across one, in cyclic order.
+/// Returns the two axes across one, in cyclic order.
 pub(crate) fn across(along: usize) -> [usize; 2] {
     [(along + 1) % 3, (along + 2) % 3]
 }
 
 impl DexelGrid {
-    /// A coordinate of node `index`.
+    /// Returns the coordinate of node `index`.
     pub(crate) fn at(&self, axis: usize, index: usize) -> f64 {
         self.origin[axis] + self.cell[axis] * index as f64
     }
 
-    /// Where the ray `[i, j]` of a family crosses zero of its axis.
+    /// Returns the point of ray `[i, j]` of a family at zero of its axis.
     pub(crate) fn ray(&self, along: usize, [i, j]: [usize; 2]) -> Point3<f64> {
         let [a, b] = across(along);
         let mut point = Point3::origin();
@@ -289,11 +289,11 @@ impl DexelGrid {
         point
     }
 
-    /// The nodes of an axis that lie in `low..=high`: the first, and how many.
+    /// Returns the first node of an axis within `low..=high`, and the number of nodes.
     pub(crate) fn nodes(&self, axis: usize, [low, high]: [f64; 2]) -> [usize; 2] {
         let number = |x: f64| (x - self.origin[axis]) / self.cell[axis];
         let count = self.size[axis] as f64;
-        // One more on either side, for the rounding.
+        // One more on either side allows for rounding.
         let first = (number(low).ceil() - 1.0).clamp(0.0, count);
         let end = (number(high).floor() + 2.0).clamp(first, count);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -302,7 +302,7 @@ impl DexelGrid {
 }
 
 impl RayFamily {
-    /// Rays with the material of rows, a row for each node by the first parameter.
+    /// Builds a family from rows of rays, one row per node in the first direction.
     pub(crate) fn new(lattice: &DexelGrid, along: usize, rows: Vec<Vec<RaySpans>>) -> Self {
         let [a, b] = across(along).map(|axis| lattice.size[axis]);
         let bins = HeightBins {
@@ -330,19 +330,19 @@ impl RayFamily {
         Self { along, tiles, bins, grid: [a.div_ceil(TILE), b.div_ceil(TILE)] }
     }
 
-    /// Material along the ray `[i, j]`.
+    /// Returns the material along ray `[i, j]`.
     pub(crate) fn spans(&self, [i, j]: [usize; 2]) -> Option<&RaySpans> {
         let tile = self.tiles.get(i / TILE * self.grid[1] + j / TILE);
         tile.and_then(|tile| tile.rays.get(i % TILE * tile.size[1] + j % TILE))
     }
 
-    /// Length of all material \[mm\].
+    /// Returns the length of all material \[mm\].
     pub(crate) fn length(&self) -> f64 {
         self.tiles.iter().map(|tile| tile.length).sum()
     }
 }
 
-/// A direction along an axis.
+/// Returns the unit vector along an axis.
 pub(crate) fn unit(along: usize) -> Vector3<f64> {
     let mut unit = Vector3::zeros();
     unit[along] = 1.0;

@@ -5,43 +5,59 @@ use super::dexel;
 use super::dexel::{DexelGrid, RayFamily};
 use std::sync::Arc;
 
-/// Material.
+/// Stock as three families of dexels.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trunnion::verify::{Solid, Stock};
+///
+/// let [low, high] = [Point3::origin(), Point3::new(4.0, 2.0, 1.0)];
+/// let stock = Stock::new(&Solid::Box { low, high }, 0.5, 1000)?;
+/// assert_eq!(stock.cell(), [0.5; 3]);
+/// assert_eq!(stock.rays(), 8 * 4 + 4 * 2 + 2 * 8);
+/// assert!((stock.volume() - 8.0).abs() < 1e-12);
+/// # Ok::<(), trunnion::verify::VerifyError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stock {
     pub(super) lattice: DexelGrid,
     pub(super) families: [RayFamily; 3],
-    /// What it was before anything cut it; `None` since.
+    /// Original solid; `None` once something has cut it.
     pub(super) uncut: Option<Arc<Solid>>,
 }
 
-/// Shares of a tolerance and of the cell by which rays are cut inexactly at most.
+/// Share of the part's tolerance that the clipping of rays may use.
 const TOLERANCE_SHARE: f64 = 0.05;
+/// Share of the ray spacing that the clipping of rays may use.
 const CELL_SHARE: f64 = 0.01;
 
 impl Stock {
-    /// Distance of the rays by x, y and z \[mm\].
+    /// Returns the ray spacing along x, y and z \[mm\].
     pub fn cell(&self) -> [f64; 3] {
         self.lattice.cell
     }
 
-    /// How exactly to cut it where the finished part has a tolerance of `total` \[mm\]: well within that, and within
-    /// what the distance of the rays leaves open anyway.
+    /// Returns the clipping tolerance for a part tolerance of `total` \[mm\].
+    ///
+    /// It is well within that tolerance, and within the uncertainty that the ray spacing leaves anyway.
     pub fn tolerance(&self, total: f64) -> f64 {
         let cell = self.cell().into_iter().fold(f64::INFINITY, f64::min);
         (TOLERANCE_SHARE * total).min(CELL_SHARE * cell)
     }
 
-    /// Number of rays.
+    /// Returns the number of rays.
     pub fn rays(&self) -> usize {
         self.families.iter().flat_map(|family| &family.tiles).map(|tile| tile.rays.len()).sum()
     }
 
-    /// Volume \[mm³\]: each ray stands for the rectangle around it; the mean of the three families.
+    /// Returns the volume \[mm³\]: the mean of the three families, each ray standing for the rectangle around it.
     pub fn volume(&self) -> f64 {
         self.volumes().iter().sum::<f64>() / 3.0
     }
 
-    /// Volume \[mm³\] by the rays along x, y and z alone: how far they differ tells how far rays lie apart.
+    /// Returns the volume by the rays along x, y and z alone \[mm³\]. Their difference shows if the rays are too far apart.
     pub fn volumes(&self) -> [f64; 3] {
         let cell = self.lattice.cell;
         let volume = |family: &RayFamily| {

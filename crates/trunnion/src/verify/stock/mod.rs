@@ -1,8 +1,8 @@
-//! Material: three families of parallel rays, each with the intervals that are left of it.
+//! Stock simulation on dexels: three families of parallel rays, each with the intervals of material that remain.
 //!
-//! Every ray is cut exactly: where it enters and leaves what a convex body sweeps (see `cut`). Tiles of
-//! 16 x 16 rays are worked in parallel, each in an order that only the program and the stock decide, so that
-//! the result does not depend on the number of threads. Memory is that of the stock: moves come in batches.
+//! Each ray is clipped exactly at the points where it enters and leaves the swept volume of a convex body (see `clip`).
+//! Tiles of 16 x 16 rays are processed in parallel. The order within a tile depends on program and stock only, so the result
+//! does not depend on the number of threads. Moves come in batches, so memory is that of the stock.
 
 pub(crate) mod between_rays;
 pub(crate) mod broad_phase;

@@ -1,4 +1,4 @@
-//! Tools over moves, body by body, as stock is cut by them.
+//! Splits the moves of tools into moving bodies, as stock is clipped by them.
 
 use super::broad_phase::{BoundedPiece, MovingPart};
 use super::clip::ray;
@@ -12,13 +12,13 @@ use crate::verify::swept::tool;
 use crate::verify::swept::tool::ConvexBody;
 use std::sync::Arc;
 
-/// Tools by their places in the table, and how exactly they are moved.
+/// Tools in the order of the tool table, with the accuracy of their motion.
 pub(crate) struct MovingTools {
-    /// The bodies, and how far a point may be from the tip \[mm\].
+    /// Bodies of each tool, with the largest distance of a point from the tip \[mm\].
     all: Vec<(Vec<ConvexBody>, f64)>,
-    /// \[mm\]
+    /// Clipping tolerance \[mm\].
     pub(crate) tolerance: f64,
-    /// How near to material is close \[mm\].
+    /// Distance from material at which a body is close to it \[mm\].
     margin: f64,
 }
 
@@ -27,12 +27,12 @@ impl MovingTools {
         Self { all: tool::tools(cutters), tolerance, margin }
     }
 
-    /// How far a point of a tool may be from its tip \[mm\].
+    /// Returns the largest distance of a tool's points from its tip \[mm\].
     pub(crate) fn size(&self, tool: usize) -> f64 {
         self.all.get(tool).map_or(0.0, |(_, size)| *size)
     }
 
-    /// The tool over a move, in all the ways it may be run; `number` is that of its first part.
+    /// Adds the bodies of a move, in all ways it may run; `number` is that of its first part.
     pub(crate) fn parts(
         &self,
         mover: &Mover<'_>,

@@ -5,10 +5,10 @@ use crate::verify::stock::collision::CollisionKind;
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::tool::ConvexBody;
 
-/// What a box may gain in volume if it takes in another one.
+/// Largest growth in volume by merging two boxes.
 const GAIN: f64 = 1.1;
 
-/// A box in which a body comes close to material.
+/// Box in which a body comes close to material.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CloseBox {
     /// Number of the body's part, and of the first part of its move.
@@ -17,13 +17,13 @@ pub(crate) struct CloseBox {
     pub(crate) bounds: BoundingBox,
     pub(crate) line: u32,
     pub(crate) kind: CollisionKind,
-    /// How deep it can be in anything \[mm\].
+    /// Largest possible depth \[mm\].
     pub(crate) most: f64,
-    /// How deep rays tell that it runs into material on this line, in this batch \[mm\].
+    /// Depth found on the rays for this line in this batch \[mm\].
     pub(crate) known: f64,
 }
 
-/// A body over a stretch, before or after others.
+/// Body over a piece that may have removed material earlier.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EarlierBody {
     pub(super) number: usize,
@@ -32,7 +32,7 @@ pub(super) struct EarlierBody {
     pub(super) stretch: BoundedPiece,
 }
 
-/// Boxes of the same part that are one, or nearly.
+/// Merges boxes of the same part that nearly coincide.
 pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
     all.sort_by_key(|close| close.part);
     let mut merged: Vec<CloseBox> = Vec::new();
@@ -51,7 +51,7 @@ pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
     merged
 }
 
-/// Both halves of some boxes, by where they are.
+/// Splits boxes into halves by position.
 pub(super) fn halves(mut close: Vec<CloseBox>) -> [Vec<CloseBox>; 2] {
     let all = close.iter().fold(BoundingBox::empty(), |all, close| all.join(&close.bounds));
     let axis = (all.high - all.low).imax();

@@ -16,38 +16,39 @@ use crate::verify::swept::tool::ConvexBody;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// What a look at such a box gave.
+/// Result of inspecting a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BoxFinding {
     pub(crate) line: u32,
     pub(crate) kind: CollisionKind,
-    /// Whether the rays had told it.
+    /// The rays have shown the collision already.
     pub(crate) known: bool,
     pub(crate) hit: Option<Collision>,
-    /// The search met its limit: it may be as deep as this \[mm\].
+    /// Depth that remains possible because the search met its limit \[mm\].
     pub(crate) open: Option<f64>,
 }
 
-/// How deep a body may be in material between rays without being told \[mm\].
+/// Depth in material between rays that need not be reported \[mm\].
 pub(crate) const LEAST: f64 = 0.002;
-/// Shares of that: to what depths are found, and how exactly times are.
+/// Accuracy of depths as a share of [`LEAST`].
 const DEPTH: f64 = 0.25;
+/// Accuracy of times as a share of [`LEAST`].
 const TIME: f64 = 0.1;
-/// Stretches held at a time, so that memory does not grow with the program.
+/// Most pieces kept at a time, so that memory does not grow with the program.
 const MOST_BEFORE: usize = 200_000;
-/// How often a program is run again for one call; what is left then is not decided.
+/// Most repetitions of the program in one call; boxes not decided by then are reported as undecided.
 const MOST_RUNS: u32 = 64;
 /// Boxes between two chances to cancel.
 const BATCH: usize = 256;
 
-/// What a second run of the program gave: what comes to boxes, in order, and the bodies that boxes are about.
+/// Result of a second run: the bodies that come to boxes, in order, and the bodies that the boxes are about.
 struct SecondRun {
     before: Vec<EarlierBody>,
     suspects: BTreeMap<usize, (ConvexBody, MotionPiece)>,
     tree: BoxTree,
 }
 
-/// Looks at boxes.
+/// Inspects boxes for collisions between the rays.
 pub(crate) fn look(
     run: &Run<'_>,
     tools: &MovingTools,
@@ -74,7 +75,7 @@ pub(crate) fn look(
     Ok(found)
 }
 
-/// Runs the program to the last of some boxes' bodies; `None` if too much comes to the boxes.
+/// Runs the program up to the last of the boxes' bodies; `None` if too many bodies come to the boxes.
 fn again(
     run: &Run<'_>,
     tools: &MovingTools,
@@ -114,12 +115,12 @@ fn again(
     Ok(Some(SecondRun { before, suspects: suspects.collect(), tree: BoxTree::new(items) }))
 }
 
-/// The number that the next one will have.
+/// Returns the number of the next entry.
 fn index(before: &[EarlierBody]) -> u32 {
     u32::try_from(before.len()).unwrap_or(u32::MAX)
 }
 
-/// What there is to tell of a box.
+/// Inspects one box.
 fn graze(
     tools: &MovingTools,
     shell: &ClosedMesh,
@@ -136,7 +137,7 @@ fn graze(
     let mut near = Vec::new();
     tree.near(&close.bounds, &mut near);
     let before = near.iter().filter_map(|id| before.get(id.item as usize));
-    // What it ran through itself on the way, the move has not made good.
+    // A collision that a move cut itself on the way still counts as a collision.
     let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
     let before = before.filter(|before| before.number < close.part && !own(before)).collect();
     let least = LEAST.max(2.0 * tools.tolerance);

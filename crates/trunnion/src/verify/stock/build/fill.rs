@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 impl Stock {
-    /// Material of a solid, rays at most `cell` \[mm\] apart: they part its box evenly.
+    /// Fills a solid with rays at most `cell` \[mm\] apart, which divide its box evenly.
     ///
     /// # Errors
     ///
@@ -51,7 +51,7 @@ fn lattice(solid: &Solid, cell: f64, most_rays: usize) -> Result<DexelGrid, Veri
     let Some([low, high]) = bounds else {
         return Err(VerifyError::Stock { what: "has no volume".to_owned() });
     };
-    // A length that is a whole number of cells but for its rounding has that many.
+    // A length that is a whole number of cells except for rounding gets that number.
     let cells = |length: f64| (length / cell * (1.0 - 8.0 * f64::EPSILON)).ceil().max(1.0);
     let counts = [0, 1, 2].map(|k: usize| cells(high[k] - low[k]));
     let rays = counts[0] * counts[1] + counts[1] * counts[2] + counts[2] * counts[0];
@@ -65,7 +65,7 @@ fn lattice(solid: &Solid, cell: f64, most_rays: usize) -> Result<DexelGrid, Veri
     Ok(DexelGrid { origin: low + Vector3::from(cell) * 0.5, cell, size })
 }
 
-/// Material of a box or a cylinder along a ray.
+/// Returns the material of a box or a cylinder along a ray.
 fn plain_spans(solid: &Solid, along: usize, point: &Point3<f64>) -> RaySpans {
     let [a, b] = across(along);
     let mut spans = RaySpans::NONE;
@@ -101,14 +101,14 @@ fn check_corners(mesh: &Mesh) -> Result<(), VerifyError> {
     Ok(())
 }
 
-/// Rays of a mesh.
+/// Fills the rays of a mesh.
 fn of_mesh(mesh: &Mesh, along: usize, lattice: &DexelGrid) -> Result<RayFamily, VerifyError> {
     let rows = TriangleRows::new(mesh, along, lattice);
     let all = |inside: fn(i32, usize) -> bool| -> (Vec<_>, Vec<_>) {
         (0..rows.triangles.len()).into_par_iter().map(|i| rows.spans(i, inside)).unzip()
     };
     let (mut spans, mut lost) = all(|wound, _| wound != 0);
-    // Triangles that turn this way and that enclose what is behind an odd number of them.
+    // If triangles are not oriented alike, the inside is behind an odd number of them.
     if lost.iter().any(Option::is_some) {
         (spans, lost) = all(|_, count| count % 2 == 1);
     }
@@ -133,7 +133,7 @@ fn of_mesh(mesh: &Mesh, along: usize, lattice: &DexelGrid) -> Result<RayFamily, 
 struct TriangleRows<'a> {
     mesh: &'a Mesh,
     along: usize,
-    /// By the first coordinate across.
+    /// Triangle numbers by the first coordinate across.
     triangles: Vec<Vec<u32>>,
     lattice: DexelGrid,
 }
@@ -149,8 +149,9 @@ impl<'a> TriangleRows<'a> {
         Self { mesh, along, triangles, lattice: *lattice }
     }
 
-    /// Material of all rays of a row, by how often the mesh was wound round and how many crossings there were; the
-    /// number of a ray that ends inside.
+    /// Returns the material of all rays of a row, and the number of a ray that ends inside, if any.
+    ///
+    /// `inside` decides by the winding number and by the number of crossings.
     fn spans(&self, row: usize, inside: fn(i32, usize) -> bool) -> (Vec<RaySpans>, Option<usize>) {
         let [a, b] = across(self.along);
         let count = self.lattice.size[b];
@@ -179,7 +180,7 @@ fn extent(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> [f64; 2] {
     })
 }
 
-/// Intervals that the crossings before them put inside.
+/// Returns the intervals that are inside after the crossings before them.
 fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> RaySpans {
     crossings.sort_by(|x, y| x.0.total_cmp(&y.0));
     let mut spans = RaySpans::NONE;

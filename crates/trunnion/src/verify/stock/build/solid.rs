@@ -3,17 +3,17 @@
 use crate::types::Mesh;
 use nalgebra::{Point3, Vector3};
 
-/// A solid, workpiece frame.
+/// Solid in the workpiece frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Solid {
-    /// A box parallel to the axes: lowest and highest corner \[mm\].
+    /// Axis-parallel box \[mm\].
     Box {
         /// Lowest corner.
         low: Point3<f64>,
         /// Highest corner.
         high: Point3<f64>,
     },
-    /// An upright cylinder \[mm\].
+    /// Upright cylinder \[mm\].
     Cylinder {
         /// Centre of the lower end.
         base: Point3<f64>,
@@ -22,20 +22,30 @@ pub enum Solid {
         /// Height.
         height: f64,
     },
-    /// What closed meshes enclose; which way their triangles turn does not matter.
+    /// Interior of closed meshes; the orientation of their triangles does not matter.
     Mesh(Mesh),
 }
 
-/// Rays along the longest side where nothing is said.
+/// Default number of rays along the longest side.
 const USUAL_RAYS: f64 = 400.0;
 
 impl Solid {
-    /// Distance of rays where nothing is said \[mm\]: its longest side has 400.
+    /// Returns the default ray spacing \[mm\]: a 400th of the longest side.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trunnion::verify::Solid;
+    ///
+    /// let solid = Solid::Cylinder { base: Point3::origin(), radius: 40.0, height: 20.0 };
+    /// assert_eq!(solid.usual_cell(), 0.2); // 80 mm / 400
+    /// ```
     pub fn usual_cell(&self) -> f64 {
         self.bounds().map_or(1.0, |[low, high]| (high - low).amax()) / USUAL_RAYS
     }
 
-    /// Lowest and highest corner of its box; `None` for a mesh without a triangle.
+    /// Returns the lowest and the highest corner of its box; `None` for a mesh without a triangle.
     pub fn bounds(&self) -> Option<[Point3<f64>; 2]> {
         match self {
             Self::Box { low, high } => Some([*low, *high]),

@@ -1,20 +1,20 @@
-//! Triangles of plain solids.
+//! Triangulates plain solids.
 
 use crate::types::Mesh;
 use crate::verify::stock::build::solid::Solid;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// Sides of a cylinder at least, and at most: at a radius of a metre 1e5 sides are 0.5 nm off.
+/// Least and most sides of a prism for a cylinder: at a radius of a metre, 1e5 sides are 0.5 nm off.
 const SIDES: [f64; 2] = [8.0, 1e5];
 
 impl Solid {
-    /// Its triangles; of a cylinder those of a prism around it, at most `tolerance` \[mm\] off.
+    /// Triangulates the solid; a cylinder becomes a prism around it, at most `tolerance` \[mm\] off.
     pub(crate) fn triangles(&self, tolerance: f64) -> Mesh {
         match self {
             Self::Box { low, high } => cuboid(low, high),
             Self::Cylinder { base, radius, height } => {
-                // Half of a side is seen from the axis under the angle whose cosine is radius over corner.
+                // From the axis, half a side subtends the angle whose cosine is the radius over the corner distance.
                 let half = (radius / (radius + tolerance)).acos();
                 let sides = (PI / half).ceil().clamp(SIDES[0], SIDES[1]);
                 prism(base, radius / (PI / sides).cos(), *height, sides)
@@ -35,7 +35,7 @@ fn cuboid(low: &Point3<f64>, high: &Point3<f64>) -> Mesh {
     Mesh { vertices: (0..8).map(corner).collect(), triangles }
 }
 
-/// Upright, with corners at `radius`.
+/// Returns an upright prism with corners at `radius`.
 fn prism(base: &Point3<f64>, radius: f64, height: f64, sides: f64) -> Mesh {
     let up = Vector3::z() * height;
     let mut mesh = Mesh { vertices: vec![*base, base + up], triangles: Vec::new() };

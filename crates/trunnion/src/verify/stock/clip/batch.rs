@@ -1,4 +1,4 @@
-//! A batch of moves against the tiles of a family.
+//! Clips the tiles of one ray family by a batch of moves.
 
 use super::closest_approach::{BodyMotion, RayLine};
 use super::ray;
@@ -10,17 +10,17 @@ use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, RayTile, unit}
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::quadratic::SupportPlanes;
 
-/// Tents between the ends of a span before a body is looked at closely.
+/// Most pairs of support planes between the ends of a span before a body is evaluated exactly.
 const TENTS: u32 = 6;
 
-/// A batch against one family.
+/// Batch of moves against one ray family.
 pub(crate) struct ClipBatch<'a> {
     pub(crate) frame: RayFrame,
     parts: &'a [MovingPart],
     pub(crate) tolerance: f64,
-    /// What dips in by less than this is not cut \[mm\].
+    /// Depth below which a body does not cut \[mm\].
     pub(crate) touch: f64,
-    /// What must not touch material is close to it if it is no farther from a ray \[mm\].
+    /// Distance from a ray at which a body that must not touch material is close to it \[mm\].
     margin: f64,
 }
 
@@ -35,14 +35,16 @@ pub(crate) struct CutRequest<'a> {
 /// Findings of a batch on one tile.
 #[derive(Debug, Default)]
 pub(crate) struct ClipFindings {
-    /// What runs into material on its rays.
+    /// Collisions on the rays of the tile.
     pub(crate) hits: Vec<Collision>,
-    /// Where a body comes close to material.
+    /// Boxes in which a body comes close to material.
     pub(crate) close: Vec<CloseBox>,
 }
 
-/// Distances of rays within which a body is close to material: what is as thick as rays are apart, or pointed at no less
-/// than some 30 degrees, has a ray so near to any of its places.
+/// Distance, in ray spacings, at which a body is close to material.
+///
+/// Material at least as thick as the spacing, or pointed at no less than some 30 degrees, has a ray this near to each of its
+/// points.
 const CLOSE: f64 = 2.0;
 
 impl<'a> ClipBatch<'a> {
@@ -57,7 +59,7 @@ impl<'a> ClipBatch<'a> {
         Self { frame, parts, tolerance, touch: ray::TOUCH * tolerance, margin }
     }
 
-    /// What comes near a tile's material, in the order of the program.
+    /// Returns the bodies that come near the material of a tile, in program order.
     fn near(&self, tile: &RayTile, near: &[u32]) -> Vec<&'a MovingPart> {
         let parts = near.iter().filter_map(|&number| self.parts.get(number as usize));
         parts.filter(|part| self.meets(tile, part) || self.comes_close(tile, part)).collect()
@@ -71,21 +73,21 @@ impl<'a> ClipBatch<'a> {
         self.frame.meets(tile, tile.whole(), &tile.held, part, self.touch)
     }
 
-    /// Cuts a tile.
+    /// Clips a tile.
     pub(crate) fn cut(&self, tile: &mut RayTile, near: &[u32]) -> ClipFindings {
         let near = self.near(tile, near);
         let mut told = ClipFindings::default();
         if near.iter().any(|part| part.harm.is_some()) {
             self.in_order(tile, &near, &mut told);
         } else if !near.is_empty() {
-            // What is cut in the end does not depend on the order.
+            // Nothing harmful is near: the result does not depend on the order, so take the fast way.
             self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
         told
     }
 
-    /// Cuts a tile by one body after the other.
+    /// Clips a tile by one body after the other.
     fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], told: &mut ClipFindings) {
         for part in near {
             told.close.extend(self.close(tile, part));
@@ -102,7 +104,7 @@ impl<'a> ClipBatch<'a> {
         }
     }
 
-    /// A box around the material of a tile to which a body comes close that must not touch it.
+    /// Returns a box around the material of a tile that a body comes close to but must not touch.
     fn close(&self, tile: &RayTile, part: &MovingPart) -> Option<CloseBox> {
         let kind = part.harm.filter(|_| self.comes_close(tile, part))?;
         let mut bounds = BoundingBox::empty();
@@ -126,7 +128,7 @@ impl<'a> ClipBatch<'a> {
         })
     }
 
-    /// The part of a span that tents do not hold a body off by the margin.
+    /// Returns the part of a span that support planes do not prove to be farther from a body than the margin.
     fn comes_to(
         &self,
         part: &MovingPart,
@@ -155,7 +157,7 @@ impl<'a> ClipBatch<'a> {
         (span[0] < span[1]).then_some(span)
     }
 
-    /// Cuts a ray by one body over one piece; whether anything was cut.
+    /// Clips a ray by one body over one piece; returns if anything was cut.
     fn ray(
         &self,
         tile: &mut RayTile,
@@ -178,7 +180,7 @@ impl<'a> ClipBatch<'a> {
         changed
     }
 
-    /// Cuts the spans of a ray by a body over a stretch; `guess`: when it is nearest. Whether anything was cut.
+    /// Clips all spans of a ray by a body over a piece, passing each cut to `note`; returns if anything was cut.
     pub(crate) fn cut_spans(
         &self,
         request: &CutRequest<'_>,
@@ -193,7 +195,7 @@ impl<'a> ClipBatch<'a> {
         changed
     }
 
-    /// Cuts one of a ray's spans; see [`ClipBatch::cut_spans`].
+    /// Clips one span of a ray; see [`ClipBatch::cut_spans`].
     pub(crate) fn cut_span(
         &self,
         request: &CutRequest<'_>,
@@ -219,8 +221,9 @@ impl<'a> ClipBatch<'a> {
         RayLine { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
     }
 
-    /// The part of a span along which a body has anything, if it may meet it there. Most do not, which tents from
-    /// both ends and from between where these reach tell.
+    /// Returns the part of a span in the extent of a body, if the body may meet it there.
+    ///
+    /// Most bodies do not, which support planes at both ends, and at points between their zeros, prove.
     #[inline]
     pub(crate) fn meeting(
         &self,
@@ -255,8 +258,8 @@ impl<'a> ClipBatch<'a> {
         Some(span)
     }
 
-    /// From where to where along a ray a tent from `s` holds a body off but for `touch` \[mm\]; `None` if it does not
-    /// even there.
+    /// Returns the interval of a ray on which support planes at `s` keep a body off, up to a depth of `touch` \[mm\]; `None` if
+    /// they do not even at `s`.
     #[inline]
     fn held(&self, tent: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
         let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
@@ -279,7 +282,7 @@ impl<'a> ClipBatch<'a> {
         BodyMotion::new(motion.bounded, motion.part.body, self.tolerance)
     }
 
-    /// Notes what a cut tells, if it is the deepest of its kind on its line.
+    /// Records the collision of a cut if it is the deepest of its kind on its line.
     fn hit(
         &self,
         motion: BodyPiece<'_>,
@@ -301,7 +304,7 @@ impl<'a> ClipBatch<'a> {
     }
 }
 
-/// How far from a ray is close \[mm\].
+/// Returns the distance from a ray at which a body is close to material \[mm\].
 pub(crate) fn margin(lattice: &DexelGrid) -> f64 {
     CLOSE * lattice.cell.into_iter().fold(0.0, f64::max)
 }

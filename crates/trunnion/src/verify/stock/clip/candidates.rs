@@ -1,8 +1,7 @@
-//! Which of several bodies decide a ray.
+//! Selects the bodies that decide a ray.
 //!
-//! Of all that come near, the deepest cuts first, and then the deepest of what is left. How deep planes below the
-//! distance of a body tell; one that held it off a span holds it off what is left of that span, so that most
-//! bodies are looked at once.
+//! Of all that come near, the deepest cuts first, then the deepest in what remains. Support planes bound the depth. A plane
+//! that keeps a body off a span keeps it off every remainder of that span, so most bodies are evaluated once.
 
 use super::batch::{ClipBatch, CutRequest};
 use super::chain::PieceChain;
@@ -11,28 +10,28 @@ use super::front::BodyPlane;
 use crate::verify::stock::broad_phase::MovingPart;
 use crate::verify::stock::dexel::RaySpans;
 
-/// Planes laid below the distance of a body from a span for one that tells how near it comes.
+/// Most planes tried for one body and span.
 const PLANES: u32 = 12;
-/// Share of the distance that such a plane has to tell.
+/// Share of the distance that a plane must bound to be accepted.
 const ENOUGH: f64 = 0.9;
 
-/// Bodies near a ray, with planes below their distance from its spans.
+/// Bodies near a ray, with the planes that keep them off its spans.
 struct RayCandidates<'a> {
     work: &'a ClipBatch<'a>,
     chain: &'a PieceChain<'a>,
     line: RayLine,
-    /// Where it runs, across.
+    /// Coordinates of the ray across it.
     beside: [f64; 2],
     all: Vec<RayCandidate>,
-    /// With the number of the one before of the same body.
+    /// Planes, each with the number of the previous plane of the same body.
     planes: Vec<(BodyPlane, Option<usize>)>,
 }
 
 struct RayCandidate {
     part: usize,
-    /// Of its planes.
+    /// Number of its last plane.
     last: Option<usize>,
-    /// Lowest it was seen; whether it may still cut.
+    /// Lowest height found, and if it may still cut.
     height: f64,
     open: bool,
 }
@@ -47,8 +46,10 @@ pub(crate) struct RayCut {
 }
 
 impl ClipBatch<'_> {
-    /// Cuts a ray by bodies, deepest first. Returns the cuts, and planes below the distance of all of the bodies
-    /// from what is left then, body by body; of a ray that is gone those before the last cut.
+    /// Clips a ray by bodies, deepest first.
+    ///
+    /// Returns the cuts, and planes that keep all bodies off the remainder, body by body; for a ray that is gone, the planes
+    /// before the last cut.
     pub(crate) fn decide(
         &self,
         line: &RayLine,
@@ -77,7 +78,7 @@ impl ClipBatch<'_> {
         (rivals.below(spans), cuts)
     }
 
-    /// The plane below a body's distance from a span that tells most: from where the body is nearest to it.
+    /// Returns the best plane below a body's distance from a span: the one at the point nearest to the body.
     fn plane(
         &self,
         number: usize,
@@ -90,7 +91,7 @@ impl ClipBatch<'_> {
         let [least, most] = part.extent(along);
         let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
         let mut upper = plane(high);
-        // Farther down it only gets farther, then.
+        // The distance only grows farther down.
         if upper.falls() || upper.height <= -self.touch {
             return upper;
         }
@@ -114,7 +115,7 @@ impl ClipBatch<'_> {
 }
 
 impl RayCandidates<'_> {
-    /// The first of a body's planes that holds it off a span.
+    /// Returns the first plane of a body that keeps it off a span.
     fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&BodyPlane> {
         let before = |&at: &usize| self.planes.get(at).and_then(|(_, before)| *before);
         let mut planes = std::iter::successors(last, before).filter_map(|at| self.planes.get(at));
@@ -123,7 +124,7 @@ impl RayCandidates<'_> {
         holding.map(|(plane, _)| plane)
     }
 
-    /// Lays a new plane below a span.
+    /// Adds a plane for a body and a span.
     fn lay(&mut self, index: usize, span: [f64; 2]) -> Option<f64> {
         let rival = self.all.get_mut(index)?;
         let body = self.chain.parts.get(rival.part)?;
@@ -133,7 +134,7 @@ impl RayCandidates<'_> {
         Some(plane.height)
     }
 
-    /// Looks at all that may still cut anything of what is left.
+    /// Evaluates all bodies that may still cut the remainder.
     fn look(&mut self, spans: &RaySpans) {
         let least = -self.work.touch;
         for index in 0..self.all.len() {
@@ -152,7 +153,7 @@ impl RayCandidates<'_> {
         }
     }
 
-    /// The deepest; it may not cut again.
+    /// Returns the deepest body, which may not cut again.
     fn deepest(&mut self) -> Option<usize> {
         let open = self.all.iter_mut().filter(|rival| rival.open);
         let deepest = open.min_by(|a, b| a.height.total_cmp(&b.height))?;
@@ -160,7 +161,7 @@ impl RayCandidates<'_> {
         Some(deepest.part)
     }
 
-    /// For every body and span one plane.
+    /// Returns one plane for every body and span.
     fn below(mut self, spans: &RaySpans) -> Vec<BodyPlane> {
         let mut below = Vec::with_capacity(self.all.len());
         for index in 0..self.all.len() {

@@ -1,25 +1,25 @@
-//! The instant of a piece at which a body in motion is nearest to a point of a ray.
+//! Closest approach: the time in a piece at which a moving body is nearest to a point of a ray.
 
 use crate::verify::stock::broad_phase::BoundedPiece;
 use crate::verify::swept::quadratic::MotionPiece;
 use crate::verify::swept::tool::ConvexBody;
 use nalgebra::{Point3, Vector3};
 
-/// A body in motion over a part of a piece, and how exactly it is looked at \[mm\].
+/// Body in motion over part of a piece, with the accuracy of its evaluation \[mm\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BodyMotion<'a> {
     pub(crate) piece: &'a MotionPiece,
     pub(crate) body: ConvexBody,
     pub(crate) tolerance: f64,
-    /// From when to when.
+    /// Interval of time.
     pub(crate) time: [f64; 2],
-    /// By how much planes below the distance are less steep farther along the ray.
+    /// Loss of slope of planes below the distance, farther along the ray.
     pub(crate) shear: f64,
-    /// How far points may be from moving straight in the tool's frame \[mm\].
+    /// Largest departure of points from straight motion in the tool's frame \[mm\].
     pub(crate) bend: f64,
 }
 
-/// A line of points `from + s way`.
+/// Line of points `from + s way`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayLine {
     pub(crate) from: Point3<f64>,
@@ -34,30 +34,30 @@ impl RayLine {
     }
 }
 
-/// The body at the time at which it is nearest to a point of a line: nowhere on the line is its distance
-/// below `bound + slope (s' - s)`.
+/// Nearest instant of a body to a point of a line. Nowhere on the line is its distance below
+/// `bound + slope (s' - s)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NearestInstant {
     pub(crate) distance: f64,
     pub(crate) bound: f64,
     pub(crate) slope: f64,
     pub(crate) u: f64,
-    /// About when it is nearest: the better of what was looked at is `u`.
+    /// Estimated time of the minimum; `u` is the best time evaluated.
     pub(crate) least: f64,
-    /// Of which `slope` is the part along the line.
+    /// Gradient of the distance; `slope` is its component along the line.
     pub(crate) gradient: Vector3<f64>,
-    /// How fast the derivative by time grows; 0 if that is not known.
+    /// Second derivative of the distance by time; 0 if unknown.
     pub(crate) curve: f64,
 }
 
 impl NearestInstant {
-    /// To look first when it was nearest to a point close by.
+    /// Returns the initial guess for a nearby point.
     pub(crate) fn guess(&self) -> TimeGuess {
         TimeGuess { u: self.least, curve: self.curve }
     }
 }
 
-/// Distance at a time, and its derivatives by time and along the line.
+/// Distance at a time, with its derivatives by time and along the line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DistanceTangent {
     u: f64,
@@ -68,7 +68,7 @@ pub(crate) struct DistanceTangent {
 }
 
 impl DistanceTangent {
-    /// Least that is possible while the time is between here and `end`.
+    /// Returns the lower bound for all times between here and `end`.
     fn towards(&self, end: f64) -> NearestInstant {
         NearestInstant {
             distance: self.distance,
@@ -81,8 +81,8 @@ impl DistanceTangent {
         }
     }
 
-    /// Least that is possible where two planes meet, one falling by time and one rising: the mean of both
-    /// that does neither. At a sharp edge only this mean has the slope of what is nearest.
+    /// Returns the lower bound at the intersection of two planes, one falling and one rising with time: the mean of both that is
+    /// constant in time. At a sharp edge only this mean has the slope of the nearest point.
     fn meet(&self, other: &Self) -> NearestInstant {
         let weight = other.by_u / (other.by_u - self.by_u);
         let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
@@ -100,7 +100,7 @@ impl DistanceTangent {
     }
 }
 
-/// Where to look for the nearest instant first.
+/// Initial guess of the nearest time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TimeGuess {
     pub(crate) u: f64,
@@ -114,10 +114,10 @@ impl TimeGuess {
     }
 }
 
-/// What a search over time may lose, as a share of the tolerance.
+/// Share of the tolerance that a search over time may lose.
 pub(crate) const SEARCH: f64 = 0.1;
-/// Steps of a search for the nearest instant: two of them halve at least, so that this many pass from a metre
-/// to below a nanometre.
+/// Most steps of a search for the nearest instant. Two steps at least halve the interval, so this many lead from a metre to
+/// below a nanometre.
 pub(crate) const STEPS: u32 = 80;
 
 impl<'a> BodyMotion<'a> {
@@ -126,8 +126,10 @@ impl<'a> BodyMotion<'a> {
         Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0), bend: *bend }
     }
 
-    /// The second derivative of the distance by time is at least `-2 bend`. With `bend (u² - 1/2)` it is convex,
-    /// and by at most half the bend another.
+    /// Evaluates the distance, made convex in time.
+    ///
+    /// Its second derivative is at least `-2 bend`. Adding `bend (u² - 1/2)` makes it convex and changes it by at most half the
+    /// bend.
     #[inline]
     pub(crate) fn tangent(&self, line: &RayLine, s: f64, u: f64) -> DistanceTangent {
         let (distance, by_u, gradient) = self.piece.distance(self.body, u, &line.at(s));
@@ -140,11 +142,12 @@ impl<'a> BodyMotion<'a> {
         }
     }
 
-    /// Distance of the nearest instant from a point of the line; `guess` is where to look first.
+    /// Finds the nearest instant to a point of the line, from an initial guess.
     #[inline]
     pub(crate) fn nearest(&self, line: &RayLine, s: f64, guess: TimeGuess) -> NearestInstant {
         let at = |u: f64| self.tangent(line, s, u);
         let enough = SEARCH * self.tolerance;
+        // Step 1: accept the guess if its tangent bounds the distance well enough up to the end it falls towards.
         let first = at(guess.u.clamp(self.time[0], self.time[1]));
         let rises = first.by_u > 0.0;
         let end = self.time[usize::from(!rises)];
@@ -155,7 +158,7 @@ impl<'a> BodyMotion<'a> {
                 if guess.curve > 0.0 { first.u - first.by_u / guess.curve } else { first.u };
             return NearestInstant { curve: guess.curve, least: least.clamp(low, high), ..found };
         }
-        // As far beyond the nearest instant as the first look is before it, or the end.
+        // Step 2: bracket the minimum, as far beyond it as the guess is before it, or by the end of the interval.
         let beyond = (first.u - 2.0 * first.by_u / guess.curve).clamp(self.time[0], self.time[1]);
         let beyond = if guess.curve > 0.0 { beyond } else { end };
         let mut last = at(beyond);
@@ -171,7 +174,8 @@ impl<'a> BodyMotion<'a> {
             if found.distance - found.bound <= enough {
                 break;
             }
-            // Where the slope is zero if it is linear, and where the two planes meet if it jumps.
+            // Step 3: narrow the bracket. Alternate between the root of the linear slope, and the intersection of both
+            // planes, which is right where the slope jumps.
             let share = if step % 2 == 0 {
                 falling.by_u / (falling.by_u - rising.by_u)
             } else {

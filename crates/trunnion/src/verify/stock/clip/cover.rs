@@ -1,8 +1,8 @@
-//! What some instants of the motion take off the middle of a ray.
+//! Removes the middle of a ray by a few instants of the motion.
 //!
-//! Where a tool moves along a ray, moves from its first to its last together leave nothing between. A few instants
-//! are enough for that: those that did so on one ray, each from where it meets the one before to where it meets
-//! the next, are tried on the rays around it. A convex body that holds both ends of an interval holds all of it.
+//! Where a tool moves along a ray, its moves from first to last together leave nothing between them. A few instants suffice
+//! to prove that. Those that did so on one ray are tried on the rays around it, each from where it meets the previous one to
+//! where it meets the next. A convex body that holds both ends of an interval holds all of it.
 
 use super::batch::ClipBatch;
 use super::candidates::RayCut;
@@ -11,18 +11,18 @@ use super::closest_approach::RayLine;
 use crate::verify::stock::broad_phase::BodyPiece;
 use crate::verify::stock::dexel::RaySpans;
 
-/// An instant, and what it is to take off a ray.
+/// Instant of a motion with the interval of a ray that its body holds.
 pub(crate) struct CoverLink<'a> {
     motion: BodyPiece<'a>,
-    /// All of the ray that the body holds.
+    /// Whole interval of the ray that the body holds.
     holds: [f64; 2],
 }
 
-/// How much of what an instant holds of a ray it may be expected to hold of the next.
+/// Share of that interval that the body probably holds on the next ray.
 const SHARE: f64 = 0.9;
 
 impl ClipBatch<'_> {
-    /// The instants in the middle of the stretches that cut a ray, in the order of the ray.
+    /// Returns the middle instants of the pieces that cut a ray, in the order of the ray.
     pub(crate) fn links<'a>(
         &self,
         line: &RayLine,
@@ -47,7 +47,7 @@ impl ClipBatch<'_> {
     }
 }
 
-/// Takes off a ray what instants take off it between where each meets the next.
+/// Removes from a ray what instants remove between the points where each meets the next.
 pub(crate) fn cover(links: &[CoverLink<'_>], line: &RayLine, spans: &mut RaySpans) {
     for at in (0..spans.len()).rev() {
         let Some([low, high]) = spans.get(at) else { continue };
@@ -72,7 +72,7 @@ pub(crate) fn cover(links: &[CoverLink<'_>], line: &RayLine, spans: &mut RaySpan
 }
 
 impl CoverLink<'_> {
-    /// From the middle of what it shares with the one before to that of what it shares with the next.
+    /// Returns the interval between the middles of the overlaps with the previous and with the next instant.
     fn between(&self, before: Option<&Self>, next: Option<&Self>) -> [f64; 2] {
         let [from, to] = self.holds;
         let [middle, half] = [0.5 * (from + to), 0.5 * SHARE * (to - from)];
@@ -83,7 +83,7 @@ impl CoverLink<'_> {
         ]
     }
 
-    /// Whether the body holds an interval at its instant.
+    /// Tests if the body holds an interval at its instant.
     fn takes(&self, line: &RayLine, ends: [f64; 2]) -> bool {
         let BodyPiece { part, bounded } = self.motion;
         let middle = bounded.piece.middle();

@@ -1,7 +1,7 @@
-//! Where the material of a square of rays ends, and planes below the distance of bodies from there.
+//! Front of material on a square of rays, and planes that keep bodies off it.
 //!
-//! Neighbouring rays end on nearly a plane, whichever way it leans; how far off it they are is measured. What holds
-//! a body off the corners of that plane, less that, holds it off all of the rays.
+//! Neighbouring rays end nearly on a plane, however it is inclined; their distances from it are measured. A body kept off the
+//! corners of that plane by at least these distances is kept off all of the rays.
 
 use super::batch::ClipBatch;
 use super::closest_approach::RayLine;
@@ -9,37 +9,37 @@ use crate::verify::stock::broad_phase::MovingPart;
 use crate::verify::stock::dexel::{RaySpans, RaySquare, RayTile, across};
 use nalgebra::{Point3, Vector3};
 
-/// What holds a body's distance up from a place: two planes, of which the lower one counts. The body is told by its
-/// number; places are given across the rays, first, and along them.
+/// Pair of support planes of one body around a point; the lower one counts. Coordinates are across the rays first, then along
+/// them.
 #[derive(Clone, Copy)]
 pub(crate) struct BodyPlane {
     pub(crate) part: usize,
     at: [f64; 3],
     pub(crate) height: f64,
-    /// Height at the place, and slopes.
+    /// Height at the point, and slopes.
     sides: [(f64, [f64; 3]); 2],
-    /// The slope along the rays of the lower one.
+    /// Slope of the lower plane along the rays.
     slope: f64,
-    /// Lowest and highest place along the rays that the body comes to.
+    /// Range of the body along the rays.
     extent: [f64; 2],
 }
 
-/// Where one end of a span lies on the rays of a square.
+/// Plane through one end of a span on the rays of a square.
 struct FrontSheet {
     middle: [f64; 3],
-    /// Largest distance from the middle across.
+    /// Half the extent across.
     half: [f64; 2],
-    /// How much farther along it is, across.
+    /// Slopes across.
     slopes: [f64; 2],
-    /// Lowest and highest ray beside it.
+    /// Lowest and highest deviation of a ray from the plane.
     off: [f64; 2],
 }
 
-/// A span of all the rays of a square: lower and upper end.
+/// Span of all rays of a square: lower and upper end.
 pub(crate) struct FrontLayer([FrontSheet; 2]);
 
 impl BodyPlane {
-    /// Of a body and its number, from a place.
+    /// Returns the planes of a body at a point.
     pub(crate) fn new(number: usize, part: &MovingPart, along: usize, at: &Point3<f64>) -> Self {
         let [a, b] = across(along);
         let tent = part.whole.support_planes(part.body, at);
@@ -50,8 +50,9 @@ impl BodyPlane {
         Self { part: number, at: [at[a], at[b], at[along]], height, sides, slope, extent }
     }
 
-    /// The mean of two planes of a body from places of one ray that neither falls nor rises along it, if the first falls
-    /// and the other rises: at no time is the distance less than any mean of both. It is laid from where they cross.
+    /// Returns the mean of two planes of a body, laid at their intersection, that is level along the ray.
+    ///
+    /// One must fall and the other rise along it. The distance is at no time below any mean of both.
     pub(crate) fn meet(&self, other: &Self) -> Option<Self> {
         if !(self.slope < 0.0 && other.slope > 0.0) {
             return None;
@@ -72,27 +73,27 @@ impl BodyPlane {
         Some(Self { at: [a, b, s], height: lower.0, slope: lower.1[2], sides, ..*self })
     }
 
-    /// The place along a ray from which it was laid.
+    /// Returns the position along the ray at which it was laid.
     pub(crate) fn place(&self) -> f64 {
         self.at[2]
     }
 
-    /// Its slope along the ray.
+    /// Returns its slope along the ray.
     pub(crate) fn slope(&self) -> f64 {
         self.slope
     }
 
-    /// Whether nothing farther back along a ray is nearer than its place.
+    /// Tests if nothing farther back along a ray is nearer than its point.
     pub(crate) fn falls(&self) -> bool {
         self.sides.iter().all(|side| side.1[2] <= 0.0)
     }
 
-    /// Whether nothing farther on along a ray is nearer than its place.
+    /// Tests if nothing farther on along a ray is nearer than its point.
     pub(crate) fn rises(&self) -> bool {
         self.sides.iter().all(|side| side.1[2] >= 0.0)
     }
 
-    /// Least height over a span of a ray through a place across, as far as the body comes to it.
+    /// Returns the least height over a span of a ray, within the range of the body.
     #[inline]
     pub(crate) fn along(&self, [a, b]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
         let Self { at, sides, extent, .. } = self;
@@ -107,14 +108,14 @@ impl BodyPlane {
         over(&sides[0]).min(over(&sides[1]))
     }
 
-    /// Least height over a layer.
+    /// Returns the least height over a layer.
     pub(crate) fn over(&self, FrontLayer(ends): &FrontLayer) -> f64 {
         let [low, high] = ends;
         let [from, to] = self.extent;
         if low.range()[0] >= to || high.range()[1] <= from {
             return f64::INFINITY;
         }
-        // Beyond where the body is at all nothing is asked.
+        // Outside the range of the body nothing counts: clip both ends to it.
         let flat = |sheet: &FrontSheet, s: f64| FrontSheet {
             middle: [sheet.middle[0], sheet.middle[1], s],
             slopes: [0.0; 2],
@@ -142,7 +143,7 @@ impl BodyPlane {
 }
 
 impl FrontSheet {
-    /// Lowest and highest place on the rays.
+    /// Returns the lowest and the highest point on the rays.
     fn range(&self) -> [f64; 2] {
         let Self { middle, half, slopes, off } = self;
         let by = slopes[0].abs() * half[0] + slopes[1].abs() * half[1];
@@ -151,14 +152,14 @@ impl FrontSheet {
 }
 
 impl ClipBatch<'_> {
-    /// The layers of a square: first spans of all rays, second ones, and so on.
+    /// Returns the layers of a square: the first spans of all rays, the second ones, and so on.
     pub(crate) fn layers(&self, tile: &RayTile, square: RaySquare) -> Vec<FrontLayer> {
         let most = square.rays().filter_map(|ray| tile.rays.get(ray)).map(RaySpans::len);
         let layer = |number| FrontLayer([0, 1].map(|end| self.sheet(tile, square, number, end)));
         (0..most.max().unwrap_or(0)).map(layer).collect()
     }
 
-    /// Through an end of a span of the corners of a square, if they have it.
+    /// Fits a plane to one end of a span at the corners of a square, if they have it.
     fn sheet(&self, tile: &RayTile, square: RaySquare, number: usize, end: usize) -> FrontSheet {
         let place = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
         let [low, high] = self.frame.sides(tile, square);
@@ -189,7 +190,7 @@ impl ClipBatch<'_> {
         FrontSheet { middle: [centre[0], centre[1], middle], half, slopes, off }
     }
 
-    /// Where a line of this family runs, across.
+    /// Returns the coordinates of a line of this family across it.
     pub(crate) fn beside(&self, line: &RayLine) -> [f64; 2] {
         across(self.frame.along).map(|axis| line.from[axis])
     }

@@ -1,36 +1,42 @@
-//! A ray against a body in motion over one piece of a move.
+//! Clips a ray by a moving body over one piece of a move.
 //!
-//! The distance `d(s, u)` of a convex body from a point `s` along the ray at time `u` is convex in `s`. Seen
-//! from the tool a point moves straight while a piece lasts, but for the bend ([`MotionPiece::bend`]); with as much of
-//! a parabola `d` is convex in `u` as well ([`BodyMotion::tangent`]), and pieces are cut until that is below the
-//! tolerance. In both together it is not, since the ray turns ([`MotionPiece::shear`]). Hence
+//! The distance `d(s, u)` of a convex body from the point `s` of the ray at time `u` is convex in `s`. Seen from the tool, a
+//! point moves straight during a piece, except for the bend ([bend]). With a parabola of that size added, `d`
+//! is convex in `u` as well ([`BodyMotion::tangent`]); pieces are subdivided until it is below the tolerance. In both
+//! variables together `d` is not convex, since the ray turns ([shear]). Hence:
 //!
-//! * from the tangents at a point of the ray a plane is known below `d` for all times, the less steep by the
-//!   shear the farther off: along such planes the search for where the body begins comes down to it from
-//!   outside and cannot step over;
-//! * between two such ends there may be a gap, as where a leaning flank turns past a ray. There is none if a
-//!   point of the ray is in the body at the times of both ends: it is then in it at all times between.
-//!   Otherwise both halves of the time are looked at one by one.
+//! * The tangents at a point of the ray give a plane below `d` for all times, if its slope is reduced by the shear. Along
+//!   such planes the search approaches the body from outside and cannot step over its surface.
+//! * Between the two ends found this way there may be a gap, as where an inclined flank turns past a ray. There is none if a
+//!   point of the ray is in the body at the times of both ends: it is then in the body at all times between. Otherwise both
+//!   halves of the time are clipped one by one.
 //!
-//! But for that the motion is not simplified: distances are those over the piece as it is.
+//! Nothing else is simplified: all distances are those of the piece itself.
+//!
+//! [bend]: crate::verify::swept::quadratic::MotionPiece::bend
+//! [shear]: crate::verify::swept::quadratic::MotionPiece::shear
 
 use super::closest_approach::{BodyMotion, NearestInstant, RayLine, SEARCH, STEPS, TimeGuess};
 
-/// Shares of the tolerance: half of how far points are from moving straight, how far off pieces are as quadratics, how deep a body may dip in without cutting, what a search over time may lose, when the way in
-/// counts as found, and what may be taken for a gap. What is cut is then at most
-/// `BEND + ERROR + SEARCH + CLOSE + GAP` outside, what is left at most `BEND + ERROR + SEARCH + TOUCH`
-/// inside, neither of them more than 1.
+// Shares of the tolerance. What is removed is at most `BEND + ERROR + SEARCH + CLOSE + GAP` outside the swept body, what
+// remains at most `BEND + ERROR + SEARCH + TOUCH` inside; neither sum exceeds 1.
+
+/// Share for half of the departure of points from straight motion.
 pub(crate) const BEND: f64 = 0.55;
+/// Share for the error of pieces as quadratics.
 pub(crate) const ERROR: f64 = 0.1;
+/// Share for the depth of a body that does not cut.
 pub(crate) const TOUCH: f64 = 0.15;
+/// Share for the distance at which the surface counts as reached.
 pub(crate) const CLOSE: f64 = 0.05;
+/// Share for an interval that may be a gap.
 pub(crate) const GAP: f64 = 0.2;
-/// Steps on the way in, which gain digits where the ray does not graze.
+/// Most steps towards the surface, which gain digits where the ray does not graze it.
 const WAY_IN: u32 = 500;
-/// Places of a cut at which its depth is tried first.
+/// Points of a cut at which its depth is tried first.
 const PLACES: i32 = 8;
 
-/// What a body sweeps of a ray: one interval nearly always.
+/// Intervals of a ray that a body sweeps: nearly always one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct SweptSpans {
     pub(crate) first: Option<[f64; 2]>,
@@ -51,7 +57,7 @@ struct TimedEnd {
 }
 
 impl BodyMotion<'_> {
-    /// Over both halves of the time.
+    /// Returns the motion over both halves of its time.
     fn halves(&self) -> [Self; 2] {
         let [from, to] = self.time;
         let middle = 0.5 * (from + to);
@@ -59,8 +65,8 @@ impl BodyMotion<'_> {
         [[from, middle], [middle, to]].map(|time| Self { time, shear, ..*self })
     }
 
-    /// What the body sweeps of `low..high`, but for what it dips in by less than the tolerance. `guess`: when it
-    /// may be nearest to the upper end.
+    /// Returns the intervals of a span that the body sweeps, except where it is less deep than the tolerance. `guess` is the
+    /// probable time at which it is nearest to the upper end.
     pub(crate) fn swept(&self, line: &RayLine, span: [f64; 2], guess: f64) -> SweptSpans {
         let mut found = SweptSpans::default();
         self.sweep(line, span, guess, &mut found);
@@ -74,7 +80,7 @@ impl BodyMotion<'_> {
             found.push([low, high]);
             return;
         }
-        // A quarter of what the ray turns, at its ends, is what it can be off in between.
+        // The ends can be off by a quarter of the turn of the ray times its length.
         let [from, to] = self.time;
         if 0.25 * self.piece.shear(to - from) * (high - low) <= GAP * self.tolerance {
             found.push([low, high]);
@@ -85,7 +91,7 @@ impl BodyMotion<'_> {
         }
     }
 
-    /// Whether a point between both ends is in the body at both their times.
+    /// Tests if a point between both ends is in the body at the times of both.
     fn has_no_gap(&self, line: &RayLine, [low, high]: [TimedEnd; 2]) -> bool {
         let same = (low.u - high.u).abs() <= f64::EPSILON;
         let holds =
@@ -93,7 +99,7 @@ impl BodyMotion<'_> {
         same || holds(0.5 * (low.s + high.s)) || holds(high.s) || holds(low.s)
     }
 
-    /// Lowest and highest end of what is swept of a span, each with its time.
+    /// Returns the lowest and the highest end of the swept part of a span.
     fn hull(
         &self,
         line: &RayLine,
@@ -106,7 +112,7 @@ impl BodyMotion<'_> {
         if top.distance <= touch {
             return Some([self.other_end(line, [high, low], &top), TimedEnd { s: high, u: top.u }]);
         }
-        // Below it gets no nearer than this.
+        // The body gets no nearer farther down.
         if top.bound - (top.slope + self.shear).max(0.0) * length > touch {
             return None;
         }
@@ -124,7 +130,7 @@ impl BodyMotion<'_> {
         cuts.then_some([from, to])
     }
 
-    /// From `inside` towards `end`: where the body ends, and when.
+    /// Returns the end of the body from a point inside it towards `end`.
     fn other_end(&self, line: &RayLine, [inside, end]: [f64; 2], at: &NearestInstant) -> TimedEnd {
         let out = self.beyond([inside, end], at).unwrap_or(end);
         let here = self.nearest(line, out, at.guess());
@@ -135,7 +141,7 @@ impl BodyMotion<'_> {
         end.map_or(TimedEnd { s: inside, u: at.u }, |(s, here)| TimedEnd { s, u: here.u })
     }
 
-    /// Where the plane from `inside` leads out before `end`.
+    /// Returns the point before `end` at which the plane from `inside` leaves the body.
     pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &NearestInstant) -> Option<f64> {
         let way = if end > inside { 1.0 } else { -1.0 };
         let rise = at.slope * way - self.shear;
@@ -143,7 +149,7 @@ impl BodyMotion<'_> {
         (rise > 0.0 && by < (end - inside) * way).then_some(inside + way * by)
     }
 
-    /// From `from`, outside, towards `to`: where the body begins, and the nearest instant there.
+    /// Finds the surface of the body from a point outside it towards `to`, with the nearest instant there.
     pub(crate) fn enter(
         &self,
         line: &RayLine,
@@ -169,12 +175,13 @@ impl BodyMotion<'_> {
         Some((s, here))
     }
 
-    /// Least distance over an interval: the best of some places, and of what halving finds around it; the
-    /// search ends where it is at most `enough`.
+    /// Returns the least distance over an interval, to within the search tolerance; stops once it is at most `enough`.
+    ///
+    /// Tries some points first, then bisects around the best one.
     fn deepest(&self, line: &RayLine, [low, high]: [f64; 2], enough: f64) -> f64 {
         let step = (high - low) / f64::from(PLACES);
         let mut best = (f64::INFINITY, low);
-        // The middle first.
+        // Start in the middle.
         for place in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
             let s = low + step * f64::from(place);
             let distance = self.nearest(line, s, TimeGuess::at(0.0)).distance;
@@ -198,7 +205,7 @@ impl BodyMotion<'_> {
         deepest
     }
 
-    /// How deep the body gets below the surface of what it sweeps of a ray, if that is deeper than `known`.
+    /// Returns the depth of the body below the surface it sweeps on a ray, if that exceeds `known`.
     pub(crate) fn depth(&self, line: &RayLine, [low, high]: [f64; 2], known: f64) -> Option<f64> {
         let half = 0.5 * (high - low);
         let middle = self.nearest(line, low + half, TimeGuess::at(0.0));

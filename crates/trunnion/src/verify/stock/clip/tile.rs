@@ -1,10 +1,9 @@
-//! A tile that nothing harmful comes near: what decides which rays.
+//! Clips a tile that nothing harmful comes near, by finding which body decides which ray.
 //!
-//! From a ray on which everything is tried, what decides it is followed over the tile: its surface on the next
-//! ray is where its tangent plane lets expect it, and where one stretch of the motion ends the next goes on.
-//! Where the tool moves along the rays some of its instants take off what is between both ends (see `cover`).
-//! Everything else is held off by planes below its distance, for squares of rays and for single rays; what they
-//! do not hold off is tried as on any ray.
+//! On one ray everything is tried. The body that decides it is then followed over the tile: its surface on the next ray is
+//! expected on its tangent plane, and the next piece takes over where one piece of the motion ends. Where the tool moves
+//! along the rays, a few of its instants remove everything between both ends (see [`cover`]). All else is kept off by
+//! planes below its distance, for squares of rays and for single rays; what they do not keep off is tried as on any ray.
 
 use super::batch::{ClipBatch, CutRequest};
 use super::candidates::RayCut;
@@ -20,7 +19,7 @@ use nalgebra::Point3;
 /// Rays along the side of a square.
 const SIDE: usize = 8;
 
-/// Where a ray ends, by which stretch and when.
+/// End of a ray, with the piece that made it and the time.
 #[derive(Clone, Copy)]
 struct RayEnd {
     number: usize,
@@ -29,7 +28,7 @@ struct RayEnd {
 }
 
 impl RayEnd {
-    /// Its time as a stretch has it, or the end of that stretch next to it.
+    /// Returns its time relative to a piece, clamped to the piece.
     fn seen_from(&self, number: usize) -> f64 {
         (self.time - 2.0 * number as f64).clamp(-1.0, 1.0)
     }
@@ -51,14 +50,14 @@ struct FoundPiece {
 /// Ends to which a ray was followed, by the number of the follower.
 type FollowedEnds = [Option<RayEnd>; 2];
 
-/// A point in a body, how deep, and when.
+/// Point in a body, with its depth and the time.
 #[derive(Clone, Copy)]
 struct HeldPoint {
     at: Point3<f64>,
     depth: f64,
     number: usize,
     u: f64,
-    /// How fast points less far from it than that move at most, seen from the tool.
+    /// Speed bound, seen from the tool, of points nearer to it than its depth.
     point_speed: f64,
 }
 
@@ -69,33 +68,32 @@ impl HeldPoint {
         Self { at, depth: depth - bounded.bend, number, u, point_speed }
     }
 
-    /// Whether another point a little earlier or later is in the body as well, however both moved meanwhile.
+    /// Tests if another point, at a slightly different time, is certainly in the body as well.
     fn holds(&self, at: &Point3<f64>, number: usize, u: f64) -> bool {
         let left = self.depth - self.point_speed * (u - self.u).abs();
         number == self.number && left > 0.0 && (at - self.at).norm_squared() < left * left
     }
 }
 
-/// What is followed from ray to ray.
+/// State of following one surface from ray to ray.
 struct SurfaceFollower {
     /// Index of the ends that it records.
     which: usize,
     trace: SurfaceTrace,
-    /// The ray of the trace, and when it is decided.
+    /// Ray of the trace, and the time that decides it.
     ray: [usize; 2],
     time: f64,
-    /// By both directions across: how far the surface was off the tangent plane, and how much later it was
-    /// reached, one ray on.
+    /// For both directions across: distance of the surface from the tangent plane, and delay, one ray on.
     off: [f64; 2],
     later: [f64; 2],
-    /// By how much more each time, and which way that was learned; 0 if it was not.
+    /// Growth of the delay, and the direction in which it was learned; 0 if unknown.
     more: [f64; 2],
     way: [f64; 2],
     held: Option<HeldPoint>,
 }
 
 impl ClipBatch<'_> {
-    /// Cuts a tile by bodies in any order.
+    /// Clips a tile by bodies in any order.
     pub(crate) fn settle(&self, tile: &mut RayTile, parts: &[&MovingPart]) {
         let chain = PieceChain::new(parts);
         let all: Vec<usize> = (0..parts.len()).collect();
@@ -119,7 +117,7 @@ impl ClipBatch<'_> {
         }
     }
 
-    /// Cuts a square by what the planes of the tile do not hold off.
+    /// Clips a square by the bodies that the planes of the tile do not keep off.
     fn square(
         &self,
         tile: &mut RayTile,
@@ -167,8 +165,8 @@ impl ClipBatch<'_> {
         }
     }
 
-    /// Cuts a ray by bodies, deepest first. Returns planes below the distance of all of them from what is left,
-    /// and what decided its ends.
+    /// Clips a ray by bodies, deepest first. Returns planes that keep all bodies off the remainder, followers of its ends, and
+    /// the cuts.
     fn decided(
         &self,
         tile: &mut RayTile,
@@ -208,7 +206,7 @@ impl ClipBatch<'_> {
         (planes, followers, cuts)
     }
 
-    /// Cuts rays to and fro by what decides them, as far as it can be followed.
+    /// Clips rays in zigzag order by what decides them, as far as it can be followed.
     fn walk(
         &self,
         tile: &mut RayTile,
@@ -246,7 +244,7 @@ impl ClipBatch<'_> {
             _ => (0, 0.0),
         };
         let s = plain.s + follower.off[axis] * f64::abs(way);
-        // The same again but for its trend, except where it turns round.
+        // Extrapolate the delay with its trend, except where the zigzag turns.
         let goes_on = f64::abs(way) > 0.0 && (way - follower.way[axis]).abs() < 0.5;
         let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
         let time = follower.time + (follower.later[axis] + trend) * way;
@@ -271,7 +269,7 @@ impl ClipBatch<'_> {
         Some(RayEnd { number, time, s })
     }
 
-    /// The stretch during which the tool is nearest to where its surface is expected, from `number` on or back.
+    /// Finds the piece during which the tool is nearest to the expected surface, from `number` on or back.
     fn seek(
         &self,
         chain: &PieceChain<'_>,
@@ -293,7 +291,7 @@ impl ClipBatch<'_> {
         }
     }
 
-    /// Takes off a ray what one stretch sweeps up to where its surface is expected.
+    /// Removes from a ray what one piece sweeps up to the expected surface.
     fn end(
         &self,
         chain: &PieceChain<'_>,
@@ -398,8 +396,8 @@ impl ClipBatch<'_> {
     }
 }
 
-/// In another order: the one in the middle first, then those in the middle of both halves, and so on. Of what
-/// sweeps a ray lengthwise a few leave nothing to the others, then.
+/// Reorders by bisection: the middle first, then the middles of both halves, and so on. Of the bodies that sweep a ray
+/// lengthwise, a few then leave nothing to the others.
 fn halving<T>(all: Vec<T>) -> Vec<T> {
     let bits = usize::BITS - all.len().leading_zeros();
     let order = (0..1usize << bits).map(|at| (at.reverse_bits() >> 1) >> (usize::BITS - 1 - bits));

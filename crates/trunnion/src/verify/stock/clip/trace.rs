@@ -1,10 +1,10 @@
-//! Where a body ends on a ray, from where it ends on the ray beside.
+//! Predicts the end of a body on a ray from its end on the neighbouring ray.
 
 use super::closest_approach::{BodyMotion, NearestInstant, RayLine, STEPS, TimeGuess};
 use super::ray::{CLOSE, TOUCH};
 use nalgebra::{Point3, Vector3};
 
-/// Where the surface of what a body sweeps was met on a ray.
+/// Point at which a swept surface was met on a ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SurfaceTrace {
     at: Point3<f64>,
@@ -12,7 +12,7 @@ pub(crate) struct SurfaceTrace {
     guess: TimeGuess,
 }
 
-/// Where it is expected on the ray beside.
+/// Expected point on the neighbouring ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ExpectedSurface {
     pub(crate) s: f64,
@@ -21,18 +21,18 @@ pub(crate) struct ExpectedSurface {
     pub(crate) way: f64,
 }
 
-/// What was taken off a ray there.
+/// Result of following a surface to a ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FollowedCut {
     pub(crate) cut: [f64; 2],
-    /// Where the surface is, and what is nearest there.
+    /// Position of the surface, and the nearest instant there.
     pub(crate) s: f64,
     pub(crate) near: NearestInstant,
-    /// How deep the end of the span is in the body then, if that was looked at.
+    /// Depth of the end of the span in the body at that time, if evaluated.
     pub(crate) depth: Option<f64>,
 }
 
-/// Least cosine between a ray and a surface that is followed along it: rays that graze are cut one by one.
+/// Least cosine between a ray and the normal of a surface that is followed; grazing rays are clipped one by one.
 const STEEPEST: f64 = 0.03;
 
 impl SurfaceTrace {
@@ -40,7 +40,7 @@ impl SurfaceTrace {
         Self { at: line.at(s), gradient: near.gradient, guess: near.guess() }
     }
 
-    /// Where the tangent plane meets a line.
+    /// Returns the intersection of the tangent plane with a line.
     pub(crate) fn on(&self, line: &RayLine) -> Option<ExpectedSurface> {
         let along = self.gradient.dot(&line.way);
         let s = self.gradient.dot(&(self.at - line.from)) / along;
@@ -50,9 +50,10 @@ impl SurfaceTrace {
 }
 
 impl BodyMotion<'_> {
-    /// What the body sweeps of a span from one of its ends to where its surface is expected, where that is, and
-    /// what is nearest there; `here`: what is nearest to where it is expected; `held`: whether that end
-    /// is in the body at a time for certain. `None` if that is not all there is to it.
+    /// Clips a span from one of its ends to the expected surface.
+    ///
+    /// `here` is the nearest instant at the expected point; `held` tests if that end is certainly in the body at a time.
+    /// `None` if this simple cut is not certain to be all.
     pub(crate) fn follow(
         &self,
         line: &RayLine,
@@ -64,7 +65,7 @@ impl BodyMotion<'_> {
         let &ExpectedSurface { s, way, .. } = expected;
         let [inside, end] = if way > 0.0 { span } else { [span[1], span[0]] };
 
-        // Farther out there is nothing, then.
+        // Step 1: the plane must rise outwards, so that there is nothing farther out.
         if here.slope * way <= self.shear {
             return None;
         }
@@ -74,7 +75,7 @@ impl BodyMotion<'_> {
             let out = self.beyond([s, end], &here)?;
             self.enter(line, [out, s], self.nearest(line, out, here.guess()))?
         };
-        // At this time the body reaches from there to the end of the span, or less far.
+        // Step 2: at this time the body reaches from the surface to the end of the span, or ends before.
         let (other, depth) = if held(here.u) {
             (inside, None)
         } else {
@@ -84,8 +85,9 @@ impl BodyMotion<'_> {
         Some(FollowedCut { cut: [s.min(other), s.max(other)], s, near: here, depth })
     }
 
-    /// From outside a body or an end of a span towards its surface at `to`: where it begins at time `u`. Newton
-    /// steps on a convex function come down to it from outside. Returned with the distance at `from`.
+    /// Finds the start of a body at time `u`, from a point outside it towards `to`; returns the distance at `from` as well.
+    ///
+    /// Newton steps on a convex function approach the root from outside.
     pub(crate) fn through(
         &self,
         line: &RayLine,
