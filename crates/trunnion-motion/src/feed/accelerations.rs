@@ -17,17 +17,18 @@ pub(super) struct CellAccelerations<const N: usize> {
     d: [[f64; N]; 4],
     /// Limit towards minus over the one towards plus.
     pub(super) minus: [f64; N],
-    /// Its reciprocal.
+    /// Reciprocal of `minus`.
     per_minus: [f64; N],
 }
 
-/// Which of `K` constraints an axis has: all Bernstein coefficients (5), or those at rows alone (2).
+/// Returns the Bernstein coefficient of constraint `place`: all coefficients (`of` = 5), or the
+/// first and last alone, at the rows (`of` = 2).
 const fn coefficient(place: usize, of: usize) -> usize {
     if of == 2 { place * 4 } else { place }
 }
 
 impl<const N: usize> CellAccelerations<N> {
-    /// Nothing that moves, within these limits.
+    /// Returns the constraints of a cell in which nothing moves.
     #[inline]
     fn within(limits: &ReciprocalLimits<N>) -> Self {
         let sides = &limits.acceleration;
@@ -42,13 +43,13 @@ impl<const N: usize> CellAccelerations<N> {
         }
     }
 
-    /// Limit of a constraint of this axis, by the sign of the side.
+    /// Returns the limit of a constraint of this axis, by the sign of the side.
     #[inline]
     pub(super) fn limit(&self, axis: usize, sign: f64) -> f64 {
         if sign < 0.0 { self.minus[axis] } else { 1.0 }
     }
 
-    /// Coefficient `k` of one axis as `a x0 + b x1`.
+    /// Returns coefficient `k` of one axis as `a x0 + b x1`.
     #[inline]
     fn row(&self, k: usize, axis: usize) -> [f64; 2] {
         let half = 0.5 * self.r[k][axis];
@@ -57,13 +58,13 @@ impl<const N: usize> CellAccelerations<N> {
         [ahead - half, behind + half]
     }
 
-    /// Constraint `place` of `K` of one axis as `a x0 + b x1`.
+    /// Returns constraint `place` of `K` of one axis as `a x0 + b x1`.
     #[inline]
     pub(super) fn constraint<const K: usize>(&self, [place, axis]: [usize; 2]) -> [f64; 2] {
         self.row(coefficient(place, K), axis)
     }
 
-    /// Coefficient `k` of all axes.
+    /// Returns the value of coefficient `k` on all axes.
     #[inline]
     fn at(&self, k: usize, [x0, x1]: [f64; 2]) -> [f64; N] {
         let change = 0.5 * (x1 - x0);
@@ -75,7 +76,7 @@ impl<const N: usize> CellAccelerations<N> {
         })
     }
 
-    /// Largest share of its limit of any of the `K` constraints.
+    /// Returns the largest share of its limit that any of the `K` constraints takes.
     #[inline]
     pub(super) fn most<const K: usize>(&self, x: [f64; 2]) -> f64 {
         let mut most = [0.0; N];
@@ -90,7 +91,8 @@ impl<const N: usize> CellAccelerations<N> {
         most.into_iter().fold(0.0, |most, size| if size > most { size } else { most })
     }
 
-    /// Shares of their limits that the accelerations of all axes take at the start, in the middle and at the end.
+    /// Returns the shares of their limits that the accelerations of all axes take at the start, in
+    /// the middle and at the end.
     #[inline]
     pub(super) fn at_three(&self, x: [f64; 2]) -> [[f64; N]; 3] {
         let (r, d) = (&self.r, &self.d);
@@ -110,7 +112,8 @@ impl<const N: usize> CellAccelerations<N> {
 }
 
 impl<const N: usize> FeedCell<N> {
-    /// What the Bernstein coefficients of the axis accelerations over their limits are made of.
+    /// Returns the parts of the Bernstein coefficients of the axis accelerations over their
+    /// limits.
     #[inline]
     pub(super) fn accelerations(&self, limits: &ReciprocalLimits<N>) -> CellAccelerations<N> {
         let per_length = 1.0 / self.h;
@@ -127,8 +130,8 @@ impl<const N: usize> FeedCell<N> {
         scaled
     }
 
-    /// The same from one node to the next, with the coefficients at rows alone: all that limits at rows
-    /// need.
+    /// Returns the same from one node to the next with the coefficients at rows alone, which are
+    /// all that limits at rows need.
     #[inline]
     pub(super) fn at_rows(
         from: &AxisNode<N>,

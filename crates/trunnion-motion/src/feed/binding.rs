@@ -6,7 +6,7 @@ use super::plan::BindingLimit;
 use super::profile::SpeedProfile;
 use super::reciprocal::ReciprocalLimits;
 
-/// What binds from each row to the next; the last entry repeats.
+/// Returns the limit that binds from each row to the next; the last entry repeats.
 pub(super) fn binding<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,
@@ -22,8 +22,8 @@ pub(super) fn binding<const N: usize>(
     binding
 }
 
-/// Which limit is used most in the middle of a cell. Time goes with the root of the acceleration, so an
-/// acceleration's share is its root; shares are compared as squares.
+/// Returns the limit used most in the middle of a cell. Time goes with the root of the
+/// acceleration, so the share of an acceleration is its root; shares are compared as squares.
 fn binding_in_cell<const N: usize>(
     cell: &FeedCell<N>,
     limits: &ReciprocalLimits<N>,

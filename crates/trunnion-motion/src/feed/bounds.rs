@@ -6,7 +6,7 @@ use super::plan::LimitRatios;
 use super::profile::SpeedProfile;
 use super::reciprocal::ReciprocalLimits;
 
-/// Upper bounds of velocity and acceleration ratios over the whole piece.
+/// Returns upper bounds of the velocity and acceleration ratios over the whole piece.
 pub(super) fn bounds<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,
@@ -36,8 +36,8 @@ pub(super) fn bounds<const N: usize>(
     bounds
 }
 
-/// Maximum of `x rate²` with both linear over a cell: at an end, or where
-/// `(x rate²)' = rate (x' rate + 2 x rate') = 0`.
+/// Returns the maximum of `x rate²` with both linear over a cell: at an end, or where `(x rate²)'
+/// = rate (x' rate + 2 x rate') = 0`.
 fn peak_square(x: [f64; 2], rate: [f64; 2]) -> f64 {
     let [dx, dr] = [x[1] - x[0], rate[1] - rate[0]];
     let ends = (x[0] * rate[0] * rate[0]).max(x[1] * rate[1] * rate[1]);

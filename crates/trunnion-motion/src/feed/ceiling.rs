@@ -7,7 +7,7 @@ use super::reciprocal::ReciprocalLimits;
 use crate::types::Motion;
 use nalgebra::SVector;
 
-/// Largest `ds/dt` at one place, whatever happens elsewhere \[s per s\].
+/// Largest `ds/dt` at one point of a path, whatever happens elsewhere \[mm/s, or s-unit/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedCeiling {
     /// From the axis velocities.
@@ -16,14 +16,29 @@ pub struct SpeedCeiling {
     pub acceleration: f64,
 }
 
-/// Feed ceiling of a place with `rate = dq/ds` and `curvature = d²q/ds²` while cutting.
+/// Returns the speed ceiling at a point with `rate = dq/ds` and `curvature = d²q/ds²` while
+/// cutting.
 ///
-/// `v <= min v_j / |rate_j|`, and the largest `v` for which some `A` satisfies
-/// `|rate_j A + curvature_j v²| <= a_j` on every axis.
+/// `v <= min v_j / |rate_j|`, and the largest `v` for which some `u` satisfies `|rate_j u +
+/// curvature_j v²| <= a_j` on every axis.
 ///
 /// # Source
 ///
 /// `docs/sources.md#001`: maximum velocity curve.
+///
+/// # Example
+///
+/// On a circle of 10 mm the axis across the path limits the speed to `sqrt(1000 * 10)` mm/s:
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use trunnion_motion::feed::{Limits, ceiling};
+///
+/// let [fast, acceleration] = [Vector2::repeat(500.0), Vector2::repeat(1000.0)];
+/// let limits = Limits::symmetric(fast, acceleration, Vector2::repeat(1e5));
+/// let top = ceiling(&Vector2::new(1.0, 0.0), &Vector2::new(0.0, 0.1), &limits);
+/// assert!((top.acceleration - 100.0).abs() < 1e-9 && (top.velocity - 500.0).abs() < 1e-9);
+/// ```
 pub fn ceiling<const N: usize>(
     rate: &SVector<f64, N>,
     curvature: &SVector<f64, N>,

@@ -18,7 +18,7 @@ pub(super) struct FeedCell<const N: usize> {
     pub(super) h: f64,
     /// Bernstein coefficients of the quartic `q'`.
     pub(super) rates: [SVector<f64, N>; 5],
-    /// What rounding leaves open of the rates.
+    /// Bound on the rounding of the rates.
     pub(super) doubt: SVector<f64, N>,
     /// Speed of the programmed point per unit of `s` at both ends; linear in between.
     pub(super) feed_rate: [f64; 2],
@@ -26,21 +26,24 @@ pub(super) struct FeedCell<const N: usize> {
     pub(super) tip_rate: [f64; 2],
 }
 
-/// Weights of a quartic's Bernstein coefficients at the middle; those of the last two are the first two's.
+/// Weights of the Bernstein coefficients of a quartic in its middle; the last two repeat the first
+/// two.
 pub(super) const MIDDLE: [f64; 3] = [0.0625, 0.25, 0.375];
 
-/// Roundings of the largest rate in the coefficients of a cell: a few in forming the quintic, and one in each of
-/// the averages of up to a dozen cuts.
+/// Roundings of the largest rate in the coefficients of a cell: a few in forming the quintic, and
+/// one in each average of up to a dozen cuts.
 const ROUNDINGS: f64 = 64.0;
 
 impl<const N: usize> FeedCell<N> {
-    /// The quintic between two nodes.
+    /// Builds the cell of the quintic between two nodes.
     pub(super) fn between(from: &AxisNode<N>, to: &AxisNode<N>) -> Self {
         let h = to.s - from.s;
         let [[p0, p1, p2, _], [r0, r1, r2, _]] = [from.q, to.q];
+        // Coefficients of the quartic q' from position, rate and curvature at both ends.
         let chord = (r0 - p0) / h;
         let middle = (chord - (p1 + r1) * 0.4 + (r2 - p2) * (0.05 * h)) * 5.0;
         let rates = [p1, p1 + p2 * (0.25 * h), middle, r1 - r2 * (0.25 * h), r1];
+        // Rounding: relative to the largest rate, and the cancellation in the chord.
         let largest = rates.iter().fold(SVector::zeros(), |most: SVector<f64, N>, rate| {
             most.zip_map(rate, |a, b| a.max(b.abs()))
         });
@@ -55,7 +58,7 @@ impl<const N: usize> FeedCell<N> {
         }
     }
 
-    /// Both parts of a cut at fraction `t` (de Casteljau's scheme): the same curve exactly.
+    /// Cuts the cell at fraction `t` (de Casteljau): both parts are the same curve exactly.
     pub(super) fn split(&self, t: f64) -> [Self; 2] {
         let mut rest = self.rates;
         let [mut left, mut right] = [self.rates; 2];
@@ -86,7 +89,7 @@ impl<const N: usize> FeedCell<N> {
         ]
     }
 
-    /// Largest `x` at both ends by the speed limits there alone.
+    /// Returns the largest `x` at both ends by the speed limits there alone.
     #[inline]
     pub(super) fn end_caps(&self, limits: &ReciprocalLimits<N>) -> [f64; 2] {
         let cap = |rates: &SVector<f64, N>, end: usize| {
@@ -100,9 +103,11 @@ impl<const N: usize> FeedCell<N> {
         [cap(&self.rates[0], 0), cap(&self.rates[4], 1)]
     }
 
-    /// Largest `x` at both ends such that a linear `x` below keeps every speed limit in between.
+    /// Returns the largest `x` at both ends such that a linear `x` below keeps every speed limit
+    /// in between.
     #[inline]
     pub(super) fn caps(&self, limits: &ReciprocalLimits<N>) -> [f64; 2] {
+        // Every limit is a line above |rate| / limit; x must stay below 1 / line².
         let lines = self.speed_lines(limits);
         let points = [scaled(self.feed_rate, limits.feed), scaled(self.tip_rate, limits.tip)];
         let mut above = [0.0; 2];
@@ -123,7 +128,8 @@ impl<const N: usize> FeedCell<N> {
             .fold([f64::INFINITY; 2], |caps, [c0, c1]| [caps[0].min(c0), caps[1].min(c1)])
     }
 
-    /// For each axis a line (its values at both ends) above `|q'|` over the velocity limit.
+    /// Returns for each axis a line, by its values at both ends, above `|q'|` over the velocity
+    /// limit.
     #[inline]
     pub(super) fn speed_lines(&self, limits: &ReciprocalLimits<N>) -> [[f64; 2]; N] {
         std::array::from_fn(|axis| {
@@ -131,18 +137,19 @@ impl<const N: usize> FeedCell<N> {
             let [first, last] = [rate(0), rate(4)];
             let quarter = 0.25 * (last - first);
             let above = |k: usize| rate(k) - (first + k as f64 * quarter);
+            // Shift the chord of the first and last coefficient above the inner ones.
             let rise = largest(largest(above(1), above(2)), largest(above(3), 0.0));
             [first + rise, last + rise]
         })
     }
 
-    /// `q''` at the start.
+    /// Returns `q''` at the start.
     #[inline]
     pub(super) fn bend_at_start(&self) -> SVector<f64, N> {
         (self.rates[1] - self.rates[0]) * (4.0 / self.h)
     }
 
-    /// `q'` and `q''` in the middle.
+    /// Returns `q'` and `q''` in the middle.
     #[inline]
     pub(super) fn rates_in_the_middle(&self) -> [SVector<f64, N>; 2] {
         let r = &self.rates;
@@ -154,7 +161,8 @@ impl<const N: usize> FeedCell<N> {
 }
 
 impl<const N: usize> FeedCell<N> {
-    /// What rounding leaves open of second derivatives: `4 / h` of differences of rates is taken.
+    /// Returns the bound on the rounding of second derivatives, which are `4 / h` times
+    /// differences of rates.
     pub(super) fn blur(&self) -> SVector<f64, N> {
         self.doubt * (8.0 / self.h)
     }

@@ -10,7 +10,7 @@ pub(super) struct EndSquares {
 }
 
 impl EndSquares {
-    /// Those of piece `index` of `count`: inner ones rest.
+    /// Returns the end speeds of piece `index` of `count`: inner ends rest.
     pub(super) fn of(index: usize, count: usize, options: &FeedOptions) -> Self {
         let [start, end] = options.ends;
         let at = |here: bool, speed: f64| if here { speed * speed } else { 0.0 };

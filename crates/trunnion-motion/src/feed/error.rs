@@ -3,7 +3,7 @@
 use crate::types::Cancelled;
 use std::fmt;
 
-/// Which limit an error is about.
+/// Kind of limit that an error is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitKind {
     /// Axis velocity while cutting.
@@ -27,14 +27,14 @@ impl fmt::Display for LimitKind {
     }
 }
 
-/// Why no schedule was planned. Pieces, nodes and axes count from 0.
+/// Reasons why no schedule was planned. Pieces, nodes and axes count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FeedError {
     /// A limit is missing (infinite), zero, negative or not a number.
     #[error("{kind} limit of axis {axis} is {value}; it must be finite and positive (mm, rad, s)")]
     BadLimit {
-        /// Which limit.
+        /// Kind of limit.
         kind: LimitKind,
         /// Index of the axis.
         axis: usize,
@@ -47,7 +47,7 @@ pub enum FeedError {
     /// The feed, link feed or tip speed is zero, negative, infinite or not a number.
     #[error("{name} is {value} mm/s; it must be finite and positive, or absent for no limit")]
     BadFeed {
-        /// Name of the field of [`FeedOptions`].
+        /// Name of the field of [`ProgrammedSpeeds`](super::ProgrammedSpeeds).
         name: &'static str,
         /// Value given.
         value: f64,
@@ -180,7 +180,7 @@ pub enum FeedError {
     /// An option of the block-wise planner makes no sense.
     #[error("{name} is {value}; it must be finite and positive")]
     BadBlockOption {
-        /// What it is.
+        /// Name of the option.
         name: &'static str,
         /// Value given.
         value: f64,
@@ -195,7 +195,7 @@ pub enum FeedError {
         /// The value.
         value: f64,
     },
-    /// Another number of given speeds than pieces.
+    /// The number of given speeds is not that of the pieces.
     #[error(
         "the path has {path} piece(s), but speeds are given for {given}; give one list a piece"
     )]
@@ -234,11 +234,11 @@ pub enum FeedError {
         from: f64,
         /// Its end.
         to: f64,
-        /// First place given.
+        /// First path parameter given.
         first: f64,
-        /// Last place given.
+        /// Last path parameter given.
         last: f64,
-        /// Numbers of places and of speeds.
+        /// Numbers of path parameters and of speeds.
         rows: [usize; 2],
     },
     /// A given speed is zero where the path goes on: the end would never be reached.
@@ -249,12 +249,12 @@ pub enum FeedError {
     GivenStop {
         /// Index of the piece.
         piece: usize,
-        /// Start of the stretch.
+        /// Start of the interval.
         from: f64,
         /// Its end.
         to: f64,
     },
-    /// A stream cannot look ahead like this.
+    /// The window of a stream is too short, or its step is not positive.
     #[error(
         "the window is {window} rows and the largest step {step}; at least 4 rows and a finite, \
          positive step are needed, for instance 512 rows and 0.5 mm"
@@ -265,13 +265,13 @@ pub enum FeedError {
         /// Largest step asked for.
         step: f64,
     },
-    /// An override out of range.
+    /// An override is out of range.
     #[error("override is {value}; it must be from 0 (hold) to 2 (200 %)")]
     BadOverride {
         /// Value given.
         value: f64,
     },
-    /// The caller asked for a stop.
+    /// The caller cancelled the plan.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

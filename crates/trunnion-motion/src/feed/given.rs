@@ -1,4 +1,4 @@
-//! The user's own speed along the path: what the axes do, and where which limit breaks.
+//! Speeds that the user gives: motion of the axes, and broken limits.
 
 use super::cell::FeedCell;
 use super::directional::DirectionalLimits;
@@ -18,12 +18,12 @@ use nalgebra::SVector;
 /// Samples from a row to the next, both ends among them.
 const SAMPLES: u32 = 9;
 
-/// Relative difference that is rounding: a ratio, or a place on the path, is right to a few dozen
-/// roundings.
+/// Relative difference that counts as rounding: a ratio, or a position on the path, is right to a
+/// few dozen roundings.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Rows nearer to a node than this share of the way to the next are taken for the node: half the
-/// digits. Derivatives of the path over a shorter way would be lost in rounding.
+/// Rows nearer to a node than this share of the distance to the next are taken for the node: half
+/// the digits. Derivatives of the path over a shorter distance would be lost in rounding.
 const LEAST_SHARE: f64 = 1.5e-8;
 
 /// `ds/dt` along one piece; its square is linear in `s` between rows, so acceleration is constant.
@@ -36,26 +36,26 @@ pub struct GivenSpeed {
     pub speed: Vec<f64>,
 }
 
-/// A stretch on which a limit does not hold.
+/// Interval on which a limit does not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitBreach {
     /// Index of the piece.
     pub piece: usize,
-    /// Where it begins and ends, to an eighth of the way between rows.
+    /// Start and end in `s`, to an eighth of the distance between rows.
     pub s: [f64; 2],
-    /// Which limit.
+    /// The limit.
     pub limit: BindingLimit,
     /// Largest value over the limit.
     pub ratio: f64,
-    /// Where that is.
+    /// `s` at the largest value.
     pub worst: f64,
 }
 
 /// Runs a path at given speeds, whatever the limits: one [`GivenSpeed`] a piece.
 ///
-/// `q' = t V`, `q'' = t A + K V²`, `q''' = t J + 3 K V A + L V³` with the path's own derivatives; the
-/// time of a stretch is `2 ds / (V0 + V1)`. Breaches are in order of place. `options.ends` do not
-/// count: the speeds say it.
+/// `q' = t V`, `q'' = t A + K V²`, `q''' = t J + 3 K V A + L V³` with the derivatives of the path;
+/// the time between rows is `2 ds / (V0 + V1)`. Breaches are in order of `s`. `options.ends` does
+/// not count, because the speeds give the ends.
 ///
 /// # Errors
 ///
@@ -98,7 +98,8 @@ pub fn given<const N: usize>(
     Ok((plan, breaches))
 }
 
-/// The nodes alone, then nodes and rows in between, and the squared speeds there.
+/// Returns the grid of the nodes alone, then the grid with the given rows, and the squared speeds
+/// there.
 fn grid<const N: usize>(
     piece: &AxisPiece<N>,
     given: &GivenSpeed,
@@ -128,7 +129,7 @@ fn grid<const N: usize>(
     (nodes, grid, SpeedProfile { x, acceleration: None })
 }
 
-/// Squared speed at `s`.
+/// Returns the squared speed at `s`.
 fn square_at(given: &GivenSpeed, s: f64) -> f64 {
     let next = given.s.partition_point(|&row| row < s).clamp(1, given.s.len() - 1);
     let [from, to] = [given.s[next - 1], given.s[next]];
@@ -138,7 +139,7 @@ fn square_at(given: &GivenSpeed, s: f64) -> f64 {
     (before * (to - s) + after * (s - from)) / (to - from)
 }
 
-/// Nothing stands still where the path goes on.
+/// Checks that the speed is not zero where the path goes on.
 fn moving<const N: usize>(
     piece: usize,
     grid: &FeedGrid<N>,
@@ -154,7 +155,7 @@ fn moving<const N: usize>(
     Ok(())
 }
 
-/// Stretches on which a limit does not hold, in order of place.
+/// Returns the intervals on which a limit does not hold, in order of `s`.
 fn breaches<const N: usize>(
     index: usize,
     piece: &AxisPiece<N>,
@@ -194,7 +195,7 @@ fn breaches<const N: usize>(
     closed
 }
 
-/// Limits in the order of [`ratios`].
+/// Returns the limits in the order of [`ratios`].
 fn names<const N: usize>() -> Vec<BindingLimit> {
     let axis = |axis: usize| u8::try_from(axis).unwrap_or(u8::MAX);
     let kinds = [BindingLimit::Velocity, BindingLimit::Acceleration, BindingLimit::Jerk];
@@ -202,7 +203,7 @@ fn names<const N: usize>() -> Vec<BindingLimit> {
     axes.chain([BindingLimit::Feed, BindingLimit::Tip]).collect()
 }
 
-/// Everything over its limit, at one time; `d²s/dt²` is constant.
+/// Returns everything over its limit, at one moment; `d²s/dt²` is constant.
 fn ratios<const N: usize>(
     q: &[SVector<f64, N>; 4],
     [v, u]: [f64; 2],
@@ -224,6 +225,7 @@ fn ratios<const N: usize>(
     axes.chain([v * feed * limits.feed, v * tip * limits.tip]).collect()
 }
 
+/// Checks that the given speeds increase in `s`, are finite, and cover the piece.
 fn validate<const N: usize>(
     piece: usize,
     path: &AxisPiece<N>,

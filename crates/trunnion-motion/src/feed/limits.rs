@@ -3,7 +3,9 @@
 use super::error::FeedError;
 use nalgebra::SVector;
 
-/// What the axes can do. All finite and positive.
+/// Velocity, acceleration and jerk limits of the axes. All values are finite and positive.
+///
+/// Begin with [`Limits::symmetric`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<const N: usize> {
     /// Axis velocities while cutting, leading in and leading out \[axis unit/s\].
@@ -12,16 +14,18 @@ pub struct Limits<const N: usize> {
     pub rapid: SVector<f64, N>,
     /// Axis accelerations \[axis unit/s²\].
     pub acceleration: SVector<f64, N>,
-    /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by [`super::optimal`].
+    /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by
+    /// [`super::optimal()`].
     pub jerk: Option<SVector<f64, N>>,
-    /// What differs towards minus; `None` for limits that are the same in both directions. Kept to the full by
-    /// [`super::optimal`], [`super::FeedStream`] and [`super::given()`]; planners with jerk limits and [`super::blocks()`]
-    /// keep the smaller of both directions.
+    /// Limits towards minus where they differ; `None` for limits that are the same in both
+    /// directions. [`super::optimal()`], [`super::FeedStream`] and [`super::given()`] use them to
+    /// the full. Planners with jerk limits and [`super::blocks()`] keep the smaller limit of both
+    /// directions.
     pub minus: Option<MinusLimits<N>>,
 }
 
-/// What the axes can do towards minus: a falling axis is braked by less than it is sped up with. All finite
-/// and positive.
+/// Limits towards minus: a falling axis brakes less than it speeds up. All values are finite and
+/// positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MinusLimits<const N: usize> {
     /// As [`Limits::velocity`] \[axis unit/s\].
@@ -33,7 +37,19 @@ pub struct MinusLimits<const N: usize> {
 }
 
 impl<const N: usize> Limits<N> {
-    /// The same limits in both directions, on links as on cuts.
+    /// Makes limits that are the same in both directions, and on links as on cuts.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Vector2;
+    /// use trunnion_motion::feed::Limits;
+    ///
+    /// let [velocity, acceleration] = [Vector2::repeat(500.0), Vector2::repeat(2000.0)];
+    /// let limits = Limits::symmetric(velocity, acceleration,
+    /// Vector2::repeat(5e4)).without_jerk();
+    /// assert_eq!((limits.rapid, limits.jerk), (velocity, None));
+    /// ```
     #[must_use]
     pub fn symmetric(
         velocity: SVector<f64, N>,
@@ -43,14 +59,14 @@ impl<const N: usize> Limits<N> {
         Self { velocity, rapid: velocity, acceleration, jerk: Some(jerk), minus: None }
     }
 
-    /// The same without jerk limits.
+    /// Drops the jerk limits.
     #[must_use]
     pub const fn without_jerk(mut self) -> Self {
         self.jerk = None;
         self
     }
 
-    /// The smaller of both directions, in both.
+    /// Returns limits that hold in both directions: the smaller of both, axis by axis.
     #[must_use]
     pub fn smaller(&self) -> Self {
         let Some(minus) = self.minus else { return *self };
@@ -65,11 +81,12 @@ impl<const N: usize> Limits<N> {
 }
 
 impl<const N: usize> Limits<N> {
-    /// The same, with accelerations so low that between two setpoints `period` \[s\] apart a straight
-    /// line leaves the motion of no axis by more than `error` \[axis unit\]; infinite for any.
+    /// Lowers the accelerations until a straight line between two setpoints leaves the motion of
+    /// no axis by more than `error` \[axis unit\]; infinite for no limit. The setpoints are
+    /// `period` \[s\] apart.
     ///
-    /// A chord over `T` of a motion whose acceleration is at most `a` is off by at most `a T² / 8`, so
-    /// `a <= 8 e / T²` is enough; on a circle that is `v <= sqrt(8 e / curvature) / T`.
+    /// A chord over `T` of a motion whose acceleration is at most `a` is off by at most `a T² /
+    /// 8`. So `a <= 8 e / T²` is enough; on a circle that is `v <= sqrt(8 e / curvature) / T`.
     ///
     /// # Errors
     ///
@@ -78,6 +95,20 @@ impl<const N: usize> Limits<N> {
     /// # Source
     ///
     /// `docs/sources.md#001`: chord error of a sampled curve.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Vector1;
+    /// use trunnion_motion::feed::Limits;
+    ///
+    /// let limits = Limits::symmetric(Vector1::new(500.0), Vector1::new(5000.0),
+    /// Vector1::new(1e6));
+    /// // 1 um at 10 ms: 8 * 0.001 / 0.01² = 80 mm/s².
+    /// let limits = limits.with_chord_error(&Vector1::new(0.001), 0.01)?;
+    /// assert!((limits.acceleration[0] - 80.0).abs() < 1e-9);
+    /// # Ok::<(), trunnion_motion::feed::FeedError>(())
+    /// ```
     pub fn with_chord_error(
         mut self,
         error: &SVector<f64, N>,
@@ -97,7 +128,7 @@ impl<const N: usize> Limits<N> {
         Ok(self)
     }
 
-    /// Axes whose acceleration is limited to less than in `own`: by a chord error.
+    /// Returns which axes have a lower acceleration limit than in `own`, because of a chord error.
     pub fn lowered_from(&self, own: &Self) -> [bool; N] {
         std::array::from_fn(|axis| self.acceleration[axis] < own.acceleration[axis])
     }

@@ -14,15 +14,17 @@ use super::numeric::largest;
 use super::reciprocal::ReciprocalLimits;
 use nalgebra::SVector;
 
-/// Lower bound of the time with the given speeds at the ends \[s\].
+/// Returns a lower bound of the time with the given speeds at the ends \[s\].
 pub(super) fn bound<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
     ends: &EndSquares,
 ) -> f64 {
-    // What holds with the larger limit of both directions holds with both.
+    // A bound for the larger limit of both directions is a bound for both.
     let limits = &ReciprocalLimits { acceleration: limits.acceleration.loosest(), ..*limits };
+    // Step 1: upper bounds of x at the rows, forwards from the start.
     let x = reachable(grid, limits, ends);
+    // Step 2: lower them backwards from the end, and add up the time of each cell.
     let mut sum = 0.0;
     let mut ahead = x.last().map_or(0.0, |x| x.min(ends.end));
     let mut to = ahead.sqrt();
@@ -37,7 +39,7 @@ pub(super) fn bound<const N: usize>(
     sum * (1.0 - (grid.cells.len() + 64) as f64 * f64::EPSILON)
 }
 
-/// Upper bounds of `x` at the rows, going forwards.
+/// Returns upper bounds of `x` at the rows, going forwards.
 fn reachable<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
@@ -46,6 +48,7 @@ fn reachable<const N: usize>(
     let mut x = Vec::with_capacity(grid.cells.len() + 1);
     let mut here = ends.start;
     for cell in &grid.cells {
+        // Speed limits, then the two-axis cap where it can be lower.
         let cap = speed_cap(cell, limits);
         here = if cap < here { cap } else { here };
         if bent(&[cell.rates[0], cell.bend_at_start()], &cell.blur(), limits, here) {
@@ -59,7 +62,7 @@ fn reachable<const N: usize>(
     x
 }
 
-/// Largest `x` at the start of a cell by the speed limits.
+/// Returns the largest `x` at the start of a cell by the speed limits.
 #[inline]
 fn speed_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> f64 {
     let mut most = largest(cell.feed_rate[0] * limits.feed, cell.tip_rate[0] * limits.tip);
@@ -69,13 +72,13 @@ fn speed_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -
     1.0 / (most * most)
 }
 
-/// What each axis travels in a cell.
+/// Travel of each axis in a cell.
 struct AxisTravel<const N: usize> {
     /// Squared rates at both ends over the acceleration limit.
     squares: [[f64; N]; 2],
-    /// Twice the distance; infinite for an axis that may turn round, which says nothing then.
+    /// Twice the distance; infinite for an axis that may reverse, which bounds nothing then.
     twice: [f64; N],
-    /// From one end to the other, towards plus or minus, and how far.
+    /// Signed travel from one end to the other, and its size.
     signed: [f64; N],
     net: [f64; N],
 }
@@ -103,7 +106,8 @@ impl<const N: usize> AxisTravel<N> {
         travel
     }
 
-    /// Upper bound, at most `most`, of `x` at end `to` of the cell from the one at end `from`.
+    /// Returns an upper bound of `x` at end `to` of the cell from the one at end `from`; at most
+    /// `most`.
     #[inline]
     fn gain(&self, x: f64, most: f64, [from, to]: [usize; 2]) -> f64 {
         let mut bound = most;
@@ -118,8 +122,8 @@ impl<const N: usize> AxisTravel<N> {
         bound
     }
 
-    /// The axis that needs longest, by what its speed can be half-way from either end: the one with
-    /// the least `x` there.
+    /// Returns the axis that needs longest, judged by its largest possible speed half-way from
+    /// either end: the one with the least `x` there.
     #[inline]
     fn slowest(&self, x: [f64; 2], limits: &ReciprocalLimits<N>) -> Option<usize> {
         let [mut least, mut weight] = [f64::INFINITY, 1.0];
@@ -137,7 +141,7 @@ impl<const N: usize> AxisTravel<N> {
     }
 }
 
-/// Whether the two-axis cap at one place is below `x`, up to rounding.
+/// Returns `true` if the two-axis cap at one point is below `x`, up to rounding.
 #[inline]
 fn bent<const N: usize>(
     [s, c]: &[SVector<f64, N>; 2],
@@ -166,9 +170,9 @@ fn bent<const N: usize>(
     above > 0.0
 }
 
-/// The two-axis cap at one place: the intervals of `u` of all axes share a point iff those of any
-/// two do (Helly's theorem on a line), so it is the exact largest `x`; where `c` is only known to within
-/// `blur`, nothing above it.
+/// Returns the two-axis cap at one point. The intervals of `u` of all axes share a point if and
+/// only if those of any two do (Helly's theorem on a line), so the cap is the exact largest `x`.
+/// Where `c` is only known to within `blur`, nothing above it.
 pub(super) fn pair_cap<const N: usize>(
     [s, c]: [SVector<f64, N>; 2],
     blur: &SVector<f64, N>,
@@ -210,7 +214,8 @@ pub(super) fn pair_cap<const N: usize>(
     cap
 }
 
-/// Lower bound of the time in a cell whose ends are passed with at most the given `x` and `ds/dt`.
+/// Returns a lower bound of the time in a cell whose ends are passed with at most the given `x`
+/// and `ds/dt`.
 #[inline]
 fn cell_time<const N: usize>(
     cell: &FeedCell<N>,
@@ -219,19 +224,22 @@ fn cell_time<const N: usize>(
     ends: [f64; 2],
     limits: &ReciprocalLimits<N>,
 ) -> f64 {
+    // Speed limits: mean rates of the programmed point and tip, travel of each axis.
     let mean = |rate: [f64; 2]| 0.5 * (rate[0] + rate[1]);
     let mut time =
         cell.h * largest(mean(cell.feed_rate) * limits.feed, mean(cell.tip_rate) * limits.tip);
     for axis in 0..N {
         time = largest(limits.velocity.share(axis, travel.signed[axis]), time);
     }
+    // Acceleration: the slowest axis from its end speeds over its travel.
     if let Some(axis) = travel.slowest(squares, limits) {
         let speeds = [0, 1].map(|end| ends[end] * cell.rates[end * 4][axis].abs());
         let v = travel.net[axis] / limits.velocity.share(axis, travel.signed[axis]);
         let a = 1.0 / limits.acceleration.plus[axis];
         time = largest(ramp_time(travel.net[axis], speeds, v, a), time);
     }
-    // The two-axis cap of the whole cell costs most: only where the one in the middle says it helps.
+    // The two-axis cap of the whole cell is expensive: only where the one in the middle is below
+    // x.
     let x = (cell.h / time).powi(2);
     if bent(&cell.rates_in_the_middle(), &cell.blur(), limits, x) {
         time = time.max(cell.h / cell_pair_cap(cell, limits).sqrt());
@@ -239,7 +247,8 @@ fn cell_time<const N: usize>(
     time
 }
 
-/// Shortest time over `distance` with at most the given end speeds, speed limit and acceleration.
+/// Returns the shortest time over `distance` with at most the given end speeds, speed limit and
+/// acceleration.
 fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
     if distance <= 0.0 {
         return 0.0;
@@ -255,7 +264,7 @@ fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
     ramp(from) + ramp(to) + (distance - ramps).max(0.0) / top
 }
 
-/// Upper bound of the two-axis cap over a whole cell, from Bernstein coefficients.
+/// Returns an upper bound of the two-axis cap over a whole cell, from Bernstein coefficients.
 fn cell_pair_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> f64 {
     let s = cell.rates.map(|rate| rate.component_mul(&limits.acceleration.plus));
     let blur = cell.blur().component_mul(&limits.acceleration.plus);
@@ -274,12 +283,14 @@ fn cell_pair_cap<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N
     cap
 }
 
-/// Lower bound of `|s_j c_k - s_k c_j|` over a cell: the smallest Bernstein coefficient of this
-/// polynomial of degree 7, or 0 if they differ in sign.
+/// Returns a lower bound of `|s_j c_k - s_k c_j|` over a cell: the smallest Bernstein coefficient
+/// of this polynomial of degree 7, or 0 if they differ in sign.
 fn smallest_cross(s: &[[f64; 2]; 5], h: f64) -> f64 {
     const CHOOSE_4: [f64; 5] = [1.0, 4.0, 6.0, 4.0, 1.0];
     const CHOOSE_3: [f64; 4] = [1.0, 3.0, 3.0, 1.0];
     const CHOOSE_7: [f64; 8] = [1.0, 7.0, 21.0, 35.0, 35.0, 21.0, 7.0, 1.0];
+    // Product in Bernstein form: weighted by the binomials of both factors, divided by those of
+    // degree 7.
     let mut product = [0.0; 8];
     for (i, [sj, sk]) in s.iter().enumerate() {
         for l in 0..4 {

@@ -6,8 +6,8 @@ use super::reciprocal::ReciprocalLimits;
 use crate::math::quintic::Quintic;
 use crate::types::{AxisPiece, SchedulePiece};
 
-/// IntervalSamples from a row to the next, evenly in time. Both ends are among them, each seen from inside:
-/// jerk jumps at nodes and is often largest there.
+/// Samples from a row to the next, evenly in time. Both ends are among them, each seen from
+/// inside, because jerk jumps at nodes and is often largest there.
 const SAMPLES: usize = 4;
 
 /// Largest values found between and at rows.
@@ -17,8 +17,8 @@ pub(super) struct MeasuredRatios {
     pub(super) acceleration_step: f64,
 }
 
-/// IntervalSamples the schedule evenly in time and evaluates the path in the power basis, so that neither
-/// the grid nor the polynomial basis of the planner is used.
+/// Measures the schedule evenly in time, with the path in the power basis: neither the grid nor
+/// the polynomial basis of the planner is used.
 pub(super) fn measure<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
@@ -35,7 +35,7 @@ pub(super) fn measure<const N: usize>(
         let tip = [nodes[0].tip_rate, nodes[1].tip_rate].map(|rate| rate * limits.tip);
         while row + 1 < schedule.s.len() && schedule.s[row] < nodes[1].s {
             let motion = IntervalSamples::of(schedule, row, [origin, curve.per_length]);
-            curve.look(&motion, limits, &mut most);
+            curve.take_in(&motion, limits, &mut most);
             most.step =
                 largest(curve.start(&motion, limits) * (motion.u - before).abs(), most.step);
             before = motion.u;
@@ -64,14 +64,15 @@ struct LargestRatios {
 
 /// Some moments on one quintic under constant `u = d²s/dt²`.
 struct IntervalSamples {
-    /// Places as shares of the quintic's length.
+    /// Positions as shares of the length of the quintic.
     at: [f64; SAMPLES],
     v: [f64; SAMPLES],
     u: f64,
 }
 
 impl IntervalSamples {
-    /// From a row of the schedule to the next, on a quintic that starts at `origin`.
+    /// Samples the interval from a row of the schedule to the next, on a quintic that starts at
+    /// `origin`.
     #[inline]
     fn of(schedule: &SchedulePiece, row: usize, [origin, per_length]: [f64; 2]) -> Self {
         let [s, v, u] = [schedule.s[row], schedule.speed[row], schedule.acceleration[row]];
@@ -100,7 +101,7 @@ impl<const N: usize> PowerCurve<N> {
         Self { per_length, rate }
     }
 
-    /// Largest `|q'|` over the acceleration limit at the first of the moments.
+    /// Returns the largest `|q'|` over the acceleration limit at the first of the moments.
     #[inline]
     fn start(&self, motion: &IntervalSamples, limits: &ReciprocalLimits<N>) -> f64 {
         let mut most = 0.0;
@@ -113,9 +114,10 @@ impl<const N: usize> PowerCurve<N> {
         most
     }
 
-    /// `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = 3 q'' u v + q''' v³`, over the limits.
+    /// Takes in `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = 3 q'' u v + q''' v³`, each over its
+    /// limit.
     #[inline]
-    fn look(
+    fn take_in(
         &self,
         motion: &IntervalSamples,
         limits: &ReciprocalLimits<N>,
@@ -148,7 +150,7 @@ impl<const N: usize> PowerCurve<N> {
     }
 }
 
-/// Feed rate and tip rate at `s`, linear between nodes.
+/// Returns feed rate and tip rate at `s`, linear between nodes.
 pub(super) fn rates_at<const N: usize>(piece: &AxisPiece<N>, interval: usize, s: f64) -> [f64; 2] {
     let (Some(from), Some(to)) = (piece.nodes.get(interval), piece.nodes.get(interval + 1)) else {
         return [0.0; 2];

@@ -1,25 +1,26 @@
 //! Comparisons without care for NaN, and lines over a cell.
 
-/// A line times a factor.
+/// Returns a line, given by both its ends, times a factor.
 #[inline]
 pub(super) fn scaled(line: [f64; 2], factor: f64) -> [f64; 2] {
     line.map(|end| end * factor)
 }
 
-/// The larger one; without the care for NaN that `f64::max` takes.
+/// Returns the larger number, without the care for NaN that `f64::max` takes.
 #[inline]
 pub(super) fn largest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Smaller of two numbers, the second if they cannot be compared; see [`largest`].
+/// Returns the smaller number, the second if they cannot be compared; see [`largest`].
 #[inline]
 pub(super) fn smallest(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// A line below the convex `1 / rate²` for a linear `rate`: the tangent in the middle where the
-/// rate hardly changes, else at the end where it is largest, which would otherwise lose most.
+/// Returns a line below the convex `1 / rate²` for a linear `rate`. It is the tangent in the
+/// middle where the rate hardly changes, else at the end where the rate is largest, which would
+/// otherwise lose most.
 pub(super) fn tangent(rate: [f64; 2]) -> [f64; 2] {
     let largest = rate[0].max(rate[1]);
     let middle = 0.5 * (rate[0] + rate[1]);

@@ -20,7 +20,8 @@ pub(super) struct PlannedPiece {
     pub(super) inserted: usize,
 }
 
-/// Plans all pieces, in order whatever the number of threads.
+/// Plans all pieces in parallel; the order of the results does not depend on the number of
+/// threads.
 pub(super) fn plan_all<const N: usize, T: Send>(
     path: &AxisPath<N>,
     progress: &dyn Progress,
@@ -40,7 +41,7 @@ pub(super) fn plan_all<const N: usize, T: Send>(
         .collect()
 }
 
-/// A profile as a schedule, and what is known about it.
+/// Turns a profile into a schedule with its measured ratios and bounds.
 pub(super) fn planned<const N: usize>(
     piece: &AxisPiece<N>,
     grid: &FeedGrid<N>,
@@ -59,6 +60,7 @@ pub(super) fn planned<const N: usize>(
     }
 }
 
+/// Joins the pieces to one plan, each starting when the one before ends.
 pub(super) fn assemble(planned: Vec<PlannedPiece>) -> FeedPlan {
     let mut plan = FeedPlan {
         schedule: Schedule::default(),

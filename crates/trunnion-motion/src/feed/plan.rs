@@ -1,8 +1,8 @@
-//! A finished plan and its figures.
+//! Plans and their figures.
 
 use crate::types::Schedule;
 
-/// What keeps the path from being run faster at some place.
+/// Limit that keeps the path from being run faster at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BindingLimit {
     /// Velocity limit of this axis.
@@ -28,12 +28,13 @@ pub struct LimitRatios {
     pub velocity: f64,
     /// CellAccelerations.
     pub acceleration: f64,
-    /// Jerks between rows; `None` without jerk limits. At rows of [`super::optimal`] accelerations step.
+    /// Jerks between rows; `None` without jerk limits. In a plan of [`super::optimal()`]
+    /// accelerations step at rows, which does not count here.
     pub jerk: Option<f64>,
 }
 
 impl LimitRatios {
-    /// The larger of each.
+    /// Returns the larger ratio of each kind.
     pub(super) fn max(self, other: Self) -> Self {
         let jerk = match (self.jerk, other.jerk) {
             (Some(a), Some(b)) => Some(a.max(b)),
@@ -47,27 +48,29 @@ impl LimitRatios {
     }
 }
 
-/// A speed schedule and what is known about it.
+/// A speed schedule, its certified bounds and its measured ratios.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeedPlan {
-    /// When each row is passed; rows are the path's nodes and those inserted.
+    /// Times and speeds at the rows: the nodes of the path, and rows that the planner inserted.
     pub schedule: Schedule,
     /// No schedule within the limits is faster than this \[s\].
     pub lower_bound: f64,
     /// Largest ratios found in a dense check.
     pub ratios: LimitRatios,
-    /// Guaranteed upper bounds of the ratios, everywhere; [`super::optimal`] does not bound `jerk`.
+    /// Guaranteed upper bounds of the ratios, everywhere; [`super::optimal()`] does not bound
+    /// `jerk`.
     pub bounds: LimitRatios,
     /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.
     pub acceleration_step: f64,
-    /// What binds from each row to the next, piece by piece; as many entries as rows.
+    /// Limits that bind from each row to the next, piece by piece; as many entries as rows.
     pub binding: Vec<Vec<BindingLimit>>,
     /// Inserted rows.
     pub inserted: usize,
 }
 
 impl FeedPlan {
-    /// Calls what binds by its name on axes whose acceleration limit is that of a chord error.
+    /// Turns acceleration limits into [`BindingLimit::Chord`] on axes whose acceleration limit is
+    /// that of a chord error.
     pub fn name_chords<const N: usize>(&mut self, lowered: [bool; N]) {
         for binding in self.binding.iter_mut().flatten() {
             if let BindingLimit::Acceleration(axis) = *binding

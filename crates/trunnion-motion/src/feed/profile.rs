@@ -14,13 +14,14 @@ use crate::types::{AccelerationProfile, AxisNode, SchedulePiece};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SpeedProfile {
     pub(super) x: Vec<f64>,
-    /// Upper bound of the accelerations over their limits, where it came for nothing.
+    /// Upper bound of the accelerations over their limits, where the passes give it for free.
     pub(super) acceleration: Option<f64>,
 }
 
 impl SpeedProfile {
-    /// The fastest profile: first what can still stop in time, then as fast as possible. Its ends are
-    /// slower than asked for where that cannot be had.
+    /// Returns the fastest profile: the backward pass finds the speeds from which the path can
+    /// still be kept, the forward pass runs as fast as these allow. Ends are slower than asked for
+    /// where that is impossible.
     pub(super) fn fastest<const N: usize>(
         grid: &FeedGrid<N>,
         limits: &ReciprocalLimits<N>,
@@ -30,7 +31,8 @@ impl SpeedProfile {
         Self::through::<N, 5, _>(grid, caps, ends, limits)
     }
 
-    /// As [`SpeedProfile::fastest`] by the limits at rows alone: TOPP-RA's interpolation scheme.
+    /// Returns the fastest profile by the limits at rows alone: the interpolation scheme of
+    /// TOPP-RA.
     pub(super) fn fastest_at_rows<const N: usize>(
         grid: &FeedGrid<N>,
         limits: &ReciprocalLimits<N>,
@@ -40,7 +42,7 @@ impl SpeedProfile {
         Self::through::<N, 2, _>(grid, caps, ends, limits)
     }
 
-    /// The same on the nodes themselves.
+    /// Returns the same on the nodes themselves.
     pub(super) fn fastest_at_nodes<const N: usize>(
         nodes: &[AxisNode<N>],
         limits: &ReciprocalLimits<N>,
@@ -58,7 +60,7 @@ impl SpeedProfile {
         Self::through::<N, 2, _>(nodes, caps, ends, limits)
     }
 
-    /// Both passes below `x`, with `K` constraints an axis and cell.
+    /// Runs both passes below `x`, with `K` constraints an axis and cell.
     fn through<const N: usize, const K: usize, C: ConstraintSource<N> + ?Sized>(
         cells: &C,
         mut x: Vec<f64>,
@@ -69,6 +71,7 @@ impl SpeedProfile {
             *last = last.min(ends.end);
         }
         let mut guess = WarmStart::default();
+        // Backward pass: the largest x at each row from which the next row can be reached.
         for row in (0..cells.count()).rev() {
             let cell = cells.accelerations(row, limits);
             x[row] = backward::<N, K>(&cell, x[row], x[row + 1], &mut guess).0;
@@ -76,6 +79,7 @@ impl SpeedProfile {
         if let Some(first) = x.first_mut() {
             *first = first.min(ends.start);
         }
+        // Forward pass: the largest x at the next row that this row can reach.
         guess = WarmStart::default();
         let mut bound = 0.0;
         for row in 0..cells.count() {
@@ -107,18 +111,19 @@ impl SpeedProfile {
         Ok(())
     }
 
-    /// `x` at both ends of a cell.
+    /// Returns `x` at both ends of a cell.
     pub(super) fn ends(&self, cell: usize) -> [f64; 2] {
         [self.x[cell], self.x[cell + 1]]
     }
 
-    /// Time through a cell \[s\]: `2 h / (sqrt x0 + sqrt x1)`, exact for constant `d²s/dt²`.
+    /// Returns the time through a cell \[s\]: `2 h / (sqrt x0 + sqrt x1)`, exact for constant
+    /// `d²s/dt²`.
     pub(super) fn time<const N: usize>(&self, grid: &FeedGrid<N>, cell: usize) -> f64 {
         let [from, to] = self.ends(cell).map(f64::sqrt);
         time(grid.cells[cell].h, from + to)
     }
 
-    /// The schedule over rows at these places.
+    /// Turns the profile into a schedule over rows at these path parameters.
     pub(super) fn schedule(
         &self,
         s: Vec<f64>,
@@ -140,14 +145,15 @@ impl SpeedProfile {
     }
 }
 
-/// Only a piece on which nothing moves is at rest at both ends of a cell.
+/// Returns the time over `h`. Only a piece on which nothing moves is at rest at both ends of a
+/// cell.
 fn time(h: f64, sum: f64) -> f64 {
     if sum > 0.0 { 2.0 * h / sum } else { 0.0 }
 }
 
-/// What both passes are limited by, cell by cell.
+/// Source of the constraints of both passes, cell by cell.
 trait ConstraintSource<const N: usize> {
-    /// Number of cells.
+    /// Returns the number of cells.
     fn count(&self) -> usize;
 
     fn accelerations(&self, cell: usize, limits: &ReciprocalLimits<N>) -> CellAccelerations<N>;
@@ -175,10 +181,11 @@ impl<const N: usize> ConstraintSource<N> for [AxisNode<N>] {
     }
 }
 
-/// Largest `x` of each row from the speed limits of the cells on both sides.
+/// Returns the largest `x` of each row from the speed limits of the cells on both sides.
 ///
-/// Where no limit binds at all (axes and programmed point stand still) the row is passed no faster
-/// than the fastest other one; where none binds anywhere, nothing moves, and `x` is 0 throughout.
+/// Where no limit binds at all (axes and programmed point stand still), the row is passed no
+/// faster than the fastest other one. Where none binds anywhere, nothing moves, and `x` is 0
+/// throughout.
 fn caps<const N: usize>(grid: &FeedGrid<N>, of: impl Fn(&FeedCell<N>) -> [f64; 2]) -> Vec<f64> {
     let mut caps = vec![f64::INFINITY; grid.s.len()];
     for (row, cell) in grid.cells.iter().enumerate() {

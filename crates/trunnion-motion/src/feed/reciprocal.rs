@@ -17,6 +17,7 @@ pub(super) struct ReciprocalLimits<const N: usize> {
 }
 
 impl<const N: usize> ReciprocalLimits<N> {
+    /// Takes the limits of one kind of motion.
     pub(super) fn new(motion: Motion, limits: &Limits<N>, options: &FeedOptions) -> Self {
         let (velocity, feed) = match motion {
             Motion::Link | Motion::Hop => (limits.rapid, options.speeds.link_feed),
@@ -37,7 +38,7 @@ impl<const N: usize> ReciprocalLimits<N> {
         }
     }
 
-    /// At an override: below 1 it scales all speeds, above 1 the feed alone.
+    /// Scales the limits by an override: below 1 all speeds, above 1 the feed alone.
     pub(super) fn at_override(&self, value: f64) -> Self {
         let speeds = 1.0 / value.min(1.0);
         Self {

@@ -15,24 +15,25 @@ use super::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
-/// Fewest cells of a piece: with one cell from rest to rest nothing would ever move, and a switch
-/// from speeding up to slowing down is located by the cells on both sides of it.
+/// Fewest cells of a piece. With one cell from rest to rest nothing would ever move, and the
+/// switch from speeding up to slowing down is located by the cells on both sides of it.
 pub(super) const FEWEST_CELLS: usize = 8;
 
-/// Most times rows are inserted. Halving twelve times turns a cell into 1/4096 of itself.
+/// Most rounds of inserting rows. Halving twelve times turns a cell into 1/4096 of itself.
 const ROUNDS: usize = 12;
 
-/// Rows a piece may end with: so many per node, and so many at least. Bounds memory and time on
+/// Most rows of a piece: so many per node, and so many at least. They bound memory and time on
 /// paths that no grid makes smooth.
 const ROWS_PER_NODE: usize = 4;
 
 const ROWS_AT_LEAST: usize = 1024;
 
-/// A cut nearer to an end than this share of the cell is no use: neighbours that continue one another
-/// meet at the end they share, or not, by rounding. Halving brings a true one away from the ends.
+/// Cuts nearer to an end than this share of the cell are left out: neighbours that continue one
+/// another meet at the end they share, or not, by rounding. Halving brings a true kink away from
+/// the ends.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// Grid and fastest profile of a piece, refined until less than `tolerance` of the time is to gain.
+/// Plans a piece on a grid that is refined until less than `tolerance` of the time is to gain.
 pub(super) fn plan<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
@@ -46,7 +47,7 @@ pub(super) fn plan<const N: usize>(
         return (grid, profile);
     }
     let mut profile = SpeedProfile::fastest(&grid, limits, ends);
-    // What no schedule can beat: near it there is nothing to gain, whatever the estimate says.
+    // Near the lower bound there is nothing to gain, whatever the estimate is.
     let unbeatable = if tolerance < 1.0 { lower_bound::bound(&grid, limits, ends) } else { 0.0 };
     let most = ROWS_AT_LEAST.max(ROWS_PER_NODE * piece.nodes.len());
     let mut before = f64::INFINITY;
@@ -66,7 +67,7 @@ pub(super) fn plan<const N: usize>(
     (grid, profile)
 }
 
-/// The path's nodes, with even cuts where there are too few.
+/// Builds the first grid: the path's nodes, with even cuts where there are too few.
 fn initial<const N: usize>(piece: &AxisPiece<N>) -> FeedGrid<N> {
     let intervals = piece.nodes.len().saturating_sub(1).max(1);
     let parts = FEWEST_CELLS.div_ceil(intervals);
@@ -89,7 +90,7 @@ fn initial<const N: usize>(piece: &AxisPiece<N>) -> FeedGrid<N> {
     grid
 }
 
-/// What each cell could still gain.
+/// Time that each cell could still gain.
 struct CellGains {
     cells: Vec<f64>,
     total: f64,
@@ -116,8 +117,9 @@ impl CellGains {
 }
 
 impl CellGains {
-    /// Cells with more than this are to be cut: the fewest that hold all but this share of what there
-    /// is to gain. Cells that are alike but for rounding, as on a symmetric path, are all cut or none.
+    /// Returns the gain above which cells are cut: the fewest cells that hold all but the share
+    /// `rest` of the total gain. Cells that are alike but for rounding, as on a symmetric path,
+    /// are all cut or none.
     fn worth_cutting(&self, rest: f64) -> f64 {
         let mut sorted = self.cells.clone();
         sorted.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -132,8 +134,8 @@ impl CellGains {
     }
 }
 
-/// Mean share of the most used limit over a cell, by its ends and middle.
-/// Shares are in time: a path run at this share of the speed limits needs its reciprocal in time.
+/// Returns the mean share of the most used limit over a cell, by its ends and middle. Shares are
+/// in time: a path run at this share of the speed limits takes as many times longer.
 fn utilisation<const N: usize>(
     cell: &FeedCell<N>,
     limits: &ReciprocalLimits<N>,
@@ -179,7 +181,7 @@ impl<const N: usize> SquaredShares<N> {
         }
     }
 
-    /// The largest of each place.
+    /// Returns the largest share at each of the three points.
     #[inline]
     fn most(&self) -> [f64; 3] {
         std::array::from_fn(|k| {
@@ -193,8 +195,8 @@ impl<const N: usize> SquaredShares<N> {
     }
 }
 
-/// Cuts the cells with the most to gain: where the profiles of both neighbours
-/// would meet if there is such a place, else in the middle.
+/// Cuts the cells with the most to gain: where the profiles of both neighbours would meet if there
+/// is such a point, else in the middle.
 fn split<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,
@@ -221,8 +223,8 @@ fn split<const N: usize>(
     finer
 }
 
-/// Fraction of a cell at which the profiles of its two neighbours, continued, cross above its own.
-/// At an end of the piece the fastest start from rest stands for the neighbour.
+/// Returns the fraction of a cell at which the profiles of its two neighbours, continued, cross
+/// above its own. At an end of the piece the fastest start from rest stands for the neighbour.
 fn kink<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,
@@ -230,6 +232,7 @@ fn kink<const N: usize>(
     index: usize,
 ) -> Option<f64> {
     let cell = grid.cells.get(index)?;
+    // Rise of x over this cell if the profile of a neighbour went on.
     let slope = |neighbour: usize| {
         let [from, to] = profile.ends(neighbour);
         grid.cells.get(neighbour).map(|other| (to - from) * cell.h / other.h)

@@ -3,8 +3,9 @@
 use super::error::FeedError;
 use crate::types::{AxisNode, AxisPath};
 
-/// The path with its feed rates raised where `ds/dt` is to stay below `most` of piece and node, planned
-/// with the feed `feed` \[mm/s\]; `None` for no limit of its own. Between nodes the limit is harmonic.
+/// Raises the feed rates of a path so that `ds/dt` stays below `most` of piece and node. Plan the
+/// path with the feed `feed` \[mm/s\] afterwards. `most` is `None` for nodes without a limit of
+/// their own; between nodes the limit is harmonic.
 ///
 /// # Errors
 ///

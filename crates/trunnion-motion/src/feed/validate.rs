@@ -6,7 +6,7 @@ use super::options::FeedOptions;
 use crate::types::{AxisNode, AxisPath, AxisPiece};
 use nalgebra::SVector;
 
-/// Checks everything the planner relies on.
+/// Checks everything that a planner relies on.
 pub(super) fn validate<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
@@ -17,6 +17,7 @@ pub(super) fn validate<const N: usize>(
     path.pieces.iter().enumerate().try_for_each(|(index, piece)| validate_piece(index, piece))
 }
 
+/// Checks that all limits are finite and positive.
 pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), FeedError> {
     let minus = limits.minus;
     let all: [(LimitKind, Option<SVector<f64, N>>); 7] = [
@@ -38,6 +39,7 @@ pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), 
     Ok(())
 }
 
+/// Checks speeds, end speeds and the time tolerance.
 pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
     let speeds = &options.speeds;
     let all = [("feed", speeds.feed), ("link_feed", speeds.link_feed), ("tip", speeds.tip)];
@@ -55,6 +57,7 @@ pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
     if value > 0.0 { Ok(()) } else { Err(FeedError::BadTolerance { value }) }
 }
 
+/// Checks one piece: two nodes or more, in order of `s`.
 fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(), FeedError> {
     if data.nodes.len() < 2 {
         return Err(FeedError::TooFewNodes { piece, nodes: data.nodes.len() });
@@ -67,7 +70,7 @@ fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(
     Ok(())
 }
 
-/// The next node of a piece, and that it comes after the one before.
+/// Checks the next node of a piece, and that it comes after the one before.
 pub(super) fn validate_next<const N: usize>(
     [piece, node]: [usize; 2],
     at: &AxisNode<N>,
@@ -79,6 +82,7 @@ pub(super) fn validate_next<const N: usize>(
     validate_node(piece, node, at)
 }
 
+/// Checks that positions, derivatives and rates of a node are finite.
 fn validate_node<const N: usize>(
     piece: usize,
     node: usize,

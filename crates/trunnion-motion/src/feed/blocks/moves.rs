@@ -19,7 +19,7 @@ pub struct PlannedBlock {
     pub feed: f64,
     /// Largest acceleration.
     pub acceleration: f64,
-    /// What is driven.
+    /// Motion over the block.
     pub ramp: SpeedRamp,
 }
 
@@ -35,10 +35,9 @@ pub struct StraightMoves<'a, const N: usize> {
 
 /// Plans straight moves of the axes as in paper 001.
 ///
-/// `moves` are travels of all axes; the length of one is `sqrt(sum (w_j d_j)²)` with `weights` w (1
-/// for a linear axis, the paper's k \[mm/rad\] for a rotary one), and `feed` is a speed in that
-/// measure. Moves without length are left out. `ends` are the speeds before the first and after the
-/// last block; what cannot be had is lowered, as in the paper. `limits.velocity` counts.
+/// `feed` is a speed in the measure of the moves' lengths. Moves without length are left out.
+/// `ends` are the speeds before the first and after the last block; what is impossible is lowered,
+/// as in the paper. Of the limits, `limits.velocity` and `limits.acceleration` count.
 ///
 /// # Errors
 ///
@@ -48,6 +47,20 @@ pub struct StraightMoves<'a, const N: usize> {
 ///
 /// `docs/sources.md#001`: (1)-(2) equivalent displacement and axis coefficients, (14)-(16) feed,
 /// acceleration, junction.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use trunnion_motion::feed::{Limits, LookAheadOptions, StraightMoves, look_ahead};
+///
+/// let limits = Limits::symmetric(Vector1::new(50.0), Vector1::new(500.0), Vector1::new(1e4));
+/// let moves = StraightMoves { travels: &[Vector1::new(100.0)], weights: &Vector1::new(1.0) };
+/// let planned = look_ahead(&moves, &limits, 50.0, [0.0; 2], &LookAheadOptions::whole(0.001))?;
+/// // 0.1 s up, 1.9 s at 50 mm/s, 0.1 s down.
+/// assert!((planned[0].ramp.duration() - 2.1).abs() < 1e-12);
+/// # Ok::<(), trunnion_motion::feed::FeedError>(())
+/// ```
 pub fn look_ahead<const N: usize>(
     moves: &StraightMoves<'_, N>,
     limits: &Limits<N>,
@@ -81,6 +94,7 @@ pub fn look_ahead<const N: usize>(
     Ok(planned.collect())
 }
 
+/// Checks feed, weights, end speeds and travels.
 fn validate_moves<const N: usize>(
     moves: &StraightMoves<'_, N>,
     feed: f64,

@@ -2,21 +2,29 @@
 
 use crate::feed::error::FeedError;
 
-/// How the classical planner works.
+/// Options of the classical planner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookAheadOptions {
     /// Servo period \[s\]: axis velocities may step at a junction by acceleration times period.
     pub period: f64,
-    /// How far it looks ahead.
+    /// Look-ahead.
     pub ahead: LookAhead,
     /// Blocks that are passed through in runs, if any.
     pub tiny: Option<TinyBlocks>,
 }
 
-/// How many blocks are looked at before one is run.
+impl LookAheadOptions {
+    /// Looks ahead over the whole path, with a servo period \[s\] and no joining of tiny blocks.
+    #[must_use]
+    pub const fn whole(period: f64) -> Self {
+        Self { period, ahead: LookAhead::Whole, tiny: None }
+    }
+}
+
+/// Number of blocks that the planner looks at before one is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LookAhead {
-    /// None: it stops at every junction.
+    /// No look-ahead: the motion stops at every junction.
     Stops,
     /// A fixed number.
     Blocks(usize),
@@ -31,7 +39,7 @@ pub enum LookAhead {
     Whole,
 }
 
-/// Which blocks are tiny.
+/// Limits of tiny blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TinyBlocks {
     /// Blocks shorter than this are tiny: `L_ref`, in the measure of the path.
@@ -40,6 +48,7 @@ pub struct TinyBlocks {
     pub count: usize,
 }
 
+/// Checks that periods and lengths are positive.
 pub(super) fn validate(options: &LookAheadOptions) -> Result<(), FeedError> {
     let positive = |name: &'static str, value: f64| {
         let good = value > 0.0 && value.is_finite();

@@ -19,8 +19,9 @@ use crate::types::{AxisPath, AxisPiece, Progress};
 
 /// Runs a path as the classical planner would run straight blocks between its nodes.
 ///
-/// The path's own `s` takes the place of the equivalent displacement. Limits hold for the blocks, not
-/// for the path: [`FeedPlan::ratios`] and [`FeedPlan::bounds`] say what the path's own axes do.
+/// The path's own `s` takes the place of the equivalent displacement. Limits hold for the blocks,
+/// not for the path: [`FeedPlan::ratios`] and [`FeedPlan::bounds`] show what the path's own axes
+/// do.
 ///
 /// # Errors
 ///
@@ -51,7 +52,7 @@ pub fn blocks<const N: usize>(
     Ok(assemble(planned))
 }
 
-/// Blocks between the nodes of a piece.
+/// Returns the blocks between the nodes of a piece.
 fn rows<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &Limits<N>,
@@ -82,7 +83,7 @@ fn rows<const N: usize>(
 /// path in a shorter cell would be lost in rounding; leaving it out moves a time by as little.
 const LEAST_SHARE: f64 = 1.5e-8;
 
-/// The blocks' speeds as a schedule of the path.
+/// Turns the speeds of the blocks into a schedule of the path.
 fn run<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,

@@ -12,11 +12,12 @@ pub struct SpeedRamp {
 }
 
 impl SpeedRamp {
-    /// The fastest motion over `length` at up to `feed`, with `[A, D]` to speed up and slow down.
+    /// Plans the fastest motion over `length` at up to `feed`, with `[A, D]` to speed up and slow
+    /// down.
     ///
     /// An end speed that cannot be reached is lowered to `sqrt(vs² + 2 A L)`, a start speed from
-    /// which the end speed cannot be reached to `sqrt(ve² + 2 D L)`. The peak is
-    /// `vp² = (2 A D L + D vs² + A ve²) / (A + D)` where that is below the feed.
+    /// which the end speed cannot be reached to `sqrt(ve² + 2 D L)`. The peak is `vp² = (2 A D L +
+    /// D vs² + A ve²) / (A + D)` where that is below the feed.
     ///
     /// # Source
     ///
@@ -38,7 +39,7 @@ impl SpeedRamp {
         }
     }
 
-    /// Time of the block \[s\].
+    /// Returns the time of the block \[s\].
     pub fn duration(&self) -> f64 {
         self.times.iter().sum()
     }

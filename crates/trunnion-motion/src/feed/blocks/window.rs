@@ -3,7 +3,7 @@
 use super::options::{LookAhead, LookAheadOptions, TinyBlocks};
 use nalgebra::SVector;
 
-/// What the look-ahead knows of a block.
+/// Data of one block for the look-ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BlockRow<const N: usize> {
     /// Length in the path's measure.
@@ -16,7 +16,7 @@ pub(super) struct BlockRow<const N: usize> {
     pub(super) acceleration: f64,
 }
 
-/// (14), (15): feed and acceleration of a block from its axis coefficients.
+/// Returns feed and acceleration of a block from its axis coefficients, (14) and (15).
 pub(super) fn row<const N: usize>(
     coefficients: SVector<f64, N>,
     length: f64,
@@ -29,6 +29,7 @@ pub(super) fn row<const N: usize>(
     BlockRow { length, coefficients, feed, acceleration: least(acceleration) }
 }
 
+/// Plans the speeds at all junctions.
 pub(super) fn plan_rows<const N: usize>(
     rows: &mut [BlockRow<N>],
     acceleration: &SVector<f64, N>,
@@ -42,8 +43,8 @@ pub(super) fn plan_rows<const N: usize>(
     speeds(rows, &junctions, ends, options.ahead, options.period)
 }
 
-/// Runs of tiny blocks take the feed and the acceleration of their slowest, so that they are passed
-/// through like one block.
+/// Gives runs of tiny blocks the feed and the acceleration of their slowest, so that they are
+/// passed through like one block.
 pub(super) fn join_tiny<const N: usize>(rows: &mut [BlockRow<N>], tiny: TinyBlocks) {
     let is_tiny = |row: &BlockRow<N>| row.length < tiny.length;
     for run in rows.chunk_by_mut(|a, b| is_tiny(a) == is_tiny(b)) {
@@ -58,8 +59,8 @@ pub(super) fn join_tiny<const N: usize>(rows: &mut [BlockRow<N>], tiny: TinyBloc
     }
 }
 
-/// Largest speed at every junction: both feeds, and no axis velocity may step by more than its
-/// acceleration changes it in one servo period.
+/// Returns the largest speed at every junction: both feeds, and no axis velocity may step by more
+/// than its acceleration changes it in one servo period.
 pub(super) fn junctions<const N: usize>(
     rows: &[BlockRow<N>],
     acceleration: &SVector<f64, N>,
@@ -75,12 +76,12 @@ pub(super) fn junctions<const N: usize>(
     between.collect()
 }
 
-/// Speeds at the start of every block and at the end of the last one.
+/// Returns the speeds at the start of every block and at the end of the last one.
 ///
-/// Block by block: the backward pass from rest at the window's end is brought up to date, and the
-/// block's end speed committed. A longer window only raises what the backward pass allows, and where
-/// it raises nothing the pass before is met: every block is looked at a few times, however long the
-/// window.
+/// The planner goes block by block: it brings the backward pass from rest at the window's end up
+/// to date, and commits the end speed of the block. A longer window only raises what the backward
+/// pass allows, and the pass ends where it raises nothing. So every block is looked at a few
+/// times, however long the window.
 pub(super) fn speeds<const N: usize>(
     rows: &[BlockRow<N>],
     junctions: &[f64],
@@ -110,12 +111,12 @@ pub(super) fn speeds<const N: usize>(
     speeds
 }
 
-/// Speed after (or, backwards, before) a block that ends with `speed`.
+/// Returns the speed after (or, backwards, before) a block that ends with `speed`.
 fn reached<const N: usize>(speed: f64, row: &BlockRow<N>) -> f64 {
     (speed * speed + 2.0 * row.acceleration * row.length).sqrt()
 }
 
-/// The blocks looked at.
+/// The window of blocks ahead.
 struct BlockWindow<'a, const N: usize> {
     rows: &'a [BlockRow<N>],
     caps: &'a [f64],
@@ -128,7 +129,7 @@ struct BlockWindow<'a, const N: usize> {
 }
 
 impl<const N: usize> BlockWindow<'_, N> {
-    /// Lets the window reach from `block` as far as it must.
+    /// Extends the window from `block` as far as it must reach.
     fn extend(&mut self, block: usize, ahead: LookAhead, period: f64) {
         let before = self.end;
         while self.end < self.rows.len() && !self.suffices(block, ahead, period) {

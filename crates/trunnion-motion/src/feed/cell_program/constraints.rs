@@ -14,7 +14,7 @@ pub(crate) struct CellConstraints<const N: usize, const K: usize = 5> {
 }
 
 impl<const N: usize, const K: usize> CellConstraints<N, K> {
-    /// All constraints of a cell as `a x0 + b x1`.
+    /// Writes all constraints of a cell as `a x0 + b x1`.
     pub(crate) fn of(cell: &CellAccelerations<N>) -> Self {
         let mut strips =
             Self { a: [SVector::zeros(); K], b: [SVector::zeros(); K], minus: cell.minus };
@@ -27,14 +27,14 @@ impl<const N: usize, const K: usize> CellConstraints<N, K> {
         strips
     }
 
-    /// Limit of a constraint of this axis, by the sign of the side.
+    /// Returns the limit of a constraint of this axis, by the sign of the side.
     #[inline]
     pub(crate) fn limit(&self, axis: usize, sign: f64) -> f64 {
         if sign < 0.0 { self.minus[axis] } else { 1.0 }
     }
 }
 
-/// Smallest `y >= 0` that satisfies all strips for this `x`, if there is one.
+/// Returns the smallest `y >= 0` that satisfies all constraints for this `x`, if there is one.
 pub(crate) fn least<const N: usize, const K: usize>(strips: &CellConstraints<N, K>, x: f64) -> f64 {
     let mut y = 0.0;
     for k in 0..K {

@@ -1,14 +1,14 @@
 //! A guess of the constraints that bind.
 
-/// What bound a cell before: on smooth paths it binds the next one too, and that is quickly checked. It
-/// only saves time: answers do not depend on it but for rounding.
+/// Constraints that bound the cell before. On smooth paths they bind the next cell too, which is
+/// quickly checked. This only saves time: answers do not depend on it but for rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct WarmStart {
     /// Coefficient and axis of the strip, where the end is as fast as what follows allows.
     pub(super) one: Option<[usize; 2]>,
     /// The two sides of strips whose corner it is.
     pub(super) corner: Option<[ActiveSide; 2]>,
-    /// Whether it was a corner.
+    /// `true` if the answer was at the corner.
     pub(super) at_corner: bool,
 }
 

@@ -6,10 +6,11 @@ use super::constraints::CellConstraints;
 /// `2 (5 N + 1)`; where rounding repeats a line, the search ends with a point that is allowed.
 const ROUNDS: usize = 64;
 
-/// Where the largest `x` of all leaves rest at the end of a cell, it would be bought dearly, and what
-/// rounding leaves of that rest would decide what comes after. There `x` is at most the largest from
-/// which the cell can stop over this, and this times as much as `y` more: about half the speed at the
-/// end. Whatever follows, the bound stays the same, so more room ahead never gives less.
+/// Slope limit of `x` over `y` at rest. Where the largest `x` of all leaves rest at the end of a
+/// cell, it would cost much, and the rounding of that rest would decide the speeds after it. There
+/// `x` is at most the largest from which the cell can stop over this, and this times as much as
+/// `y` more: about half the speed at the end. Whatever follows, the bound stays the same, so more
+/// room ahead never gives less.
 pub(super) const STEEPEST: f64 = 4.0;
 
 /// A bound on `x` that is linear in `y`: `x <= at_zero + slope y`.
@@ -77,7 +78,7 @@ impl<const N: usize, const K: usize> LineBounds<N, K> {
         bounds
     }
 
-    /// The lowest upper bound at `y`.
+    /// Returns the lowest upper bound at `y`.
     fn upper(&self, y: f64) -> BoundLine {
         let mut line = BoundLine::flat(self.x_max);
         let mut lowest = self.x_max;
@@ -96,7 +97,7 @@ impl<const N: usize, const K: usize> LineBounds<N, K> {
         line
     }
 
-    /// The highest lower bound at `y`.
+    /// Returns the highest lower bound at `y`.
     fn lower(&self, y: f64) -> BoundLine {
         let mut line = BoundLine::flat(0.0);
         let mut highest = 0.0;
@@ -113,8 +114,8 @@ impl<const N: usize, const K: usize> LineBounds<N, K> {
     }
 }
 
-/// The answer wherever it lies, with the two lines that meet there: upper bounds of `x` (1) or lower
-/// ones (-1).
+/// Returns the answer wherever it lies, with the two lines that meet there: upper bounds of `x`
+/// (1) or lower ones (-1).
 #[cold]
 pub(super) fn search<const N: usize, const K: usize>(
     strips: &CellConstraints<N, K>,
@@ -144,8 +145,8 @@ pub(super) fn search<const N: usize, const K: usize>(
     (bounds.upper(0.0).at(0.0), false, [(flat, 1.0); 2])
 }
 
-/// Maximum over `[0, y]` of the upper bound, which falls along `right` at `y`, and the lines that meet
-/// there.
+/// Returns the maximum over `[0, y]` of the upper bound, which falls along `right` at `y`, and the
+/// lines that meet there.
 fn peak<const N: usize, const K: usize>(
     bounds: &LineBounds<N, K>,
     mut right: BoundLine,
@@ -157,6 +158,8 @@ fn peak<const N: usize, const K: usize>(
         return (best, [left, right]);
     }
     for _ in 0..ROUNDS {
+        // The maximum of a concave bound: cut the rising line with the falling one, and replace
+        // the one on whose side the bound at the crossing lies.
         let crossing = (right.at_zero - left.at_zero) / (left.slope - right.slope);
         let line = bounds.upper(crossing);
         best = best.max(line.at(crossing));

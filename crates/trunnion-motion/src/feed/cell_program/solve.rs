@@ -13,7 +13,7 @@ use crate::feed::numeric::largest;
 /// and one in the answer itself.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Whether all `K` constraints hold, up to the rounding of one with a term of this size.
+/// Returns `true` if all `K` constraints hold, up to the rounding of one with a term of this size.
 #[inline]
 fn kept<const N: usize, const K: usize>(
     cell: &CellAccelerations<N>,
@@ -23,14 +23,15 @@ fn kept<const N: usize, const K: usize>(
     cell.most::<K>(x) <= allowed(term)
 }
 
-/// Values of constraints up to this are 1 up to the rounding of one with a term of this size.
+/// Returns the value up to which a constraint counts as 1, up to the rounding of one with a term
+/// of this size.
 #[inline]
 fn allowed(term: f64) -> f64 {
     1.0 + ROUNDING * (1.0 + 2.0 * term.abs())
 }
 
-/// Largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all strips, and whether a
-/// larger `y_max` would leave it as it is.
+/// Returns the largest `x <= x_max` for which some `y` in `[0, y_max]` satisfies all constraints,
+/// and `true` if a larger `y_max` would leave it as it is.
 #[inline]
 pub(crate) fn backward<const N: usize, const K: usize>(
     cell: &CellAccelerations<N>,
@@ -43,6 +44,7 @@ pub(crate) fn backward<const N: usize, const K: usize>(
     {
         return (x, true);
     }
+    // Try the constraint that bound the cell before: is its answer allowed by all others?
     let [mut x, mut term, mut slope] = [x_max, 0.0, 0.0];
     if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);
@@ -67,8 +69,8 @@ pub(crate) fn backward<const N: usize, const K: usize>(
     anywhere(&CellConstraints::<N, K>::of(cell), x_max, y, guess)
 }
 
-/// The answer at the corner guessed, if that is it: allowed, and moving along neither side gives more
-/// (both multipliers of the linear program are positive).
+/// Returns the answer at the corner guessed, if that is it: it is allowed, and moving along
+/// neither side gives more (both multipliers of the linear program are positive).
 #[inline]
 fn corner<const N: usize, const K: usize>(
     cell: &CellAccelerations<N>,
@@ -119,8 +121,9 @@ fn anywhere<const N: usize, const K: usize>(
     (x, below)
 }
 
-/// The answer where it lies at `y_max`, as it does on most cells: there some `x` is left, and its
-/// upper bound does not fall with `y`: `x`, a multiple of that slope, and which constraint bounds it.
+/// Returns the answer where it lies at `y_max`, as it does on most cells: some `x` is left there,
+/// and its upper bound does not fall with `y`. The result is `x`, a multiple of that slope, and
+/// the constraint that bounds it.
 #[inline]
 fn largest_at<const N: usize, const K: usize>(
     strips: &CellConstraints<N, K>,
@@ -153,7 +156,8 @@ fn largest_at<const N: usize, const K: usize>(
     (least >= 0.0).then_some((x, slope, place))
 }
 
-/// Largest `y <= y_max` that satisfies all strips for this `x`, and the largest constraint there.
+/// Returns the largest `y <= y_max` that satisfies all constraints for this `x`, and the largest
+/// constraint there.
 #[inline]
 pub(crate) fn forward<const N: usize, const K: usize>(
     cell: &CellAccelerations<N>,
@@ -161,6 +165,7 @@ pub(crate) fn forward<const N: usize, const K: usize>(
     y_max: f64,
     guess: &mut WarmStart,
 ) -> (f64, f64) {
+    // Try the constraint that bound the cell before; all others only have to allow it.
     let [mut y, mut term] = [y_max, 0.0];
     if let Some(place) = guess.one {
         let [a, b] = cell.constraint::<K>(place);

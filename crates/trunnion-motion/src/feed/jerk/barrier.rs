@@ -1,8 +1,9 @@
-//! How the weight of the barrier falls, place by place.
+//! Weights of the barrier, which fall place by place.
 //!
-//! A weight that falls before a place has followed leaves its profile against rows that are not its last ones, and
-//! from there on steps are short: a path that whips would stall a fifth above the time it needs. So each stretch lowers
-//! its weight after steps that were long and changed little, and raises it after those that were cut short.
+//! A weight that falls before the profile has followed leaves the profile against rows that are
+//! not its last ones, and steps are short from there on: a path that bends to and fro would stall
+//! a fifth above the time it needs. So each stretch lowers its weight after steps that were long
+//! and changed little, and raises it after those that were cut short.
 
 use super::newton::BarrierSolver;
 use std::ops::Range;
@@ -16,18 +17,21 @@ pub(super) const LAST_WEIGHT: f64 = 3.6e-6;
 /// Newton steps per stretch and sweep.
 pub(super) const STEPS: usize = 3;
 
-/// Controls of a stretch: many times the distance over which a stop is felt, so that few places wait at a border.
+/// Controls of a stretch: many times the distance over which a stop is felt, so that little of the
+/// path waits at a border.
 const STRETCH: usize = 2000;
 /// Borders of stretches move by this share of a stretch from sweep to sweep: the golden section
-/// never comes near a former place.
+/// never comes near a former border.
 const SHIFT: f64 = 0.618_033_988_749_895;
-/// Most sweeps. Paths take 8 to 12, those that whip 20.
+/// Most sweeps. Paths take 8 to 12, those that bend to and fro 20.
 const SWEEPS: usize = 48;
 
-/// A step of at least this length makes the weight fall by this factor; of this one, by that.
+/// A step of at least this length lowers the weight by this factor.
 const LONG: [f64; 2] = [0.8, 0.2];
+/// A step of at least this length lowers it by this factor.
 const FAIR: [f64; 2] = [0.4, 0.5];
-/// Unless the step changed the time through the stretch by more: the profile is still on its way.
+/// Largest change of the time through the stretch after which the weight falls: above it the
+/// profile is still moving.
 const STEADY: f64 = 0.02;
 /// A shorter step raises it.
 const SHORT: [f64; 2] = [0.1, 1.3];
@@ -45,7 +49,7 @@ pub(super) struct BarrierWeights {
 }
 
 impl BarrierWeights {
-    /// A first weight in a range of cells, which are to be searched; the last one elsewhere.
+    /// Sets a first weight in a range of cells, which are to be searched; the last one elsewhere.
     fn over(range: Range<usize>, first: f64, cells: usize) -> Self {
         let mut barrier = Self { weights: vec![LAST_WEIGHT; cells], done: vec![true; cells] };
         barrier.weights[range.clone()].fill(first);
@@ -53,7 +57,7 @@ impl BarrierWeights {
         barrier
     }
 
-    /// Whether all is done.
+    /// Returns `true` if all cells are done.
     fn is_done(&self) -> bool {
         self.done.iter().all(|done| *done)
     }
@@ -64,7 +68,7 @@ impl BarrierWeights {
         }
     }
 
-    /// One weight for a range: cells of stretches that did not come as far go on with the others.
+    /// Sets one weight for a range: cells of stretches that are behind go on with the others.
     fn even_out(&mut self, range: Range<usize>) {
         let weights = &mut self.weights[range];
         let sum = weights.iter().map(|weight| weight.ln()).sum::<f64>();
@@ -75,9 +79,9 @@ impl BarrierWeights {
 }
 
 impl<const N: usize> BarrierSolver<'_, N> {
-    /// Makes a range of controls as fast as it can be while the others stay, but for the share `tolerance` of its
-    /// time, the barrier's weight falling from `first`: sweeps of stretches, the borders of one inside those of the
-    /// one before.
+    /// Makes a range of controls as fast as it can be while the others stay, but for the share
+    /// `tolerance` of its time. The weight of the barrier falls from `first`. Sweeps of stretches
+    /// follow one another, the borders of one inside those of the one before.
     pub(super) fn hurry(&mut self, range: Range<usize>, first: f64, tolerance: f64) {
         let mut barrier = BarrierWeights::over(range.clone(), first, self.spline.len());
         let mut border = 0.5;
@@ -92,7 +96,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
         }
     }
 
-    /// A sweep over the stretches of a range that are not done, the first of them of `first` cells.
+    /// Sweeps over the stretches of a range that are not done, the first of them of `first` cells.
     fn descend(
         &mut self,
         barrier: &mut BarrierWeights,
@@ -110,7 +114,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
         }
     }
 
-    /// Steps on one stretch, the weight falling as they allow.
+    /// Takes steps on one stretch; the weight falls as they allow.
     fn lower(&mut self, barrier: &mut BarrierWeights, range: Range<usize>, tolerance: f64) {
         barrier.even_out(range.clone());
         let mut work = self.open(range.clone());
@@ -128,6 +132,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
                     break;
                 }
             }
+            // Lower the weight after long steps of a settled profile, raise it after short ones.
             let steady = gain < STEADY;
             let factor = if steady && length >= LONG[0] {
                 LONG[1]

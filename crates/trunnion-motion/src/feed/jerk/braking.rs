@@ -8,7 +8,7 @@ use super::speed_caps::SpeedCaps;
 const SLOWS: f64 = 1.001;
 
 impl<const N: usize> BarrierSolver<'_, N> {
-    /// Keeps `most`, and `wanted` as soon as it can be.
+    /// Keeps the caps `most`, and `wanted` as soon as that is possible.
     pub(super) fn brake_to(&mut self, wanted: SpeedCaps, most: SpeedCaps) {
         let slow = vec![false; self.spline.len()];
         self.caps.given = most.given;
@@ -17,7 +17,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
         self.slower = slower.slow.iter().any(|slow| *slow).then_some(slower);
     }
 
-    /// Brings in the caps that are kept by now; how many those are.
+    /// Brings in the caps that are kept by now, and returns their number.
     pub(super) fn brake_on(&mut self, weight: f64) -> usize {
         let Some(mut slower) = self.slower.take() else { return 0 };
         let changed = slower.update(&mut self.caps, &self.spline);
@@ -28,7 +28,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
         changed.len()
     }
 
-    /// Sweeps over all of it until no more caps come in, or the time says that it slows no more.
+    /// Sweeps over the whole spline until no more caps come in and the time grows no more.
     pub(super) fn brake(&mut self, weight: f64, steps: usize, sweeps: usize) {
         let mut before = 0.0;
         for _ in 0..sweeps {

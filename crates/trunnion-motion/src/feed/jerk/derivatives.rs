@@ -7,11 +7,11 @@ use crate::feed::numeric::largest;
 /// A number for every row of every axis.
 pub(super) type PerRow<const N: usize> = [[RowLanes; 2]; N];
 
-/// Products of slack and multiplier are kept within these factors of the barrier's weight.
+/// Products of slack and multiplier are kept between these factors of the barrier's weight.
 const LEAST: f64 = 0.2;
 const MOST: f64 = 30.0;
 
-/// What a cell is evaluated at.
+/// Point at which a cell is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CellState {
     /// Bernstein coefficients of the squared speed.
@@ -42,6 +42,7 @@ impl CellDerivatives {
         }
     }
 
+    /// Adds `weight d` to the gradient.
     #[inline]
     pub(super) fn add_gradient(&mut self, weight: f64, d: [f64; 3]) {
         for (entry, d) in self.gradient.iter_mut().zip(d) {
@@ -49,8 +50,9 @@ impl CellDerivatives {
         }
     }
 
-    /// Adds the time through a cell of length `h`, as `h / sqrt(x)` of the middle; where it is to be slower,
-    /// the distance of the middle from a target, with the same curvature.
+    /// Adds the time through a cell of length `h`, as `h / sqrt(x)` of the middle. Where the cell
+    /// is to be slower, adds the distance of the middle from a target instead, with the same
+    /// curvature.
     pub(super) fn add_time(&mut self, h: f64, x: [f64; 3], target: Option<f64>) {
         const MIDDLE: [f64; 3] = [0.25, 0.5, 0.25];
         let square = middle(x);
@@ -63,7 +65,7 @@ impl CellDerivatives {
     }
 }
 
-/// Where the rows of a cell stand: reciprocal slacks of both sides.
+/// Reciprocal slacks of both sides of the rows of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowSlacks<const N: usize> {
     /// Of the nearer side, with the sign of the row's value.
@@ -96,7 +98,7 @@ struct RowSums {
     gradient: [[f64; APART]; 3],
 }
 
-/// What meets the slope of the rooms of jerks, row by row.
+/// Sums, row by row, that multiply the slope of the rooms of jerks.
 #[derive(Debug, Default)]
 struct RoomSums {
     pressure: RowLanes,
@@ -151,12 +153,13 @@ pub(super) fn add_rows<const N: usize>(
     cross.hand_over(out, state.reference);
 }
 
-/// Reciprocal slacks of rows with these values.
+/// Computes the reciprocal slacks of rows with these values.
 #[inline]
 fn note(values: &RowLanes, rooms: &RowLanes, near: &mut RowLanes, far: &mut RowLanes) {
     for lane in 0..LANES {
         let size = values[lane].abs();
         let [left, other] = [rooms[lane] - size, rooms[lane] + size];
+        // One division for both sides.
         let both = 1.0 / (left * other);
         near[lane] = (other * both).copysign(values[lane]);
         far[lane] = left * both;
@@ -259,8 +262,8 @@ impl RoomSums {
     }
 }
 
-/// Share of its slack each nearer side loses in a direction `d` of the coefficients, and the largest
-/// share of any side.
+/// Computes the share of its slack that each nearer side loses in a direction `d` of the
+/// coefficients, and returns the largest share of any side.
 pub(super) fn turns<const N: usize>(
     rows: &CellRows<N>,
     state: &CellState,
@@ -291,8 +294,8 @@ pub(super) fn turns<const N: usize>(
     most.into_iter().fold(0.0, |most, turn| largest(turn, most))
 }
 
-/// Multiplier after a step of `length` in which its side loses `turn` of its slack, whose reciprocal
-/// was `inverse`.
+/// Returns the multiplier after a step of `length` in which its side loses `turn` of its slack,
+/// whose reciprocal was `inverse`.
 #[inline]
 pub(super) fn bring_along(
     multiplier: f64,
@@ -301,6 +304,7 @@ pub(super) fn bring_along(
     inverse: f64,
     turn: f64,
 ) -> f64 {
+    // On the central path the multiplier would be this; the step is kept near it.
     let centre = weight * inverse / (1.0 - length * turn);
     let change = weight * inverse + multiplier * turn - multiplier;
     let next = multiplier + if change < 0.0 { length * change } else { change };
@@ -309,7 +313,7 @@ pub(super) fn bring_along(
     if raised > high { high } else { raised }
 }
 
-/// Multipliers of all rows after a step.
+/// Updates the multipliers of all rows after a step.
 pub(super) fn update<const N: usize>(
     multipliers: &mut PerRow<N>,
     weight: f64,

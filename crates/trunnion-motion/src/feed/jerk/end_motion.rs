@@ -1,4 +1,4 @@
-//! What a path may start and end with.
+//! Speeds and accelerations at the ends of a path.
 
 use super::graded_grid;
 use super::solve::feasible;
@@ -20,7 +20,7 @@ impl EndMotion {
     }
 }
 
-/// The ends of a path with these speeds and `d²s/dt²`.
+/// Returns the ends of a path with these speeds and `d²s/dt²`.
 pub(super) fn borders(
     speeds: [f64; 2],
     accelerations: [f64; 2],
@@ -38,7 +38,7 @@ pub(super) fn borders(
     Ok(ends)
 }
 
-/// Which end asks for too much, and how much could be had.
+/// Returns the error of the end that asks for too much, with the speed that is possible there.
 pub(super) fn refused<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,

@@ -27,7 +27,8 @@ const LARGEST_SHARE: f64 = 0.0163;
 /// simple fraction either.
 const GROWTH: f64 = 0.26;
 
-/// The path's nodes, with cells halved until they resolve rest at ends that do not move.
+/// Builds the grid: the path's nodes, with cells halved until they resolve rest at ends that do
+/// not move.
 pub(super) fn graded<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
@@ -70,10 +71,11 @@ pub(super) fn graded<const N: usize>(
     grid
 }
 
-/// Length of a rest cell at an end with these derivatives of the axes.
+/// Returns the length of a rest cell at an end with these derivatives of the axes.
 ///
-/// Constant jerk `1/j` until the acceleration `1/a` takes `t = j / a` and `s = t³ / 6 j`. Jerks of a rest
-/// cell over `σ` are `q''' σ² + 2 q'' σ + 2/9 q'`, times what is the same all over it.
+/// Constant jerk `1/j` until the acceleration `1/a` takes `t = j / a` and `s = t³ / 6 j`. The
+/// jerks of a rest cell over `σ` are `q''' σ² + 2 q'' σ + 2/9 q'`, times a factor that is the same
+/// all over it.
 fn rest_length<const N: usize>(
     [_, rate, bend, third]: [SVector<f64, N>; 4],
     limits: &ReciprocalLimits<N>,

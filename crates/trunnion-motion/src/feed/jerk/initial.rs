@@ -23,9 +23,10 @@ const AT_MOST: f64 = 0.9;
 const GENTLE: f64 = 1.0 / 3.0;
 /// Half-widths of the means, as a share of the distance to rest.
 const WIDTHS: [f64; 2] = [0.4, 0.2];
+/// Most rounds of lowering the cells that break a limit.
 const ROUNDS: usize = 6;
 
-/// What limits `y` in a cell.
+/// Limits of `y = x^(3/4)` in a cell.
 #[derive(Debug, Clone, Copy)]
 struct GrowthBound {
     /// Its value.
@@ -39,12 +40,13 @@ struct GrowthBound {
 }
 
 impl GrowthBound {
+    /// Returns the largest `dy/ds` at `y`.
     fn growth(&self, y: f64) -> f64 {
         self.slope.min(self.by_acceleration / y.cbrt()).min(self.by_curvature / y)
     }
 }
 
-/// Controls of a feasible spline from rest to rest; near one where an end moves.
+/// Computes the controls of a feasible spline from rest to rest; near one where an end moves.
 pub(super) fn feasible<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
@@ -56,10 +58,12 @@ pub(super) fn feasible<const N: usize>(
     let mut bounds: Vec<GrowthBound> =
         (0..grid.cells.len()).map(|cell| bound(grid, limits, caps, of_cap, cell)).collect();
     for round in 0..=ROUNDS {
+        // Step 1: the largest profile below all lines. Step 2: round off its kinks.
         let y = envelope(grid, &bounds, &spline.ends);
         let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
         let controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
         *spline = SpeedSpline::new(std::mem::take(&mut spline.lengths), controls, spline.ends);
+        // Step 3: lower the cells that break a limit, and at last all of them.
         let excess = excess(grid, limits, caps, spline);
         let worst = excess.iter().copied().fold(0.0, f64::max);
         if worst <= AT_MOST || moving {
@@ -83,6 +87,7 @@ pub(super) fn feasible<const N: usize>(
     }
 }
 
+/// Returns the limits of `y` in one cell; `of_cap` is the share of speed limits to aim at.
 fn bound<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
@@ -113,8 +118,8 @@ fn bound<const N: usize>(
     }
 }
 
-/// Largest `y` per cell below its own bound and all lines from others; above it where an end that moves
-/// is, down along such a line.
+/// Returns the largest `y` per cell below its own bound and all lines from others. Where an end
+/// moves, `y` starts above its bound and comes down along such a line.
 fn envelope<const N: usize>(
     grid: &FeedGrid<N>,
     bounds: &[GrowthBound],
@@ -155,7 +160,7 @@ fn envelope<const N: usize>(
     y
 }
 
-/// Means over `share` of the distance in which `y` could have come to rest.
+/// Returns means over `share` of the distance in which `y` could have come to rest.
 fn smooth<const N: usize>(
     grid: &FeedGrid<N>,
     bounds: &[GrowthBound],
@@ -195,7 +200,7 @@ fn smooth<const N: usize>(
         .collect()
 }
 
-/// By how much `x` would have to be divided in each cell to keep its limits.
+/// Returns for each cell the factor by which `x` would have to be divided to keep its limits.
 fn excess<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,

@@ -1,4 +1,4 @@
-//! What a jerk-limited schedule does, measured densely with another discretisation.
+//! Dense measurement of a jerk-limited schedule with another discretisation.
 
 use crate::feed::measure::{MeasuredRatios, rates_at};
 use crate::feed::plan::{BindingLimit, LimitRatios};
@@ -69,7 +69,7 @@ pub(super) fn measure<const N: usize>(
     MeasuredRatios { ratios, acceleration_step: 0.0 }
 }
 
-/// What is used most from each row to the next; the last entry repeats.
+/// Returns the limit used most from each row to the next; the last entry repeats.
 pub(super) fn binding<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,

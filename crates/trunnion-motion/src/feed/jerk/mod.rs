@@ -1,9 +1,13 @@
 //! Jerk-limited schedules.
 //!
-//! The squared speed is a spline (`spline`) whose rows (`rows`) bound velocities, accelerations and
-//! jerks everywhere; an interior-point method (`newton`, `local`, `band`, `barrier`) makes it as fast as they
-//! allow, from a slow profile (`start`, brought inside the limits by `restore` where an end moves) on a
-//! grid that resolves rest (`grid`).
+//! The squared speed is a spline (`speed_spline`) whose rows (`rows`) bound velocities,
+//! accelerations and jerks everywhere. An interior-point method makes it as fast as they allow
+//! (`newton`, `derivatives`, `band_matrix`, `barrier`). It starts from a slow profile (`initial`),
+//! which `restore` brings inside the limits where an end moves, on a grid that resolves rest
+//! (`graded_grid`).
+//!
+//! `planner` plans whole paths, `rolling_plan` extends a plan that is under way, and `stop` stops
+//! it.
 
 mod band_matrix;
 mod barrier;

@@ -1,9 +1,9 @@
 //! Newton steps on stretches of the spline.
 //!
-//! The time is convex in the controls and the rows are linear, so with a logarithmic barrier for the
-//! rows a Newton step is one banded system. A step's length is limited by the row that is in its way
-//! first; one length for a whole path would be the shortest of all places, and a long path would
-//! stall. Each stretch therefore has its own, with everything outside it held; stretches of the next
+//! The time is convex in the controls and the rows are linear. With a logarithmic barrier for the
+//! rows, a Newton step is one banded system. The row that is reached first limits the length of a
+//! step; one length for a whole path would be the shortest of all, and a long path would stall.
+//! Each stretch therefore has its own, with everything outside it held. Stretches of the next
 //! sweep lie across the borders of this one. Every step keeps all limits everywhere.
 
 use super::band_matrix::BandMatrix;
@@ -20,20 +20,20 @@ use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use std::ops::Range;
 
-/// Share of the way to the first row in the way.
+/// Share of the distance to the first limiting row that a step takes.
 const TO_BORDER: f64 = 0.97;
 /// A control keeps at least this share of itself in a step.
 const KEEP: f64 = 0.2;
 /// A new reference may leave a cell's rows this share of the room they had.
 const ROOM_KEPT: f64 = 0.3;
 
-/// A spline on its way to the fastest one.
+/// Interior-point solver: a spline inside its limits that becomes faster step by step.
 #[derive(Debug)]
 pub(super) struct BarrierSolver<'a, const N: usize> {
     grid: &'a FeedGrid<N>,
     limits: &'a ReciprocalLimits<N>,
     pub(super) caps: SpeedCaps,
-    /// What is faster than wanted.
+    /// Cells that are faster than wanted, while braking.
     pub(super) slower: Option<SlowDown>,
     pub(super) spline: SpeedSpline,
     pub(super) references: Vec<f64>,
@@ -46,7 +46,7 @@ pub(super) struct BarrierSolver<'a, const N: usize> {
     work: StretchWork<N>,
 }
 
-/// What one stretch needs, kept for the next one.
+/// Buffers of one stretch, kept for the next one.
 #[derive(Debug, Default)]
 pub(super) struct StretchWork<const N: usize> {
     /// Controls, and cells they have a part in.
@@ -62,7 +62,7 @@ pub(super) struct StretchWork<const N: usize> {
 }
 
 impl<'a, const N: usize> BarrierSolver<'a, N> {
-    /// From a spline within all limits, where `loose` times those.
+    /// Starts from a spline within all limits; `loose` multiplies the limits, cell by cell.
     pub(super) fn new(
         grid: &'a FeedGrid<N>,
         limits: &'a ReciprocalLimits<N>,
@@ -112,7 +112,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         }
     }
 
-    /// Multipliers of the central path: `weight` is the barrier's, as a share of each cell's time.
+    /// Sets the multipliers to those of the central path: `weight` is the barrier's, as a share of
+    /// each cell's time.
     pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
         for cell in range {
             let state = self.state(cell, &self.spline.weights(cell), weight * self.time(cell));
@@ -127,14 +128,14 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         }
     }
 
-    /// The same of a cell's caps alone.
+    /// Sets the multipliers of the caps of one cell.
     pub(super) fn centre_caps(&mut self, weight: f64, cell: usize) {
         let weight = self.caution * weight * self.time(cell);
         let slacks = self.cap_slacks(cell, self.spline.coefficients(cell));
         self.cap_multipliers[cell] = slacks.map(|slack| weight / slack);
     }
 
-    /// Takes another spline, with the references that suit it.
+    /// Starts again from another spline, with the references that suit it.
     pub(super) fn restart(&mut self, start: FeasibleSpline) {
         self.spline = start.spline;
         for cell in self.spline.cells() {
@@ -143,7 +144,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         self.keep_references(&start.references);
     }
 
-    /// Upper bounds of all ratios, everywhere on the piece.
+    /// Returns upper bounds of all ratios, everywhere on the piece.
     pub(super) fn bounds(&self) -> LimitRatios {
         let last = self.spline.len() - 1;
         let rests = self.spline.ends.map(|end| !end.moves());
@@ -165,29 +166,30 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         LimitRatios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
     }
 
+    /// Returns the point at which a cell is evaluated.
     fn state(&self, cell: usize, shape: &ControlWeights, weight: f64) -> CellState {
         let x = self.spline.coefficients_with(shape, cell);
         CellState { x, reference: self.references[cell], weight }
     }
 
-    /// Time through a cell, near enough to weigh it.
+    /// Returns the time through a cell, accurate enough to weigh it.
     fn time(&self, cell: usize) -> f64 {
         self.spline.lengths[cell] / middle(self.spline.coefficients(cell)).sqrt()
     }
 
-    /// Unused share of the caps of a cell's control and of the row at its end.
+    /// Returns the unused share of the caps of a cell's control and of the row at its end.
     fn cap_slacks(&self, cell: usize, x: [f64; 3]) -> [f64; 2] {
         [1.0 - x[1] / self.caps.control[cell], 1.0 - x[2] / self.caps.row[cell + 1]]
     }
 
-    /// One sweep over the piece with stretches of `size` cells, the first of them of `first`: `steps`
-    /// Newton steps on each with the barrier's `weight`.
+    /// Sweeps once over the piece with stretches of `size` cells, the first of them of `first`:
+    /// `steps` Newton steps on each with the barrier's `weight`.
     pub(super) fn sweep(&mut self, weight: f64, steps: usize, [first, size]: [usize; 2]) {
         let last = self.spline.len() - 1;
         self.sweep_over(1..last, weight, steps, [first, size]);
     }
 
-    /// The same over a range of controls.
+    /// Sweeps over a range of controls.
     pub(super) fn sweep_over(
         &mut self,
         range: Range<usize>,
@@ -204,7 +206,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         }
     }
 
-    /// Newton steps on the controls of a range.
+    /// Takes Newton steps on the controls of a range.
     fn stretch(&mut self, range: Range<usize>, weight: f64, steps: usize) {
         let mut work = self.open(range);
         self.weigh(&mut work, |_| weight);
@@ -216,7 +218,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         self.close(work);
     }
 
-    /// What steps on the controls of a range need but weights; to be given back.
+    /// Prepares steps on the controls of a range, all but the weights. [`Self::close`] takes the
+    /// buffers back.
     pub(super) fn open(&mut self, range: Range<usize>) -> StretchWork<N> {
         // Cells that the controls of the range have a part in.
         let all = self.spline.cells();
@@ -234,24 +237,27 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         work
     }
 
-    /// The barrier's weights, from shares of the cells' times.
+    /// Sets the weights of the barrier from shares of the times of the cells.
     pub(super) fn weigh(&self, work: &mut StretchWork<N>, share: impl Fn(usize) -> f64) {
         work.weights.clear();
         work.weights.extend(work.cells.clone().map(|cell| share(cell) * self.time(cell)));
     }
 
+    /// Takes back the buffers of [`Self::open`].
     pub(super) fn close(&mut self, work: StretchWork<N>) {
         self.work = work;
     }
 
-    /// Time through some cells, near enough to compare.
+    /// Returns the time through some cells, accurate enough to compare.
     pub(super) fn time_through(&self, cells: Range<usize>) -> f64 {
         cells.map(|cell| self.time(cell)).sum()
     }
 
-    /// One step and the length it had, 1 being all of it; `None` if rounding leaves none.
+    /// Takes one step and returns its length, 1 being the whole step; `None` if rounding leaves
+    /// none.
     pub(super) fn step(&mut self, work: &mut StretchWork<N>) -> Option<f64> {
         let (range, cells) = (work.range.clone(), work.cells.clone());
+        // Step 1: gradient and Hessian of the time and the barrier, cell by cell.
         work.band.reset(range.len());
         for (index, cell) in cells.clone().enumerate() {
             let state = self.state(cell, &work.shapes[index], work.weights[index]);
@@ -269,14 +275,17 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             Self::scatter(&out, cell, &work.shapes[index], &range, &mut work.band);
         }
         self.add_rest(&range, &mut work.band);
+        // Step 2: the Newton direction.
         if !work.band.solve() {
             return None;
         }
+        // Step 3: as far along it as the nearest row allows.
         let length = self.length(&range, &cells, work);
         self.advance(length, &range, &cells, work);
         Some(length)
     }
 
+    /// Adds the barrier of the caps of a cell.
     fn add_caps(&self, out: &mut CellDerivatives, cell: usize, state: &CellState) {
         let caps = [self.caps.control[cell], self.caps.row[cell + 1]];
         let slacks = self.cap_slacks(cell, state.x);
@@ -336,7 +345,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         }
     }
 
-    /// Change of the coefficients of a cell for the direction found.
+    /// Returns the change of the coefficients of a cell in the direction found.
     fn direction(
         cell: usize,
         shape: &ControlWeights,
@@ -349,8 +358,10 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         shape.apply([at(cell.wrapping_sub(1)), at(cell), at(cell + 1)])
     }
 
-    /// Longest step that keeps all rows, at most 1.
+    /// Returns the longest step that keeps all rows, at most 1.
     fn length(&self, range: &Range<usize>, cells: &Range<usize>, work: &mut StretchWork<N>) -> f64 {
+        // No control may lose more than 1 - KEEP of itself, and no row more than TO_BORDER of its
+        // slack.
         let mut most: f64 = TO_BORDER;
         for (control, change) in range.clone().zip(&work.band.right) {
             let fall = -change / self.spline.controls[control];

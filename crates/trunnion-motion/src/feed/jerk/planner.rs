@@ -13,14 +13,15 @@ use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::{lower_bound, validate};
 use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 
-/// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous acceleration.
-/// Pieces rest where they meet; the first starts and the last ends with the speeds of `options.ends`
-/// and no `d²s/dt²`.
+/// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous
+/// acceleration. Pieces rest where they meet; the first starts and the last ends with the speeds
+/// of `options.ends` and no `d²s/dt²`.
 ///
-/// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well: [`FeedPlan::bounds`]
-/// are guaranteed. Not convex, so not certainly the fastest; [`FeedPlan::lower_bound`] disregards jerk and
-/// tells how much it can be at most. From rest to rest every slow enough profile is allowed, so valid
-/// data always has a schedule, whatever its units; every step of the search keeps all limits.
+/// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well:
+/// [`FeedPlan::bounds`] are guaranteed. The problem is not convex, so the schedule is not
+/// certainly the fastest; [`FeedPlan::lower_bound`] disregards jerk and bounds how far it can be
+/// off. From rest to rest every slow enough profile is allowed, so valid data always has a
+/// schedule, whatever its units. Every step of the search keeps all limits.
 ///
 /// The search of a stretch ends when it gains less than `time_tolerance`.
 ///
@@ -41,7 +42,7 @@ pub fn jerk<const N: usize>(
     jerk_between(path, limits, options, [0.0; 2], progress)
 }
 
-/// As [`jerk`], with `d²s/dt²` at the start and at the end as well.
+/// Plans as [`jerk`] does, with `d²s/dt²` at the start and at the end as well.
 ///
 /// # Errors
 ///
@@ -87,7 +88,7 @@ fn plan_piece<const N: usize>(
     Ok(PlannedPiece { lower_bound, bounds, ..measured(piece, schedule, limits) })
 }
 
-/// A schedule from rest to rest and what is known about it; its bounds are not.
+/// Returns a schedule from rest to rest with its measured ratios; its bounds are not known.
 pub(crate) fn known_of<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,

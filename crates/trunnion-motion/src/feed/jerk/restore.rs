@@ -1,8 +1,9 @@
-//! A profile outside its limits brought inside.
+//! Restoration: brings a profile that breaks its limits inside.
 //!
-//! Limits are loosened until the profile keeps them; the barrier then drives it off the loosened limits,
-//! which are tightened after it, round by round. Convex but for the references of the
-//! jerk rows, so that what can be had is found, or very nearly.
+//! The limits are loosened until the profile keeps them. The barrier then drives the profile off
+//! the loosened limits, which are tightened after it, round by round. The problem is convex but
+//! for the references of the jerk rows, so that a profile inside the limits is found if there is
+//! one, or very nearly.
 
 use super::newton::BarrierSolver;
 use super::rows::{CellRows, reference};
@@ -19,25 +20,26 @@ const WEIGHT: f64 = 0.018;
 /// balances the time at `w` from its limit, that of caps at 1.8e-4 of them.
 const CAUTION: f64 = 0.01;
 const STEPS: usize = 3;
-/// Limits are loosened to what is used and this much more: farther than the 1.8 % at which one side alone balances
-/// the time, so that the barrier does not push against what it starts from.
+/// Limits are loosened to what is used and this much more: farther than the 1.8 % at which one
+/// side alone balances the time, so that the barrier does not push against its own start.
 const ROOM: f64 = 1.03;
 /// Shares of limits that are inside: a solution found earlier comes close to 1, and is not to be moved.
 const INSIDE: f64 = 1.0 - 1e-9;
-/// Most rounds; each takes a good part of what is too much.
+/// Most rounds; each takes off a good part of the excess.
 const ROUNDS: usize = 60;
-/// A share above its limit has to fall to this part of itself in [`PATIENCE`] rounds: by what limits are loosened.
+/// A share above its limit has to fall to this part of itself in [`PATIENCE`] rounds.
 const FALL: f64 = 0.97;
 const PATIENCE: usize = 6;
 /// Cells around those outside that move with them: all of a piece without rows of its own, which has 61 cells of
 /// 0.0163 of its length and 16 towards each rest.
 const AROUND: usize = 96;
 
-/// What a cell uses of its limits: accelerations, jerks, the caps of its control and of its end.
+/// Shares of its limits that a cell uses: accelerations, jerks, the caps of its control and of its
+/// end.
 type CellStrain = [f64; 4];
 
-/// A spline inside all limits near the given one, with the references that show it; `None` if none is
-/// found.
+/// Returns a spline inside all limits near the given one, with the references that show it; `None`
+/// if none is found.
 pub(super) fn restore<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
@@ -85,7 +87,7 @@ pub(super) fn restore<const N: usize>(
     None
 }
 
-/// Controls near cells outside their limits.
+/// Returns the controls near cells outside their limits.
 fn around(strains: &[CellStrain], cells: usize) -> Range<usize> {
     let outside = |strain: &CellStrain| strain.iter().any(|used| *used > INSIDE);
     let first = strains.iter().position(outside).unwrap_or(0);
@@ -94,6 +96,7 @@ fn around(strains: &[CellStrain], cells: usize) -> Range<usize> {
     from..(last + AROUND).min(cells - 1).max(from)
 }
 
+/// Returns the shares of their limits that all cells use.
 fn strains<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,

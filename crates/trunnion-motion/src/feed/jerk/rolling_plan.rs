@@ -1,9 +1,9 @@
-//! A plan that is under way, ends at rest, and is led on when more of the path is known.
+//! A plan that is under way, ends at rest, and is extended when more of the path is known.
 //!
-//! Led on, it would first come to rest where it ended and start again: both cells of rest there become
-//! one parabola, whose jerk is three times theirs, and four times that of a short one beside a long one; at such ends
-//! they are kept that much below their limits. From there the search goes on, and what was a stop becomes what the
-//! path allows.
+//! Extended as it is, the motion would come to rest where the plan ended, and start again. Both
+//! cells of rest there become one parabola, whose jerk is three times theirs, and four times that
+//! of a short one beside a long one; at such ends they are kept that much below their limits. From
+//! there the search goes on, and the stop becomes as fast as the path allows.
 
 use super::barrier::{FIRST_WEIGHT, LAST_WEIGHT, STEPS};
 use super::newton::BarrierSolver;
@@ -22,7 +22,7 @@ use nalgebra::SVector;
 /// Share of their cap that cells of rest keep which become one: four times the jerk, a tenth to spare.
 const RESERVE: f64 = 0.37;
 
-/// What is expected at the end of a plan.
+/// Path expected after the end of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PathAhead {
     /// More path: the stop there is not meant to happen.
@@ -56,12 +56,12 @@ const DISSOLVING: f64 = 1e-4;
 /// Eighths of the way down to a stop that are kept where a slow plan is to take its place: the more, the slower it
 /// begins, and the more surely there is one.
 const KEPT: [usize; 4] = [0, 4, 6, 7];
-/// Share of the time of what is searched in which it may still be slow.
+/// Share of the time of the searched part by which it may still be slow.
 const TOLERANCE: f64 = 3e-4;
 /// Fewest cells that a plan is led on from.
 const FEWEST: usize = 8;
 
-/// A plan to rest at its end.
+/// Plan that ends at rest.
 #[derive(Debug, Clone)]
 pub(crate) struct RollingPlan<const N: usize> {
     grid: FeedGrid<N>,
@@ -69,7 +69,7 @@ pub(crate) struct RollingPlan<const N: usize> {
     references: Vec<f64>,
     /// `ds/dt` and `d²s/dt²` at the rows.
     motion: [Vec<f64>; 2],
-    /// Cells that were run.
+    /// Number of cells that were run.
     done: usize,
     ahead: PathAhead,
     /// Cell from which a stop takes what is left of it.
@@ -82,7 +82,7 @@ pub(crate) struct RollingPlan<const N: usize> {
 pub(crate) type CellMotion = [[f64; 2]; 3];
 
 impl<const N: usize> RollingPlan<N> {
-    /// From rest to rest.
+    /// Plans a piece from rest to rest.
     pub(crate) fn new(
         piece: &AxisPiece<N>,
         limits: &ReciprocalLimits<N>,
@@ -97,7 +97,7 @@ impl<const N: usize> RollingPlan<N> {
         course
     }
 
-    /// A stop from the motion under way.
+    /// Wraps a stop from the motion under way.
     pub(super) fn halting(
         grid: FeedGrid<N>,
         stop: FeasibleSpline,
@@ -121,31 +121,32 @@ impl<const N: usize> RollingPlan<N> {
         }
     }
 
-    /// `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
+    /// Returns `s`, `ds/dt` and `d²s/dt²` where the next cell begins.
     pub(crate) fn here(&self) -> Option<[f64; 3]> {
         let at = |list: &[f64]| list.get(self.done).copied();
         Some([at(&self.grid.s)?, at(&self.motion[0])?, at(&self.motion[1])?])
     }
 
-    /// Where it ends.
+    /// Returns `s` at the end of the plan.
     pub(crate) fn end(&self) -> Option<f64> {
         self.grid.s.last().copied()
     }
 
-    /// Whether the stop at its end is felt within so many cells.
+    /// Returns `true` if the stop at the end is felt within so many cells.
     pub(crate) fn stops_within(&self, cells: usize) -> bool {
         self.down < self.done + cells
     }
 
-    /// Goes over to other limits from the motion under way.
-    pub(crate) fn go_over(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
+    /// Changes to other limits from the motion under way.
+    pub(crate) fn change_limits(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
         if self.done + FEWEST <= self.spline.len() {
             self.forget();
             self.search(1, FIRST_WEIGHT, limits);
         }
     }
 
-    /// The path ends where the plan does, which was not known when it was made: the stop needs no reserve.
+    /// Removes the reserve of the stop: the path ends where the plan does, which was not known
+    /// when it was made.
     pub(crate) fn end_here(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
         if self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len() {
             self.forget();
@@ -155,8 +156,8 @@ impl<const N: usize> RollingPlan<N> {
         }
     }
 
-    /// The next cell.
-    pub(crate) fn run(&mut self) -> Option<CellMotion> {
+    /// Takes the next cell.
+    pub(crate) fn take_cell(&mut self) -> Option<CellMotion> {
         let cell = self.done;
         let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
         let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
@@ -164,8 +165,9 @@ impl<const N: usize> RollingPlan<N> {
         Some(run)
     }
 
-    /// Goes on over a piece that begins where this ends; `false` if it cannot, and stays as it is.
-    pub(crate) fn lead_on(
+    /// Extends the plan over a piece that begins where this ends; returns `false` if it cannot,
+    /// and stays as it is.
+    pub(crate) fn extend(
         &mut self,
         piece: &AxisPiece<N>,
         limits: [&ReciprocalLimits<N>; 2],
@@ -203,8 +205,9 @@ impl<const N: usize> RollingPlan<N> {
         false
     }
 
-    /// The plan with a slow one from cell `from` on, where there was a stop: what bends much around it would have to
-    /// bend less everywhere at once, and may come to a stand. `None` if none is found.
+    /// Returns the plan with a slow one from cell `from` on in place of the stop. A profile that
+    /// bends much around the stop would have to bend less everywhere at once, and may come to a
+    /// stand. `None` if none is found.
     fn slow_from(&self, from: usize, limits: &ReciprocalLimits<N>) -> Option<FeasibleSpline> {
         let s = self.grid.s.get(from..)?.to_vec();
         let grid = FeedGrid { s, cells: self.grid.cells.get(from..)?.to_vec() };
@@ -227,7 +230,7 @@ impl<const N: usize> RollingPlan<N> {
         Some(plan)
     }
 
-    /// Drops what was run.
+    /// Drops the cells that were run.
     fn forget(&mut self) {
         let cell = std::mem::take(&mut self.done);
         if cell == 0 {
@@ -251,7 +254,7 @@ impl<const N: usize> RollingPlan<N> {
         self.spline.ends[0] = EndMotion::Moving([x, acceleration]);
     }
 
-    /// This, and another from rest to rest after it, with one parabola where both rest.
+    /// Joins this plan and another from rest to rest after it, with one parabola where both rest.
     fn joined(&self, other: &SpeedSpline) -> SpeedSpline {
         let mut spline = self.spline.clone();
         let stop = spline.len();
@@ -264,7 +267,8 @@ impl<const N: usize> RollingPlan<N> {
         spline
     }
 
-    /// Control from which the speed only falls up to the stop, or from which the stop is felt, and some before.
+    /// Returns the control from which the speed only falls up to the stop, or from which the stop
+    /// is felt, less a margin.
     fn way_down(&self, stop: usize) -> usize {
         let mut from = stop - 1;
         while from > 1 && self.spline.controls[from - 1] > self.spline.controls[from] {
@@ -273,7 +277,7 @@ impl<const N: usize> RollingPlan<N> {
         from.min(self.down).saturating_sub(BEFORE).max(1)
     }
 
-    /// First cell from whose speed a stop takes what is left of the path, or nearly.
+    /// Returns the first cell from whose speed a stop takes what is left of the path, or nearly.
     fn stops_from(&self, limits: &ReciprocalLimits<N>) -> usize {
         let end = self.end().unwrap_or_default();
         let near = |((s, speed), cell): ((&f64, &f64), &FeedCell<N>)| {
@@ -289,8 +293,9 @@ impl<const N: usize> RollingPlan<N> {
         rows.zip(&self.grid.cells).position(near).unwrap_or(self.spline.len())
     }
 
-    /// Makes the plan fast from control `from` on, the barrier's weight falling from `first`, and then all of it.
-    /// Where it is faster than `limits` allow, which `axes` bound in any case, it brakes.
+    /// Makes the plan fast from control `from` on, the barrier's weight falling from `first`, and
+    /// then all of it. Where it is faster than `limits` allow, which `axes` bound in any case, it
+    /// brakes.
     fn search(&mut self, from: usize, first: f64, [limits, axes]: [&ReciprocalLimits<N>; 2]) {
         let caps = |limits| caps(&self.grid, &self.spline, limits, self.ahead);
         let [Some(wanted), Some(most)] = [caps(limits), caps(axes)] else { return };
@@ -318,7 +323,7 @@ impl<const N: usize> RollingPlan<N> {
     }
 }
 
-/// Caps with the reserve of cells of rest.
+/// Returns the caps with the reserve of cells of rest.
 pub(super) fn caps<const N: usize>(
     grid: &FeedGrid<N>,
     spline: &SpeedSpline,
@@ -344,7 +349,7 @@ fn caps_with<const N: usize>(
     Some(caps)
 }
 
-/// A slow plan from rest to rest.
+/// Returns a slow plan from rest to rest.
 fn slow<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
@@ -360,7 +365,7 @@ fn slow<const N: usize>(
     (grid, FeasibleSpline { spline, references })
 }
 
-/// Largest share of accelerations and jerks in these cells.
+/// Returns the largest share of accelerations and jerks in these cells.
 fn strain<const N: usize>(
     grid: &FeedGrid<N>,
     spline: &SpeedSpline,

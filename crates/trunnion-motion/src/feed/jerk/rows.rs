@@ -19,7 +19,7 @@ use nalgebra::SVector;
 const JERKS: usize = 5;
 const ACCELERATIONS: usize = 6;
 
-/// Rows of an axis side by side, for the processor to work on several at once.
+/// Rows of an axis in one array, for the processor to work on several at once.
 pub(super) const LANES: usize = 6;
 
 /// A number for every jerk row of an axis, and one that does not count; or for every acceleration row.
@@ -77,6 +77,7 @@ const fn unit() -> [[[RowLanes; 3]; 5]; 2] {
 }
 
 impl<const N: usize> CellRows<N> {
+    /// Builds the rows of a cell: those of a unit cell, times its rates and limits.
     pub(super) fn new(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> Self {
         let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
         let mut factors = [[[[0.0; LANES]; 3]; 2]; N];
@@ -105,7 +106,7 @@ impl<const N: usize> CellRows<N> {
         }
     }
 
-    /// Largest values of a kind on all axes, without sign.
+    /// Returns the largest values of a kind on all axes, without sign.
     #[inline]
     pub(super) fn largest(&self, kind: usize, x: [f64; 3]) -> RowLanes {
         let mut most = [0.0; LANES];
@@ -118,8 +119,8 @@ impl<const N: usize> CellRows<N> {
         most
     }
 
-    /// Largest accelerations, and jerks over what the reference leaves them: 1 is at the limit, infinite
-    /// where it leaves nothing.
+    /// Returns the largest accelerations, and jerks over the room that the reference leaves them:
+    /// 1 is at the limit, infinite where there is no room.
     pub(super) fn shares(&self, x: [f64; 3], reference: f64) -> [f64; 2] {
         let scale = reference.sqrt();
         let [jerks, rooms] = [self.largest(JERK, x), rooms(x, reference)];
@@ -134,7 +135,7 @@ impl<const N: usize> CellRows<N> {
     }
 }
 
-/// Values of rows for coefficients of `x`.
+/// Returns the values of rows for coefficients of `x`.
 #[inline]
 pub(super) fn values([a, b, c]: &[RowLanes; 3], x: [f64; 3]) -> RowLanes {
     let mut values = [0.0; LANES];
@@ -144,7 +145,7 @@ pub(super) fn values([a, b, c]: &[RowLanes; 3], x: [f64; 3]) -> RowLanes {
     values
 }
 
-/// What is left for jerks: `(3 - x / r) / 2`.
+/// Returns the room for jerks: `(3 - x / r) / 2`.
 #[inline]
 pub(super) fn rooms(x: [f64; 3], reference: f64) -> RowLanes {
     let half = 0.5 / reference;
@@ -155,24 +156,26 @@ pub(super) fn rooms(x: [f64; 3], reference: f64) -> RowLanes {
     rooms
 }
 
-/// A reference that leaves all of a cell's jerk rows room: the value in the middle, or half of the
-/// largest coefficient.
+/// Returns a reference that leaves all jerk rows of a cell room: the value in the middle, or half
+/// of the largest coefficient.
 pub(super) fn reference(x: [f64; 3]) -> f64 {
     middle(x).max(0.5 * x[0].max(x[1]).max(x[2]))
 }
 
-/// Bernstein coefficient `k` of `h² (q''' x + 3 q'' u + q' c)`, by the coefficients of `x`; none after the
-/// last.
+/// Returns Bernstein coefficient `k` of `h² (q''' x + 3 q'' u + q' c)`, by the coefficients of
+/// `x`; none after the last.
 ///
-/// With `D` the rise from coefficient to coefficient of `q'` and `E` that of `D`, `q''` is `4 D / h`
-/// and `q'''` is `12 E / h²`; `h u` has the coefficients `x1 - x0, x2 - x1`, `h² c` is
-/// `x0 - 2 x1 + x2`.
+/// With `D` the rise from coefficient to coefficient of `q'` and `E` that of `D`, `q''` is `4 D /
+/// h` and `q'''` is `12 E / h²`; `h u` has the coefficients `x1 - x0, x2 - x1`, `h² c` is `x0 - 2
+/// x1 + x2`.
 const fn jerk_row(r: &[f64; 5], k: usize) -> [f64; 3] {
     if k >= JERKS {
         return [0.0; 3];
     }
+    // The term q' c.
     let mut row = [r[k], -2.0 * r[k], r[k]];
     if k < 4 {
+        // The term 3 q'' u, from the rise after and before coefficient k.
         let term = 3.0 * (4 - k) as f64 * (r[k + 1] - r[k]);
         row[0] -= term;
         row[1] += term;
@@ -185,13 +188,14 @@ const fn jerk_row(r: &[f64; 5], k: usize) -> [f64; 3] {
     let mut j = k.saturating_sub(2);
     while j <= k && j <= 2 {
         let at = k - j;
+        // The term q''' x.
         row[j] += 12.0 * TWO_TWO[at][j] * (r[at + 2] - 2.0 * r[at + 1] + r[at]);
         j += 1;
     }
     row
 }
 
-/// Bernstein coefficient `k` of `h (q' u + q'' x)`; see [`jerk_row`].
+/// Returns Bernstein coefficient `k` of `h (q' u + q'' x)`; see [`jerk_row`].
 const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
     let mut row = [0.0; 3];
     if k < ACCELERATIONS - 1 {
@@ -222,11 +226,11 @@ pub(super) enum RestSide {
     End,
 }
 
-/// Largest `x` at the border of a rest cell.
+/// Returns the largest `x` at the border of a rest cell.
 ///
 /// With `x = k σ^(4/3)` and `τ = σ / h`, velocities are below those of a linear `x`, accelerations
-/// are `k h^(1/3) τ^(1/3) (2/3 q' + q'' h τ)`, jerks are `k^(3/2) (q''' σ² + 2 q'' σ + 2/9 q')`: both
-/// brackets are quartics.
+/// are `k h^(1/3) τ^(1/3) (2/3 q' + q'' h τ)`, jerks are `k^(3/2) (q''' σ² + 2 q'' σ + 2/9 q')`:
+/// both brackets are quartics.
 pub(super) fn rest_cap<const N: usize>(
     cell: &FeedCell<N>,
     limits: &ReciprocalLimits<N>,

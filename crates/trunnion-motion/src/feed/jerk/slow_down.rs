@@ -1,15 +1,15 @@
-//! Braking: places that are faster than wanted are made as slow as the other limits allow.
+//! Cells that are faster than wanted, to be made as slow as the other limits allow.
 //!
-//! A lower feed cannot be had at once. Where the motion is above a wanted cap, that cap is left out and the
-//! objective pulls down, until the place is below it.
+//! A lower feed cannot be had at once. Where the motion is above a wanted cap, that cap is left
+//! out and the objective pulls down, until the motion is below it.
 
 use super::speed_caps::SpeedCaps;
 use super::speed_spline::SpeedSpline;
 
-/// A cap that is left out comes in where the motion is this far below it: a barrier needs room.
+/// A cap that was left out comes in where the motion is this far below it: a barrier needs room.
 const BELOW: f64 = 0.99;
 
-/// Share of a cap that is aimed at, for the motion to come that far below.
+/// Share of a cap to aim at, for the motion to come that far below.
 const TARGET: f64 = 0.97;
 
 /// Caps that are wanted, those that hold in any case, and the cells that are above the wanted ones.
@@ -21,13 +21,14 @@ pub(super) struct SlowDown {
 }
 
 impl SlowDown {
-    /// Squared speed that a cell is to come down to, if it is to be slower.
+    /// Returns the squared speed that a cell is to come down to, if it is to be slower.
     pub(super) fn target(&self, cell: usize) -> Option<f64> {
         let wanted = self.wanted.control[cell].min(self.wanted.row[cell + 1]);
         self.slow.get(cell).filter(|slow| **slow).map(|_| TARGET * wanted)
     }
 
-    /// Puts caps that are not kept out of the way, and those that are into place; the cells that changed.
+    /// Takes caps that are not kept out of the way, and puts those that are into place; returns
+    /// the cells that changed.
     pub(super) fn update(&mut self, caps: &mut SpeedCaps, spline: &SpeedSpline) -> Vec<usize> {
         let mut changed = Vec::new();
         for cell in spline.cells() {

@@ -14,7 +14,8 @@ pub(super) fn lengths<const N: usize>(grid: &FeedGrid<N>) -> Vec<f64> {
     grid.cells.iter().map(|cell| cell.h).collect()
 }
 
-/// Something to start from, if there is; nothing at all where nothing is limited, so nothing moves.
+/// Returns a spline to start from, if there is one; `None` altogether where nothing is limited, so
+/// that nothing moves.
 pub(super) fn feasible<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,
@@ -31,7 +32,7 @@ pub(super) fn feasible<const N: usize>(
     Some((caps, start))
 }
 
-/// The spline made fast, and the bounds it keeps.
+/// Makes a spline fast, and returns the bounds it keeps.
 pub(super) fn fastest<const N: usize>(
     grid: &FeedGrid<N>,
     limits: &ReciprocalLimits<N>,

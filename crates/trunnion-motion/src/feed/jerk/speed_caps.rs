@@ -5,8 +5,8 @@ use super::speed_spline::{EndMotion, SpeedSpline};
 use crate::feed::grid::FeedGrid;
 use crate::feed::reciprocal::ReciprocalLimits;
 
-/// A given speed up to this share of a limit is at the limit: squares, rates and caps are right to a few
-/// roundings each.
+/// A given speed up to this share of a limit counts as at the limit: squares, rates and caps are
+/// right to a few roundings each.
 const AT_LIMIT: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 /// Velocity, feed and tip limits, and everything that limits a rest cell.

@@ -64,18 +64,19 @@ pub(super) struct ControlWeights {
 const REST_SLOPE: f64 = 4.0 / 3.0;
 
 impl SpeedSpline {
-    /// Number of cells.
+    /// Returns the number of cells.
     pub(super) fn len(&self) -> usize {
         self.lengths.len()
     }
 
-    /// `x` at the border of a rest cell over the neighbouring control: a parabola with the slope
-    /// `4 x / 3 rest` at the border has its control half the neighbour's length along that slope.
+    /// Returns `x` at the border of a rest cell over the neighbouring control: a parabola with the
+    /// slope `4 x / 3 rest` at the border has its control half the neighbour's length along that
+    /// slope.
     fn rest_share(rest: f64, neighbour: f64) -> f64 {
         1.0 / (1.0 + 0.5 * REST_SLOPE * neighbour / rest)
     }
 
-    /// With the controls that the ends give.
+    /// Builds a spline with the controls that the ends give.
     pub(super) fn new(lengths: Vec<f64>, mut controls: Vec<f64>, ends: [EndMotion; 2]) -> Self {
         let last = lengths.len().saturating_sub(1);
         for (end, cell, sign) in [(ends[0], 0, 1.0), (ends[1], last, -1.0)] {
@@ -86,7 +87,7 @@ impl SpeedSpline {
         Self { lengths, controls, ends }
     }
 
-    /// Cells in which `x` is a parabola: all but those next to rest.
+    /// Returns the cells in which `x` is a parabola: all but those next to rest.
     pub(super) fn cells(&self) -> Range<usize> {
         let [first, last] = self.ends.map(|end| usize::from(!end.moves()));
         first..self.len() - last
@@ -114,12 +115,12 @@ impl SpeedSpline {
         ControlWeights { start, end }
     }
 
-    /// Bernstein coefficients of a cell of [`Self::cells`].
+    /// Returns the Bernstein coefficients of a cell of [`Self::cells`].
     pub(super) fn coefficients(&self, cell: usize) -> [f64; 3] {
         self.coefficients_with(&self.weights(cell), cell)
     }
 
-    /// The same with the weights of the cell at hand.
+    /// Returns the same with the weights of the cell at hand.
     #[inline]
     pub(super) fn coefficients_with(&self, weights: &ControlWeights, cell: usize) -> [f64; 3] {
         let at = |cell: usize| self.controls.get(cell).copied().unwrap_or(0.0);
@@ -133,7 +134,7 @@ impl SpeedSpline {
         x
     }
 
-    /// `ds/dt` and `d²s/dt²` at every row.
+    /// Returns `ds/dt` and `d²s/dt²` at every row.
     pub(super) fn motion(&self) -> [Vec<f64>; 2] {
         let [mut speed, mut acceleration] = [0, 1].map(|_| Vec::with_capacity(self.len() + 1));
         let cells = self.cells();
@@ -164,7 +165,7 @@ impl SpeedSpline {
 }
 
 impl ControlWeights {
-    /// Bernstein coefficients from the controls before, here and after; linear.
+    /// Returns the Bernstein coefficients from the controls before, here and after; linear.
     #[inline]
     pub(super) fn apply(&self, controls: [f64; 3]) -> [f64; 3] {
         let start = self.start[0] * controls[0] + self.start[1] * controls[1];
@@ -173,7 +174,7 @@ impl ControlWeights {
     }
 }
 
-/// Value in the middle of a quadratic with these Bernstein coefficients.
+/// Returns the value in the middle of a quadratic with these Bernstein coefficients.
 pub(super) fn middle(x: [f64; 3]) -> f64 {
     0.25 * (x[0] + x[2]) + 0.5 * x[1]
 }

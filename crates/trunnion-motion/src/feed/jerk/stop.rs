@@ -8,20 +8,20 @@ use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AxisNode, AxisPiece};
 use nalgebra::SVector;
 
-/// The first try is that much longer than on a straight line: rows need a little room.
+/// Factor of the first length tried over that on a straight line: rows need a little room.
 const SLACK: f64 = 1.05;
-/// Longer by this from try to try.
+/// Factor from one length tried to the next.
 const LONGER: f64 = 1.2;
-/// Rows of a phase of the stop that a search starts from.
+/// Rows in each phase of the stop that a search starts from.
 const ROWS: u32 = 32;
-/// Halvings of the share of the limits it needs.
+/// Halvings of the share of the limits that the stop needs.
 const HALVINGS: usize = 30;
 
-/// The shortest stop that is found over a piece that begins where this motion is: squared speed and
-/// `d²s/dt²`. `None` if none is found on it.
+/// Returns the shortest stop that is found over a piece that begins where this motion is, given by
+/// squared speed and `d²s/dt²`; `None` if none is found on it.
 ///
-/// Tried from the distance that the limits at the start allow on a straight line, a little farther every
-/// time.
+/// The first length tried is the one that the limits at the start allow on a straight line; each
+/// further one is a little longer.
 pub(crate) fn stop<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],
@@ -62,7 +62,8 @@ impl StraightStop {
         Self { speed: x.sqrt(), before: -u, largest, jerk }
     }
 
-    /// Durations of the phases and the deceleration between them, with a share of jerk and deceleration.
+    /// Returns the durations of the phases and the deceleration between them, with a share of jerk
+    /// and deceleration.
     fn phases(&self, share: f64) -> ([f64; 3], f64) {
         let [most, jerk] = [(share * self.largest).max(self.before), share * self.jerk];
         // The speed falls by (most² - before²) / 2j, most t and most² / 2j.
@@ -75,12 +76,12 @@ impl StraightStop {
         ([(most - self.before) / jerk, left.max(0.0) / most, most / jerk], most)
     }
 
-    /// Its length.
+    /// Returns the length of the stop.
     fn way(&self, share: f64) -> f64 {
         self.table(share).last().map_or(0.0, |row| row[0])
     }
 
-    /// Way and squared speed at even times.
+    /// Returns distance and squared speed at even times.
     fn table(&self, share: f64) -> Vec<[f64; 2]> {
         let (times, peak) = self.phases(share);
         let slopes = [share * self.jerk, 0.0, -share * self.jerk];
@@ -102,7 +103,7 @@ impl StraightStop {
         rows
     }
 
-    /// Gentle enough to be as long as that.
+    /// Returns the stop that is gentle enough to be as long as `distance`.
     fn over(&self, distance: f64) -> Vec<[f64; 2]> {
         let [mut gentle, mut hard] = [0.0, 1.0];
         for _ in 0..HALVINGS {
@@ -113,7 +114,7 @@ impl StraightStop {
     }
 }
 
-/// The piece as far as `s`.
+/// Returns the piece as far as `s`.
 fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
     let interval = piece.interval_at(s);
     let [from, to] = [piece.nodes.get(interval)?, piece.nodes.get(interval + 1)?];
@@ -132,6 +133,7 @@ fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
     Some(AxisPiece { nodes, ..*piece })
 }
 
+/// Returns a stop over the whole piece that begins from the profile `rows`.
 fn halt<const N: usize>(
     piece: &AxisPiece<N>,
     motion: [f64; 2],

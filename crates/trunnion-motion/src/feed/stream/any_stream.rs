@@ -18,7 +18,7 @@ pub enum StreamKind {
     Jerk,
 }
 
-/// A stream that keeps jerk limits or does without, as the user chooses.
+/// A stream that keeps jerk limits or not, as the user chooses.
 #[derive(Debug, Clone)]
 pub enum AnyStream<const N: usize = AXES> {
     /// Velocity and acceleration limits.
@@ -28,7 +28,7 @@ pub enum AnyStream<const N: usize = AXES> {
 }
 
 impl<const N: usize> AnyStream<N> {
-    /// A stream without nodes, at rest.
+    /// Starts a stream without nodes, at rest.
     ///
     /// # Errors
     ///
@@ -64,7 +64,7 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Whether more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next stretch is taken.
     pub fn wants(&self) -> bool {
         match self {
             Self::Optimal(stream) => stream.wants(),
@@ -72,7 +72,7 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         match self {
             Self::Optimal(stream) => stream.time(),
@@ -80,8 +80,8 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Guaranteed upper bounds of the ratios over all that was handed out, where they are counted: without jerk limits
-    /// the way of planning keeps them.
+    /// Returns guaranteed upper bounds of the ratios over all that was handed out; `None` without
+    /// jerk limits, where the method of planning keeps them.
     pub fn bounds(&self) -> Option<LimitRatios> {
         match self {
             Self::Optimal(_) => None,

@@ -40,13 +40,12 @@ const PARTS: usize = 8;
 ///
 /// ```
 /// use nalgebra::Vector1;
-/// use trunnion::feed::{Limits, FeedStream, StreamOptions};
-/// use trunnion::types::{AxisNode, Motion};
+/// use trunnion_motion::feed::{Limits, FeedStream, StreamOptions};
+/// use trunnion_motion::types::{AxisNode, Motion};
 ///
-/// let [velocity, acceleration] = [Vector1::new(50.0), Vector1::new(400.0)];
-/// let limits = Limits { velocity, rapid: velocity, acceleration, jerk: None, minus: None };
-/// let options =
-///     StreamOptions { feed: Some(40.0), link_feed: None, tip: None, window: 512, step: 0.5 };
+/// let [velocity, acceleration, jerk] = [50.0, 400.0, 1e4].map(Vector1::new);
+/// let limits = Limits::symmetric(velocity, acceleration, jerk).without_jerk();
+/// let options = StreamOptions::fastest(512, 0.5).with_feed(40.0);
 /// let mut stream = FeedStream::new(limits, options)?;
 ///
 /// let mut queue = (0..=100_u32).map(|k| {
@@ -71,7 +70,7 @@ const PARTS: usize = 8;
 /// // 100 mm at 40 mm/s, and 0.1 s to speed up and as much to slow down, each half as far.
 /// assert!((stream.time() - (2.5 + 0.1)).abs() < 1e-9);
 /// assert!(setpoints.len() >= 2600 && setpoints.is_sorted());
-/// # Ok::<(), trunnion::feed::FeedError>(())
+/// # Ok::<(), trunnion_motion::feed::FeedError>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct FeedStream<const N: usize = AXES> {
@@ -91,7 +90,7 @@ pub struct FeedStream<const N: usize = AXES> {
 }
 
 impl<const N: usize> FeedStream<N> {
-    /// A stream at rest.
+    /// Starts a stream at rest.
     ///
     /// # Errors
     ///
@@ -152,7 +151,7 @@ impl<const N: usize> FeedStream<N> {
         Ok(())
     }
 
-    /// Whether more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next stretch is taken.
     pub fn wants(&self) -> bool {
         self.window.ahead() < self.options.window
     }
@@ -171,24 +170,24 @@ impl<const N: usize> FeedStream<N> {
         Ok(())
     }
 
-    /// Time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Speed `ds/dt` there.
+    /// Returns the speed `ds/dt` there.
     pub fn speed(&self) -> f64 {
         self.x.sqrt()
     }
 
-    /// Whether the axes rest because the override is 0, with path left to run.
+    /// Returns `true` if the axes rest because the override is 0, with path left to run.
     pub fn held(&self) -> bool {
         self.window.ahead() > 0 && self.window.holds() && self.x <= 0.0
     }
 }
 
-/// Squared speed at the end of a cell, from that at its start: the one wanted if it can be had, and no
-/// more than what the window can follow.
+/// Returns the squared speed at the end of a cell from that at its start: the one wanted if that
+/// is possible, and no more than what the window can follow.
 fn onward<const N: usize>(
     cell: &CellAccelerations<N>,
     x: f64,

@@ -37,10 +37,10 @@ pub struct JerkStream<const N: usize = AXES> {
     given: [ReciprocalLimits<N>; 2],
     limits: [ReciprocalLimits<N>; 2],
     factor: f64,
-    /// What the plan was made for, if that is another override.
+    /// Override that the plan was made for.
     planned_for: f64,
     known: NodeQueue<N>,
-    course: Option<RollingPlan<N>>,
+    plan: Option<RollingPlan<N>>,
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
@@ -52,7 +52,7 @@ pub struct JerkStream<const N: usize = AXES> {
 }
 
 impl<const N: usize> JerkStream<N> {
-    /// A stream without nodes, at rest. `options.step` does not count: rest is resolved by itself.
+    /// Starts a stream without nodes, at rest. `options.step` does not count: rest is resolved by itself.
     ///
     /// # Errors
     ///
@@ -72,7 +72,7 @@ impl<const N: usize> JerkStream<N> {
             factor: 1.0,
             planned_for: 1.0,
             known: NodeQueue::new(),
-            course: None,
+            plan: None,
             pushed: [0; 2],
             last: None,
             motion: Motion::Cut,
@@ -102,10 +102,10 @@ impl<const N: usize> JerkStream<N> {
         Ok(())
     }
 
-    /// Whether more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next stretch is taken.
     pub fn wants(&self) -> bool {
         let quarter = self.options.window / 4;
-        let stops = || self.course.as_ref().is_some_and(|course| course.stops_within(quarter));
+        let stops = || self.plan.as_ref().is_some_and(|plan| plan.stops_within(quarter));
         let most = WIDEST.saturating_mul(self.options.window);
         self.is_short() || (self.known.ahead() < most && self.known.waiting() <= quarter && stops())
     }
@@ -128,28 +128,29 @@ impl<const N: usize> JerkStream<N> {
         Ok(())
     }
 
-    /// Guaranteed upper bounds of the ratios over all that was handed out; velocities by what the axes can do
+    /// Returns guaranteed upper bounds of the ratios over all that was handed out; velocities by what the axes can do
     /// where the feed was above a new override.
     pub fn bounds(&self) -> LimitRatios {
         self.bounds
     }
 
-    /// Whether the axes rest because the override is 0, with path left to run.
+    /// Returns `true` if the axes rest because the override is 0, with path left to run.
     pub fn held(&self) -> bool {
         self.factor <= 0.0 && self.speed <= 0.0 && self.known.ahead() > 0
     }
 
-    /// Time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Speed `ds/dt` there.
+    /// Returns the speed `ds/dt` there.
     pub fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Whether the piece goes on after what is known: not where another has begun, or nodes run out.
+    /// Returns the path expected after the known nodes: nothing where another piece has begun, or
+    /// nodes run out.
     fn ahead(&self) -> PathAhead {
         if self.is_short() || self.known.has_another_piece() {
             PathAhead::Nothing
@@ -158,6 +159,7 @@ impl<const N: usize> JerkStream<N> {
         }
     }
 
+    /// Returns `true` if fewer intervals than a window are ahead.
     fn is_short(&self) -> bool {
         self.known.ahead() < self.options.window
     }
@@ -168,28 +170,29 @@ impl<const N: usize> JerkStream<N> {
         if ahead == PathAhead::More { self.options.window / 16 } else { 0 }
     }
 
-    /// What the axes can do, whatever the feed.
+    /// Returns the limits of the axes, whatever the feed.
     fn axes_on(&self, motion: Motion) -> ReciprocalLimits<N> {
         ReciprocalLimits { feed: 0.0, ..self.given[usize::from(motion.is_free())] }
     }
 
+    /// Returns the limits on a kind of motion, at the override.
     fn limits_on(&self, motion: Motion) -> ReciprocalLimits<N> {
         self.limits[usize::from(motion.is_free())]
     }
 
-    /// Plans what is known where it is time to.
+    /// Plans the known nodes where it is time to.
     fn plan(&mut self) -> Option<()> {
         if self.factor.to_bits() != self.planned_for.to_bits() {
             self.plan_anew();
         }
         if self.known.is_run() {
-            self.course = None;
+            self.plan = None;
         }
         if self.factor <= 0.0 {
-            return self.course.as_ref().map(|_| ());
+            return self.plan.as_ref().map(|_| ());
         }
-        if let Some(course) = self.course.take() {
-            self.course = Some(self.led_on(course)?);
+        if let Some(plan) = self.plan.take() {
+            self.plan = Some(self.extended(plan)?);
             return Some(());
         }
         self.known.drop_ends();
@@ -199,38 +202,38 @@ impl<const N: usize> JerkStream<N> {
         self.piece = self.known.piece()?;
         let ahead = self.ahead();
         let piece = self.known.take(self.kept(ahead))?;
-        self.course = Some(RollingPlan::new(&piece, &self.limits_on(piece.motion), ahead));
+        self.plan = Some(RollingPlan::new(&piece, &self.limits_on(piece.motion), ahead));
         Some(())
     }
 
-    /// The course, led on where it is time to.
-    fn led_on(&mut self, mut course: RollingPlan<N>) -> Option<RollingPlan<N>> {
+    /// Returns the plan, extended where it is time to.
+    fn extended(&mut self, mut plan: RollingPlan<N>) -> Option<RollingPlan<N>> {
         let more = self.known.piece() == Some(self.piece);
         let known = if more { self.known.of_a_piece() } else { 0 };
         // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
         // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
-        let due = known > quarter || self.is_short() || course.stops_within(quarter);
+        let due = known > quarter || self.is_short() || plan.stops_within(quarter);
         if known >= 2 && due {
             let ahead = self.ahead();
             let before = self.known.clone();
             let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
-            if !course.lead_on(&piece, limits.each_ref(), ahead) {
+            if !plan.extend(&piece, limits.each_ref(), ahead) {
                 self.known = before;
             }
         } else if known < 2 && self.ahead() == PathAhead::Nothing {
             let motion = self.known.planned_motion()?;
-            course.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
+            plan.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
         }
-        Some(course)
+        Some(plan)
     }
 
-    /// Another override: goes over to it from the motion under way.
+    /// Changes to another override from the motion under way.
     fn plan_anew(&mut self) {
         self.planned_for = self.factor;
-        let Some(mut course) = self.course.take() else { return };
-        let Some([s, speed, acceleration]) = course.here() else { return };
+        let Some(mut plan) = self.plan.take() else { return };
+        let Some([s, speed, acceleration]) = plan.here() else { return };
         if speed <= 0.0 {
             // Planned from rest when it goes on.
             self.known.end_at(s);
@@ -239,14 +242,14 @@ impl<const N: usize> JerkStream<N> {
         let Some(rest) = self.known.planned_from(s) else { return };
         let axes = self.axes_on(rest.motion);
         if self.factor > 0.0 {
-            course.go_over([&self.limits_on(rest.motion), &axes]);
+            plan.change_limits([&self.limits_on(rest.motion), &axes]);
         } else if let Some(halt) = stop(&rest, [speed * speed, acceleration], &axes)
             && let Some(end) = halt.end()
         {
             self.known.end_at(end);
-            course = halt;
+            plan = halt;
         }
-        self.course = Some(course);
+        self.plan = Some(plan);
     }
 }
 
@@ -257,9 +260,9 @@ impl<const N: usize> Iterator for JerkStream<N> {
 
     fn next(&mut self) -> Option<StreamStep> {
         self.plan()?;
-        let course = self.course.as_mut()?;
-        let [s, speed, acceleration] = course.run()?;
-        self.bounds = self.bounds.max(course.bounds);
+        let plan = self.plan.as_mut()?;
+        let [s, speed, acceleration] = plan.take_cell()?;
+        self.bounds = self.bounds.max(plan.bounds);
         let interval = self.known.run_to(s[1])?;
         let duration = LinearSegment { length: s[1] - s[0], speed, acceleration }.time();
         let step = StreamStep {

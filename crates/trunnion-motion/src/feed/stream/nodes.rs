@@ -20,7 +20,7 @@ pub(super) struct NodeQueue<const N: usize> {
     from: Option<NodeEntry<N>>,
     /// Ends of the intervals of the plan that are not run yet.
     planned: VecDeque<NodeEntry<N>>,
-    /// What is not planned yet; the first is where the plan ends.
+    /// Nodes that are not planned yet; the first is where the plan ends.
     queue: VecDeque<NodeEntry<N>>,
 }
 
@@ -33,38 +33,38 @@ impl<const N: usize> NodeQueue<N> {
         self.queue.push_back(entry);
     }
 
-    /// Intervals ahead.
+    /// Returns the number of intervals ahead.
     pub(super) fn ahead(&self) -> usize {
         self.planned.len() + self.waiting()
     }
 
-    /// Intervals that are not planned.
+    /// Returns the number of intervals that are not planned.
     pub(super) fn waiting(&self) -> usize {
         self.queue.len().saturating_sub(1)
     }
 
-    /// Whether all that was planned was run.
+    /// Returns `true` if all that was planned was run.
     pub(super) fn is_run(&self) -> bool {
         self.planned.is_empty()
     }
 
-    /// Piece of the first node that is not run.
+    /// Returns the piece of the first node that is not run.
     pub(super) fn piece(&self) -> Option<usize> {
         self.queue.front().map(|entry| entry.piece)
     }
 
-    /// How what is planned is run.
+    /// Returns the kind of motion of the planned path.
     pub(super) fn planned_motion(&self) -> Option<Motion> {
         self.planned.front().map(|entry| entry.motion)
     }
 
-    /// Nodes at the front of the queue that belong to one piece.
+    /// Returns the number of nodes at the front of the queue that belong to one piece.
     pub(super) fn of_a_piece(&self) -> usize {
         let first = self.piece();
         self.queue.iter().take_while(|entry| Some(entry.piece) == first).count()
     }
 
-    /// Whether another piece has begun after that of the first node in the queue.
+    /// Returns `true` if another piece has begun after that of the first node in the queue.
     pub(super) fn has_another_piece(&self) -> bool {
         self.of_a_piece() < self.queue.len()
     }
@@ -92,7 +92,8 @@ impl<const N: usize> NodeQueue<N> {
         Some(AxisPiece { motion, source: 0, nodes })
     }
 
-    /// Interval between nodes that the schedule runs in, and notes that it was run up to `s`.
+    /// Returns the interval between nodes in which the schedule runs, and notes that it was run up
+    /// to `s`.
     pub(super) fn run_to(&mut self, s: f64) -> Option<usize> {
         let end = self.planned.front()?;
         let interval = end.index - 1;
@@ -102,7 +103,7 @@ impl<const N: usize> NodeQueue<N> {
         Some(interval)
     }
 
-    /// What is planned of the path from `s` on, which lies in the interval that is run.
+    /// Returns the planned path from `s` on, which lies in the interval that is run.
     pub(super) fn planned_from(&self, s: f64) -> Option<AxisPiece<N>> {
         let here = between(self.from.as_ref()?, self.planned.front()?, s)?;
         let mut nodes = vec![here.node];
@@ -110,7 +111,7 @@ impl<const N: usize> NodeQueue<N> {
         Some(AxisPiece { motion: here.motion, source: 0, nodes })
     }
 
-    /// The plan ends at `s` now: what comes after is not planned any more.
+    /// Ends the plan at `s`: what comes after is not planned any more.
     pub(super) fn end_at(&mut self, s: f64) {
         // The node at the end of the plan stands in both lists.
         let mut after = self.planned.pop_back();
@@ -146,7 +147,7 @@ impl<const N: usize> NodeQueue<N> {
     }
 }
 
-/// The place `s` between two nodes as a node: both halves of the quintic are the quintic.
+/// Returns the point `s` between two nodes as a node: both halves of the quintic are the quintic.
 fn between<const N: usize>(from: &NodeEntry<N>, to: &NodeEntry<N>, s: f64) -> Option<NodeEntry<N>> {
     if s <= from.node.s {
         return Some(from.clone());

@@ -35,7 +35,7 @@ impl StreamOptions {
         self
     }
 
-    /// The options as those of a plan, if they and the limits make sense.
+    /// Checks options and limits, and returns the options as those of a plan.
     pub(super) fn validated<const N: usize>(
         &self,
         limits: &Limits<N>,
@@ -50,7 +50,8 @@ impl StreamOptions {
         Ok(feeds)
     }
 
-    /// How many parts a stretch between nodes is cut into: no more than fill a window.
+    /// Returns the number of parts that a stretch between nodes is cut into: no more than fill a
+    /// window.
     pub(super) fn parts(&self, length: f64) -> usize {
         let most = self.window;
         (1..most).find(|&parts| length <= self.step * parts as f64).unwrap_or(most)

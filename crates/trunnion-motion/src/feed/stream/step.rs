@@ -25,7 +25,7 @@ pub struct StreamStep {
 }
 
 impl StreamStep {
-    /// Place and speed a time after the start, clamped to the step.
+    /// Returns position and speed a time after the start, clamped to the step.
     pub fn at(&self, dt: f64) -> PathState {
         let dt = dt.clamp(0.0, self.duration);
         let accelerations = [self.acceleration, self.end_acceleration];

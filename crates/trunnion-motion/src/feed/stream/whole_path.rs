@@ -12,11 +12,12 @@ use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
 use crate::types::{AccelerationProfile, AxisPath, SchedulePiece};
 
-/// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest to rest.
+/// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest
+/// to rest.
 ///
 /// # Errors
 ///
-/// As [`super::super::jerk`], and [`FeedError::BadWindow`].
+/// As [`jerk()`](crate::feed::jerk()), and [`FeedError::BadWindow`].
 pub fn jerk_through_window<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,

@@ -8,7 +8,7 @@ use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::Motion;
 use std::collections::VecDeque;
 
-/// Where a cell ends and the next one starts.
+/// Row at which a cell ends and the next one starts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WindowRow {
     pub(super) piece: usize,
@@ -27,7 +27,7 @@ pub(super) struct WindowRow {
 }
 
 impl WindowRow {
-    /// A row without limits yet.
+    /// Makes a row without limits yet.
     pub(super) fn at([piece, interval]: [usize; 2], s: f64, motion: Motion) -> Self {
         let [free, rest] = [f64::INFINITY, 0.0];
         Self { piece, interval, s, motion, hard: free, feed: free, reach: rest, most: rest }
@@ -52,9 +52,9 @@ pub(super) struct RowWindow<const N: usize> {
     planned: usize,
     settled: usize,
     good: usize,
-    /// Whether a pass from scratch is due: another override, or other rows.
+    /// `true` if a pass from scratch is due: another override, or other rows.
     stale: bool,
-    /// Whether the speed was above the reach at the last pass, and `most` is up to date.
+    /// `true` if the speed was above the reach at the last pass, and `most` is up to date.
     braking: bool,
 }
 
@@ -73,7 +73,7 @@ impl<const N: usize> RowWindow<N> {
         }
     }
 
-    /// Cells ahead.
+    /// Returns the number of cells ahead.
     pub(super) fn ahead(&self) -> usize {
         self.cells.len()
     }
@@ -116,18 +116,19 @@ impl<const N: usize> RowWindow<N> {
         self.cells.push_back(Some(cell));
     }
 
-    /// The row where the committed schedule ends, and the cell after it.
+    /// Returns the row where the committed schedule ends, and the cell after it.
     pub(super) fn first(&self) -> Option<(&WindowRow, Option<&FeedCell<N>>)> {
         Some((self.rows.front()?, self.cells.front()?.as_ref()))
     }
 
-    /// Squared speeds that may be had at the end of the first cell: the one wanted, and the largest.
+    /// Returns the squared speeds possible at the end of the first cell: the one wanted, and the
+    /// largest.
     pub(super) fn next_reach(&self) -> [f64; 2] {
         let Some(row) = self.rows.get(1) else { return [0.0; 2] };
         [row.reach, if self.braking { row.most } else { row.reach }]
     }
 
-    /// Drops the first cell; the row at its end.
+    /// Drops the first cell and returns the row at its end.
     pub(super) fn commit(&mut self) -> Option<WindowRow> {
         self.rows.pop_front();
         self.cells.pop_front();
@@ -208,7 +209,7 @@ impl<const N: usize> RowWindow<N> {
         self.settled = settled.unwrap_or(self.settled);
     }
 
-    /// The same without feed and override, which a braking motion is above.
+    /// Runs the same pass without feed and override, which a braking motion is above.
     fn backward_at_any_feed(&mut self, last: usize, limits: &ReciprocalLimits<N>) {
         let mut guess = WarmStart::default();
         let mut next = 0.0;
@@ -224,8 +225,8 @@ impl<const N: usize> RowWindow<N> {
         }
     }
 
-    /// Largest squared speed at a row with the override: below 1 it scales the limits too, above 1
-    /// the feed alone.
+    /// Returns the largest squared speed at a row with the override: below 1 it scales the limits
+    /// too, above 1 the feed alone.
     fn cap(&self, index: usize) -> f64 {
         let Some(row) = self.rows.get(index) else { return 0.0 };
         let square = self.factor * self.factor;
@@ -238,18 +239,18 @@ impl<const N: usize> RowWindow<N> {
     }
 }
 
-/// Largest squared speeds at both ends of a cell by axes and tip, and by the feed.
+/// Returns the largest squared speeds at both ends of a cell by axes and tip, and by the feed.
 fn caps<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> [[f64; 2]; 2] {
     let axes = ReciprocalLimits { feed: 0.0, ..*limits };
     [cell.caps(&axes), tangent(scaled(cell.feed_rate, limits.feed))]
 }
 
-/// Whether nothing moves in a cell.
+/// Returns `true` if nothing moves in a cell.
 pub(super) fn still<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> bool {
     caps(cell, limits).as_flattened().iter().all(|cap| cap.is_infinite())
 }
 
-/// A cell in even parts, with the share of it at which each ends.
+/// Cuts a cell into even parts, with the share of it at which each ends.
 pub(super) fn pieces<const N: usize>(
     whole: FeedCell<N>,
     parts: usize,
