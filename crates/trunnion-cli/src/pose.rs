@@ -5,7 +5,7 @@ use crate::table::{Ends, Refusal, Work};
 use crate::{machine, text};
 use std::fmt::Write;
 use trunnion::files::table::write_number;
-use trunnion::inverse::{Branch, Inverse, InverseError, Solutions};
+use trunnion::inverse::{Branch, Inverse, InverseError, InverseSolutions};
 use trunnion::machine::{Axis, FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup};
 use trunnion::math::jet::by_arc_length;
 use trunnion::types::{AxisVector, PoseRates, ToolPose};
@@ -252,12 +252,12 @@ impl Work for All {
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal> {
         self.pose += 1;
         match self.inverse.solutions(&pose(values)?) {
-            Ok(Solutions::Singular(mut q)) => {
+            Ok(InverseSolutions::Singular(mut q)) => {
                 // The first rotary is free, and stands at its home, whatever turn that is.
                 q[SECOND_ROTARY] = half_open(q)[SECOND_ROTARY];
                 solution_to(out, self.pose, 1, &q);
             }
-            Ok(Solutions::Regular(both)) => {
+            Ok(InverseSolutions::Regular(both)) => {
                 for (solution, q) in (1..).zip(both) {
                     solution_to(out, self.pose, solution, &half_open(q));
                 }

@@ -5,7 +5,7 @@ use super::error::AxesError;
 use super::options::AxesOptions;
 use super::path_motion::{CurveMotion, Evaluation, LinkMotion, PathMotion};
 use super::result::PathDeviation;
-use crate::inverse::{Inverse, InverseError, Rates};
+use crate::inverse::{AxisJets, Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::math::quintic::Quintic;
@@ -241,7 +241,7 @@ impl<'a> PathFollower<'a> {
         motion: (&dyn PathMotion, usize),
         evaluation: &'l Evaluation,
         tracker: &BranchTracker,
-    ) -> [Option<(usize, &'l Rates)>; WAYS] {
+    ) -> [Option<(usize, &'l AxisJets)>; WAYS] {
         match (&evaluation.both, tracker.state.branch) {
             (Some(both), Some(branch))
                 if evaluation.more.is_empty() && !self.passes(motion, tracker, evaluation) =>
@@ -281,7 +281,7 @@ impl<'a> PathFollower<'a> {
         &self,
         evaluation: &'l Evaluation,
         near: &AxisVector,
-    ) -> [Option<(usize, &'l Rates)>; WAYS] {
+    ) -> [Option<(usize, &'l AxisJets)>; WAYS] {
         let mut order = [(f64::INFINITY, None); WAYS];
         for (slot, way) in order.iter_mut().zip(evaluation.ways().enumerate()) {
             let turned = evaluation.unwound(way.1, near);
@@ -423,7 +423,12 @@ impl BranchTracker {
         self.track.nodes.last().map_or(f64::INFINITY, |node| node.s)
     }
 
-    fn arrive(&mut self, evaluation: &Evaluation, (index, way): (usize, &Rates), node: AxisNode) {
+    fn arrive(
+        &mut self,
+        evaluation: &Evaluation,
+        (index, way): (usize, &AxisJets),
+        node: AxisNode,
+    ) {
         let lost = way.lost > 0;
         if lost {
             self.lost.push(self.track.nodes.len());

@@ -1,7 +1,7 @@
 //! What the axes have to follow: a curve, or a link between two segments.
 
 use super::options::FeedPoint;
-use crate::inverse::{Branch, Inverse, InverseError, Rates};
+use crate::inverse::{AxisJets, Branch, Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
@@ -15,9 +15,9 @@ pub(super) struct Evaluation {
     /// Speed of the tip and of the feed point, per unit of the parameter.
     speeds: [f64; 2],
     /// Each branch.
-    pub(super) both: Option<[Rates; 2]>,
+    pub(super) both: Option<[AxisJets; 2]>,
     /// Other ways on.
-    pub(super) more: Vec<Rates>,
+    pub(super) more: Vec<AxisJets>,
     /// Part of the tool axis square to the singular direction.
     pub(super) across: [f64; 2],
     /// Whether the first rotary is free, and was put where it stood before: the tool stays in the
@@ -66,12 +66,12 @@ impl Evaluation {
     }
 
     /// All ways.
-    pub(super) fn ways(&self) -> impl Iterator<Item = &Rates> {
+    pub(super) fn ways(&self) -> impl Iterator<Item = &AxisJets> {
         self.both.iter().flatten().chain(&self.more)
     }
 
     /// Axes of a way, rotaries unwound to `near`.
-    pub(super) fn unwound(&self, way: &Rates, near: &AxisVector) -> AxisVector {
+    pub(super) fn unwound(&self, way: &AxisJets, near: &AxisVector) -> AxisVector {
         let mut q = way.q[0];
         if self.prescribed {
             return q;
@@ -83,7 +83,7 @@ impl Evaluation {
     }
 
     /// The node of a way, rotaries unwound to `near`.
-    pub(super) fn node(&self, way: &Rates, near: &AxisVector) -> AxisNode {
+    pub(super) fn node(&self, way: &AxisJets, near: &AxisVector) -> AxisNode {
         let [_, q1, q2, q3] = way.q;
         let [tip_rate, feed_rate] = self.speeds;
         AxisNode { s: self.u, q: [self.unwound(way, near), q1, q2, q3], tip_rate, feed_rate }
@@ -112,19 +112,19 @@ pub(super) struct LinkMotion<'a> {
 
 impl CurveMotion<'_> {
     /// Exact axes of both branches at a point that is not held.
-    pub(super) fn both(&self, rates: &PoseRates) -> Result<[Rates; 2], InverseError> {
+    pub(super) fn both(&self, rates: &PoseRates) -> Result<[AxisJets; 2], InverseError> {
         let [start, end] = self.curve.range();
         self.inverse.both_jets_through(rates, self.pole, end - start)
     }
 
     /// Axes that stand still but for the slides: the tool stays in the singular direction.
-    fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<Rates, InverseError> {
+    fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<AxisJets, InverseError> {
         let second =
             rates.pose().and_then(|pose| self.inverse.second_at_pole(&pose.axis, self.pole));
         let second = second.ok_or(InverseError::NotFinite { what: "the tool axis" })?;
         let rotaries = [near[FIRST_ROTARY], unwrap_near(second, near[SECOND_ROTARY])];
         let q = self.inverse.with_rotaries(&rates.tip, rotaries.map(Jet::constant))?;
-        Ok(Rates { q, lost: 0 })
+        Ok(AxisJets { q, lost: 0 })
     }
 }
 
@@ -156,7 +156,7 @@ impl PathMotion for CurveMotion<'_> {
                     let said = Branch::BOTH.map(|branch| self.inverse.jets(&rates, branch));
                     evaluation
                         .more
-                        .extend(said.into_iter().flatten().map(|q| Rates { q, lost: 0 }));
+                        .extend(said.into_iter().flatten().map(|q| AxisJets { q, lost: 0 }));
                 }
                 evaluation.both = Some(both);
             }
@@ -206,7 +206,7 @@ impl PathMotion for LinkMotion<'_> {
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;
         let rate = slope.norm();
         evaluation.begin(u, [rate, rate]);
-        evaluation.more.push(Rates { q, lost: 0 });
+        evaluation.more.push(AxisJets { q, lost: 0 });
         evaluation.prescribed = true;
         Ok(())
     }

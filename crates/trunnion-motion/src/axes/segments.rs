@@ -6,7 +6,7 @@ use super::error::AxesError;
 use super::follower::PathFollower;
 use super::options::AxesOptions;
 use super::path_motion::CurveMotion;
-use crate::inverse::{InverseError, Solutions};
+use crate::inverse::{InverseError, InverseSolutions};
 use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
 use crate::types::{
@@ -225,8 +225,8 @@ fn point_starts(
         return Ok(None);
     }
     match follower.inverse.solutions(pose) {
-        Ok(Solutions::Regular(both)) => Ok(Some(both.to_vec())),
-        Ok(Solutions::Singular(_)) => Ok(None),
+        Ok(InverseSolutions::Regular(both)) => Ok(Some(both.to_vec())),
+        Ok(InverseSolutions::Singular(_)) => Ok(None),
         Err(source) => Err(AxesError::Inverse { piece, u: 0.0, source }),
     }
 }

@@ -17,7 +17,7 @@ mod slides;
 mod solve;
 mod travel;
 
-pub use rotary::Turn;
-pub use solve::{Branch, Inverse, InverseError, Rates, Solutions};
-pub use travel::Continued;
+pub use rotary::RotaryAngle;
+pub use solve::{AxisJets, Branch, Inverse, InverseError, InverseSolutions};
+pub use travel::ContinuedPosition;
 pub(crate) use travel::TRAVEL_TIE;

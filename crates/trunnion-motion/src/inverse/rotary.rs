@@ -6,12 +6,12 @@ use nalgebra::{UnitVector3, Vector3};
 
 /// Largest error of the sine of an angle computed from dot and cross products of unit vectors: a
 /// unit vector is off by half an ulp (2^-53) a component, a product of two by 2^-53 a term, six
-/// terms a cross product. Angles below are zero as far as `f64` can tell.
+/// terms a cross product. Smaller angles cannot be distinguished from zero in `f64`.
 pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Sine and cosine of a rotary axis, and its angle in `[-π, π]` \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn<T> {
+pub struct RotaryAngle<T> {
     /// Sine.
     pub sin: T,
     /// Cosine.
@@ -20,15 +20,15 @@ pub struct Turn<T> {
     pub angle: T,
 }
 
-impl<T: Real> Turn<T> {
-    /// From an angle \[rad\].
+impl<T: Real> RotaryAngle<T> {
+    /// Creates it from an angle \[rad\].
     #[inline]
     pub fn from_angle(angle: T) -> Self {
         let (sin, cos) = angle.sin_cos();
         Self { sin, cos, angle }
     }
 
-    /// Of the point (`x`, `y`), which may be at any distance from zero.
+    /// Creates it from the point (`x`, `y`), at any distance from zero.
     #[inline]
     fn of(y: T, x: T) -> Self {
         let [sin, cos, angle] = y.polar(x);
@@ -38,7 +38,7 @@ impl<T: Real> Turn<T> {
 
 /// The fixed parts of the spherical triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Triangle {
+pub(super) struct RotaryTriangle {
     /// Frame of the first rotary: towards `w2`, across, and `w1` itself.
     pub(super) frame: [Vector3<f64>; 3],
     /// `cos a1` and `cos a2`.
@@ -55,9 +55,9 @@ pub(super) struct Triangle {
     azimuth2: [f64; 2],
 }
 
-/// Where a direction stands in the first rotary's frame.
+/// Direction in the first rotary's frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen<T> {
+pub(super) struct FrameDirection<T> {
     /// `sin φ` times cosine and sine of its azimuth.
     x: T,
     y: T,
@@ -65,10 +65,10 @@ pub(super) struct Seen<T> {
     u: T,
 }
 
-/// Everything of the triangle that both branches share.
+/// Parts of the triangle that both branches share.
 #[derive(Debug, Clone, Copy)]
-struct Angles<T> {
-    seen: Seen<T>,
+struct TriangleAngles<T> {
+    seen: FrameDirection<T>,
     /// `sin a1 sin φ cos B1` and `sin a1 sin φ sin B1`, both divided by `h` as often as `seen` is.
     b1: [T; 2],
     /// `sin a1 sin a2 cos B2` and `sin a1 sin a2 sin B2`.
@@ -77,23 +77,23 @@ struct Angles<T> {
 
 /// A direction outside the cone the machine can reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Miss {
-    /// By how much \[rad\].
+pub(super) struct ReachMiss {
+    /// Angle outside \[rad\].
     pub(super) angle: f64,
     /// Nearest direction within reach.
     pub(super) nearest: UnitVector3<f64>,
 }
 
-/// A direction seen by the machine.
+/// Reachability of a direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum Reachability {
     /// Two solutions.
     Regular,
     /// Parallel to the first rotary.
     Pole,
 }
 
-impl<T: Real> Seen<T> {
+impl<T: Real> FrameDirection<T> {
     /// `cos φ`.
     #[inline]
     pub(super) fn cos(&self) -> T {
@@ -101,7 +101,7 @@ impl<T: Real> Seen<T> {
     }
 }
 
-impl Triangle {
+impl RotaryTriangle {
     pub(super) fn new(chain: &ChainGeometry) -> Self {
         let [w1, w2] = [*chain.rotary[0].dir, *chain.rotary[1].dir];
         let o0 = *chain.axis;
@@ -128,38 +128,42 @@ impl Triangle {
         }
     }
 
-    /// Direction `o` (unit) in the first rotary's frame.
+    /// Returns direction `o` (unit) in the first rotary's frame.
     #[inline]
-    pub(super) fn see<T: Real>(&self, o: [T; 3]) -> Seen<T> {
+    pub(super) fn see<T: Real>(&self, o: [T; 3]) -> FrameDirection<T> {
         let [x, y, u] = self.frame.map(|row| dot(&row, o));
-        Seen { x, y, u }
+        FrameDirection { x, y, u }
     }
 
-    /// Whether and how a direction can be reached.
+    /// Classifies the reachability of a direction.
     ///
-    /// `φ` must lie in `[|a1 - a2|, min(a1 + a2, 2π - a1 - a2)]`; rounding is forgiven.
+    /// `φ` must lie in `[|a1 - a2|, min(a1 + a2, 2π - a1 - a2)]`; rounding errors are accepted.
     #[inline]
-    pub(super) fn place(&self, seen: &Seen<f64>, pole: f64) -> Result<Place, Miss> {
+    pub(super) fn place(
+        &self,
+        seen: &FrameDirection<f64>,
+        pole: f64,
+    ) -> Result<Reachability, ReachMiss> {
         let sin2 = seen.x * seen.x + seen.y * seen.y;
         let [low, high] = [self.below(seen.u, sin2), self.above(seen.u, sin2)];
         let at_pole = sin2 <= pole * pole;
         if low >= 0.0 && high >= 0.0 {
-            return Ok(if at_pole { Place::Pole } else { Place::Regular });
+            return Ok(if at_pole { Reachability::Pole } else { Reachability::Regular });
         }
         let miss = self.miss(seen);
         if miss.angle <= ROUNDING.max(if at_pole { pole } else { 0.0 }) {
-            return Ok(if at_pole { Place::Pole } else { Place::Regular });
+            return Ok(if at_pole { Reachability::Pole } else { Reachability::Regular });
         }
         Err(miss)
     }
 
-    /// The reachable band of `φ` \[rad\].
+    /// Returns the reachable band of `φ` \[rad\].
     pub(super) fn band(&self) -> [f64; 2] {
         let [low, high] = [self.difference, self.sum].map(|[cos, sin]| sin.abs().atan2(cos));
         [low, high]
     }
 
-    fn miss(&self, seen: &Seen<f64>) -> Miss {
+    fn miss(&self, seen: &FrameDirection<f64>) -> ReachMiss {
         let [low, high] = self.band();
         let sin = seen.x.hypot(seen.y);
         let phi = sin.atan2(seen.u);
@@ -169,10 +173,10 @@ impl Triangle {
         // At a pole any azimuth is as near as any other.
         let [x, y] = if sin > 0.0 { [seen.x / sin, seen.y / sin] } else { [1.0, 0.0] };
         let nearest = (e1 * x + e2 * y) * sin_to + w1 * cos_to;
-        Miss { angle: (phi - to).abs(), nearest: UnitVector3::new_normalize(nearest) }
+        ReachMiss { angle: (phi - to).abs(), nearest: UnitVector3::new_normalize(nearest) }
     }
 
-    /// `cos(a1 - a2) - cos φ`, without cancellation near the pole, where
+    /// Returns `cos(a1 - a2) - cos φ` without cancellation near the pole, where
     /// `cos a - cos b = (sin² b - sin² a) / (cos a + cos b)`.
     #[inline]
     fn below<T: Real>(&self, u: T, sin2: T) -> T {
@@ -180,14 +184,14 @@ impl Triangle {
         if u.value() + cos > 1.0 { (sin2 + -sin * sin) / (u + cos) } else { -u + cos }
     }
 
-    /// `cos φ - cos(a1 + a2)`, likewise near the opposite pole.
+    /// Returns `cos φ - cos(a1 + a2)`, likewise near the opposite pole.
     #[inline]
     fn above<T: Real>(&self, u: T, sin2: T) -> T {
         let [cos, sin] = self.sum;
         if u.value() + cos < -1.0 { -(sin2 + -sin * sin) / (u + cos) } else { u + -cos }
     }
 
-    /// `cos a2 - cos a1 cos φ`, without cancellation near either pole.
+    /// Returns `cos a2 - cos a1 cos φ` without cancellation near either pole.
     #[inline]
     fn cos_b1<T: Real>(&self, u: T, sin2: T) -> T {
         let one = T::constant(1.0);
@@ -199,62 +203,64 @@ impl Triangle {
     }
 
     #[inline]
-    fn angles<T: Real>(&self, seen: Seen<T>) -> Angles<T> {
-        let Seen { x, y, u } = seen;
+    fn angles<T: Real>(&self, seen: FrameDirection<T>) -> TriangleAngles<T> {
+        let FrameDirection { x, y, u } = seen;
         let sin2 = x * x + y * y;
         let root = (self.below(u, sin2) * self.above(u, sin2)).sqrt_clamped();
         let b1 = [self.cos_b1(u, sin2), root];
-        Angles { seen, b1, b2: [u + -self.m * self.v, root] }
+        TriangleAngles { seen, b1, b2: [u + -self.m * self.v, root] }
     }
 
-    /// Both angles of branch `g` = ±1 away from the poles.
+    /// Returns both angles of branch `g` = ±1 away from the poles.
     #[inline]
-    pub(super) fn turns<T: Real>(&self, seen: Seen<T>, g: f64) -> [Turn<T>; 2] {
+    pub(super) fn turns<T: Real>(&self, seen: FrameDirection<T>, g: f64) -> [RotaryAngle<T>; 2] {
         self.branch(&self.angles(seen), g)
     }
 
-    /// Both branches at once, + first.
+    /// Returns both branches at once, + first.
     #[inline]
-    pub(super) fn both<T: Real>(&self, seen: Seen<T>) -> [[Turn<T>; 2]; 2] {
+    pub(super) fn both<T: Real>(&self, seen: FrameDirection<T>) -> [[RotaryAngle<T>; 2]; 2] {
         let angles = self.angles(seen);
         [self.branch(&angles, 1.0), self.branch(&angles, -1.0)]
     }
 
     #[inline]
-    fn branch<T: Real>(&self, angles: &Angles<T>, g: f64) -> [Turn<T>; 2] {
-        let Angles { seen: Seen { x, y, .. }, b1: [c1, s1], b2: [c2, s2] } = *angles;
+    fn branch<T: Real>(&self, angles: &TriangleAngles<T>, g: f64) -> [RotaryAngle<T>; 2] {
+        let TriangleAngles { seen: FrameDirection { x, y, .. }, b1: [c1, s1], b2: [c2, s2] } =
+            *angles;
         let [s1, s2] = [s1 * g, s2 * g];
-        let first = Turn::of(y * c1 - x * s1, x * c1 + y * s1);
+        let first = RotaryAngle::of(y * c1 - x * s1, x * c1 + y * s1);
         [first, self.second(c2, s2)]
     }
 
-    /// `t2 = -B2 - azimuth` from a multiple of cosine and sine of `B2`.
+    /// Returns `t2 = -B2 - azimuth` from a multiple of cosine and sine of `B2`.
     #[inline]
-    fn second<T: Real>(&self, cos: T, sin: T) -> Turn<T> {
+    fn second<T: Real>(&self, cos: T, sin: T) -> RotaryAngle<T> {
         let [c, s] = self.azimuth2;
-        Turn::of(-(sin * c + cos * s), cos * c - sin * s)
+        RotaryAngle::of(-(sin * c + cos * s), cos * c - sin * s)
     }
 
-    /// The second angle at a pole, where the first is free.
-    pub(super) fn second_at_pole(&self, u: f64) -> Turn<f64> {
+    /// Returns the second angle at a pole, where the first is free.
+    pub(super) fn second_at_pole(&self, u: f64) -> RotaryAngle<f64> {
         // The triangle is flat there: B2 = 0 at +w1, π at -w1.
         self.second(u.signum(), 0.0)
     }
 
-    /// Both angles of branch `g` at a pole the direction passes through, as limits from the side
-    /// of growing parameter; the side of falling parameter has the other `g`. The number says how
-    /// many derivatives are lost: so many of the highest are not known (and are zero).
+    /// Returns both angles of branch `g` at a pole that the direction passes through.
+    ///
+    /// They are the limits from the side of growing parameter; the side of falling parameter has the other
+    /// `g`. The number counts the lost derivatives: so many of the highest are unknown (and zero).
     ///
     /// At the pole `x`, `y` and `sin B2` vanish like `h^k`; divided by `h^k` they have an azimuth.
-    /// `None` if the direction stays at the pole to third order, as far as `least[k - 1]` can tell:
-    /// the smallest coefficient of `h^k` that is not noise.
+    /// Returns `None` if the direction stays at the pole to third order. `least[k - 1]` is the smallest
+    /// coefficient of `h^k` that is not noise.
     pub(super) fn through_pole(
         &self,
-        seen: Seen<Jet>,
+        seen: FrameDirection<Jet>,
         g: f64,
         least: [f64; 3],
-    ) -> Option<([Turn<Jet>; 2], usize)> {
-        let Seen { mut x, mut y, u } = seen;
+    ) -> Option<([RotaryAngle<Jet>; 2], usize)> {
+        let FrameDirection { mut x, mut y, u } = seen;
         let mut lost = 0;
         for (order, least) in (1..).zip(least) {
             [x, y] = [x.deflated(), y.deflated()];
@@ -275,8 +281,8 @@ impl Triangle {
         let inflate = |jet: Jet| (0..lost).fold(jet, |jet, _| jet.inflated());
         let c1 = inflate(sin2 / over) * if upper { self.m } else { -self.m };
         let b2 = [u + -self.m * self.v, inflate(root)];
-        let seen = Seen { x, y, u };
-        Some((self.branch(&Angles { seen, b1: [c1, root], b2 }, g), lost))
+        let seen = FrameDirection { x, y, u };
+        Some((self.branch(&TriangleAngles { seen, b1: [c1, root], b2 }, g), lost))
     }
 }
 

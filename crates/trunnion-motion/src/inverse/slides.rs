@@ -1,6 +1,6 @@
 //! Linear axes for a tip, once the rotary axes are known: one 3x3 solve.
 
-use super::rotary::Turn;
+use super::rotary::RotaryAngle;
 use crate::machine::ChainGeometry;
 use crate::math::jet::Real;
 use nalgebra::{Matrix3, Vector3};
@@ -8,15 +8,15 @@ use nalgebra::{Matrix3, Vector3};
 /// A vector turned about the second rotary, seen in the first rotary's frame:
 /// `still + with_cos cos t2 + with_sin sin t2`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Turned {
+struct TurnedVector {
     still: Vector3<f64>,
     with_cos: Vector3<f64>,
     with_sin: Vector3<f64>,
 }
 
-/// Where the linear axes stand, and so how little there is to solve.
+/// Position of the linear axes in the chain, which determines the system to solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Layout {
+enum SlideLayout {
     /// All before both rotaries: `l = inverse R1 y`, frame of the first rotary back to the workpiece.
     Before(Matrix3<f64>),
     /// All between: `l = inverse y`.
@@ -24,37 +24,37 @@ enum Layout {
     /// All after: `l = inverse R2⁻¹ y`, through the frame of the second rotary.
     After { second_from_first: Matrix3<f64>, inverse: Matrix3<f64> },
     /// On both sides of a rotary: columns in the frame of the first.
-    Mixed([Column; 3]),
+    Mixed([SlideColumn; 3]),
 }
 
 /// Direction of one linear axis seen in the first rotary's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Column {
+enum SlideColumn {
     /// Before the first rotary: turned back by it.
     Before(Vector3<f64>),
     Between(Vector3<f64>),
-    After(Turned),
+    After(TurnedVector),
 }
 
 /// Fixed parts of the solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Slides {
+pub(super) struct SlideSolver {
     /// Frame of the first rotary, and a point of it.
     frame: Matrix3<f64>,
     point: Vector3<f64>,
     /// `p2 - p1`, and `tip0 - p2` turned by the second rotary, in the frame of the first.
-    offset: Turned,
-    layout: Layout,
+    offset: TurnedVector,
+    layout: SlideLayout,
 }
 
-impl Slides {
+impl SlideSolver {
     /// `None` if the linear axes lie in one plane, or a number is not finite.
     pub(super) fn new(chain: &ChainGeometry, frame: &[Vector3<f64>; 3]) -> Option<Self> {
         let frame = Matrix3::from_rows(&frame.map(|row| row.transpose()));
         let [first, second] = &chain.rotary;
         let turned = |v: Vector3<f64>| {
             let along = second.dir.scale(second.dir.dot(&v));
-            Turned {
+            TurnedVector {
                 still: frame * along,
                 with_cos: frame * (v - along),
                 with_sin: frame * second.dir.cross(&v),
@@ -65,15 +65,15 @@ impl Slides {
         let all: Matrix3<f64> = chain.slides.iter().sum();
         let inverse = all.try_inverse()?;
         let layout = match chain.stage {
-            [0, 0, 0] => Layout::Before(inverse * frame.transpose()),
-            [1, 1, 1] => Layout::Between(inverse * frame.transpose()),
+            [0, 0, 0] => SlideLayout::Before(inverse * frame.transpose()),
+            [1, 1, 1] => SlideLayout::Between(inverse * frame.transpose()),
             [2, 2, 2] => after(chain, &frame, &inverse)?,
-            stage => Layout::Mixed([0, 1, 2].map(|axis| {
+            stage => SlideLayout::Mixed([0, 1, 2].map(|axis| {
                 let column: Vector3<f64> = all.column(axis).into();
                 match stage.get(axis) {
-                    Some(0) => Column::Before(frame * column),
-                    Some(1) => Column::Between(frame * column),
-                    _ => Column::After(turned(column)),
+                    Some(0) => SlideColumn::Before(frame * column),
+                    Some(1) => SlideColumn::Between(frame * column),
+                    _ => SlideColumn::After(turned(column)),
                 }
             })),
         };
@@ -81,40 +81,48 @@ impl Slides {
         finite.then_some(Self { frame, point: first.point, offset, layout })
     }
 
-    /// Linear axes that bring the tip to `tip` with the rotaries at `turns`; `None` if the linear
+    /// Returns the linear axes that bring the tip to `tip` with the rotaries at `turns`; `None` if the linear
     /// axes lie in one plane there.
     #[inline]
-    pub(super) fn solve<T: Real>(&self, tip: [T; 3], turns: &[Turn<T>; 2]) -> Option<[T; 3]> {
+    pub(super) fn solve<T: Real>(
+        &self,
+        tip: [T; 3],
+        turns: &[RotaryAngle<T>; 2],
+    ) -> Option<[T; 3]> {
         let [first, second] = turns;
         let p = &self.point;
         let tip = apply(&self.frame, [tip[0] + -p.x, tip[1] + -p.y, tip[2] + -p.z]);
         let y = minus(back(first, tip), self.offset.at(second));
         match &self.layout {
-            Layout::Between(inverse) => Some(apply(inverse, y)),
-            Layout::Before(inverse) => Some(apply(inverse, on(first, y))),
-            Layout::After { second_from_first, inverse } => {
+            SlideLayout::Between(inverse) => Some(apply(inverse, y)),
+            SlideLayout::Before(inverse) => Some(apply(inverse, on(first, y))),
+            SlideLayout::After { second_from_first, inverse } => {
                 Some(apply(inverse, back(second, apply(second_from_first, y))))
             }
-            Layout::Mixed(columns) => cramer(columns.map(|column| column.at(turns)), y),
+            SlideLayout::Mixed(columns) => cramer(columns.map(|column| column.at(turns)), y),
         }
     }
 }
 
 /// Frame of the second rotary, in which it turns its x-y plane.
-fn after(chain: &ChainGeometry, frame: &Matrix3<f64>, inverse: &Matrix3<f64>) -> Option<Layout> {
+fn after(
+    chain: &ChainGeometry,
+    frame: &Matrix3<f64>,
+    inverse: &Matrix3<f64>,
+) -> Option<SlideLayout> {
     let [first, second] = chain.rotary.map(|joint| *joint.dir);
     let across = first.cross(&second).try_normalize(0.0)?;
     let rows = [across, second.cross(&across), second].map(|row| row.transpose());
     let second_frame = Matrix3::from_rows(&rows);
-    Some(Layout::After {
+    Some(SlideLayout::After {
         second_from_first: second_frame * frame.transpose(),
         inverse: inverse * second_frame.transpose(),
     })
 }
 
-impl Turned {
+impl TurnedVector {
     #[inline]
-    fn at<T: Real>(&self, turn: &Turn<T>) -> [T; 3] {
+    fn at<T: Real>(&self, turn: &RotaryAngle<T>) -> [T; 3] {
         let one = |row: usize| {
             turn.cos * self.with_cos[row] + turn.sin * self.with_sin[row] + self.still[row]
         };
@@ -122,9 +130,9 @@ impl Turned {
     }
 }
 
-impl Column {
+impl SlideColumn {
     #[inline]
-    fn at<T: Real>(&self, turns: &[Turn<T>; 2]) -> [T; 3] {
+    fn at<T: Real>(&self, turns: &[RotaryAngle<T>; 2]) -> [T; 3] {
         let constant = |v: &Vector3<f64>| [v.x, v.y, v.z].map(T::constant);
         match self {
             Self::Before(v) => back(&turns[0], constant(v)),
@@ -134,7 +142,7 @@ impl Column {
     }
 }
 
-/// `matrix v`.
+/// Returns `matrix v`.
 #[inline]
 fn apply<T: Real>(matrix: &Matrix3<f64>, v: [T; 3]) -> [T; 3] {
     let one =
@@ -142,15 +150,15 @@ fn apply<T: Real>(matrix: &Matrix3<f64>, v: [T; 3]) -> [T; 3] {
     [one(0), one(1), one(2)]
 }
 
-/// `v` turned about the third direction.
+/// Turns `v` about the third direction.
 #[inline]
-fn on<T: Real>(turn: &Turn<T>, [x, y, z]: [T; 3]) -> [T; 3] {
+fn on<T: Real>(turn: &RotaryAngle<T>, [x, y, z]: [T; 3]) -> [T; 3] {
     [x * turn.cos - y * turn.sin, x * turn.sin + y * turn.cos, z]
 }
 
-/// `v` turned back about the third direction.
+/// Turns `v` back about the third direction.
 #[inline]
-fn back<T: Real>(turn: &Turn<T>, [x, y, z]: [T; 3]) -> [T; 3] {
+fn back<T: Real>(turn: &RotaryAngle<T>, [x, y, z]: [T; 3]) -> [T; 3] {
     [x * turn.cos + y * turn.sin, y * turn.cos - x * turn.sin, z]
 }
 

@@ -1,7 +1,9 @@
 //! The inverse of a machine with a setup.
 
-use super::rotary::{Miss, Place, ROUNDING, Seen, Triangle, Turn};
-use super::slides::Slides;
+use super::rotary::{
+    FrameDirection, ROUNDING, ReachMiss, Reachability, RotaryAngle, RotaryTriangle,
+};
+use super::slides::SlideSolver;
 use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
@@ -9,7 +11,7 @@ use crate::types::{AxisVector, PoseRates, ToolPose};
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::PI;
 
-/// Which of the two rotary solutions.
+/// One of the two rotary solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Branch {
     /// g = +1: the tool-side rotary is turned backwards from where the triangle is flat.
@@ -19,10 +21,10 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// Both.
+    /// Both branches, `Plus` first.
     pub const BOTH: [Self; 2] = [Self::Plus, Self::Minus];
 
-    /// The sign g of the spherical triangle.
+    /// Returns the sign g of the spherical triangle.
     fn sign(self) -> f64 {
         match self {
             Self::Plus => 1.0,
@@ -30,7 +32,7 @@ impl Branch {
         }
     }
 
-    /// The other one.
+    /// Returns the other branch.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -42,14 +44,14 @@ impl Branch {
 
 /// All axis positions for one pose, travel ignored; rotaries in `[-π, π]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Solutions {
-    /// Two: branch `Plus`, then `Minus`. They are equal at the rim of reach.
+pub enum InverseSolutions {
+    /// Two solutions: branch `Plus`, then `Minus`. They are equal at the rim of reach.
     Regular([AxisVector; 2]),
     /// The tool is parallel to the workpiece-side rotary, which is free; it stands at its home.
     Singular(AxisVector),
 }
 
-/// Why a pose has no axis position.
+/// Reason why a pose has no axis position.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InverseError {
@@ -59,7 +61,7 @@ pub enum InverseError {
         direction.x, direction.y, direction.z, miss.to_degrees(), nearest.x, nearest.y, nearest.z
     )]
     Unreachable {
-        /// Wanted, workpiece frame.
+        /// Wanted direction, workpiece frame.
         direction: UnitVector3<f64>,
         /// Nearest direction within reach.
         nearest: UnitVector3<f64>,
@@ -70,7 +72,7 @@ pub enum InverseError {
         /// Name of the tool-side rotary.
         second: String,
     },
-    /// Every solution is outside the travel of some axis; the nearest is told.
+    /// Every solution is outside the travel of some axis; the error has the nearest.
     #[error(transparent)]
     OutOfTravel(#[from] OutOfTravel),
     /// Derivatives do not exist: the tool is parallel to the workpiece-side rotary.
@@ -102,36 +104,62 @@ pub enum InverseError {
     /// A number of setup, tool or pose is NaN or infinite, or the tool axis vanishes.
     #[error("{what} is not a finite number, or a direction without length")]
     NotFinite {
-        /// What is not.
+        /// Name of the quantity.
         what: &'static str,
     },
 }
 
 /// Axis jets at one point of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rates {
+pub struct AxisJets {
     /// `q`, `q'`, `q''`, `q'''`.
     pub q: [AxisVector; 4],
-    /// How many of the highest derivatives are unknown (and zero): none away from a pole.
+    /// Number of the highest derivatives that are unknown (and zero): none away from a pole.
     pub lost: usize,
 }
 
-/// One branch, and the way there from a position before.
+/// One branch, and the rotary move to it from a position before.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way {
-    pub(super) turns: [Turn<f64>; 2],
+pub(super) struct BranchMove {
+    pub(super) turns: [RotaryAngle<f64>; 2],
     /// Sum of both rotary moves, and the longer of them \[rad\].
     pub(super) travel: f64,
     pub(super) longest: f64,
 }
 
-/// Pose -> axes for a machine with a setup. Everything that does not depend on the pose is
-/// computed once; a call allocates nothing unless it fails.
+/// Inverse map from poses to axes, for a machine with a setup.
+///
+/// Everything that does not depend on the pose is computed once; a call allocates nothing unless it
+/// fails.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_motion::inverse::Inverse;
+/// use trunnion_motion::machine::{KinematicChain, Kinematics, Setup};
+/// use trunnion_motion::types::{AxisVector, ToolPose};
+///
+/// let chain = KinematicChain::new()
+///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
+///     .rotary("A", [1.0, 0.0, 0.0], [0.0; 3])
+///     .bed()
+///     .linear("X", [1.0, 0.0, 0.0])
+///     .linear("Y", [0.0, 1.0, 0.0])
+///     .linear("Z", [0.0, 0.0, 1.0]);
+/// let inverse = Inverse::new(&Kinematics::from_chain(&chain, &Setup::default())?)?;
+///
+/// // The tool 30 degrees from z towards -y: A = 30 degrees.
+/// let pose = ToolPose::new([10.0, 0.0, 0.0], [0.0, -0.5, 0.75_f64.sqrt()]).ok_or("no pose")?;
+/// let q = inverse.near(&pose, &AxisVector::zeros())?;
+/// assert!((q[4].to_degrees() - 30.0).abs() < 1e-9 && q[3].abs() < 1e-12);
+/// assert!((inverse.kinematics().forward(&q).tip - pose.tip).norm() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inverse {
     kinematics: Kinematics,
-    triangle: Triangle,
-    slides: Slides,
+    triangle: RotaryTriangle,
+    slides: SlideSolver,
 }
 
 impl Inverse {
@@ -141,18 +169,18 @@ impl Inverse {
     ///
     /// [`InverseError::NotFinite`] if origin, rotation or tool length is not finite.
     pub fn new(kinematics: &Kinematics) -> Result<Self, InverseError> {
-        let triangle = Triangle::new(kinematics.chain());
-        let slides = Slides::new(kinematics.chain(), &triangle.frame)
+        let triangle = RotaryTriangle::new(kinematics.chain());
+        let slides = SlideSolver::new(kinematics.chain(), &triangle.frame)
             .ok_or(InverseError::NotFinite { what: "the setup or the tool length" })?;
         Ok(Self { kinematics: kinematics.clone(), triangle, slides })
     }
 
-    /// The forward map it inverts.
+    /// Returns the forward map.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
     }
 
-    /// Directions parallel to the workpiece-side rotary that the tool can take, workpiece frame.
+    /// Returns the directions parallel to the workpiece-side rotary that the tool can take, workpiece frame.
     pub fn singular_directions(&self) -> Vec<UnitVector3<f64>> {
         let w1 = self.kinematics.chain().rotary[0].dir;
         let [low, high] = self.triangle.band();
@@ -161,7 +189,7 @@ impl Inverse {
         up.into_iter().chain(down).collect()
     }
 
-    /// Smallest and largest angle within reach between the tool and `dir` of the workpiece-side
+    /// Returns the smallest and largest angle within reach between the tool and `dir` of the workpiece-side
     /// rotary \[rad\].
     pub fn reach(&self) -> [f64; 2] {
         let [low, high] = self.triangle.band();
@@ -170,15 +198,16 @@ impl Inverse {
         if first.sense < 0.0 { [PI - high, PI - low] } else { [low, high] }
     }
 
-    /// Angle between a tool direction and the line of the workpiece-side rotary \[rad\], in
+    /// Returns the angle between a tool direction and the line of the workpiece-side rotary \[rad\], in
     /// `[0, π/2]`.
     pub fn pole_distance(&self, axis: &UnitVector3<f64>) -> f64 {
         let w1 = self.kinematics.chain().rotary[0].dir;
         w1.cross(axis).norm().atan2(w1.dot(axis).abs())
     }
 
-    /// The part of a tool direction square to the workpiece-side rotary, of a vector of any length: where
-    /// the direction stands about the singular one.
+    /// Returns the component of a tool direction square to the workpiece-side rotary.
+    ///
+    /// The vector may have any length. The result is the position about the singular direction.
     #[inline]
     pub(crate) fn across(&self, axis: &Vector3<f64>) -> [f64; 2] {
         let [x, y, _] = self.triangle.frame;
@@ -186,26 +215,26 @@ impl Inverse {
         [x.dot(axis) * scale, y.dot(axis) * scale]
     }
 
-    /// All axis positions for a pose, travel ignored, rotaries in `[-π, π]`.
+    /// Returns all axis positions for a pose, travel ignored, rotaries in `[-π, π]`.
     ///
     /// # Errors
     ///
     /// [`InverseError::Unreachable`] with the nearest direction, `FlatSlides`, `NotFinite`.
-    pub fn solutions(&self, pose: &ToolPose) -> Result<Solutions, InverseError> {
+    pub fn solutions(&self, pose: &ToolPose) -> Result<InverseSolutions, InverseError> {
         let (seen, place) = self.look(pose)?;
         match place {
-            Place::Regular => {
+            Reachability::Regular => {
                 let [plus, minus] = self.triangle.both(seen);
-                Ok(Solutions::Regular([self.slide(pose, &plus)?, self.slide(pose, &minus)?]))
+                Ok(InverseSolutions::Regular([self.slide(pose, &plus)?, self.slide(pose, &minus)?]))
             }
-            Place::Pole => {
+            Reachability::Pole => {
                 let home = self.kinematics.machine().home()[FIRST_ROTARY];
-                Ok(Solutions::Singular(self.held(pose, &seen, home)?))
+                Ok(InverseSolutions::Singular(self.held(pose, &seen, home)?))
             }
         }
     }
 
-    /// Axis position on the branch and turn nearest to `near` in rotary travel, travel ends
+    /// Returns the axis position on the branch and turn nearest to `near` in rotary travel, travel ends
     /// ignored. At a singular pose the free rotary stays where `near` has it.
     ///
     /// # Errors
@@ -214,33 +243,33 @@ impl Inverse {
     #[inline]
     pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
         let (seen, place) = self.look(pose)?;
-        if place == Place::Pole {
+        if place == Reachability::Pole {
             return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
         }
         let [plus, minus] = self.triangle.both(seen);
-        let travel = |turns: &[Turn<f64>; 2]| rotary_moves(turns, near).iter().sum::<f64>();
+        let travel = |turns: &[RotaryAngle<f64>; 2]| rotary_moves(turns, near).iter().sum::<f64>();
         let nearest = if travel(&plus) <= travel(&minus) { plus } else { minus };
         self.slide(pose, &nearest).map(|q| unwound(q, near))
     }
 
-    /// Both branches of a regular pose, `Plus` first; `None` at a singular one.
+    /// Returns both branches of a regular pose, `Plus` first; `None` at a singular one.
     #[inline]
     pub(super) fn regular(
         &self,
         pose: &ToolPose,
         near: &AxisVector,
-    ) -> Result<Option<[Way; 2]>, InverseError> {
+    ) -> Result<Option<[BranchMove; 2]>, InverseError> {
         let (seen, place) = self.look(pose)?;
-        if place == Place::Pole {
+        if place == Reachability::Pole {
             return Ok(None);
         }
         Ok(Some(self.triangle.both(seen).map(|turns| {
             let [first, second] = rotary_moves(&turns, near);
-            Way { turns, travel: first + second, longest: first.max(second) }
+            BranchMove { turns, travel: first + second, longest: first.max(second) }
         })))
     }
 
-    /// Axis position and its first three derivatives along a path, on a given branch; rotaries in
+    /// Returns the axis position and its first three derivatives along a path, on a given branch; rotaries in
     /// `[-π, π]`. `rates.axis` need not be a unit vector. Exact: truncated Taylor arithmetic
     /// through the closed form.
     ///
@@ -252,7 +281,7 @@ impl Inverse {
         let axis = direction(rates)?;
         let seen = self.triangle.see(axis);
         let plain = self.triangle.see(axis.map(Real::value));
-        if self.reachable(&plain, ROUNDING, || unit(axis))? == Place::Pole {
+        if self.reachable(&plain, ROUNDING, || unit(axis))? == Reachability::Pole {
             return Err(self.singular());
         }
         let turns = self.triangle.turns(seen, branch.sign());
@@ -260,8 +289,9 @@ impl Inverse {
         self.slide_jets(rates, &turns)
     }
 
-    /// As [`Inverse::jets`], but a direction within `pole` \[rad\] of the singular one is taken to
-    /// pass through it: the limits from the side of growing parameter. `reach` \[parameter\] is the
+    /// Returns [`Inverse::jets`], with paths close to the singular direction taken through it.
+    ///
+    /// A direction within `pole` \[rad\] of the singular one is taken to pass through it: the result has the limits from the side of growing parameter. `reach` \[parameter\] is the
     /// distance over which the path must leave that cone to count as passing.
     ///
     /// # Errors
@@ -273,12 +303,12 @@ impl Inverse {
         branch: Branch,
         pole: f64,
         reach: f64,
-    ) -> Result<Rates, InverseError> {
+    ) -> Result<AxisJets, InverseError> {
         let [plus, minus] = self.both_jets_through(rates, pole, reach)?;
         Ok(if branch == Branch::Plus { plus } else { minus })
     }
 
-    /// Both branches of [`Inverse::jets_through`], `Plus` first, for little more than the price of one.
+    /// Returns both branches of [`Inverse::jets_through`], `Plus` first, for little more than the cost of one.
     ///
     /// # Errors
     ///
@@ -288,28 +318,28 @@ impl Inverse {
         rates: &PoseRates,
         pole: f64,
         reach: f64,
-    ) -> Result<[Rates; 2], InverseError> {
+    ) -> Result<[AxisJets; 2], InverseError> {
         let axis = direction(rates)?;
         let seen = self.triangle.see(axis);
         let plain = self.triangle.see(axis.map(Real::value));
-        if self.reachable(&plain, pole.max(ROUNDING), || unit(axis))? == Place::Regular {
+        if self.reachable(&plain, pole.max(ROUNDING), || unit(axis))? == Reachability::Regular {
             let [plus, minus] = self.triangle.both(seen);
             self.off_rim(&plus)?;
             self.off_rim(&minus)?;
             let [plus, minus] = [self.slide_jets(rates, &plus)?, self.slide_jets(rates, &minus)?];
-            return Ok([plus, minus].map(|q| Rates { q, lost: 0 }));
+            return Ok([plus, minus].map(|q| AxisJets { q, lost: 0 }));
         }
         let least = [1, 2, 3].map(|order| pole.max(ROUNDING) / reach.powi(order));
-        let through = |branch: Branch| -> Result<Rates, InverseError> {
+        let through = |branch: Branch| -> Result<AxisJets, InverseError> {
             let found = self.triangle.through_pole(seen, branch.sign(), least);
             let (turns, lost) = found.ok_or_else(|| self.singular())?;
-            Ok(Rates { q: self.slide_jets(rates, &turns)?, lost })
+            Ok(AxisJets { q: self.slide_jets(rates, &turns)?, lost })
         };
         Ok([through(Branch::Plus)?, through(Branch::Minus)?])
     }
 
-    /// On the rim of reach the rotaries have no derivatives.
-    fn off_rim(&self, turns: &[Turn<Jet>; 2]) -> Result<(), InverseError> {
+    /// Refuses the rim of reach, where the rotaries have no derivatives.
+    fn off_rim(&self, turns: &[RotaryAngle<Jet>; 2]) -> Result<(), InverseError> {
         if turns.iter().all(|turn| turn.angle.c.iter().all(|c| c.is_finite())) {
             return Ok(());
         }
@@ -317,7 +347,7 @@ impl Inverse {
         Err(InverseError::Rim { first, second })
     }
 
-    /// Position and derivatives of all axes while the rotaries move as prescribed and the tip as
+    /// Returns position and derivatives of all axes while the rotaries move as prescribed and the tip as
     /// in `tip` (derivatives 0..=3 each).
     ///
     /// # Errors
@@ -328,19 +358,19 @@ impl Inverse {
         tip: &[Vector3<f64>; 4],
         rotaries: [Jet; 2],
     ) -> Result<[AxisVector; 4], InverseError> {
-        self.with_turns(tip, &rotaries.map(Turn::from_angle))
+        self.with_turns(tip, &rotaries.map(RotaryAngle::from_angle))
     }
 
-    /// The second rotary's angle at a pose within `pole` \[rad\] of the singular direction, where
+    /// Returns the second rotary's angle at a pose within `pole` \[rad\] of the singular direction, where
     /// the first is free; `None` elsewhere.
     pub fn second_at_pole(&self, axis: &UnitVector3<f64>, pole: f64) -> Option<f64> {
         let seen = self.triangle.see([axis.x, axis.y, axis.z]);
-        let at_pole = self.triangle.place(&seen, pole).ok()? == Place::Pole;
+        let at_pole = self.triangle.place(&seen, pole).ok()? == Reachability::Pole;
         let u = self.kinematics.chain().rotary[0].dir.dot(axis);
         at_pole.then(|| self.triangle.second_at_pole(u).angle)
     }
 
-    fn look(&self, pose: &ToolPose) -> Result<(Seen<f64>, Place), InverseError> {
+    fn look(&self, pose: &ToolPose) -> Result<(FrameDirection<f64>, Reachability), InverseError> {
         let axis = pose.axis;
         let seen = self.triangle.see([axis.x, axis.y, axis.z]);
         let place = self.reachable(&seen, ROUNDING, || axis)?;
@@ -350,11 +380,11 @@ impl Inverse {
     #[inline]
     fn reachable(
         &self,
-        seen: &Seen<f64>,
+        seen: &FrameDirection<f64>,
         pole: f64,
         direction: impl FnOnce() -> UnitVector3<f64>,
-    ) -> Result<Place, InverseError> {
-        self.triangle.place(seen, pole).map_err(|Miss { angle: miss, nearest }| {
+    ) -> Result<Reachability, InverseError> {
+        self.triangle.place(seen, pole).map_err(|ReachMiss { angle: miss, nearest }| {
             let [first, second] = self.rotary_names();
             if miss.is_nan() {
                 return InverseError::NotFinite { what: "the tool axis" };
@@ -367,7 +397,7 @@ impl Inverse {
     pub(super) fn slide(
         &self,
         pose: &ToolPose,
-        turns: &[Turn<f64>; 2],
+        turns: &[RotaryAngle<f64>; 2],
     ) -> Result<AxisVector, InverseError> {
         let tip = [pose.tip.x, pose.tip.y, pose.tip.z];
         match self.slides.solve(tip, turns) {
@@ -379,20 +409,23 @@ impl Inverse {
         }
     }
 
-    /// At a pole, with the first rotary held.
+    /// Solves at a pole, with the first rotary held.
     fn held(
         &self,
         pose: &ToolPose,
-        seen: &Seen<f64>,
+        seen: &FrameDirection<f64>,
         first: f64,
     ) -> Result<AxisVector, InverseError> {
-        self.slide(pose, &[Turn::from_angle(first), self.triangle.second_at_pole(seen.cos())])
+        self.slide(
+            pose,
+            &[RotaryAngle::from_angle(first), self.triangle.second_at_pole(seen.cos())],
+        )
     }
 
     fn slide_jets(
         &self,
         rates: &PoseRates,
-        turns: &[Turn<Jet>; 2],
+        turns: &[RotaryAngle<Jet>; 2],
     ) -> Result<[AxisVector; 4], InverseError> {
         self.with_turns(&rates.tip, turns)
     }
@@ -400,7 +433,7 @@ impl Inverse {
     fn with_turns(
         &self,
         tip: &[Vector3<f64>; 4],
-        turns: &[Turn<Jet>; 2],
+        turns: &[RotaryAngle<Jet>; 2],
     ) -> Result<[AxisVector; 4], InverseError> {
         let [x, y, z] = self
             .slides
@@ -426,12 +459,12 @@ impl Inverse {
     }
 }
 
-/// Three components with derivatives 0..=3 as jets.
+/// Converts three components with derivatives 0..=3 to jets.
 fn jets_of(d: &[Vector3<f64>; 4]) -> [Jet; 3] {
     [0, 1, 2].map(|row| Jet::from_derivatives([d[0][row], d[1][row], d[2][row], d[3][row]]))
 }
 
-/// Unit tool direction of a path as jets.
+/// Returns the unit tool direction of a path as jets.
 fn direction(rates: &PoseRates) -> Result<[Jet; 3], InverseError> {
     let [x, y, z] = jets_of(&rates.axis);
     let length = (x * x + y * y + z * z).sqrt();
@@ -447,14 +480,14 @@ fn unit(axis: [Jet; 3]) -> UnitVector3<f64> {
     UnitVector3::new_normalize(Vector3::from(axis.map(Real::value)))
 }
 
-/// How far each rotary moves from `near` by the shorter way \[rad\].
+/// Returns the move of each rotary from `near` by the shorter way \[rad\].
 #[inline]
-fn rotary_moves(turns: &[Turn<f64>; 2], near: &AxisVector) -> [f64; 2] {
-    let to = |turn: &Turn<f64>, from: f64| (unwrap_near(turn.angle, from) - from).abs();
+fn rotary_moves(turns: &[RotaryAngle<f64>; 2], near: &AxisVector) -> [f64; 2] {
+    let to = |turn: &RotaryAngle<f64>, from: f64| (unwrap_near(turn.angle, from) - from).abs();
     [to(&turns[0], near[FIRST_ROTARY]), to(&turns[1], near[SECOND_ROTARY])]
 }
 
-/// Rotaries moved by whole turns to within half a turn of `near`.
+/// Moves rotaries by whole turns to within half a turn of `near`.
 #[inline]
 pub(super) fn unwound(mut q: AxisVector, near: &AxisVector) -> AxisVector {
     for axis in [FIRST_ROTARY, SECOND_ROTARY] {

@@ -1,6 +1,6 @@
 //! Branch and turn inside travel: a position that continues the one before.
 
-use super::solve::{Branch, Inverse, InverseError, Solutions, unwound};
+use super::solve::{Branch, Inverse, InverseError, InverseSolutions, unwound};
 use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, PoseRates, ToolPose};
@@ -10,67 +10,71 @@ use std::f64::consts::{PI, TAU};
 /// rounded to half an ulp of 2π.
 pub(crate) const TRAVEL_TIE: f64 = 1e-9;
 
-/// What forward of inverse keeps \[mm, rad\] (`tests/kinematics.rs`): a linear or rotary axis outside
+/// Error of forward after inverse \[mm, rad\] (`tests/kinematics.rs`): a linear or rotary axis outside
 /// its travel by no more than this stands at its end.
 const ACCURACY: [f64; 2] = [1e-9, 1e-12];
 
 /// An axis position inside travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Continued {
+pub struct ContinuedPosition {
     /// Axis position, rotaries unwound.
     pub q: AxisVector,
-    /// The branch it is on; `None` at a singular pose, where there is no telling.
+    /// Its branch; `None` at a singular pose, where both branches are one.
     pub branch: Option<Branch>,
 }
 
 impl Inverse {
-    /// As [`Inverse::near`], but inside travel: the branch and whole turns with the least rotary
+    /// Returns a position like [`Inverse::near`], but inside travel: the branch and whole turns with the least rotary
     /// travel from `near`; where two are equal, the one an axis prefers.
     ///
     /// # Errors
     ///
     /// As [`Inverse::solutions`], and [`InverseError::OutOfTravel`] with the axis that is outside
     /// by least, as a share of its travel, if no branch is inside.
-    pub fn continued(&self, pose: &ToolPose, near: &AxisVector) -> Result<Continued, InverseError> {
+    pub fn continued(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<ContinuedPosition, InverseError> {
         if let Some(found) = self.plainly(pose, near)? {
             return Ok(found);
         }
-        let mut choice = Choice::new(self.kinematics().machine(), near);
+        let mut choice = NearestChoice::new(self.kinematics().machine(), near);
         match self.solutions(pose)? {
-            Solutions::Regular([plus, minus]) => {
+            InverseSolutions::Regular([plus, minus]) => {
                 choice.offer(plus, Some(Branch::Plus));
                 choice.offer(minus, Some(Branch::Minus));
             }
-            Solutions::Singular(_) => choice.offer(self.near(pose, near)?, None),
+            InverseSolutions::Singular(_) => choice.offer(self.near(pose, near)?, None),
         }
         choice.made()
     }
 
-    /// The answer where it takes no choice: the nearest branch on the nearest turn is inside travel,
+    /// Returns the position if it needs no choice: the nearest branch on the nearest turn is inside travel,
     /// and nothing else is as near.
     #[inline]
     fn plainly(
         &self,
         pose: &ToolPose,
         near: &AxisVector,
-    ) -> Result<Option<Continued>, InverseError> {
+    ) -> Result<Option<ContinuedPosition>, InverseError> {
         let Some([plus, minus]) = self.regular(pose, near)? else { return Ok(None) };
         let (way, other, branch) = if plus.travel <= minus.travel {
             (plus, minus, Branch::Plus)
         } else {
             (minus, plus, Branch::Minus)
         };
-        // Half a turn either way is as near.
+        // Half a turn in either direction is as near.
         let unique = other.travel - way.travel > TRAVEL_TIE && PI - way.longest > TRAVEL_TIE;
         let q = unwound(self.slide(pose, &way.turns)?, near);
         let inside = q.iter().zip(&self.kinematics().machine().axes).all(|(&value, axis)| {
             let [low, high] = axis.limits;
             low <= value && value <= high
         });
-        Ok((unique && inside).then_some(Continued { q, branch: Some(branch) }))
+        Ok((unique && inside).then_some(ContinuedPosition { q, branch: Some(branch) }))
     }
 
-    /// The position of [`Inverse::continued`] alone.
+    /// Returns the position of [`Inverse::continued`] alone.
     ///
     /// # Errors
     ///
@@ -83,7 +87,7 @@ impl Inverse {
         self.continued(pose, near).map(|found| found.q)
     }
 
-    /// The position of [`Inverse::continued`] and its first three derivatives along a path.
+    /// Returns the position of [`Inverse::continued`] and its first three derivatives along a path.
     ///
     /// # Errors
     ///
@@ -94,22 +98,22 @@ impl Inverse {
         near: &AxisVector,
     ) -> Result<[AxisVector; 4], InverseError> {
         let pose = rates.pose().ok_or(InverseError::NotFinite { what: "the tool axis" })?;
-        let Continued { q, branch } = self.continued(&pose, near)?;
-        // At a singular pose both branches answer that there are no derivatives.
+        let ContinuedPosition { q, branch } = self.continued(&pose, near)?;
+        // At a singular pose both branches report that there are no derivatives.
         let [_, first, second, third] = self.jets(rates, branch.unwrap_or(Branch::Plus))?;
         Ok([q, first, second, third])
     }
 }
 
-/// The best of what was offered so far.
-struct Choice<'m> {
+/// Best of the solutions offered so far.
+struct NearestChoice<'m> {
     machine: &'m Machine,
     near: &'m AxisVector,
-    best: Option<(f64, Continued)>,
+    best: Option<(f64, ContinuedPosition)>,
     fault: Option<OutOfTravel>,
 }
 
-impl<'m> Choice<'m> {
+impl<'m> NearestChoice<'m> {
     fn new(machine: &'m Machine, near: &'m AxisVector) -> Self {
         Self { machine, near, best: None, fault: None }
     }
@@ -125,7 +129,7 @@ impl<'m> Choice<'m> {
         }
     }
 
-    /// The nearest turn inside travel and its neighbours, which can be as near; where no turn is
+    /// Returns the nearest turn inside travel and its neighbours, which can be as near; where no turn is
     /// inside, the one outside by least.
     fn turns(&self, q: &AxisVector, axis: usize) -> impl Iterator<Item = f64> + use<> {
         let [value, near] = [q[axis], self.near[axis]];
@@ -161,11 +165,11 @@ impl<'m> Choice<'m> {
                     && disliked(&q, self.machine) < disliked(&chosen.q, self.machine))
         });
         if better {
-            self.best = Some((travel, Continued { q, branch }));
+            self.best = Some((travel, ContinuedPosition { q, branch }));
         }
     }
 
-    fn made(self) -> Result<Continued, InverseError> {
+    fn made(self) -> Result<ContinuedPosition, InverseError> {
         match (self.best, self.fault) {
             (Some((_, found)), _) => Ok(found),
             (None, Some(fault)) => Err(fault.into()),
@@ -174,7 +178,7 @@ impl<'m> Choice<'m> {
     }
 }
 
-/// Puts axes that are outside their travel by rounding at its end.
+/// Clamps axes that are outside their travel by rounding to its end.
 fn at_ends(q: &mut AxisVector, machine: &Machine) {
     for (index, (value, axis)) in q.iter_mut().zip(&machine.axes).enumerate() {
         let slack = if index < FIRST_ROTARY { ACCURACY[0] } else { ACCURACY[1] };
@@ -186,7 +190,7 @@ fn at_ends(q: &mut AxisVector, machine: &Machine) {
     }
 }
 
-/// How many axes stand on the side they do not prefer.
+/// Counts the axes on the side that they do not prefer.
 fn disliked(q: &AxisVector, machine: &Machine) -> usize {
     let wrong = |(axis, &value): (&Axis, &f64)| match axis.prefer {
         Some(PreferredSign::Positive) => value < 0.0,

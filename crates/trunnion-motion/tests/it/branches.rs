@@ -17,7 +17,7 @@ use every_choice::{
 use nalgebra::{Rotation3, UnitVector3};
 use std::f64::consts::{PI, TAU};
 use trunnion::axes::{AxesError, AxesOptions, FeedPoint, FollowedPath, RetractOptions, follow};
-use trunnion::inverse::{Inverse, Solutions};
+use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
@@ -160,7 +160,7 @@ fn round(
     let apart = (0..=40).all(|i| {
         let pose = of.pose(f64::from(i) / 40.0).unwrap();
         let both = inverse.solutions(&pose);
-        matches!(both, Ok(Solutions::Regular([a, b])) if wrap(a[4] - b[4]).abs() > 0.8)
+        matches!(both, Ok(InverseSolutions::Regular([a, b])) if wrap(a[4] - b[4]).abs() > 0.8)
     });
     apart.then_some((geometry, up))
 }

@@ -15,7 +15,7 @@ use trunnion::axes::{
     AxesError, AxesOptions, FeedPoint, SearchAssurance, SetupOptions, SetupSearch, SetupVerdict,
     TiltBounds, WorkpieceTilt, follow, setup,
 };
-use trunnion::inverse::{Inverse, Solutions};
+use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::unwrap_near;
 use trunnion::types::{
@@ -136,7 +136,7 @@ fn least(kinematics: &Kinematics, poses: &[ToolPose]) -> Option<f64> {
             let value = if low.is_finite() { unwrap_near(q[4], 0.5 * (low + high)) } else { q[4] };
             low <= value && value <= high
         };
-        let Ok(Solutions::Regular(both)) = inverse.solutions(pose) else { return None };
+        let Ok(InverseSolutions::Regular(both)) = inverse.solutions(pose) else { return None };
         if !both.iter().any(fits) {
             return None;
         }

@@ -35,7 +35,7 @@ pub use linear_segment::LinearSegment;
 pub use mesh::Mesh;
 pub use path_state::PathState;
 pub use progress::{Cancelled, Progress, Silent, Stage};
-pub use schedule::{AccelerationProfile, Schedule, SchedulePiece};
+pub use schedule::{AccelerationProfile, Schedule, ScheduleError, SchedulePiece};
 pub use tolerance::PoseTolerance;
 pub use tool_path::{
     Leg, Motion, Pass, PieceGeometry, PoseCoordinates, PoseCurve, PoseRates, PoseSpan, Station,

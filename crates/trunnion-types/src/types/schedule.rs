@@ -1,5 +1,27 @@
 //! Speed schedules of axis paths.
 
+use super::axis_path::AxisPath;
+
+/// Reason why a schedule does not belong to a path. Pieces count from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScheduleError {
+    /// Path and schedule have different numbers of pieces.
+    #[error("the path has {path} pieces, the schedule {schedule}; plan the path again")]
+    PieceCount {
+        /// Pieces of the path.
+        path: usize,
+        /// Pieces of the schedule.
+        schedule: usize,
+    },
+    /// A piece of the path or of the schedule has less than two rows, or its lists differ in length.
+    #[error("piece {piece} of path or schedule has less than two rows or lists of unequal length")]
+    BadPiece {
+        /// Index of the piece.
+        piece: usize,
+    },
+}
+
 /// Acceleration between two rows of a [`SchedulePiece`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AccelerationProfile {
@@ -54,6 +76,38 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// Checks that the schedule belongs to `path`: piece by piece, every list as long as the others.
+    ///
+    /// # Errors
+    ///
+    /// [`ScheduleError`] of the first piece that does not fit.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_types::types::{AxisPath, Schedule, SchedulePiece};
+    ///
+    /// let path: AxisPath = AxisPath::default();
+    /// assert!(Schedule::default().check_against(&path).is_ok());
+    /// let longer = Schedule { pieces: vec![SchedulePiece::default()] };
+    /// let error = longer.check_against(&path).unwrap_err();
+    /// assert!(error.to_string().starts_with("the path has 0 pieces, the schedule 1"));
+    /// ```
+    pub fn check_against<const N: usize>(&self, path: &AxisPath<N>) -> Result<(), ScheduleError> {
+        let [count, schedule] = [path.pieces.len(), self.pieces.len()];
+        if count != schedule {
+            return Err(ScheduleError::PieceCount { path: count, schedule });
+        }
+        for (piece, (of_path, rows)) in path.pieces.iter().zip(&self.pieces).enumerate() {
+            let count = rows.s.len();
+            let equal = [rows.t.len(), rows.speed.len(), rows.acceleration.len()] == [count; 3];
+            if of_path.nodes.len() < 2 || count < 2 || !equal {
+                return Err(ScheduleError::BadPiece { piece });
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the time at the end of the last piece \[s\].
     pub fn duration(&self) -> f64 {
         self.pieces.last().and_then(|piece| piece.t.last()).copied().unwrap_or(0.0)

@@ -1,6 +1,6 @@
 //! Errors of breaking a path into blocks.
 
-use crate::types::Cancelled;
+use crate::types::{Cancelled, ScheduleError};
 
 /// Why a path was not broken into blocks. Pieces count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -16,20 +16,9 @@ pub enum BlocksError {
         /// What it must be.
         must: &'static str,
     },
-    /// Path and schedule have different numbers of pieces.
-    #[error("the path has {path} pieces, the schedule {schedule}; plan the path again")]
-    PieceCount {
-        /// Pieces of the path.
-        path: usize,
-        /// Pieces of the schedule.
-        schedule: usize,
-    },
-    /// A piece of the path or of the schedule has less than two rows, or its lists differ in length.
-    #[error("piece {piece} of path or schedule has less than two rows or lists of unequal length")]
-    BadPiece {
-        /// Index of the piece.
-        piece: usize,
-    },
+    /// The schedule does not belong to the path.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
     /// The deviation does not fall below the tolerance however short the block.
     #[error(
         "piece {piece}: at s = {s} the shortest block still deviates by {deviation:.3e} mm, \

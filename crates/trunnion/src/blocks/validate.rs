@@ -27,16 +27,6 @@ pub(super) fn validate(
             return Err(BlocksError::BadOption { name, value, must: "finite and not negative" });
         }
     }
-    let counts = [path.pieces.len(), schedule.pieces.len()];
-    if counts[0] != counts[1] {
-        return Err(BlocksError::PieceCount { path: counts[0], schedule: counts[1] });
-    }
-    for (index, (piece, rows)) in path.pieces.iter().zip(&schedule.pieces).enumerate() {
-        let count = rows.s.len();
-        let equal = [rows.t.len(), rows.speed.len(), rows.acceleration.len()] == [count; 3];
-        if piece.nodes.len() < 2 || count < 2 || !equal {
-            return Err(BlocksError::BadPiece { piece: index });
-        }
-    }
+    schedule.check_against(path)?;
     Ok(())
 }

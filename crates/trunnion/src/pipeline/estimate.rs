@@ -1,6 +1,6 @@
 //! Estimated time of the machine through a few poses, before anything is planned.
 
-use crate::inverse::{Inverse, Solutions};
+use crate::inverse::{Inverse, InverseSolutions};
 use crate::machine::{Axis, Kinematics};
 use crate::types::{AXES, AxisVector, ToolPose};
 
@@ -21,8 +21,8 @@ impl TravelEstimate {
     pub(super) fn seconds(&self, poses: &[ToolPose]) -> f64 {
         let Some((first, rest)) = poses.split_first() else { return 0.0 };
         let starts = match self.inverse.solutions(first) {
-            Ok(Solutions::Regular(both)) => both.to_vec(),
-            Ok(Solutions::Singular(one)) => vec![one],
+            Ok(InverseSolutions::Regular(both)) => both.to_vec(),
+            Ok(InverseSolutions::Singular(one)) => vec![one],
             Err(_) => Vec::new(),
         };
         starts.iter().map(|start| self.through(start, rest)).fold(f64::INFINITY, f64::min)

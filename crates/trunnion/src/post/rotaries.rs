@@ -3,7 +3,7 @@
 //! Where no solution keeps a cut inside travel, the tool retracts and the rotaries unwind off the part.
 
 use super::options::{PostMove, PostPace};
-use crate::inverse::{Inverse, Solutions};
+use crate::inverse::{Inverse, InverseSolutions};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, ToolPose};
@@ -231,8 +231,8 @@ fn solutions(inverse: &Inverse, pose: &ToolPose, near: &AxisVector) -> Vec<AxisV
         next.take_while(|turn| *turn <= high).collect()
     };
     let found = match inverse.solutions(pose) {
-        Ok(Solutions::Regular(both)) => both.to_vec(),
-        Ok(Solutions::Singular(one)) => vec![one],
+        Ok(InverseSolutions::Regular(both)) => both.to_vec(),
+        Ok(InverseSolutions::Singular(one)) => vec![one],
         Err(_) => Vec::new(),
     };
     let mut all = Vec::new();

@@ -13,7 +13,7 @@ use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use trunnion::feed::{Limits, ceiling};
 use trunnion::files::machine::{BUILT_IN, parse};
-use trunnion::inverse::{Branch, Inverse, InverseError, Solutions};
+use trunnion::inverse::{Branch, Inverse, InverseError, InverseSolutions};
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real, by_arc_length};
@@ -27,8 +27,8 @@ fn apart(a: &AxisVector, b: &AxisVector) -> [f64; 2] {
 
 fn both(inverse: &Inverse, tip: V3, axis: V3) -> Vec<AxisVector> {
     match inverse.solutions(&pose(tip, axis)).unwrap() {
-        Solutions::Regular(both) => both.to_vec(),
-        Solutions::Singular(one) => vec![one],
+        InverseSolutions::Regular(both) => both.to_vec(),
+        InverseSolutions::Singular(one) => vec![one],
     }
 }
 
@@ -469,8 +469,8 @@ fn round_trip(kinematics: &Kinematics, q: &AxisVector) -> Option<([f64; 2], [f64
     let inverse = Inverse::new(kinematics).unwrap();
     let there = kinematics.forward(q);
     let solutions = match inverse.solutions(&there) {
-        Ok(Solutions::Regular(both)) => both.to_vec(),
-        Ok(Solutions::Singular(one)) => vec![one],
+        Ok(InverseSolutions::Regular(both)) => both.to_vec(),
+        Ok(InverseSolutions::Singular(one)) => vec![one],
         Err(InverseError::FlatSlides { .. }) => return None,
         Err(error) => panic!("{error}"),
     };
@@ -585,7 +585,7 @@ proptest! {
         prop_assert!(machine.out_of_travel(&found.q).is_none());
         prop_assert!((kinematics.forward(&found.q).tip - there.tip).norm() <= 1e-9);
         let rotary = |q: &AxisVector| (q - near).fixed_rows::<2>(3).abs().sum();
-        let Solutions::Regular(both) = inverse.solutions(&there).unwrap() else { return Ok(()) };
+        let InverseSolutions::Regular(both) = inverse.solutions(&there).unwrap() else { return Ok(()) };
         for (base, first, second) in both
             .iter()
             .flat_map(|base| (-4..=4).flat_map(move |i| (-4..=4).map(move |j| (base, i, j))))
@@ -611,7 +611,7 @@ fn a_planted_wrong_sign_is_caught() {
     let kinematics = nutating();
     let inverse = Inverse::new(&kinematics).unwrap();
     let there = pose(V3::new(10.0, 20.0, 30.0), V3::new(0.3, -0.2, 0.9));
-    let Solutions::Regular(both) = inverse.solutions(&there).unwrap() else { panic!() };
+    let InverseSolutions::Regular(both) = inverse.solutions(&there).unwrap() else { panic!() };
     for good in both {
         for flipped in 0..5 {
             let mut q = good;

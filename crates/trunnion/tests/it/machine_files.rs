@@ -14,7 +14,7 @@ use serde_json::Value;
 use std::path::Path;
 use trunnion::files::machine::{BUILT_IN, built_in, parse};
 use trunnion::files::schema;
-use trunnion::inverse::{Inverse, Solutions};
+use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::{AxisKind, Kinematics, Machine, MachineKind, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 
@@ -187,7 +187,7 @@ proptest! {
                 MachineKind::TableTable => [-1.0, -1.0],
                 MachineKind::TableHead => [-1.0, 1.0],
             };
-            let Solutions::Regular(found) = inverse.solutions(&there).unwrap() else {
+            let InverseSolutions::Regular(found) = inverse.solutions(&there).unwrap() else {
                 panic!("{name}: singular")
             };
             for s in [1.0, -1.0] {

@@ -13,7 +13,7 @@ use dice::{Random, full, seed};
 use nalgebra::{Point3, UnitVector3};
 use std::f64::consts::PI;
 use trunnion::files::machine::{BUILT_IN, parse};
-use trunnion::inverse::{Inverse, InverseError, Solutions};
+use trunnion::inverse::{Inverse, InverseError, InverseSolutions};
 use trunnion::machine::{FIRST_ROTARY, Kinematics, Machine, Setup};
 use trunnion::math::angle::angle_between;
 use trunnion::types::{AxisVector, ToolPose};
@@ -26,8 +26,8 @@ const AXIS: f64 = 1e-12;
 /// went \[mm\]; `None` where the slides lie in one plane.
 fn trip(inverse: &Inverse, there: &ToolPose) -> Option<([f64; 2], f64)> {
     let solutions = match inverse.solutions(there) {
-        Ok(Solutions::Regular(both)) => both.to_vec(),
-        Ok(Solutions::Singular(one)) => vec![one],
+        Ok(InverseSolutions::Regular(both)) => both.to_vec(),
+        Ok(InverseSolutions::Singular(one)) => vec![one],
         Err(InverseError::FlatSlides { .. }) => return None,
         Err(error) => panic!("{error}"),
     };

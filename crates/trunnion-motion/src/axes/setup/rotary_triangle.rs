@@ -249,7 +249,7 @@ fn beyond([far, near]: AngleRange, [low, high]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inverse::Solutions;
+    use crate::inverse::InverseSolutions;
     use crate::machine::{Kinematics, Machine, MachineSpec, Setup, samples};
     use crate::types::ToolPose;
     use nalgebra::{Point3, UnitVector3};
@@ -278,7 +278,9 @@ mod tests {
         let setup = Setup { origin: Vector3::zeros(), rotation, tool_length: 0.0 };
         let inverse = Inverse::new(&Kinematics::new(machine, &setup)).unwrap();
         match inverse.solutions(&ToolPose { tip: Point3::origin(), axis }) {
-            Ok(Solutions::Regular(both)) => Some(both.map(|q| [q[FIRST_ROTARY], q[SECOND_ROTARY]])),
+            Ok(InverseSolutions::Regular(both)) => {
+                Some(both.map(|q| [q[FIRST_ROTARY], q[SECOND_ROTARY]]))
+            }
             _ => None,
         }
     }

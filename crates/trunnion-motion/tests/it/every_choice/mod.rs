@@ -6,7 +6,7 @@
 use crate::chains::{V3, curve, pose};
 use std::f64::consts::TAU;
 use trunnion::axes::FollowedPath;
-use trunnion::inverse::{Inverse, Solutions};
+use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::Kinematics;
 use trunnion::math::angle::wrap;
 use trunnion::math::jet::{Jet, Real};
@@ -53,7 +53,8 @@ pub(crate) fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2
     let choices: Vec<Vec<[f64; 2]>> = axes
         .iter()
         .map(|&axis| {
-            let Solutions::Regular(both) = inverse.solutions(&pose(V3::zeros(), axis)).unwrap()
+            let InverseSolutions::Regular(both) =
+                inverse.solutions(&pose(V3::zeros(), axis)).unwrap()
             else {
                 panic!()
             };
@@ -104,7 +105,9 @@ impl Choices {
         let inverse = Inverse::new(machine).unwrap();
         let mut strands: [Vec<[f64; 2]>; 2] = [Vec::new(), Vec::new()];
         for pose in nodes {
-            let Solutions::Regular(both) = inverse.solutions(pose).unwrap() else { panic!() };
+            let InverseSolutions::Regular(both) = inverse.solutions(pose).unwrap() else {
+                panic!()
+            };
             for (strand, q) in strands.iter_mut().zip(both) {
                 let near = strand.last().copied().unwrap_or([q[3], q[4]]);
                 strand.push([near[0] + wrap(q[3] - near[0]), near[1] + wrap(q[4] - near[1])]);
