@@ -16,6 +16,7 @@
 
 pub mod read;
 pub mod words;
+#[cfg(feature = "write")]
 pub mod write;
 
 pub use nalgebra;

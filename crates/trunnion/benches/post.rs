@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::write::{AxisWords, Dialect, Note, Style, Template, ToolNote};
+use trunnion::nc::write::{AxisWords, OutputFormat, Note, Style, Template, ToolNote};
 use trunnion::post::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, Poster,
     ProgramHead, control_of,
@@ -33,7 +33,7 @@ fn moves() -> Vec<PostMove> {
 
 #[divan::bench(args = ["linuxcnc", "g93", "fanuc", "siemens", "heidenhain"])]
 fn blocks(bencher: Bencher, name: &str) {
-    let Some(dialect) = Dialect::from_name(name) else { return };
+    let Some(dialect) = OutputFormat::from_name(name) else { return };
     let Ok(text) = built_in("ac-trunnion") else { return };
     let Ok(file) = parse(text) else { return };
     let setup = Setup::new([0.0, 0.0, -450.0].into(), [0.0; 3], 100.0);

@@ -13,7 +13,7 @@ use shop::Layout;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
@@ -79,7 +79,7 @@ fn tilting(moves: u32) -> ClFile {
         let turn = Rotation3::from_euler_angles(0.1 * (0.05 * x).sin(), 0.15 + 0.0035 * x, 0.0);
         let tip = Point3::new(-30.0 + x, 4.0 * (0.1 * x).sin(), -3.0);
         let pose = ToolPose { tip, axis: turn * Vector3::z_axis() };
-        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
     };
     ClFile { records: (0..=moves).map(record).collect(), ..ClFile::default() }
 }
@@ -132,7 +132,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
             Rotation3::from_euler_angles(0.1 * (0.05 * x).sin(), 0.1 * (0.01 * x).cos(), 0.0);
         let tip = Point3::new(x, -0.05 * row, 3.0 * (0.1 * x).sin());
         let pose = ToolPose { tip, axis: turn * Vector3::z_axis() };
-        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+        ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
     };
     let file = ClFile { records: (0..=100_000).map(record).collect(), ..ClFile::default() };
     let cutter = Cutter::new(spec).unwrap();

@@ -3,7 +3,7 @@
 use super::profile::Profile;
 use std::collections::VecDeque;
 use std::io::{self, Write};
-use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClWay};
+use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClPath};
 use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,
@@ -129,7 +129,7 @@ impl<W: Write> Rewriter<W> {
         let arc = ARC_SHARE * self.tolerance[1][0] / SHARE;
         match (record.way, record.motion, self.place) {
             // Holes stay holes.
-            (ClWay::Hole(_), ..) => {
+            (ClPath::Hole(_), ..) => {
                 self.end_stretch()?;
                 if let Some(feed) = reader.feed() {
                     self.feed_is(feed)?;

@@ -16,7 +16,7 @@ use tools::{ToolLength, Tools};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read;
 use trunnion::nc::write::{
-    AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, program_sheet,
+    AxisWords, OUTPUT_FORMATS, OutputFormat, Note, Style, Template, ToolNote, program_sheet,
 };
 use trunnion::post::{
     POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,
@@ -41,11 +41,11 @@ pub(crate) struct Args {
     output: Option<PathBuf>,
     /// Format of the program [default: what the machine file says].
     #[arg(short, long, value_parser = dialect)]
-    dialect: Option<Dialect>,
+    dialect: Option<OutputFormat>,
     /// How far the program may stray from the input: mm at the tip, degrees of the tool axis.
     #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, default_value = "0.01,0.05", allow_hyphen_values = true)]
     tolerance: [f64; 2],
-    /// Dialect of the input [default: seen from its text]: apt linuxcnc fanuc haas siemens heidenhain.
+    /// OutputFormat of the input [default: seen from its text]: apt linuxcnc fanuc haas siemens heidenhain.
     #[arg(long, value_name = "DIALECT", value_parser = read_dialect)]
     from: Option<read::Dialect>,
     /// Machine that a program is for [default: that of --machine].
@@ -113,7 +113,7 @@ pub(crate) struct Args {
     template: Option<PathBuf>,
     /// Print the template of a dialect, and do nothing else.
     #[arg(long, value_name = "DIALECT", value_parser = dialect, exclusive = true)]
-    print_template: Option<Dialect>,
+    print_template: Option<OutputFormat>,
 }
 
 const EXAMPLES: &str = "\
@@ -141,9 +141,9 @@ enum Method {
     Programmed,
 }
 
-fn dialect(name: &str) -> Result<Dialect, String> {
-    Dialect::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = DIALECTS.iter().map(|(name, _)| *name).collect();
+fn dialect(name: &str) -> Result<OutputFormat, String> {
+    OutputFormat::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = OUTPUT_FORMATS.iter().map(|(name, _)| *name).collect();
         format!("write one of {}", names.join(", "))
     })
 }
@@ -289,7 +289,7 @@ impl Plan {
         let tools = Tools::new(&args.tool_length, &args.from_tool_length, args.tool);
         let setup = Setup::new(args.origin.into(), rotation, tools.length);
         let kinematics = Kinematics::new(&machine, &setup);
-        let dialect = args.dialect.unwrap_or_else(|| Dialect::of(&machine));
+        let dialect = args.dialect.unwrap_or_else(|| OutputFormat::of(&machine));
         let from_machine = match &args.from_machine {
             Some(name) => machine::load(name)?.machine,
             None => machine.clone(),

@@ -3,7 +3,7 @@
 use super::Plan;
 use serde::Serialize;
 use std::path::Path;
-use trunnion::nc::write::Dialect;
+use trunnion::nc::write::OutputFormat;
 use trunnion::post::{PostMethod, PostReport};
 
 /// A limit is kept if it is to within this: times are sums of rounded ones.
@@ -162,7 +162,7 @@ impl Told {
             lines.push(row("rotaries go round", text));
         }
         let capped =
-            self.feed_word == "tip feed" && Dialect::from_name(self.dialect) != Some(Dialect::Apt);
+            self.feed_word == "tip feed" && OutputFormat::from_name(self.dialect) != Some(OutputFormat::Apt);
         if capped {
             lines.push(row(
                 "F",

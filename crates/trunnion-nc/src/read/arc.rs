@@ -1,8 +1,8 @@
 //! Arcs of every dialect: centre and sweep from what is written.
 
-use super::control::{Control, Target};
-use super::log::Remark;
-use super::{Arc, Way};
+use super::control::{ControlState, MoveTarget};
+use super::log::ReadRemark;
+use super::step::{Arc, Way};
 use std::f64::consts::TAU;
 
 /// Ends closer to the start than this are the start \[mm\]: below the digits of any program.
@@ -15,7 +15,7 @@ const ROUNDED_SHARE: f64 = 1e-3;
 
 /// How the centre is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Form {
+pub(super) enum ArcForm {
     /// From the start \[mm\].
     Center([f64; 2]),
     /// Positive for less than half a turn, negative for more \[mm\].
@@ -24,22 +24,26 @@ pub(super) enum Form {
 
 /// An arc as written.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Given {
+pub(super) struct GivenArc {
     /// Slots of the plane.
     pub(super) plane: [usize; 2],
-    pub(super) form: Form,
+    pub(super) form: ArcForm,
     pub(super) clockwise: bool,
     /// 1: less than a full turn, or one; each more adds one.
     pub(super) turns: u32,
 }
 
-pub(super) fn unknown_start(at: usize) -> Remark {
+pub(super) fn unknown_start(at: usize) -> ReadRemark {
     let message = "an arc from a place that the program does not tell";
-    Remark::new(at, message, "program both axes of its plane absolutely before it")
+    ReadRemark::new(at, message, "program both axes of its plane absolutely before it")
 }
 
 /// The arc to a target.
-pub(super) fn way(control: &Control, target: &Target, given: &Given) -> Result<Way, Remark> {
+pub(super) fn way(
+    control: &ControlState,
+    target: &MoveTarget,
+    given: &GivenArc,
+) -> Result<Way, ReadRemark> {
     let chord = |slot: usize| match target.get(slot) {
         None => Ok(0.0),
         Some(word) if target.is_incremental(slot) => Ok(word),
@@ -51,11 +55,11 @@ pub(super) fn way(control: &Control, target: &Target, given: &Given) -> Result<W
     let [u, v] = given.plane;
     let end = [chord(u)?, chord(v)?];
     let center = match given.form {
-        Form::Center(center) => centered(end, center, target.at)?,
-        Form::Radius(radius) => by_radius(end, radius, (given.clockwise, target.at))?,
+        ArcForm::Center(center) => centered(end, center, target.at)?,
+        ArcForm::Radius(radius) => by_radius(end, radius, (given.clockwise, target.at))?,
     };
     if given.turns == 0 {
-        return Err(Remark::new(target.at, "an arc of no turns", "P counts from 1"));
+        return Err(ReadRemark::new(target.at, "an arc of no turns", "P counts from 1"));
     }
     let sweep = sweep(end, center, given.clockwise);
     let sweep = sweep + sweep.signum() * TAU * (f64::from(given.turns) - 1.0);
@@ -72,11 +76,11 @@ fn is_full(end: [f64; 2]) -> bool {
 }
 
 /// The centre, put where both ends are equally far from it.
-fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Remark> {
+fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], ReadRemark> {
     let radius = norm(center);
     let other = norm([end[0] - center[0], end[1] - center[1]]);
     if radius < SAME_PLACE {
-        return Err(Remark::new(at, "an arc of radius zero", "look at its centre"));
+        return Err(ReadRemark::new(at, "an arc of radius zero", "look at its centre"));
     }
     let off = (radius - other).abs();
     if off > ROUNDED && off > ROUNDED_SHARE * radius {
@@ -84,7 +88,7 @@ fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Rema
             format!("the arc begins {radius:.4} mm from its centre and ends at {other:.4} mm");
         let help =
             "look at centre and end: G91.1 counts I J K from the start, G90.1 from the origin";
-        return Err(Remark::new(at, message, help));
+        return Err(ReadRemark::new(at, message, help));
     }
     if is_full(end) {
         return Ok(center);
@@ -100,16 +104,16 @@ fn by_radius(
     end: [f64; 2],
     radius: f64,
     (clockwise, at): (bool, usize),
-) -> Result<[f64; 2], Remark> {
+) -> Result<[f64; 2], ReadRemark> {
     let half = 0.5 * norm(end);
     if is_full(end) {
         let help = "write the centre of a full circle";
-        return Err(Remark::new(at, "an arc with R that ends where it begins", help));
+        return Err(ReadRemark::new(at, "an arc with R that ends where it begins", help));
     }
     let off = half - radius.abs();
     if off > ROUNDED && off > ROUNDED_SHARE * half {
         let message = format!("the ends are {:.4} mm apart, more than twice R{radius}", 2.0 * half);
-        return Err(Remark::new(at, message, "look at the end and the radius"));
+        return Err(ReadRemark::new(at, message, "look at the end and the radius"));
     }
     let height = (radius * radius - half * half).max(0.0).sqrt();
     // Counterclockwise and less than half a turn: the centre is left of the chord.

@@ -1,6 +1,6 @@
 //! Arithmetic and conditions as Sinumerik and Klartext write them: `R1 + 2*(3 - SIN(30))`, `R1 < 5 AND NOT R2 == 3`.
 
-use super::log::{Remark, excerpt};
+use super::log::{ReadRemark, excerpt};
 use super::number;
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ const DEEPEST: u32 = 60;
 const EQUAL: f64 = 1e-10;
 
 /// An expression and where it stands.
-pub(super) struct Written<'a> {
+pub(super) struct FormulaText<'a> {
     pub(super) text: &'a str,
     /// Where in the text it begins.
     pub(super) from: usize,
@@ -24,21 +24,21 @@ pub(super) struct Written<'a> {
 
 /// Its value, 1 and 0 of what holds and does not; `variables` have upper-case names.
 pub(super) fn value(
-    written: &Written<'_>,
+    written: &FormulaText<'_>,
     variables: &HashMap<Box<str>, f64>,
-) -> Result<f64, Remark> {
-    let Written { text, from, at: offset, comma } = *written;
-    let mut scan = Scan { text, at: from, offset, depth: 0, comma, variables };
+) -> Result<f64, ReadRemark> {
+    let FormulaText { text, from, at: offset, comma } = *written;
+    let mut scan = FormulaScan { text, at: from, offset, depth: 0, comma, variables };
     let value = scan.any()?;
     scan.blanks();
     if scan.at < text.len() {
         let message = format!("{} is not understood", excerpt(text));
-        return Err(Remark::new(offset, message, "+ - * / ( ) and functions like SIN are"));
+        return Err(ReadRemark::new(offset, message, "+ - * / ( ) and functions like SIN are"));
     }
     Ok(value)
 }
 
-struct Scan<'a> {
+struct FormulaScan<'a> {
     text: &'a str,
     at: usize,
     /// Where the text stands in its line.
@@ -48,7 +48,7 @@ struct Scan<'a> {
     variables: &'a HashMap<Box<str>, f64>,
 }
 
-impl Scan<'_> {
+impl FormulaScan<'_> {
     fn peek(&self) -> Option<u8> {
         self.text.as_bytes().get(self.at).copied()
     }
@@ -59,11 +59,11 @@ impl Scan<'_> {
         }
     }
 
-    fn remark(&self, message: impl Into<String>, help: &str) -> Remark {
-        Remark::new(self.offset + self.at, message, help)
+    fn remark(&self, message: impl Into<String>, help: &str) -> ReadRemark {
+        ReadRemark::new(self.offset + self.at, message, help)
     }
 
-    fn finite(&self, value: f64) -> Result<f64, Remark> {
+    fn finite(&self, value: f64) -> Result<f64, ReadRemark> {
         if value.is_finite() {
             return Ok(value);
         }
@@ -81,7 +81,7 @@ impl Scan<'_> {
     }
 
     /// `a OR b`.
-    fn any(&mut self) -> Result<f64, Remark> {
+    fn any(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.all()?;
         while self.takes("OR") {
             let right = self.all()?;
@@ -91,7 +91,7 @@ impl Scan<'_> {
     }
 
     /// `a AND b`.
-    fn all(&mut self) -> Result<f64, Remark> {
+    fn all(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.comparison()?;
         while self.takes("AND") {
             let right = self.comparison()?;
@@ -101,7 +101,7 @@ impl Scan<'_> {
     }
 
     /// `a < b`, `NOT a == b`.
-    fn comparison(&mut self) -> Result<f64, Remark> {
+    fn comparison(&mut self) -> Result<f64, ReadRemark> {
         let mut not = false;
         while self.takes("NOT") {
             not = !not;
@@ -119,7 +119,7 @@ impl Scan<'_> {
         Ok(flag(not != holds(left - right, equal)))
     }
 
-    fn sum(&mut self) -> Result<f64, Remark> {
+    fn sum(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.product()?;
         loop {
             self.blanks();
@@ -134,7 +134,7 @@ impl Scan<'_> {
         }
     }
 
-    fn product(&mut self) -> Result<f64, Remark> {
+    fn product(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.factor()?;
         loop {
             let [whole, rest] = [self.takes("DIV"), self.takes("MOD")];
@@ -153,7 +153,7 @@ impl Scan<'_> {
         }
     }
 
-    fn factor(&mut self) -> Result<f64, Remark> {
+    fn factor(&mut self) -> Result<f64, ReadRemark> {
         if self.depth >= DEEPEST {
             let message = format!("more than {DEEPEST} brackets in each other");
             return Err(self.remark(message, "take the expression apart"));
@@ -164,7 +164,7 @@ impl Scan<'_> {
         value
     }
 
-    fn atom(&mut self) -> Result<f64, Remark> {
+    fn atom(&mut self) -> Result<f64, ReadRemark> {
         self.blanks();
         match self.peek() {
             Some(b'-') => {
@@ -188,7 +188,7 @@ impl Scan<'_> {
         }
     }
 
-    fn bracket(&mut self) -> Result<f64, Remark> {
+    fn bracket(&mut self) -> Result<f64, ReadRemark> {
         self.at += 1;
         let value = self.any()?;
         self.blanks();
@@ -200,7 +200,7 @@ impl Scan<'_> {
     }
 
     /// `ATAN2(y, x)`, behind its name.
-    fn arc_tangent(&mut self) -> Result<f64, Remark> {
+    fn arc_tangent(&mut self) -> Result<f64, ReadRemark> {
         let mut arguments = [0.0; 2];
         for (place, mark) in arguments.iter_mut().zip([b'(', b',']) {
             self.blanks();
@@ -219,7 +219,7 @@ impl Scan<'_> {
     }
 
     /// `R1`, `SIN(30)`.
-    fn name(&mut self) -> Result<f64, Remark> {
+    fn name(&mut self) -> Result<f64, ReadRemark> {
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
         let name = rest.get(..length).unwrap_or_default().to_ascii_uppercase();
@@ -240,7 +240,7 @@ impl Scan<'_> {
         self.variables.get(name.as_str()).copied().ok_or_else(|| {
             let message = format!("{} has no value", excerpt(&name));
             let help = "set it in the program, or give its value when reading";
-            Remark::new(self.offset + start, message, help)
+            ReadRemark::new(self.offset + start, message, help)
         })
     }
 }
@@ -251,10 +251,10 @@ fn flag(holds: bool) -> f64 {
 }
 
 /// By the difference of both sides, and whether they are equal.
-type Holds = fn(f64, bool) -> bool;
+type Comparison = fn(f64, bool) -> bool;
 
 /// The longer sign first.
-const COMPARISONS: [(&str, Holds); 6] = [
+const COMPARISONS: [(&str, Comparison); 6] = [
     ("==", |_, equal| equal),
     ("<>", |_, equal| !equal),
     ("<=", |by, equal| by < 0.0 || equal),
@@ -292,7 +292,7 @@ mod tests {
     fn products_bind_before_sums() {
         let variables = HashMap::from([("R1".into(), 2.0)]);
         let found = |text: &str| {
-            let written = Written { text, from: 0, at: 0, comma: !text.contains("ATAN2") };
+            let written = FormulaText { text, from: 0, at: 0, comma: !text.contains("ATAN2") };
             value(&written, &variables).map_err(|remark| remark.message)
         };
         let cases = [

@@ -1,8 +1,10 @@
 //! What a control of any dialect remembers, and the steps it makes.
 
-use super::log::Remark;
-use super::{AxisWords, Frame, ReadOptions, Step, Turning};
+use super::log::ReadRemark;
+use super::options::ReadOptions;
+use super::step::{Frame, Step, Turning};
 use crate::types::{AXES, AxisVector};
+use crate::words::AxisWords;
 use nalgebra::UnitVector3;
 use std::collections::VecDeque;
 
@@ -29,7 +31,7 @@ pub(super) enum FeedMode {
 
 /// Where a move of one block leads to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Target {
+pub(super) struct MoveTarget {
     /// \[mm, rad\]
     pub(super) words: [Option<f64>; SLOTS],
     /// Bits of the words that are distances.
@@ -42,7 +44,7 @@ pub(super) struct Target {
     pub(super) column: u32,
 }
 
-impl Target {
+impl MoveTarget {
     pub(super) fn new(at: usize, column: u32) -> Self {
         Self { words: [None; SLOTS], incremental: 0, axis: None, machine: false, at, column }
     }
@@ -69,7 +71,7 @@ impl Target {
 
 /// The plane that words of a tilted plane belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Tilted {
+pub(super) struct ActivePlane {
     pub(super) number: u16,
     pub(super) normal: UnitVector3<f64>,
     /// The tool stands along its normal.
@@ -79,7 +81,7 @@ pub(super) struct Tilted {
 /// Everything a control remembers that motion depends on.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
-pub(super) struct Control {
+pub(super) struct ControlState {
     axes: AxisWords,
     sixth_allowed: bool,
     pub(super) sixth: Option<char>,
@@ -100,7 +102,7 @@ pub(super) struct Control {
     pub(super) tcp: bool,
     /// How the tool turns; `None`: the program does not say.
     pub(super) turning: Option<Turning>,
-    pub(super) tilted: Option<Tilted>,
+    pub(super) tilted: Option<ActivePlane>,
     planes: u16,
     pub(super) inch: bool,
     pub(super) feed_mode: FeedMode,
@@ -121,7 +123,7 @@ pub(super) struct Control {
 
 const NONE: u8 = u8::MAX;
 
-impl Control {
+impl ControlState {
     /// What a control knows after `G21 G90 G94 G54 G49`; a program that relies on anything else has
     /// to say so.
     pub(super) fn new(options: &ReadOptions) -> Self {
@@ -192,10 +194,10 @@ impl Control {
     }
 
     /// Why a letter is no axis.
-    pub(super) fn no_axis(&self, at: usize, text: &str) -> Remark {
+    pub(super) fn no_axis(&self, at: usize, text: &str) -> ReadRemark {
         let axes = &self.axes;
         let message = format!("{text} is not understood: the machine's axes are {axes}");
-        Remark::new(at, message, "read it for the machine it was written for")
+        ReadRemark::new(at, message, "read it for the machine it was written for")
     }
 
     pub(super) fn is_rotary(&self, slot: usize) -> bool {

@@ -1,13 +1,12 @@
 //! Moves of a control of any dialect: how fast, and where it then stands.
 
-use super::control::{Control, FeedMode, INCH, SLOTS, Target, Tilted};
-use super::log::Remark;
-use super::{Frame, Move, Pace, Step, Turning, Way};
-
-impl Control {
+use super::control::{ActivePlane, ControlState, FeedMode, INCH, MoveTarget, SLOTS};
+use super::log::ReadRemark;
+use super::step::{Frame, Move, Pace, Step, Turning, Way};
+impl ControlState {
     /// How fast a feed move is run; `feed` is the F word of its own block.
-    pub(super) fn pace(&self, target: &Target, feed: Option<f64>) -> Result<Pace, Remark> {
-        let missing = |help: &str| Remark::new(target.at, "feed move without a feed", help);
+    pub(super) fn pace(&self, target: &MoveTarget, feed: Option<f64>) -> Result<Pace, ReadRemark> {
+        let missing = |help: &str| ReadRemark::new(target.at, "feed move without a feed", help);
         match self.feed_mode {
             FeedMode::Inverse => {
                 let feed = feed.ok_or_else(|| missing("G93 needs an F word on every G1 line"))?;
@@ -22,7 +21,7 @@ impl Control {
                 let feed = self.feed.ok_or_else(|| missing("write an F word after G95"))?;
                 if self.sense == 0 || self.speed <= 0.0 {
                     let message = "feed per revolution (G95) with a spindle that stands";
-                    return Err(Remark::new(
+                    return Err(ReadRemark::new(
                         target.at,
                         message,
                         "write S and M3 before, or use G94",
@@ -34,7 +33,7 @@ impl Control {
     }
 
     /// Inches are of linear axes; rotaries alone turn in degrees.
-    fn feed_scale(&self, target: &Target) -> f64 {
+    fn feed_scale(&self, target: &MoveTarget) -> f64 {
         let linear = |slot: usize| {
             let moves = |word: f64| match (target.is_incremental(slot), self.reading(slot)) {
                 (true, _) => word.abs() > 0.0,
@@ -50,9 +49,9 @@ impl Control {
     pub(super) fn go(
         &mut self,
         line: u32,
-        mut target: Target,
+        mut target: MoveTarget,
         (pace, way): (Pace, Way),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         if let Some(tilted) = &self.tilted {
             self.check_tilted(*tilted, &target)?;
         }
@@ -86,9 +85,9 @@ impl Control {
     }
 
     /// Positions of axes.
-    fn leave_work(&mut self, target: &Target) -> Result<(), Remark> {
+    fn leave_work(&mut self, target: &MoveTarget) -> Result<(), ReadRemark> {
         if target.incremental != 0 {
-            return Err(Remark::new(target.at, "G53 with distances (G91)", "write G90"));
+            return Err(ReadRemark::new(target.at, "G53 with distances (G91)", "write G90"));
         }
         for (slot, word) in target.words.iter().enumerate() {
             if word.is_some() {
@@ -108,7 +107,7 @@ impl Control {
 
     /// Words of a work offset: shifts them, and makes them all absolute unless all are distances.
     #[inline]
-    fn work_words(&mut self, target: &mut Target) -> Result<bool, Remark> {
+    fn work_words(&mut self, target: &mut MoveTarget) -> Result<bool, ReadRemark> {
         let mut present = 0_u8;
         for (slot, word) in target.words.iter().enumerate() {
             present |= u8::from(word.is_some()) << slot;
@@ -123,7 +122,11 @@ impl Control {
                 stood.map(|stood| stood + word)
             } else {
                 let message = "a distance from a place that the program does not tell";
-                return Err(Remark::new(target.at, message, "program the axis absolutely first"));
+                return Err(ReadRemark::new(
+                    target.at,
+                    message,
+                    "program the axis absolutely first",
+                ));
             };
             if let Some(place) = self.place.get_mut(slot) {
                 *place = end;
@@ -142,7 +145,7 @@ impl Control {
     }
 
     /// In a tilted plane the tool stands along its normal, and stays so.
-    fn check_tilted(&self, tilted: Tilted, target: &Target) -> Result<(), Remark> {
+    fn check_tilted(&self, tilted: ActivePlane, target: &MoveTarget) -> Result<(), ReadRemark> {
         let rotary = (0..SLOTS).any(|slot| target.get(slot).is_some() && self.is_rotary(slot));
         if target.machine || target.axis.is_some() {
             return Ok(());
@@ -150,12 +153,12 @@ impl Control {
         if rotary {
             let message = "rotary words in a tilted plane";
             let help = "end the plane before (G69, PLANE RESET, CYCLE800())";
-            return Err(Remark::new(target.at, message, help));
+            return Err(ReadRemark::new(target.at, message, help));
         }
         if !tilted.ready {
             let message = "a move in a tilted plane to which the tool was not turned";
             let help = "write G53.1, PLANE .. TURN, or CYCLE800 with a direction";
-            return Err(Remark::new(target.at, message, help));
+            return Err(ReadRemark::new(target.at, message, help));
         }
         Ok(())
     }

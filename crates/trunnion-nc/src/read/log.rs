@@ -4,13 +4,13 @@ use crate::types::Diagnostic;
 
 /// Something about a line: byte offset, what, what to do.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Remark {
+pub(super) struct ReadRemark {
     pub(super) at: usize,
     pub(super) message: String,
     pub(super) help: String,
 }
 
-impl Remark {
+impl ReadRemark {
     pub(super) fn new(at: usize, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { at, message: message.into(), help: help.into() }
     }
@@ -29,14 +29,14 @@ const EXCERPT: usize = 40;
 
 /// What was found wrong or odd so far, and the line being read.
 #[derive(Debug)]
-pub(super) struct Log {
+pub(super) struct ReadLog {
     pub(super) line: u32,
     pub(super) faults: Vec<Diagnostic>,
     pub(super) warnings: Vec<Diagnostic>,
     most: usize,
 }
 
-impl Log {
+impl ReadLog {
     pub(super) fn new(most: usize) -> Self {
         Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
     }
@@ -46,14 +46,14 @@ impl Log {
         self.faults.len() >= self.most
     }
 
-    pub(super) fn fault(&mut self, text: &str, remark: Remark) {
+    pub(super) fn fault(&mut self, text: &str, remark: ReadRemark) {
         if !self.is_full() {
             self.faults.push(placed(self.line, text, remark));
         }
     }
 
     /// A warning; the same message is told once.
-    pub(super) fn warn(&mut self, text: &str, remark: Remark) {
+    pub(super) fn warn(&mut self, text: &str, remark: ReadRemark) {
         let known = self.warnings.iter().any(|warning| warning.message == remark.message);
         if !known && self.warnings.len() < MOST_WARNINGS {
             self.warnings.push(placed(self.line, text, remark));
@@ -76,8 +76,8 @@ pub(super) fn column(text: &str, at: usize) -> u32 {
     u32::try_from(characters + 1).unwrap_or(u32::MAX)
 }
 
-fn placed(line: u32, text: &str, remark: Remark) -> Diagnostic {
-    let Remark { at, message, help } = remark;
+fn placed(line: u32, text: &str, remark: ReadRemark) -> Diagnostic {
+    let ReadRemark { at, message, help } = remark;
     Diagnostic { line, column: column(text, at), message, help }
 }
 

@@ -33,9 +33,13 @@ mod go;
 mod heidenhain;
 mod log;
 mod number;
+mod options;
 mod reader;
+#[cfg(test)]
+mod samples;
 mod siemens;
 mod source;
+mod state;
 mod step;
 mod steps;
 mod tally;
@@ -44,50 +48,12 @@ mod tilt;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
-    ClArc, ClFile, ClHole, ClItem, ClMotion, ClReader, ClRecord, ClRecords, ClTally, ClTool, ClWay,
-    cl, cl_records,
+    ClArc, ClFile, ClHole, ClItem, ClMotion, ClPath, ClReader, ClRecord, ClRecords, ClTally,
+    ClTool, cl, cl_records,
 };
 pub use dialect::Dialect;
+pub use options::ReadOptions;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
 pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;
-
-use crate::types::AXES;
-
-/// How a program is to be understood.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadOptions {
-    /// The control's language.
-    pub dialect: Dialect,
-    /// Letters, units and signs of the axes. The decimals are not used: the text shows them.
-    pub axes: AxisWords,
-    /// One axis beyond those five may move, too: [`Move::sixth`].
-    pub sixth: bool,
-    /// Faults after which reading stops.
-    pub most_faults: usize,
-    /// Lines that loops, subprograms and repeated cycles may run or pass over in all.
-    pub most_repeated: u64,
-    /// Run lines that begin with `/`; `None`: such a line is a fault, as nobody knows.
-    pub block_delete: Option<bool>,
-    /// Values of parameters that the program does not set itself: `5`, `_hal[x]`, `R1`, `Q5`.
-    pub parameters: Vec<(String, f64)>,
-    /// Axis positions of `G28` \[mm, rad\].
-    pub reference: [f64; AXES],
-}
-
-impl ReadOptions {
-    /// Five axes, a million repeated lines, no parameters given, the reference position at machine zero.
-    pub fn new(dialect: Dialect, axes: AxisWords, most_faults: usize) -> Self {
-        Self {
-            dialect,
-            axes,
-            sixth: false,
-            most_faults,
-            most_repeated: 1_000_000,
-            block_delete: None,
-            parameters: Vec::new(),
-            reference: [0.0; AXES],
-        }
-    }
-}

@@ -11,7 +11,7 @@ const EXACT: u64 = 1 << 53;
 
 /// A number without sign and exponent.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Number {
+pub(super) struct ScannedNumber {
     pub(super) value: f64,
     /// Digits after the point.
     pub(super) decimals: u8,
@@ -26,7 +26,7 @@ pub(super) struct Number {
 /// An integer below 2^53 over an exact power of ten is one correctly rounded division; anything longer is
 /// left to the standard library.
 #[inline]
-pub(super) fn number(text: &str, comma: bool) -> Option<Number> {
+pub(super) fn number(text: &str, comma: bool) -> Option<ScannedNumber> {
     let bytes = text.as_bytes();
     let (mut mantissa, mut digits, mut length) = (0_u64, 0_usize, 0_usize);
     let (mut point, mut fraction) = (false, 0_usize);
@@ -52,19 +52,19 @@ pub(super) fn number(text: &str, comma: bool) -> Option<Number> {
         Some(power) if digits <= 19 && mantissa <= EXACT => mantissa as f64 / power,
         _ => text.get(..length)?.replace(',', ".").parse().ok()?,
     };
-    Some(Number { value, decimals, point, length })
+    Some(ScannedNumber { value, decimals, point, length })
 }
 
 /// The same with a sign before it.
 #[inline]
-pub(super) fn signed(text: &str, comma: bool) -> Option<Number> {
+pub(super) fn signed(text: &str, comma: bool) -> Option<ScannedNumber> {
     let (rest, sign) = match text.as_bytes().first() {
         Some(b'-') => (text.get(1..)?, -1.0),
         Some(b'+') => (text.get(1..)?, 1.0),
         _ => return number(text, comma),
     };
     let found = number(rest, comma)?;
-    Some(Number { value: sign * found.value, length: found.length + 1, ..found })
+    Some(ScannedNumber { value: sign * found.value, length: found.length + 1, ..found })
 }
 
 #[cfg(test)]

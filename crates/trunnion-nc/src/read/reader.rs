@@ -1,84 +1,55 @@
 //! A reader of any dialect, line by line.
 
-use super::control::Control;
-use super::gcode::Gcode;
-use super::heidenhain::Heidenhain;
-use super::log::{Log, Remark, excerpt};
-use super::siemens::Siemens;
-use super::tape::Tape;
-use super::{Dialect, ReadOptions, Step};
+use super::control::ControlState;
+use super::dialect::Dialect;
+use super::log::{ReadLog, ReadRemark, excerpt};
+use super::options::ReadOptions;
+use super::state::ReaderState;
+use super::step::Step;
+use crate::read::gcode::GcodeReader;
+use crate::read::heidenhain::HeidenhainReader;
+use crate::read::siemens::SiemensReader;
 use crate::types::{AxisVector, Diagnostic};
-use std::sync::Arc;
 
 /// Longest line \[bytes\]; a longer one is not of a program.
 const LONGEST: usize = 100_000;
 
-/// What all dialects share.
-#[derive(Debug)]
-pub(super) struct State {
-    pub(super) control: Control,
-    pub(super) log: Log,
-}
-
-impl State {
-    /// The line to run again, if there is one; what is run too often ends the program.
-    pub(super) fn replayed(&mut self, tape: &mut Tape) -> Option<(u32, Arc<str>)> {
-        tape.play().unwrap_or_else(|remark| {
-            self.log.fault("", remark);
-            self.control.ended = true;
-            None
-        })
-    }
-
-    /// Tells what is missing at the end of the file: that of a loop or a condition, or that of the program, which is `end`.
-    pub(super) fn unended(&mut self, open: Option<(u32, Remark)>, end: &str) {
-        if self.control.ended {
-            return;
-        }
-        if let Some((line, remark)) = open {
-            self.log.line = line;
-            self.log.fault("", remark);
-        } else {
-            let message = "the program has no end: a line is missing, or the file was cut";
-            self.log.whole(message, end);
-        }
-    }
-}
-
 /// The dialect's own part.
 #[derive(Debug)]
-enum Language {
-    Gcode(Box<Gcode>),
-    Siemens(Box<Siemens>),
-    Heidenhain(Box<Heidenhain>),
+enum LanguageReader {
+    Gcode(Box<GcodeReader>),
+    Siemens(Box<SiemensReader>),
+    Heidenhain(Box<HeidenhainReader>),
     /// Not read here.
     None,
 }
 
 /// Takes lines, gives steps.
 #[derive(Debug)]
-pub(super) struct Reader {
-    state: State,
-    language: Language,
+pub(super) struct ProgramReader {
+    state: ReaderState,
+    language: LanguageReader,
     lines: u32,
 }
 
-impl Reader {
+impl ProgramReader {
     pub(super) fn new(options: &ReadOptions) -> Self {
-        let control = Control::new(options);
-        let mut log = Log::new(options.most_faults);
+        let control = ControlState::new(options);
+        let mut log = ReadLog::new(options.most_faults);
         let language = match options.dialect {
             Dialect::LinuxCnc | Dialect::Fanuc | Dialect::Haas => {
-                Language::Gcode(Box::new(Gcode::new(options)))
+                LanguageReader::Gcode(Box::new(GcodeReader::new(options)))
             }
-            Dialect::Siemens => Language::Siemens(Box::new(Siemens::new(options))),
-            Dialect::Heidenhain => Language::Heidenhain(Box::new(Heidenhain::new(options))),
+            Dialect::Siemens => LanguageReader::Siemens(Box::new(SiemensReader::new(options))),
+            Dialect::Heidenhain => {
+                LanguageReader::Heidenhain(Box::new(HeidenhainReader::new(options)))
+            }
             Dialect::Apt => {
                 log.whole("cutter locations are no program", "read them as a CL file");
-                Language::None
+                LanguageReader::None
             }
         };
-        Self { state: State { control, log }, language, lines: 0 }
+        Self { state: ReaderState { control, log }, language, lines: 0 }
     }
 
     /// The next step, once lines made one; none after a fault.
@@ -100,20 +71,20 @@ impl Reader {
     #[inline]
     pub(super) fn is_busy(&self) -> bool {
         match &self.language {
-            Language::Gcode(gcode) => !self.is_over() && gcode.is_busy(),
-            Language::Siemens(siemens) => !self.is_over() && siemens.is_busy(),
-            Language::Heidenhain(klartext) => !self.is_over() && klartext.is_busy(),
-            Language::None => false,
+            LanguageReader::Gcode(gcode) => !self.is_over() && gcode.is_busy(),
+            LanguageReader::Siemens(siemens) => !self.is_over() && siemens.is_busy(),
+            LanguageReader::Heidenhain(klartext) => !self.is_over() && klartext.is_busy(),
+            LanguageReader::None => false,
         }
     }
 
     /// Runs it.
     pub(super) fn advance(&mut self) {
         match &mut self.language {
-            Language::Gcode(gcode) => gcode.advance(&mut self.state),
-            Language::Siemens(siemens) => siemens.advance(&mut self.state),
-            Language::Heidenhain(klartext) => klartext.advance(&mut self.state),
-            Language::None => {}
+            LanguageReader::Gcode(gcode) => gcode.advance(&mut self.state),
+            LanguageReader::Siemens(siemens) => siemens.advance(&mut self.state),
+            LanguageReader::Heidenhain(klartext) => klartext.advance(&mut self.state),
+            LanguageReader::None => {}
         }
     }
 
@@ -129,14 +100,14 @@ impl Reader {
         if text.len() > LONGEST {
             let length = text.len();
             let message = format!("a line of {length} bytes begins {}", excerpt(text));
-            self.state.log.fault(text, Remark::new(0, message, "is this a program?"));
+            self.state.log.fault(text, ReadRemark::new(0, message, "is this a program?"));
             return;
         }
         match &mut self.language {
-            Language::Gcode(gcode) => gcode.line(&mut self.state, text),
-            Language::Siemens(siemens) => siemens.line(&mut self.state, text),
-            Language::Heidenhain(klartext) => klartext.line(&mut self.state, text),
-            Language::None => self.state.control.ended = true,
+            LanguageReader::Gcode(gcode) => gcode.line(&mut self.state, text),
+            LanguageReader::Siemens(siemens) => siemens.line(&mut self.state, text),
+            LanguageReader::Heidenhain(klartext) => klartext.line(&mut self.state, text),
+            LanguageReader::None => self.state.control.ended = true,
         }
     }
 
@@ -144,10 +115,10 @@ impl Reader {
     pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
         if self.state.log.faults.is_empty() {
             match &mut self.language {
-                Language::Gcode(gcode) => gcode.finish(&mut self.state),
-                Language::Siemens(siemens) => siemens.finish(&mut self.state),
-                Language::Heidenhain(klartext) => klartext.finish(&mut self.state),
-                Language::None => {}
+                LanguageReader::Gcode(gcode) => gcode.finish(&mut self.state),
+                LanguageReader::Siemens(siemens) => siemens.finish(&mut self.state),
+                LanguageReader::Heidenhain(klartext) => klartext.finish(&mut self.state),
+                LanguageReader::None => {}
             }
         }
         self.state.log.faults.clone()

@@ -1,6 +1,10 @@
 //! Programs that can be run from their first step as often as it takes.
 
-use super::{ClFile, ClRecord, ClTool, Program, ReadOptions, Step, cl_records, steps};
+use super::options::ReadOptions;
+use super::step::{Program, Step};
+use super::steps::steps;
+use crate::read::cl::cl_records;
+use crate::read::cl::{ClFile, ClRecord, ClTool};
 use crate::types::{AxisVector, Diagnostic, Diagnostics};
 use std::fmt::Debug;
 
@@ -184,6 +188,8 @@ impl ClSource for ClText {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::read::samples::options;
+    use crate::read::{Dialect, read};
 
     #[test]
     fn a_text_has_the_locations_of_its_file() {
@@ -199,8 +205,6 @@ mod tests {
         assert_eq!((kept.tools(), &file.tools[..]), (&tools[..], &tools[..]));
         assert!(ClText::new(text.replace("FINI", ""), 5).is_err());
     }
-    use crate::read::gcode::tests::options;
-    use crate::read::{Dialect, read};
 
     #[test]
     fn a_text_has_the_steps_of_its_program() {

@@ -1,7 +1,8 @@
 //! A program as a stream of steps.
 
-use super::reader::Reader;
-use super::{Program, ReadOptions, Step};
+use super::options::ReadOptions;
+use super::reader::ProgramReader;
+use super::step::{Program, Step};
 use crate::types::AxisVector;
 use crate::types::{Diagnostic, Diagnostics};
 
@@ -28,13 +29,13 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Diagnostics> {
 /// A program that is handed in line by line, for one that is read while it is written; see [`steps`].
 #[derive(Debug)]
 pub struct LineReader {
-    reader: Reader,
+    reader: ProgramReader,
 }
 
 impl LineReader {
     /// Starts a program.
     pub fn new(options: &ReadOptions) -> Self {
-        Self { reader: Reader::new(options) }
+        Self { reader: ProgramReader::new(options) }
     }
 
     /// Takes in a line, without its line break; the steps it makes are appended.
@@ -82,14 +83,14 @@ pub fn steps<I>(lines: I, options: &ReadOptions) -> Steps<I>
 where
     I: Iterator<Item: AsRef<str>>,
 {
-    Steps { lines, reader: Reader::new(options), done: false }
+    Steps { lines, reader: ProgramReader::new(options), done: false }
 }
 
 /// See [`steps`].
 #[derive(Debug)]
 pub struct Steps<I> {
     lines: I,
-    reader: Reader,
+    reader: ProgramReader,
     done: bool,
 }
 

@@ -1,6 +1,6 @@
 //! What a program comes to: blocks, lengths, time as programmed, ranges.
 
-use super::{Frame, Move, Pace, Step, Way};
+use super::step::{Frame, Move, Pace, Step, Way};
 use crate::types::AXES;
 
 /// Counts steps as they come.
@@ -123,7 +123,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::gcode::tests::options;
+    use crate::read::samples::options;
     use crate::read::{Dialect, steps};
     use std::f64::consts::PI;
 

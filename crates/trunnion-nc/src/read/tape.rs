@@ -1,6 +1,6 @@
 //! Lines that may be run again: what jumps, loops and calls within a program lead to.
 
-use super::log::Remark;
+use super::log::ReadRemark;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ impl Tape {
     /// # Errors
     ///
     /// More lines were run again than are allowed.
-    pub(super) fn play(&mut self) -> Result<Option<(u32, Arc<str>)>, Remark> {
+    pub(super) fn play(&mut self) -> Result<Option<(u32, Arc<str>)>, ReadRemark> {
         let Some(number) = self.next else { return Ok(None) };
         self.count(1)?;
         let line = self.line(number).map(|text| (number, text));
@@ -113,19 +113,19 @@ impl Tape {
         &mut self,
         before: u32,
         is: impl Fn(&str) -> bool,
-    ) -> Result<Option<u32>, Remark> {
+    ) -> Result<Option<u32>, ReadRemark> {
         let count = usize::try_from(before.saturating_sub(self.first)).unwrap_or(usize::MAX);
         let found = self.kept.iter().take(count).rposition(|text| is(text));
         self.count(count.saturating_sub(found.unwrap_or(0)))?;
         Ok(found.and_then(|at| u32::try_from(at).ok()).map(|at| self.first + at))
     }
 
-    fn count(&mut self, lines: usize) -> Result<(), Remark> {
+    fn count(&mut self, lines: usize) -> Result<(), ReadRemark> {
         let lines = u64::try_from(lines).unwrap_or(u64::MAX);
         let Some(left) = self.left.checked_sub(lines) else {
             let message = format!("jumps, loops and calls run more than {} lines", self.most);
             let help = "does the loop end? if so, allow more when reading";
-            return Err(Remark::new(0, message, help));
+            return Err(ReadRemark::new(0, message, help));
         };
         self.left = left;
         Ok(())

@@ -1,8 +1,8 @@
 //! Tilted planes, whatever a dialect calls them.
 
-use super::control::{Control, Target, Tilted};
-use super::log::Remark;
-use super::{Pace, Plane, Step, Turning, Way};
+use super::control::{ActivePlane, ControlState, MoveTarget};
+use super::log::ReadRemark;
+use super::step::{Pace, Plane, Step, Turning, Way};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 /// A turn about an axis \[rad\].
@@ -17,7 +17,7 @@ pub(super) fn euler([first, second, third]: [f64; 3]) -> UnitQuaternion<f64> {
         * about(Vector3::z_axis(), third)
 }
 
-impl Control {
+impl ControlState {
     /// X Y Z of what is added to absolute words outside of planes \[mm\].
     pub(super) fn linear_shift(&self) -> Vector3<f64> {
         let of = |slot: usize| {
@@ -34,7 +34,7 @@ impl Control {
         let work_from_plane = Isometry3::from_parts(Translation3::from(origin), turn);
         self.steps.push_back(Step::Plane(Plane { line, number, work_from_plane }));
         let normal = turn * Vector3::z_axis();
-        self.tilted = Some(Tilted { number, normal, ready: false });
+        self.tilted = Some(ActivePlane { number, normal, ready: false });
         self.forget_linear();
     }
 
@@ -44,18 +44,22 @@ impl Control {
         line: u32,
         at: usize,
         tip_stands: bool,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let Some(tilted) = self.tilted.take() else {
-            return Err(Remark::new(at, "a turn to a plane that is not there", "define it before"));
+            return Err(ReadRemark::new(
+                at,
+                "a turn to a plane that is not there",
+                "define it before",
+            ));
         };
-        let mut target = Target::new(at, 1);
+        let mut target = MoveTarget::new(at, 1);
         target.axis = Some(tilted.normal);
         // The turn itself is of axes: the plane's coordinates take no part.
         let tcp = std::mem::replace(&mut self.tcp, tip_stands);
         let turning = self.turning.replace(Turning::Rotary);
         let done = self.go(line, target, (Pace::Rapid, Way::Line));
         (self.tcp, self.turning) = (tcp, turning);
-        self.tilted = Some(Tilted { ready: true, ..tilted });
+        self.tilted = Some(ActivePlane { ready: true, ..tilted });
         self.forget_linear();
         done
     }

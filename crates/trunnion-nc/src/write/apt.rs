@@ -1,8 +1,8 @@
 //! Legs as an APT/CL file, ISO 4343 style.
 
-use super::head::list;
-use super::number::{Fixed, Form};
-use super::{Note, WriteError};
+use super::error::WriteError;
+use super::note::Note;
+use super::number::{FixedNumber, NumberForm, list};
 use crate::types::{Leg, Motion, Station};
 use std::fmt::Write;
 
@@ -37,13 +37,13 @@ pub fn apt(
     if note.coolant {
         writeln!(out, "COOLNT/ON")?;
     }
-    let feed = Fixed::nearest(note.feed * 60.0, FEED_DECIMALS);
+    let feed = FixedNumber::nearest(note.feed * 60.0, FEED_DECIMALS);
     let feed = feed.ok_or(WriteError::Number {
         block: 0,
         value: note.feed * 60.0,
         decimals: FEED_DECIMALS,
     })?;
-    let mut locations = Locations::default();
+    let mut locations = LocationWriter::default();
     locations.go(out, None, &rounded(0, first, decimals)?);
     for (index, leg) in legs.iter().enumerate() {
         let feed = (leg.motion != Motion::Link).then_some(feed);
@@ -60,18 +60,23 @@ pub fn apt(
 
 /// Records of cutter locations; the feed is said where it changes.
 #[derive(Debug, Default)]
-pub(super) struct Locations {
-    feed: Option<Fixed>,
+pub(super) struct LocationWriter {
+    feed: Option<FixedNumber>,
 }
 
-impl Locations {
+impl LocationWriter {
     /// One `GOTO`, with `feed` \[mm/min\] or in rapid.
-    pub(super) fn go(&mut self, out: &mut String, feed: Option<Fixed>, location: &[Fixed; 6]) {
+    pub(super) fn go(
+        &mut self,
+        out: &mut String,
+        feed: Option<FixedNumber>,
+        location: &[FixedNumber; 6],
+    ) {
         match feed {
             None => out.push_str("RAPID\n"),
             Some(feed) if self.feed != Some(feed) => {
                 out.push_str("FEDRAT/");
-                feed.push(out, Form::Point);
+                feed.push(out, NumberForm::Point);
                 out.push_str(",MMPM\n");
             }
             Some(_) => {}
@@ -84,10 +89,10 @@ impl Locations {
 }
 
 /// Tip and axis of a station.
-fn rounded(leg: usize, station: &Station, decimals: u8) -> Result<[Fixed; 6], WriteError> {
+fn rounded(leg: usize, station: &Station, decimals: u8) -> Result<[FixedNumber; 6], WriteError> {
     let [tip, axis] = [station.pose.tip.coords, station.pose.axis.into_inner()];
     let fixed = |value: f64, decimals: u8| {
-        let number = Fixed::nearest(value, decimals);
+        let number = FixedNumber::nearest(value, decimals);
         number.ok_or(WriteError::Number { block: leg, value, decimals })
     };
     Ok([

@@ -1,8 +1,8 @@
 //! What rounding a program's words does at the tool.
 
-use super::AxisWords;
 use crate::machine::Kinematics;
 use crate::types::AxisVector;
+use crate::words::AxisWords;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 

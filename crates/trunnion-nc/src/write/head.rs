@@ -1,9 +1,11 @@
 //! What a program's template is filled with: where it starts, and what it assumes.
 
-use super::dialect::Pointing;
-use super::number::{Fixed, Form};
-use super::template::{Context, First, Offset};
-use super::{Dialect, Note, ProgramWriter, WriteError, comment};
+use super::error::WriteError;
+use super::format::{OrientationWords, OutputFormat};
+use super::note::{Note, comment};
+use super::number::{NumberForm, list};
+use super::program::ProgramWriter;
+use super::template::{OffsetWords, StartWords, TemplateContext};
 use crate::machine::RetractFrame;
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::Vector3;
@@ -13,7 +15,11 @@ const SETTING_DECIMALS: u8 = 6;
 
 impl ProgramWriter {
     /// Words of the starting position, which is where the program then is.
-    pub(super) fn first(&mut self, q: &AxisVector, pose: &ToolPose) -> Result<First, WriteError> {
+    pub(super) fn first(
+        &mut self,
+        q: &AxisVector,
+        pose: &ToolPose,
+    ) -> Result<StartWords, WriteError> {
         let words = self.rounded(q, pose)?;
         let form = self.syntax.form;
         let say = |of: &[usize]| {
@@ -34,7 +40,7 @@ impl ProgramWriter {
         let [mut tip, rotary] = [say(linear), say(rotaries)];
         let axes = tip.clone();
         let mut vector = String::new();
-        if let Pointing::Vector(names) = self.syntax.pointing {
+        if let OrientationWords::Vector(names) = self.syntax.pointing {
             let now = self.components(pose)?;
             for (name, value) in names.iter().zip(now) {
                 if !vector.is_empty() {
@@ -43,23 +49,23 @@ impl ProgramWriter {
                 vector.push_str(name);
                 value.push(&mut vector, form);
             }
-            if self.style.dialect == Dialect::Apt {
+            if self.style.dialect == OutputFormat::Apt {
                 (tip, vector) = (list(words.iter().take(3)), list(now.iter()));
             }
             self.vector = Some(now);
         }
         self.last = words.map(Some);
-        Ok(First { rotary, tip, axes, vector })
+        Ok(StartWords { rotary, tip, axes, vector })
     }
 
     pub(super) fn context(
         &self,
         note: &Note<'_>,
         offset: Vector3<f64>,
-        first: First,
-    ) -> Result<Context, WriteError> {
+        first: StartWords,
+    ) -> Result<TemplateContext, WriteError> {
         let told = &self.kinematics.machine().dialect;
-        let own = Dialect::from_name(&told.name) == Some(self.style.dialect);
+        let own = OutputFormat::from_name(&told.name) == Some(self.style.dialect);
         let tool = note.tool.number;
         let text = |key: &str| {
             let text = told.strings.get(key).filter(|_| own)?;
@@ -69,7 +75,7 @@ impl ProgramWriter {
         let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
         // Adding 0 takes the sign off a zero.
         let small = |value: f64| format!("{:.4}", value + 0.0);
-        Ok(Context {
+        Ok(TemplateContext {
             name: comment(note.name),
             facts: facts.iter().map(|line| comment(line)).collect(),
             program: format!("{:04}", self.style.program),
@@ -77,7 +83,7 @@ impl ProgramWriter {
             spindle: (note.spindle > 0.0).then(|| format!("{:.0}", note.spindle)),
             coolant: note.coolant,
             cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
-            offset: Offset { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
+            offset: OffsetWords { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
             blend: self.style.blend.map(|[tip, _]| self.plain(tip)).transpose()?,
             axis_tolerance: match self.style.blend {
                 Some([_, axis]) => self.plain(axis.to_degrees())?,
@@ -95,7 +101,7 @@ impl ProgramWriter {
     /// A number of a setting.
     fn plain(&self, value: f64) -> Result<String, WriteError> {
         let mut text = String::new();
-        self.fixed(value, SETTING_DECIMALS)?.push(&mut text, Form::Plain);
+        self.fixed(value, SETTING_DECIMALS)?.push(&mut text, NumberForm::Plain);
         Ok(text)
     }
 
@@ -110,16 +116,4 @@ impl ProgramWriter {
         self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
         Ok(Some(text))
     }
-}
-
-/// Numbers with commas between.
-pub(super) fn list<'a>(values: impl Iterator<Item = &'a Fixed>) -> String {
-    let mut text = String::new();
-    for value in values {
-        if !text.is_empty() {
-            text.push(',');
-        }
-        value.push(&mut text, Form::Point);
-    }
-    text
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// How a number looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum NumberForm {
     /// Always with a point: `3.`, which some controls need.
     Point,
     /// `3`.
@@ -15,7 +15,7 @@ pub(super) enum Form {
 
 /// A value in units of its last digit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Fixed {
+pub(super) struct FixedNumber {
     /// Count of last digits.
     digits: i64,
     decimals: u8,
@@ -24,7 +24,7 @@ pub(super) struct Fixed {
 /// Largest count of last digits: integers up to here are exact in `f64`.
 const LARGEST: f64 = 9e15;
 
-impl Fixed {
+impl FixedNumber {
     /// Rounds to nearest; `None` if the value is not finite or has too many digits.
     pub(super) fn nearest(value: f64, decimals: u8) -> Option<Self> {
         Self::new((value * scale(decimals)).round(), decimals)
@@ -46,7 +46,7 @@ impl Fixed {
     }
 
     /// Appends it, without trailing zeros. (Programs are long: four times as fast as formatting.)
-    pub(super) fn push(self, out: &mut String, form: Form) {
+    pub(super) fn push(self, out: &mut String, form: NumberForm) {
         let mut text = [0_u8; 32];
         let mut at = text.len();
         let mut put = |byte: u8| {
@@ -62,7 +62,7 @@ impl Fixed {
             left -= 1;
         }
         let digit = |rest: u64| b'0' + u8::try_from(rest % 10).unwrap_or(0);
-        let point = left > 0 || form == Form::Point;
+        let point = left > 0 || form == NumberForm::Point;
         while left > 0 {
             put(digit(rest));
             rest /= 10;
@@ -80,7 +80,7 @@ impl Fixed {
         }
         if self.digits < 0 {
             put(b'-');
-        } else if form == Form::Signed {
+        } else if form == NumberForm::Signed {
             put(b'+');
         }
         out.push_str(std::str::from_utf8(text.get(at..).unwrap_or_default()).unwrap_or_default());
@@ -116,7 +116,7 @@ fn scale(decimals: u8) -> f64 {
     10f64.powi(i32::from(decimals))
 }
 
-impl fmt::Display for Fixed {
+impl fmt::Display for FixedNumber {
     /// Without trailing zeros but always with a point, which some controls need: `-12.5`, `3.`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.digits < 0 { "-" } else { "" };
@@ -138,6 +138,18 @@ impl fmt::Display for Fixed {
     }
 }
 
+/// Numbers with commas between.
+pub(super) fn list<'a>(values: impl Iterator<Item = &'a FixedNumber>) -> String {
+    let mut text = String::new();
+    for value in values {
+        if !text.is_empty() {
+            text.push(',');
+        }
+        value.push(&mut text, NumberForm::Point);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,23 +158,23 @@ mod tests {
     fn all_forms_say_the_same_number() {
         let text = |value, decimals, form| {
             let mut out = String::new();
-            Fixed::nearest(value, decimals).unwrap().push(&mut out, form);
+            FixedNumber::nearest(value, decimals).unwrap().push(&mut out, form);
             out
         };
         for value in [0.0, -0.000_01, 3.0, -12.5, 0.07, -0.07, 1e9, 123.456_789, 900.0, -370.0] {
-            let fixed = Fixed::nearest(value, 4).unwrap();
-            assert_eq!(text(value, 4, Form::Point), fixed.to_string());
-            assert!(text(value, 4, Form::Signed).starts_with(['+', '-']));
-            let back: f64 = text(value, 4, Form::Plain).parse().unwrap();
+            let fixed = FixedNumber::nearest(value, 4).unwrap();
+            assert_eq!(text(value, 4, NumberForm::Point), fixed.to_string());
+            assert!(text(value, 4, NumberForm::Signed).starts_with(['+', '-']));
+            let back: f64 = text(value, 4, NumberForm::Plain).parse().unwrap();
             assert!((back - fixed.value()).abs() < 1e-12, "{value}");
         }
-        assert_eq!(text(3.0, 4, Form::Plain), "3");
-        assert_eq!(text(3.0, 0, Form::Signed), "+3");
+        assert_eq!(text(3.0, 4, NumberForm::Plain), "3");
+        assert_eq!(text(3.0, 0, NumberForm::Signed), "+3");
     }
 
     #[test]
     fn a_last_digit_short_of_a_whole_number_is_that_number() {
-        let text = |value| Fixed::down(value, 3).unwrap().up_to_whole().to_string();
+        let text = |value| FixedNumber::down(value, 3).unwrap().up_to_whole().to_string();
         assert_eq!(text(2_999.999_2), "3000.");
         assert_eq!(text(2_999.998_9), "2999.998");
         assert_eq!(text(0.999), "1.");
@@ -171,7 +183,8 @@ mod tests {
 
     #[test]
     fn turns_are_taken_off_after_rounding() {
-        let turned = |value, low| Fixed::nearest(value, 3).unwrap().within_turn(low).to_string();
+        let turned =
+            |value, low| FixedNumber::nearest(value, 3).unwrap().within_turn(low).to_string();
         assert_eq!(turned(359.999_9, 0), "0.");
         assert_eq!(turned(370.5, 0), "10.5");
         assert_eq!(turned(-10.0, 0), "350.");
@@ -181,14 +194,14 @@ mod tests {
 
     #[test]
     fn numbers_are_rounded_once_and_trimmed() {
-        let text = |value, decimals| Fixed::nearest(value, decimals).unwrap().to_string();
+        let text = |value, decimals| FixedNumber::nearest(value, decimals).unwrap().to_string();
         assert_eq!(text(-12.500_04, 4), "-12.5");
         assert_eq!(text(2.000_05, 4), "2.0001");
         assert_eq!(text(-0.000_01, 4), "0.");
         assert_eq!(text(0.07, 3), "0.07");
-        assert_eq!(Fixed::down(599.999_99, 3).unwrap().to_string(), "599.999");
-        assert_eq!(Fixed::nearest(f64::NAN, 3), None);
-        assert_eq!(Fixed::nearest(1e12, 9), None);
-        assert!((Fixed::nearest(1.25, 1).unwrap().value() - 1.3).abs() < 1e-15);
+        assert_eq!(FixedNumber::down(599.999_99, 3).unwrap().to_string(), "599.999");
+        assert_eq!(FixedNumber::nearest(f64::NAN, 3), None);
+        assert_eq!(FixedNumber::nearest(1e12, 9), None);
+        assert!((FixedNumber::nearest(1.25, 1).unwrap().value() - 1.3).abs() < 1e-15);
     }
 }

@@ -1,14 +1,19 @@
 //! A program in any dialect, written block by block: memory is that of the modal state.
 
-use super::apt::Locations;
-use super::dialect::{Pointing, Syntax};
+use super::apt::LocationWriter;
+use super::error::WriteError;
 use super::error_bound::Coordinates;
-use super::number::{Fixed, Form};
-use super::template::{Frame, Template};
+use super::format::{BlockSyntax, OrientationWords, OutputFormat};
+use super::note::Note;
+use super::note::comment;
+use super::number::{FixedNumber, NumberForm};
+use super::sheet::work_offset;
+use super::style::Style;
+use super::template::{Template, TemplateFrame};
 use super::words_of;
-use super::{AxisWords, Dialect, Note, WriteError, comment, work_offset};
-use crate::machine::{FeedMode, Kinematics, TurnFormat};
+use crate::machine::{Kinematics, TurnFormat};
 use crate::types::{AXES, AxisVector, ToolPose};
+use crate::words::AxisWords;
 use nalgebra::Vector3;
 
 /// Largest inverse-time word; a quicker block is written with it, and takes longer.
@@ -22,45 +27,6 @@ const FEED_DECIMALS: u8 = 3;
 
 /// Decimals of inverse-time words below 1, of blocks longer than a minute: three would be too coarse.
 const SLOW_DECIMALS: u8 = 6;
-
-/// How a program is written. No `Default`: the caller knows the machine.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Style {
-    /// Format.
-    pub dialect: Dialect,
-    /// Letters, decimals and signs of the axes.
-    pub axes: AxisWords,
-    /// F is one over the time of the block, not the speed of the tip.
-    pub inverse_time: bool,
-    /// Step of block numbers; 0 for none where they can be left out.
-    pub numbers: u32,
-    /// Number of the program.
-    pub program: u32,
-    /// How far the control may leave the path to keep its speed: tip \[mm\], tool axis \[rad\].
-    pub blend: Option<[f64; 2]>,
-}
-
-impl Style {
-    /// What a machine file asks for.
-    ///
-    /// Further strings of `[dialect]` are taken in: `numbers` (step of block numbers), `program` (its number),
-    /// `tcp_on` and `tcp_off`.
-    pub fn of(kinematics: &Kinematics, dialect: Dialect, axes: AxisWords) -> Self {
-        let machine = kinematics.machine();
-        let told = &machine.dialect;
-        let own = Dialect::from_name(&told.name) == Some(dialect);
-        let inverse_time = if own { told.feed == FeedMode::InverseTime } else { dialect.by_time() };
-        let number = |key: &str| told.strings.get(key).and_then(|text| text.trim().parse().ok());
-        Self {
-            dialect,
-            axes,
-            inverse_time: inverse_time || dialect == Dialect::G93,
-            numbers: number("numbers").unwrap_or(0),
-            program: number("program").unwrap_or(1),
-            blend: None,
-        }
-    }
-}
 
 /// How a block is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +46,7 @@ pub enum BlockPace {
 
 /// What waits for the next block: blocks whose words all round to those before.
 #[derive(Debug, Clone, Copy, Default)]
-struct Waiting {
+struct PendingBlock {
     seconds: f64,
     length: f64,
     turn: f64,
@@ -91,17 +57,17 @@ struct Waiting {
 pub struct ProgramWriter {
     pub(super) kinematics: Kinematics,
     pub(super) style: Style,
-    pub(super) syntax: Syntax,
-    frame: Frame,
+    pub(super) syntax: BlockSyntax,
+    frame: TemplateFrame,
     shift: Vector3<f64>,
     /// Axes in the order of their words: X Y Z, rotaries by letter.
     pub(super) order: [usize; AXES],
-    pub(super) last: [Option<Fixed>; AXES],
-    pub(super) vector: Option<[Fixed; 3]>,
+    pub(super) last: [Option<FixedNumber>; AXES],
+    pub(super) vector: Option<[FixedNumber; 3]>,
     rapid: Option<bool>,
-    feed: Option<Fixed>,
-    locations: Locations,
-    waiting: Waiting,
+    feed: Option<FixedNumber>,
+    locations: LocationWriter,
+    waiting: PendingBlock,
     line: u64,
     blocks: usize,
     /// Index of the block at hand; 0 is the starting position.
@@ -121,7 +87,7 @@ impl ProgramWriter {
         (q, pose): (&AxisVector, &ToolPose),
     ) -> Result<Self, WriteError> {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
-        let empty = Frame {
+        let empty = TemplateFrame {
             start: String::new(),
             toolchange: None,
             end: String::new(),
@@ -139,8 +105,8 @@ impl ProgramWriter {
             vector: None,
             rapid: None,
             feed: None,
-            locations: Locations::default(),
-            waiting: Waiting::default(),
+            locations: LocationWriter::default(),
+            waiting: PendingBlock::default(),
             line: 0,
             blocks: 0,
             index: 0,
@@ -170,14 +136,14 @@ impl ProgramWriter {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         self.kinematics = kinematics.clone();
         self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
-        self.waiting = Waiting::default();
+        self.waiting = PendingBlock::default();
         let first = self.first(q, pose)?;
         let context = self.context(note, offset, first)?;
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
         self.lines(out, &text);
         (self.rapid, self.feed) = (None, None);
-        self.locations = Locations::default();
+        self.locations = LocationWriter::default();
         Ok(())
     }
 
@@ -218,8 +184,8 @@ impl ProgramWriter {
         self.index += 1;
         let words = self.rounded(q, pose)?;
         let vector = match self.syntax.pointing {
-            Pointing::Vector(_) => Some(self.components(pose)?),
-            Pointing::Angles => None,
+            OrientationWords::Vector(_) => Some(self.components(pose)?),
+            OrientationWords::Angles => None,
         };
         let rotaries = if vector.is_some() { 0..3 } else { 0..AXES };
         let same =
@@ -237,12 +203,12 @@ impl ProgramWriter {
         if same {
             return Ok(());
         }
-        self.waiting = Waiting::default();
+        self.waiting = PendingBlock::default();
         // Where no word of the tip changes, a control takes F as the speed of the rotaries.
         let still = words.iter().take(3).zip(&self.last).all(|(now, last)| Some(*now) == *last);
         let feed = feed.map(|of| self.feed_word(&of, still)).transpose()?;
         self.blocks += 1;
-        if self.style.dialect == Dialect::Apt {
+        if self.style.dialect == OutputFormat::Apt {
             self.location(out, (&words, vector), feed);
         } else {
             self.write(out, (&words, rotaries.end, vector), feed);
@@ -253,17 +219,17 @@ impl ProgramWriter {
     fn write(
         &mut self,
         out: &mut String,
-        (words, count, vector): (&[Fixed; AXES], usize, Option<[Fixed; 3]>),
-        feed: Option<Fixed>,
+        (words, count, vector): (&[FixedNumber; AXES], usize, Option<[FixedNumber; 3]>),
+        feed: Option<FixedNumber>,
     ) {
-        let Syntax { form, pointing, moves, every_block, whole_tip, rapid_tail } = self.syntax;
+        let BlockSyntax { form, pointing, moves, every_block, whole_tip, rapid_tail } = self.syntax;
         self.number(out);
         let start = out.len();
         let rapid = feed.is_none();
         if every_block || self.rapid != Some(rapid) {
             out.push_str(moves[usize::from(!rapid)]);
         }
-        let mut word = |name: &str, value: Fixed| {
+        let mut word = |name: &str, value: FixedNumber| {
             if out.len() > start {
                 out.push(' ');
             }
@@ -278,7 +244,7 @@ impl ProgramWriter {
                 *last = Some(now);
             }
         }
-        if let (Pointing::Vector(names), Some(now)) = (pointing, vector)
+        if let (OrientationWords::Vector(names), Some(now)) = (pointing, vector)
             && (self.vector != vector || whole_tip)
         {
             names.iter().zip(now).for_each(|(name, value)| word(name, value));
@@ -304,8 +270,8 @@ impl ProgramWriter {
     fn location(
         &mut self,
         out: &mut String,
-        (words, vector): (&[Fixed; AXES], Option<[Fixed; 3]>),
-        feed: Option<Fixed>,
+        (words, vector): (&[FixedNumber; AXES], Option<[FixedNumber; 3]>),
+        feed: Option<FixedNumber>,
     ) {
         if let (&[x, y, z, ..], Some([i, j, k])) = (words, vector) {
             self.locations.go(out, feed, &[x, y, z, i, j, k]);
@@ -315,7 +281,7 @@ impl ProgramWriter {
     }
 
     /// Feed word, rounded down: not faster than planned, or by less than a last digit.
-    fn feed_word(&self, of: &Waiting, still: bool) -> Result<Fixed, WriteError> {
+    fn feed_word(&self, of: &PendingBlock, still: bool) -> Result<FixedNumber, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
@@ -324,14 +290,15 @@ impl ProgramWriter {
             let value = (60.0 / of.seconds).min(LARGEST_FEED);
             let decimals = if value < 1.0 { SLOW_DECIMALS } else { FEED_DECIMALS };
             // The quotient itself was rounded, maybe up.
-            let feed = Fixed::down(value, decimals);
+            let feed = FixedNumber::down(value, decimals);
             let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
             return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
         }
         let moves = of.length > 0.0 && !(still && of.turn > 0.0);
         let way = if moves { of.length } else { of.turn.to_degrees() };
         // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
-        let feed = Fixed::down(60.0 * way / of.seconds, FEED_DECIMALS).map(Fixed::up_to_whole);
+        let feed =
+            FixedNumber::down(60.0 * way / of.seconds, FEED_DECIMALS).map(FixedNumber::up_to_whole);
         feed.filter(|feed| !feed.is_zero()).ok_or(failed)
     }
 
@@ -340,7 +307,7 @@ impl ProgramWriter {
         &self,
         q: &AxisVector,
         pose: &ToolPose,
-    ) -> Result<[Fixed; AXES], WriteError> {
+    ) -> Result<[FixedNumber; AXES], WriteError> {
         let dialect = self.style.dialect;
         let tip = match dialect.coordinates() {
             Coordinates::Axes => q.fixed_rows::<3>(0).into_owned() - self.shift,
@@ -363,7 +330,7 @@ impl ProgramWriter {
     }
 
     /// Components of the tool vector: in the table frame, in a CL file in the workpiece frame.
-    pub(super) fn components(&self, pose: &ToolPose) -> Result<[Fixed; 3], WriteError> {
+    pub(super) fn components(&self, pose: &ToolPose) -> Result<[FixedNumber; 3], WriteError> {
         let dialect = self.style.dialect;
         let decimals = words_of::vector_decimals(dialect);
         let axis = words_of::vector(&self.kinematics, dialect, pose);
@@ -374,16 +341,16 @@ impl ProgramWriter {
         ])
     }
 
-    pub(super) fn fixed(&self, value: f64, decimals: u8) -> Result<Fixed, WriteError> {
+    pub(super) fn fixed(&self, value: f64, decimals: u8) -> Result<FixedNumber, WriteError> {
         let block = self.index;
-        Fixed::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
+        FixedNumber::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
     }
 
     /// Lines of a template, numbered; empty ones are left out.
     fn lines(&mut self, out: &mut String, text: &str) {
         for line in text.lines().map(str::trim_end).filter(|line| !line.is_empty()) {
-            let bare =
-                matches!(self.syntax.form, Form::Signed) || !line.starts_with(['%', 'O', '(', ';']);
+            let bare = matches!(self.syntax.form, NumberForm::Signed)
+                || !line.starts_with(['%', 'O', '(', ';']);
             if bare {
                 self.number(out);
             }
@@ -400,7 +367,7 @@ impl ProgramWriter {
         }
         out.push_str(before);
         // Klartext counts lines from 0; elsewhere the first number is the step.
-        let klartext = matches!(self.syntax.form, Form::Signed);
+        let klartext = matches!(self.syntax.form, NumberForm::Signed);
         let step = u64::from(self.style.numbers.max(1));
         let number = if klartext { self.line } else { (self.line + 1) * step };
         out.push_str(&number.to_string());
@@ -416,6 +383,6 @@ fn order(axes: &AxisWords) -> [usize; AXES] {
 }
 
 /// Feeds have no sign.
-fn form_of_feed(form: Form) -> Form {
-    if form == Form::Point { Form::Point } else { Form::Plain }
+fn form_of_feed(form: NumberForm) -> NumberForm {
+    if form == NumberForm::Point { NumberForm::Point } else { NumberForm::Plain }
 }

@@ -1,9 +1,13 @@
 //! The setup sheet: what has to be entered at the control for the programs to be true.
 
+use super::error::WriteError;
 use super::error_bound::Coordinates;
-use super::{AxisWords, Dialect, Note, Style, WriteError};
+use super::format::OutputFormat;
+use super::note::Note;
+use super::style::Style;
 use crate::machine::{AxisKind, Kinematics, TurnFormat};
 use crate::types::AxisVector;
+use crate::words::AxisWords;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
 
@@ -85,7 +89,7 @@ pub fn program_sheet(
     let turned = format!("{roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z");
     writeln!(out, "Coordinates")?;
     let points = match (style.dialect, style.dialect.coordinates()) {
-        (Dialect::Apt, _) => "tool tip in the workpiece frame".to_owned(),
+        (OutputFormat::Apt, _) => "tool tip in the workpiece frame".to_owned(),
         (_, Coordinates::Axes) => "axis positions less the work offset and, along Z, less the tool length;\n                        \
              true only for the pivots, origin and tool length above".to_owned(),
         (_, Coordinates::Tip) => format!(

@@ -1,7 +1,6 @@
 //! The strings around the blocks of a program: templates that a shop can print, copy and edit.
 
-use super::Dialect;
-use super::dialect::DIALECTS;
+use super::format::{OUTPUT_FORMATS, OutputFormat};
 use minijinja::value::Serde;
 use minijinja::{Environment, ErrorKind, UndefinedBehavior};
 use serde::Serialize;
@@ -39,7 +38,7 @@ const HOLE: &str = "\u{1}";
 
 /// What a template is filled with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Context {
+pub(super) struct TemplateContext {
     pub(super) name: String,
     pub(super) facts: Vec<String>,
     /// Program number, four digits.
@@ -48,7 +47,7 @@ pub(super) struct Context {
     pub(super) spindle: Option<String>,
     pub(super) coolant: bool,
     pub(super) cutter: Option<String>,
-    pub(super) offset: Offset,
+    pub(super) offset: OffsetWords,
     pub(super) blend: Option<String>,
     pub(super) axis_tolerance: String,
     pub(super) retract: Option<String>,
@@ -56,11 +55,11 @@ pub(super) struct Context {
     pub(super) numbers: u32,
     pub(super) tcp_on: Option<String>,
     pub(super) tcp_off: Option<String>,
-    pub(super) first: First,
+    pub(super) first: StartWords,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Offset {
+pub(super) struct OffsetWords {
     pub(super) x: String,
     pub(super) y: String,
     pub(super) z: String,
@@ -68,7 +67,7 @@ pub(super) struct Offset {
 
 /// Words of the starting position.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(super) struct First {
+pub(super) struct StartWords {
     pub(super) rotary: String,
     /// X Y Z with TCP, and without.
     pub(super) tip: String,
@@ -77,9 +76,9 @@ pub(super) struct First {
 }
 
 #[derive(Serialize)]
-struct Filled<'a> {
+struct FilledContext<'a> {
     #[serde(flatten)]
-    context: &'a Context,
+    context: &'a TemplateContext,
     strings: &'a std::collections::BTreeMap<String, String>,
     text: &'static str,
     number: &'static str,
@@ -87,7 +86,7 @@ struct Filled<'a> {
 
 /// A filled template.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Frame {
+pub(super) struct TemplateFrame {
     pub(super) start: String,
     /// From one tool to the next; `None` where a shop's template has no such block.
     pub(super) toolchange: Option<String>,
@@ -103,7 +102,7 @@ impl Template {
     /// # Errors
     ///
     /// [`TemplateError`].
-    pub fn of(dialect: Dialect) -> Result<Self, TemplateError> {
+    pub fn of(dialect: OutputFormat) -> Result<Self, TemplateError> {
         Self::new(dialect.template())
     }
 
@@ -115,7 +114,7 @@ impl Template {
     pub fn new(text: &str) -> Result<Self, TemplateError> {
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
-        for (name, dialect) in DIALECTS {
+        for (name, dialect) in OUTPUT_FORMATS {
             environment.add_template(name, dialect.template())?;
         }
         environment.add_template_owned(OWN, text.to_owned())?;
@@ -125,10 +124,10 @@ impl Template {
     /// Fills it; `strings` are those of the machine file.
     pub(super) fn fill(
         &self,
-        context: &Context,
+        context: &TemplateContext,
         strings: &std::collections::BTreeMap<String, String>,
-    ) -> Result<Frame, TemplateError> {
-        let filled = Filled { context, strings, text: HOLE, number: HOLE };
+    ) -> Result<TemplateFrame, TemplateError> {
+        let filled = FilledContext { context, strings, text: HOLE, number: HOLE };
         let template = self.environment.get_template(OWN)?;
         let mut rendered = template.render_captured(Serde(&filled))?;
         let mut block = |name: &str| rendered.with_state_mut(|state| state.render_block(name));
@@ -143,7 +142,7 @@ impl Template {
             None => [text, String::new()],
         };
         let comment = halves(block("comment")?);
-        Ok(Frame { start, toolchange, end, comment, number: halves(block("number")?) })
+        Ok(TemplateFrame { start, toolchange, end, comment, number: halves(block("number")?) })
     }
 }
 
@@ -152,9 +151,9 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    pub(super) fn context() -> Context {
+    pub(super) fn context() -> TemplateContext {
         let none = || None;
-        Context {
+        TemplateContext {
             name: "demo".into(),
             facts: vec!["one".into()],
             program: "0001".into(),
@@ -162,7 +161,7 @@ mod tests {
             spindle: Some("8000".into()),
             coolant: false,
             cutter: none(),
-            offset: Offset { x: "1".into(), y: "2".into(), z: "3".into() },
+            offset: OffsetWords { x: "1".into(), y: "2".into(), z: "3".into() },
             blend: Some("0.01".into()),
             axis_tolerance: "0.05".into(),
             retract: none(),
@@ -170,13 +169,13 @@ mod tests {
             numbers: 0,
             tcp_on: none(),
             tcp_off: none(),
-            first: First { rotary: "A15. C30.".into(), ..First::default() },
+            first: StartWords { rotary: "A15. C30.".into(), ..StartWords::default() },
         }
     }
 
     #[test]
     fn every_template_that_comes_can_be_filled() {
-        for (name, dialect) in DIALECTS {
+        for (name, dialect) in OUTPUT_FORMATS {
             let frame = Template::of(dialect).unwrap().fill(&context(), &BTreeMap::new()).unwrap();
             assert!(!frame.start.is_empty() && !frame.end.is_empty(), "{name}");
             assert!(frame.toolchange.is_some_and(|text| text.contains('1')), "{name}");

@@ -1,8 +1,10 @@
 //! All blocks of a plan as one program.
 
-use super::program::{BlockPace, ProgramWriter, Style};
+use super::error::WriteError;
+use super::note::Note;
+use super::program::{BlockPace, ProgramWriter};
+use super::style::Style;
 use super::template::Template;
-use super::{Note, WriteError};
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{Block, Motion};
 
@@ -26,7 +28,7 @@ pub fn program(
     let mut writer = ProgramWriter::new(out, kinematics, (note, style, template), start)?;
     let mut ends = vec![out.len()];
     let mut remarks = note.remarks.iter().peekable();
-    let mut passes = Passes::default();
+    let mut passes = PassComments::default();
     for (index, block) in rest.iter().enumerate() {
         while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
             writer.comment(out, &remark.text);
@@ -52,13 +54,13 @@ pub fn pace(before: &Block, block: &Block) -> BlockPace {
 
 /// Counts passes; one that a remark parts goes on.
 #[derive(Debug, Default)]
-struct Passes {
+struct PassComments {
     motion: Option<Motion>,
     count: u32,
     interrupted: bool,
 }
 
-impl Passes {
+impl PassComments {
     fn interrupt(&mut self) {
         self.interrupted = self.motion == Some(Motion::Cut);
     }

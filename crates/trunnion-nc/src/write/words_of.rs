@@ -1,10 +1,10 @@
 //! A place as the words of a program say it.
 
-use super::Dialect;
 use super::apt;
 use super::error_bound::Coordinates;
-use super::number::Fixed;
-use super::program::Style;
+use super::format::OutputFormat;
+use super::number::FixedNumber;
+use super::style::Style;
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::Vector3;
@@ -15,9 +15,9 @@ const VECTOR_DECIMALS: u8 = 7;
 /// Tip and tool of a place, each word rounded: what a control knows of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaceWords {
-    tip: [Fixed; 3],
+    tip: [FixedNumber; 3],
     /// Rotary words, or components of the tool vector.
-    tool: [Fixed; 3],
+    tool: [FixedNumber; 3],
     /// It is rotary words.
     rotaries: bool,
 }
@@ -36,7 +36,7 @@ impl PlaceWords {
         let [x, y, z, first, second] = &style.axes.0;
         let [i, j, k]: [f64; 3] = tip(kinematics, dialect, pose).into();
         let tip = [(x, i), (y, j), (z, k)];
-        let rotaries = !dialect.is_vector() && dialect != Dialect::Apt;
+        let rotaries = !dialect.is_vector() && dialect != OutputFormat::Apt;
         let tool = if rotaries {
             let word = |of: usize| {
                 [first, second]
@@ -50,8 +50,8 @@ impl PlaceWords {
             let [i, j, k]: [f64; 3] = vector(kinematics, dialect, pose).into();
             [i, j, k].map(|of| (of, decimals))
         };
-        let [x, y, z] = tip.map(|(word, of)| Fixed::nearest(word.written(of), word.decimals));
-        let [i, j, k] = tool.map(|(of, decimals)| Fixed::nearest(of, decimals));
+        let [x, y, z] = tip.map(|(word, of)| FixedNumber::nearest(word.written(of), word.decimals));
+        let [i, j, k] = tool.map(|(of, decimals)| FixedNumber::nearest(of, decimals));
         Some(Self { tip: [x?, y?, z?], tool: [i?, j?, k?], rotaries })
     }
 
@@ -66,28 +66,32 @@ impl PlaceWords {
     }
 }
 
-fn norm(from: &[Fixed; 3], to: &[Fixed; 3]) -> f64 {
+fn norm(from: &[FixedNumber; 3], to: &[FixedNumber; 3]) -> f64 {
     let by = |k: usize| to[k].value() - from[k].value();
     Vector3::new(by(0), by(1), by(2)).norm()
 }
 
 /// The tip as X Y Z tell it: in the table frame, in a CL file in the workpiece frame \[mm\].
-pub(super) fn tip(kinematics: &Kinematics, dialect: Dialect, pose: &ToolPose) -> Vector3<f64> {
+pub(super) fn tip(kinematics: &Kinematics, dialect: OutputFormat, pose: &ToolPose) -> Vector3<f64> {
     match dialect {
-        Dialect::Apt => pose.tip.coords,
+        OutputFormat::Apt => pose.tip.coords,
         _ => kinematics.setup().rotation * pose.tip.coords,
     }
 }
 
 /// The tool vector, in the same frames.
-pub(super) fn vector(kinematics: &Kinematics, dialect: Dialect, pose: &ToolPose) -> Vector3<f64> {
+pub(super) fn vector(
+    kinematics: &Kinematics,
+    dialect: OutputFormat,
+    pose: &ToolPose,
+) -> Vector3<f64> {
     match dialect {
-        Dialect::Apt => pose.axis.into_inner(),
+        OutputFormat::Apt => pose.axis.into_inner(),
         _ => kinematics.setup().rotation * pose.axis.into_inner(),
     }
 }
 
 /// Decimals of its components.
-pub(super) fn vector_decimals(dialect: Dialect) -> u8 {
-    if dialect == Dialect::Apt { apt::AXIS_DECIMALS } else { VECTOR_DECIMALS }
+pub(super) fn vector_decimals(dialect: OutputFormat) -> u8 {
+    if dialect == OutputFormat::Apt { apt::AXIS_DECIMALS } else { VECTOR_DECIMALS }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::fmt::Write as _;
 use std::path::Path;
 use trunnion_nc::read::{
-    self, ClFile, ClItem, ClMotion, ClReader, ClRecord, ClTally, ClWay, cl_records,
+    self, ClFile, ClItem, ClMotion, ClPath, ClReader, ClRecord, ClTally, cl_records,
 };
 
 /// Who writes.
@@ -249,11 +249,11 @@ fn joined(file: &ClFile) -> Vec<(ClRecord, f64)> {
     let mut all: Vec<(ClRecord, f64)> = Vec::new();
     for record in &file.records {
         let signed = match record.way {
-            ClWay::Arc(arc) => arc.sweep * arc.normal.z.signum(),
+            ClPath::Arc(arc) => arc.sweep * arc.normal.z.signum(),
             _ => 0.0,
         };
         match (all.last_mut(), record.way) {
-            (Some((last, turn)), ClWay::Arc(arc))
+            (Some((last, turn)), ClPath::Arc(arc))
                 if *turn != 0.0 && same_circle(last, &arc.center) =>
             {
                 *turn += signed;
@@ -266,7 +266,7 @@ fn joined(file: &ClFile) -> Vec<(ClRecord, f64)> {
 }
 
 fn same_circle(last: &ClRecord, center: &Point3<f64>) -> bool {
-    matches!(last.way, ClWay::Arc(arc) if (arc.center - center).norm() < 1e-9)
+    matches!(last.way, ClPath::Arc(arc) if (arc.center - center).norm() < 1e-9)
 }
 
 proptest! {
@@ -463,15 +463,15 @@ fn cycles_are_holes() {
             "RAPID\nGOTO/0,0,50\n{cycle}\nGOTO/7,0,0\nGOTO/9,0,0\nCYCLE/OFF\nRAPID\nGOTO/0,0,50\nFINI\n"
         );
         let file = read::cl(&text, 5).unwrap();
-        let ClWay::Hole(hole) = file.records[1].way else {
+        let ClPath::Hole(hole) = file.records[1].way else {
             panic!("{cycle}: {:?}", file.records[1])
         };
         let heights = Vector3::new(hole.clear, hole.depth, hole.retract);
         assert_eq!(heights, Vector3::new(3.0, 5.0, 10.0), "{cycle}");
         assert_eq!(hole.steps, Some([2.0, 1.0]), "{cycle}");
         assert_eq!(file.records[1].motion, ClMotion::Feed(5.0));
-        assert!(matches!(file.records[2].way, ClWay::Hole(_)));
-        assert_eq!(file.records[3].way, ClWay::Straight);
+        assert!(matches!(file.records[2].way, ClPath::Hole(_)));
+        assert_eq!(file.records[3].way, ClPath::Straight);
     }
     let fault = read::cl("CYCLE/DRILL,RAPTO,3\nFINI\n", 5).unwrap_err();
     assert!(fault[0].message.contains("no depth"));

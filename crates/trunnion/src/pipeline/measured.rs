@@ -7,8 +7,8 @@ use super::program_format::ProgramFormat;
 use super::solids::Solids;
 use crate::blocks::BlockInterpolation;
 use crate::nc::read::{self, AxisWords, Step, Turning};
-use crate::nc::write::Dialect;
-use crate::post::{MOST_FAULTS, control_of, reader_of};
+use crate::nc::write::OutputFormat;
+use crate::post::{MOST_FAULTS, control_of};
 use crate::surface::{Face, FaceIndex};
 use crate::types::{Progress, UncutRegion};
 use crate::verify::{
@@ -17,8 +17,8 @@ use crate::verify::{
 
 /// Returns true if every block has its time. Where F is a tip feed the control plans its own speeds, and only the
 /// geometry is checked.
-pub(super) fn is_timed(dialect: Dialect) -> bool {
-    matches!(dialect, Dialect::LinuxCnc | Dialect::G93)
+pub(super) fn is_timed(dialect: OutputFormat) -> bool {
+    matches!(dialect, OutputFormat::LinuxCnc | OutputFormat::G93)
 }
 
 /// Checks a program of a job as `trunnion check` does: faces that are cut and those that are not, stock and fixtures.
@@ -29,7 +29,7 @@ pub(super) fn run(
     progress: &dyn Progress,
 ) -> Result<InspectionReport, PipelineError> {
     let &WrittenProgram { form, text, axes } = program;
-    let options = read::ReadOptions::new(reader_of(form.dialect), axes, MOST_FAULTS);
+    let options = read::ReadOptions::new(form.dialect.dialect(), axes, MOST_FAULTS);
     let failed = |faults| PipelineError::ReadBack { file: form.file, faults };
     let mut program = read::read(text, &options).map_err(failed)?;
     if control_of(&job.kinematics, form.dialect) == BlockInterpolation::GreatCircle {

@@ -1,11 +1,10 @@
 //! Rounding of the words, estimated before there is a path.
 
 use super::program_format::format_of;
-use crate::files::job as file;
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::nc::write::{self, AxisWords};
+use crate::nc::write::{self, AxisWords, OutputFormat};
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -19,7 +18,7 @@ const TILTS: [f64; 3] = [-0.35, 0.0, 0.35];
 pub(super) fn expected_rounding(
     kinematics: &Kinematics,
     faces: &[FaceIndex],
-    dialects: &[file::Dialect],
+    dialects: &[OutputFormat],
     lever: f64,
 ) -> f64 {
     let (Ok(inverse), Ok(words)) =
@@ -30,7 +29,7 @@ pub(super) fn expected_rounding(
     let home = kinematics.machine().home();
     let of = |pose: ToolPose| {
         let q = inverse.near(&pose, &home).ok()?;
-        let bound = |&dialect: &file::Dialect| {
+        let bound = |&dialect: &OutputFormat| {
             write::rounding(kinematics, &q, &words, format_of(dialect).dialect.coordinates(), lever)
         };
         dialects.iter().map(bound).reduce(f64::max)

@@ -43,7 +43,7 @@ mod subdivision;
 mod timing;
 
 pub use constants::MOST_FAULTS;
-pub use control::{control_of, reader_of};
+pub use control::control_of;
 pub use error::{PostError, PostRemedy, ReadBackError};
 pub use options::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, ProgramHead,

@@ -15,7 +15,7 @@ use super::subdivision::Subdivider;
 use super::timing::{AxisLoad, PointTimer, TimedPoint};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::nc::write::{Dialect, ProgramWriter, Style};
+use crate::nc::write::{OutputFormat, ProgramWriter, Style};
 use crate::types::AxisVector;
 use std::collections::VecDeque;
 
@@ -366,7 +366,7 @@ fn chooses(
     style: &Style,
 ) -> Result<Option<Inverse>, PostError> {
     let own = matches!(source, PostSource::Program(of) if **of == *kinematics);
-    let vectors = style.dialect.is_vector() || style.dialect == Dialect::Apt;
+    let vectors = style.dialect.is_vector() || style.dialect == OutputFormat::Apt;
     if own || vectors {
         return Ok(None);
     }

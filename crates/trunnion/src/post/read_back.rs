@@ -2,14 +2,13 @@
 
 use super::axis_point::AxesPose;
 use super::constants::MOST_FAULTS;
-use super::control::reader_of;
 use super::error::ReadBackError;
 use super::options::{PostMove, PostPace};
 use super::replay::ProgramMoves;
 use crate::machine::Kinematics;
 use crate::math::angle::angle_between;
 use crate::nc::read::{self, ClItem, ClMotion, ClReader, LineReader, ReadOptions};
-use crate::nc::write::{self, BlockPace, Dialect, Style, rounding};
+use crate::nc::write::{self, BlockPace, OutputFormat, Style, rounding};
 use crate::types::{AxisVector, Block, Diagnostic, Diagnostics, ToolPose};
 
 /// Last digit of a feed \[mm/min or 1/min\]: feeds are rounded down by it, or up to a whole number of mm/min.
@@ -99,7 +98,7 @@ impl ReadBack {
         text: &str,
         pose: &ToolPose,
     ) -> Result<Self, ReadBackError> {
-        let dialect = reader_of(style.dialect);
+        let dialect = style.dialect.dialect();
         let language = if dialect == read::Dialect::Apt {
             ReadBackLanguage::Locations(Box::new(ClReader::new(MOST_FAULTS)))
         } else {
@@ -273,7 +272,7 @@ impl ReadBack {
     /// Compares F with the intended speed, to its last digit; in inverse time it must not be above.
     fn compare_feed(&self, read: &PostMove, pace: BlockPace) -> Result<(), ReadBackError> {
         let [seconds, length, turn] = self.waiting;
-        let is_apt = self.style.dialect == Dialect::Apt;
+        let is_apt = self.style.dialect == OutputFormat::Apt;
         let (read_feed, meant) = match (read.pace, pace) {
             (PostPace::Rapid, BlockPace::Rapid) => return Ok(()),
             (PostPace::Rapid, _) => return Err(self.differs("rapid instead of feed".to_owned())),

@@ -4,7 +4,7 @@
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
 use trunnion::surface::{
     ExtrusionSurface, Face, NurbsCurve, NurbsSurface, RevolutionSurface, SpaceCurve, Surface,
     TrimCurve, TrimLoop,
@@ -101,7 +101,7 @@ fn rows_of(face: &Face, deeper: f64, pose: fn(&Face, [f64; 2], [f64; 2]) -> Tool
                 line,
                 pose,
                 motion: ClMotion::Feed(10.0),
-                way: ClWay::Straight,
+                way: ClPath::Straight,
             });
         }
     }

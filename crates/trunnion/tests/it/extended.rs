@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use std::ops::{Add, Div, Mul, Sub};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CheckOptions};
@@ -225,7 +225,7 @@ proptest! {
     #[test]
     fn heights_are_known_to_a_tenth_of_a_micrometre(cutter in any_cutter(), path in any_path()) {
         let record = |(line, &pose)| {
-            ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+            ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
         };
         let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
         let faces = [plane()];

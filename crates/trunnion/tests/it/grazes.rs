@@ -9,7 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
@@ -29,7 +29,7 @@ type Step = (ToolPose, bool);
 fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> StockReport {
     let record = |(line, &(pose, rapid)): (u32, &Step)| {
         let motion = if rapid { ClMotion::Rapid } else { ClMotion::Feed(10.0) };
-        ClRecord { line, pose, motion, way: ClWay::Straight }
+        ClRecord { line, pose, motion, way: ClPath::Straight }
     };
     let file = ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() };
     let input = CheckInput::locations(&file, cutter);

@@ -13,7 +13,7 @@ use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords};
-use trunnion::nc::write::Dialect;
+use trunnion::nc::write::OutputFormat;
 use trunnion::types::{AxisVector, Block, Motion};
 
 /// What is told may differ from the largest velocity by this share of that of lever and tip, or of both rotaries, together.
@@ -53,7 +53,7 @@ fn sampled(
 /// A block from one place to another \[mm, rad\], and what is told of it, whose rotaries are told to within `rounding`.
 fn compare(
     kinematics: &Kinematics,
-    (dialect, language, control): (Dialect, read::Dialect, BlockInterpolation),
+    (dialect, language, control): (OutputFormat, read::Dialect, BlockInterpolation),
     [from, to]: [AxisVector; 2],
     (seconds, rounding): (f64, f64),
 ) {
@@ -102,7 +102,7 @@ fn the_largest_velocity_inside_a_block_is_told() {
             let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };
             let to = from + AxisVector::from_fn(|axis, _| by(axis) * random.within(-1.0, 1.0));
             let way =
-                (Dialect::LinuxCnc, read::Dialect::LinuxCnc, BlockInterpolation::RotaryLinear);
+                (OutputFormat::LinuxCnc, read::Dialect::LinuxCnc, BlockInterpolation::RotaryLinear);
             compare(&kinematics, way, [from, to], (random.within(0.1, 10.0), 0.0));
         }
     }
@@ -122,7 +122,7 @@ fn so_it_is_between_vectors() {
         let from = home + AxisVector::from([10.0, 20.0, 30.0, random.within(-0.5, 0.5), near]);
         let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };
         let to = from + AxisVector::from_fn(|axis, _| by(axis) * random.within(0.0, 1.0));
-        let way = (Dialect::FanucVector, read::Dialect::Fanuc, BlockInterpolation::GreatCircle);
+        let way = (OutputFormat::FanucVector, read::Dialect::Fanuc, BlockInterpolation::GreatCircle);
         // Half of the last of seven decimals, three times; so near to the axis it turns C by more.
         let rounding = 0.5e-7 * 3_f64.sqrt() / f64::sin(near);
         compare(&kinematics, way, [from, to], (random.within(0.1, 10.0), rounding));

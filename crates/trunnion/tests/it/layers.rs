@@ -21,7 +21,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("blocks", &["machine", "math", "types"]),
     ("nc", &["machine", "math", "types"]),
     ("import", &["surface", "math", "types"]),
-    ("files", &["machine", "types"]),
+    ("files", &["machine", "nc", "types"]),
     ("post", &["inverse", "machine", "feed", "toolpath", "blocks", "nc", "math", "types"]),
     ("verify", &["surface", "cutter", "machine", "nc", "math", "types"]),
 ];

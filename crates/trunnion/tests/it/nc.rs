@@ -14,7 +14,7 @@ use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, Re
 use trunnion::nc::write::{self, AxisWords, Coordinates, Note, Style, ToolNote, WriteError};
 use trunnion::types::{AxisVector, Block, Diagnostics, Leg, Motion, Station, ToolPose};
 
-const LINUXCNC: write::Dialect = write::Dialect::LinuxCnc;
+const LINUXCNC: write::OutputFormat = write::OutputFormat::LinuxCnc;
 
 fn words(layout: Layout, reversed: bool) -> AxisWords {
     AxisWords::of(&shop::machine(layout), reversed).unwrap()
@@ -184,7 +184,7 @@ fn blocks_that_no_program_can_say_are_refused() {
     let kinematics = shop::kinematics(Layout::TableTable);
     let q = AxisVector::zeros();
     let moved = AxisVector::repeat(0.1);
-    let style = posted::style(write::Dialect::G93, words(Layout::TableTable, false));
+    let style = posted::style(write::OutputFormat::G93, words(Layout::TableTable, false));
     let write = |blocks: &[Block]| posted::text(&kinematics, blocks, (&note(&[]), &style));
     assert_eq!(write(&[]), Err(WriteError::Empty));
     let still = [block(&kinematics, q, 0.0), block(&kinematics, moved, 0.0)];

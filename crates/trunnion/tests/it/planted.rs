@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{
     Face, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
@@ -269,7 +269,7 @@ fn a_holder_grazing_by_five_micrometres() {
         let record = |k: u32| {
             let x = if k == 7 { -nearer } else { 0.0 };
             let pose = ToolPose::new([x, f64::from(k) - 6.0, 0.0], [0.0, 0.0, 1.0]).unwrap();
-            ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+            ClRecord { line: k, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
         };
         let file = ClFile { records: (1..12).map(record).collect(), ..ClFile::default() };
         let (faces, cutter) = (std::slice::from_ref(&face), &job.cutter);

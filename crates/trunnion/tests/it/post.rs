@@ -12,7 +12,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
 use trunnion::nc::read::{self, Frame, Move, Pace, ReadOptions, Step};
 use trunnion::nc::write::{
-    AxisWords, DIALECTS, Dialect, Note, Style, Template, ToolNote, work_offset,
+    AxisWords, OUTPUT_FORMATS, OutputFormat, Note, Style, Template, ToolNote, work_offset,
 };
 use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
@@ -53,7 +53,7 @@ fn options(control: BlockInterpolation) -> PostOptions {
 fn posted(
     kinematics: &Kinematics,
     source: PostSource,
-    dialect: Dialect,
+    dialect: OutputFormat,
     moves: &[PostMove],
 ) -> (String, PostReport) {
     let options = options(control_of(kinematics, dialect));
@@ -64,13 +64,13 @@ fn posted(
 fn posted_with(
     kinematics: &Kinematics,
     source: PostSource,
-    (dialect, template): (Dialect, &Template),
+    (dialect, template): (OutputFormat, &Template),
     moves: &[PostMove],
     options: &PostOptions,
 ) -> Result<(String, PostReport), PostError> {
     let axes = AxisWords::of(kinematics.machine(), false).unwrap();
     let style = Style {
-        inverse_time: dialect == Dialect::LinuxCnc || dialect == Dialect::G93,
+        inverse_time: dialect == OutputFormat::LinuxCnc || dialect == OutputFormat::G93,
         ..Style::of(kinematics, dialect, axes)
     };
     let mut poster = Poster::new(kinematics, source, options, &style).unwrap();
@@ -125,7 +125,7 @@ struct Ran {
 }
 
 /// Follows the words; what a control does with them, written anew for this test.
-fn run(kinematics: &Kinematics, dialect: Dialect, moves: &[Move]) -> Vec<Ran> {
+fn run(kinematics: &Kinematics, dialect: OutputFormat, moves: &[Move]) -> Vec<Ran> {
     let offset = work_offset(kinematics).unwrap();
     let length = kinematics.setup().tool_length;
     let back = kinematics.setup().rotation.inverse();
@@ -171,14 +171,14 @@ fn run(kinematics: &Kinematics, dialect: Dialect, moves: &[Move]) -> Vec<Ran> {
     ran
 }
 
-fn reader(dialect: Dialect) -> Option<read::Dialect> {
+fn reader(dialect: OutputFormat) -> Option<read::Dialect> {
     Some(match dialect {
-        Dialect::LinuxCnc | Dialect::G93 => read::Dialect::LinuxCnc,
-        Dialect::Fanuc | Dialect::FanucVector => read::Dialect::Fanuc,
-        Dialect::Haas => read::Dialect::Haas,
-        Dialect::Siemens | Dialect::SiemensAxes => read::Dialect::Siemens,
-        Dialect::Heidenhain | Dialect::HeidenhainAxes => read::Dialect::Heidenhain,
-        Dialect::Apt => return None,
+        OutputFormat::LinuxCnc | OutputFormat::G93 => read::Dialect::LinuxCnc,
+        OutputFormat::Fanuc | OutputFormat::FanucVector => read::Dialect::Fanuc,
+        OutputFormat::Haas => read::Dialect::Haas,
+        OutputFormat::Siemens | OutputFormat::SiemensAxes => read::Dialect::Siemens,
+        OutputFormat::Heidenhain | OutputFormat::HeidenhainAxes => read::Dialect::Heidenhain,
+        OutputFormat::Apt => return None,
     })
 }
 
@@ -191,7 +191,7 @@ fn off(pose: &ToolPose, [from, to]: [&ToolPose; 2]) -> [f64; 2] {
 }
 
 /// Blocks of a program against the moves it was posted from.
-fn compare(kinematics: &Kinematics, dialect: Dialect, ran: &[Ran], moves: &[PostMove], name: &str) {
+fn compare(kinematics: &Kinematics, dialect: OutputFormat, ran: &[Ran], moves: &[PostMove], name: &str) {
     let control = control_of(kinematics, dialect);
     // Words of the starting position come one by one: what counts is where the first block starts.
     let start = ran.iter().position(|one| (one.pose.tip - moves[0].pose.tip).norm() < ROUNDING);
@@ -274,8 +274,8 @@ fn moves_of(steps: &[Step]) -> Vec<Move> {
 }
 
 /// Whether a dialect can be read back.
-fn is_read(dialect: Dialect) -> bool {
-    dialect != Dialect::Apt
+fn is_read(dialect: OutputFormat) -> bool {
+    dialect != OutputFormat::Apt
 }
 
 #[test]
@@ -287,7 +287,7 @@ fn programs_read_back_are_the_moves_they_were_posted_from() {
         let rotation = [0.0, 0.0, random.within(-1.0, 1.0)];
         let kinematics = Kinematics::new(&machine, &Setup::new(origin, rotation, 120.0));
         let moves = path(&kinematics, &mut random, 40);
-        for (format, dialect) in DIALECTS.into_iter().filter(|(_, dialect)| is_read(*dialect)) {
+        for (format, dialect) in OUTPUT_FORMATS.into_iter().filter(|(_, dialect)| is_read(*dialect)) {
             let name = format!("{built_in}, {format}");
             let (text, report) = posted(&kinematics, PostSource::Locations, dialect, &moves);
             let axes = AxisWords::of(&machine, false).unwrap();
@@ -332,7 +332,7 @@ fn a_helix_beyond_the_travel_of_a_rotary_goes_round_off_the_part() {
     let setup = Setup::new(Vector3::new(1500.0, 700.0, -800.0), [0.0; 3], 100.0);
     let kinematics = Kinematics::new(&machine, &setup);
     let axes = AxisWords::of(&machine, false).unwrap();
-    for dialect in [Dialect::Fanuc, Dialect::G93] {
+    for dialect in [OutputFormat::Fanuc, OutputFormat::G93] {
         let template = Template::of(dialect).unwrap();
         let plain = options(control_of(&kinematics, dialect));
         let post = |moves: &[PostMove], unwind| {
@@ -373,12 +373,12 @@ fn a_template_that_says_something_else_is_found_by_reading_back() {
     let machine = parse(BUILT_IN[0].1).unwrap().machine;
     let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 100.0));
     let moves = path(&kinematics, &mut Random(dice::seed()), 20);
-    let plain = options(control_of(&kinematics, Dialect::G93));
+    let plain = options(control_of(&kinematics, OutputFormat::G93));
     let post = |start: &str| {
         let text =
             format!("{{% extends \"g93\" %}}\n{{% block start %}}\n{start}\n{{% endblock %}}\n");
         let template = Template::new(&text).unwrap();
-        let to = (Dialect::G93, &template);
+        let to = (OutputFormat::G93, &template);
         posted_with(&kinematics, PostSource::Locations, to, &moves, &plain)
     };
     let good =
@@ -406,7 +406,7 @@ fn a_cl_file_posted_as_one_says_the_same_locations() {
     let machine = parse(BUILT_IN[0].1).unwrap().machine;
     let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 100.0));
     let moves = path(&kinematics, &mut random, 40);
-    let (text, _) = posted(&kinematics, PostSource::Locations, Dialect::Apt, &moves);
+    let (text, _) = posted(&kinematics, PostSource::Locations, OutputFormat::Apt, &moves);
     let file = read::cl(&text, 5).unwrap();
     assert_eq!(file.records.len(), moves.len());
     for (record, one) in file.records.iter().zip(&moves) {

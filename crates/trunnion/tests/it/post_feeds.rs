@@ -9,7 +9,7 @@ use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::AxisWords;
-use trunnion::nc::write::{Dialect, Style, Template};
+use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
     ProgramHead,
@@ -18,7 +18,7 @@ use trunnion::types::ToolPose;
 
 /// A rapid move to the first place, and moves with feed to the others, tool upright.
 fn post(
-    dialect: Dialect,
+    dialect: OutputFormat,
     (method, window): (PostMethod, usize),
     (places, feed): (&[[f64; 2]], f64),
 ) -> (String, PostReport) {
@@ -63,7 +63,7 @@ fn blocks_in_line_are_one_ramp_up_and_one_down_whatever_the_window() {
     let (feed, a) = (50.0, acceleration());
     let wanted = 100.0 / feed + feed / a;
     for window in [4, 16, 4096] {
-        let (_, report) = post(Dialect::LinuxCnc, (PostMethod::Blocks, window), (&line, feed));
+        let (_, report) = post(OutputFormat::LinuxCnc, (PostMethod::Blocks, window), (&line, feed));
         assert!((report.seconds[1] - wanted).abs() < 1e-9, "{window}: {report:?}");
         assert!((report.seconds[0] - 2.0).abs() < 1e-9);
     }
@@ -78,14 +78,14 @@ fn blocks_pass_a_corner_at_what_an_axis_changes_in_a_servo_period() {
     // Up to the feed from rest, and down to the speed of the corner; the same backwards.
     let [up, down] = [feed * feed, feed * feed - slow * slow].map(|square| square / (2.0 * a));
     let leg = feed / a + (feed - slow) / a + (10.0 - up - down) / feed;
-    let (_, report) = post(Dialect::LinuxCnc, (PostMethod::Blocks, 64), (&corner, feed));
+    let (_, report) = post(OutputFormat::LinuxCnc, (PostMethod::Blocks, 64), (&corner, feed));
     assert!((report.seconds[1] - 2.0 * leg).abs() < 1e-9, "{} {leg}", report.seconds[1]);
 }
 
 #[test]
 fn programmed_feeds_stay_as_they_are() {
     let zigzag: Vec<[f64; 2]> = (0..=50).map(|k| [f64::from(k), f64::from(k % 2)]).collect();
-    let (text, report) = post(Dialect::Fanuc, (PostMethod::Programmed, 64), (&zigzag, 100.0));
+    let (text, report) = post(OutputFormat::Fanuc, (PostMethod::Programmed, 64), (&zigzag, 100.0));
     assert!((report.seconds[1] - report.seconds[0]).abs() < 1e-9);
     let feeds: Vec<&str> = text
         .split_whitespace()
@@ -107,7 +107,7 @@ fn blocks_quicker_than_inverse_time_can_say_are_planned_as_they_are_written() {
     }
     let a = acceleration();
     for method in [PostMethod::Optimal, PostMethod::Jerk, PostMethod::Blocks] {
-        let (text, report) = post(Dialect::G93, (method, 4096), (&line, 100.0));
+        let (text, report) = post(OutputFormat::G93, (method, 4096), (&line, 100.0));
         let words = text.split_whitespace().filter_map(|word| word.strip_prefix('F'));
         let times: Vec<f64> = words.map(|word| 60.0 / word.parse::<f64>().unwrap()).collect();
         assert_eq!(times.len(), steps.len(), "{text}");

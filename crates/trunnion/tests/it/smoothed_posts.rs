@@ -12,7 +12,7 @@ use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
-use trunnion::nc::write::{Dialect, Style, Template};
+use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
     ProgramHead, ProgramMoves, control_of,
@@ -120,10 +120,10 @@ fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
         let moves = moves(&kinematics, &mut random);
         let axes = AxisWords::of(&machine, false).unwrap();
         let dialects = [
-            (Dialect::LinuxCnc, read::Dialect::LinuxCnc),
-            (Dialect::G93, read::Dialect::LinuxCnc),
-            (Dialect::Haas, read::Dialect::Haas),
-            (Dialect::Siemens, read::Dialect::Siemens),
+            (OutputFormat::LinuxCnc, read::Dialect::LinuxCnc),
+            (OutputFormat::G93, read::Dialect::LinuxCnc),
+            (OutputFormat::Haas, read::Dialect::Haas),
+            (OutputFormat::Siemens, read::Dialect::Siemens),
         ];
         for (dialect, language) in dialects {
             let style = Style::of(&kinematics, dialect, axes);

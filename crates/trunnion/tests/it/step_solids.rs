@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::import::ImportError;
 use trunnion::import::step::StepReader;
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
 use trunnion::types::{Mesh, Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, ClearanceOptions, Fixture, Solid, Stock};
 
@@ -145,7 +145,7 @@ fn a_solid_is_a_fixture() {
             line,
             pose: pose(z),
             motion: ClMotion::Feed(10.0),
-            way: ClWay::Straight,
+            way: ClPath::Straight,
         };
         let records = (1..).zip([30.0, above]).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
-    self, AxisWords, ClFile, ClMotion, ClRecord, ClWay, Dialect, ReadOptions,
+    self, AxisWords, ClFile, ClMotion, ClRecord, ClPath, Dialect, ReadOptions,
 };
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
@@ -29,7 +29,7 @@ fn pose(tip: [f64; 3], axis: [f64; 3]) -> ToolPose {
 fn file(moves: &[(ToolPose, bool)]) -> ClFile {
     let record = |(line, &(pose, rapid)): (u32, &(ToolPose, bool))| {
         let motion = if rapid { ClMotion::Rapid } else { ClMotion::Feed(10.0) };
-        ClRecord { line, pose, motion, way: ClWay::Straight }
+        ClRecord { line, pose, motion, way: ClPath::Straight }
     };
     ClFile { records: (1..).zip(moves).map(record).collect(), ..ClFile::default() }
 }

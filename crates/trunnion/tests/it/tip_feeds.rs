@@ -14,7 +14,7 @@ use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Axis, Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords};
-use trunnion::nc::write::{Dialect, Style, Template};
+use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
     Poster, ProgramHead, control_of,
@@ -24,11 +24,11 @@ use trunnion::verify::{self, Audit, Ratio};
 
 /// Dialects whose F is a speed of the tip, by what reads them. (Of tool vectors the rotaries are reckoned back, from words
 /// that no axis has.)
-const TIP_FEEDS: [(Dialect, read::Dialect); 4] = [
-    (Dialect::Fanuc, read::Dialect::Fanuc),
-    (Dialect::Haas, read::Dialect::Haas),
-    (Dialect::SiemensAxes, read::Dialect::Siemens),
-    (Dialect::HeidenhainAxes, read::Dialect::Heidenhain),
+const TIP_FEEDS: [(OutputFormat, read::Dialect); 4] = [
+    (OutputFormat::Fanuc, read::Dialect::Fanuc),
+    (OutputFormat::Haas, read::Dialect::Haas),
+    (OutputFormat::SiemensAxes, read::Dialect::Siemens),
+    (OutputFormat::HeidenhainAxes, read::Dialect::Heidenhain),
 ];
 
 const FEED: f64 = 50.0;

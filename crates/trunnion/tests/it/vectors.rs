@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
@@ -101,7 +101,7 @@ fn check(text: &str, dialect: Dialect) -> Result<Report, VerifyError> {
 fn by_locations(poses: &[ToolPose]) -> Report {
     let record = |(line, &pose): (u32, &ToolPose)| {
         let motion = if line == 1 { ClMotion::Rapid } else { ClMotion::Feed(10.0) };
-        ClRecord { line, pose, motion, way: ClWay::Straight }
+        ClRecord { line, pose, motion, way: ClPath::Straight }
     };
     let records = (1..).zip(poses).map(record).collect();
     let file = ClFile { records, ..ClFile::default() };

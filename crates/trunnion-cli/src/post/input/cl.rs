@@ -85,7 +85,7 @@ impl<'a> Locations<'a> {
             if !self.is_wanted(tool, record.line)? {
                 return Ok(true);
             }
-            if record.way == trunnion::nc::read::ClWay::Straight {
+            if record.way == trunnion::nc::read::ClPath::Straight {
                 self.waiting.push_back(record);
             } else {
                 self.waiting.extend(record.straight(from.as_ref(), ARC_TOLERANCE));

@@ -1,21 +1,13 @@
 //! Drilling cycles.
 
-use super::reader::{ClReader, Read, no_number, shortened};
+use super::path::ClHole;
+use super::reader::{ClReader, no_number, shortened};
 use super::setting::INCH;
-use super::statement::{Statement, Word};
-use super::way::ClHole;
-
-/// A cycle that holds for the locations that follow.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Cycle {
-    pub(super) hole: ClHole,
-    /// Feed in the hole \[mm/s\]; that of `FEDRAT` if there is none.
-    pub(super) feed: Option<f64>,
-}
-
+use super::state::{ClCycle, ClResult};
+use super::statement::{ClWord, Statement};
 /// What a number in a cycle is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Role {
+enum CycleRole {
     Depth,
     Clear,
     Retract,
@@ -32,25 +24,25 @@ enum Role {
 
 /// Numbers of a cycle, in the unit of the file.
 #[derive(Debug, Default)]
-struct Numbers {
+struct CycleNumbers {
     depth: Option<f64>,
     clear: Option<f64>,
     retract: Option<f64>,
     steps: [Option<f64>; 2],
     dwell: Option<f64>,
-    feed: Option<(f64, Role)>,
+    feed: Option<(f64, CycleRole)>,
 }
 
-fn role(word: &str) -> Option<Role> {
+fn role(word: &str) -> Option<CycleRole> {
     Some(match word {
-        "DEPTH" | "FEDTO" => Role::Depth,
-        "CLEAR" | "RAPTO" => Role::Clear,
-        "RTRCTO" | "RETURN" | "RETRCT" => Role::Retract,
-        "STEP" | "INCR" | "1STPECK" | "STEP1" => Role::Step,
-        "SUBPECK" | "STEP2" => Role::Further,
-        "DWELL" => Role::Dwell,
-        "MMPM" => Role::Feed,
-        "IPM" => Role::FeedInch,
+        "DEPTH" | "FEDTO" => CycleRole::Depth,
+        "CLEAR" | "RAPTO" => CycleRole::Clear,
+        "RTRCTO" | "RETURN" | "RETRCT" => CycleRole::Retract,
+        "STEP" | "INCR" | "1STPECK" | "STEP1" => CycleRole::Step,
+        "SUBPECK" | "STEP2" => CycleRole::Further,
+        "DWELL" => CycleRole::Dwell,
+        "MMPM" => CycleRole::Feed,
+        "IPM" => CycleRole::FeedInch,
         _ => return None,
     })
 }
@@ -59,27 +51,27 @@ fn role(word: &str) -> Option<Role> {
 const RAPID_OUT: [&str; 8] =
     ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "DEEPHL"];
 
-impl Numbers {
-    fn set(&mut self, role: Role, value: f64) {
+impl CycleNumbers {
+    fn set(&mut self, role: CycleRole, value: f64) {
         match role {
-            Role::Depth => self.depth = Some(value.abs()),
-            Role::Clear => self.clear = Some(value),
-            Role::Retract => self.retract = Some(value),
-            Role::Step => self.steps[0] = Some(value.abs()),
-            Role::Further => self.steps[1] = Some(value.abs()),
-            Role::Dwell => self.dwell = Some(value),
-            Role::Feed | Role::FeedInch => self.feed = Some((value, role)),
+            CycleRole::Depth => self.depth = Some(value.abs()),
+            CycleRole::Clear => self.clear = Some(value),
+            CycleRole::Retract => self.retract = Some(value),
+            CycleRole::Step => self.steps[0] = Some(value.abs()),
+            CycleRole::Further => self.steps[1] = Some(value.abs()),
+            CycleRole::Dwell => self.dwell = Some(value),
+            CycleRole::Feed | CycleRole::FeedInch => self.feed = Some((value, role)),
             // The order of ISO 4343: depth, feed, clearance.
-            Role::Bare if self.depth.is_none() => self.depth = Some(value.abs()),
-            Role::Bare if self.clear.is_none() => self.clear = Some(value),
-            Role::Bare | Role::Other => {}
+            CycleRole::Bare if self.depth.is_none() => self.depth = Some(value.abs()),
+            CycleRole::Bare if self.clear.is_none() => self.clear = Some(value),
+            CycleRole::Bare | CycleRole::Other => {}
         }
     }
 }
 
 impl ClReader {
     /// `CYCLE/OFF` and `CYCLE/INIT` end a cycle; any other makes holes of the locations that follow.
-    pub(super) fn cycle(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn cycle(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let mut words = rest.items();
         let kind = words.next().unwrap_or(rest);
         let name = kind.text.to_ascii_uppercase();
@@ -118,37 +110,40 @@ impl ClReader {
             feed_out: !RAPID_OUT.contains(&name.as_str()),
         };
         let feed = numbers.feed.filter(|(feed, _)| *feed > 0.0).map(|(feed, unit)| {
-            let scale = if unit == Role::FeedInch { INCH } else { 1.0 };
+            let scale = if unit == CycleRole::FeedInch { INCH } else { 1.0 };
             feed * scale / 60.0
         });
-        self.state.cycle = Some(Cycle { hole, feed });
+        self.state.cycle = Some(ClCycle { hole, feed });
         Ok(())
     }
 }
 
-fn numbers<'a>(of: &Statement<'_>, words: impl Iterator<Item = Word<'a>>) -> Read<Numbers> {
-    let mut numbers = Numbers::default();
-    let mut next = Role::Bare;
+fn numbers<'a>(
+    of: &Statement<'_>,
+    words: impl Iterator<Item = ClWord<'a>>,
+) -> ClResult<CycleNumbers> {
+    let mut numbers = CycleNumbers::default();
+    let mut next = CycleRole::Bare;
     // CATIA writes the feed before its unit, between depth and clearance; others behind it.
     let mut second = false;
     for word in words {
         if let Some(value) = word.number() {
-            second = next == Role::Bare && numbers.depth.is_some() && numbers.clear.is_none();
+            second = next == CycleRole::Bare && numbers.depth.is_some() && numbers.clear.is_none();
             numbers.set(next, value);
-            next = Role::Bare;
+            next = CycleRole::Bare;
             continue;
         }
         let name = word.text.to_ascii_uppercase();
         let begins_as_number =
             name.starts_with(|c: char| c == '.' || c == '-' || c.is_ascii_digit());
         next = match role(&name) {
-            Some(unit @ (Role::Feed | Role::FeedInch)) if second => {
+            Some(unit @ (CycleRole::Feed | CycleRole::FeedInch)) if second => {
                 numbers.feed = numbers.clear.take().map(|feed| (feed, unit));
-                Role::Bare
+                CycleRole::Bare
             }
             Some(role) => role,
             None if begins_as_number => return Err(no_number(of, word)),
-            None => Role::Other,
+            None => CycleRole::Other,
         };
         second = false;
     }

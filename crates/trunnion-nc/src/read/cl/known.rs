@@ -2,7 +2,7 @@
 
 /// What a word does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Meaning {
+pub(super) enum WordMeaning {
     Goto,
     Delta,
     Curve,
@@ -46,8 +46,8 @@ const SHIFT: &str = "post the path in one coordinate system";
 const TABLE: &str = "post the path with the tool axis in every location (i, j, k)";
 
 /// Meaning of a major word in capitals.
-pub(super) fn meaning(word: &str) -> Meaning {
-    use Meaning as M;
+pub(super) fn meaning(word: &str) -> WordMeaning {
+    use WordMeaning as M;
     match word {
         "GOTO" => M::Goto,
         "GODLTA" => M::Delta,
@@ -77,8 +77,8 @@ pub(super) fn meaning(word: &str) -> Meaning {
 }
 
 /// Meaning of the words that do not move the tool, and of those that no reader can follow.
-fn other(word: &str) -> Meaning {
-    use Meaning as M;
+fn other(word: &str) -> WordMeaning {
+    use WordMeaning as M;
     match word {
         "PARTNO" | "PPRINT" | "REMARK" | "TITLES" | "LETTER" | "TOOL" | "MACHIN" | "MODE"
         | "HEAD" | "COOLNT" | "TOLER" | "INTOL" | "OUTTOL" | "SELECT" | "SELCTL" | "OFSTNO"

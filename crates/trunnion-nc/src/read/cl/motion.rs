@@ -1,9 +1,10 @@
 //! Locations and the arcs that lead to them.
 
-use super::reader::{ClReader, Read, no_number};
-use super::statement::{Numbers, Statement, Word};
-use super::way::{ClArc, ClWay};
-use super::{ClItem, ClMotion, ClRecord};
+use super::file::{ClItem, ClMotion, ClRecord};
+use super::path::{ClArc, ClPath};
+use super::reader::{ClReader, no_number};
+use super::state::{ClResult, PathShape};
+use super::statement::{ClWord, Numbers, Statement};
 use crate::types::ToolPose;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -17,16 +18,9 @@ const AXIS_SLACK: f64 = 1e-4;
 /// \[mm\], or by a thousandth of it where angles were rounded.
 const RADIUS_SLACK: [f64; 2] = [0.05, 1e-3];
 
-/// What the next location is reached on.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Shape {
-    Straight,
-    Circle(Circle),
-}
-
 /// A circle that was announced.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Circle {
+pub(super) struct AnnouncedCircle {
     center: Point3<f64>,
     normal: UnitVector3<f64>,
     radius: Option<f64>,
@@ -36,10 +30,10 @@ pub(super) struct Circle {
     turned: Option<f64>,
 }
 
-impl Shape {
+impl PathShape {
     /// A circle that holds for several locations ends with the next statement of another kind.
     pub(super) fn leave(&mut self) {
-        if let Self::Circle(Circle { turned: Some(turned), .. }) = self
+        if let Self::Circle(AnnouncedCircle { turned: Some(turned), .. }) = self
             && *turned > 0.0
         {
             *self = Self::Straight;
@@ -48,7 +42,7 @@ impl Shape {
 }
 
 impl ClReader {
-    pub(super) fn goto(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn goto(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let tip = match *numbers.as_slice() {
             [x, y, z] => Point3::new(x, y, z),
@@ -70,7 +64,7 @@ impl ClReader {
     }
 
     /// From where the tool is: by a vector, or along the tool axis.
-    pub(super) fn delta(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn delta(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let way = match *numbers.as_slice() {
             [along] => self.state.axis.scale(along),
@@ -88,7 +82,7 @@ impl ClReader {
     }
 
     /// Where the tool is; it does not move.
-    pub(super) fn from(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn from(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         if let [x, y, z, ref axis @ ..] = *numbers.as_slice() {
             if let [i, j, k] = *axis {
@@ -100,19 +94,19 @@ impl ClReader {
         Ok(())
     }
 
-    fn locate(&mut self, of: &Statement<'_>, tip: Point3<f64>) -> Read<ClItem> {
+    fn locate(&mut self, of: &Statement<'_>, tip: Point3<f64>) -> ClResult<ClItem> {
         let pose = ToolPose { tip, axis: self.state.axis };
         let way = match (self.state.cycle, self.state.shape) {
-            (Some(cycle), _) => ClWay::Hole(cycle.hole),
-            (None, Shape::Straight) => ClWay::Straight,
-            (None, Shape::Circle(circle)) => self.on(of, circle, &tip)?,
+            (Some(cycle), _) => ClPath::Hole(cycle.hole),
+            (None, PathShape::Straight) => ClPath::Straight,
+            (None, PathShape::Circle(circle)) => self.on(of, circle, &tip)?,
         };
         let feed = self.state.cycle.and_then(|cycle| cycle.feed).or(self.state.feed);
-        let rapid = self.state.rapid && !matches!(way, ClWay::Hole(_));
+        let rapid = self.state.rapid && !matches!(way, ClPath::Hole(_));
         let motion = match feed {
             _ if rapid => ClMotion::Rapid,
             Some(feed) => ClMotion::Feed(feed),
-            None if self.state.place.is_none() && way == ClWay::Straight => ClMotion::Rapid,
+            None if self.state.place.is_none() && way == ClPath::Straight => ClMotion::Rapid,
             None => {
                 let message = "a location, and no feed before it".to_owned();
                 return Err(Box::new(of.fault(0, message, "write RAPID or FEDRAT before it")));
@@ -130,7 +124,7 @@ impl ClReader {
         of: &Statement<'_>,
         at: usize,
         vector: Vector3<f64>,
-    ) -> Read<UnitVector3<f64>> {
+    ) -> ClResult<UnitVector3<f64>> {
         let length = vector.norm();
         let off = (length - 1.0).abs();
         if off > AXIS_SLIP {
@@ -146,7 +140,7 @@ impl ClReader {
     }
 
     /// Centre, axis, perhaps radius; behind these NX has the cutter, perhaps turns.
-    pub(super) fn circle(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn circle(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         if let Some(word) = rest.items().find(|word| word.is("TIMES")) {
             let message = "a helix of several turns".to_owned();
             return Err(Box::new(of.fault(word.at, message, "post it as points (linear output)")));
@@ -158,7 +152,7 @@ impl ClReader {
         };
         let normal = self.axis_of(of, rest.at, Vector3::new(i, j, k))?;
         let radius = behind.first().map(|radius| radius * self.state.scale);
-        self.state.shape = Shape::Circle(Circle {
+        self.state.shape = PathShape::Circle(AnnouncedCircle {
             center: Point3::new(x, y, z) * self.state.scale,
             normal,
             radius,
@@ -169,7 +163,7 @@ impl ClReader {
     }
 
     /// `MOVARC/centre,axis,radius,ANGLE,degrees`.
-    pub(super) fn arc(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn arc(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let mut values = [0.0; 8];
         let numbers = rest.items().filter(|word| !word.is("ANGLE"));
         let mut count = 0;
@@ -188,7 +182,7 @@ impl ClReader {
         }
         let [x, y, z, i, j, k, radius, degrees] = values;
         let normal = self.axis_of(of, rest.at, Vector3::new(i, j, k))?;
-        self.state.shape = Shape::Circle(Circle {
+        self.state.shape = PathShape::Circle(AnnouncedCircle {
             center: Point3::new(x, y, z) * self.state.scale,
             normal,
             radius: Some(radius * self.state.scale),
@@ -199,7 +193,7 @@ impl ClReader {
     }
 
     /// `INDIRV`: in which direction the curve that follows starts. `AUTOPS` has no numbers.
-    pub(super) fn direction(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn direction(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         if rest.text.trim().is_empty() || rest.text.trim() == "-" {
             return Ok(ClItem::Manner);
         }
@@ -212,7 +206,7 @@ impl ClReader {
 
     /// `TLON,GOFWD/(CIRCLE/centre,radius),ON,(LINE/from,to)`: on the circle from where the tool is, in the
     /// direction of `INDIRV`, to the end of the line.
-    pub(super) fn curve(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn curve(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let fault = |message: &str| {
             let help = "INDIRV/i,j,k, then TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z)";
             Box::new(of.fault(rest.at, message.to_owned(), help))
@@ -228,15 +222,25 @@ impl ClReader {
         let center = Point3::new(x, y, z) * scale;
         let normal = UnitVector3::try_new((place.tip - center).cross(&direction), 0.0)
             .ok_or_else(|| fault("the circle does not start in the direction of INDIRV"))?;
-        let circle =
-            Circle { center, normal, radius: Some(radius * scale), sweep: None, turned: None };
-        self.state.shape = Shape::Circle(circle);
+        let circle = AnnouncedCircle {
+            center,
+            normal,
+            radius: Some(radius * scale),
+            sweep: None,
+            turned: None,
+        };
+        self.state.shape = PathShape::Circle(circle);
         self.locate(of, Point3::new(ex, ey, ez) * scale)
     }
 
     /// The way to `tip` on a circle, or straight where a circle that holds for several has come to its end.
-    fn on(&mut self, of: &Statement<'_>, circle: Circle, tip: &Point3<f64>) -> Read<ClWay> {
-        self.state.shape = Shape::Straight;
+    fn on(
+        &mut self,
+        of: &Statement<'_>,
+        circle: AnnouncedCircle,
+        tip: &Point3<f64>,
+    ) -> ClResult<ClPath> {
+        self.state.shape = PathShape::Straight;
         let Some(place) = self.state.place else {
             let message = "an arc, and no location before it".to_owned();
             return Err(Box::new(of.fault(0, message, "write GOTO before it")));
@@ -244,7 +248,7 @@ impl ClReader {
         let turn = circle.turn(&place.tip, tip);
         let Some((sweep, normal)) = turn else {
             if circle.turned.is_some_and(|turned| turned > 0.0) {
-                return Ok(ClWay::Straight);
+                return Ok(ClPath::Straight);
             }
             let across = |point| circle.across(point).norm();
             let radius = circle.radius.unwrap_or(across(&place.tip));
@@ -259,15 +263,16 @@ impl ClReader {
             let turned = turned + sweep;
             // More than once round: a straight move that ends on the circle.
             if turned > TAU * (1.0 + RADIUS_SLACK[1]) {
-                return Ok(ClWay::Straight);
+                return Ok(ClPath::Straight);
             }
-            self.state.shape = Shape::Circle(Circle { turned: Some(turned), ..circle });
+            self.state.shape =
+                PathShape::Circle(AnnouncedCircle { turned: Some(turned), ..circle });
         }
-        Ok(ClWay::Arc(ClArc { start: place.tip, center: circle.center, normal, sweep }))
+        Ok(ClPath::Arc(ClArc { start: place.tip, center: circle.center, normal, sweep }))
     }
 }
 
-impl Circle {
+impl AnnouncedCircle {
     fn across(&self, point: &Point3<f64>) -> Vector3<f64> {
         let way = point - self.center;
         way - self.normal.scale(way.dot(&self.normal))
@@ -295,7 +300,7 @@ impl Circle {
 }
 
 /// Numbers of a geometry in a `TLON`, as many as it has, up to six.
-fn in_kind(rest: Word<'_>, kind: &str) -> Option<[f64; 6]> {
+fn in_kind(rest: ClWord<'_>, kind: &str) -> Option<[f64; 6]> {
     let mut values = [0.0; 6];
     let mut words = rest.parts().skip_while(|word| !word.is(kind)).skip(1);
     let needed = if kind == "LINE" { 6 } else { 4 };

@@ -1,12 +1,12 @@
 //! The state of a CL file from line to line.
 
-use super::ClItem;
-use super::cycle::Cycle;
-use super::known::{Meaning, meaning};
-use super::motion::Shape;
-use super::statement::{Joined, LARGEST, Line, Statement, Word, classify, single};
+use super::file::ClItem;
+use super::known::{WordMeaning, meaning};
+use super::state::{ClResult, ClState, FileEnd, PathShape};
+use super::statement::LARGEST;
+use super::statement::{ClLine, ClWord, JoinedLines, Statement, classify, single};
 use crate::types::{Diagnostic, Diagnostics, ToolPose};
-use nalgebra::{Isometry3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 /// Reads a CL file line by line; in memory at a time is one statement.
 ///
@@ -44,8 +44,8 @@ use nalgebra::{Isometry3, UnitVector3, Vector3};
 /// ```
 #[derive(Debug)]
 pub struct ClReader {
-    pub(super) state: State,
-    joined: Joined,
+    pub(super) state: ClState,
+    joined: JoinedLines,
     faults: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
     /// Words that were warned of.
@@ -54,51 +54,11 @@ pub struct ClReader {
     line: u32,
 }
 
-/// What holds for the next statement.
-#[derive(Debug)]
-pub(super) struct State {
-    pub(super) scale: f64,
-    /// Whether the file has said so.
-    pub(super) units: bool,
-    pub(super) axis: UnitVector3<f64>,
-    /// Tool axis of the frame.
-    pub(super) frame_axis: UnitVector3<f64>,
-    /// Speed \[mm/s\].
-    pub(super) feed: Option<f64>,
-    /// Spindle speed \[1/s\].
-    pub(super) spindle: Option<f64>,
-    pub(super) rapid: bool,
-    pub(super) shape: Shape,
-    /// `INDIRV`: direction in which a curve starts.
-    pub(super) direction: Option<Vector3<f64>>,
-    pub(super) cycle: Option<Cycle>,
-    /// Where the tool is.
-    pub(super) place: Option<ToolPose>,
-    pub(super) frame: Isometry3<f64>,
-    pub(super) first_frame: Option<Isometry3<f64>>,
-    pub(super) world: bool,
-    pub(super) directive: Option<String>,
-    /// In the unit of the file, which may be told after it.
-    pub(super) cutter: Option<[f64; 2]>,
-    pub(super) tool: Option<u32>,
-    end: Option<End>,
-}
-
-/// How the file ends, up to now.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum End {
-    File,
-    Path,
-}
-
-/// What a statement comes to: a fault stands where it was found.
-pub(super) type Read<T> = Result<T, Box<Diagnostic>>;
-
 impl ClReader {
     /// Starts a file; `most_faults`: after so many nothing is read any more.
     pub fn new(most_faults: usize) -> Self {
         let axis = Vector3::z_axis();
-        let state = State {
+        let state = ClState {
             scale: 1.0,
             units: false,
             axis,
@@ -106,7 +66,7 @@ impl ClReader {
             feed: None,
             spindle: None,
             rapid: false,
-            shape: Shape::Straight,
+            shape: PathShape::Straight,
             direction: None,
             cycle: None,
             place: None,
@@ -120,7 +80,7 @@ impl ClReader {
         };
         Self {
             state,
-            joined: Joined::default(),
+            joined: JoinedLines::default(),
             faults: Vec::new(),
             warnings: Vec::new(),
             warned: Vec::new(),
@@ -136,9 +96,9 @@ impl ClReader {
             return None;
         }
         let read = match classify(line, self.joined.is_open()) {
-            Line::Comment => return Some(ClItem::Remark),
-            Line::Open(words) => return self.join(words),
-            Line::Whole(words) if self.joined.is_open() => {
+            ClLine::Comment => return Some(ClItem::Remark),
+            ClLine::Open(words) => return self.join(words),
+            ClLine::Whole(words) if self.joined.is_open() => {
                 self.join(words);
                 let joined = std::mem::take(&mut self.joined);
                 let read = self.statement(&joined.statement());
@@ -146,7 +106,7 @@ impl ClReader {
                 self.joined.clear();
                 read
             }
-            Line::Whole(words) => single(self.line, words, |statement| self.statement(statement)),
+            ClLine::Whole(words) => single(self.line, words, |statement| self.statement(statement)),
         };
         match read {
             Ok(item) => Some(item),
@@ -240,38 +200,38 @@ impl ClReader {
         faults
     }
 
-    fn statement(&mut self, statement: &Statement<'_>) -> Read<ClItem> {
+    fn statement(&mut self, statement: &Statement<'_>) -> ClResult<ClItem> {
         if statement.text.trim_start().starts_with("$$->") {
             return self.directive(statement);
         }
         let (word, rest) = statement.split();
-        if word == "GOTO" && self.state.end != Some(End::File) {
+        if word == "GOTO" && self.state.end != Some(FileEnd::File) {
             self.state.end = None;
             return self.goto(statement, rest);
         }
         let means = meaning(&word);
-        if self.state.end == Some(End::File) {
+        if self.state.end == Some(FileEnd::File) {
             return Self::after_the_end(statement, means);
         }
-        if means != Meaning::Remark {
+        if means != WordMeaning::Remark {
             self.state.end = None;
         }
         match means {
-            Meaning::Doubtful(why) => {
+            WordMeaning::Doubtful(why) => {
                 self.warn(statement, &word, format!("{word} is kept: {why}"), "");
             }
-            Meaning::Unknown if word.is_empty() => {
+            WordMeaning::Unknown if word.is_empty() => {
                 let text = statement.text.trim();
                 let message = format!("{:?} does not begin with a word", shortened(text));
                 return Err(Box::new(statement.fault(0, message, "a line before may lack its $")));
             }
-            Meaning::Unknown => {
+            WordMeaning::Unknown => {
                 let message = format!("{word} is not known; it is kept as it stands");
                 let help =
                     "should it move the tool or change the coordinates, the path read is wrong";
                 self.warn(statement, &word, message, help);
             }
-            Meaning::Refused(help) => {
+            WordMeaning::Refused(help) => {
                 let message = format!("{word} moves the tool in a way that is not understood");
                 return Err(Box::new(statement.fault(0, message, help)));
             }
@@ -280,36 +240,41 @@ impl ClReader {
         Ok(ClItem::Words)
     }
 
-    fn understood(&mut self, means: Meaning, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    fn understood(
+        &mut self,
+        means: WordMeaning,
+        of: &Statement<'_>,
+        rest: ClWord<'_>,
+    ) -> ClResult<ClItem> {
         match means {
-            Meaning::Goto => return self.goto(of, rest),
-            Meaning::Delta => return self.delta(of, rest),
-            Meaning::Curve => return self.curve(of, rest),
-            Meaning::Rapid => {
+            WordMeaning::Goto => return self.goto(of, rest),
+            WordMeaning::Delta => return self.delta(of, rest),
+            WordMeaning::Curve => return self.curve(of, rest),
+            WordMeaning::Rapid => {
                 self.state.rapid = true;
                 self.state.shape.leave();
                 return Ok(ClItem::Manner);
             }
-            Meaning::Feed => return self.feed_rate(of, rest),
-            Meaning::Circle => return self.circle(of, rest),
-            Meaning::Arc => return self.arc(of, rest),
-            Meaning::Direction => return self.direction(of, rest),
-            Meaning::Remark => return Ok(ClItem::Remark),
-            Meaning::From => self.from(of, rest)?,
-            Meaning::Units => self.units(of, rest)?,
-            Meaning::Cutter => self.set_cutter(rest),
-            Meaning::ToolData => self.tool_data(rest),
-            Meaning::Tool => self.set_tool(rest),
-            Meaning::Spindle => self.spindle(rest),
-            Meaning::MultiAxis if rest.is("OFF") => self.state.axis = self.state.frame_axis,
-            Meaning::ToolAxis => self.tool_axis(of, rest)?,
-            Meaning::Frame => self.frame(of, rest)?,
-            Meaning::World => self.world(of, rest)?,
-            Meaning::Transform => self.transform(of, rest)?,
-            Meaning::Cycle => self.cycle(of, rest)?,
-            Meaning::End => self.state.end = Some(End::File),
-            Meaning::PathEnd => {
-                self.state.end = Some(End::Path);
+            WordMeaning::Feed => return self.feed_rate(of, rest),
+            WordMeaning::Circle => return self.circle(of, rest),
+            WordMeaning::Arc => return self.arc(of, rest),
+            WordMeaning::Direction => return self.direction(of, rest),
+            WordMeaning::Remark => return Ok(ClItem::Remark),
+            WordMeaning::From => self.from(of, rest)?,
+            WordMeaning::Units => self.units(of, rest)?,
+            WordMeaning::Cutter => self.set_cutter(rest),
+            WordMeaning::ToolData => self.tool_data(rest),
+            WordMeaning::Tool => self.set_tool(rest),
+            WordMeaning::Spindle => self.spindle(rest),
+            WordMeaning::MultiAxis if rest.is("OFF") => self.state.axis = self.state.frame_axis,
+            WordMeaning::ToolAxis => self.tool_axis(of, rest)?,
+            WordMeaning::Frame => self.frame(of, rest)?,
+            WordMeaning::World => self.world(of, rest)?,
+            WordMeaning::Transform => self.transform(of, rest)?,
+            WordMeaning::Cycle => self.cycle(of, rest)?,
+            WordMeaning::End => self.state.end = Some(FileEnd::File),
+            WordMeaning::PathEnd => {
+                self.state.end = Some(FileEnd::Path);
                 self.state.cycle = None;
             }
             _ => {}
@@ -318,10 +283,10 @@ impl ClReader {
     }
 
     /// Nothing moves after `FINI`.
-    fn after_the_end(statement: &Statement<'_>, means: Meaning) -> Read<ClItem> {
+    fn after_the_end(statement: &Statement<'_>, means: WordMeaning) -> ClResult<ClItem> {
         match means {
-            Meaning::Remark | Meaning::End => Ok(ClItem::Remark),
-            Meaning::Nothing if statement.text.trim_start().get(..6) != Some("PARTNO") => {
+            WordMeaning::Remark | WordMeaning::End => Ok(ClItem::Remark),
+            WordMeaning::Nothing if statement.text.trim_start().get(..6) != Some("PARTNO") => {
                 Ok(ClItem::Words)
             }
             _ => {
@@ -347,7 +312,7 @@ impl ClReader {
 }
 
 #[expect(clippy::unnecessary_box_returns, reason = "errors of statements are boxed")]
-pub(super) fn no_number(of: &Statement<'_>, word: Word<'_>) -> Box<Diagnostic> {
+pub(super) fn no_number(of: &Statement<'_>, word: ClWord<'_>) -> Box<Diagnostic> {
     let message = format!("{:?} is not a number up to {LARGEST}", shortened(word.text));
     Box::new(of.fault(word.at, message, "write numbers between commas, as in GOTO/1.5,.2,-3"))
 }

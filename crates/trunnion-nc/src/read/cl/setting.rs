@@ -1,9 +1,10 @@
 //! What CL files say about units, tools, feeds and frames.
 
-use super::ClItem;
-use super::motion::Shape;
-use super::reader::{ClReader, Read, no_number, shortened};
-use super::statement::{LARGEST, Numbers, Statement, Word};
+use super::file::ClItem;
+use super::reader::{ClReader, no_number, shortened};
+use super::state::{ClResult, PathShape};
+use super::statement::LARGEST;
+use super::statement::{ClWord, Numbers, Statement};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 /// Millimetres in an inch, by definition.
@@ -14,11 +15,11 @@ const FRAME_SLACK: f64 = 1e-3;
 
 impl ClReader {
     /// `$$->`: comments that Creo means.
-    pub(super) fn directive(&mut self, statement: &Statement<'_>) -> Read<ClItem> {
+    pub(super) fn directive(&mut self, statement: &Statement<'_>) -> ClResult<ClItem> {
         let at = statement.text.find("$$->").map_or(0, |at| at + 4);
         let text = statement.text.get(at..).unwrap_or_default();
         let (name, list) = text.split_once('/').unwrap_or((text, ""));
-        let list = Word { text: list, at: at + name.len() + 1 };
+        let list = ClWord { text: list, at: at + name.len() + 1 };
         match name.trim().to_ascii_uppercase().as_str() {
             "CUTTER" => self.set_cutter(list),
             "CSYS" => {
@@ -36,7 +37,7 @@ impl ClReader {
         Ok(ClItem::Words)
     }
 
-    pub(super) fn units(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn units(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let unit = rest.items().next().unwrap_or(rest);
         self.state.scale = match unit.text.to_ascii_uppercase().as_str() {
             "MM" | "MMS" | "MILLIMETERS" => 1.0,
@@ -52,7 +53,7 @@ impl ClReader {
     }
 
     /// Per minute, or per revolution of the spindle.
-    pub(super) fn feed_rate(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<ClItem> {
+    pub(super) fn feed_rate(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let (mut value, mut scale, mut turns) = (None, self.state.scale, false);
         for word in rest.items() {
             match word.text.to_ascii_uppercase().as_str() {
@@ -97,7 +98,7 @@ impl ClReader {
         Ok(ClItem::Manner)
     }
 
-    pub(super) fn spindle(&mut self, rest: Word<'_>) {
+    pub(super) fn spindle(&mut self, rest: ClWord<'_>) {
         if rest.items().any(|word| word.is("SFM") || word.is("SMM")) {
             self.state.spindle = None;
             return;
@@ -108,7 +109,7 @@ impl ClReader {
         }
     }
 
-    pub(super) fn set_cutter(&mut self, rest: Word<'_>) {
+    pub(super) fn set_cutter(&mut self, rest: ClWord<'_>) {
         let mut numbers = rest.items().filter_map(|word| word.number());
         if let Some(diameter) = numbers.next() {
             let corner = numbers.next().unwrap_or(0.0);
@@ -117,7 +118,7 @@ impl ClReader {
     }
 
     /// Kinds of tools, then diameter and corner radius; drills have a point instead of the latter.
-    pub(super) fn tool_data(&mut self, rest: Word<'_>) {
+    pub(super) fn tool_data(&mut self, rest: ClWord<'_>) {
         let mill = rest.items().next().is_some_and(|word| word.is("MILL"));
         self.set_cutter(rest);
         if let (false, Some(cutter)) = (mill, &mut self.state.cutter) {
@@ -125,12 +126,12 @@ impl ClReader {
         }
     }
 
-    pub(super) fn set_tool(&mut self, rest: Word<'_>) {
+    pub(super) fn set_tool(&mut self, rest: ClWord<'_>) {
         let number = rest.items().find_map(|word| word.text.parse().ok());
         self.state.tool = number.or(self.state.tool);
     }
 
-    pub(super) fn tool_axis(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn tool_axis(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         if let [i, j, k] = *numbers.as_slice() {
             self.state.axis = self.axis_of(of, rest.at, Vector3::new(i, j, k))?;
@@ -140,7 +141,7 @@ impl ClReader {
     }
 
     /// `MSYS`: origin, x and y axis of the coordinates of what follows.
-    pub(super) fn frame(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn frame(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let [ox, oy, oz, xx, xy, xz, yx, yy, yz] = *numbers.as_slice() else {
             let message = format!("MSYS has {} numbers; 9 are needed", numbers.as_slice().len());
@@ -161,7 +162,7 @@ impl ClReader {
     }
 
     /// `CSYS`: rows of the matrix whose columns are its axes and its origin. Locations are not in it.
-    pub(super) fn world(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn world(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let [xx, yx, zx, _, xy, yy, zy, _, xz, yz, zz, _] = *numbers.as_slice() else {
             let message = format!("CSYS has {} numbers; 12 are needed", numbers.as_slice().len());
@@ -182,7 +183,7 @@ impl ClReader {
         Ok(())
     }
 
-    pub(super) fn transform(&mut self, of: &Statement<'_>, rest: Word<'_>) -> Read<()> {
+    pub(super) fn transform(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let kind = rest.items().next().unwrap_or(rest);
         self.state.world = kind.is("WORLD");
         if self.state.world {
@@ -195,12 +196,16 @@ impl ClReader {
     pub(super) fn new_axis(&mut self, axis: UnitVector3<f64>) {
         self.state.frame_axis = axis;
         self.state.axis = axis;
-        self.state.shape = Shape::Straight;
+        self.state.shape = PathShape::Straight;
     }
 }
 
 /// Turn with these x and y axes, which must be unit and square.
-fn rotation(of: &Statement<'_>, at: usize, [x, y]: [Vector3<f64>; 2]) -> Read<UnitQuaternion<f64>> {
+fn rotation(
+    of: &Statement<'_>,
+    at: usize,
+    [x, y]: [Vector3<f64>; 2],
+) -> ClResult<UnitQuaternion<f64>> {
     let off = [x.norm() - 1.0, y.norm() - 1.0, x.dot(&y)];
     if off.iter().any(|off| off.abs() > FRAME_SLACK) {
         let message = "the axes of the coordinate system are not unit and square".to_owned();

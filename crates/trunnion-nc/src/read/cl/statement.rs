@@ -11,7 +11,7 @@ pub(super) const LARGEST: f64 = 1e6;
 
 /// Where a line begins in the text of its statement.
 #[derive(Debug, Clone, Copy)]
-struct Start {
+struct LineStart {
     at: usize,
     line: u32,
 }
@@ -20,28 +20,28 @@ struct Start {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Statement<'a> {
     pub(super) text: &'a str,
-    starts: &'a [Start],
+    starts: &'a [LineStart],
 }
 
 /// A word and where it stands in its statement.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Word<'a> {
+pub(super) struct ClWord<'a> {
     pub(super) text: &'a str,
     pub(super) at: usize,
 }
 
 /// Lines on the way to a statement.
 #[derive(Debug, Default)]
-pub(super) struct Joined {
+pub(super) struct JoinedLines {
     text: String,
-    starts: Vec<Start>,
+    starts: Vec<LineStart>,
 }
 
 /// Major words whose line is text to its end, whatever it contains.
 const TEXT: [&str; 7] = ["PARTNO", "PPRINT", "INSERT", "REMARK", "DISPLY", "TITLES", "LETTER"];
 
 /// What a line is.
-pub(super) enum Line<'a> {
+pub(super) enum ClLine<'a> {
     /// A whole statement, or the end of one.
     Whole(&'a str),
     /// Goes on in the next line.
@@ -52,22 +52,22 @@ pub(super) enum Line<'a> {
 
 /// Tells what a line is. `$` joins the next line, and nothing behind it counts; `$$` begins a comment.
 /// `$$->` begins a directive, which is joined as a statement is.
-pub(super) fn classify(line: &str, joining: bool) -> Line<'_> {
+pub(super) fn classify(line: &str, joining: bool) -> ClLine<'_> {
     let start = line.trim_start();
     if !joining && (start.is_empty() || start.starts_with("$$") && !start.starts_with("$$->")) {
-        return Line::Comment;
+        return ClLine::Comment;
     }
     // A text may contain anything; joining it could swallow a location.
     if !joining && text_word(start) {
-        return Line::Whole(line);
+        return ClLine::Whole(line);
     }
     let skipped =
         if !joining && start.starts_with("$$->") { line.len() - start.len() + 4 } else { 0 };
     match line.get(skipped..).unwrap_or_default().find('$') {
-        None => Line::Whole(line),
+        None => ClLine::Whole(line),
         Some(found) => {
             let (words, mark) = line.split_at(skipped + found);
-            if mark.starts_with("$$") { Line::Whole(words) } else { Line::Open(words) }
+            if mark.starts_with("$$") { ClLine::Whole(words) } else { ClLine::Open(words) }
         }
     }
 }
@@ -77,14 +77,14 @@ fn text_word(start: &str) -> bool {
     TEXT.iter().any(|word| head.eq_ignore_ascii_case(word))
 }
 
-impl Joined {
+impl JoinedLines {
     pub(super) fn is_open(&self) -> bool {
         !self.starts.is_empty()
     }
 
     /// One line more; false where the statement is longer than any.
     pub(super) fn add(&mut self, line: u32, text: &str) -> bool {
-        self.starts.push(Start { at: self.text.len(), line });
+        self.starts.push(LineStart { at: self.text.len(), line });
         self.text.push_str(text);
         self.text.push(' ');
         self.text.len() <= LONGEST
@@ -102,7 +102,7 @@ impl Joined {
 
 /// Runs `with` on a statement of one line.
 pub(super) fn single<T>(line: u32, text: &str, with: impl FnOnce(&Statement<'_>) -> T) -> T {
-    with(&Statement { text, starts: &[Start { at: 0, line }] })
+    with(&Statement { text, starts: &[LineStart { at: 0, line }] })
 }
 
 impl<'a> Statement<'a> {
@@ -112,7 +112,7 @@ impl<'a> Statement<'a> {
     }
 
     /// Major word in capitals, and what follows it behind a `/`, if there is one.
-    pub(super) fn split(&self) -> (Cow<'a, str>, Word<'a>) {
+    pub(super) fn split(&self) -> (Cow<'a, str>, ClWord<'a>) {
         let head = self.text.len() - self.text.trim_start().len();
         let word = self.text.get(head..).unwrap_or_default();
         let major = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -128,7 +128,7 @@ impl<'a> Statement<'a> {
         } else {
             Cow::Borrowed(name)
         };
-        (name, Word { text: rest, at })
+        (name, ClWord { text: rest, at })
     }
 
     /// A fault at a word of the statement.
@@ -141,24 +141,24 @@ impl<'a> Statement<'a> {
     }
 }
 
-impl<'a> Word<'a> {
+impl<'a> ClWord<'a> {
     /// Words between commas, blanks around them left out.
-    pub(super) fn items(self) -> impl Iterator<Item = Word<'a>> {
+    pub(super) fn items(self) -> impl Iterator<Item = ClWord<'a>> {
         let mut at = self.at;
         self.text.split(',').map(move |item| {
             let blank = item.len() - item.trim_start().len();
-            let word = Word { text: item.trim(), at: at + blank };
+            let word = ClWord { text: item.trim(), at: at + blank };
             at += item.len() + 1;
             word
         })
     }
 
     /// Words between commas, slashes and parentheses, without empty ones.
-    pub(super) fn parts(self) -> impl Iterator<Item = Word<'a>> {
+    pub(super) fn parts(self) -> impl Iterator<Item = ClWord<'a>> {
         let mut at = self.at;
         let pieces = self.text.split([',', '/', '(', ')']).map(move |item| {
             let blank = item.len() - item.trim_start().len();
-            let word = Word { text: item.trim(), at: at + blank };
+            let word = ClWord { text: item.trim(), at: at + blank };
             at += item.len() + 1;
             word
         });
@@ -191,7 +191,7 @@ pub(super) struct Numbers {
 
 impl Numbers {
     /// Numbers of a list, or the word that is none.
-    pub(super) fn of(list: Word<'_>) -> Result<Self, Word<'_>> {
+    pub(super) fn of(list: ClWord<'_>) -> Result<Self, ClWord<'_>> {
         let mut numbers = Self { values: [0.0; MOST], count: 0 };
         for item in list.items() {
             match (numbers.values.get_mut(numbers.count), item.number()) {
@@ -230,16 +230,16 @@ mod tests {
 
     #[test]
     fn lines_are_joined_and_comments_are_not() {
-        let open = |line| matches!(classify(line, false), Line::Open(_));
+        let open = |line| matches!(classify(line, false), ClLine::Open(_));
         assert!(open("GOTO/1,$ 80") && open("$$-> CSYS / 1, $") && !open("$$ why $"));
         assert!(!open("PPRINT/costs 5 $") && !open("GOTO/1,2,3 $$ here"));
-        assert!(matches!(classify("GOTO/1 $$ here", false), Line::Whole("GOTO/1 ")));
-        assert!(matches!(classify("  ", false), Line::Comment));
+        assert!(matches!(classify("GOTO/1 $$ here", false), ClLine::Whole("GOTO/1 ")));
+        assert!(matches!(classify("  ", false), ClLine::Comment));
     }
 
     #[test]
     fn faults_are_placed_in_the_line_of_the_word() {
-        let mut joined = Joined::default();
+        let mut joined = JoinedLines::default();
         assert!(joined.add(3, "GOTO/1,2,") && joined.add(4, "  é,x"));
         let statement = joined.statement();
         let (_, rest) = statement.split();
@@ -250,10 +250,10 @@ mod tests {
 
     #[test]
     fn numbers_are_written_in_many_ways() {
-        let numbers = Numbers::of(Word { text: " .5,16., -1E2,+3", at: 0 }).ok().unwrap();
+        let numbers = Numbers::of(ClWord { text: " .5,16., -1E2,+3", at: 0 }).ok().unwrap();
         assert_eq!(numbers.as_slice(), [0.5, 16.0, -100.0, 3.0]);
         for text in ["nan", "1e9", "", "1 2", "inf", "."] {
-            assert!(Numbers::of(Word { text, at: 0 }).is_err(), "{text}");
+            assert!(Numbers::of(ClWord { text, at: 0 }).is_err(), "{text}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a CL file comes to: counts, lengths, ranges.
 
-use super::{ClMotion, ClRecord, ClWay};
+use super::file::{ClMotion, ClRecord};
+use super::path::ClPath;
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
 use nalgebra::Vector3;
@@ -51,8 +52,8 @@ impl ClTally {
         self.locations += 1;
         let before = self.place;
         match (record.way, before) {
-            (ClWay::Straight, _) => self.step(record),
-            (ClWay::Arc(arc), before) => {
+            (ClPath::Straight, _) => self.step(record),
+            (ClPath::Arc(arc), before) => {
                 self.arcs += 1;
                 let sums = (self.length, self.seconds);
                 record
@@ -63,7 +64,7 @@ impl ClTally {
                 (self.length, self.seconds) = sums;
                 self.travel(arc.length(&record.pose.tip), record.motion);
             }
-            (ClWay::Hole(hole), before) => {
+            (ClPath::Hole(hole), before) => {
                 self.holes += 1;
                 self.seconds += hole.dwell;
                 record

@@ -1,13 +1,14 @@
 //! `G2`, `G3`: from I J K or R to centre and sweep.
 
-use super::super::arc::{self, Form, Given};
-use super::super::control::Target;
-use super::super::log::Remark;
-use super::block::Block;
-use super::codes::natural;
-use super::{Gcode, State};
-
-impl Gcode {
+use super::block::GcodeBlock;
+use super::reader::GcodeReader;
+use super::words::natural;
+use crate::read::arc;
+use crate::read::arc::{ArcForm, GivenArc};
+use crate::read::control::MoveTarget;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+impl GcodeReader {
     /// Letters of a plane's axes and of its centre, and which of X Y Z they are.
     pub(super) fn plane(&self) -> ([usize; 3], [char; 2]) {
         match self.modal.plane {
@@ -19,13 +20,13 @@ impl Gcode {
 
     pub(super) fn arc(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (target, clockwise, feed): (Target, bool, Option<f64>),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (target, clockwise, feed): (MoveTarget, bool, Option<f64>),
+    ) -> Result<(), ReadRemark> {
         if self.modal.vector && block.has_any("IJK") {
             let message = "I J K of an arc, or the tool axis (G43.5)";
-            return Err(Remark::new(target.at, message, "write arcs with R"));
+            return Err(ReadRemark::new(target.at, message, "write arcs with R"));
         }
         let (axes, letters) = self.plane();
         let [u, v, _] = axes.map(|axis| state.control.xyz[axis]);
@@ -33,15 +34,15 @@ impl Gcode {
         let radius = block.take('R');
         let center = letters.map(|letter| block.take(letter).map(|word| scale * word.value));
         let form = match (radius, center) {
-            (Some(radius), [None, None]) => Form::Radius(scale * radius.value),
+            (Some(radius), [None, None]) => ArcForm::Radius(scale * radius.value),
             (None, [None, None]) => {
                 let message = "arcs need their centre or radius";
                 let help = format!("write {} and {} in this plane, or R", letters[0], letters[1]);
-                return Err(Remark::new(target.at, message, help));
+                return Err(ReadRemark::new(target.at, message, help));
             }
             (None, center) => self.center(state, ([u, v], center), target.at)?,
             (Some(radius), _) => {
-                return Err(Remark::new(
+                return Err(ReadRemark::new(
                     radius.at,
                     "centre and radius of an arc",
                     "keep one of them",
@@ -49,7 +50,7 @@ impl Gcode {
             }
         };
         let turns = block.take('P').map_or(Ok(1), |word| natural(word, 'P'))?;
-        let given = Given { plane: [u, v], form, clockwise, turns };
+        let given = GivenArc { plane: [u, v], form, clockwise, turns };
         let way = arc::way(&state.control, &target, &given)?;
         let pace = state.control.pace(&target, feed)?;
         state.control.go(state.log.line, target, (pace, way))
@@ -58,21 +59,21 @@ impl Gcode {
     /// The centre as a distance from where the arc begins.
     fn center(
         &self,
-        state: &State,
+        state: &ReaderState,
         (slots, center): ([usize; 2], [Option<f64>; 2]),
         at: usize,
-    ) -> Result<Form, Remark> {
+    ) -> Result<ArcForm, ReadRemark> {
         if !self.modal.arc_absolute {
-            return Ok(Form::Center(center.map(|value| value.unwrap_or(0.0))));
+            return Ok(ArcForm::Center(center.map(|value| value.unwrap_or(0.0))));
         }
         let from_start = |slot: usize, value: Option<f64>| {
             let value = value.ok_or_else(|| {
-                Remark::new(at, "half of an absolute centre (G90.1)", "write both of its words")
+                ReadRemark::new(at, "half of an absolute centre (G90.1)", "write both of its words")
             })?;
             let place = state.control.reading(slot).ok_or_else(|| arc::unknown_start(at))?;
-            Ok::<f64, Remark>(value - place)
+            Ok::<f64, ReadRemark>(value - place)
         };
         let [u, v] = slots;
-        Ok(Form::Center([from_start(u, center[0])?, from_start(v, center[1])?]))
+        Ok(ArcForm::Center([from_start(u, center[0])?, from_start(v, center[1])?]))
     }
 }

@@ -1,16 +1,15 @@
 //! Words of one line.
 
-use super::super::control::letter_index;
-use super::super::log::Remark;
-use super::expression::{Env, Scan, Value};
-use super::parameters::Key;
-
+use super::expression::{ExpressionEnv, ExpressionScan, ExpressionValue};
+use super::parameters::ParameterKey;
+use crate::read::control::letter_index;
+use crate::read::log::ReadRemark;
 /// Codes and assignments of one line; more are no program for a machine.
 const MOST: usize = 64;
 
 /// A G or M code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Code {
+pub(super) struct CodeWord {
     /// Upper case.
     pub(super) letter: u8,
     /// Number in tenths: `43.4` is 434.
@@ -22,7 +21,7 @@ pub(super) struct Code {
 
 /// A letter with its value.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Word {
+pub(super) struct BlockWord {
     pub(super) value: f64,
     pub(super) decimals: u8,
     pub(super) point: bool,
@@ -32,17 +31,17 @@ pub(super) struct Word {
 
 /// The words of a line.
 #[derive(Debug)]
-pub(super) struct Block {
-    words: [Word; 26],
+pub(super) struct GcodeBlock {
+    words: [BlockWord; 26],
     present: u32,
     used: u32,
-    pub(super) codes: Vec<Code>,
-    pub(super) assignments: Vec<(Key, f64)>,
+    pub(super) codes: Vec<CodeWord>,
+    pub(super) assignments: Vec<(ParameterKey, f64)>,
 }
 
-const EMPTY: Word = Word { value: 0.0, decimals: 0, point: false, at: 0, end: 0 };
+const EMPTY: BlockWord = BlockWord { value: 0.0, decimals: 0, point: false, at: 0, end: 0 };
 
-impl Block {
+impl GcodeBlock {
     pub(super) fn new() -> Self {
         Self { words: [EMPTY; 26], present: 0, used: 0, codes: Vec::new(), assignments: Vec::new() }
     }
@@ -55,7 +54,7 @@ impl Block {
 
     /// The word of a letter, which thereby counts as understood.
     #[inline]
-    pub(super) fn take(&mut self, letter: char) -> Option<Word> {
+    pub(super) fn take(&mut self, letter: char) -> Option<BlockWord> {
         let word = self.look(letter)?;
         self.used |= bit(letter);
         Some(word)
@@ -63,7 +62,7 @@ impl Block {
 
     /// The word of a letter.
     #[inline]
-    pub(super) fn look(&self, letter: char) -> Option<Word> {
+    pub(super) fn look(&self, letter: char) -> Option<BlockWord> {
         if self.present & bit(letter) == 0 {
             return None;
         }
@@ -79,7 +78,7 @@ impl Block {
     }
 
     /// Words that nobody took.
-    pub(super) fn left(&self) -> impl Iterator<Item = (char, Word)> + '_ {
+    pub(super) fn left(&self) -> impl Iterator<Item = (char, BlockWord)> + '_ {
         let left = self.present & !self.used;
         ('A'..='Z')
             .zip(&self.words)
@@ -95,11 +94,11 @@ impl Block {
     pub(super) fn scan(
         &mut self,
         (text, from): (&str, usize),
-        env: &Env<'_>,
-        mut fault: impl FnMut(Remark),
+        env: &ExpressionEnv<'_>,
+        mut fault: impl FnMut(ReadRemark),
     ) {
         self.clear();
-        let mut scan = Scan::new(text, from);
+        let mut scan = ExpressionScan::new(text, from);
         loop {
             match self.next(&mut scan, env) {
                 Ok(true) => {}
@@ -113,7 +112,11 @@ impl Block {
     }
 
     /// Reads what comes next; whether there was anything.
-    fn next(&mut self, scan: &mut Scan<'_>, env: &Env<'_>) -> Result<bool, Remark> {
+    fn next(
+        &mut self,
+        scan: &mut ExpressionScan<'_>,
+        env: &ExpressionEnv<'_>,
+    ) -> Result<bool, ReadRemark> {
         scan.blanks();
         let at = scan.at;
         let Some(byte) = scan.peek() else { return Ok(false) };
@@ -140,17 +143,17 @@ impl Block {
         &mut self,
         letter: u8,
         value: f64,
-        (at, scan): (usize, &Scan<'_>),
-    ) -> Result<(), Remark> {
+        (at, scan): (usize, &ExpressionScan<'_>),
+    ) -> Result<(), ReadRemark> {
         let text = || scan.text.get(at..scan.at).unwrap_or_default();
         let Some(tenths) = tenths(value) else {
-            return Err(Remark::new(at, format!("{} is no code", text()), ""));
+            return Err(ReadRemark::new(at, format!("{} is no code", text()), ""));
         };
         if self.codes.len() >= MOST {
             let message = format!("more than {MOST} codes on a line");
-            return Err(Remark::new(at, message, "break it up"));
+            return Err(ReadRemark::new(at, message, "break it up"));
         }
-        self.codes.push(Code { letter, tenths, at, end: scan.at });
+        self.codes.push(CodeWord { letter, tenths, at, end: scan.at });
         Ok(())
     }
 
@@ -158,35 +161,39 @@ impl Block {
     fn word(
         &mut self,
         letter: u8,
-        value: Value,
-        (at, scan): (usize, &Scan<'_>),
-    ) -> Result<(), Remark> {
+        value: ExpressionValue,
+        (at, scan): (usize, &ExpressionScan<'_>),
+    ) -> Result<(), ReadRemark> {
         let letter = char::from(letter);
         if self.present & bit(letter) != 0 {
             let message = format!("second {letter} word on this line");
-            return Err(Remark::new(at, message, "keep one of them"));
+            return Err(ReadRemark::new(at, message, "keep one of them"));
         }
         self.present |= bit(letter);
         if let Some(word) = letter_index(letter).and_then(|index| self.words.get_mut(index)) {
-            let Value { number: value, decimals, point } = value;
-            *word = Word { value, decimals, point, at, end: scan.at };
+            let ExpressionValue { number: value, decimals, point } = value;
+            *word = BlockWord { value, decimals, point, at, end: scan.at };
         }
         Ok(())
     }
 
     /// `#1 = 5`.
-    fn assignment(&mut self, scan: &mut Scan<'_>, env: &Env<'_>) -> Result<bool, Remark> {
+    fn assignment(
+        &mut self,
+        scan: &mut ExpressionScan<'_>,
+        env: &ExpressionEnv<'_>,
+    ) -> Result<bool, ReadRemark> {
         let key = scan.key(env)?;
         scan.blanks();
         if scan.peek() != Some(b'=') {
             let help = "a parameter that begins a word is set: #1 = 5";
-            return Err(Remark::new(scan.at, "= is missing here", help));
+            return Err(ReadRemark::new(scan.at, "= is missing here", help));
         }
         scan.at += 1;
         let value = if env.fanuc { scan.sum(env)? } else { scan.value(env)?.number };
         if self.assignments.len() >= MOST {
             let message = format!("more than {MOST} parameters set on a line");
-            return Err(Remark::new(scan.at, message, "break it up"));
+            return Err(ReadRemark::new(scan.at, message, "break it up"));
         }
         self.assignments.push((key, value));
         Ok(true)
@@ -199,9 +206,9 @@ fn bit(letter: char) -> u32 {
 }
 
 /// Passes a comment.
-fn comment(scan: &mut Scan<'_>) -> Result<bool, Remark> {
+fn comment(scan: &mut ExpressionScan<'_>) -> Result<bool, ReadRemark> {
     let Some(end) = scan.rest().find(')') else {
-        return Err(Remark::new(scan.at, "comment without a closing )", "close it"));
+        return Err(ReadRemark::new(scan.at, "comment without a closing )", "close it"));
     };
     scan.at += end + 1;
     Ok(true)
@@ -217,7 +224,7 @@ pub(in super::super) fn tenths(value: f64) -> Option<u32> {
 }
 
 /// Names what stands where a word should begin.
-fn stray(byte: u8, scan: &Scan<'_>) -> Remark {
+fn stray(byte: u8, scan: &ExpressionScan<'_>) -> ReadRemark {
     let (message, help) = match byte {
         b'[' => ("an expression without a letter", "write the letter of its word before it"),
         b'%' => ("% must stand alone on its line", ""),
@@ -225,23 +232,23 @@ fn stray(byte: u8, scan: &Scan<'_>) -> Remark {
         b'0'..=b'9' | b'.' | b'+' | b'-' => ("number without a letter", ""),
         _ => ("not a G-code word", "is it the right dialect?"),
     };
-    Remark::new(scan.at, message, help)
+    ReadRemark::new(scan.at, message, help)
 }
 
 /// A letter without a value; words of macro languages are named.
-fn letter_alone(scan: &Scan<'_>, at: usize, remark: Remark) -> Remark {
+fn letter_alone(scan: &ExpressionScan<'_>, at: usize, remark: ReadRemark) -> ReadRemark {
     let rest = scan.text.get(at..).unwrap_or_default();
     let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
     let word = rest.get(..end).unwrap_or_default().to_ascii_uppercase();
     if ["IF", "GOTO", "WHILE", "DO", "END", "THEN", "POPEN", "DPRNT"].contains(&word.as_str()) {
         let message = format!("{word}: not a macro statement that is understood");
         let help = "IF .. GOTO, IF .. THEN, WHILE .. DO, END and GOTO are, at Fanuc and Haas, on a line of their own";
-        return Remark::new(at, message, help);
+        return ReadRemark::new(at, message, help);
     }
     let next = rest.as_bytes().get(1);
     let word = next.is_some_and(u8::is_ascii_alphabetic) && remark.message.contains("no function");
     if remark.message.contains("a value is missing") || word {
-        return Remark::new(at, "letter without a number", "is it the right dialect?");
+        return ReadRemark::new(at, "letter without a number", "is it the right dialect?");
     }
     remark
 }

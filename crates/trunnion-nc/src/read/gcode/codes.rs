@@ -1,76 +1,23 @@
 //! G and M codes, and the words that belong to no motion.
 
-use super::super::control::{Control, FeedMode};
-use super::super::log::Remark;
-use super::super::{Dialect, Step, Turning};
-use super::block::{Block, Code, Word};
-use super::{Gcode, Motion, State};
-
-/// Modal groups, as bits: two codes of one group cannot stand on one line.
-pub(super) mod group {
-    pub(in super::super) const NONE: u32 = 0;
-    pub(in super::super) const NONMODAL: u32 = 1;
-    pub(in super::super) const MOTION: u32 = 1 << 1;
-    pub(in super::super) const PLANE: u32 = 1 << 2;
-    pub(in super::super) const UNITS: u32 = 1 << 3;
-    pub(in super::super) const DISTANCE: u32 = 1 << 4;
-    pub(in super::super) const FEED: u32 = 1 << 5;
-    pub(in super::super) const LENGTH: u32 = 1 << 6;
-    pub(in super::super) const OFFSET: u32 = 1 << 7;
-    pub(in super::super) const BLEND: u32 = 1 << 8;
-    pub(in super::super) const ARC: u32 = 1 << 9;
-    pub(in super::super) const RETRACT: u32 = 1 << 10;
-    pub(in super::super) const STOP: u32 = 1 << 11;
-    pub(in super::super) const SPINDLE: u32 = 1 << 12;
-    pub(in super::super) const TOOL: u32 = 1 << 13;
-    pub(in super::super) const TCP: u32 = 1 << 14;
-    pub(in super::super) const TILT: u32 = 1 << 15;
-}
-
-/// What a line says beside its motion.
-#[derive(Debug, Default)]
-#[expect(clippy::struct_excessive_bools, reason = "what a line may say")]
-pub(super) struct Now {
-    groups: u32,
-    /// `G4`, `G10`, `G28`, `G52`, `G92`, `G68.2`, `G53.1`: tenths and place.
-    pub(super) nonmodal: Option<(u32, usize)>,
-    /// `G53`.
-    pub(super) machine: bool,
-    /// A motion code stood on the line.
-    pub(super) motion: bool,
-    /// `G43` and its kin.
-    length: Option<Code>,
-    pub(super) changes_tool: bool,
-    pub(super) turns_spindle: bool,
-    /// The F word.
-    pub(super) feed: Option<f64>,
-    /// `M0`, `M1`: places of what is kept behind the motion.
-    pub(super) stops: [Option<(usize, usize)>; 2],
-    pub(super) ends: bool,
-    pub(super) returns: bool,
-    /// `M99 P10`: the line that is run next, and its place.
-    pub(super) return_to: Option<(f64, usize)>,
-    /// Subprogram, times, place.
-    pub(super) call: Option<(Box<str>, u32, usize)>,
-    /// Parameters of its own.
-    pub(super) arguments: Option<Vec<f64>>,
-}
-
-impl Now {
-    fn has(&self, group: u32) -> bool {
-        self.groups & group != 0
-    }
-}
-
-impl Gcode {
+use super::block::{BlockWord, CodeWord, GcodeBlock};
+use super::modal::{BlockActions, GcodeMotion, group};
+use super::reader::GcodeReader;
+use super::words::{keep_with, natural, not_understood};
+use crate::read::control::{ControlState, FeedMode};
+use crate::read::dialect::Dialect;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::{Step, Turning};
+impl GcodeReader {
     /// Does what a block says, up to its motion.
     pub(super) fn words(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, now): (&str, &mut Now),
-    ) -> Result<(), Remark> {
-        let calls = |code: &Code| code.letter == b'G' && matches!(code.tenths, 650 | 660);
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, now): (&str, &mut BlockActions),
+    ) -> Result<(), ReadRemark> {
+        let calls = |code: &CodeWord| code.letter == b'G' && matches!(code.tenths, 650 | 660);
         if self.dialect != Dialect::LinuxCnc && block.codes.iter().any(calls) {
             return self.macro_call(block, (text, now));
         }
@@ -84,7 +31,7 @@ impl Gcode {
             if now.has(group) {
                 let what = text.get(code.at..code.end).unwrap_or_default();
                 let message = format!("{what} contradicts another code on this line");
-                return Err(Remark::new(code.at, message, "keep one of them"));
+                return Err(ReadRemark::new(code.at, message, "keep one of them"));
             }
             now.groups |= group;
         }
@@ -102,17 +49,17 @@ impl Gcode {
     /// A G code: takes it in, and says its group.
     fn g_code(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code, now): (&str, Code, &mut Now),
-    ) -> Result<u32, Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, code, now): (&str, CodeWord, &mut BlockActions),
+    ) -> Result<u32, ReadRemark> {
         let control = &mut state.control;
         let modal = &mut self.modal;
         Ok(match code.tenths {
-            0 => self.moves(Motion::Rapid, now),
-            10 => self.moves(Motion::Feed, now),
-            20 => self.moves(Motion::Arc { clockwise: true }, now),
-            30 => self.moves(Motion::Arc { clockwise: false }, now),
+            0 => self.moves(GcodeMotion::Rapid, now),
+            10 => self.moves(GcodeMotion::Feed, now),
+            20 => self.moves(GcodeMotion::Arc { clockwise: true }, now),
+            30 => self.moves(GcodeMotion::Arc { clockwise: false }, now),
             730 | 740 | 810..=890 if code.tenths % 10 == 0 => self.cycle_code(code, now)?,
             800 => {
                 modal.motion = None;
@@ -150,7 +97,7 @@ impl Gcode {
         })
     }
 
-    fn moves(&mut self, motion: Motion, now: &mut Now) -> u32 {
+    fn moves(&mut self, motion: GcodeMotion, now: &mut BlockActions) -> u32 {
         self.modal.motion = Some(motion);
         now.motion = true;
         group::MOTION
@@ -158,10 +105,10 @@ impl Gcode {
 
     fn further_g_code(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code, now): (&str, Code, &mut Now),
-    ) -> Result<u32, Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, code, now): (&str, CodeWord, &mut BlockActions),
+    ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
             40 | 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=922 => {
@@ -180,7 +127,7 @@ impl Gcode {
                 let kind = block.take('P').map(|word| word.value);
                 // Which kinematics a number selects is the machine's own.
                 if kind.is_none_or(|kind| (kind - 1.0).abs() > 0.0) {
-                    return Err(Remark::new(
+                    return Err(ReadRemark::new(
                         code.at,
                         "G12.1 other than P1",
                         "P1 is TCP, G13.1 none",
@@ -214,14 +161,18 @@ impl Gcode {
     /// `G54` to `G59.3`, `G54.1 P1`, `G154 P1`.
     fn offset_code(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code): (&str, Code),
-    ) -> Result<u32, Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, code): (&str, CodeWord),
+    ) -> Result<u32, ReadRemark> {
         let offset = match code.tenths {
             541 | 1540 => {
                 let number = block.take('P').ok_or_else(|| {
-                    Remark::new(code.at, "an extended work offset without P", "write P1 and so on")
+                    ReadRemark::new(
+                        code.at,
+                        "an extended work offset without P",
+                        "write P1 and so on",
+                    )
                 })?;
                 natural(number, 'P')?.saturating_add(8)
             }
@@ -236,10 +187,10 @@ impl Gcode {
     /// Tool length and tool-centre-point control.
     fn lengths(
         &mut self,
-        state: &mut State,
-        (text, block): (&str, &mut Block),
-        now: &Now,
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        (text, block): (&str, &mut GcodeBlock),
+        now: &BlockActions,
+    ) -> Result<(), ReadRemark> {
         let word = block.take('H');
         let number = word.map(|word| natural(word, 'H')).transpose()?;
         if let (Some(word), Some(number), Some(&tool)) = (word, number, state.control.tools.last())
@@ -248,7 +199,7 @@ impl Gcode {
         {
             let message = format!("H{number} with tool {tool} in the spindle");
             let help = "the length of the tool is taken, as if its number stood there";
-            state.log.warn(text, Remark::new(word.at, message, help));
+            state.log.warn(text, ReadRemark::new(word.at, message, help));
         }
         let control = &mut state.control;
         let Some(code) = now.length else {
@@ -267,7 +218,7 @@ impl Gcode {
                 0 => Some(Turning::Rotary),
                 1 => Some(Turning::GreatCircle),
                 _ => {
-                    return Err(Remark::new(
+                    return Err(ReadRemark::new(
                         posture.at,
                         "P other than 0 or 1",
                         "1 turns in a plane",
@@ -285,7 +236,11 @@ impl Gcode {
 }
 
 /// F, S, T, and numbers of lines.
-fn plain_words(state: &mut State, block: &mut Block, now: &mut Now) -> Result<(), Remark> {
+fn plain_words(
+    state: &mut ReaderState,
+    block: &mut GcodeBlock,
+    now: &mut BlockActions,
+) -> Result<(), ReadRemark> {
     if let Some(word) = block.take('F') {
         feed(state, word, now)?;
     }
@@ -304,7 +259,7 @@ fn plain_words(state: &mut State, block: &mut Block, now: &mut Now) -> Result<()
     if let Some(word) = block.take('S') {
         if word.value < 0.0 {
             let message = format!("S{} is no speed", word.value);
-            return Err(Remark::new(word.at, message, "M4 turns the other way"));
+            return Err(ReadRemark::new(word.at, message, "M4 turns the other way"));
         }
         let turned = (state.control.speed - word.value).abs() > 0.0;
         state.control.speed = word.value;
@@ -322,7 +277,7 @@ fn plain_words(state: &mut State, block: &mut Block, now: &mut Now) -> Result<()
 }
 
 /// `G93`, `G94`, `G95`: a feed of the one means nothing to the other.
-fn feed_mode(control: &mut Control, mode: FeedMode) -> u32 {
+fn feed_mode(control: &mut ControlState, mode: FeedMode) -> u32 {
     if control.feed_mode != mode {
         control.feed = None;
     }
@@ -330,10 +285,14 @@ fn feed_mode(control: &mut Control, mode: FeedMode) -> u32 {
     group::FEED
 }
 
-fn feed(state: &mut State, word: Word, now: &mut Now) -> Result<(), Remark> {
+fn feed(
+    state: &mut ReaderState,
+    word: BlockWord,
+    now: &mut BlockActions,
+) -> Result<(), ReadRemark> {
     if !(word.value > 0.0 && word.value.is_finite()) {
         let message = format!("F{} is no feed", word.value);
-        return Err(Remark::new(word.at, message, "give one above 0"));
+        return Err(ReadRemark::new(word.at, message, "give one above 0"));
     }
     state.control.note_feed(word.decimals);
     now.feed = Some(word.value);
@@ -341,69 +300,4 @@ fn feed(state: &mut State, word: Word, now: &mut Now) -> Result<(), Remark> {
         state.control.feed = now.feed;
     }
     Ok(())
-}
-
-/// Keeps a code with some of the words beside it.
-pub(super) fn keep_with(
-    state: &mut State,
-    block: &mut Block,
-    (text, code, letters): (&str, Code, &str),
-) {
-    let mut kept = text.get(code.at..code.end).unwrap_or_default().to_owned();
-    for letter in letters.chars() {
-        if let Some(word) = block.take(letter) {
-            kept.push(' ');
-            kept.push_str(text.get(word.at..word.end).unwrap_or_default());
-        }
-    }
-    state.control.keep(state.log.line, &kept);
-}
-
-/// A number that counts something.
-pub(super) fn natural(word: Word, letter: char) -> Result<u32, Remark> {
-    let whole = word.value.round();
-    // Counts come from expressions, too: as exact as a parameter's number.
-    if (whole - word.value).abs() > 1e-4 || !(0.0..=f64::from(u32::MAX)).contains(&whole) {
-        let message = format!("{letter}{} must be a whole number from 0", word.value);
-        return Err(Remark::new(word.at, message, ""));
-    }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
-    let whole = whole as u32;
-    Ok(whole)
-}
-
-pub(super) fn not_understood(code: Code, text: &str, dialect: Dialect) -> Remark {
-    let what = text.get(code.at..code.end).unwrap_or_default();
-    let help = match (code.letter, code.tenths) {
-        (b'G', 410..=429) => {
-            "cutter compensation needs the whole contour; post the compensated path"
-        }
-        (b'G', 50..=69) => "splines are not replayed; post straight moves or arcs",
-        (b'G', 330..=339 | 760) => "threading follows the spindle; read the program without it",
-        (b'G', 380..=389 | 310) => "where a probe stops is not in the program",
-        (b'G', 160 | 510 | 511 | 680) => "polar, scaled or turned coordinates: post plain ones",
-        (b'G', 650..=669) => "macro calls: write M98 at each place",
-        (b'G', 70 | 80 | 960) => "of lathes",
-        (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
-        (b'M', _) => "it may move the machine; leave it out of the program to be checked",
-        _ => "is it the right dialect?",
-    };
-    Remark::new(code.at, format!("{what} is not understood as {dialect}"), help)
-}
-
-/// A word that no code of its line wants.
-pub(super) fn left_over(letter: char, text: &str, at: usize, control: &Control) -> Remark {
-    match letter {
-        'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => control.no_axis(at, text),
-        'P' => Remark::new(
-            at,
-            "P word without G4 or G64 or another code that wants it",
-            "leave it out",
-        ),
-        'Q' => Remark::new(at, "Q word without G64 or a cycle", "leave it out"),
-        'I' | 'J' | 'K' | 'R' => {
-            Remark::new(at, format!("{text} without G2, G3 or a cycle"), "leave it out")
-        }
-        _ => Remark::new(at, format!("{text} is not understood"), "leave it out"),
-    }
 }

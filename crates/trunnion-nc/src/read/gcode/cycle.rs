@@ -1,33 +1,20 @@
 //! Drilling cycles as the moves they consist of.
 
-use super::super::control::Target;
-use super::super::log::Remark;
-use super::super::{Dialect, Pace, Step, Way};
-use super::block::{Block, Code};
-use super::codes::{Now, natural, not_understood};
-use super::{Gcode, Motion, State};
-
+use super::block::{CodeWord, GcodeBlock};
+use super::modal::{BlockActions, CycleState, GcodeMotion};
+use super::reader::GcodeReader;
+use super::words::{natural, not_understood};
+use crate::read::control::MoveTarget;
+use crate::read::dialect::Dialect;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::{Pace, Step, Way};
 /// So far above the last depth a peck begins, and so far a chip-breaking drill is drawn back \[mm\]:
 /// a hundredth of an inch, as `LinuxCNC`'s interpreter has it.
 const CLEARANCE: f64 = 0.254;
 
-/// What stays from hole to hole.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cycle {
-    r: Option<f64>,
-    /// Bottom.
-    z: Option<f64>,
-    /// Depth of a peck.
-    q: Option<f64>,
-    /// \[s\]
-    dwell: f64,
-    /// Where the drill axis stood before the first hole.
-    initial: Option<f64>,
-    running: bool,
-}
-
 /// One hole.
-struct Hole {
+struct DrilledHole {
     code: u32,
     line: u32,
     /// Slot of the drill axis.
@@ -41,17 +28,21 @@ struct Hole {
     column: u32,
 }
 
-impl Gcode {
+impl GcodeReader {
     /// `G81` and so on; a series of holes begins.
-    pub(super) fn cycle_code(&mut self, code: Code, now: &mut Now) -> Result<u32, Remark> {
+    pub(super) fn cycle_code(
+        &mut self,
+        code: CodeWord,
+        now: &mut BlockActions,
+    ) -> Result<u32, ReadRemark> {
         if matches!(code.tenths, 870 | 880) || !code.tenths.is_multiple_of(10) {
             return Err(not_understood(code, "", self.dialect)
                 .with(format!("cycle G{} is not understood", code.tenths / 10)));
         }
-        if !matches!(self.modal.motion, Some(Motion::Cycle(_))) {
-            self.modal.cycle = Cycle::default();
+        if !matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
+            self.modal.cycle = CycleState::default();
         }
-        self.modal.motion = Some(Motion::Cycle(code.tenths));
+        self.modal.motion = Some(GcodeMotion::Cycle(code.tenths));
         now.motion = true;
         Ok(1 << 1)
     }
@@ -59,10 +50,10 @@ impl Gcode {
     /// Drills a block's holes.
     pub(super) fn cycle(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (mut target, code): (Target, u32),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (mut target, code): (MoveTarget, u32),
+    ) -> Result<(), ReadRemark> {
         let (axes, _) = self.plane();
         let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
         let stood = state.control.reading(axis);
@@ -94,10 +85,10 @@ impl Gcode {
     /// R, Z, Q, P: taken if written, else as before.
     fn parameters_of_cycle(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (target, axis): (&Target, usize),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (target, axis): (&MoveTarget, usize),
+    ) -> Result<(), ReadRemark> {
         let scale = state.control.scale();
         let stood = state.control.reading(axis);
         let incremental = self.modal.incremental;
@@ -112,7 +103,7 @@ impl Gcode {
         if let Some(word) = block.take('Q') {
             let depth = scale * word.value;
             if !(depth > 0.0 && depth.is_finite()) {
-                return Err(Remark::new(
+                return Err(ReadRemark::new(
                     word.at,
                     "a peck that goes no deeper",
                     "Q must be above 0",
@@ -132,17 +123,17 @@ impl Gcode {
     /// The hole that the parameters make.
     fn hole(
         &self,
-        state: &State,
-        (target, code, axis): (&Target, u32, usize),
-    ) -> Result<Hole, Remark> {
+        state: &ReaderState,
+        (target, code, axis): (&MoveTarget, u32, usize),
+    ) -> Result<DrilledHole, ReadRemark> {
         let cycle = &self.modal.cycle;
         let (Some(r), Some(bottom)) = (cycle.r, cycle.z) else {
             let message = "a cycle without R and depth";
-            return Err(Remark::new(target.at, message, "write both on its first line"));
+            return Err(ReadRemark::new(target.at, message, "write both on its first line"));
         };
         if bottom > r {
             let message = format!("the bottom {bottom} mm is above the retract level {r} mm");
-            return Err(Remark::new(target.at, message, "look at R and the depth"));
+            return Err(ReadRemark::new(target.at, message, "look at R and the depth"));
         }
         let clear = if self.modal.to_r {
             r
@@ -150,15 +141,15 @@ impl Gcode {
             let initial = cycle.initial.ok_or_else(|| unknown_height(target.at))?;
             initial.max(r)
         };
-        let mut down = Target::new(target.at, target.column);
+        let mut down = MoveTarget::new(target.at, target.column);
         down.set(axis, bottom, false);
         let feed = state.control.pace(&down, None)?;
         let (line, at, column) = (state.log.line, target.at, target.column);
-        Ok(Hole { code, line, axis, r, bottom, clear, feed, at, column })
+        Ok(DrilledHole { code, line, axis, r, bottom, clear, feed, at, column })
     }
 
     /// Down and up again.
-    fn drill(&mut self, state: &mut State, hole: &mut Hole) -> Result<(), Remark> {
+    fn drill(&mut self, state: &mut ReaderState, hole: &mut DrilledHole) -> Result<(), ReadRemark> {
         let (feed, line) = (hole.feed, hole.line);
         if matches!(hole.code, 730 | 830) && !self.peck(state, hole)? {
             return Ok(());
@@ -182,9 +173,9 @@ impl Gcode {
     }
 
     /// All pecks but the last; whether that is to be drilled.
-    fn peck(&mut self, state: &mut State, hole: &Hole) -> Result<bool, Remark> {
+    fn peck(&mut self, state: &mut ReaderState, hole: &DrilledHole) -> Result<bool, ReadRemark> {
         let Some(step) = self.modal.cycle.q else {
-            return Err(Remark::new(hole.at, "pecking without Q", "write the depth of a peck"));
+            return Err(ReadRemark::new(hole.at, "pecking without Q", "write the depth of a peck"));
         };
         let mut depth = hole.r;
         while depth - step > hole.bottom {
@@ -202,21 +193,25 @@ impl Gcode {
     }
 }
 
-impl Hole {
+impl DrilledHole {
     /// Moves the drill axis, if it is not there.
-    fn go(&self, state: &mut State, to: f64, pace: Pace) -> Result<(), Remark> {
+    fn go(&self, state: &mut ReaderState, to: f64, pace: Pace) -> Result<(), ReadRemark> {
         let stood = state.control.reading(self.axis);
         if stood.is_some_and(|stood| (stood - to).abs() <= 0.0) {
             return Ok(());
         }
-        let mut target = Target::new(self.at, self.column);
+        let mut target = MoveTarget::new(self.at, self.column);
         target.set(self.axis, to, false);
         state.control.go(self.line, target, (pace, Way::Line))
     }
 }
 
 /// Over the hole, and down to R.
-fn approach(state: &mut State, target: &Target, hole: &Hole) -> Result<(), Remark> {
+fn approach(
+    state: &mut ReaderState,
+    target: &MoveTarget,
+    hole: &DrilledHole,
+) -> Result<(), ReadRemark> {
     if state.control.reading(hole.axis).is_some_and(|stood| stood < hole.r) {
         hole.go(state, hole.r, Pace::Rapid)?;
     }
@@ -226,7 +221,7 @@ fn approach(state: &mut State, target: &Target, hole: &Hole) -> Result<(), Remar
     hole.go(state, hole.r, Pace::Rapid)
 }
 
-fn unknown_height(at: usize) -> Remark {
+fn unknown_height(at: usize) -> ReadRemark {
     let message = "a cycle from a height that the program does not tell";
-    Remark::new(at, message, "program the drill axis absolutely before it, or write G99")
+    ReadRemark::new(at, message, "program the drill axis absolutely before it, or write G99")
 }

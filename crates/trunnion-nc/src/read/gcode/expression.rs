@@ -1,10 +1,10 @@
 //! Values: numbers, parameters and expressions in brackets.
 
-use super::super::control::{COMPUTED, Control};
-use super::super::log::Remark;
-use super::super::number;
-use super::parameters::{self, Key, Parameters};
-
+use super::parameters;
+use super::parameters::{ParameterKey, Parameters};
+use crate::read::control::{COMPUTED, ControlState};
+use crate::read::log::ReadRemark;
+use crate::read::number;
 /// Brackets in brackets; deeper is no program for a machine.
 const DEEPEST: u32 = 60;
 
@@ -12,16 +12,16 @@ const DEEPEST: u32 = 60;
 const EQUAL: f64 = 1e-6;
 
 /// What values are read from.
-pub(super) struct Env<'a> {
+pub(super) struct ExpressionEnv<'a> {
     pub(super) parameters: &'a Parameters,
-    pub(super) control: &'a Control,
+    pub(super) control: &'a ControlState,
     pub(super) line: u32,
     /// Rounding functions and ATAN as Fanuc has them.
     pub(super) fanuc: bool,
 }
 
 /// A cursor on a line.
-pub(super) struct Scan<'a> {
+pub(super) struct ExpressionScan<'a> {
     pub(super) text: &'a str,
     pub(super) at: usize,
     depth: u32,
@@ -29,7 +29,7 @@ pub(super) struct Scan<'a> {
 
 /// A value and the digits behind its point, [`COMPUTED`] if it was no plain number; whether it had a point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Value {
+pub(super) struct ExpressionValue {
     pub(super) number: f64,
     pub(super) decimals: u8,
     pub(super) point: bool,
@@ -93,7 +93,7 @@ impl Operator {
         }
     }
 
-    fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, Remark> {
+    fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, ReadRemark> {
         let flag = |on: bool| f64::from(u8::from(on));
         let is = |value: f64| value.abs() > 0.0;
         let value = match self {
@@ -127,14 +127,18 @@ fn modulo(a: f64, b: f64) -> f64 {
     if rest < 0.0 { rest + b.abs() } else { rest }
 }
 
-fn finite(value: f64, at: usize, what: impl FnOnce() -> String) -> Result<f64, Remark> {
+fn finite(value: f64, at: usize, what: impl FnOnce() -> String) -> Result<f64, ReadRemark> {
     if value.is_finite() {
         return Ok(value);
     }
-    Err(Remark::new(at, format!("{} has no finite value", what()), "look at what it is made of"))
+    Err(ReadRemark::new(
+        at,
+        format!("{} has no finite value", what()),
+        "look at what it is made of",
+    ))
 }
 
-impl<'a> Scan<'a> {
+impl<'a> ExpressionScan<'a> {
     pub(super) fn new(text: &'a str, at: usize) -> Self {
         Self { text, at, depth: 0 }
     }
@@ -162,12 +166,12 @@ impl<'a> Scan<'a> {
         found
     }
 
-    fn expect(&mut self, byte: u8) -> Result<(), Remark> {
+    fn expect(&mut self, byte: u8) -> Result<(), ReadRemark> {
         if self.take(byte) {
             return Ok(());
         }
         let message = format!("{} is missing here", char::from(byte));
-        Err(Remark::new(self.at, message, "look at the brackets of this line"))
+        Err(ReadRemark::new(self.at, message, "look at the brackets of this line"))
     }
 
     /// Letters from here, in upper case; none if longer than any known word.
@@ -179,21 +183,21 @@ impl<'a> Scan<'a> {
 
     /// A value: number, `[expression]`, `#parameter`, function, with signs.
     #[inline]
-    pub(super) fn value(&mut self, env: &Env<'_>) -> Result<Value, Remark> {
+    pub(super) fn value(&mut self, env: &ExpressionEnv<'_>) -> Result<ExpressionValue, ReadRemark> {
         self.blanks();
         if let Some(found) = number::signed(self.rest(), false) {
             self.at += found.length;
-            let number::Number { value: number, decimals, point, .. } = found;
-            return Ok(Value { number, decimals, point });
+            let number::ScannedNumber { value: number, decimals, point, .. } = found;
+            return Ok(ExpressionValue { number, decimals, point });
         }
         let number = self.computed(env)?;
-        Ok(Value { number, decimals: COMPUTED, point: true })
+        Ok(ExpressionValue { number, decimals: COMPUTED, point: true })
     }
 
-    fn computed(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+    fn computed(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         if self.depth >= DEEPEST {
             let message = format!("more than {DEEPEST} brackets in each other");
-            return Err(Remark::new(self.at, message, "take the expression apart"));
+            return Err(ReadRemark::new(self.at, message, "take the expression apart"));
         }
         self.depth += 1;
         let value = self.term(env);
@@ -201,7 +205,7 @@ impl<'a> Scan<'a> {
         value
     }
 
-    fn term(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+    fn term(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.blanks();
         let at = self.at;
         match self.peek() {
@@ -219,7 +223,7 @@ impl<'a> Scan<'a> {
                 self.parameter(&key, at, env)
             }
             Some(byte) if byte.is_ascii_alphabetic() => self.function(env),
-            _ => Err(Remark::new(
+            _ => Err(ReadRemark::new(
                 at,
                 "a value is missing here",
                 "write a number, #n or [expression]",
@@ -228,7 +232,7 @@ impl<'a> Scan<'a> {
     }
 
     /// `[a + b * c]`.
-    pub(super) fn bracket(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+    pub(super) fn bracket(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.expect(b'[')?;
         let value = self.operations(1, env)?;
         self.expect(b']')?;
@@ -236,12 +240,12 @@ impl<'a> Scan<'a> {
     }
 
     /// `a + b * c`: Fanuc has it without brackets behind =.
-    pub(super) fn sum(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+    pub(super) fn sum(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.operations(1, env)
     }
 
     /// Operators from a level on; equal levels bind from the left.
-    fn operations(&mut self, level: u8, env: &Env<'_>) -> Result<f64, Remark> {
+    fn operations(&mut self, level: u8, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         if level > TIGHTEST {
             return Ok(self.value(env)?.number);
         }
@@ -269,33 +273,38 @@ impl<'a> Scan<'a> {
     }
 
     /// What stands behind `#`, which is at the cursor.
-    pub(super) fn key(&mut self, env: &Env<'_>) -> Result<Key, Remark> {
+    pub(super) fn key(&mut self, env: &ExpressionEnv<'_>) -> Result<ParameterKey, ReadRemark> {
         let at = self.at;
         self.expect(b'#')?;
         self.blanks();
         if self.peek() == Some(b'<') {
             let rest = self.text.get(self.at + 1..).unwrap_or_default();
             let Some(end) = rest.find('>') else {
-                return Err(Remark::new(at, "parameter name without a closing >", "close it"));
+                return Err(ReadRemark::new(at, "parameter name without a closing >", "close it"));
             };
             self.at += end + 2;
-            return Ok(Key::Name(parameters::normal(rest.get(..end).unwrap_or_default())));
+            return Ok(ParameterKey::Name(parameters::normal(rest.get(..end).unwrap_or_default())));
         }
         let value =
             if self.peek() == Some(b'#') { self.computed(env)? } else { self.value(env)?.number };
         parameters::key_number(value, at)
     }
 
-    fn parameter(&self, key: &Key, at: usize, env: &Env<'_>) -> Result<f64, Remark> {
+    fn parameter(
+        &self,
+        key: &ParameterKey,
+        at: usize,
+        env: &ExpressionEnv<'_>,
+    ) -> Result<f64, ReadRemark> {
         env.parameters.get(key, env.control, env.line).ok_or_else(|| {
             let text = self.text.get(at..self.at).unwrap_or_default().trim();
             let message = format!("{text} has no value");
-            Remark::new(at, message, "set it in the program, or give its value when reading")
+            ReadRemark::new(at, message, "set it in the program, or give its value when reading")
         })
     }
 
     /// `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
-    fn function(&mut self, env: &Env<'_>) -> Result<f64, Remark> {
+    fn function(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         let at = self.at;
         let name = self.word().to_ascii_uppercase();
         self.at += name.len();
@@ -310,7 +319,7 @@ impl<'a> Scan<'a> {
         let Some(function) = function(&name) else {
             let message = format!("{} is no function", super::super::log::excerpt(&name));
             let help = "known are ABS ACOS ASIN ATAN COS EXISTS EXP FIX FUP LN ROUND SIN SQRT TAN";
-            return Err(Remark::new(at, message, help));
+            return Err(ReadRemark::new(at, message, help));
         };
         let argument = self.bracket(env)?;
         self.blanks();
@@ -354,12 +363,20 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::gcode::tests::env;
+    use crate::read::samples::control;
+
+    /// Parameters with values, and a control.
+    fn env(given: &[(&str, f64)]) -> (Parameters, ControlState) {
+        let given: Vec<_> =
+            given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        (Parameters::new(&given), control())
+    }
 
     fn value(text: &str) -> Result<f64, String> {
         let (parameters, control) = env(&[("7", 2.0), ("depth", -3.5), ("3", 7.0)]);
-        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: false };
-        let mut scan = Scan::new(text, 0);
+        let env =
+            ExpressionEnv { parameters: &parameters, control: &control, line: 1, fanuc: false };
+        let mut scan = ExpressionScan::new(text, 0);
         let value = scan.value(&env).map_err(|remark| remark.message)?.number;
         scan.blanks();
         if scan.rest().is_empty() { Ok(value) } else { Err(format!("rest {}", scan.rest())) }
@@ -397,8 +414,9 @@ mod tests {
     #[test]
     fn fanuc_rounds_towards_zero_and_has_one_sided_arc_tangents() {
         let (parameters, control) = env(&[]);
-        let env = Env { parameters: &parameters, control: &control, line: 1, fanuc: true };
-        let value = |text: &str| Scan::new(text, 0).value(&env).unwrap().number;
+        let env =
+            ExpressionEnv { parameters: &parameters, control: &control, line: 1, fanuc: true };
+        let value = |text: &str| ExpressionScan::new(text, 0).value(&env).unwrap().number;
         for (text, expected) in
             [("FIX[-2.5]", -2.0), ("FUP[-2.5]", -3.0), ("ATAN[1]", 45.0), ("ATAN[1]/[-1]", 135.0)]
         {

@@ -2,7 +2,7 @@
 
 /// What an O-word says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Keyword {
+pub(super) enum OKeyword {
     Sub,
     EndSub,
     Call,
@@ -24,22 +24,22 @@ pub(super) enum Keyword {
     Unknown,
 }
 
-const KEYWORDS: [(&str, Keyword); 15] = [
-    ("sub", Keyword::Sub),
-    ("endsub", Keyword::EndSub),
-    ("call", Keyword::Call),
-    ("return", Keyword::Return),
-    ("while", Keyword::While),
-    ("endwhile", Keyword::EndWhile),
-    ("do", Keyword::Do),
-    ("if", Keyword::If),
-    ("elseif", Keyword::ElseIf),
-    ("else", Keyword::Else),
-    ("endif", Keyword::EndIf),
-    ("repeat", Keyword::Repeat),
-    ("endrepeat", Keyword::EndRepeat),
-    ("break", Keyword::Break),
-    ("continue", Keyword::Continue),
+const KEYWORDS: [(&str, OKeyword); 15] = [
+    ("sub", OKeyword::Sub),
+    ("endsub", OKeyword::EndSub),
+    ("call", OKeyword::Call),
+    ("return", OKeyword::Return),
+    ("while", OKeyword::While),
+    ("endwhile", OKeyword::EndWhile),
+    ("do", OKeyword::Do),
+    ("if", OKeyword::If),
+    ("elseif", OKeyword::ElseIf),
+    ("else", OKeyword::Else),
+    ("endif", OKeyword::EndIf),
+    ("repeat", OKeyword::Repeat),
+    ("endrepeat", OKeyword::EndRepeat),
+    ("break", OKeyword::Break),
+    ("continue", OKeyword::Continue),
 ];
 
 /// An O-word.
@@ -47,7 +47,7 @@ const KEYWORDS: [(&str, Keyword); 15] = [
 pub(super) struct OWord {
     /// Lower case; numbers without zeros before them.
     pub(super) label: Box<str>,
-    pub(super) keyword: Keyword,
+    pub(super) keyword: OKeyword,
     /// Byte offset of the O.
     pub(super) at: usize,
     /// Byte offset behind the keyword.
@@ -100,17 +100,17 @@ pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
     Some(OWord { label, keyword, at, rest })
 }
 
-fn keyword(text: &str, from: usize) -> (Keyword, usize) {
+fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     let rest = text.get(from..).unwrap_or_default();
     let blanks = rest.len() - rest.trim_start().len();
     let rest = rest.trim_start();
     if rest.is_empty() || rest.starts_with(['(', ';']) {
-        return (Keyword::Nothing, from + blanks);
+        return (OKeyword::Nothing, from + blanks);
     }
     let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
     let word = rest.get(..letters).unwrap_or_default();
     let found = KEYWORDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
-    (found.map_or(Keyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
+    (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
 }
 
 /// A line says `M99`.
@@ -138,11 +138,11 @@ mod tests {
     fn o_words_are_told_from_words() {
         let word = |text: &str| o_word(text, 0).map(|word| (word.label.to_string(), word.keyword));
         let is = |label: &str, keyword| Some((label.to_owned(), keyword));
-        assert_eq!(word(" o<Helix ac>sub"), is("helixac", Keyword::Sub));
-        assert_eq!(word("N10 O0100 WHILE [#1 lt 2]"), is("100", Keyword::While));
-        assert_eq!(word("O0001 (DEMO)"), is("1", Keyword::Nothing));
-        assert_eq!(word("O1 G0 X1"), is("1", Keyword::Unknown));
-        assert_eq!(word(":0001"), is("1", Keyword::Nothing));
+        assert_eq!(word(" o<Helix ac>sub"), is("helixac", OKeyword::Sub));
+        assert_eq!(word("N10 O0100 WHILE [#1 lt 2]"), is("100", OKeyword::While));
+        assert_eq!(word("O0001 (DEMO)"), is("1", OKeyword::Nothing));
+        assert_eq!(word("O1 G0 X1"), is("1", OKeyword::Unknown));
+        assert_eq!(word(":0001"), is("1", OKeyword::Nothing));
         assert_eq!(word("G0 X1"), None);
         assert_eq!(word("N5 G0 X1"), None);
         assert!(ends_subprogram("N5 M99 (back)") && ends_subprogram("g0 x1 m99"));

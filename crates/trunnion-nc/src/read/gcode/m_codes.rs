@@ -1,19 +1,20 @@
 //! M codes.
 
-use super::super::Dialect;
-use super::super::log::Remark;
-use super::block::{Block, Code};
-use super::codes::{Now, group, keep_with, natural, not_understood};
-use super::{Gcode, State};
-
-impl Gcode {
+use super::block::{CodeWord, GcodeBlock};
+use super::modal::{BlockActions, group};
+use super::reader::GcodeReader;
+use super::words::{keep_with, natural, not_understood};
+use crate::read::dialect::Dialect;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+impl GcodeReader {
     /// An M code.
     pub(super) fn m_code(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code, now): (&str, Code, &mut Now),
-    ) -> Result<u32, Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, code, now): (&str, CodeWord, &mut BlockActions),
+    ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
             0 | 10 | 600 => {
@@ -37,7 +38,7 @@ impl Gcode {
             }
             610 if linuxcnc => {
                 let number = block.take('Q').ok_or_else(|| {
-                    Remark::new(code.at, "M61 without a tool", "write Q and its number")
+                    ReadRemark::new(code.at, "M61 without a tool", "write Q and its number")
                 })?;
                 state.control.tool = natural(number, 'Q')?;
                 now.changes_tool = true;
@@ -47,7 +48,7 @@ impl Gcode {
             990 => {
                 if let Some(line) = block.take('P') {
                     if linuxcnc {
-                        return Err(Remark::new(code.at, "M99 P: a jump", "return without P"));
+                        return Err(ReadRemark::new(code.at, "M99 P: a jump", "return without P"));
                     }
                     now.return_to = Some((line.value, code.at));
                 }
@@ -65,10 +66,10 @@ impl Gcode {
     /// M codes without motion, as they stand.
     fn kept_code(
         &self,
-        state: &mut State,
-        block: &mut Block,
-        (text, code): (&str, Code),
-    ) -> Result<u32, Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, code): (&str, CodeWord),
+    ) -> Result<u32, ReadRemark> {
         let what = text.get(code.at..code.end).unwrap_or_default();
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         match code.tenths {
@@ -85,7 +86,7 @@ impl Gcode {
             tenths if tenths % 10 != 0 => return Err(not_understood(code, text, self.dialect)),
             _ => {
                 let message = format!("{what} is not known: it is kept, and taken to move nothing");
-                state.log.warn(text, Remark::new(code.at, message, ""));
+                state.log.warn(text, ReadRemark::new(code.at, message, ""));
                 keep_with(state, block, (text, code, "PQ"));
                 return Ok(group::NONE);
             }
@@ -96,9 +97,13 @@ impl Gcode {
 }
 
 /// `M98 P1000 L3`.
-fn call_numbered(block: &mut Block, code: Code, now: &mut Now) -> Result<u32, Remark> {
+fn call_numbered(
+    block: &mut GcodeBlock,
+    code: CodeWord,
+    now: &mut BlockActions,
+) -> Result<u32, ReadRemark> {
     let Some(number) = block.take('P') else {
-        return Err(Remark::new(code.at, "M98 without P", "name the subprogram"));
+        return Err(ReadRemark::new(code.at, "M98 without P", "name the subprogram"));
     };
     let number = natural(number, 'P')?;
     let times = block.take('L').or_else(|| block.take('K'));

@@ -1,24 +1,26 @@
 //! What a block's axis words do.
 
-use super::super::control::{LARGEST, Target};
-use super::super::log::{Remark, column};
-use super::super::{Dialect, Pace, Step, Way};
-use super::block::{Block, Word};
-use super::codes::Now;
-use super::{Gcode, Motion, State};
+use super::block::{BlockWord, GcodeBlock};
+use super::modal::{BlockActions, GcodeMotion};
+use super::reader::GcodeReader;
+use crate::read::control::{LARGEST, MoveTarget};
+use crate::read::dialect::Dialect;
+use crate::read::log::{ReadRemark, column};
+use crate::read::state::ReaderState;
+use crate::read::step::{Pace, Step, Way};
 use nalgebra::{UnitVector3, Vector3};
 
 /// Letters of axes.
 const AXES: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
-impl Gcode {
+impl GcodeReader {
     /// Moves, if the block says so.
     pub(super) fn motion(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
-        (text, now): (&str, &Now),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        (text, now): (&str, &BlockActions),
+    ) -> Result<(), ReadRemark> {
         if let Some((code, at)) = now.nonmodal {
             return self.nonmodal(state, block, (text, code, at));
         }
@@ -30,13 +32,13 @@ impl Gcode {
         target.machine = now.machine;
         if self.modal.vector
             && block.has_any("IJK")
-            && !matches!(self.modal.motion, Some(Motion::Arc { .. }))
+            && !matches!(self.modal.motion, Some(GcodeMotion::Arc { .. }))
         {
             target.axis = Some(vector(block, &target)?);
         }
         let also = match self.modal.motion {
-            Some(Motion::Arc { .. }) => "IJKR",
-            Some(Motion::Cycle(_)) => "R",
+            Some(GcodeMotion::Arc { .. }) => "IJKR",
+            Some(GcodeMotion::Cycle(_)) => "R",
             _ => "",
         };
         let moves = !target.is_empty() || block.has_any(also);
@@ -44,38 +46,51 @@ impl Gcode {
             self.check_machine(state, &target, moves)?;
         }
         match self.modal.motion {
-            Some(Motion::Cycle(code)) if moves || now.motion => {
+            Some(GcodeMotion::Cycle(code)) if moves || now.motion => {
                 self.cycle(state, block, (target, code))
             }
             _ if !moves => Ok(()),
-            Some(Motion::Rapid) => {
+            Some(GcodeMotion::Rapid) => {
                 state.control.go(state.log.line, target, (Pace::Rapid, Way::Line))
             }
-            Some(Motion::Feed) => {
+            Some(GcodeMotion::Feed) => {
                 let pace = state.control.pace(&target, now.feed)?;
                 state.control.go(state.log.line, target, (pace, Way::Line))
             }
-            Some(Motion::Arc { clockwise }) => {
+            Some(GcodeMotion::Arc { clockwise }) => {
                 self.arc(state, block, (target, clockwise, now.feed))
             }
             _ => {
                 let message = "axis words without G0 or G1";
-                Err(Remark::new(target.at, message, "write G0 or G1 before them"))
+                Err(ReadRemark::new(target.at, message, "write G0 or G1 before them"))
             }
         }
     }
 
-    fn check_machine(&self, state: &State, target: &Target, moves: bool) -> Result<(), Remark> {
+    fn check_machine(
+        &self,
+        state: &ReaderState,
+        target: &MoveTarget,
+        moves: bool,
+    ) -> Result<(), ReadRemark> {
         if !moves {
             let help = "name the axes that are to move";
-            return Err(Remark::new(0, "G53 without axis words", help));
+            return Err(ReadRemark::new(0, "G53 without axis words", help));
         }
-        if !matches!(self.modal.motion, Some(Motion::Rapid | Motion::Feed)) {
-            return Err(Remark::new(target.at, "G53 without G0 or G1", "write G0 or G1 before it"));
+        if !matches!(self.modal.motion, Some(GcodeMotion::Rapid | GcodeMotion::Feed)) {
+            return Err(ReadRemark::new(
+                target.at,
+                "G53 without G0 or G1",
+                "write G0 or G1 before it",
+            ));
         }
         // Under TCP the text does not say which of the two X Y Z are.
         if state.control.tcp && target.axis.is_some() {
-            return Err(Remark::new(target.at, "a tool-axis vector with G53", "use rotary words"));
+            return Err(ReadRemark::new(
+                target.at,
+                "a tool-axis vector with G53",
+                "use rotary words",
+            ));
         }
         Ok(())
     }
@@ -84,11 +99,11 @@ impl Gcode {
     #[inline]
     pub(super) fn target(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         text: &str,
-    ) -> Result<Target, Remark> {
-        let mut target = Target::new(usize::MAX, 0);
+    ) -> Result<MoveTarget, ReadRemark> {
+        let mut target = MoveTarget::new(usize::MAX, 0);
         for letter in AXES {
             let Some(word) = block.look(letter) else { continue };
             let slot = state.control.slot(letter as u8);
@@ -101,7 +116,7 @@ impl Gcode {
             if word.value.abs() > LARGEST {
                 let what = text.get(word.at..word.end).unwrap_or_default();
                 let message = format!("{what} is beyond {LARGEST} mm or degrees");
-                return Err(Remark::new(word.at, message, "is a point missing?"));
+                return Err(ReadRemark::new(word.at, message, "is a point missing?"));
             }
             self.check_point(state, (letter, word), text);
             let value = state.control.meant(slot, word.value, word.decimals);
@@ -116,21 +131,21 @@ impl Gcode {
     }
 
     /// Fanuc and Haas count words without a point in the smallest increment, if so set.
-    fn check_point(&self, state: &mut State, (letter, word): (char, Word), text: &str) {
+    fn check_point(&self, state: &mut ReaderState, (letter, word): (char, BlockWord), text: &str) {
         if self.dialect != Dialect::LinuxCnc && !word.point && word.value.abs() > 0.0 {
             let message = "words without a decimal point are read as millimetres and degrees";
             let help = format!("{letter}{}. would say so on any control", word.value);
-            state.log.warn(text, Remark::new(word.at, message, help));
+            state.log.warn(text, ReadRemark::new(word.at, message, help));
         }
     }
 
     /// Codes that hold for their line only.
     fn nonmodal(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         (text, code, at): (&str, u32, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         match code {
             40 => self.dwell(state, block, at),
             100 => self.write_offset(state, block, (text, at)),
@@ -146,7 +161,12 @@ impl Gcode {
     }
 
     /// `G4`.
-    fn dwell(&self, state: &mut State, block: &mut Block, at: usize) -> Result<(), Remark> {
+    fn dwell(
+        &self,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        at: usize,
+    ) -> Result<(), ReadRemark> {
         let mut time = block.take('P');
         let mut seconds = time.map(|word| self.dwell_seconds(word));
         if self.dialect == Dialect::Fanuc && time.is_none() {
@@ -155,7 +175,7 @@ impl Gcode {
         }
         if let Some(axis) = AXES.iter().find_map(|letter| block.look(*letter)) {
             let help = "put them on a line of their own";
-            return Err(Remark::new(axis.at, "axis words beside G4", help));
+            return Err(ReadRemark::new(axis.at, "axis words beside G4", help));
         }
         match seconds {
             Some(seconds) if seconds >= 0.0 => {
@@ -163,12 +183,12 @@ impl Gcode {
                 state.control.steps.push_back(Step::Dwell { line, seconds });
                 Ok(())
             }
-            _ => Err(Remark::new(at, "G4 without a time", "write G4 P and the time")),
+            _ => Err(ReadRemark::new(at, "G4 without a time", "write G4 P and the time")),
         }
     }
 
     /// What P is \[s\]: seconds in `LinuxCNC`, milliseconds at Fanuc, at Haas by its point.
-    pub(super) fn dwell_seconds(&self, word: Word) -> f64 {
+    pub(super) fn dwell_seconds(&self, word: BlockWord) -> f64 {
         match self.dialect {
             Dialect::Fanuc => 1e-3 * word.value,
             Dialect::Haas if !word.point => 1e-3 * word.value,
@@ -178,11 +198,11 @@ impl Gcode {
 }
 
 /// I J K as the tool axis: what is missing of them is zero.
-fn vector(block: &mut Block, target: &Target) -> Result<UnitVector3<f64>, Remark> {
+fn vector(block: &mut GcodeBlock, target: &MoveTarget) -> Result<UnitVector3<f64>, ReadRemark> {
     let [i, j, k] = ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |word| word.value));
     if let Some(angle) = block.look('Q') {
         let help = "write the tool axis itself";
-        return Err(Remark::new(angle.at, "an inclination (Q) beside the tool axis", help));
+        return Err(ReadRemark::new(angle.at, "an inclination (Q) beside the tool axis", help));
     }
     axis_of(Vector3::new(i, j, k), target.at)
 }
@@ -191,8 +211,8 @@ fn vector(block: &mut Block, target: &Target) -> Result<UnitVector3<f64>, Remark
 pub(in super::super) fn axis_of(
     vector: Vector3<f64>,
     at: usize,
-) -> Result<UnitVector3<f64>, Remark> {
+) -> Result<UnitVector3<f64>, ReadRemark> {
     UnitVector3::try_new(vector, f64::MIN_POSITIVE)
         .filter(|axis| axis.iter().all(|value| value.is_finite()))
-        .ok_or_else(|| Remark::new(at, "a tool axis of length zero", "look at its components"))
+        .ok_or_else(|| ReadRemark::new(at, "a tool axis of length zero", "look at its components"))
 }

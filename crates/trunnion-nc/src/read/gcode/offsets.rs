@@ -1,37 +1,40 @@
 //! Codes that change what coordinates mean, or go to fixed places.
 
-use super::super::control::{SLOTS, Target};
-use super::super::log::Remark;
-use super::super::tilt::euler;
-use super::super::{Dialect, Offset, OffsetKind, Pace, Step, Way};
-use super::block::Block;
-use super::codes::natural;
-use super::{Gcode, Motion, State};
+use super::block::GcodeBlock;
+use super::modal::GcodeMotion;
+use super::reader::GcodeReader;
+use super::words::natural;
+use crate::read::control::{MoveTarget, SLOTS};
+use crate::read::dialect::Dialect;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::{Offset, OffsetKind, Pace, Step, Way};
+use crate::read::tilt::euler;
 use nalgebra::Vector3;
 
 /// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
 const REFERENCES: [u32; 2] = [5161, 5181];
 
-impl Gcode {
+impl GcodeReader {
     /// `G10 L2`, `G10 L20`.
     pub(super) fn write_offset(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         (text, at): (&str, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
             Some(20) => OffsetKind::Reading,
             _ => {
                 let message = "G10 other than L2 or L20 changes what later words mean";
-                return Err(Remark::new(at, message, "set tool tables at the control"));
+                return Err(ReadRemark::new(at, message, "set tool tables at the control"));
             }
         };
         if let Some(turn) = block.take('R')
             && turn.value.abs() > 0.0
         {
-            return Err(Remark::new(
+            return Err(ReadRemark::new(
                 turn.at,
                 "a turned work offset (R)",
                 "post turned coordinates",
@@ -39,13 +42,13 @@ impl Gcode {
         }
         let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
         if number > 9 {
-            return Err(Remark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
+            return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
         }
         let present = state.control.offset;
         let offset = number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX));
         let target = self.target(state, block, text)?;
         if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
-            return Err(Remark::new(at, "G10 with distances (G91)", "write G90"));
+            return Err(ReadRemark::new(at, "G10 with distances (G91)", "write G90"));
         }
         if offset == present {
             offset_changed(state, &target, kind);
@@ -53,7 +56,7 @@ impl Gcode {
         let [w0, w1, w2, w3, w4, sixth] = target.words;
         if sixth.is_some() {
             let message = "the work offset of a sixth axis is taken as given at the control";
-            state.log.warn(text, Remark::new(at, message, ""));
+            state.log.warn(text, ReadRemark::new(at, message, ""));
         }
         let words = [w0, w1, w2, w3, w4];
         let line = state.log.line;
@@ -64,12 +67,16 @@ impl Gcode {
     /// `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
     pub(super) fn shift(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         (text, code, at): (&str, u32, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
-            return Err(Remark::new(at, "a shift in a tilted plane", "end the plane before (G69)"));
+            return Err(ReadRemark::new(
+                at,
+                "a shift in a tilted plane",
+                "end the plane before (G69)",
+            ));
         }
         if code > 920 {
             state.control.set_by_92 = [0.0; SLOTS];
@@ -87,7 +94,7 @@ impl Gcode {
             let Some(reads) = state.control.reading(slot) else {
                 let message = "G92 at a place that the program does not tell";
                 let help = "program the axis absolutely before it, or use G10 L20";
-                return Err(Remark::new(at, message, help));
+                return Err(ReadRemark::new(at, message, help));
             };
             if let Some(set) = state.control.set_by_92.get_mut(slot) {
                 *set += reads - value;
@@ -99,10 +106,10 @@ impl Gcode {
     /// `G28`, `G30`: over an intermediate place to a fixed one.
     pub(super) fn home(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         (text, code, at): (&str, u32, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let between = self.target(state, block, text)?;
         let line = state.log.line;
         let still = |word: &Option<f64>| word.is_none_or(|word| word.abs() <= 0.0);
@@ -111,7 +118,7 @@ impl Gcode {
         if !(between.is_empty() || rests) {
             state.control.go(line, between, (Pace::Rapid, Way::Line))?;
         }
-        let mut home = Target::new(between.at, between.column);
+        let mut home = MoveTarget::new(between.at, between.column);
         home.machine = true;
         for slot in 0..SLOTS {
             let all = between.is_empty() && slot + 1 < SLOTS;
@@ -120,18 +127,18 @@ impl Gcode {
                 let help =
                     "give the parameters of its place when reading (#5161 and on, #5181 and on)";
                 let message = "where G28 or G30 leads to is not known";
-                let value = value.ok_or_else(|| Remark::new(at, message, help))?;
+                let value = value.ok_or_else(|| ReadRemark::new(at, message, help))?;
                 home.set(slot, value, false);
             }
         }
         state.control.go(line, home, (Pace::Rapid, Way::Line))
     }
 
-    fn reference(&self, state: &mut State, which: usize, slot: usize) -> Option<f64> {
+    fn reference(&self, state: &mut ReaderState, which: usize, slot: usize) -> Option<f64> {
         let first = REFERENCES.get(which)?;
         let at = state.control.letter(slot).and_then(|c| "XYZABCUVW".find(c))?;
         let number = first + u32::try_from(at).ok()?;
-        let key = super::parameters::Key::Number(number);
+        let key = super::parameters::ParameterKey::Number(number);
         let given = self.parameters.get(&key, &state.control, state.log.line);
         match given {
             Some(given) => Some(state.control.meant(slot, given, super::super::control::COMPUTED)),
@@ -142,18 +149,26 @@ impl Gcode {
     /// `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
     pub(super) fn tilt(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
         (text, at): (&str, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
-            return Err(Remark::new(at, "a tilted plane in another", "end the first before (G69)"));
+            return Err(ReadRemark::new(
+                at,
+                "a tilted plane in another",
+                "end the first before (G69)",
+            ));
         }
         if let Some(kind) = block.take('P')
             && kind.value.abs() > 0.0
         {
             let help = "write Euler angles: G68.2 X Y Z I J K";
-            return Err(Remark::new(kind.at, "a tilted plane other than by Euler angles", help));
+            return Err(ReadRemark::new(
+                kind.at,
+                "a tilted plane other than by Euler angles",
+                help,
+            ));
         }
         let [i, j, k] =
             ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |w| w.value.to_radians()));
@@ -168,11 +183,15 @@ impl Gcode {
     }
 
     /// `G53.1`: the rotary axes turn the tool to the plane's normal.
-    pub(super) fn turn_to_plane(&mut self, state: &mut State, at: usize) -> Result<(), Remark> {
+    pub(super) fn turn_to_plane(
+        &mut self,
+        state: &mut ReaderState,
+        at: usize,
+    ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_none() {
-            return Err(Remark::new(at, "G53.1 without a tilted plane", "write G68.2 before"));
+            return Err(ReadRemark::new(at, "G53.1 without a tilted plane", "write G68.2 before"));
         }
-        if matches!(self.modal.motion, Some(Motion::Cycle(_))) {
+        if matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
             self.modal.motion = None;
         }
         state.control.turn_to_plane(state.log.line, at, false)
@@ -180,7 +199,7 @@ impl Gcode {
 }
 
 /// Where words of the offset in use now stand.
-fn offset_changed(state: &mut State, target: &Target, kind: OffsetKind) {
+fn offset_changed(state: &mut ReaderState, target: &MoveTarget, kind: OffsetKind) {
     for slot in 0..SLOTS {
         let Some(value) = target.get(slot) else { continue };
         let reads = (kind == OffsetKind::Reading).then_some(value + state.control.shift(slot));

@@ -1,28 +1,28 @@
 //! What O-words do.
 
-use super::super::log::Remark;
-use super::expression::{Env, Scan};
-use super::flow::{Call, Called, Frame, Kind, Loop, Of, closer};
-use super::label::{Keyword, OWord};
-use super::parameters::{Key, LOCALS, Scope};
-use super::{Gcode, State};
-
-impl Gcode {
+use super::expression::{ExpressionEnv, ExpressionScan};
+use super::flow::{CallFrame, CallOutcome, FrameKind, LoopKind, OpenLoop, SubCall, closer};
+use super::label::{OKeyword, OWord};
+use super::parameters::{LOCALS, ParameterKey, ParameterScope};
+use super::reader::GcodeReader;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+impl GcodeReader {
     /// An O-word on a line of the file.
     pub(super) fn o_word_of_file(
         &mut self,
-        state: &State,
+        state: &ReaderState,
         word: &OWord,
         (line, text): (u32, &str),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         match word.keyword {
-            Keyword::Nothing => Ok(()),
-            Keyword::Sub | Keyword::While | Keyword::Do | Keyword::If | Keyword::Repeat => {
+            OKeyword::Nothing => Ok(()),
+            OKeyword::Sub | OKeyword::While | OKeyword::Do | OKeyword::If | OKeyword::Repeat => {
                 self.flow.begin(word, line, text);
                 Ok(())
             }
-            Keyword::Call => self.call(state, word, text),
-            Keyword::Unknown => Err(unknown(word, text)),
+            OKeyword::Call => self.call(state, word, text),
+            OKeyword::Unknown => Err(unknown(word, text)),
             _ => Err(stray(word, text)),
         }
     }
@@ -30,47 +30,49 @@ impl Gcode {
     /// An O-word in a loop or subprogram.
     pub(super) fn o_word_in_frame(
         &mut self,
-        state: &State,
+        state: &ReaderState,
         word: &OWord,
         (at, text): (usize, &str),
-    ) -> Result<(), Remark> {
-        let opens =
-            matches!(word.keyword, Keyword::While | Keyword::Do | Keyword::Repeat | Keyword::If);
+    ) -> Result<(), ReadRemark> {
+        let opens = matches!(
+            word.keyword,
+            OKeyword::While | OKeyword::Do | OKeyword::Repeat | OKeyword::If
+        );
         match word.keyword {
-            Keyword::Nothing => Ok(()),
-            Keyword::Unknown => Err(unknown(word, text)),
-            Keyword::Call => self.call(state, word, text),
-            Keyword::Return | Keyword::EndSub => self.leave_sub(state, word, text),
-            Keyword::Sub => Err(Remark::new(
+            OKeyword::Nothing => Ok(()),
+            OKeyword::Unknown => Err(unknown(word, text)),
+            OKeyword::Call => self.call(state, word, text),
+            OKeyword::Return | OKeyword::EndSub => self.leave_sub(state, word, text),
+            OKeyword::Sub => Err(ReadRemark::new(
                 word.at,
                 "a subprogram inside of another",
                 "end the outer one before",
             )),
             _ if opens => self.open(state, word, (at, text)),
-            Keyword::ElseIf | Keyword::Else => self.jump(word, &[Keyword::EndIf], at, 1),
-            Keyword::EndIf => Ok(()),
-            Keyword::EndWhile | Keyword::EndRepeat => self.again(word),
+            OKeyword::ElseIf | OKeyword::Else => self.jump(word, &[OKeyword::EndIf], at, 1),
+            OKeyword::EndIf => Ok(()),
+            OKeyword::EndWhile | OKeyword::EndRepeat => self.again(word),
             _ => self.break_or_continue(word, at),
         }
     }
 
-    fn frame(&mut self, word: &OWord) -> Result<&mut Frame, Remark> {
+    fn frame(&mut self, word: &OWord) -> Result<&mut CallFrame, ReadRemark> {
         let message = "an o-word outside of all lines";
-        self.flow.frames.last_mut().ok_or_else(|| Remark::new(word.at, message, ""))
+        self.flow.frames.last_mut().ok_or_else(|| ReadRemark::new(word.at, message, ""))
     }
 
     /// Goes on at the line of a keyword, `beyond` it.
     fn jump(
         &mut self,
         word: &OWord,
-        to: &[Keyword],
+        to: &[OKeyword],
         from: usize,
         beyond: usize,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let frame = self.frame(word)?;
         let Some(at) = frame.find(&word.label, to, from + 1) else {
             let message = format!("o<{}> has no end", word.label);
-            return Err(Remark::new(
+            return Err(ReadRemark::new(
                 word.at,
                 message,
                 "end it: endsub, endwhile, endif, endrepeat",
@@ -86,18 +88,18 @@ impl Gcode {
     /// `while`, `do`, `repeat`, `if`.
     fn open(
         &mut self,
-        state: &State,
+        state: &ReaderState,
         word: &OWord,
         (at, text): (usize, &str),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let label = &word.label;
         match word.keyword {
-            Keyword::If => return self.condition(state, word, (at, text)),
-            Keyword::While => {
+            OKeyword::If => return self.condition(state, word, (at, text)),
+            OKeyword::While => {
                 let holds = self.value_behind(state, word, text)?.abs() > 0.0;
                 let frame = self.frame(word)?;
-                let closes = frame.in_loop(label, |kind| kind == Kind::Do);
-                let begun = frame.in_loop(label, |kind| kind == Kind::While);
+                let closes = frame.in_loop(label, |kind| kind == LoopKind::Do);
+                let begun = frame.in_loop(label, |kind| kind == LoopKind::While);
                 if closes {
                     if holds {
                         frame.next = frame.loops.last().map_or(at, |inner| inner.start) + 1;
@@ -110,52 +112,52 @@ impl Gcode {
                     if begun {
                         frame.loops.pop();
                     }
-                    return self.jump(word, &[Keyword::EndWhile], at, 1);
+                    return self.jump(word, &[OKeyword::EndWhile], at, 1);
                 }
                 if !begun {
-                    self.enter_loop(word, at, Kind::While)?;
+                    self.enter_loop(word, at, LoopKind::While)?;
                 }
             }
-            Keyword::Repeat => {
+            OKeyword::Repeat => {
                 let rounds = self.value_behind(state, word, text)?.round();
                 if rounds < 1.0 {
-                    return self.jump(word, &[Keyword::EndRepeat], at, 1);
+                    return self.jump(word, &[OKeyword::EndRepeat], at, 1);
                 }
-                self.enter_loop(word, at, Kind::Repeat(rounds))?;
+                self.enter_loop(word, at, LoopKind::Repeat(rounds))?;
             }
-            _ => self.enter_loop(word, at, Kind::Do)?,
+            _ => self.enter_loop(word, at, LoopKind::Do)?,
         }
         Ok(())
     }
 
-    fn enter_loop(&mut self, word: &OWord, start: usize, kind: Kind) -> Result<(), Remark> {
+    fn enter_loop(&mut self, word: &OWord, start: usize, kind: LoopKind) -> Result<(), ReadRemark> {
         let label = word.label.clone();
         // A loop that was left by a jump is no longer running.
         let frame = self.frame(word)?;
         frame.leave(&label);
-        frame.loops.push(Loop { label, kind, start });
+        frame.loops.push(OpenLoop { label, kind, start });
         Ok(())
     }
 
     /// `if`: goes on behind the first of its branches that holds.
     fn condition(
         &mut self,
-        state: &State,
+        state: &ReaderState,
         word: &OWord,
         (at, text): (usize, &str),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         if self.value_behind(state, word, text)?.abs() > 0.0 {
             return Ok(());
         }
         let mut from = at;
         loop {
-            self.jump(word, &[Keyword::ElseIf, Keyword::Else, Keyword::EndIf], from, 0)?;
+            self.jump(word, &[OKeyword::ElseIf, OKeyword::Else, OKeyword::EndIf], from, 0)?;
             let frame = self.frame(word)?;
             let at = frame.next;
             frame.next = at + 1;
             let Some((line, text)) = frame.lines.get(at).cloned() else { return Ok(()) };
             let Some(branch) = super::label::o_word(&text, 0) else { return Ok(()) };
-            if branch.keyword != Keyword::ElseIf
+            if branch.keyword != OKeyword::ElseIf
                 || self.value_at(state, (line, &text), branch.rest)?.abs() > 0.0
             {
                 return Ok(());
@@ -165,13 +167,13 @@ impl Gcode {
     }
 
     /// `endwhile`, `endrepeat`.
-    fn again(&mut self, word: &OWord) -> Result<(), Remark> {
-        let (label, repeat) = (&word.label, word.keyword == Keyword::EndRepeat);
+    fn again(&mut self, word: &OWord) -> Result<(), ReadRemark> {
+        let (label, repeat) = (&word.label, word.keyword == OKeyword::EndRepeat);
         let frame = self.frame(word)?;
         let inner = frame.loops.last_mut().filter(|inner| inner.label == *label);
         let begin = match inner {
-            Some(Loop { kind: Kind::While, start, .. }) if !repeat => *start,
-            Some(Loop { kind: Kind::Repeat(left), start, .. }) if repeat => {
+            Some(OpenLoop { kind: LoopKind::While, start, .. }) if !repeat => *start,
+            Some(OpenLoop { kind: LoopKind::Repeat(left), start, .. }) if repeat => {
                 *left -= 1.0;
                 if *left < 1.0 {
                     frame.loops.pop();
@@ -181,30 +183,34 @@ impl Gcode {
             }
             _ => {
                 let message = format!("the end of o<{label}> without its beginning");
-                return Err(Remark::new(word.at, message, "loops must lie inside of each other"));
+                return Err(ReadRemark::new(
+                    word.at,
+                    message,
+                    "loops must lie inside of each other",
+                ));
             }
         };
         frame.next = begin;
         Ok(())
     }
 
-    fn break_or_continue(&mut self, word: &OWord, at: usize) -> Result<(), Remark> {
+    fn break_or_continue(&mut self, word: &OWord, at: usize) -> Result<(), ReadRemark> {
         let frame = self.frame(word)?;
         let Some(inner) = frame.leave(&word.label) else {
             let message = format!("o<{}> is no loop that runs here", word.label);
-            return Err(Remark::new(word.at, message, "break and continue name their loop"));
+            return Err(ReadRemark::new(word.at, message, "break and continue name their loop"));
         };
         let end = match inner.kind {
-            Kind::While => Keyword::EndWhile,
-            Kind::Do => closer(Keyword::Do),
-            Kind::Repeat(_) => Keyword::EndRepeat,
+            LoopKind::While => OKeyword::EndWhile,
+            LoopKind::Do => closer(OKeyword::Do),
+            LoopKind::Repeat(_) => OKeyword::EndRepeat,
         };
-        if word.keyword == Keyword::Break {
+        if word.keyword == OKeyword::Break {
             return self.jump(word, &[end], at, 1);
         }
         let (start, kind) = (inner.start, inner.kind);
         frame.loops.push(inner);
-        if kind == Kind::While {
+        if kind == LoopKind::While {
             frame.next = start;
             return Ok(());
         }
@@ -212,8 +218,8 @@ impl Gcode {
     }
 
     /// `call [1] [2]`.
-    fn call(&mut self, state: &State, word: &OWord, text: &str) -> Result<(), Remark> {
-        let mut scan = Scan::new(text, word.rest);
+    fn call(&mut self, state: &ReaderState, word: &OWord, text: &str) -> Result<(), ReadRemark> {
+        let mut scan = ExpressionScan::new(text, word.rest);
         let env = self.env(state);
         let mut arguments = Vec::new();
         loop {
@@ -223,62 +229,77 @@ impl Gcode {
             }
             if arguments.len() >= LOCALS {
                 let message = format!("more than {LOCALS} arguments");
-                return Err(Remark::new(scan.at, message, ""));
+                return Err(ReadRemark::new(scan.at, message, ""));
             }
             arguments.push(scan.bracket(&env)?);
         }
         nothing_more(&scan)?;
         let place = (state.log.line, text, word.at);
-        self.run_sub((&word.label, false), Call { arguments: Some(arguments), times: 1 }, place)
+        self.run_sub((&word.label, false), SubCall { arguments: Some(arguments), times: 1 }, place)
     }
 
     /// Calls a subprogram, now or once it is found.
     pub(super) fn run_sub(
         &mut self,
         name: (&str, bool),
-        call: Call,
+        call: SubCall,
         place: (u32, &str, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let called = self.flow.call(name, call, place)?;
         self.called(called);
         Ok(())
     }
 
     /// Gives a call its parameters.
-    pub(super) fn called(&mut self, called: Called) {
-        if let Called::Runs(Some(arguments)) = called {
-            self.parameters.enter(Scope::of_call(&arguments));
+    pub(super) fn called(&mut self, called: CallOutcome) {
+        if let CallOutcome::Runs(Some(arguments)) = called {
+            self.parameters.enter(ParameterScope::of_call(&arguments));
         }
     }
 
     /// `endsub`, `return`, with a value or without.
-    fn leave_sub(&mut self, state: &State, word: &OWord, text: &str) -> Result<(), Remark> {
-        let mut scan = Scan::new(text, word.rest);
+    fn leave_sub(
+        &mut self,
+        state: &ReaderState,
+        word: &OWord,
+        text: &str,
+    ) -> Result<(), ReadRemark> {
+        let mut scan = ExpressionScan::new(text, word.rest);
         scan.blanks();
         let value = match scan.peek() {
             Some(b'[') => Some(scan.bracket(&self.env(state))?),
             _ => None,
         };
         nothing_more(&scan)?;
-        if self.frame(word)?.of != Of::Sub {
+        if self.frame(word)?.of != FrameKind::Sub {
             return Err(stray(word, text));
         }
         self.flow.frames.pop();
         self.parameters.leave();
         let returned = f64::from(u8::from(value.is_some()));
-        self.parameters.set(Key::Name("_value_returned".into()), returned);
-        self.parameters.set(Key::Name("_value".into()), value.unwrap_or(0.0));
+        self.parameters.set(ParameterKey::Name("_value_returned".into()), returned);
+        self.parameters.set(ParameterKey::Name("_value".into()), value.unwrap_or(0.0));
         Ok(())
     }
 
     /// The value in brackets behind an O-word.
-    fn value_behind(&self, state: &State, word: &OWord, text: &str) -> Result<f64, Remark> {
+    fn value_behind(
+        &self,
+        state: &ReaderState,
+        word: &OWord,
+        text: &str,
+    ) -> Result<f64, ReadRemark> {
         self.value_at(state, (state.log.line, text), word.rest)
     }
 
-    fn value_at(&self, state: &State, (line, text): (u32, &str), at: usize) -> Result<f64, Remark> {
-        let mut scan = Scan::new(text, at);
-        let env = Env { line, ..self.env(state) };
+    fn value_at(
+        &self,
+        state: &ReaderState,
+        (line, text): (u32, &str),
+        at: usize,
+    ) -> Result<f64, ReadRemark> {
+        let mut scan = ExpressionScan::new(text, at);
+        let env = ExpressionEnv { line, ..self.env(state) };
         let value = scan.bracket(&env)?;
         nothing_more(&scan)?;
         Ok(value)
@@ -286,21 +307,21 @@ impl Gcode {
 }
 
 /// Behind an O-word stand comments at most.
-fn nothing_more(scan: &Scan<'_>) -> Result<(), Remark> {
+fn nothing_more(scan: &ExpressionScan<'_>) -> Result<(), ReadRemark> {
     let rest = scan.rest().trim_start();
     if rest.is_empty() || rest.starts_with(['(', ';']) {
         return Ok(());
     }
-    Err(Remark::new(scan.at, "something behind an o-word", "put it on a line of its own"))
+    Err(ReadRemark::new(scan.at, "something behind an o-word", "put it on a line of its own"))
 }
 
-fn unknown(word: &OWord, text: &str) -> Remark {
+fn unknown(word: &OWord, text: &str) -> ReadRemark {
     let what = super::super::log::excerpt(text.get(word.at..).unwrap_or_default());
     let help = "a program number stands alone; o-words are sub, call, while, do, if, repeat ...";
-    Remark::new(word.at, format!("{what} is not understood"), help)
+    ReadRemark::new(word.at, format!("{what} is not understood"), help)
 }
 
-fn stray(word: &OWord, text: &str) -> Remark {
+fn stray(word: &OWord, text: &str) -> ReadRemark {
     let what = super::super::log::excerpt(text.get(word.at..).unwrap_or_default());
-    Remark::new(word.at, format!("{what}: nothing was begun that it could end"), "")
+    ReadRemark::new(word.at, format!("{what}: nothing was begun that it could end"), "")
 }

@@ -1,7 +1,7 @@
 //! Parameters: `#1`, `#<name>`, `#<_global>`.
 
-use super::super::control::{Control, FeedMode};
-use super::super::log::Remark;
+use crate::read::control::{ControlState, FeedMode};
+use crate::read::log::ReadRemark;
 use std::collections::HashMap;
 
 /// Numbers of the parameters that belong to a subprogram call.
@@ -14,11 +14,11 @@ const HIGHEST: f64 = 1e6;
 const MOST: usize = 100_000;
 
 /// Fanuc stops with an alarm where this one is set.
-pub(super) const ALARM: Key = Key::Number(3000);
+pub(super) const ALARM: ParameterKey = ParameterKey::Number(3000);
 
 /// Which parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Key {
+pub(super) enum ParameterKey {
     Number(u32),
     /// Lower case, without blanks.
     Name(Box<str>),
@@ -26,12 +26,12 @@ pub(super) enum Key {
 
 /// Parameters of one subprogram call.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Scope {
+pub(super) struct ParameterScope {
     numbers: [f64; LOCALS],
     names: HashMap<Box<str>, f64>,
 }
 
-impl Scope {
+impl ParameterScope {
     /// `#1`, `#2` and so on are the arguments of a call.
     pub(super) fn of_call(arguments: &[f64]) -> Self {
         let mut scope = Self::default();
@@ -48,7 +48,7 @@ pub(super) struct Parameters {
     numbers: HashMap<u32, f64>,
     /// Names that begin with `_`.
     globals: HashMap<Box<str>, f64>,
-    scopes: Vec<Scope>,
+    scopes: Vec<ParameterScope>,
     given: HashMap<Box<str>, f64>,
 }
 
@@ -61,12 +61,12 @@ impl Parameters {
         Self {
             numbers: HashMap::new(),
             globals: HashMap::new(),
-            scopes: vec![Scope::default()],
+            scopes: vec![ParameterScope::default()],
             given: given.iter().map(|(key, value)| (name(key), *value)).collect(),
         }
     }
 
-    pub(super) fn enter(&mut self, scope: Scope) {
+    pub(super) fn enter(&mut self, scope: ParameterScope) {
         self.scopes.push(scope);
     }
 
@@ -76,10 +76,10 @@ impl Parameters {
         }
     }
 
-    pub(super) fn set(&mut self, key: Key, value: f64) {
+    pub(super) fn set(&mut self, key: ParameterKey, value: f64) {
         let Some(scope) = self.scopes.last_mut() else { return };
         match key {
-            Key::Number(number) => {
+            ParameterKey::Number(number) => {
                 let local = usize::try_from(number).ok().and_then(|at| at.checked_sub(1));
                 match local.and_then(|at| scope.numbers.get_mut(at)) {
                     Some(place) => *place = value,
@@ -87,7 +87,7 @@ impl Parameters {
                     None => {}
                 }
             }
-            Key::Name(name) => {
+            ParameterKey::Name(name) => {
                 let map = if name.starts_with('_') { &mut self.globals } else { &mut scope.names };
                 if map.len() < MOST {
                     map.insert(name, value);
@@ -97,14 +97,14 @@ impl Parameters {
     }
 
     /// Value of a parameter, if it has one.
-    pub(super) fn get(&self, key: &Key, control: &Control, line: u32) -> Option<f64> {
+    pub(super) fn get(&self, key: &ParameterKey, control: &ControlState, line: u32) -> Option<f64> {
         match key {
-            Key::Number(number) => self.number(*number, control),
-            Key::Name(name) => self.name(name, control, line),
+            ParameterKey::Number(number) => self.number(*number, control),
+            ParameterKey::Name(name) => self.name(name, control, line),
         }
     }
 
-    fn number(&self, number: u32, control: &Control) -> Option<f64> {
+    fn number(&self, number: u32, control: &ControlState) -> Option<f64> {
         let local = usize::try_from(number).ok().and_then(|at| at.checked_sub(1));
         let local = local.and_then(|at| self.scopes.last()?.numbers.get(at).copied());
         local
@@ -113,7 +113,7 @@ impl Parameters {
             .or_else(|| self.given.get(number.to_string().as_str()).copied())
     }
 
-    fn name(&self, name: &str, control: &Control, line: u32) -> Option<f64> {
+    fn name(&self, name: &str, control: &ControlState, line: u32) -> Option<f64> {
         let scope = self.scopes.last()?;
         scope
             .names
@@ -132,21 +132,21 @@ pub(super) fn normal(name: &str) -> Box<str> {
 }
 
 /// The number of a parameter.
-pub(super) fn key_number(value: f64, at: usize) -> Result<Key, Remark> {
+pub(super) fn key_number(value: f64, at: usize) -> Result<ParameterKey, ReadRemark> {
     let whole = value.round();
     // Numbers are reckoned with, and 1e-4 is what the interpreter allows a whole number to be off.
     let fits = (value - whole).abs() < 1e-4 && (1.0..=HIGHEST).contains(&whole);
     if !fits {
         let message = format!("{value} is no number of a parameter");
-        return Err(Remark::new(at, message, "use whole numbers from 1"));
+        return Err(ReadRemark::new(at, message, "use whole numbers from 1"));
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
     let number = whole as u32;
-    Ok(Key::Number(number))
+    Ok(ParameterKey::Number(number))
 }
 
 /// `#5420` and on: where the words stand; the tool.
-fn of_control(number: u32, control: &Control) -> Option<f64> {
+fn of_control(number: u32, control: &ControlState) -> Option<f64> {
     match number {
         5400 => Some(f64::from(control.tool)),
         5420..=5428 => {
@@ -158,13 +158,13 @@ fn of_control(number: u32, control: &Control) -> Option<f64> {
     }
 }
 
-fn position(letter: char, control: &Control) -> Option<f64> {
+fn position(letter: char, control: &ControlState) -> Option<f64> {
     let slot = control.known_slot(letter.to_ascii_uppercase())?;
     Some(control.written(slot, control.reading(slot)?))
 }
 
 /// Named parameters that the control sets.
-fn predefined(name: &str, control: &Control, line: u32) -> Option<f64> {
+fn predefined(name: &str, control: &ControlState, line: u32) -> Option<f64> {
     let flag = |on: bool| Some(f64::from(u8::from(on)));
     let rest = name.strip_prefix('_')?;
     let mut letters = rest.chars();

@@ -1,18 +1,19 @@
 //! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
 
-use super::super::Turning;
-use super::super::log::Remark;
+use super::reader::HeidenhainReader;
+use super::reader::not_understood;
 use super::token::{Token, Tokens};
-use super::{Heidenhain, State, not_understood};
-
-impl Heidenhain {
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::Turning;
+impl HeidenhainReader {
     /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
     pub(super) fn function(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         (first, code): (&Token<'_>, &str),
         tokens: &mut Tokens<'_>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
             .map(|token| token.text.to_ascii_uppercase())
             .collect();
@@ -35,13 +36,13 @@ impl Heidenhain {
 
     fn tcpm(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         settings: &[&str],
         first: &Token<'_>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let unknown = |what: &str| {
             let message = format!("FUNCTION TCPM with {what}");
-            Remark::new(
+            ReadRemark::new(
                 first.at,
                 message,
                 "F TCP, AXIS POS, PATHCTRL and REFPNT TIP-TIP are understood",
@@ -54,7 +55,7 @@ impl Heidenhain {
                 ("F", "TCP") | ("REFPNT", "TIP-TIP") => {}
                 ("F", "CONT") => {
                     let message = "F CONT: feeds are taken as those of the tip";
-                    state.log.warn("", Remark::new(first.at, message, ""));
+                    state.log.warn("", ReadRemark::new(first.at, message, ""));
                 }
                 ("AXIS", "POS") => self.spatial = false,
                 ("AXIS", "SPAT") => self.spatial = true,
@@ -74,10 +75,10 @@ impl Heidenhain {
     /// `CYCL DEF 32.0 TOLERANCE`, `7.1 X+5`, `9.1 DWELL 2`, `247 .. Q339=1`.
     pub(super) fn cycle(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         (first, code): (&Token<'_>, &str),
         tokens: &mut Tokens<'_>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         if !tokens.next_token().is_some_and(|token| token.text.eq_ignore_ascii_case("DEF")) {
             return Err(not_understood(first, code));
         }
@@ -95,22 +96,27 @@ impl Heidenhain {
             (7, false) => self.datum_shift(state, tokens),
             (9, false) => {
                 let text = std::iter::from_fn(|| tokens.next_token()).last();
-                let time = text.ok_or_else(|| Remark::new(which.at, "a dwell without time", ""))?;
+                let time =
+                    text.ok_or_else(|| ReadRemark::new(which.at, "a dwell without time", ""))?;
                 self.dwell(state, &time)
             }
             (247, _) => self.preset(state, (tokens, which.at)),
             _ => {
                 let help = "write its moves as L; 7, 9, 32 and 247 are understood";
-                Err(Remark { help: help.to_owned(), ..not_understood(first, code) })
+                Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
             }
         }
     }
 
     /// `X+5`, `IX+5`.
-    fn datum_shift(&mut self, state: &mut State, tokens: &mut Tokens<'_>) -> Result<(), Remark> {
+    fn datum_shift(
+        &mut self,
+        state: &mut ReaderState,
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
             let help = "shift before PLANE";
-            return Err(Remark::new(0, "a datum shift in a tilted plane", help));
+            return Err(ReadRemark::new(0, "a datum shift in a tilted plane", help));
         }
         while let Some(token) = tokens.next_token() {
             let upper = token.text.to_ascii_uppercase();
@@ -120,7 +126,7 @@ impl Heidenhain {
             let slot = if letter.is_ascii_uppercase() { state.control.slot(letter) } else { None };
             let Some(slot) = slot else {
                 let message = format!("{upper} in a datum shift");
-                return Err(Remark::new(token.at, message, "write axes and values"));
+                return Err(ReadRemark::new(token.at, message, "write axes and values"));
             };
             let found = self.value(&token.after(skip + 1))?;
             let meant = state.control.meant(slot, found.value, super::super::control::COMPUTED);
@@ -134,9 +140,9 @@ impl Heidenhain {
     /// Preset 1 is what other dialects call `G54`.
     fn preset(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         (tokens, at): (&mut Tokens<'_>, usize),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let mut number = None;
         while let Some(token) = tokens.next_token() {
             if let Some(value) = token.text.to_ascii_uppercase().strip_prefix("Q339=") {
@@ -147,7 +153,7 @@ impl Heidenhain {
         let whole = number.filter(|n| n.fract().abs() <= 0.0 && (1.0..=200.0).contains(n));
         let Some(number) = whole else {
             let message = "a preset other than a number from 1";
-            return Err(Remark::new(at, message, "write Q339=+1 and so on in the same block"));
+            return Err(ReadRemark::new(at, message, "write Q339=+1 and so on in the same block"));
         };
         Self::unshift(state);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]

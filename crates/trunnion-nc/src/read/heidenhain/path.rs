@@ -1,20 +1,22 @@
 //! Blocks that move: `L`, `LN`, `C`, `CR`, `CP`, `LP`, and `CC`.
 
-use super::super::arc::{self, Form, Given};
-use super::super::control::{LARGEST, Target};
-use super::super::gcode::axis_of;
-use super::super::log::{Remark, column, excerpt};
-use super::super::{Arc, Pace, Way};
+use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
-use super::{Heidenhain, State};
+use crate::read::arc;
+use crate::read::arc::{ArcForm, GivenArc};
+use crate::read::control::{LARGEST, MoveTarget};
+use crate::read::gcode::axis_of;
+use crate::read::log::{ReadRemark, column, excerpt};
+use crate::read::state::ReaderState;
+use crate::read::step::{Arc, Pace, Way};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
 /// What a block says.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
-struct Block {
-    target: Target,
+struct PathBlock {
+    target: MoveTarget,
     /// `TX TY TZ`.
     vector: [Option<f64>; 3],
     feed: Option<f64>,
@@ -32,16 +34,16 @@ struct Block {
     stop: Option<(usize, usize)>,
 }
 
-impl Heidenhain {
+impl HeidenhainReader {
     /// Reads the words of a block and moves.
     pub(super) fn path(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         word: &str,
         (first, mut tokens): (&Token<'_>, Tokens<'_>),
-    ) -> Result<(), Remark> {
-        let mut block = Block {
-            target: Target::new(usize::MAX, 1),
+    ) -> Result<(), ReadRemark> {
+        let mut block = PathBlock {
+            target: MoveTarget::new(usize::MAX, 1),
             vector: [None; 3],
             feed: None,
             rapid: false,
@@ -74,17 +76,17 @@ impl Heidenhain {
 
     fn word(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut PathBlock,
         (token, tokens): (Token<'_>, &mut Tokens<'_>),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let upper = token.text.to_ascii_uppercase();
         let bytes = upper.as_bytes();
         match bytes {
             b"R0" => Ok(()),
             b"RL" | b"RR" | b"R+" | b"R-" => {
                 let help = "post the compensated path with R0";
-                Err(Remark::new(token.at, "cutter compensation needs the whole contour", help))
+                Err(ReadRemark::new(token.at, "cutter compensation needs the whole contour", help))
             }
             b"DR+" | b"DR-" => {
                 block.clockwise = Some(bytes == b"DR-");
@@ -114,10 +116,10 @@ impl Heidenhain {
     /// `FMAX`, `F MAX`, `F800`.
     fn feed(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut PathBlock,
         (token, tokens): (Token<'_>, &mut Tokens<'_>),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
         if value.text.eq_ignore_ascii_case("MAX") {
             block.rapid = true;
@@ -125,12 +127,12 @@ impl Heidenhain {
         }
         if value.text.starts_with(|c: char| c.is_ascii_alphabetic() && !"Qq".contains(c)) {
             let message = format!("{} is not understood", excerpt(token.text));
-            return Err(Remark::new(token.at, message, "write FMAX or F in mm/min"));
+            return Err(ReadRemark::new(token.at, message, "write FMAX or F in mm/min"));
         }
         let found = self.value(&value)?;
         if !(found.value > 0.0 && found.value.is_finite()) {
             let message = format!("F{} is no feed", found.value);
-            return Err(Remark::new(token.at, message, "give one above 0"));
+            return Err(ReadRemark::new(token.at, message, "give one above 0"));
         }
         state.control.note_feed(found.decimals);
         block.feed = Some(found.value);
@@ -138,7 +140,12 @@ impl Heidenhain {
     }
 
     /// `TX+0.5`; the normal `NX NY NZ` says nothing about the motion of a tool without oversize.
-    fn vector(&self, block: &mut Block, token: Token<'_>, bytes: &[u8]) -> Result<(), Remark> {
+    fn vector(
+        &self,
+        block: &mut PathBlock,
+        token: Token<'_>,
+        bytes: &[u8],
+    ) -> Result<(), ReadRemark> {
         let value = self.value(&token.after(2))?.value;
         let [kind, letter, ..] = bytes else { return Ok(()) };
         let place = block.vector.get_mut(usize::from(letter - b'X'));
@@ -151,10 +158,10 @@ impl Heidenhain {
     /// `PR+10`, `IPA+360`.
     fn polar(
         &self,
-        state: &State,
-        block: &mut Block,
+        state: &ReaderState,
+        block: &mut PathBlock,
         (token, bytes): (Token<'_>, &[u8]),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I');
         let skip = 2 + usize::from(incremental);
         let angle = bytes.get(skip - 1) == Some(&b'A');
@@ -169,16 +176,16 @@ impl Heidenhain {
     /// `X+10`, `IX+5`, `C+30`.
     fn coordinate(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut PathBlock,
         (token, bytes): (Token<'_>, &[u8]),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I') && bytes.len() > 1;
         let skip = usize::from(incremental);
         let letter = bytes.get(skip).copied().unwrap_or(0);
         if !letter.is_ascii_uppercase() || bytes.len() < skip + 2 {
             let message = format!("{} is not understood as heidenhain", excerpt(token.text));
-            return Err(Remark::new(token.at, message, "is it the right dialect?"));
+            return Err(ReadRemark::new(token.at, message, "is it the right dialect?"));
         }
         let Some(slot) = state.control.slot(letter) else {
             return Err(state.control.no_axis(token.at, &excerpt(token.text)));
@@ -194,16 +201,16 @@ impl Heidenhain {
         let found = self.value(&token.after(skip + 1))?;
         if block.target.get(slot).is_some() {
             let message = format!("second {} word in this block", char::from(letter));
-            return Err(Remark::new(token.at, message, "keep one of them"));
+            return Err(ReadRemark::new(token.at, message, "keep one of them"));
         }
         if found.value.abs() > LARGEST {
             let message = format!("{} is beyond {LARGEST} mm or degrees", excerpt(token.text));
-            return Err(Remark::new(token.at, message, "is a point missing?"));
+            return Err(ReadRemark::new(token.at, message, "is a point missing?"));
         }
         let rotary = state.control.is_rotary(slot);
         if rotary && self.spatial {
             let help = "write AXIS POS";
-            return Err(Remark::new(token.at, "angles in space (AXIS SPAT)", help));
+            return Err(ReadRemark::new(token.at, "angles in space (AXIS SPAT)", help));
         }
         let mut meant = state.control.meant(slot, found.value, found.decimals);
         if let (true, false, Some(stands)) =
@@ -221,10 +228,10 @@ impl Heidenhain {
     /// M functions.
     fn m_code(
         &mut self,
-        state: &mut State,
-        block: &mut Block,
+        state: &mut ReaderState,
+        block: &mut PathBlock,
         token: Token<'_>,
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         let number = token.text.get(1..).unwrap_or_default().parse::<u32>().unwrap_or(u32::MAX);
         let line = state.log.line;
         match number {
@@ -249,15 +256,15 @@ impl Heidenhain {
             89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
                 let message = format!("{} is not understood", excerpt(token.text));
                 let help = "it changes what words or feeds mean; post without it";
-                return Err(Remark::new(token.at, message, help));
+                return Err(ReadRemark::new(token.at, message, help));
             }
-            u32::MAX => return Err(Remark::new(token.at, "M without a number", "")),
+            u32::MAX => return Err(ReadRemark::new(token.at, "M without a number", "")),
             _ => {
                 let message = format!(
                     "{} is not known: it is kept, and taken to move nothing",
                     excerpt(token.text)
                 );
-                state.log.warn("", Remark::new(token.at, message, ""));
+                state.log.warn("", ReadRemark::new(token.at, message, ""));
                 state.control.keep(line, token.text);
             }
         }
@@ -265,7 +272,7 @@ impl Heidenhain {
     }
 
     /// `CC X+0 Y+0`: the pole; alone: where the tool is.
-    fn set_pole(&mut self, state: &State, block: &Block) -> Result<(), Remark> {
+    fn set_pole(&mut self, state: &ReaderState, block: &PathBlock) -> Result<(), ReadRemark> {
         let all = block.target.is_empty();
         for axis in 0..3 {
             let slot = state.control.xyz[axis];
@@ -285,7 +292,12 @@ impl Heidenhain {
         Ok(())
     }
 
-    fn go(&mut self, state: &mut State, word: &str, block: &mut Block) -> Result<(), Remark> {
+    fn go(
+        &mut self,
+        state: &mut ReaderState,
+        word: &str,
+        block: &mut PathBlock,
+    ) -> Result<(), ReadRemark> {
         let at = block.target.at;
         if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
             state.control.feed = Some(feed);
@@ -293,7 +305,7 @@ impl Heidenhain {
         if block.to_plane {
             if !block.target.is_empty() {
                 let help = "turn the rotary axes in a block of its own";
-                return Err(Remark::new(at, "Q120 to Q122 beside other axes", help));
+                return Err(ReadRemark::new(at, "Q120 to Q122 beside other axes", help));
             }
             let tcp = state.control.tcp;
             return state.control.turn_to_plane(state.log.line, at, tcp);
@@ -301,7 +313,7 @@ impl Heidenhain {
         if block.vector.iter().any(Option::is_some) {
             if word != "LN" || !state.control.tcp {
                 let message = "TX TY TZ without LN or without TCPM";
-                return Err(Remark::new(at, message, "write FUNCTION TCPM or M128 before"));
+                return Err(ReadRemark::new(at, message, "write FUNCTION TCPM or M128 before"));
             }
             let [x, y, z] = block.vector.map(|value| value.unwrap_or(0.0));
             block.target.axis = Some(axis_of(Vector3::new(x, y, z), at)?);
@@ -327,44 +339,51 @@ impl Heidenhain {
     }
 
     /// The pole as seen from where the tool is.
-    fn pole_from_here(&self, state: &State, at: usize) -> Result<[f64; 2], Remark> {
+    fn pole_from_here(&self, state: &ReaderState, at: usize) -> Result<[f64; 2], ReadRemark> {
         let from = |axis: usize| {
             let pole = self.pole.get(axis).copied().flatten().ok_or_else(|| {
-                Remark::new(at, "a circle or polar word without its pole", "write CC before it")
+                ReadRemark::new(at, "a circle or polar word without its pole", "write CC before it")
             })?;
             let place = state.control.reading(state.control.xyz[axis]);
-            Ok::<f64, Remark>(pole - place.ok_or_else(|| arc::unknown_start(at))?)
+            Ok::<f64, ReadRemark>(pole - place.ok_or_else(|| arc::unknown_start(at))?)
         };
         Ok([from(self.plane[0])?, from(self.plane[1])?])
     }
 
-    fn sense(block: &Block) -> Result<bool, Remark> {
+    fn sense(block: &PathBlock) -> Result<bool, ReadRemark> {
         block.clockwise.ok_or_else(|| {
-            Remark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
+            ReadRemark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
         })
     }
 
-    fn circle(&self, state: &State, by_radius: bool, block: &Block) -> Result<Way, Remark> {
+    fn circle(
+        &self,
+        state: &ReaderState,
+        by_radius: bool,
+        block: &PathBlock,
+    ) -> Result<Way, ReadRemark> {
         let at = block.target.at;
         let clockwise = Self::sense(block)?;
         let form = if by_radius {
             let radius = block.radius;
-            Form::Radius(radius.ok_or_else(|| Remark::new(at, "CR without R", "write its radius"))?)
+            ArcForm::Radius(
+                radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?,
+            )
         } else {
-            Form::Center(self.pole_from_here(state, at)?)
+            ArcForm::Center(self.pole_from_here(state, at)?)
         };
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
-        arc::way(&state.control, &block.target, &Given { plane, form, clockwise, turns: 1 })
+        arc::way(&state.control, &block.target, &GivenArc { plane, form, clockwise, turns: 1 })
     }
 
     /// `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
-    fn polar_circle(&self, state: &State, block: &mut Block) -> Result<Way, Remark> {
+    fn polar_circle(&self, state: &ReaderState, block: &mut PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
         let clockwise = Self::sense(block)?;
         let center = self.pole_from_here(state, at)?;
         let start = (-center[1]).atan2(-center[0]);
         let Some((angle, incremental)) = block.polar[1] else {
-            return Err(Remark::new(at, "CP without its angle", "write PA or IPA"));
+            return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
         };
         let sweep = if incremental {
             angle
@@ -374,7 +393,7 @@ impl Heidenhain {
         };
         if (sweep < 0.0) != clockwise || sweep.abs() > LARGEST {
             let message = "the angle of CP runs against DR";
-            return Err(Remark::new(at, message, "their signs must agree"));
+            return Err(ReadRemark::new(at, message, "their signs must agree"));
         }
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         let arc = Arc { plane, center, sweep };
@@ -385,7 +404,7 @@ impl Heidenhain {
     }
 
     /// `LP PR+10 PA+30`.
-    fn polar_end(&self, state: &State, block: &mut Block) -> Result<(), Remark> {
+    fn polar_end(&self, state: &ReaderState, block: &mut PathBlock) -> Result<(), ReadRemark> {
         let at = block.target.at;
         let center = self.pole_from_here(state, at)?;
         let [from_radius, from_angle] =

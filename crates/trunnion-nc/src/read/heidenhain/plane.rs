@@ -1,13 +1,14 @@
 //! `PLANE SPATIAL SPA+0 SPB+45 SPC+0 TURN FMAX`, `PLANE EULER`, `PLANE VECTOR`, `PLANE RESET STAY`.
 
-use super::super::control::Target;
-use super::super::gcode::axis_of;
-use super::super::log::{Remark, excerpt};
-use super::super::tilt::{about, euler};
-use super::super::{Pace, Way};
+use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
-use super::{Heidenhain, State};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::read::control::MoveTarget;
+use crate::read::gcode::axis_of;
+use crate::read::log::{ReadRemark, excerpt};
+use crate::read::state::ReaderState;
+use crate::read::step::{Pace, Way};
+use crate::read::tilt::{about, euler};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Words with a value, by kind.
@@ -17,7 +18,7 @@ const VECTOR: [&str; 6] = ["BX", "BY", "BZ", "NX", "NY", "NZ"];
 
 /// How the rotary axes get there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Positioning {
+enum PlanePositioning {
     /// The tip stands meanwhile.
     Move,
     Turn,
@@ -25,13 +26,13 @@ enum Positioning {
     Stay,
 }
 
-impl Heidenhain {
+impl HeidenhainReader {
     /// A tilted plane, or its end.
     pub(super) fn plane(
         &mut self,
-        state: &mut State,
+        state: &mut ReaderState,
         (first, mut tokens): (&Token<'_>, Tokens<'_>),
-    ) -> Result<(), Remark> {
+    ) -> Result<(), ReadRemark> {
         _ = tokens.next_token();
         let kind = tokens.expect()?;
         let name = kind.text.to_ascii_uppercase();
@@ -43,14 +44,18 @@ impl Heidenhain {
             _ => {
                 let message = format!("PLANE {} is not understood", excerpt(kind.text));
                 let help = "write the plane as PLANE SPATIAL, PLANE EULER or PLANE VECTOR";
-                return Err(Remark::new(kind.at, message, help));
+                return Err(ReadRemark::new(kind.at, message, help));
             }
         };
         let (values, positioning) = self.words_of_plane(names, &mut tokens)?;
         let line = state.log.line;
         let at = first.at;
         let positioning = positioning.ok_or_else(|| {
-            Remark::new(at, "PLANE without MOVE, TURN or STAY", "say how the rotary axes get there")
+            ReadRemark::new(
+                at,
+                "PLANE without MOVE, TURN or STAY",
+                "say how the rotary axes get there",
+            )
         })?;
         if name == "RESET" {
             state.control.untilt();
@@ -78,8 +83,8 @@ impl Heidenhain {
         let origin = state.control.linear_shift();
         state.control.tilt(line, origin, turn);
         match positioning {
-            Positioning::Stay => Ok(()),
-            other => state.control.turn_to_plane(line, at, other == Positioning::Move),
+            PlanePositioning::Stay => Ok(()),
+            other => state.control.turn_to_plane(line, at, other == PlanePositioning::Move),
         }
     }
 
@@ -88,7 +93,7 @@ impl Heidenhain {
         &self,
         names: &[&str],
         tokens: &mut Tokens<'_>,
-    ) -> Result<([f64; 6], Option<Positioning>), Remark> {
+    ) -> Result<([f64; 6], Option<PlanePositioning>), ReadRemark> {
         let mut values = [0.0; 6];
         let mut positioning = None;
         while let Some(token) = tokens.next_token() {
@@ -99,9 +104,9 @@ impl Heidenhain {
                 continue;
             }
             match upper.as_str() {
-                "MOVE" => positioning = Some(Positioning::Move),
-                "TURN" => positioning = Some(Positioning::Turn),
-                "STAY" => positioning = Some(Positioning::Stay),
+                "MOVE" => positioning = Some(PlanePositioning::Move),
+                "TURN" => positioning = Some(PlanePositioning::Turn),
+                "STAY" => positioning = Some(PlanePositioning::Stay),
                 // Which of two equal ways the machine stands, and what its table does, is the machine's.
                 "SEQ+" | "SEQ-" | "SYM+" | "SYM-" | "TABLE" | "COORD" | "ROT" | "MBMAX"
                 | "FMAX" | "FAUTO" => {}
@@ -111,7 +116,7 @@ impl Heidenhain {
                 _ => {
                     let message = format!("{} in PLANE is not understood", excerpt(token.text));
                     let help = "angles, MOVE, TURN or STAY, SEQ, TABLE ROT and COORD ROT are";
-                    return Err(Remark::new(token.at, message, help));
+                    return Err(ReadRemark::new(token.at, message, help));
                 }
             }
         }
@@ -120,15 +125,19 @@ impl Heidenhain {
 }
 
 /// `PLANE RESET TURN`: the rotary axes go to zero.
-fn turn_back(state: &mut State, at: usize, positioning: Positioning) -> Result<(), Remark> {
-    if positioning == Positioning::Stay {
+fn turn_back(
+    state: &mut ReaderState,
+    at: usize,
+    positioning: PlanePositioning,
+) -> Result<(), ReadRemark> {
+    if positioning == PlanePositioning::Stay {
         return Ok(());
     }
-    let mut target = Target::new(at, 1);
+    let mut target = MoveTarget::new(at, 1);
     for slot in [FIRST_ROTARY, SECOND_ROTARY] {
         target.set(slot, 0.0, false);
     }
-    let tip_stands = positioning == Positioning::Move;
+    let tip_stands = positioning == PlanePositioning::Move;
     let tcp = std::mem::replace(&mut state.control.tcp, tip_stands);
     let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
     state.control.tcp = tcp;

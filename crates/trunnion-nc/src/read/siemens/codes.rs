@@ -1,12 +1,12 @@
 //! G and M codes, and words without a value.
 
-use super::super::Turning;
-use super::super::control::FeedMode;
-use super::super::log::Remark;
-use super::word::{Behind, Item};
-use super::{Line, Motion, Siemens};
-use crate::read::reader::State;
-
+use super::line::{SiemensBlock, SiemensMotion};
+use super::reader::SiemensReader;
+use super::word::{SiemensWord, WordTail};
+use crate::read::control::FeedMode;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::Turning;
 /// Words that say how, not where.
 const KEPT: [&str; 41] = [
     "MSG",
@@ -52,14 +52,14 @@ const KEPT: [&str; 41] = [
     "SETMS",
 ];
 
-impl Siemens {
+impl SiemensReader {
     /// A G or M code.
     pub(super) fn code(
         &mut self,
-        state: &mut State,
-        line: &mut Line,
-        (item, letter, tenths, code): (&Item<'_>, u8, u32, &str),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        line: &mut SiemensBlock,
+        (item, letter, tenths, code): (&SiemensWord<'_>, u8, u32, &str),
+    ) -> Result<(), ReadRemark> {
         if tenths % 10 != 0 {
             return Err(not_understood(item, code));
         }
@@ -69,10 +69,10 @@ impl Siemens {
             return Ok(());
         }
         match number {
-            0 => self.moves(line, Motion::Rapid),
-            1 => self.moves(line, Motion::Feed),
-            2 => self.moves(line, Motion::Arc { clockwise: true }),
-            3 => self.moves(line, Motion::Arc { clockwise: false }),
+            0 => self.moves(line, SiemensMotion::Rapid),
+            1 => self.moves(line, SiemensMotion::Feed),
+            2 => self.moves(line, SiemensMotion::Arc { clockwise: true }),
+            3 => self.moves(line, SiemensMotion::Arc { clockwise: false }),
             4 => line.dwell = true,
             17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
             70 | 700 => state.control.inch = true,
@@ -97,22 +97,26 @@ impl Siemens {
         Ok(())
     }
 
-    fn moves(&mut self, line: &mut Line, motion: Motion) {
+    fn moves(&mut self, line: &mut SiemensBlock, motion: SiemensMotion) {
         self.motion = Some(motion);
         line.motion = true;
     }
 
     /// A word without a value, or a call.
     pub(super) fn keyword(
-        state: &mut State,
-        line: &mut Line,
-        (item, name, code): (&Item<'_>, &str, &str),
-    ) -> Result<(), Remark> {
+        state: &mut ReaderState,
+        line: &mut SiemensBlock,
+        (item, name, code): (&SiemensWord<'_>, &str, &str),
+    ) -> Result<(), ReadRemark> {
         match name {
             "TRAORI" => {
                 if !matches!(arguments(item), "" | "1") {
                     let message = "TRAORI with values of its own";
-                    return Err(Remark::new(item.at, message, "set up the machine's first one"));
+                    return Err(ReadRemark::new(
+                        item.at,
+                        message,
+                        "set up the machine's first one",
+                    ));
                 }
                 state.control.set_tcp(true);
             }
@@ -138,9 +142,9 @@ impl Siemens {
 }
 
 /// What stands in the brackets of a call.
-pub(super) fn arguments<'a>(item: &Item<'a>) -> &'a str {
+pub(super) fn arguments<'a>(item: &SiemensWord<'a>) -> &'a str {
     match item.behind {
-        Behind::Arguments => {
+        WordTail::Arguments => {
             let text = item.line.get(item.value_at..item.end).unwrap_or_default().trim();
             text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(text).trim()
         }
@@ -148,7 +152,11 @@ pub(super) fn arguments<'a>(item: &Item<'a>) -> &'a str {
     }
 }
 
-fn m_code(state: &mut State, line: &mut Line, (item, number, code): (&Item<'_>, u32, &str)) {
+fn m_code(
+    state: &mut ReaderState,
+    line: &mut SiemensBlock,
+    (item, number, code): (&SiemensWord<'_>, u32, &str),
+) {
     let text = code.get(item.at..item.end).unwrap_or_default();
     match number {
         2 | 17 | 30 => line.ends = true,
@@ -160,20 +168,20 @@ fn m_code(state: &mut State, line: &mut Line, (item, number, code): (&Item<'_>, 
         0 | 1 | 7..=9 | 40..=45 => state.control.keep(state.log.line, text),
         _ => {
             let message = format!("{text} is not known: it is kept, and taken to move nothing");
-            state.log.warn(item.line, Remark::new(item.at, message, ""));
+            state.log.warn(item.line, ReadRemark::new(item.at, message, ""));
             state.control.keep(state.log.line, text);
         }
     }
 }
 
-fn feed_mode(state: &mut State, mode: FeedMode) {
+fn feed_mode(state: &mut ReaderState, mode: FeedMode) {
     if state.control.feed_mode != mode {
         state.control.feed = None;
     }
     state.control.feed_mode = mode;
 }
 
-fn not_understood(item: &Item<'_>, code: &str) -> Remark {
+fn not_understood(item: &SiemensWord<'_>, code: &str) -> ReadRemark {
     let text = super::super::log::excerpt(code.get(item.at..item.end).unwrap_or_default());
     let name = item.text_name().to_ascii_uppercase();
     let help = match name.as_str() {
@@ -188,5 +196,5 @@ fn not_understood(item: &Item<'_>, code: &str) -> Remark {
         }
         _ => "is it the right dialect?",
     };
-    Remark::new(item.at, format!("{text} is not understood as siemens"), help)
+    ReadRemark::new(item.at, format!("{text} is not understood as siemens"), help)
 }

@@ -2,7 +2,7 @@
 
 /// What encloses lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum StructureKind {
     If,
     While,
     For,
@@ -12,9 +12,9 @@ pub(super) enum Kind {
 
 /// First words of lines that decide which comes next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Word {
-    Open(Kind),
-    Close(Kind),
+pub(super) enum FlowWord {
+    Open(StructureKind),
+    Close(StructureKind),
     Else,
     /// `IF .. GOTO`.
     If,
@@ -26,16 +26,16 @@ pub(super) enum Word {
 }
 
 /// What stands at the beginning of a block.
-pub(super) struct Head<'a> {
+pub(super) struct BlockHead<'a> {
     /// `N10`.
     number: &'a str,
     pub(super) label: &'a str,
-    pub(super) word: Option<Word>,
+    pub(super) word: Option<FlowWord>,
     /// Where the block goes on behind number and label.
     pub(super) at: usize,
 }
 
-impl<'a> Head<'a> {
+impl<'a> BlockHead<'a> {
     #[inline]
     pub(super) fn of(code: &'a str, from: usize) -> Self {
         let (mut number, mut label, mut at) = ("", "", from);
@@ -60,7 +60,7 @@ impl<'a> Head<'a> {
 
     /// A later line may lead back here.
     pub(super) fn may_return(&self) -> bool {
-        !self.label.is_empty() || matches!(self.word, Some(Word::Open(_)))
+        !self.label.is_empty() || matches!(self.word, Some(FlowWord::Open(_)))
     }
 
     pub(super) fn is(&self, target: &str) -> bool {
@@ -82,32 +82,32 @@ pub(super) fn name_at(code: &str, at: usize) -> &str {
     if letter { rest.get(..length).unwrap_or_default() } else { "" }
 }
 
-const WORDS: [(&str, Word); 17] = [
-    ("IF", Word::Open(Kind::If)),
-    ("ELSE", Word::Else),
-    ("ENDIF", Word::Close(Kind::If)),
-    ("WHILE", Word::Open(Kind::While)),
-    ("ENDWHILE", Word::Close(Kind::While)),
-    ("FOR", Word::Open(Kind::For)),
-    ("ENDFOR", Word::Close(Kind::For)),
-    ("LOOP", Word::Open(Kind::Loop)),
-    ("ENDLOOP", Word::Close(Kind::Loop)),
-    ("REPEAT", Word::Open(Kind::Repeat)),
-    ("UNTIL", Word::Close(Kind::Repeat)),
-    ("GOTO", Word::Jump),
-    ("GOTOF", Word::Jump),
-    ("GOTOB", Word::Jump),
-    ("GOTOC", Word::Jump),
-    ("GOTOS", Word::Jump),
-    ("DEF", Word::Define),
+const WORDS: [(&str, FlowWord); 17] = [
+    ("IF", FlowWord::Open(StructureKind::If)),
+    ("ELSE", FlowWord::Else),
+    ("ENDIF", FlowWord::Close(StructureKind::If)),
+    ("WHILE", FlowWord::Open(StructureKind::While)),
+    ("ENDWHILE", FlowWord::Close(StructureKind::While)),
+    ("FOR", FlowWord::Open(StructureKind::For)),
+    ("ENDFOR", FlowWord::Close(StructureKind::For)),
+    ("LOOP", FlowWord::Open(StructureKind::Loop)),
+    ("ENDLOOP", FlowWord::Close(StructureKind::Loop)),
+    ("REPEAT", FlowWord::Open(StructureKind::Repeat)),
+    ("UNTIL", FlowWord::Close(StructureKind::Repeat)),
+    ("GOTO", FlowWord::Jump),
+    ("GOTOF", FlowWord::Jump),
+    ("GOTOB", FlowWord::Jump),
+    ("GOTOC", FlowWord::Jump),
+    ("GOTOS", FlowWord::Jump),
+    ("DEF", FlowWord::Define),
 ];
 
-fn word_of(code: &str, at: usize, name: &str) -> Option<Word> {
+fn word_of(code: &str, at: usize, name: &str) -> Option<FlowWord> {
     let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
     let behind = || code.get(at + name.len()..).unwrap_or_default().trim();
     Some(match word {
-        Word::Open(Kind::If) if jump_in(code, at).is_some() => Word::If,
-        Word::Open(Kind::Repeat) if !behind().is_empty() => Word::Section,
+        FlowWord::Open(StructureKind::If) if jump_in(code, at).is_some() => FlowWord::If,
+        FlowWord::Open(StructureKind::Repeat) if !behind().is_empty() => FlowWord::Section,
         word => *word,
     })
 }

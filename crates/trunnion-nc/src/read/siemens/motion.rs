@@ -1,20 +1,23 @@
 //! What the words of a block do together.
 
-use super::super::arc::{self, Form, Given};
-use super::super::control::SLOTS;
-use super::super::gcode::axis_of;
-use super::super::log::Remark;
-use super::super::reader::State;
-use super::super::{Pace, Step, Way};
-use super::value::Mode;
-use super::word::Item;
-use super::{Line, Motion, Siemens};
+use super::line::{SiemensBlock, SiemensMotion};
+use super::reader::SiemensReader;
+use crate::read::arc;
+use crate::read::arc::{ArcForm, GivenArc};
+use crate::read::control::SLOTS;
+use crate::read::gcode::axis_of;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::step::{Pace, Step, Way};
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
 
-impl Siemens {
+impl SiemensReader {
     /// Does what a block says.
-    pub(super) fn run(&mut self, state: &mut State, mut line: Line) -> Result<(), Remark> {
+    pub(super) fn run(
+        &mut self,
+        state: &mut ReaderState,
+        mut line: SiemensBlock,
+    ) -> Result<(), ReadRemark> {
         technology(state, &line)?;
         if line.dwell {
             return dwell(state, &line);
@@ -30,7 +33,7 @@ impl Siemens {
         }
         line.target.machine = line.machine;
         let centered = line.center.iter().any(Option::is_some) || line.radius.is_some();
-        let arc = matches!(self.motion, Some(Motion::Arc { .. }));
+        let arc = matches!(self.motion, Some(SiemensMotion::Arc { .. }));
         if !line.target.is_empty() || (arc && centered) {
             self.go(state, &line)?;
         }
@@ -38,23 +41,28 @@ impl Siemens {
         Ok(())
     }
 
-    fn go(&mut self, state: &mut State, line: &Line) -> Result<(), Remark> {
+    fn go(&mut self, state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
         let target = line.target;
         let motion = self.motion.ok_or_else(|| {
-            Remark::new(target.at, "axis words without G0 or G1", "write G0 or G1 before them")
+            ReadRemark::new(target.at, "axis words without G0 or G1", "write G0 or G1 before them")
         })?;
         let way = match motion {
-            Motion::Arc { clockwise } => self.arc(state, line, clockwise)?,
+            SiemensMotion::Arc { clockwise } => self.arc(state, line, clockwise)?,
             _ => Way::Line,
         };
         let pace = match motion {
-            Motion::Rapid => Pace::Rapid,
+            SiemensMotion::Rapid => Pace::Rapid,
             _ => state.control.pace(&target, line.feed)?,
         };
         state.control.go(state.log.line, target, (pace, way))
     }
 
-    fn arc(&self, state: &State, line: &Line, clockwise: bool) -> Result<Way, Remark> {
+    fn arc(
+        &self,
+        state: &ReaderState,
+        line: &SiemensBlock,
+        clockwise: bool,
+    ) -> Result<Way, ReadRemark> {
         let at = line.target.at;
         let [u, v] = match self.plane {
             1 => [2, 0],
@@ -63,11 +71,11 @@ impl Siemens {
         };
         let slots = [u, v].map(|axis: usize| state.control.xyz[axis]);
         let form = if let Some(radius) = line.radius {
-            Form::Radius(radius)
+            ArcForm::Radius(radius)
         } else {
             if line.center[u].is_none() && line.center[v].is_none() {
                 let message = "arcs need their centre or radius";
-                return Err(Remark::new(at, message, "write I J K of this plane, or CR="));
+                return Err(ReadRemark::new(at, message, "write I J K of this plane, or CR="));
             }
             let from_start = |axis: usize, slot: usize| match line.center[axis] {
                 None => Ok(0.0),
@@ -77,25 +85,29 @@ impl Siemens {
                     Ok(value - place.ok_or_else(|| arc::unknown_start(at))?)
                 }
             };
-            Form::Center([from_start(u, slots[0])?, from_start(v, slots[1])?])
+            ArcForm::Center([from_start(u, slots[0])?, from_start(v, slots[1])?])
         };
         let turns = line.turns.saturating_add(1);
-        arc::way(&state.control, &line.target, &Given { plane: slots, form, clockwise, turns })
+        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, clockwise, turns })
     }
 }
 
 /// `G4 F2` seconds, `G4 S10` turns.
-fn dwell(state: &mut State, line: &Line) -> Result<(), Remark> {
+fn dwell(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     let seconds = match (line.feed, line.speed) {
         (Some(seconds), None) => seconds,
         (None, Some(turns)) if state.control.speed > 0.0 => 60.0 * turns / state.control.speed,
         _ => {
             let message = "G4 without a time";
-            return Err(Remark::new(line.target.at, message, "write G4 F and the seconds"));
+            return Err(ReadRemark::new(line.target.at, message, "write G4 F and the seconds"));
         }
     };
     if !(seconds >= 0.0 && line.target.is_empty()) {
-        return Err(Remark::new(line.target.at, "G4 beside other words", "put it on its own line"));
+        return Err(ReadRemark::new(
+            line.target.at,
+            "G4 beside other words",
+            "put it on its own line",
+        ));
     }
     let line = state.log.line;
     state.control.steps.push_back(Step::Dwell { line, seconds });
@@ -103,10 +115,10 @@ fn dwell(state: &mut State, line: &Line) -> Result<(), Remark> {
 }
 
 /// `TRANS X Y Z`, `ATRANS`: words are shifted.
-fn shift(state: &mut State, line: &Line, further: bool) -> Result<(), Remark> {
+fn shift(state: &mut ReaderState, line: &SiemensBlock, further: bool) -> Result<(), ReadRemark> {
     if state.control.tilted.is_some() {
         let help = "put it in CYCLE800, or end the plane before: CYCLE800()";
-        return Err(Remark::new(line.target.at, "TRANS in a tilted plane", help));
+        return Err(ReadRemark::new(line.target.at, "TRANS in a tilted plane", help));
     }
     if !further {
         state.control.local = [0.0; SLOTS];
@@ -121,57 +133,26 @@ fn shift(state: &mut State, line: &Line, further: bool) -> Result<(), Remark> {
     Ok(())
 }
 
-/// `DC`, `ACP`, `ACN`: the way round that leads to an angle.
-pub(super) fn unwound(
-    state: &mut State,
-    (slot, meant, mode): (usize, f64, Mode),
-    item: &Item<'_>,
-) -> Result<f64, Remark> {
-    if !matches!(mode, Mode::Shortest | Mode::Positive | Mode::Negative) {
-        return Ok(meant);
-    }
-    if !state.control.is_rotary(slot) {
-        let help = "write AC(..)";
-        return Err(Remark::new(item.at, "DC, ACP and ACN are of rotary axes", help));
-    }
-    let Some(stands) = state.control.reading(slot) else {
-        let message = "DC, ACP or ACN before the axis stands anywhere: taken as written";
-        state.log.warn(item.line, Remark::new(item.at, message, ""));
-        return Ok(meant);
-    };
-    // The control's positive sense is the other one where the axis is reversed.
-    let positive = mode == Mode::Positive;
-    let up = (meant - stands).rem_euclid(TAU);
-    let way = match mode {
-        Mode::Shortest if up > 0.5 * TAU => up - TAU,
-        Mode::Shortest => up,
-        _ if positive != state.control.is_reversed(slot) => up,
-        _ if up > 0.0 => up - TAU,
-        _ => 0.0,
-    };
-    Ok(stands + way)
-}
-
-fn check_vector(state: &State, line: &Line) -> Result<(), Remark> {
+fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     if !state.control.tcp {
         let message = "a tool-axis vector without TRAORI";
-        return Err(Remark::new(line.target.at, message, "write TRAORI before"));
+        return Err(ReadRemark::new(line.target.at, message, "write TRAORI before"));
     }
     let rotary = (0..SLOTS).any(|s| line.target.get(s).is_some() && state.control.is_rotary(s));
     if rotary || line.machine {
         let message = "a tool-axis vector beside rotary words or SUPA";
-        return Err(Remark::new(line.target.at, message, "keep one of them"));
+        return Err(ReadRemark::new(line.target.at, message, "keep one of them"));
     }
     Ok(())
 }
 
 /// F, S, T, M6, M3.
-fn technology(state: &mut State, line: &Line) -> Result<(), Remark> {
+fn technology(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     let at = line.target.at;
     let control = &mut state.control;
     if let (Some(feed), false) = (line.feed, line.dwell) {
         if !(feed > 0.0 && feed.is_finite()) {
-            return Err(Remark::new(at, format!("F{feed} is no feed"), "give one above 0"));
+            return Err(ReadRemark::new(at, format!("F{feed} is no feed"), "give one above 0"));
         }
         control.feed = Some(feed);
     }

@@ -1,11 +1,13 @@
 //! `CYCLE800(1,"TC1",200000,57,0,0,0,0,30,0,0,0,0,-1,0,1)`: a tilted plane.
 
-use super::super::arithmetic::{self, Written};
-use super::super::log::Remark;
-use super::super::tilt::about;
-use super::word::Item;
-use super::{Siemens, codes};
-use crate::read::reader::State;
+use super::codes;
+use super::reader::SiemensReader;
+use super::word::SiemensWord;
+use crate::read::arithmetic;
+use crate::read::arithmetic::FormulaText;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use crate::read::tilt::about;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Places of the arguments.
@@ -18,19 +20,23 @@ const ANGLES: usize = 7;
 const BEHIND: usize = 10;
 const DIRECTION: usize = 13;
 
-impl Siemens {
+impl SiemensReader {
     /// A tilted plane, or its end.
-    pub(super) fn swivel(&self, state: &mut State, item: &Item<'_>) -> Result<(), Remark> {
+    pub(super) fn swivel(
+        &self,
+        state: &mut ReaderState,
+        item: &SiemensWord<'_>,
+    ) -> Result<(), ReadRemark> {
         let text = codes::arguments(item);
         let record = text.split(',').nth(RECORD).unwrap_or_default().trim();
         if text.is_empty() || record == "\"0\"" {
             state.control.untilt();
             return Ok(());
         }
-        let refused = |message: &str, help: &str| Err(Remark::new(item.at, message, help));
+        let refused = |message: &str, help: &str| Err(ReadRemark::new(item.at, message, help));
         let value = |place: usize| self.argument(text, place, item);
         let vector = |from: usize| {
-            Ok::<_, Remark>(Vector3::new(value(from)?, value(from + 1)?, value(from + 2)?))
+            Ok::<_, ReadRemark>(Vector3::new(value(from)?, value(from + 1)?, value(from + 2)?))
         };
         let [status, mode] = [value(STATUS)?, value(MODE)?];
         if status.rem_euclid(10.0) >= 1.0 {
@@ -58,7 +64,7 @@ impl Siemens {
         let origin = vector(BEFORE)? + turn * vector(BEHIND)?;
         if value(RETRACT)? > 0.0 {
             let message = "the retract of CYCLE800 is left out";
-            state.log.warn(item.line, Remark::new(item.at, message, ""));
+            state.log.warn(item.line, ReadRemark::new(item.at, message, ""));
         }
         let line = state.log.line;
         state.control.tilt(line, origin, turn);
@@ -71,12 +77,17 @@ impl Siemens {
     }
 
     /// A number of a call; 0 where it is left out.
-    fn argument(&self, text: &str, place: usize, item: &Item<'_>) -> Result<f64, Remark> {
+    fn argument(
+        &self,
+        text: &str,
+        place: usize,
+        item: &SiemensWord<'_>,
+    ) -> Result<f64, ReadRemark> {
         let text = text.split(',').nth(place).unwrap_or_default().trim();
         if text.is_empty() {
             return Ok(0.0);
         }
-        let written = Written { text, from: 0, at: item.value_at, comma: false };
+        let written = FormulaText { text, from: 0, at: item.value_at, comma: false };
         arithmetic::value(&written, &self.variables)
     }
 }

@@ -1,11 +1,10 @@
 //! Words of a block: `X10`, `A3=0.5`, `CYCLE832(0.01)`, `TRAORI`.
 
-use super::super::log::Remark;
-use super::super::number;
-
+use crate::read::log::ReadRemark;
+use crate::read::number;
 /// What stands behind a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Behind<'a> {
+pub(super) enum WordTail<'a> {
     /// Nothing.
     Nothing,
     /// A number, at once: `X10`.
@@ -18,7 +17,7 @@ pub(super) enum Behind<'a> {
 
 /// The name of a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Name<'a> {
+pub(super) enum WordName<'a> {
     /// `G54`, `M3`: letter and number in tenths.
     Code(u8, u32),
     Text(&'a str),
@@ -26,9 +25,9 @@ pub(super) enum Name<'a> {
 
 /// A word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Item<'a> {
-    pub(super) name: Name<'a>,
-    pub(super) behind: Behind<'a>,
+pub(super) struct SiemensWord<'a> {
+    pub(super) name: WordName<'a>,
+    pub(super) behind: WordTail<'a>,
     /// Byte offsets.
     pub(super) at: usize,
     pub(super) end: usize,
@@ -37,30 +36,30 @@ pub(super) struct Item<'a> {
     pub(super) line: &'a str,
 }
 
-impl<'a> Item<'a> {
+impl<'a> SiemensWord<'a> {
     pub(super) fn text_name(&self) -> &'a str {
         match self.name {
-            Name::Text(name) => name,
-            Name::Code(..) => "",
+            WordName::Text(name) => name,
+            WordName::Code(..) => "",
         }
     }
 
     pub(super) fn is_code(&self) -> bool {
-        matches!(self.name, Name::Code(..))
+        matches!(self.name, WordName::Code(..))
     }
 
     pub(super) fn is_assignment(&self) -> bool {
-        matches!(self.behind, Behind::Assigned(_))
+        matches!(self.behind, WordTail::Assigned(_))
     }
 
     pub(super) fn has_value(&self) -> bool {
-        !matches!(self.behind, Behind::Nothing)
+        !matches!(self.behind, WordTail::Nothing)
     }
 
     /// The text between quotes.
     pub(super) fn quoted(&self) -> Option<&'a str> {
         match self.behind {
-            Behind::Assigned(text) => text.trim().strip_prefix('"')?.strip_suffix('"'),
+            WordTail::Assigned(text) => text.trim().strip_prefix('"')?.strip_suffix('"'),
             _ => None,
         }
     }
@@ -73,7 +72,7 @@ impl<'a> Item<'a> {
 }
 
 /// The words of a block, one by one.
-pub(super) struct Items<'a> {
+pub(super) struct SiemensWords<'a> {
     line: &'a str,
     at: usize,
 }
@@ -91,7 +90,7 @@ pub(super) fn without_comment(line: &str) -> &str {
     line
 }
 
-impl<'a> Items<'a> {
+impl<'a> SiemensWords<'a> {
     pub(super) fn new(line: &'a str, at: usize) -> Self {
         Self { line, at }
     }
@@ -111,12 +110,12 @@ impl<'a> Items<'a> {
     }
 
     /// The next word, if there is one.
-    pub(super) fn next_item(&mut self) -> Result<Option<Item<'a>>, Remark> {
+    pub(super) fn next_item(&mut self) -> Result<Option<SiemensWord<'a>>, ReadRemark> {
         self.blanks();
         let at = self.at;
         let Some(byte) = self.peek() else { return Ok(None) };
         if !(byte.is_ascii_alphabetic() || byte == b'_') {
-            return Err(Remark::new(at, "not a word", "is it the right dialect?"));
+            return Err(ReadRemark::new(at, "not a word", "is it the right dialect?"));
         }
         let rest = self.rest();
         let letters = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
@@ -129,7 +128,7 @@ impl<'a> Items<'a> {
     }
 
     /// `NAME = value`, `NAME(..)`.
-    fn named(&mut self, at: usize, name: &'a str) -> Result<Item<'a>, Remark> {
+    fn named(&mut self, at: usize, name: &'a str) -> Result<SiemensWord<'a>, ReadRemark> {
         self.at += name.len();
         self.blanks();
         let assigned = self.peek() == Some(b'=');
@@ -137,46 +136,60 @@ impl<'a> Items<'a> {
         self.blanks();
         let value_at = self.at;
         let length = extent(self.rest()).ok_or_else(|| {
-            Remark::new(value_at, "a bracket or quote that is not closed", "close it")
+            ReadRemark::new(value_at, "a bracket or quote that is not closed", "close it")
         })?;
         if assigned && length == 0 {
-            return Err(Remark::new(value_at, "a value is missing here", "write it behind ="));
+            return Err(ReadRemark::new(value_at, "a value is missing here", "write it behind ="));
         }
         self.at += length;
         let text = self.line.get(value_at..self.at).unwrap_or_default();
-        let behind = if assigned { Behind::Assigned(text) } else { Behind::Arguments };
-        let (name, end, line) = (Name::Text(name), self.at, self.line);
-        Ok(Item { name, behind, at, end, value_at, line })
+        let behind = if assigned { WordTail::Assigned(text) } else { WordTail::Arguments };
+        let (name, end, line) = (WordName::Text(name), self.at, self.line);
+        Ok(SiemensWord { name, behind, at, end, value_at, line })
     }
 
     /// `X10`, `G54`, `M30`, or a bare name.
-    fn address(&mut self, at: usize, name: &'a str) -> Result<Item<'a>, Remark> {
+    fn address(&mut self, at: usize, name: &'a str) -> Result<SiemensWord<'a>, ReadRemark> {
         let line = self.line;
         let letter = name.as_bytes().first().map_or(0, u8::to_ascii_uppercase);
         let second = name.as_bytes().get(1);
         let bare = second.is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_');
         if bare {
             self.at += name.len();
-            let (name, end) = (Name::Text(name), self.at);
-            return Ok(Item { name, behind: Behind::Nothing, at, end, value_at: end, line });
+            let (name, end) = (WordName::Text(name), self.at);
+            return Ok(SiemensWord {
+                name,
+                behind: WordTail::Nothing,
+                at,
+                end,
+                value_at: end,
+                line,
+            });
         }
         self.at += 1;
         self.blanks();
         let value_at = self.at;
         let Some(found) = number::signed(self.rest(), false) else {
             let message = "letter without a number";
-            return Err(Remark::new(at, message, "write its value, or = and an expression"));
+            return Err(ReadRemark::new(at, message, "write its value, or = and an expression"));
         };
         self.at += found.length;
         let (end, text) = (self.at, self.line.get(value_at..self.at).unwrap_or_default());
         if matches!(letter, b'G' | b'M') {
             let tenths = super::super::gcode::tenths(found.value)
-                .ok_or_else(|| Remark::new(at, "no code", "codes are whole numbers"))?;
-            let name = Name::Code(letter, tenths);
-            return Ok(Item { name, behind: Behind::Number(text), at, end, value_at, line });
+                .ok_or_else(|| ReadRemark::new(at, "no code", "codes are whole numbers"))?;
+            let name = WordName::Code(letter, tenths);
+            return Ok(SiemensWord {
+                name,
+                behind: WordTail::Number(text),
+                at,
+                end,
+                value_at,
+                line,
+            });
         }
-        let name = Name::Text(name.get(..1).unwrap_or_default());
-        Ok(Item { name, behind: Behind::Number(text), at, end, value_at, line })
+        let name = WordName::Text(name.get(..1).unwrap_or_default());
+        Ok(SiemensWord { name, behind: WordTail::Number(text), at, end, value_at, line })
     }
 }
 
@@ -217,7 +230,7 @@ mod tests {
 
     #[test]
     fn words_end_where_they_end() {
-        let mut items = Items::new(
+        let mut items = SiemensWords::new(
             "T=\"A B\" N10 G1 X=R1 + 2*(3 - 1) Y-5.5A3=0.5 CYCLE832(0.1, 2) TRAORI C=ACP(33)F5",
             0,
         );
@@ -238,7 +251,7 @@ mod tests {
             "F5",
         ];
         assert_eq!(found, expected);
-        assert!(Items::new("MSG(\"a", 0).next_item().is_err());
+        assert!(SiemensWords::new("MSG(\"a", 0).next_item().is_err());
         assert_eq!(without_comment("MSG(\"a;b\") ; c"), "MSG(\"a;b\") ");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::Places;
 use super::solid::{Fixture, Stock};
+use crate::nc::write::OutputFormat;
 use nalgebra::{Rotation3, Vector3};
 
 /// One job. Paths are as written in the file, relative to it.
@@ -32,7 +33,7 @@ pub struct JobFile {
     /// How the speed along the path is planned.
     pub motion: Motion,
     /// Programs to write; never empty.
-    pub dialects: Vec<Dialect>,
+    pub dialects: Vec<OutputFormat>,
     /// Largest distance between two measured points of the final check \[mm\].
     pub verify_grid: f64,
     /// Largest distance of the rays that stand for the stock \[mm\]; `None`: by its size.
@@ -297,27 +298,4 @@ pub enum MotionMethod {
     Optimal,
     /// The classical block-wise look-ahead, for comparison.
     Blocks,
-}
-
-/// A kind of program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Dialect {
-    /// `LinuxCNC` with tool-centre-point control.
-    LinuxCnc,
-    /// Inverse-time feed, for any control without tool-centre-point control.
-    G93,
-    /// Fanuc `G43.4`.
-    Fanuc,
-    /// Fanuc `G43.5`: tool vectors.
-    FanucVector,
-    /// Haas `G234`.
-    Haas,
-    /// Siemens `TRAORI` with tool vectors.
-    Siemens,
-    /// Siemens `TRAORI` with rotary angles.
-    SiemensAxes,
-    /// Heidenhain `LN` under `FUNCTION TCPM`.
-    Heidenhain,
-    /// Heidenhain `L` under `FUNCTION TCPM`.
-    HeidenhainAxes,
 }

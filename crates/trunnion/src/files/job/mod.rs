@@ -8,8 +8,8 @@ mod strategy;
 mod tool;
 
 pub use data::{
-    Along, Construction, Cutting, Dialect, Direction, Faces, JobFile, LeadKind, Links, Method,
-    Motion, MotionMethod, Part, Reference, Setup, Side, Split, Strategy, Tolerance, Tool, ToolKind,
+    Along, Construction, Cutting, Direction, Faces, JobFile, LeadKind, Links, Method, Motion,
+    MotionMethod, Part, Reference, Setup, Side, Split, Strategy, Tolerance, Tool, ToolKind,
 };
 pub(super) use raw::RawJob;
 pub use read::parse;

@@ -4,8 +4,7 @@ use super::super::document::Document;
 use super::super::schema;
 use super::LAYOUT;
 use super::data::{
-    Cutting, Dialect, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split,
-    Tolerance,
+    Cutting, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split, Tolerance,
 };
 use super::raw::{
     RawCutting, RawDialect, RawFaces, RawMachineRef, RawMotion, RawMotionMethod, RawOutput,
@@ -14,6 +13,7 @@ use super::raw::{
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
 use super::tool::{others, tool};
+use crate::nc::write::OutputFormat;
 use crate::types::{Diagnostic, Diagnostics};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -179,19 +179,19 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
     })
 }
 
-fn dialects(raw: &RawOutput) -> Vec<Dialect> {
+fn dialects(raw: &RawOutput) -> Vec<OutputFormat> {
     let mut dialects = Vec::new();
     for dialect in &raw.dialects {
         let dialect = match dialect {
-            RawDialect::LinuxCnc => Dialect::LinuxCnc,
-            RawDialect::G93 => Dialect::G93,
-            RawDialect::Fanuc => Dialect::Fanuc,
-            RawDialect::FanucVector => Dialect::FanucVector,
-            RawDialect::Haas => Dialect::Haas,
-            RawDialect::Siemens => Dialect::Siemens,
-            RawDialect::SiemensAxes => Dialect::SiemensAxes,
-            RawDialect::Heidenhain => Dialect::Heidenhain,
-            RawDialect::HeidenhainAxes => Dialect::HeidenhainAxes,
+            RawDialect::LinuxCnc => OutputFormat::LinuxCnc,
+            RawDialect::G93 => OutputFormat::G93,
+            RawDialect::Fanuc => OutputFormat::Fanuc,
+            RawDialect::FanucVector => OutputFormat::FanucVector,
+            RawDialect::Haas => OutputFormat::Haas,
+            RawDialect::Siemens => OutputFormat::Siemens,
+            RawDialect::SiemensAxes => OutputFormat::SiemensAxes,
+            RawDialect::Heidenhain => OutputFormat::Heidenhain,
+            RawDialect::HeidenhainAxes => OutputFormat::HeidenhainAxes,
         };
         if !dialects.contains(&dialect) {
             dialects.push(dialect);
@@ -227,7 +227,7 @@ mod tests {
         assert!((job.cutting.spindle_rpm() - 8000.0).abs() < 1e-9);
         assert!((job.setup.angles[1].to_degrees() - 20.0).abs() < 1e-12);
         assert_eq!(job.setup.rotation() * Vector3::y(), Vector3::y());
-        assert_eq!(job.dialects, [Dialect::LinuxCnc, Dialect::G93]);
+        assert_eq!(job.dialects, [OutputFormat::LinuxCnc, OutputFormat::G93]);
         assert_eq!(job.motion.chord, [None; 2]);
         let chords = with("servo_period", "chord = 0.001\nchord_angle = 0.18\nservo_period");
         let chords = parse(&chords).unwrap().motion.chord.map(Option::unwrap);

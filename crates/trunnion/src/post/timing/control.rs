@@ -2,7 +2,7 @@
 
 use super::timed_point::TimedPoint;
 use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
-use crate::nc::write::{Coordinates, Dialect, Style};
+use crate::nc::write::{Coordinates, OutputFormat, Style};
 use crate::post::axis_point::AxesPose;
 use crate::types::{AXES, AxisVector};
 
@@ -50,7 +50,7 @@ impl ControlModel {
 /// Returns the change of a dialect's words from one point to another \[mm, rad\].
 pub(crate) fn word_travel(
     kinematics: &Kinematics,
-    dialect: Dialect,
+    dialect: OutputFormat,
     from: &AxesPose,
     to: &AxesPose,
 ) -> AxisVector {
@@ -68,7 +68,7 @@ pub(crate) fn word_travel(
 #[derive(Debug)]
 pub(crate) struct ControlTiming<'a> {
     kinematics: &'a Kinematics,
-    dialect: Dialect,
+    dialect: OutputFormat,
     model: Option<ControlModel>,
     /// End of the last block.
     block: AxesPose,
@@ -86,9 +86,9 @@ impl<'a> ControlTiming<'a> {
 
     /// Returns true if the program runs on `LinuxCNC`, by its dialect or by the machine file.
     pub(crate) fn by_model(kinematics: &Kinematics, style: &Style) -> bool {
-        let own = Dialect::from_name(&kinematics.machine().dialect.name);
-        let linuxcnc = Dialect::LinuxCnc;
-        style.dialect == linuxcnc || (style.dialect == Dialect::G93 && own == Some(linuxcnc))
+        let own = OutputFormat::from_name(&kinematics.machine().dialect.name);
+        let linuxcnc = OutputFormat::LinuxCnc;
+        style.dialect == linuxcnc || (style.dialect == OutputFormat::G93 && own == Some(linuxcnc))
     }
 
     /// Returns the time with feed that a point adds \[s\].

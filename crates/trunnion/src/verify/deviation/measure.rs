@@ -195,7 +195,7 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
 mod tests {
     use super::*;
     use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
-    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::{Silent, ToolPose};
     use crate::verify::{CheckInput, Finding};
@@ -228,7 +228,7 @@ mod tests {
             let tube = face.point(step / 40.0, row / 20.0) + normal.into_inner() * (1.0 + deeper);
             let tip = tube - out * 2.0 - axis.into_inner();
             let pose = ToolPose { tip, axis };
-            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
         };
         let records = (0..41 * 21).map(record).collect();
         ClFile { records, ..ClFile::default() }

@@ -104,7 +104,7 @@ fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
 mod tests {
     use super::*;
     use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
-    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::ToolPose;
 
@@ -123,7 +123,7 @@ mod tests {
             let [row, end] = [k / 2, k % 2].map(f64::from);
             let tip = Point3::new(40.0 * end, 2.0 * row, height);
             let pose = ToolPose { tip, axis: Vector3::z_axis() };
-            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+            ClRecord { line: k + 1, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
         };
         ClFile { records: (0..22).map(record).collect(), ..ClFile::default() }
     }

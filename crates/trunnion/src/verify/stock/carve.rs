@@ -249,7 +249,7 @@ impl<'a> StockCutter<'a> {
 mod tests {
     use super::*;
     use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
-    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
     use crate::verify::stock::broad_phase::RayFrame;
@@ -348,7 +348,7 @@ mod tests {
         #[test]
         fn what_is_left_is_what_no_pose_holds(cutter in any_cutter(), path in any_path()) {
             let motion = ClMotion::Feed(10.0);
-            let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClWay::Straight };
+            let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClPath::Straight };
             let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
             let input = CheckInput::locations(&file, &cutter);
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];

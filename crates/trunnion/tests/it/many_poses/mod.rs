@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use trunnion::cutter::Cutter;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClWay, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::types::{AxisVector, Block, Motion, ToolPose};
 
@@ -131,7 +131,7 @@ impl Way {
             line,
             pose: *pose,
             motion: ClMotion::Feed(10.0),
-            way: ClWay::Straight,
+            way: ClPath::Straight,
         };
         ClFile { records: (1..).zip(&self.stops).map(record).collect(), ..ClFile::default() }
     }

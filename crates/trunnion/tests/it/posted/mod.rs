@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use trunnion::machine::Kinematics;
-use trunnion::nc::write::{self, AxisWords, Dialect, Note, Style, Template, ToolNote, WriteError};
+use trunnion::nc::write::{self, AxisWords, OutputFormat, Note, Style, Template, ToolNote, WriteError};
 use trunnion::types::Block;
 
 /// What a program says of a job that has nothing to say.
@@ -20,7 +20,7 @@ pub(crate) const NOTE: Note<'static> = Note {
 };
 
 /// Every block in inverse time, the path kept exactly.
-pub(crate) fn style(dialect: Dialect, axes: AxisWords) -> Style {
+pub(crate) fn style(dialect: OutputFormat, axes: AxisWords) -> Style {
     Style { dialect, axes, inverse_time: true, numbers: 0, program: 1, blend: None }
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn plain(
     blocks: &[Block],
     (axes, tcp): (AxisWords, bool),
 ) -> String {
-    let dialect = if tcp { Dialect::LinuxCnc } else { Dialect::G93 };
+    let dialect = if tcp { OutputFormat::LinuxCnc } else { OutputFormat::G93 };
     text(kinematics, blocks, (&NOTE, &style(dialect, axes))).unwrap()
 }
 

@@ -250,7 +250,7 @@ fn index(count: i64) -> usize {
 mod tests {
     use super::*;
     use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-    use crate::nc::read::{ClFile, ClMotion, ClRecord, ClWay};
+    use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::types::{Silent, ToolPose};
     use crate::verify::{CheckInput, Solid, Stock, StockOptions, simulate};
     use proptest::prelude::*;
@@ -274,7 +274,7 @@ mod tests {
         let cutter = Cutter::new(spec).unwrap();
         let record = |(line, tip): (u32, &[f64; 3])| {
             let pose = ToolPose::new(*tip, axis).unwrap();
-            ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClWay::Straight }
+            ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
         };
         let records = (1..).zip(tips).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };

@@ -1,12 +1,13 @@
 //! What tells dialects apart: what X Y Z and F mean, how numbers look, what a move is called.
 
 use super::error_bound::Coordinates;
-use super::number::Form;
+use super::number::NumberForm;
 use crate::machine::Machine;
+use crate::read::Dialect;
 
 /// A program format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Dialect {
+pub enum OutputFormat {
     /// `LinuxCNC` with TCP kinematics: tip and rotary angles.
     LinuxCnc,
     /// Any control without TCP: axis positions in inverse time.
@@ -31,7 +32,7 @@ pub enum Dialect {
 
 /// How a block says where the tool points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pointing {
+pub(super) enum OrientationWords {
     /// Rotary axis words.
     Angles,
     /// Components of the tool vector, with what stands before each number.
@@ -40,9 +41,9 @@ pub(super) enum Pointing {
 
 /// How moves are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Syntax {
-    pub(super) form: Form,
-    pub(super) pointing: Pointing,
+pub(super) struct BlockSyntax {
+    pub(super) form: NumberForm,
+    pub(super) pointing: OrientationWords,
     /// Word of a rapid move, and of one with feed.
     pub(super) moves: [&'static str; 2],
     /// That word stands in every block.
@@ -54,33 +55,33 @@ pub(super) struct Syntax {
 }
 
 /// Every dialect with its name.
-pub const DIALECTS: [(&str, Dialect); 10] = [
-    ("linuxcnc", Dialect::LinuxCnc),
-    ("g93", Dialect::G93),
-    ("fanuc", Dialect::Fanuc),
-    ("fanuc-vector", Dialect::FanucVector),
-    ("haas", Dialect::Haas),
-    ("siemens", Dialect::Siemens),
-    ("siemens-axes", Dialect::SiemensAxes),
-    ("heidenhain", Dialect::Heidenhain),
-    ("heidenhain-axes", Dialect::HeidenhainAxes),
-    ("apt", Dialect::Apt),
+pub const OUTPUT_FORMATS: [(&str, OutputFormat); 10] = [
+    ("linuxcnc", OutputFormat::LinuxCnc),
+    ("g93", OutputFormat::G93),
+    ("fanuc", OutputFormat::Fanuc),
+    ("fanuc-vector", OutputFormat::FanucVector),
+    ("haas", OutputFormat::Haas),
+    ("siemens", OutputFormat::Siemens),
+    ("siemens-axes", OutputFormat::SiemensAxes),
+    ("heidenhain", OutputFormat::Heidenhain),
+    ("heidenhain-axes", OutputFormat::HeidenhainAxes),
+    ("apt", OutputFormat::Apt),
 ];
 
 /// What machine files call some of them.
-const ALIASES: [(&str, Dialect); 6] = [
-    ("haas-ngc", Dialect::Haas),
-    ("siemens-840d", Dialect::Siemens),
-    ("siemens-one", Dialect::Siemens),
-    ("heidenhain-klartext", Dialect::Heidenhain),
-    ("fanuc-30i", Dialect::Fanuc),
-    ("iso", Dialect::G93),
+const ALIASES: [(&str, OutputFormat); 6] = [
+    ("haas-ngc", OutputFormat::Haas),
+    ("siemens-840d", OutputFormat::Siemens),
+    ("siemens-one", OutputFormat::Siemens),
+    ("heidenhain-klartext", OutputFormat::Heidenhain),
+    ("fanuc-30i", OutputFormat::Fanuc),
+    ("iso", OutputFormat::G93),
 ];
 
-impl Dialect {
+impl OutputFormat {
     /// From its name, or what machine files call it.
     pub fn from_name(name: &str) -> Option<Self> {
-        let known = DIALECTS.iter().chain(&ALIASES);
+        let known = OUTPUT_FORMATS.iter().chain(&ALIASES);
         known.into_iter().find(|(of, _)| name.eq_ignore_ascii_case(of)).map(|&(_, one)| one)
     }
 
@@ -91,7 +92,7 @@ impl Dialect {
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        DIALECTS.iter().find(|(_, one)| *one == self).map_or("", |(name, _)| name)
+        OUTPUT_FORMATS.iter().find(|(_, one)| *one == self).map_or("", |(name, _)| name)
     }
 
     /// How its files end.
@@ -105,14 +106,59 @@ impl Dialect {
         }
     }
 
-    /// What X Y Z mean.
+    /// Returns the name of the file that a job writes in this format.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::write::OutputFormat;
+    ///
+    /// assert_eq!(OutputFormat::SiemensAxes.program_file(), "program.siemens-axes.mpf");
+    /// ```
+    pub fn program_file(self) -> &'static str {
+        match self {
+            Self::LinuxCnc => "program.linuxcnc.ngc",
+            Self::G93 => "program.g93.nc",
+            Self::Fanuc => "program.fanuc.nc",
+            Self::FanucVector => "program.fanuc-vector.nc",
+            Self::Haas => "program.haas.nc",
+            Self::Siemens => "program.siemens.mpf",
+            Self::SiemensAxes => "program.siemens-axes.mpf",
+            Self::Heidenhain => "program.heidenhain.h",
+            Self::HeidenhainAxes => "program.heidenhain-axes.h",
+            Self::Apt => "program.apt.cls",
+        }
+    }
+
+    /// Returns the dialect whose reader understands this format.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::Dialect;
+    /// use trunnion_nc::write::OutputFormat;
+    ///
+    /// assert_eq!(OutputFormat::FanucVector.dialect(), Dialect::Fanuc);
+    /// ```
+    pub fn dialect(self) -> Dialect {
+        match self {
+            Self::LinuxCnc | Self::G93 => Dialect::LinuxCnc,
+            Self::Fanuc | Self::FanucVector => Dialect::Fanuc,
+            Self::Haas => Dialect::Haas,
+            Self::Siemens | Self::SiemensAxes => Dialect::Siemens,
+            Self::Heidenhain | Self::HeidenhainAxes => Dialect::Heidenhain,
+            Self::Apt => Dialect::Apt,
+        }
+    }
+
+    /// Returns the meaning of X Y Z.
     pub fn coordinates(self) -> Coordinates {
         if self == Self::G93 { Coordinates::Axes } else { Coordinates::Tip }
     }
 
     /// Whether blocks have the tool vector, not rotary angles.
     pub fn is_vector(self) -> bool {
-        matches!(self.syntax().pointing, Pointing::Vector(_))
+        matches!(self.syntax().pointing, OrientationWords::Vector(_))
     }
 
     /// Whether F is one over the time of the block unless the machine file says otherwise.
@@ -120,39 +166,41 @@ impl Dialect {
         matches!(self, Self::LinuxCnc | Self::G93)
     }
 
-    pub(super) fn syntax(self) -> Syntax {
-        let iso = Syntax {
-            form: Form::Point,
-            pointing: Pointing::Angles,
+    pub(super) fn syntax(self) -> BlockSyntax {
+        let iso = BlockSyntax {
+            form: NumberForm::Point,
+            pointing: OrientationWords::Angles,
             moves: ["G0", "G1"],
             every_block: false,
             whole_tip: false,
             rapid_tail: "",
         };
-        let siemens = Syntax { form: Form::Plain, ..iso };
-        let klartext = Syntax {
-            form: Form::Signed,
+        let siemens = BlockSyntax { form: NumberForm::Plain, ..iso };
+        let klartext = BlockSyntax {
+            form: NumberForm::Signed,
             moves: ["L", "L"],
             every_block: true,
             rapid_tail: " FMAX",
             ..iso
         };
         match self {
-            Self::LinuxCnc | Self::G93 => Syntax { every_block: true, ..iso },
+            Self::LinuxCnc | Self::G93 => BlockSyntax { every_block: true, ..iso },
             Self::Fanuc | Self::Haas => iso,
-            Self::FanucVector => Syntax { pointing: Pointing::Vector(["I", "J", "K"]), ..iso },
+            Self::FanucVector => {
+                BlockSyntax { pointing: OrientationWords::Vector(["I", "J", "K"]), ..iso }
+            }
             Self::SiemensAxes => siemens,
             Self::Siemens => {
-                Syntax { pointing: Pointing::Vector(["A3=", "B3=", "C3="]), ..siemens }
+                BlockSyntax { pointing: OrientationWords::Vector(["A3=", "B3=", "C3="]), ..siemens }
             }
             Self::HeidenhainAxes => klartext,
-            Self::Heidenhain => Syntax {
-                pointing: Pointing::Vector(["TX", "TY", "TZ"]),
+            Self::Heidenhain => BlockSyntax {
+                pointing: OrientationWords::Vector(["TX", "TY", "TZ"]),
                 moves: ["LN", "LN"],
                 whole_tip: true,
                 ..klartext
             },
-            Self::Apt => Syntax { pointing: Pointing::Vector(["", "", ""]), ..iso },
+            Self::Apt => BlockSyntax { pointing: OrientationWords::Vector(["", "", ""]), ..iso },
         }
     }
 
@@ -179,11 +227,11 @@ mod tests {
 
     #[test]
     fn every_dialect_comes_back_from_its_name() {
-        for (name, dialect) in DIALECTS {
-            assert_eq!(Dialect::from_name(name), Some(dialect));
+        for (name, dialect) in OUTPUT_FORMATS {
+            assert_eq!(OutputFormat::from_name(name), Some(dialect));
             assert_eq!(dialect.name(), name);
         }
-        assert_eq!(Dialect::from_name("Siemens-840D"), Some(Dialect::Siemens));
-        assert_eq!(Dialect::from_name("fnauc"), None);
+        assert_eq!(OutputFormat::from_name("Siemens-840D"), Some(OutputFormat::Siemens));
+        assert_eq!(OutputFormat::from_name("fnauc"), None);
     }
 }

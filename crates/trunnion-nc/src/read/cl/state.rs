@@ -1,0 +1,61 @@
+//! State of a CL file from statement to statement.
+
+use super::motion::AnnouncedCircle;
+use super::path::ClHole;
+use crate::types::{Diagnostic, ToolPose};
+use nalgebra::{Isometry3, UnitVector3, Vector3};
+
+/// What holds for the next statement.
+#[derive(Debug)]
+pub(super) struct ClState {
+    pub(super) scale: f64,
+    /// Whether the file has said so.
+    pub(super) units: bool,
+    pub(super) axis: UnitVector3<f64>,
+    /// Tool axis of the frame.
+    pub(super) frame_axis: UnitVector3<f64>,
+    /// Speed \[mm/s\].
+    pub(super) feed: Option<f64>,
+    /// Spindle speed \[1/s\].
+    pub(super) spindle: Option<f64>,
+    pub(super) rapid: bool,
+    pub(super) shape: PathShape,
+    /// `INDIRV`: direction in which a curve starts.
+    pub(super) direction: Option<Vector3<f64>>,
+    pub(super) cycle: Option<ClCycle>,
+    /// Where the tool is.
+    pub(super) place: Option<ToolPose>,
+    pub(super) frame: Isometry3<f64>,
+    pub(super) first_frame: Option<Isometry3<f64>>,
+    pub(super) world: bool,
+    pub(super) directive: Option<String>,
+    /// In the unit of the file, which may be told after it.
+    pub(super) cutter: Option<[f64; 2]>,
+    pub(super) tool: Option<u32>,
+    pub(super) end: Option<FileEnd>,
+}
+
+/// How the file ends, up to now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FileEnd {
+    File,
+    Path,
+}
+
+/// What a statement comes to: a fault stands where it was found.
+pub(super) type ClResult<T> = Result<T, Box<Diagnostic>>;
+
+/// What the next location is reached on.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PathShape {
+    Straight,
+    Circle(AnnouncedCircle),
+}
+
+/// A cycle that holds for the locations that follow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ClCycle {
+    pub(super) hole: ClHole,
+    /// Feed in the hole \[mm/s\]; that of `FEDRAT` if there is none.
+    pub(super) feed: Option<f64>,
+}

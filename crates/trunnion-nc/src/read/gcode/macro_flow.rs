@@ -1,0 +1,124 @@
+//! Loops and jumps of macro statements: the lines that they skip.
+
+use super::label;
+use crate::read::log::ReadRemark;
+use crate::read::tape::Tape;
+/// A statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MacroWord {
+    If,
+    Goto,
+    While,
+    End,
+}
+
+pub(super) const WORDS: [(&str, MacroWord); 4] = [
+    ("IF", MacroWord::If),
+    ("GOTO", MacroWord::Goto),
+    ("WHILE", MacroWord::While),
+    ("END", MacroWord::End),
+];
+
+/// A `WHILE` that runs.
+#[derive(Debug)]
+pub(super) struct MacroLoop {
+    pub(super) number: u32,
+    /// How many calls deep, and its line there.
+    pub(super) level: usize,
+    pub(super) line: usize,
+}
+
+/// What lines of the file are passed over for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum MacroSeek {
+    /// `N10`.
+    Number(u32),
+    /// `END 1`.
+    End(u32),
+}
+
+/// Jumps and loops of macro statements.
+#[derive(Debug)]
+pub(super) struct MacroFlow {
+    pub(super) tape: Tape,
+    pub(super) seek: Option<(MacroSeek, u32)>,
+    pub(super) loops: Vec<MacroLoop>,
+}
+
+impl MacroFlow {
+    pub(super) fn new(most: u64) -> Self {
+        Self { tape: Tape::new(most), seek: None, loops: Vec::new() }
+    }
+
+    /// Whether a line of the file is passed over.
+    pub(super) fn passes(&mut self, text: &str) -> bool {
+        let Some((seek, _)) = self.seek else { return false };
+        let end = end_of(text);
+        if let Some(number) = end.filter(|number| seek != MacroSeek::End(*number)) {
+            // A jump out of a loop leaves it.
+            self.loops.retain(|inner| inner.level > 0 || inner.number != number);
+        }
+        match seek {
+            MacroSeek::Number(number) if number_of(text) == Some(number) => {
+                self.seek = None;
+                false
+            }
+            MacroSeek::End(number) => {
+                if end == Some(number) {
+                    self.seek = None;
+                }
+                true
+            }
+            MacroSeek::Number(_) => true,
+        }
+    }
+
+    /// Lines that ran `level` calls deep go on: loops of the deeper ones are over.
+    pub(super) fn leave(&mut self, level: usize) {
+        self.loops.retain(|inner| inner.level <= level);
+    }
+
+    /// What is still looked for when the file is over.
+    pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
+        let (seek, line) = self.seek?;
+        let remark = match seek {
+            MacroSeek::Number(number) => {
+                let message = format!("N{number} is not in the file");
+                ReadRemark::new(
+                    0,
+                    message,
+                    "lines before the first # are not kept: jump to later ones",
+                )
+            }
+            MacroSeek::End(number) => {
+                ReadRemark::new(0, format!("DO {number} has no END {number}"), "end the loop")
+            }
+        };
+        Some((line, remark))
+    }
+}
+
+/// Byte offset of a statement, which, and where it goes on.
+pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, usize)> {
+    let at = label::after_number(text, from);
+    let rest = text.get(at..)?;
+    let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let name = rest.get(..letters)?;
+    let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+    Some((at, *word, at + letters))
+}
+
+/// 10 of a line that begins `N10`.
+pub(super) fn number_of(text: &str) -> Option<u32> {
+    let rest = text.trim_start().strip_prefix(['N', 'n'])?.trim_start();
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    rest.get(..digits)?.parse().ok()
+}
+
+/// 1 of `END 1`.
+pub(super) fn end_of(text: &str) -> Option<u32> {
+    let (_, word, behind) = statement(text, 0)?;
+    let rest = text.get(behind..)?.trim_start();
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    if word == MacroWord::End { rest.get(..digits)?.parse().ok() } else { None }
+}

@@ -1,0 +1,118 @@
+//! Modal state of G-code, and the actions of one block.
+
+use super::block::CodeWord;
+use crate::read::control::SLOTS;
+/// What axis words do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GcodeMotion {
+    Rapid,
+    Feed,
+    /// `G2` or `G3`.
+    Arc {
+        clockwise: bool,
+    },
+    /// `G81` and so on, in tenths.
+    Cycle(u32),
+}
+
+/// What holds from line to line beside [`ControlState`](super::control::Control).
+#[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
+pub(super) struct ModalState {
+    pub(super) motion: Option<GcodeMotion>,
+    pub(super) incremental: bool,
+    /// `G90.1`.
+    pub(super) arc_absolute: bool,
+    /// 0: XY, 1: ZX, 2: YZ.
+    pub(super) plane: usize,
+    /// `G43.5`.
+    pub(super) vector: bool,
+    /// `G99`.
+    pub(super) to_r: bool,
+    pub(super) cycle: CycleState,
+    /// `G66`.
+    pub(super) each: Option<ModalCall>,
+    /// `G28` and `G30` \[mm, rad\]; `None`: not known.
+    pub(super) references: [[Option<f64>; SLOTS]; 2],
+}
+
+/// Modal groups, as bits: two codes of one group cannot stand on one line.
+pub(super) mod group {
+    pub(in crate::read::gcode) const NONE: u32 = 0;
+    pub(in crate::read::gcode) const NONMODAL: u32 = 1;
+    pub(in crate::read::gcode) const MOTION: u32 = 1 << 1;
+    pub(in crate::read::gcode) const PLANE: u32 = 1 << 2;
+    pub(in crate::read::gcode) const UNITS: u32 = 1 << 3;
+    pub(in crate::read::gcode) const DISTANCE: u32 = 1 << 4;
+    pub(in crate::read::gcode) const FEED: u32 = 1 << 5;
+    pub(in crate::read::gcode) const LENGTH: u32 = 1 << 6;
+    pub(in crate::read::gcode) const OFFSET: u32 = 1 << 7;
+    pub(in crate::read::gcode) const BLEND: u32 = 1 << 8;
+    pub(in crate::read::gcode) const ARC: u32 = 1 << 9;
+    pub(in crate::read::gcode) const RETRACT: u32 = 1 << 10;
+    pub(in crate::read::gcode) const STOP: u32 = 1 << 11;
+    pub(in crate::read::gcode) const SPINDLE: u32 = 1 << 12;
+    pub(in crate::read::gcode) const TOOL: u32 = 1 << 13;
+    pub(in crate::read::gcode) const TCP: u32 = 1 << 14;
+    pub(in crate::read::gcode) const TILT: u32 = 1 << 15;
+}
+
+/// What a line says beside its motion.
+#[derive(Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "what a line may say")]
+pub(super) struct BlockActions {
+    pub(super) groups: u32,
+    /// `G4`, `G10`, `G28`, `G52`, `G92`, `G68.2`, `G53.1`: tenths and place.
+    pub(super) nonmodal: Option<(u32, usize)>,
+    /// `G53`.
+    pub(super) machine: bool,
+    /// A motion code stood on the line.
+    pub(super) motion: bool,
+    /// `G43` and its kin.
+    pub(super) length: Option<CodeWord>,
+    pub(super) changes_tool: bool,
+    pub(super) turns_spindle: bool,
+    /// The F word.
+    pub(super) feed: Option<f64>,
+    /// `M0`, `M1`: places of what is kept behind the motion.
+    pub(super) stops: [Option<(usize, usize)>; 2],
+    pub(super) ends: bool,
+    pub(super) returns: bool,
+    /// `M99 P10`: the line that is run next, and its place.
+    pub(super) return_to: Option<(f64, usize)>,
+    /// Subprogram, times, place.
+    pub(super) call: Option<(Box<str>, u32, usize)>,
+    /// Parameters of its own.
+    pub(super) arguments: Option<Vec<f64>>,
+}
+
+impl BlockActions {
+    pub(super) fn has(&self, group: u32) -> bool {
+        self.groups & group != 0
+    }
+}
+
+/// What stays from hole to hole.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct CycleState {
+    pub(super) r: Option<f64>,
+    /// Bottom.
+    pub(super) z: Option<f64>,
+    /// Depth of a peck.
+    pub(super) q: Option<f64>,
+    /// \[s\]
+    pub(super) dwell: f64,
+    /// Where the drill axis stood before the first hole.
+    pub(super) initial: Option<f64>,
+    pub(super) running: bool,
+}
+
+/// A call that every move makes: `G66`.
+#[derive(Debug, Clone)]
+pub(super) struct ModalCall {
+    pub(super) program: Box<str>,
+    pub(super) arguments: Vec<f64>,
+    /// How many calls deep it was given: moves of the macro itself make none.
+    pub(super) level: usize,
+    pub(super) at: usize,
+}

@@ -1,0 +1,347 @@
+//! G-code as `LinuxCNC`, Fanuc and Haas write it.
+
+use super::block::GcodeBlock;
+use super::expression::ExpressionEnv;
+use super::flow::{FrameKind, GcodeFlow, LineCollection, SubCall};
+use super::label::OWord;
+use super::macro_flow::MacroFlow;
+use super::modal::{BlockActions, CycleState, ModalState};
+use super::parameters::Parameters;
+use super::words::left_over;
+use super::{label, parameters};
+use crate::read::control::SLOTS;
+use crate::read::dialect::Dialect;
+use crate::read::log::ReadRemark;
+use crate::read::options::ReadOptions;
+use crate::read::state::ReaderState;
+/// Reader of G-code.
+#[derive(Debug)]
+pub(in crate::read) struct GcodeReader {
+    pub(super) dialect: Dialect,
+    pub(super) block_delete: Option<bool>,
+    /// Repeated lines that may still be run.
+    pub(super) left: u64,
+    pub(super) most_repeated: u64,
+    pub(super) modal: ModalState,
+    /// Taken out while a line is run.
+    pub(super) block: Option<Box<GcodeBlock>>,
+    pub(super) parameters: Parameters,
+    pub(super) flow: GcodeFlow,
+    pub(super) macros: MacroFlow,
+    /// A line said something.
+    pub(super) ran: bool,
+    /// Lines of the file so far, and lone `%` among them.
+    pub(super) lines: u32,
+    pub(super) percents: u32,
+}
+
+impl GcodeReader {
+    pub(in crate::read) fn new(options: &ReadOptions) -> Self {
+        let mut first = [Some(0.0); SLOTS];
+        for (to, from) in first.iter_mut().zip(options.reference) {
+            *to = Some(from);
+        }
+        let modal = ModalState {
+            motion: None,
+            incremental: false,
+            arc_absolute: false,
+            plane: 0,
+            vector: false,
+            to_r: false,
+            cycle: CycleState::default(),
+            each: None,
+            references: [first, [None; SLOTS]],
+        };
+        Self {
+            dialect: options.dialect,
+            block_delete: options.block_delete,
+            left: options.most_repeated,
+            most_repeated: options.most_repeated,
+            modal,
+            block: Some(Box::new(GcodeBlock::new())),
+            parameters: Parameters::new(&options.parameters),
+            flow: GcodeFlow::default(),
+            macros: MacroFlow::new(options.most_repeated),
+            ran: false,
+            lines: 0,
+            percents: 0,
+        }
+    }
+
+    pub(super) fn env<'a>(&'a self, state: &'a ReaderState) -> ExpressionEnv<'a> {
+        ExpressionEnv {
+            parameters: &self.parameters,
+            control: &state.control,
+            line: state.log.line,
+            fanuc: self.dialect != Dialect::LinuxCnc,
+        }
+    }
+
+    /// There are lines to run before the file's next.
+    pub(in crate::read) fn is_busy(&self) -> bool {
+        self.flow.is_busy() || self.macros.tape.is_busy()
+    }
+
+    /// Runs one of them.
+    pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        let Some(frame) = self.flow.frames.last_mut() else { return self.advance_file(state) };
+        let at = frame.next;
+        frame.next += 1;
+        let lines = std::sync::Arc::clone(&frame.lines);
+        let Some((number, text)) = lines.get(at) else {
+            return self.leave();
+        };
+        state.log.line = *number;
+        if !self.may_repeat(state, text) {
+            return;
+        }
+        match self.beginning(state, text) {
+            Some((_, Some(word))) => {
+                let done = self.o_word_in_frame(state, &word, (at, text));
+                note(state, text, done);
+            }
+            Some((from, None)) => self.statement_or_plain(state, (text, from), at),
+            None => {}
+        }
+    }
+
+    /// Runs a line of the file again, or one that was read ahead of its turn.
+    pub(super) fn advance_file(&mut self, state: &mut ReaderState) {
+        match self.macros.tape.play() {
+            Ok(Some((number, text))) => self.run_of_file(state, (number, &text)),
+            Ok(None) => {
+                if let Some((number, text)) = self.flow.next_ahead() {
+                    self.of_file(state, (number, &text));
+                }
+            }
+            Err(remark) => {
+                state.log.fault("", remark);
+                state.control.ended = true;
+            }
+        }
+    }
+
+    /// Ends the lines that run.
+    pub(super) fn leave(&mut self) {
+        if self.flow.frames.pop().is_some_and(|frame| frame.is_scoped()) {
+            self.parameters.leave();
+        }
+        let level = self.flow.frames.len();
+        self.macros.leave(level);
+    }
+
+    /// Counts a line that is run out of turn.
+    pub(super) fn may_repeat(&mut self, state: &mut ReaderState, text: &str) -> bool {
+        if let Some(left) = self.left.checked_sub(1) {
+            self.left = left;
+            return true;
+        }
+        if !state.control.ended {
+            let message =
+                format!("loops and subprograms run more than {} lines", self.most_repeated);
+            let help = "does the loop end? if so, allow more when reading";
+            state.log.fault(text, ReadRemark::new(0, message, help));
+        }
+        state.control.ended = true;
+        false
+    }
+
+    /// Takes in a line of the file.
+    pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
+        self.lines = self.lines.saturating_add(1);
+        state.log.line = self.lines;
+        match self.flow.collect(self.lines, text) {
+            LineCollection::No => {}
+            LineCollection::Yes => return,
+            LineCollection::Called(called) => return self.called(called),
+        }
+        self.of_file(state, (self.lines, text));
+    }
+
+    pub(super) fn of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+        self.macros.tape.record(number, text);
+        if self.dialect != Dialect::LinuxCnc && text.as_bytes().contains(&b'#') {
+            // From here on a loop may count, and lead back to any line.
+            self.macros.tape.keep(text);
+        }
+        self.run_of_file(state, (number, text));
+    }
+
+    pub(super) fn run_of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+        state.log.line = number;
+        if self.macros.passes(text) {
+            return;
+        }
+        match self.beginning(state, text) {
+            Some((_, Some(word))) => {
+                let done = self.o_word_of_file(state, &word, (number, text));
+                note(state, text, done);
+            }
+            Some((from, None)) => {
+                let line = usize::try_from(number).unwrap_or(usize::MAX);
+                self.statement_or_plain(state, (text, from), line);
+            }
+            None => {}
+        }
+    }
+
+    /// A line without O-word, which is number `line` of the file or of the subprogram that runs.
+    pub(super) fn statement_or_plain(
+        &mut self,
+        state: &mut ReaderState,
+        (text, from): (&str, usize),
+        line: usize,
+    ) {
+        match self.statement(state, (text, from), line) {
+            Ok(true) => {}
+            Ok(false) => self.plain(state, (text, from)),
+            Err(remark) => state.log.fault(text, remark),
+        }
+    }
+
+    /// Where a line begins, and its O-word; `None`: nothing to run.
+    #[inline]
+    pub(super) fn beginning(
+        &mut self,
+        state: &mut ReaderState,
+        text: &str,
+    ) -> Option<(usize, Option<OWord>)> {
+        let bytes = text.as_bytes();
+        let from = bytes.iter().position(|byte| !matches!(byte, b' ' | b'\t' | b'\r'))?;
+        match bytes.get(from)? {
+            b'%' if text.trim() == "%" => {
+                self.percents += 1;
+                // The second one ends a tape.
+                state.control.ended |= self.percents > 1;
+                None
+            }
+            b'/' => {
+                let (run, from) = self.deleted(state, text, from);
+                run.then(|| (from, label::o_word(text, from)))
+            }
+            b'O' | b'o' | b':' | b'N' | b'n' => Some((from, label::o_word(text, from))),
+            _ => Some((from, None)),
+        }
+    }
+
+    /// `/` or `/2` before a line: whether it is run, and where it goes on.
+    pub(super) fn deleted(
+        &self,
+        state: &mut ReaderState,
+        text: &str,
+        from: usize,
+    ) -> (bool, usize) {
+        let digit = text.as_bytes().get(from + 1).is_some_and(u8::is_ascii_digit);
+        if let Some(run) = self.block_delete {
+            return (run, from + 1 + usize::from(digit));
+        }
+        let message = "block delete: whether the control runs this block is not known";
+        let help = "say whether such blocks are run: --block-delete true, or false";
+        state.log.fault(text, ReadRemark::new(from, message, help));
+        (false, from)
+    }
+
+    /// Words.
+    pub(super) fn plain(&mut self, state: &mut ReaderState, (text, from): (&str, usize)) {
+        let mut block = self.block.take().unwrap_or_else(|| Box::new(GcodeBlock::new()));
+        let before = state.log.faults.len();
+        {
+            let ReaderState { control, log } = state;
+            let fanuc = self.dialect != Dialect::LinuxCnc;
+            let env =
+                ExpressionEnv { parameters: &self.parameters, control, line: log.line, fanuc };
+            block.scan((text, from), &env, |remark| log.fault(text, remark));
+        }
+        if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
+            self.run(state, &mut block, text);
+        }
+        self.block = Some(block);
+    }
+
+    /// Does what the words of a line say.
+    pub(super) fn run(&mut self, state: &mut ReaderState, block: &mut GcodeBlock, text: &str) {
+        self.ran = true;
+        let mut now = BlockActions::default();
+        let done = self.words(state, block, (text, &mut now));
+        let failed = done.is_err();
+        note(state, text, done);
+        for (letter, word) in block.left() {
+            // Axes are left over where something else of the line could not be understood.
+            if failed && state.control.known_slot(letter).is_some() {
+                continue;
+            }
+            let text_of = text.get(word.at..word.end).unwrap_or_default();
+            let remark = left_over(letter, text_of, word.at, &state.control);
+            state.log.fault(text, remark);
+        }
+        for (key, value) in block.assignments.drain(..) {
+            if key == parameters::ALARM && self.dialect != Dialect::LinuxCnc {
+                let message = "the program raises an alarm here (#3000)";
+                state.log.fault(text, ReadRemark::new(0, message, "look at what it found wrong"));
+            }
+            self.parameters.set(key, value);
+        }
+        self.after(state, &now, text);
+    }
+
+    /// What happens once a block has moved: stops, ends, calls.
+    pub(super) fn after(&mut self, state: &mut ReaderState, now: &BlockActions, text: &str) {
+        for &(at, end) in now.stops.iter().flatten() {
+            state.control.keep(state.log.line, text.get(at..end).unwrap_or_default());
+        }
+        state.control.ended |= now.ends;
+        if let Some((label, times, at)) = &now.call {
+            let call = SubCall { arguments: now.arguments.clone(), times: *times };
+            let done = self.run_sub((label, true), call, (state.log.line, text, *at));
+            note(state, text, done);
+        }
+        match now.return_to {
+            Some((line, at)) if now.returns => {
+                if matches!(
+                    self.flow.frames.last().map(|frame| frame.of),
+                    Some(FrameKind::Numbered { .. })
+                ) {
+                    self.leave();
+                }
+                let done = self.go_to(state, at, line);
+                note(state, text, done);
+            }
+            _ if now.returns => self.return_numbered(state),
+            _ => {}
+        }
+    }
+
+    /// `M99`.
+    pub(super) fn return_numbered(&mut self, state: &mut ReaderState) {
+        match self.flow.frames.last_mut() {
+            Some(frame) => match &mut frame.of {
+                FrameKind::Numbered { again: 0, .. } => self.leave(),
+                FrameKind::Numbered { again, .. } => (*again, frame.next) = (*again - 1, 1),
+                _ => state.control.ended = true,
+            },
+            // The main program would begin anew, and what it does is known by then.
+            None => state.control.ended = true,
+        }
+    }
+
+    /// What is missing at the end; a file of subprograms has no end of its own.
+    pub(in crate::read) fn finish(&mut self, state: &mut ReaderState) {
+        if let Some(((line, text), open)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = *line;
+            state.log.fault(text, open);
+            return;
+        }
+        let open = self.macros.open();
+        // A file of subprograms alone needs no end.
+        if open.is_some() || self.ran || !self.flow.has_subs() {
+            state.unended(open, "end it with M2 or M30");
+        }
+    }
+}
+
+/// Notes what went wrong.
+pub(super) fn note(state: &mut ReaderState, text: &str, done: Result<(), ReadRemark>) {
+    if let Err(remark) = done {
+        state.log.fault(text, remark);
+    }
+}

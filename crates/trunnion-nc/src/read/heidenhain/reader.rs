@@ -1,0 +1,375 @@
+//! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
+
+use super::flow;
+use super::flow::KlartextFlow;
+use super::token::{Token, Tokens};
+use crate::read::control::SLOTS;
+use crate::read::log::{ReadRemark, excerpt};
+use crate::read::options::ReadOptions;
+use crate::read::state::ReaderState;
+use crate::read::step::Step;
+use std::collections::HashMap;
+
+/// Longest block joined by `~` \[bytes\].
+const LONGEST: usize = 10_000;
+
+/// Reader of Klartext.
+#[derive(Debug)]
+pub(in crate::read) struct HeidenhainReader {
+    /// `Q1` and so on.
+    pub(super) variables: HashMap<Box<str>, f64>,
+    /// `CC` \[mm\], by X Y Z.
+    pub(super) pole: [Option<f64>; 3],
+    /// Which of X Y Z are the plane of circles: the tool axis is the third.
+    pub(super) plane: [usize; 2],
+    /// `M126`.
+    pub(super) shortest: bool,
+    /// `AXIS SPAT`: rotary words are angles in space.
+    pub(super) spatial: bool,
+    /// The cycle being defined.
+    pub(super) cycle: u32,
+    pub(super) flow: KlartextFlow,
+    pub(super) lines: u32,
+    /// A block that goes on, and its first line.
+    pub(super) joined: String,
+    pub(super) first: u32,
+    pub(super) block_delete: Option<bool>,
+}
+
+impl HeidenhainReader {
+    pub(in crate::read) fn new(options: &ReadOptions) -> Self {
+        let name = |name: &str| name.trim().to_ascii_uppercase().into_boxed_str();
+        let given = options.parameters.iter().map(|(key, value)| (name(key), *value));
+        Self {
+            variables: given.collect(),
+            pole: [None; 3],
+            plane: [0, 1],
+            shortest: false,
+            spatial: false,
+            cycle: 0,
+            flow: KlartextFlow::new(options.most_repeated),
+            lines: 0,
+            joined: String::new(),
+            first: 0,
+            block_delete: options.block_delete,
+        }
+    }
+
+    /// There are blocks to run before the file's next.
+    pub(in crate::read) fn is_busy(&self) -> bool {
+        self.flow.tape.is_busy()
+    }
+
+    /// Runs one of them.
+    pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
+            self.run_line(state, (number, &text));
+        }
+    }
+
+    /// What is missing at the end.
+    pub(in crate::read) fn finish(&self, state: &mut ReaderState) {
+        state.unended(self.flow.open(), "end it with END PGM or M30");
+    }
+
+    /// Reads a line of the file.
+    pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
+        self.lines = self.lines.saturating_add(1);
+        self.flow.tape.record(self.lines, text);
+        self.run_line(state, (self.lines, text));
+    }
+
+    pub(super) fn run_line(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+        state.log.line = number;
+        // A tool called before the program begins is as good as one called in it.
+        state.control.length |= self.lines == 1;
+        let code = text.split(';').next().unwrap_or_default().trim_end();
+        if let Some(part) = code.strip_suffix('~') {
+            self.begin_or_go_on(number, part);
+            if self.joined.len() > LONGEST {
+                let message = format!("a block of more than {LONGEST} bytes");
+                state.log.fault(
+                    text,
+                    ReadRemark::new(0, message, "look at the ~ at the ends of its lines"),
+                );
+                self.joined.clear();
+            }
+            return;
+        }
+        if self.joined.is_empty() {
+            return self.block(state, code);
+        }
+        self.begin_or_go_on(number, code);
+        state.log.line = self.first;
+        let block = std::mem::take(&mut self.joined);
+        self.block(state, &block);
+    }
+
+    pub(super) fn begin_or_go_on(&mut self, number: u32, part: &str) {
+        if self.joined.is_empty() {
+            self.first = number;
+        }
+        self.joined.push_str(part);
+        self.joined.push(' ');
+    }
+
+    pub(super) fn block(&mut self, state: &mut ReaderState, code: &str) {
+        let done = match self.skips(code) {
+            Ok(Some(from)) => self.statement(state, code, from),
+            Ok(None) => Ok(()),
+            Err(remark) => Err(remark),
+        };
+        if let Err(remark) = done {
+            state.log.fault(code, remark);
+        }
+    }
+
+    /// Where a block begins behind `/` and its number; `None`: it says nothing.
+    pub(super) fn skips(&self, code: &str) -> Result<Option<usize>, ReadRemark> {
+        let mut from = code.len() - code.trim_start().len();
+        let digits = |from: usize| {
+            let rest = code.get(from..).unwrap_or_default();
+            let count = rest.bytes().take_while(u8::is_ascii_digit).count();
+            let behind = rest.get(count..).unwrap_or_default();
+            from + count + behind.len() - behind.trim_start().len()
+        };
+        from = digits(from);
+        if code.as_bytes().get(from) == Some(&b'/') {
+            match self.block_delete {
+                Some(true) => from = digits(from + 1),
+                Some(false) => return Ok(None),
+                None => {
+                    let message = "block delete: whether the control runs this block is not known";
+                    let help = "say whether such blocks are run: --block-delete true, or false";
+                    return Err(ReadRemark::new(from, message, help));
+                }
+            }
+        }
+        let rest = code.get(from..).unwrap_or_default();
+        // `* -` begins a heading.
+        Ok((!rest.is_empty() && !rest.starts_with('*')).then_some(from))
+    }
+
+    pub(super) fn statement(
+        &mut self,
+        state: &mut ReaderState,
+        code: &str,
+        from: usize,
+    ) -> Result<(), ReadRemark> {
+        let label = flow::label_of(code, from);
+        if label.is_some() || starts(code, from, "CALL") || starts(code, from, "FN") {
+            // Blocks may be run again from here on.
+            self.flow.tape.keep(code);
+        }
+        if let Some(label) = label.filter(|label| *label != "0") {
+            self.flow.note(label, state.log.line);
+        }
+        if self.flow.passes(label) {
+            return Ok(());
+        }
+        if let Some(label) = label {
+            self.label(label);
+            return Ok(());
+        }
+        let mut tokens = Tokens::new(code, from);
+        let Some(first) = tokens.next_token() else { return Ok(()) };
+        let word = first.text.to_ascii_uppercase();
+        match word.as_str() {
+            "BEGIN" => Self::begin(state, &mut tokens),
+            "END" => {
+                state.control.ended = true;
+                Ok(())
+            }
+            "BLK" | "TOOL" | "STOP" => self.technology(state, (&first, code), &mut tokens),
+            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => {
+                self.path(state, &word, (&first, tokens))
+            }
+            "FUNCTION" => self.function(state, (&first, code), &mut tokens),
+            "CYCL" => self.cycle(state, (&first, code), &mut tokens),
+            "PLANE" => self.plane(state, (&first, Tokens::new(code, from))),
+            "FN" => self.formula(state, &mut tokens, code),
+            "CALL" => self.call(state, (&first, code), &mut tokens),
+            _ if is_q(&word) => self.assign((&first, code), 0),
+            // `M3` and the like stand alone, too.
+            _ if word.starts_with('M') || word.starts_with('S') => {
+                self.path(state, "L", (&first, Tokens::new(code, from)))
+            }
+            _ => Err(not_understood(&first, code)),
+        }
+    }
+
+    /// `BEGIN PGM NAME MM`.
+    pub(super) fn begin(
+        state: &mut ReaderState,
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
+        let unit = std::iter::from_fn(|| tokens.next_token()).last();
+        match unit {
+            Some(unit) if unit.text.eq_ignore_ascii_case("INCH") => state.control.inch = true,
+            Some(unit) if unit.text.eq_ignore_ascii_case("MM") => {}
+            _ => return Err(ReadRemark::new(0, "BEGIN PGM without MM or INCH", "write the unit")),
+        }
+        Ok(())
+    }
+
+    /// `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
+    pub(super) fn technology(
+        &mut self,
+        state: &mut ReaderState,
+        (first, code): (&Token<'_>, &str),
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
+        let text = code.get(first.at..).unwrap_or_default();
+        let second = tokens.next_token();
+        let is = |word: &str| second.is_some_and(|token| token.text.eq_ignore_ascii_case(word));
+        match first.text.to_ascii_uppercase().as_str() {
+            "BLK" if is("FORM") => Ok(()),
+            "TOOL" if is("CALL") => self.tool_call(state, text, tokens),
+            "TOOL" if is("DEF") => Ok(()),
+            "STOP" => {
+                state.control.keep(state.log.line, text);
+                Ok(())
+            }
+            _ => Err(not_understood(first, code)),
+        }
+    }
+
+    /// `TOOL CALL 5 Z S8000 F500`.
+    pub(super) fn tool_call(
+        &mut self,
+        state: &mut ReaderState,
+        text: &str,
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
+        let mut number = None;
+        let mut speed = None;
+        while let Some(token) = tokens.next_token() {
+            let upper = token.text.to_ascii_uppercase();
+            match upper.as_bytes() {
+                [b'0'..=b'9', ..] => number = upper.parse().ok(),
+                [b'"', ..] => {
+                    let digits = upper.chars().filter(char::is_ascii_digit).take(9);
+                    number = Some(digits.collect::<String>().parse().unwrap_or(0));
+                }
+                b"X" => self.plane = [1, 2],
+                b"Y" => self.plane = [2, 0],
+                b"Z" => self.plane = [0, 1],
+                [b'S', ..] => speed = Some(self.value(&token.after(1))?.value),
+                [b'F', ..] => {
+                    let feed = self.value(&token.after(1))?;
+                    state.control.feed = Some(feed.value);
+                }
+                [b'D', b'L' | b'R', ..] => {
+                    let skip = if upper.starts_with("DR2") { 3 } else { 2 };
+                    if self.value(&token.after(skip))?.value.abs() > 0.0 {
+                        let message = "a tool with oversize (DL, DR)";
+                        return Err(ReadRemark::new(
+                            token.at,
+                            message,
+                            "post the path of the real tool",
+                        ));
+                    }
+                }
+                _ => return Err(ReadRemark::new(token.at, format!("{upper} in TOOL CALL"), "")),
+            }
+        }
+        let line = state.log.line;
+        if let Some(speed) = speed {
+            state.control.speed = speed;
+            if state.control.sense != 0 {
+                state.control.spindle(line);
+            }
+        }
+        if let Some(number) = number {
+            state.control.keep(line, text);
+            state.control.tool = number;
+            state.control.change_tool(line, number);
+            state.control.set_length(number != 0);
+        }
+        Ok(())
+    }
+
+    /// `Q1 = +5`, from a byte offset on.
+    pub(super) fn assign(
+        &mut self,
+        (first, code): (&Token<'_>, &str),
+        at: usize,
+    ) -> Result<(), ReadRemark> {
+        let from = at.max(first.at);
+        let text = code.get(from..).unwrap_or_default();
+        let Some((name, value)) = text.split_once('=') else {
+            return Err(ReadRemark::new(from, "= is missing here", "write Q1 = 5"));
+        };
+        let name = name.trim().to_ascii_uppercase();
+        if !is_q(&name) {
+            let message = format!("{} is no parameter", excerpt(&name));
+            return Err(ReadRemark::new(from, message, "write Q and its number"));
+        }
+        let value_at = code.len() - value.len();
+        let value = self.arithmetic(value, value_at)?;
+        self.variables.insert(name.into(), value);
+        Ok(())
+    }
+
+    /// `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
+    pub(super) fn formula(
+        &mut self,
+        state: &ReaderState,
+        tokens: &mut Tokens<'_>,
+        code: &str,
+    ) -> Result<(), ReadRemark> {
+        let Some(kind) = tokens.next_token() else { return Ok(()) };
+        let number = kind.text.trim_end_matches(':').parse::<u32>().unwrap_or(u32::MAX);
+        if !matches!(number, 0..=7 | 9..=12) {
+            let message = format!("FN {} is not understood", excerpt(kind.text));
+            return Err(ReadRemark::new(kind.at, message, "FN 0 to FN 7 and FN 9 to FN 12 are"));
+        }
+        let after = code.get(kind.at..).unwrap_or_default().find(':').map_or(0, |at| at + 1);
+        let text = code.get(kind.at + after..).unwrap_or_default();
+        let from = kind.at + after + text.len() - text.trim_start().len();
+        if number >= 9 {
+            return self.condition(state, (number, code, from));
+        }
+        let first = Token { text: "", at: from };
+        self.assign((&first, code), from)
+    }
+
+    pub(super) fn dwell(
+        &self,
+        state: &mut ReaderState,
+        token: &Token<'_>,
+    ) -> Result<(), ReadRemark> {
+        let digits = token.text.find(|c: char| c.is_ascii_digit()).unwrap_or(token.text.len());
+        let seconds = self.value(&token.after(digits))?.value;
+        let line = state.log.line;
+        state.control.steps.push_back(Step::Dwell { line, seconds });
+        Ok(())
+    }
+
+    /// No datum shift.
+    pub(super) fn unshift(state: &mut ReaderState) {
+        state.control.local = [0.0; SLOTS];
+    }
+}
+
+/// A block begins with a word.
+pub(super) fn starts(code: &str, from: usize, word: &str) -> bool {
+    code.get(from..from + word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word))
+}
+
+/// `Q1`, `QL2`, `QR3`.
+pub(super) fn is_q(word: &str) -> bool {
+    let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
+    word.starts_with('Q') && !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+pub(super) fn not_understood(token: &Token<'_>, code: &str) -> ReadRemark {
+    let rest = excerpt(code.get(token.at..).unwrap_or_default());
+    let help = match token.text.to_ascii_uppercase().as_str() {
+        "RND" | "CHF" | "CT" | "APPR" | "DEP" | "FL" | "FC" | "FLT" | "FCT" | "FPOL" => {
+            "write the contour as L, C and CR"
+        }
+        _ => "is it the right dialect?",
+    };
+    ReadRemark::new(token.at, format!("{rest} is not understood as heidenhain"), help)
+}

@@ -1,0 +1,34 @@
+//! Values of words.
+
+use super::reader::HeidenhainReader;
+use super::token::Token;
+use crate::read::arithmetic::FormulaText;
+use crate::read::control::COMPUTED;
+use crate::read::log::ReadRemark;
+use crate::read::{arithmetic, number};
+/// A value and the digits behind its point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KlartextValue {
+    pub(super) value: f64,
+    pub(super) decimals: u8,
+}
+
+impl HeidenhainReader {
+    /// `+10`, `10,5`, `-Q3`.
+    pub(super) fn value(&self, token: &Token<'_>) -> Result<KlartextValue, ReadRemark> {
+        if let Some(found) = number::signed(token.text, true)
+            && found.length == token.text.len()
+        {
+            return Ok(KlartextValue { value: found.value, decimals: found.decimals });
+        }
+        let value = self.arithmetic(token.text, token.at)?;
+        Ok(KlartextValue { value, decimals: COMPUTED })
+    }
+
+    /// `+Q1 * 2`, `Q1 DIV 2`.
+    pub(super) fn arithmetic(&self, text: &str, at: usize) -> Result<f64, ReadRemark> {
+        let text = text.replace("DIV", "/");
+        let written = FormulaText { text: &text, from: 0, at, comma: true };
+        arithmetic::value(&written, &self.variables)
+    }
+}

@@ -1,0 +1,42 @@
+//! Options of the program readers.
+
+use super::dialect::Dialect;
+use crate::types::AXES;
+use crate::words::AxisWords;
+
+/// How a program is to be understood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadOptions {
+    /// The control's language.
+    pub dialect: Dialect,
+    /// Letters, units and signs of the axes. The decimals are not used: the text shows them.
+    pub axes: AxisWords,
+    /// One axis beyond those five may move, too: [`Move::sixth`].
+    pub sixth: bool,
+    /// Faults after which reading stops.
+    pub most_faults: usize,
+    /// Lines that loops, subprograms and repeated cycles may run or pass over in all.
+    pub most_repeated: u64,
+    /// Run lines that begin with `/`; `None`: such a line is a fault, as nobody knows.
+    pub block_delete: Option<bool>,
+    /// Values of parameters that the program does not set itself: `5`, `_hal[x]`, `R1`, `Q5`.
+    pub parameters: Vec<(String, f64)>,
+    /// Axis positions of `G28` \[mm, rad\].
+    pub reference: [f64; AXES],
+}
+
+impl ReadOptions {
+    /// Five axes, a million repeated lines, no parameters given, the reference position at machine zero.
+    pub fn new(dialect: Dialect, axes: AxisWords, most_faults: usize) -> Self {
+        Self {
+            dialect,
+            axes,
+            sixth: false,
+            most_faults,
+            most_repeated: 1_000_000,
+            block_delete: None,
+            parameters: Vec::new(),
+            reference: [0.0; AXES],
+        }
+    }
+}

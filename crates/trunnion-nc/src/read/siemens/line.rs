@@ -1,0 +1,56 @@
+//! Words of one Sinumerik block.
+
+use crate::read::control::MoveTarget;
+/// What axis words do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SiemensMotion {
+    Rapid,
+    Feed,
+    Arc { clockwise: bool },
+}
+
+/// What one block says.
+#[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "what a block may say")]
+pub(super) struct SiemensBlock {
+    pub(super) target: MoveTarget,
+    /// `A3= B3= C3=`.
+    pub(super) vector: [Option<f64>; 3],
+    /// `I J K`, and whether absolute.
+    pub(super) center: [Option<(f64, bool)>; 3],
+    pub(super) radius: Option<f64>,
+    pub(super) turns: u32,
+    pub(super) feed: Option<f64>,
+    pub(super) speed: Option<f64>,
+    pub(super) dwell: bool,
+    pub(super) machine: bool,
+    pub(super) motion: bool,
+    pub(super) tool: Option<u32>,
+    pub(super) changes_tool: bool,
+    pub(super) turns_spindle: bool,
+    /// `TRANS`, `ATRANS`.
+    pub(super) shift: Option<bool>,
+    pub(super) ends: bool,
+}
+
+impl SiemensBlock {
+    pub(super) fn new() -> Self {
+        Self {
+            target: MoveTarget::new(usize::MAX, 1),
+            vector: [None; 3],
+            center: [None; 3],
+            radius: None,
+            turns: 0,
+            feed: None,
+            speed: None,
+            dwell: false,
+            machine: false,
+            motion: false,
+            tool: None,
+            changes_tool: false,
+            turns_spindle: false,
+            shift: None,
+            ends: false,
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Sinumerik programs: `X10`, `A3=0.5`, `C=ACP(33)`, `CYCLE832(..)`, `R1=5`.
+
+use super::flow::SiemensFlow;
+use super::head::BlockHead;
+use super::line::{SiemensBlock, SiemensMotion};
+use super::rotary::unwound;
+use super::value::ValueMode;
+use super::word::{SiemensWord, WordName};
+use super::{value, word};
+use crate::read::control::LARGEST;
+use crate::read::log::{ReadRemark, column};
+use crate::read::options::ReadOptions;
+use crate::read::state::ReaderState;
+use std::collections::HashMap;
+
+/// Reader of Sinumerik programs.
+#[derive(Debug)]
+pub(in crate::read) struct SiemensReader {
+    pub(super) motion: Option<SiemensMotion>,
+    pub(super) incremental: bool,
+    /// 0: XY, 1: ZX, 2: YZ.
+    pub(super) plane: usize,
+    /// R parameters and variables, upper case.
+    pub(super) variables: HashMap<Box<str>, f64>,
+    pub(super) flow: SiemensFlow,
+    pub(super) lines: u32,
+    pub(super) block_delete: Option<bool>,
+}
+
+impl SiemensReader {
+    pub(in crate::read) fn new(options: &ReadOptions) -> Self {
+        let name = |name: &str| name.trim().to_ascii_uppercase().into_boxed_str();
+        let given = options.parameters.iter().map(|(key, value)| (name(key), *value));
+        Self {
+            motion: None,
+            incremental: false,
+            plane: 0,
+            variables: given.collect(),
+            flow: SiemensFlow::new(options.most_repeated),
+            lines: 0,
+            block_delete: options.block_delete,
+        }
+    }
+
+    /// There are lines to run before the file's next.
+    pub(in crate::read) fn is_busy(&self) -> bool {
+        self.flow.tape.is_busy()
+    }
+
+    /// Runs one of them.
+    pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
+            self.run_line(state, (number, &text));
+        }
+    }
+
+    /// What is missing at the end.
+    pub(in crate::read) fn finish(&self, state: &mut ReaderState) {
+        state.unended(self.flow.open(), "end it with M30, M17 or RET");
+    }
+
+    /// Reads a line of the file.
+    pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
+        self.lines = self.lines.saturating_add(1);
+        self.flow.tape.record(self.lines, text);
+        self.run_line(state, (self.lines, text));
+    }
+
+    pub(super) fn run_line(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+        state.log.line = number;
+        let code = word::without_comment(text);
+        state.control.length |= self.lines == 1;
+        let start = code.len() - code.trim_start().len();
+        // `%_N_NAME_MPF`, `$PATH=..`: names of the file.
+        if code.trim().is_empty() || code.trim_start().starts_with(['%', '$']) {
+            return;
+        }
+        let mut from = start;
+        if code.as_bytes().get(from) == Some(&b'/') {
+            match self.block_delete {
+                Some(true) => from += 1,
+                Some(false) => return,
+                None => {
+                    let message = "block delete: whether the control runs this block is not known";
+                    let help = "say whether such blocks are run: --block-delete true, or false";
+                    return state.log.fault(text, ReadRemark::new(from, message, help));
+                }
+            }
+        }
+        let head = BlockHead::of(code, from);
+        if head.may_return() {
+            self.flow.tape.keep(text);
+        }
+        if self.flow.passes(&head) {
+            return;
+        }
+        let done = match head.word {
+            Some(word) => self.decide(state, (code, &head), word),
+            None => self.block(state, code, head.at),
+        };
+        if let Err(remark) = done {
+            state.log.fault(text, remark);
+        }
+    }
+
+    pub(super) fn block(
+        &mut self,
+        state: &mut ReaderState,
+        code: &str,
+        from: usize,
+    ) -> Result<(), ReadRemark> {
+        let mut items = word::SiemensWords::new(code, from);
+        let mut line = SiemensBlock::new();
+        while let Some(item) = items.next_item()? {
+            match item.name {
+                WordName::Code(letter, tenths) if item.is_code() => {
+                    self.code(state, &mut line, (&item, letter, tenths, code))?;
+                }
+                _ => self.word(state, &mut line, (&item, code))?,
+            }
+        }
+        if line.target.at == usize::MAX {
+            line.target.at = from;
+        }
+        line.target.column = column(code, line.target.at);
+        self.run(state, line)
+    }
+
+    /// A word that carries a value, or a call.
+    pub(super) fn word(
+        &mut self,
+        state: &mut ReaderState,
+        line: &mut SiemensBlock,
+        (item, code): (&SiemensWord<'_>, &str),
+    ) -> Result<(), ReadRemark> {
+        let name = item.text_name().to_ascii_uppercase();
+        let named = name.bytes().take(2).all(|byte| byte.is_ascii_alphabetic() || byte == b'_');
+        let known = name.len() > 1 && named && self.variables.contains_key(name.as_str());
+        if (known || item.number_of("R").is_some()) && item.is_assignment() {
+            let (value, _) = self.value(item)?;
+            self.variables.insert(name.into(), value.number);
+            // From here on a loop may count, and lead back to any block number.
+            self.flow.tape.keep(code);
+            return Ok(());
+        }
+        if let Some(at) = ["A3", "B3", "C3"].iter().position(|known| *known == name) {
+            if let Some(place) = line.vector.get_mut(at) {
+                *place = Some(self.value(item)?.0.number);
+            }
+            line.target.at = line.target.at.min(item.at);
+            return Ok(());
+        }
+        match name.as_str() {
+            "I" | "J" | "K" => self.center(state, line, (item, &name)),
+            "CR" => {
+                line.radius = Some(state.control.scale() * self.value(item)?.0.number);
+                Ok(())
+            }
+            "TURN" => {
+                line.turns = value::natural(self.value(item)?.0.number, item.at)?;
+                Ok(())
+            }
+            "F" => {
+                let value = self.value(item)?.0;
+                state.control.note_feed(value.decimals);
+                line.feed = Some(value.number);
+                Ok(())
+            }
+            "S" => {
+                line.speed = Some(self.value(item)?.0.number);
+                Ok(())
+            }
+            "T" => self.tool(state, line, (item, code)),
+            "D" => {
+                let length = self.value(item)?.0.number.abs() > 0.0;
+                state.control.set_length(length);
+                Ok(())
+            }
+            "N" | "H" => Ok(()),
+            _ => self.axis_or_keyword(state, line, (item, &name, code)),
+        }
+    }
+
+    pub(super) fn center(
+        &self,
+        state: &ReaderState,
+        line: &mut SiemensBlock,
+        (item, name): (&SiemensWord<'_>, &str),
+    ) -> Result<(), ReadRemark> {
+        let (value, mode) = self.value(item)?;
+        let at = usize::from(name.as_bytes().first().map_or(0, |byte| byte - b'I'));
+        if let Some(place) = line.center.get_mut(at) {
+            *place = Some((state.control.scale() * value.number, mode == ValueMode::Absolute));
+        }
+        Ok(())
+    }
+
+    /// `T="NAME"` or `T5`: a name is kept, and counts as the number in it.
+    pub(super) fn tool(
+        &self,
+        state: &mut ReaderState,
+        line: &mut SiemensBlock,
+        (item, code): (&SiemensWord<'_>, &str),
+    ) -> Result<(), ReadRemark> {
+        let number = if let Some(name) = item.quoted() {
+            let text = code.get(item.at..item.end).unwrap_or_default();
+            state.control.keep(state.log.line, text);
+            let digits = name.chars().filter(char::is_ascii_digit).take(9).collect::<String>();
+            digits.parse().unwrap_or(0)
+        } else {
+            value::natural(self.value(item)?.0.number, item.at)?
+        };
+        line.tool = Some(number);
+        Ok(())
+    }
+
+    /// `X10`, `X=IC(2)`, `C=ACP(33)`; or a word without motion.
+    pub(super) fn axis_or_keyword(
+        &mut self,
+        state: &mut ReaderState,
+        line: &mut SiemensBlock,
+        (item, name, code): (&SiemensWord<'_>, &str, &str),
+    ) -> Result<(), ReadRemark> {
+        let slot = match name.as_bytes() {
+            [letter] => state.control.slot(*letter),
+            _ => None,
+        };
+        let Some(slot) = slot else {
+            if matches!(name.as_bytes(), [b'A'..=b'Z']) && item.has_value() {
+                let text = code.get(item.at..item.end).unwrap_or_default();
+                return Err(state.control.no_axis(item.at, text));
+            }
+            if name == "CYCLE800" {
+                return self.swivel(state, item);
+            }
+            return Self::keyword(state, line, (item, name, code));
+        };
+        let (value, mode) = self.value(item)?;
+        if line.target.get(slot).is_some() {
+            let message = format!("second {name} word on this line");
+            return Err(ReadRemark::new(item.at, message, "keep one of them"));
+        }
+        if value.number.abs() > LARGEST {
+            let message = format!("{name} is beyond {LARGEST} mm or degrees");
+            return Err(ReadRemark::new(item.at, message, "is a point missing?"));
+        }
+        let meant = state.control.meant(slot, value.number, value.decimals);
+        let incremental = match mode {
+            ValueMode::Plain => self.incremental,
+            ValueMode::Incremental => true,
+            _ => false,
+        };
+        let meant = unwound(state, (slot, meant, mode), item)?;
+        line.target.set(slot, meant, incremental);
+        line.target.at = line.target.at.min(item.at);
+        Ok(())
+    }
+}

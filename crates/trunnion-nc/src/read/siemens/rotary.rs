@@ -1,0 +1,37 @@
+//! Rotary words with a sense of rotation: `DC`, `ACP`, `ACN`.
+
+use super::value::ValueMode;
+use super::word::SiemensWord;
+use crate::read::log::ReadRemark;
+use crate::read::state::ReaderState;
+use std::f64::consts::TAU;
+/// `DC`, `ACP`, `ACN`: the way round that leads to an angle.
+pub(super) fn unwound(
+    state: &mut ReaderState,
+    (slot, meant, mode): (usize, f64, ValueMode),
+    item: &SiemensWord<'_>,
+) -> Result<f64, ReadRemark> {
+    if !matches!(mode, ValueMode::Shortest | ValueMode::Positive | ValueMode::Negative) {
+        return Ok(meant);
+    }
+    if !state.control.is_rotary(slot) {
+        let help = "write AC(..)";
+        return Err(ReadRemark::new(item.at, "DC, ACP and ACN are of rotary axes", help));
+    }
+    let Some(stands) = state.control.reading(slot) else {
+        let message = "DC, ACP or ACN before the axis stands anywhere: taken as written";
+        state.log.warn(item.line, ReadRemark::new(item.at, message, ""));
+        return Ok(meant);
+    };
+    // The control's positive sense is the other one where the axis is reversed.
+    let positive = mode == ValueMode::Positive;
+    let up = (meant - stands).rem_euclid(TAU);
+    let way = match mode {
+        ValueMode::Shortest if up > 0.5 * TAU => up - TAU,
+        ValueMode::Shortest => up,
+        _ if positive != state.control.is_reversed(slot) => up,
+        _ if up > 0.0 => up - TAU,
+        _ => 0.0,
+    };
+    Ok(stands + way)
+}
