@@ -59,7 +59,7 @@ pub struct LimitBreach {
 ///
 /// # Errors
 ///
-/// As [`super::optimal`]; speeds that are negative, infinite, not in order, do not cover their piece,
+/// As [`optimal()`](crate::feed::optimal()); speeds that are negative, infinite, not in order, do not cover their piece,
 /// or are zero where the path goes on.
 ///
 /// # Source

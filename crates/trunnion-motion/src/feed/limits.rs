@@ -14,12 +14,12 @@ pub struct Limits<const N: usize> {
     pub rapid: SVector<f64, N>,
     /// Axis accelerations \[axis unit/s²\].
     pub acceleration: SVector<f64, N>,
-    /// Axis jerks \[axis unit/s³\]: kept by [`super::jerk()`]; measured, not kept, by
-    /// [`super::optimal()`].
+    /// Axis jerks \[axis unit/s³\]: kept by [`jerk()`](crate::feed::jerk()); measured, not kept, by
+    /// [`optimal()`](crate::feed::optimal()).
     pub jerk: Option<SVector<f64, N>>,
     /// Limits towards minus where they differ; `None` for limits that are the same in both
-    /// directions. [`super::optimal()`], [`super::FeedStream`] and [`super::given()`] use them to
-    /// the full. Planners with jerk limits and [`super::blocks()`] keep the smaller limit of both
+    /// directions. [`optimal()`](crate::feed::optimal()), [`super::FeedStream`] and [`given()`](crate::feed::given()) use them to
+    /// the full. Planners with jerk limits and [`blocks()`](crate::feed::blocks()) keep the smaller limit of both
     /// directions.
     pub minus: Option<MinusLimits<N>>,
 }

@@ -30,16 +30,16 @@ impl ProgrammedSpeeds {
 pub struct FeedOptions {
     /// Programmed feed, feed on links and largest tip speed.
     pub speeds: ProgrammedSpeeds,
-    /// Fraction of a piece's time that is not worth more work. [`super::optimal()`] inserts rows until
-    /// the time still to gain is estimated below it; [`super::jerk()`] goes on until a sweep gains
+    /// Fraction of a piece's time that is not worth more work. [`optimal()`](crate::feed::optimal()) inserts rows until
+    /// the time still to gain is estimated below it; [`jerk()`](crate::feed::jerk()) goes on until a sweep gains
     /// less. Limits hold whatever the value; 1e-3 is fine, 1 stops at the first schedule.
     pub time_tolerance: f64,
     /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
     /// meet.
     pub ends: [f64; 2],
-    /// `true` keeps the limits everywhere in [`super::optimal()`]. `false` keeps them at rows alone
+    /// `true` keeps the limits everywhere in [`optimal()`](crate::feed::optimal()). `false` keeps them at rows alone
     /// (TOPP-RA's interpolation scheme on the path's nodes), for comparison: limits may break in
-    /// between, and [`super::FeedPlan::bounds`] reports by how much. [`super::jerk()`] always keeps
+    /// between, and [`super::FeedPlan::bounds`] reports by how much. [`jerk()`](crate::feed::jerk()) always keeps
     /// them everywhere.
     pub guarantee: bool,
 }

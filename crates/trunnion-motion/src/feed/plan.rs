@@ -28,7 +28,7 @@ pub struct LimitRatios {
     pub velocity: f64,
     /// CellAccelerations.
     pub acceleration: f64,
-    /// Jerks between rows; `None` without jerk limits. In a plan of [`super::optimal()`]
+    /// Jerks between rows; `None` without jerk limits. In a plan of [`optimal()`](crate::feed::optimal())
     /// accelerations step at rows, which does not count here.
     pub jerk: Option<f64>,
 }
@@ -57,7 +57,7 @@ pub struct FeedPlan {
     pub lower_bound: f64,
     /// Largest ratios found in a dense check.
     pub ratios: LimitRatios,
-    /// Guaranteed upper bounds of the ratios, everywhere; [`super::optimal()`] does not bound
+    /// Guaranteed upper bounds of the ratios, everywhere; [`optimal()`](crate::feed::optimal()) does not bound
     /// `jerk`.
     pub bounds: LimitRatios,
     /// Largest step of an axis acceleration at a row, over the axis limit: 0..=2.

@@ -1,4 +1,4 @@
-//! How much paths of tool poses can bend: bounds on second derivatives.
+//! Bounds on the second derivatives of paths of tool poses.
 
 use crate::machine::{ChainGeometry, FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::quintic::Quintic;

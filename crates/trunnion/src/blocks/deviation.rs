@@ -1,4 +1,4 @@
-//! How far a control strays from a path between two block ends.
+//! Deviation of a control from a path between two block ends.
 
 use super::bend::{AxisRates, PoseBend, RotaryArms, arms};
 use super::options::BlockInterpolation;
@@ -10,7 +10,7 @@ use nalgebra::{UnitVector3, Vector3, Vector6};
 /// Halvings of a stretch between two samples until its bound counts as too large.
 const HALVINGS: u32 = 6;
 
-/// A place on a path.
+/// A point on a path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PathPlace {
     pub(super) s: f64,
@@ -18,12 +18,12 @@ pub(super) struct PathPlace {
     pub(super) pose: ToolPose,
 }
 
-/// What blocks stand for: poses over a parameter.
+/// Path that blocks stand for: poses over a parameter.
 pub(super) trait PoseTrail: Sync {
-    /// Where the path is.
+    /// Returns the point of the path at `s`.
     fn at(&self, s: f64) -> PathPlace;
 
-    /// How much the pose bends over a stretch without a kink, by the share of it.
+    /// Returns the bound on the bend of the pose over a stretch without a kink, by the share of it.
     fn bend(&self, ends: [&PathPlace; 2]) -> PoseBend;
 
     /// Increasing parameters strictly inside a stretch at which it is sampled first; kinks are among them.
@@ -38,7 +38,7 @@ pub(super) struct ControlledPath<'a, T> {
     pub(super) lever: f64,
 }
 
-/// Which pose of the control a place of the path is compared with.
+/// Pose of the control that a point of the path is compared with.
 #[derive(Debug, Clone, Copy)]
 enum PoseMatch {
     /// About the nearest.
@@ -187,7 +187,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         Some((first + rest.dot(&chord) / square).clamp(0.0, 1.0))
     }
 
-    /// Where the control is at a share of the block.
+    /// Returns the pose of the control at a share of the block.
     fn moved(&self, ends: [&PathPlace; 2], share: f64) -> Option<ToolPose> {
         let ends = ends.map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         moved(self.kinematics, self.control, ends, share)
@@ -216,7 +216,7 @@ impl<'a> From<(&'a AxisVector, &'a ToolPose)> for BlockEnd<'a> {
     }
 }
 
-/// Where a control is at a share of the way between two positions (axes, and the pose they stand for);
+/// Returns the pose of a control at a share of the way between two positions (axes, and the pose they stand for);
 /// `None` where a great circle is not defined.
 pub fn moved(
     kinematics: &Kinematics,
@@ -234,7 +234,7 @@ pub fn moved(
     Some(ToolPose { tip, axis })
 }
 
-/// Bounds on the second derivatives of tip \[mm\] and tool axis, by the share of a block, that a control
+/// Returns bounds on the second derivatives of tip \[mm\] and tool axis, by the share of a block, that a control
 /// runs between two positions: no pose in it strays from the chord of its ends by more than an eighth.
 pub fn bend(
     kinematics: &Kinematics,
@@ -245,7 +245,7 @@ pub fn bend(
     [tip, axis]
 }
 
-/// How a control bends over a whole block.
+/// Returns the bend of a control over a whole block.
 pub(super) fn block_bend(
     kinematics: &Kinematics,
     control: BlockInterpolation,

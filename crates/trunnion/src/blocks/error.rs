@@ -2,7 +2,7 @@
 
 use crate::types::{Cancelled, ScheduleError};
 
-/// Why a path was not broken into blocks. Pieces count from 0.
+/// Reasons why a path was not broken into blocks. Pieces count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BlocksError {
@@ -13,7 +13,7 @@ pub enum BlocksError {
         name: &'static str,
         /// Value given.
         value: f64,
-        /// What it must be.
+        /// Range it must be in.
         must: &'static str,
     },
     /// The schedule does not belong to the path.
@@ -35,7 +35,7 @@ pub enum BlocksError {
         /// Tolerance \[mm\].
         tolerance: f64,
     },
-    /// The caller asked for a stop.
+    /// The caller cancelled the work.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

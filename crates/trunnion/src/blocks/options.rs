@@ -1,6 +1,6 @@
 //! Kinds of control, and options of blocks.
 
-/// How a control moves from one block end to the next.
+/// Motion of a control from one block end to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BlockInterpolation {
     /// All five axes linearly; the tip bows (no RTCP).
@@ -11,10 +11,10 @@ pub enum BlockInterpolation {
     GreatCircle,
 }
 
-/// How finely a path is broken into blocks. No `Default`: the caller knows the part.
+/// Tolerances and sizes of blocks. Begin with [`BlockOptions::within`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockOptions {
-    /// How the control moves between block ends.
+    /// Motion of the control between block ends.
     pub control: BlockInterpolation,
     /// Largest deviation while cutting, leading in and out \[mm\]: tip distance, plus angle of the
     /// tool axis times `lever`.

@@ -7,10 +7,10 @@ use super::options::BlockInterpolation;
 use crate::machine::Kinematics;
 use crate::types::{Block, Progress, Stage};
 
-/// How far a program may be thinned out. No `Default`: the caller knows the part.
+/// Tolerance of thinning out a program. No `Default`: the caller knows the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReduceOptions {
-    /// How the control moves between block ends.
+    /// Motion of the control between block ends.
     pub control: BlockInterpolation,
     /// Largest deviation from what the control did with all blocks \[mm\]: tip distance, plus angle of
     /// the tool axis times `lever`.
@@ -65,7 +65,7 @@ impl PoseTrail for BlockProgram<'_> {
     }
 }
 
-/// Drops blocks of a program that its control does not need: what is left stays within
+/// Drops blocks of a program that its control does not need. The remaining program stays within
 /// [`ReduceOptions::tolerance`] of what the control did with all of them, bounded everywhere.
 ///
 /// Ends that stay are bit for bit those given, and durations add up. A change of the kind of motion

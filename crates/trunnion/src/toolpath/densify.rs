@@ -4,7 +4,7 @@ use super::interpolation::{GreatCircle, InterpolationError};
 use crate::types::ToolPose;
 use nalgebra::UnitVector3;
 
-/// How finely a path is resolved. No `Default`: the caller knows the part.
+/// Largest steps between the cutter locations of a path. No `Default`: the caller knows the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathResolution {
     /// Largest distance between neighbouring tips \[mm\].
@@ -16,7 +16,7 @@ pub struct PathResolution {
 /// Inserts cutter locations so that neither step nor turn exceeds `resolution`: equal parts of the
 /// straight move of the tip and of the great circle of the tool axis, both in the workpiece frame.
 ///
-/// Locations given are kept, in order and bit for bit.
+/// Given locations are kept, in order and bit for bit.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! How far the curves of a tool path bow off the straight moves between their stations.
+//! Distance of the curves of a tool path from the straight moves between their stations.
 
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{Motion, PieceGeometry, PoseCurve, ToolPath};
@@ -10,7 +10,7 @@ pub struct ChordDeviation {
     pub tip: f64,
     /// Largest distance of the contact point from its chord \[mm\].
     pub contact: f64,
-    /// Largest angle of the tool axis to its place on the great circle \[rad\].
+    /// Largest angle of the tool axis from the great circle at the same share \[rad\].
     pub axis: f64,
 }
 
@@ -24,9 +24,10 @@ impl ChordDeviation {
     }
 }
 
-/// Bow of the cutting curves of `path`, at `samples` points inside each span.
+/// Returns the deviation of the cutting curves of `path` from the chords, at `samples` points
+/// inside each span.
 ///
-/// Sampled, not bounded: it tells how much a control that knows only the stations would differ.
+/// Sampled, not bounded: it shows how much a control that knows only the stations would differ.
 pub fn deviation(path: &ToolPath, samples: u32) -> ChordDeviation {
     path.pieces
         .iter()

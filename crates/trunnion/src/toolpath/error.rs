@@ -3,7 +3,7 @@
 use super::smooth::SmoothError;
 use crate::types::Cancelled;
 
-/// Why no tool path could be laid through the stations.
+/// Reasons why no tool path could be laid through the stations.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ToolPathError {
@@ -12,7 +12,7 @@ pub enum ToolPathError {
     Stations {
         /// Index of the leg.
         leg: usize,
-        /// How many stations it has.
+        /// Number of its stations.
         stations: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -76,7 +76,7 @@ pub enum ToolPathError {
     Smooth {
         /// Index of the leg.
         leg: usize,
-        /// Why.
+        /// The reason.
         error: SmoothError,
     },
     /// Stopped through [`Progress`].
@@ -85,7 +85,7 @@ pub enum ToolPathError {
 }
 
 impl ToolPathError {
-    /// The same of another leg.
+    /// Returns the same error for another leg.
     pub(super) fn in_leg(mut self, index: usize) -> Self {
         match &mut self {
             Self::Stations { leg, .. }

@@ -4,7 +4,7 @@ use crate::math::angle::angle_between;
 use crate::types::{PoseCoordinates, PoseCurve, PoseSpan, Station};
 use nalgebra::{UnitVector3, Vector3};
 
-/// Why no curve could be laid between cutter locations.
+/// Reasons why no curve could be laid between cutter locations.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InterpolationError {
@@ -87,13 +87,13 @@ impl GreatCircle {
         Ok(Self { from: from.into_inner(), ahead, angle })
     }
 
-    /// Whole angle of the turn \[rad\].
+    /// Returns the whole angle of the turn \[rad\].
     pub fn angle(&self) -> f64 {
         self.angle
     }
 
-    /// Direction and its first three derivatives by the share `t` of the turn, 0 at its start and
-    /// 1 at its end \[1 per t^k\].
+    /// Returns the direction and its first three derivatives by the share `t` of the turn, 0 at
+    /// its start and 1 at its end \[1 per t^k\].
     pub fn derivatives(&self, t: f64) -> [Vector3<f64>; 4] {
         let (sin, cos) = (t * self.angle).sin_cos();
         let axis = self.from * cos + self.ahead * sin;

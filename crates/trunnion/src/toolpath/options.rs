@@ -1,6 +1,6 @@
 //! Options of a tool path.
 
-/// How curves are laid through stations. No `Default`: the caller knows the tool.
+/// Options of the curves through stations. No `Default`: the caller knows the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolPathOptions {
     /// Distance from the tip at which a turn of the tool axis counts as movement \[mm per rad\],

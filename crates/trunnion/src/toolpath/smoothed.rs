@@ -11,13 +11,13 @@ use crate::types::{Leg, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath
 pub struct SmoothedPath {
     /// The path; a cut has a piece between two stops.
     pub path: ToolPath,
-    /// What smoothing did in all cuts.
+    /// Counts and deviations over all cuts.
     pub report: SmoothReport,
-    /// Length of all cuts up to the end of each span \[mm\], and how far that span strays.
+    /// Length of all cuts up to the end of each span \[mm\], and the deviation of that span.
     pub along: Vec<(f64, PathDeviation)>,
 }
 
-/// As [`through`], but cutting legs become the C3 path that [`smooth`] lays within tolerance of them.
+/// Lays curves as [`through`] does, but cutting legs become the C3 path that [`smooth`] lays within tolerance of them.
 ///
 /// # Errors
 ///
@@ -48,7 +48,7 @@ pub fn smoothed(
 }
 
 impl SmoothedPath {
-    /// One cut more.
+    /// Appends one cut.
     fn take(&mut self, cut: SmoothedCurves) {
         self.report.add(&cut.report);
         for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {

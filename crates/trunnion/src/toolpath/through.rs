@@ -13,13 +13,13 @@ use crate::types::{
 /// last place (2⁻⁵³ each for three products, two sums, a root and a quotient, on both sides).
 const SAME_AXIS: f64 = 16.0 * f64::EPSILON;
 
-/// Smooth curves through the stations of `legs`, one piece per cutting leg or link and one per
-/// straight stretch of a lead.
+/// Lays smooth curves through the stations of `legs`: one piece per cutting leg or link, and one
+/// per straight stretch of a lead.
 ///
 /// A cutting leg becomes one C2 cubic spline of tip, axis vector and contact over a common
-/// parameter, the chord length of the contact track \[mm\]; it passes through every station, where the
-/// axis vector is unit. Its ends carry on the neighbouring cubic (not-a-knot). So does a link with
-/// stations between its ends; one of two stations is left to the machine, from pose to pose.
+/// parameter, the chord length of the contact track \[mm\]. It passes through every station, where
+/// the axis vector is unit. Its ends carry on the neighbouring cubic (not-a-knot). So does a link
+/// with stations between its ends; one of two stations is left to the machine, from pose to pose.
 ///
 /// # Errors
 ///
@@ -70,6 +70,7 @@ pub fn through(
     Ok(path)
 }
 
+/// Checks that a leg has two stations or more, with finite coordinates.
 pub(super) fn check(leg: usize, of: &Leg) -> Result<(), ToolPathError> {
     let stations = of.stations.len();
     if stations < 2 {
@@ -82,6 +83,7 @@ pub(super) fn check(leg: usize, of: &Leg) -> Result<(), ToolPathError> {
     }
 }
 
+/// Checks that a leg starts where the one before ended.
 pub(super) fn joined(leg: usize, before: &Leg, of: &Leg) -> Result<(), ToolPathError> {
     let (Some(end), Some(start)) = (before.stations.last(), of.stations.first()) else {
         return Ok(());
@@ -94,6 +96,7 @@ pub(super) fn joined(leg: usize, before: &Leg, of: &Leg) -> Result<(), ToolPathE
     Err(ToolPathError::Gap { leg, distance, angle })
 }
 
+/// Lays the cubic spline of one leg.
 fn curve(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
     for (station, pair) in of.stations.windows(2).enumerate() {
         let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
@@ -109,12 +112,13 @@ fn curve(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
     Ok(ToolPiece { motion: of.motion, geometry: PieceGeometry::Curve(curve) })
 }
 
+/// Leaves a link to the machine, from pose to pose.
 fn link(of: &Leg) -> Option<ToolPiece> {
     let (from, to) = (of.stations.first()?.pose, of.stations.last()?.pose);
     Some(ToolPiece { motion: of.motion, geometry: PieceGeometry::Reorient { from, to } })
 }
 
-/// One straight piece per pair of stations, so that the tool rests at corners of the lead.
+/// Lays one straight piece per pair of stations, so that the tool rests at corners of the lead.
 fn lead(leg: usize, of: &Leg) -> Result<Vec<ToolPiece>, ToolPathError> {
     let mut pieces = Vec::new();
     for (station, pair) in of.stations.windows(2).enumerate() {

@@ -25,7 +25,7 @@ use crate::types::{AxisPath, AxisPiece, Progress};
 ///
 /// # Errors
 ///
-/// As [`super::optimal`], and a period or `L_ref` that makes no sense.
+/// As [`optimal()`](crate::feed::optimal()), and a period or `L_ref` that makes no sense.
 ///
 /// # Source
 ///

@@ -27,7 +27,7 @@ use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 ///
 /// # Errors
 ///
-/// As [`super::super::optimal()`], and [`FeedError::NoJerkLimit`]. A speed at an end for which no schedule is
+/// As [`optimal()`](crate::feed::optimal()), and [`FeedError::NoJerkLimit`]. A speed at an end for which no schedule is
 /// found is [`FeedError::StartTooFast`] or [`FeedError::EndTooFast`].
 ///
 /// # Source

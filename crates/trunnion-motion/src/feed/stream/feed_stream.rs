@@ -21,7 +21,7 @@ const PARTS: usize = 8;
 /// Nodes go in with [`FeedStream::begin`] and [`FeedStream::push`], committed schedule comes out of
 /// [`FeedStream::next`], one stretch at a time. Whatever is pushed or not pushed later: what was handed
 /// out can be followed by a stop inside what is known of the path, and limits hold everywhere, between
-/// nodes as well, as in [`super::optimal`]. The schedule starts at rest; where nodes run out it stops.
+/// nodes as well, as in [`optimal()`](crate::feed::optimal()). The schedule starts at rest; where nodes run out it stops.
 ///
 /// [`FeedStream::set_override`] scales the feed from the next stretch on; 0 is a feed hold. Above the new
 /// feed the axes brake as hard as their limits allow, and no harder.

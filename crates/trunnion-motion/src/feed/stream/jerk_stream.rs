@@ -18,7 +18,7 @@ const WIDEST: usize = 8;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
-/// As [`super::FeedStream`]: nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
+/// As [`FeedStream`](crate::feed::FeedStream): nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
 /// committed schedule come out of [`JerkStream::next`], which can always be followed by a stop inside
 /// what is known of the path. A quarter of the window is run before the next quarter is planned, so a
 /// node costs a constant time on average. Where the way down to the stop begins in the next quarter, more
@@ -56,7 +56,7 @@ impl<const N: usize> JerkStream<N> {
     ///
     /// # Errors
     ///
-    /// As [`super::FeedStream::new`], and [`FeedError::NoJerkLimit`].
+    /// As [`FeedStream::new`](crate::feed::FeedStream::new), and [`FeedError::NoJerkLimit`].
     pub fn new(limits: Limits<N>, options: StreamOptions) -> Result<Self, FeedError> {
         let feeds = options.validated(&limits)?;
         let limits = limits.smaller();

@@ -13,7 +13,7 @@ pub(super) const MOST_OVERRIDE: f64 = 2.0;
 pub struct StreamOptions {
     /// Programmed feed, feed on links and largest tip speed.
     pub speeds: ProgrammedSpeeds,
-    /// Rows to look ahead, at least 4: [`FeedStream::wants`] asks for so many. Where the distance to stop
+    /// Rows to look ahead, at least 4: [`FeedStream::wants`](crate::feed::FeedStream::wants) asks for so many. Where the distance to stop
     /// from full speed is shorter than three quarters of the window, nothing is lost against planning
     /// the whole path on the same rows.
     pub window: usize,

@@ -1,4 +1,4 @@
-//! How far a curve strays from the path it stands for, bounded by control points.
+//! Deviation of a curve from the path it stands for, bounded by control points.
 
 use super::bezier::{DEGREE, QuinticBezier, from_powers, middle};
 use super::coordinates::{axis, contact, tip};
@@ -6,7 +6,7 @@ use super::report::PathDeviation;
 use crate::types::PoseCoordinates;
 use nalgebra::Vector3;
 
-/// What the axis of a path does between two stations.
+/// Range of the tool axis of a path between two stations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisFrame {
     /// Unit vector in the middle of the turn.
@@ -71,7 +71,7 @@ impl AxisFrame {
     }
 }
 
-/// What rounding can add to a deviation, by the size of what is computed with.
+/// Bound on the rounding of a deviation, by the size of the numbers it is computed from.
 ///
 /// With `u = 2^-53` and `A` the largest distance from the origin of any control point of span and path, in
 /// each of tip, axis and contact, to first order in `u`:

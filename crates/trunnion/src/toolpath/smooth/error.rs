@@ -1,6 +1,6 @@
-//! What can be wrong with what is smoothed.
+//! Errors of smoothing.
 
-/// Why no smooth path was laid.
+/// Reasons why no smooth path was laid.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SmoothError {
@@ -11,7 +11,7 @@ pub enum SmoothError {
         name: &'static str,
         /// Value given.
         value: f64,
-        /// What it must be.
+        /// Range it must be in.
         must: &'static str,
     },
     /// Nothing moves by more than a small part of the tolerance.
@@ -39,7 +39,7 @@ pub enum SmoothError {
 }
 
 impl SmoothError {
-    /// The same at another station.
+    /// Returns the same error at another station.
     pub(super) fn at(mut self, index: usize) -> Self {
         match &mut self {
             Self::NotFinite(station)

@@ -16,14 +16,14 @@ pub(super) struct StationNode {
     pub(super) x: PoseCoordinates,
     /// Number of the station.
     pub(super) index: usize,
-    /// How far stations merged into this one are from it \[mm, rad\].
+    /// Largest distances of merged stations from this one \[mm, rad\].
     pub(super) slack: [f64; 2],
     /// Distance from the chord of its neighbours, in tolerances.
     pub(super) height: f64,
     pub(super) corner: bool,
 }
 
-/// What a fit starts from.
+/// Start condition of a fit.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(super) enum FitStart {
@@ -101,7 +101,7 @@ struct SpanStations {
     before: f64,
 }
 
-/// What the check of one span found.
+/// Result of the check of one span.
 struct SpanCheck {
     deviated: PathDeviation,
     /// Root mean square of the residual at stations, in tolerances.
@@ -217,7 +217,7 @@ impl FitTask<'_> {
         self.nodes[self.first].x
     }
 
-    /// Where the fit starts and what it looks for at a station, from the origin on.
+    /// Returns the target of the fit at a station, from the origin on.
     fn target(&self, at: usize) -> PoseCoordinates {
         match self.start {
             FitStart::Place(place) if at == self.first => place - self.origin(),

@@ -3,7 +3,7 @@
 use super::coordinates::{axis, tip};
 use crate::types::{PoseCoordinates, PoseTolerance};
 
-/// What a smoothed path stands for, and is compared with, between stations.
+/// Path between the stations that a smoothed path stands for and is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SmoothReference {
     /// Straight moves of tip and contact, great circles of the tool axis at the same share: a file
@@ -14,14 +14,14 @@ pub enum SmoothReference {
     Curve,
 }
 
-/// How a path is smoothed. No `Default`: the caller knows the part.
+/// Options of smoothing. Begin with [`SmoothOptions::within`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmoothOptions {
     /// Largest distance of tip and contact \[mm\].
     pub tip: f64,
     /// Largest angle of the tool axis \[rad\].
     pub axis: f64,
-    /// What the path is compared with.
+    /// Path between the stations that the tolerance refers to.
     pub reference: SmoothReference,
     /// Distance from the tip at which a turn of the tool axis counts as movement \[mm per rad\];
     /// only used where tip and contact (nearly) stand still.

@@ -2,7 +2,7 @@
 
 use super::options::SmoothLimits;
 
-/// How far a path strays, at equal parameters.
+/// Deviation of a smoothed path from its reference, at equal parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PathDeviation {
     /// Distance of the tip, the largest seen at the ends and in the middle of steps \[mm\].
@@ -18,7 +18,7 @@ pub struct PathDeviation {
 }
 
 impl PathDeviation {
-    /// The larger of both, part by part.
+    /// Returns the larger of both, part by part.
     #[must_use]
     pub fn worst(&self, other: &Self) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl PathDeviation {
     }
 }
 
-/// What smoothing did.
+/// Counts and largest deviations of smoothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SmoothReport {
     /// Stations taken in.
@@ -61,7 +61,7 @@ pub struct SmoothReport {
 }
 
 impl SmoothReport {
-    /// Takes in what was done on another path.
+    /// Adds the counts of another path.
     pub fn add(&mut self, other: &Self) {
         self.stations += other.stations;
         self.merged += other.merged;

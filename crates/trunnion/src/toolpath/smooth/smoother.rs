@@ -47,7 +47,7 @@ const GUARD: usize = 3;
 /// Stations kept before the window for the tangents in it.
 const HISTORY: usize = 2;
 
-/// How a chunk follows the one before.
+/// Junction of a run of spans with the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum RunJoin {
     Smooth,
@@ -70,10 +70,10 @@ pub struct PathSmoother {
     nodes: Vec<StationNode>,
     /// Rates of the path at them, where they are given.
     rates: Vec<PoseCoordinates>,
-    /// Where the window starts.
+    /// Index of the first station of the window.
     first: usize,
     start: FitStart,
-    /// What was laid beyond the window's start, up to a station.
+    /// Spans laid beyond the window's start, up to a station.
     prior: Option<(SpanRun, usize)>,
     /// The last chunk: its end may still be cut for a blend.
     held: Option<SpanRun>,
@@ -282,7 +282,7 @@ impl PathSmoother {
         self.options.lever
     }
 
-    /// How far along the path the last station lies that was taken in, as [`SmoothSpan::range`] counts.
+    /// Returns the position along the path of the last station that was taken in, as [`SmoothSpan::range`] counts.
     pub fn along(&self) -> f64 {
         self.nodes.last().map_or(0.0, |node| node.u)
     }

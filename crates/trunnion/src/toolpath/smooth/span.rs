@@ -8,22 +8,23 @@ use crate::types::{PoseSpan, ToolPose};
 /// One polynomial of a smoothed path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmoothSpan {
-    /// Where it starts and ends; spans follow one another without gaps.
+    /// Parameters of its start and end; spans follow one another without gaps.
     pub range: [f64; 2],
     /// The polynomial, over the distance from its start.
     pub span: PoseSpan,
-    /// How far it strays.
+    /// Deviation from the reference.
     pub deviated: PathDeviation,
     /// Index of the last station before it, or at its start.
     pub station: usize,
-    /// Whether the tool rests where the span starts: a corner that was not blended.
+    /// `true` if the tool rests where the span starts: a corner that was not blended.
     pub after_stop: bool,
 }
 
 impl SmoothSpan {
-    /// Into how many equal parts of the parameter the span has to be divided for straight moves and
-    /// great circles between their ends to keep within `tip` \[mm\] and `axis` \[rad\] of it: an eighth of
-    /// the largest second derivative, which lies in the convex hull of its Bernstein coefficients.
+    /// Returns the number of equal parts of the parameter at which straight moves and great
+    /// circles between their ends keep within `tip` \[mm\] and `axis` \[rad\] of the span. The
+    /// distance is at most an eighth of the largest second derivative, which lies in the convex
+    /// hull of its Bernstein coefficients.
     pub fn chords(&self, tip: f64, axis: f64) -> u32 {
         let width = self.range[1] - self.range[0];
         let [place, turn] = bound::bend(&self.span.coefficients, width);
