@@ -14,7 +14,7 @@ const HALVINGS: u32 = 7;
 /// A length found is short of the longest by up to 1/128: this much more makes up for it.
 const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
 
-/// What a hop may stray, over the distance from its ends: it leaves the part along the tool axis, so the tool is
+/// Largest deviation of a hop over the distance from its ends: it leaves the part along the tool axis, so the tool is
 /// clear by more than that.
 const CLEAR: f64 = 0.1;
 
@@ -56,7 +56,7 @@ struct EndSearch<'a> {
     rows: &'a SchedulePiece,
     options: &'a BlockOptions,
     end: f64,
-    /// Where the piece starts and ends.
+    /// Parameters of the start and end of the piece.
     tips: [Point3<f64>; 2],
 }
 
@@ -102,7 +102,7 @@ impl EndSearch<'_> {
         self.course.deviation(from, to, tolerance) <= tolerance
     }
 
-    /// Whether step, turns and duration are allowed.
+    /// Returns `true` if step, turns and duration are allowed.
     fn fine(&self, from: &PathPlace, to: &PathPlace) -> bool {
         if self.course.trail.piece.motion.is_free() {
             return true;

@@ -9,8 +9,9 @@ pub enum SmoothReference {
     /// Straight moves of tip and contact, great circles of the tool axis at the same share: a file
     /// of cutter locations, taken by its word.
     Chords,
-    /// The curve through the stations that is the pass: the C2 cubic of [`super::through`]. A [`PathSmoother`] is told
-    /// it by [`PathSmoother::push_along`]; it takes the local cubic ([`super::local_cubic`]) if it is not.
+    /// The curve through the stations that is the pass: the C2 cubic of [`through`](crate::toolpath::through).
+    /// [`PathSmoother::push_along`](crate::toolpath::PathSmoother::push_along) gives it to a smoother, which takes
+    /// the [`local_cubic`](crate::toolpath::local_cubic) otherwise.
     Curve,
 }
 
